@@ -1,0 +1,170 @@
+//! Constraints of the ideal joints in Cartesian coordinates, Eq. (12) and (13) of `[Xiang2020]`.
+//!
+//! Body i has the coordinates (x, y, θ) of its centre of mass. Each constraint gives φ, its
+//! Jacobian φ_q, φ_t and the right-hand side γ:
+//!
+//! ```text
+//! φ(q, t) = 0
+//! φ_q q̇ = -φ_t
+//! φ_q q̈ = -(φ_q q̇)_q q̇ - 2 φ_qt q̇ - φ_tt = γ
+//! ```
+//!
+//! The tree of joint coordinates satisfies them identically; they are the independent
+//! statement of the same mechanism, from which joint reactions follow and against which the
+//! tree is tested.
+
+use crate::kinematics::{Vec2, perp, turned};
+
+/// Position and velocity of a body: centre of mass and angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CartesianState {
+    /// Centre of mass [m].
+    pub position: Vec2,
+    /// Angle [rad].
+    pub angle: f64,
+    /// Velocity of the centre of mass [m/s].
+    pub velocity: Vec2,
+    /// Angular velocity [rad/s].
+    pub angular_velocity: f64,
+}
+
+impl CartesianState {
+    /// The fixed body.
+    pub const GROUND: CartesianState = CartesianState {
+        position: Vec2::new(0.0, 0.0),
+        angle: 0.0,
+        velocity: Vec2::new(0.0, 0.0),
+        angular_velocity: 0.0,
+    };
+
+    fn to_world(self, vector: Vec2) -> Vec2 {
+        let (sine, cosine) = self.angle.sin_cos();
+        turned(vector, cosine, sine)
+    }
+}
+
+/// What a constraint forbids.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ConstraintKind {
+    /// The points coincide: `r_b + A_b s_b - r_a - A_a s_a = 0`.
+    Revolute,
+    /// Point b stays on the line through point a along `axis`, and the bodies do not turn:
+    /// `(A_a perp(u)) · (p_b - p_a) = 0`, `θ_b - θ_a - angle = 0`.
+    Prismatic {
+        /// Unit vector u in the frame of body a [-].
+        axis: Vec2,
+        /// Angle of b relative to a [rad].
+        angle: f64,
+    },
+    /// The points coincide and `θ_b - θ_a - angle = 0`.
+    Fixed {
+        /// Angle of b relative to a [rad].
+        angle: f64,
+    },
+    /// A drive at constant speed: `θ_b - θ_a - (angle + speed t) = 0`.
+    Speed {
+        /// Angle at time zero [rad].
+        angle: f64,
+        /// Angular velocity [rad/s].
+        speed: f64,
+    },
+}
+
+/// A constraint between two bodies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CartesianConstraint {
+    /// Name of the joint or drive.
+    pub name: String,
+    /// First body; `None` is ground.
+    pub body_a: Option<usize>,
+    /// Second body; `None` is ground.
+    pub body_b: Option<usize>,
+    /// Point on a, seen from its centre of mass (ground: from the origin), in its frame [m].
+    pub point_a: Vec2,
+    /// Point on b likewise [m].
+    pub point_b: Vec2,
+    /// What is constrained.
+    pub kind: ConstraintKind,
+}
+
+/// One scalar equation of a constraint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Equation {
+    /// Residual φ [m or rad].
+    pub phi: f64,
+    /// ∂φ/∂(x, y, θ) of body a.
+    pub phi_q_a: [f64; 3],
+    /// ∂φ/∂(x, y, θ) of body b.
+    pub phi_q_b: [f64; 3],
+    /// ∂φ/∂t.
+    pub phi_t: f64,
+    /// Right-hand side γ of the acceleration equation.
+    pub gamma: f64,
+}
+
+impl CartesianConstraint {
+    /// The scalar equations of the constraint at time `t` [s], for the states of the two bodies.
+    pub fn equations(&self, t: f64, a: &CartesianState, b: &CartesianState) -> Vec<Equation> {
+        match self.kind {
+            ConstraintKind::Revolute => self.coincidence(a, b).to_vec(),
+            ConstraintKind::Prismatic { axis, angle } => {
+                vec![self.on_line(axis, a, b), relative_angle(angle, 0.0, a, b)]
+            }
+            ConstraintKind::Fixed { angle } => {
+                let mut equations = self.coincidence(a, b).to_vec();
+                equations.push(relative_angle(angle, 0.0, a, b));
+                equations
+            }
+            ConstraintKind::Speed { angle, speed } => {
+                vec![relative_angle(angle + speed * t, -speed, a, b)]
+            }
+        }
+    }
+
+    /// x and y of `p_b - p_a = 0`.
+    fn coincidence(&self, a: &CartesianState, b: &CartesianState) -> [Equation; 2] {
+        let (arm_a, arm_b) = (a.to_world(self.point_a), b.to_world(self.point_b));
+        let phi = b.position + arm_b - a.position - arm_a;
+        // d/dt of -ω² arm is what remains of the acceleration when q̈ = 0.
+        let gamma = b.angular_velocity.powi(2) * arm_b - a.angular_velocity.powi(2) * arm_a;
+        let (turn_a, turn_b) = (perp(arm_a), perp(arm_b));
+        [0, 1].map(|row| {
+            let (mut phi_q_a, mut phi_q_b) = ([0.0; 3], [0.0; 3]);
+            (phi_q_a[row], phi_q_b[row]) = (-1.0, 1.0);
+            (phi_q_a[2], phi_q_b[2]) = (-turn_a[row], turn_b[row]);
+            Equation { phi: phi[row], phi_q_a, phi_q_b, phi_t: 0.0, gamma: gamma[row] }
+        })
+    }
+
+    /// `n · d = 0` with n = A_a perp(u), d = p_b - p_a.
+    fn on_line(&self, axis: Vec2, a: &CartesianState, b: &CartesianState) -> Equation {
+        let (arm_a, arm_b) = (a.to_world(self.point_a), b.to_world(self.point_b));
+        let normal = perp(a.to_world(axis));
+        let distance = b.position + arm_b - a.position - arm_a;
+        let rate =
+            b.velocity + b.angular_velocity * perp(arm_b) - a.velocity - a.angular_velocity * perp(arm_a);
+        let turning = a.angular_velocity;
+        // d̈ without q̈, and n̈ = -ω² n, ṅ = ω perp(n).
+        let bias = turning * turning * arm_a - b.angular_velocity.powi(2) * arm_b;
+        let gamma = turning * turning * normal.dot(&distance)
+            - 2.0 * turning * perp(normal).dot(&rate)
+            - normal.dot(&bias);
+        Equation {
+            phi: normal.dot(&distance),
+            phi_q_a: [-normal.x, -normal.y, perp(normal).dot(&distance) - normal.dot(&perp(arm_a))],
+            phi_q_b: [normal.x, normal.y, normal.dot(&perp(arm_b))],
+            phi_t: 0.0,
+            gamma,
+        }
+    }
+}
+
+fn relative_angle(angle: f64, phi_t: f64, a: &CartesianState, b: &CartesianState) -> Equation {
+    Equation {
+        phi: b.angle - a.angle - angle,
+        phi_q_a: [0.0, 0.0, -1.0],
+        phi_q_b: [0.0, 0.0, 1.0],
+        phi_t,
+        gamma: 0.0,
+    }
+}

@@ -1,0 +1,168 @@
+//! Forward-mode dual numbers: exact first derivatives of the contact and friction laws.
+//!
+//! The laws are written once, over [`Scalar`], and run on `f64` in every stage and on
+//! [`Dual`] once a step, for the Jacobian. A law that is added is differentiated exactly
+//! with no further work.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A number the force laws can be evaluated on: `f64` or [`Dual`].
+pub trait Scalar:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + Add<f64, Output = Self>
+    + Sub<f64, Output = Self>
+    + Mul<f64, Output = Self>
+{
+    /// A constant: its derivatives are zero.
+    fn constant(value: f64) -> Self;
+    /// The value without derivatives; decisions (`if`) are taken on it.
+    fn value(self) -> f64;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Power with a constant exponent.
+    fn powf(self, exponent: f64) -> Self;
+    /// Sine.
+    fn sin(self) -> Self;
+    /// Cosine.
+    fn cos(self) -> Self;
+}
+
+impl Scalar for f64 {
+    fn constant(value: f64) -> Self {
+        value
+    }
+    fn value(self) -> f64 {
+        self
+    }
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    fn powf(self, exponent: f64) -> Self {
+        f64::powf(self, exponent)
+    }
+    fn sin(self) -> Self {
+        f64::sin(self)
+    }
+    fn cos(self) -> Self {
+        f64::cos(self)
+    }
+}
+
+/// A value and its derivatives with respect to `N` inputs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dual<const N: usize> {
+    /// The value.
+    pub value: f64,
+    /// The derivative with respect to each input.
+    pub gradient: [f64; N],
+}
+
+impl<const N: usize> Dual<N> {
+    /// The input number `index` at `value`: its derivative with respect to itself is 1.
+    pub fn input(value: f64, index: usize) -> Self {
+        let mut gradient = [0.0; N];
+        gradient[index] = 1.0;
+        Self { value, gradient }
+    }
+
+    /// The chain rule: `value` is f(x), `slope` is f'(x).
+    fn chain(self, value: f64, slope: f64) -> Self {
+        Self { value, gradient: self.gradient.map(|g| slope * g) }
+    }
+}
+
+impl<const N: usize> Scalar for Dual<N> {
+    fn constant(value: f64) -> Self {
+        Self { value, gradient: [0.0; N] }
+    }
+    fn value(self) -> f64 {
+        self.value
+    }
+    fn sqrt(self) -> Self {
+        let root = self.value.sqrt();
+        self.chain(root, 0.5 / root)
+    }
+    fn powf(self, exponent: f64) -> Self {
+        self.chain(self.value.powf(exponent), exponent * self.value.powf(exponent - 1.0))
+    }
+    fn sin(self) -> Self {
+        self.chain(self.value.sin(), self.value.cos())
+    }
+    fn cos(self) -> Self {
+        self.chain(self.value.cos(), -self.value.sin())
+    }
+}
+
+impl<const N: usize> Add for Dual<N> {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        let mut gradient = self.gradient;
+        for k in 0..N {
+            gradient[k] += other.gradient[k];
+        }
+        Self { value: self.value + other.value, gradient }
+    }
+}
+
+impl<const N: usize> Sub for Dual<N> {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        self + (-other)
+    }
+}
+
+impl<const N: usize> Mul for Dual<N> {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        let mut gradient = [0.0; N];
+        for k in 0..N {
+            gradient[k] = self.gradient[k] * other.value + self.value * other.gradient[k];
+        }
+        Self { value: self.value * other.value, gradient }
+    }
+}
+
+impl<const N: usize> Div for Dual<N> {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        let value = self.value / other.value;
+        let mut gradient = [0.0; N];
+        for k in 0..N {
+            gradient[k] = (self.gradient[k] - value * other.gradient[k]) / other.value;
+        }
+        Self { value, gradient }
+    }
+}
+
+impl<const N: usize> Neg for Dual<N> {
+    type Output = Self;
+    fn neg(self) -> Self {
+        self.chain(-self.value, -1.0)
+    }
+}
+
+impl<const N: usize> Add<f64> for Dual<N> {
+    type Output = Self;
+    fn add(self, other: f64) -> Self {
+        Self { value: self.value + other, gradient: self.gradient }
+    }
+}
+
+impl<const N: usize> Sub<f64> for Dual<N> {
+    type Output = Self;
+    fn sub(self, other: f64) -> Self {
+        self + (-other)
+    }
+}
+
+impl<const N: usize> Mul<f64> for Dual<N> {
+    type Output = Self;
+    fn mul(self, other: f64) -> Self {
+        self.chain(self.value * other, other)
+    }
+}

@@ -1,0 +1,409 @@
+//! Equations of motion in joint coordinates: forces to accelerations, and their derivatives.
+//!
+//! With `q̇ = B ż + b` (Cartesian velocities from joint rates) the ideal joints drop out of
+//! Eq. (14) to (16) of `[Xiang2020]`:
+//!
+//! ```text
+//! Bᵀ M B z̈ = Bᵀ (Q - M (Ḃ ż + ḃ))
+//! ```
+//!
+//! Gravity is the acceleration of ground: in a ground that accelerates with -g every body
+//! feels g, at no cost in the loop. A clearance joint between journal and bearing with
+//! `E = ∂e/∂z` and `S = ∂spin/∂ż` contributes the generalised force `Eᵀ F + S F_t`, whatever the
+//! two bodies are.
+
+use crate::clearance::{ClearanceLaw, ContactState, Phase, RelativeMotion};
+use crate::dual::Dual;
+use crate::kinematics::{
+    Coordinate, FrameKind, FrameState, PointState, Vec2, acceleration_column, angle_column, move_frames,
+    perp, position_column, velocity_column,
+};
+use crate::linear::{cholesky_factor, cholesky_solve};
+use crate::mechanism::{ClearanceJoint, FramePoint, Mechanism};
+
+/// Derivatives of the accelerations a(t, q, v): row-major d x d matrices and a vector.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Linearisation {
+    /// The accelerations themselves.
+    pub a: Vec<f64>,
+    /// ∂a/∂q.
+    pub a_q: Vec<f64>,
+    /// ∂a/∂v.
+    pub a_v: Vec<f64>,
+    /// ∂a/∂t.
+    pub a_t: Vec<f64>,
+}
+
+impl Linearisation {
+    /// Zeros for `d` degrees of freedom.
+    pub fn new(d: usize) -> Self {
+        Self { a: vec![0.0; d], a_q: vec![0.0; d * d], a_v: vec![0.0; d * d], a_t: vec![0.0; d] }
+    }
+}
+
+/// Journal centre seen from the bearing centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointMotion {
+    /// Eccentricity e [m].
+    pub eccentricity: Vec2,
+    /// ė [m/s].
+    pub rate: Vec2,
+    /// ë [m/s²].
+    pub acceleration: Vec2,
+    /// Rolling velocity ω_J R_J - ω_B R_B [m/s].
+    pub spin: f64,
+}
+
+/// A mechanism in motion: its scratch memory and the contact phase of every clearance joint.
+#[derive(Clone, Debug)]
+pub struct Dynamics<'m> {
+    /// What moves.
+    pub mechanism: &'m Mechanism,
+    /// Contact phase of every clearance joint.
+    pub phases: Vec<Phase>,
+    coordinates: Vec<Coordinate>,
+    states: Vec<FrameState>,
+    mass: Vec<f64>,
+    /// Derivative of the force residual with respect to (q, v) of every column, d x columns.
+    residual_q: Vec<f64>,
+    residual_v: Vec<f64>,
+    /// ∂e/∂z, ∂ė/∂z and ∂spin/∂ż of one joint, for every column.
+    joint_columns: Vec<JointColumn>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct JointColumn {
+    eccentricity: Vec2,
+    rate: Vec2,
+    spin: f64,
+}
+
+impl<'m> Dynamics<'m> {
+    /// The mechanism with every clearance joint in free flight.
+    pub fn new(mechanism: &'m Mechanism) -> Self {
+        let d = mechanism.degrees_of_freedom();
+        let columns = mechanism.frames.len() - 1;
+        let mut states = vec![FrameState::GROUND; mechanism.frames.len()];
+        states[0].acceleration = -mechanism.gravity;
+        Self {
+            mechanism,
+            phases: vec![Phase::Free; mechanism.clearance_joints.len()],
+            coordinates: vec![Coordinate::default(); columns],
+            states,
+            mass: vec![0.0; d * d],
+            residual_q: vec![0.0; d * columns],
+            residual_v: vec![0.0; d * columns],
+            joint_columns: vec![JointColumn::default(); columns],
+        }
+    }
+
+    /// Moves all frames; free accelerations are `a`, or zero.
+    pub fn move_to(&mut self, t: f64, q: &[f64], v: &[f64], a: Option<&[f64]>) {
+        for (freedom, &column) in self.mechanism.free.iter().enumerate() {
+            self.coordinates[column] = Coordinate {
+                position: q[freedom],
+                velocity: v[freedom],
+                acceleration: a.map_or(0.0, |a| a[freedom]),
+            };
+        }
+        for driven in &self.mechanism.driven {
+            self.coordinates[driven.column] = driven.at(t);
+        }
+        move_frames(&self.mechanism.frames, &self.coordinates, &mut self.states);
+    }
+
+    /// Motion of a frame after [`Dynamics::move_to`]; accelerations are relative to free fall.
+    pub fn frame(&self, frame: usize) -> &FrameState {
+        &self.states[frame]
+    }
+
+    /// Motion of a point after [`Dynamics::move_to`]; accelerations are relative to free fall.
+    pub fn point(&self, point: FramePoint) -> PointState {
+        self.states[point.frame].point(point.offset)
+    }
+
+    /// Relative motion in a clearance joint after [`Dynamics::move_to`].
+    pub fn joint_motion(&self, joint: &ClearanceJoint) -> JointMotion {
+        let journal = self.point(joint.journal);
+        let bearing = self.point(joint.bearing);
+        JointMotion {
+            eccentricity: journal.position - bearing.position,
+            rate: journal.velocity - bearing.velocity,
+            acceleration: journal.acceleration - bearing.acceleration,
+            spin: self.states[joint.journal.frame].angular_velocity * joint.law.journal_radius
+                - self.states[joint.bearing.frame].angular_velocity * joint.law.bearing_radius,
+        }
+    }
+
+    /// State of the contact of a clearance joint after [`Dynamics::move_to`].
+    pub fn contact_state(&self, index: usize) -> ContactState<f64> {
+        let joint = &self.mechanism.clearance_joints[index];
+        joint.law.evaluate(&relative_motion(&self.joint_motion(joint)), self.phases[index])
+    }
+
+    /// Accelerations of the degrees of freedom. Returns false where the mass matrix is singular
+    /// or something is not a number.
+    pub fn acceleration(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        self.move_to(t, q, v, None);
+        let d = a.len();
+        a.fill(0.0);
+        self.mass.fill(0.0);
+        for body in &self.mechanism.inertias {
+            let frame = &self.states[body.frame];
+            let center = frame.point(body.center);
+            let inertial_moment = body.inertia * frame.angular_acceleration;
+            let free = &self.mechanism.paths[body.frame].free;
+            for (place, &(column, i)) in free.iter().enumerate() {
+                let (b_i, turn_i) = self.column(column, center.position);
+                a[i] -= body.mass * b_i.dot(&center.acceleration) + turn_i * inertial_moment;
+                for &(other, j) in &free[..=place] {
+                    let (b_j, turn_j) = self.column(other, center.position);
+                    // Columns of a path ascend, so j <= i: the lower triangle.
+                    self.mass[i * d + j] += body.mass * b_i.dot(&b_j) + turn_i * turn_j * body.inertia;
+                }
+            }
+        }
+        for index in 0..self.phases.len() {
+            if let Phase::Contact { clipped: false, .. } = self.phases[index] {
+                self.add_contact(index, a);
+            }
+        }
+        if !cholesky_factor(&mut self.mass, d) {
+            return false;
+        }
+        cholesky_solve(&self.mass, d, a);
+        a.iter().all(|a| a.is_finite())
+    }
+
+    /// Column of the velocity transformation of a point on a frame at or below the column's.
+    #[inline]
+    fn column(&self, column: usize, point: Vec2) -> (Vec2, f64) {
+        let kind = self.mechanism.frames[column + 1].kind;
+        (position_column(kind, &self.states[column + 1], point), angle_column(kind))
+    }
+
+    /// Adds the generalised force of a contact.
+    #[inline]
+    fn add_contact(&self, index: usize, forces: &mut [f64]) {
+        let joint = &self.mechanism.clearance_joints[index];
+        let state = self.contact_state(index);
+        let force = Vec2::from(state.force);
+        for (point, radius, sign) in
+            [(joint.journal, joint.law.journal_radius, 1.0), (joint.bearing, joint.law.bearing_radius, -1.0)]
+        {
+            let position = self.point(point).position;
+            for &(column, i) in &self.mechanism.paths[point.frame].free {
+                let (b, turn) = self.column(column, position);
+                forces[i] += sign * (b.dot(&force) + turn * radius * state.friction_force);
+            }
+        }
+    }
+
+    /// Accelerations and their exact derivatives. Returns false as [`Dynamics::acceleration`].
+    ///
+    /// With the residual `R(z, ż, z̈) = Bᵀ(M q̈ - Q) = 0` the derivatives are
+    /// `M a_q = -∂R/∂q`, `M a_v = -∂R/∂v`; a driven coordinate moves with time, so
+    /// `M a_t = -Σ_driven (∂R/∂z ż + ∂R/∂ż z̈)` (its third derivative is zero at constant speed).
+    pub fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], out: &mut Linearisation) -> bool {
+        if !self.acceleration(t, q, v, &mut out.a) {
+            return false;
+        }
+        self.move_to(t, q, v, Some(&out.a));
+        self.residual_q.fill(0.0);
+        self.residual_v.fill(0.0);
+        self.add_inertia_derivatives();
+        for index in 0..self.phases.len() {
+            if let Phase::Contact { clipped: false, .. } = self.phases[index] {
+                self.add_contact_derivatives(index);
+            }
+        }
+        let d = out.a.len();
+        let columns = self.coordinates.len();
+        for (freedom, &column) in self.mechanism.free.iter().enumerate() {
+            for (residual, derivative) in [(&self.residual_q, &mut out.a_q), (&self.residual_v, &mut out.a_v)]
+            {
+                for i in 0..d {
+                    // Transposed: column `freedom` of the derivative is solved as a contiguous row.
+                    derivative[freedom * d + i] = -residual[i * columns + column];
+                }
+                cholesky_solve(&self.mass, d, &mut derivative[freedom * d..(freedom + 1) * d]);
+            }
+        }
+        transpose(&mut out.a_q, d);
+        transpose(&mut out.a_v, d);
+        out.a_t.fill(0.0);
+        for driven in &self.mechanism.driven {
+            let Coordinate { velocity, acceleration, .. } = self.coordinates[driven.column];
+            for i in 0..d {
+                let place = i * columns + driven.column;
+                out.a_t[i] -= self.residual_q[place] * velocity + self.residual_v[place] * acceleration;
+            }
+        }
+        cholesky_solve(&self.mass, d, &mut out.a_t);
+        true
+    }
+
+    fn add_inertia_derivatives(&mut self) {
+        let columns = self.coordinates.len();
+        for body in &self.mechanism.inertias {
+            let path = &self.mechanism.paths[body.frame];
+            let center = self.states[body.frame].point(body.center);
+            let force = body.mass * center.acceleration;
+            for &column in &path.columns {
+                let kind = self.mechanism.frames[column + 1].kind;
+                let frame = &self.states[column + 1];
+                let by_position = body.mass * acceleration_column(kind, frame, center.acceleration);
+                let by_velocity = 2.0 * body.mass * velocity_column(kind, frame, center.velocity);
+                for &(other, i) in &path.free {
+                    let (b, _) = self.column(other, center.position);
+                    let place = i * columns + column;
+                    self.residual_q[place] +=
+                        b.dot(&by_position) + self.second_column(other, column, center.position).dot(&force);
+                    self.residual_v[place] += b.dot(&by_velocity);
+                }
+            }
+        }
+    }
+
+    /// ∂²r/∂z_j∂z_k of a point below both frames.
+    #[inline]
+    fn second_column(&self, j: usize, k: usize, point: Vec2) -> Vec2 {
+        let (upper, lower) = (j.min(k), j.max(k));
+        match self.mechanism.frames[upper + 1].kind {
+            FrameKind::Revolute => perp(self.column(lower, point).0),
+            FrameKind::Prismatic { .. } => Vec2::zeros(),
+        }
+    }
+
+    fn add_contact_derivatives(&mut self, index: usize) {
+        let mechanism = self.mechanism;
+        let joint = &mechanism.clearance_joints[index];
+        let columns = self.coordinates.len();
+        let motion = relative_motion(&self.joint_motion(joint));
+        let [force_x, force_y, friction] = joint.law.force_gradient(&motion, self.phases[index]);
+        let force = Vec2::new(force_x.value, force_y.value);
+        if force == Vec2::zeros() {
+            // Touching only in name (δ ≤ 0 to rounding): the derivatives vanish with the force.
+            return;
+        }
+        let ends =
+            [(joint.journal, joint.law.journal_radius, 1.0), (joint.bearing, joint.law.bearing_radius, -1.0)];
+        self.joint_columns.fill(JointColumn::default());
+        for (point, radius, sign) in ends {
+            let state = self.point(point);
+            for &column in &mechanism.paths[point.frame].columns {
+                let kind = mechanism.frames[column + 1].kind;
+                let frame = &self.states[column + 1];
+                let entry = &mut self.joint_columns[column];
+                entry.eccentricity += sign * position_column(kind, frame, state.position);
+                entry.rate += sign * velocity_column(kind, frame, state.velocity);
+                entry.spin += sign * angle_column(kind) * radius;
+            }
+        }
+        // -∂/∂z_k of E_iᵀ F + S_i F_t, first through the force, then through E_i.
+        for k in 0..columns {
+            let by = self.joint_columns[k];
+            let (fx_q, fx_v) = directional(&force_x, &by);
+            let (fy_q, fy_v) = directional(&force_y, &by);
+            let (ft_q, ft_v) = directional(&friction, &by);
+            for (i, &column) in mechanism.free.iter().enumerate() {
+                let of = &self.joint_columns[column];
+                let place = i * columns + k;
+                self.residual_q[place] -=
+                    of.eccentricity.x * fx_q + of.eccentricity.y * fy_q + of.spin * ft_q;
+                self.residual_v[place] -=
+                    of.eccentricity.x * fx_v + of.eccentricity.y * fy_v + of.spin * ft_v;
+            }
+        }
+        for (point, _, sign) in ends {
+            let position = self.point(point).position;
+            let path = &mechanism.paths[point.frame];
+            for &k in &path.columns {
+                for &(column, i) in &path.free {
+                    self.residual_q[i * columns + k] -=
+                        sign * self.second_column(column, k, position).dot(&force);
+                }
+            }
+        }
+    }
+
+    /// Generalised force [N m] a drive must supply, after [`Dynamics::move_to`] with the true
+    /// accelerations; positive along the drive's own direction.
+    pub fn drive_torque(&self, index: usize) -> f64 {
+        let driven = &self.mechanism.driven[index];
+        let mut torque = 0.0;
+        for body in self.mechanism.inertias.iter().chain(&self.mechanism.driven_inertias) {
+            if self.mechanism.paths[body.frame].columns.contains(&driven.column) {
+                let frame = &self.states[body.frame];
+                let center = frame.point(body.center);
+                let (b, turn) = self.column(driven.column, center.position);
+                torque += body.mass * b.dot(&center.acceleration)
+                    + turn * body.inertia * frame.angular_acceleration;
+            }
+        }
+        for (index, joint) in self.mechanism.clearance_joints.iter().enumerate() {
+            let state = self.contact_state(index);
+            let force = Vec2::from(state.force);
+            for (point, radius, sign) in [
+                (joint.journal, joint.law.journal_radius, 1.0),
+                (joint.bearing, joint.law.bearing_radius, -1.0),
+            ] {
+                if self.mechanism.paths[point.frame].columns.contains(&driven.column) {
+                    let (b, turn) = self.column(driven.column, self.point(point).position);
+                    torque -= sign * (b.dot(&force) + turn * radius * state.friction_force);
+                }
+            }
+        }
+        driven.sign * torque
+    }
+
+    /// Jacobian ∂e/∂z of a clearance joint for every column, after [`Dynamics::move_to`].
+    pub fn eccentricity_columns(&self, joint: &ClearanceJoint) -> Vec<Vec2> {
+        let mut columns = vec![Vec2::zeros(); self.coordinates.len()];
+        for (point, sign) in [(joint.journal, 1.0), (joint.bearing, -1.0)] {
+            let position = self.point(point).position;
+            for &column in &self.mechanism.paths[point.frame].columns {
+                columns[column] += sign * self.column(column, position).0;
+            }
+        }
+        columns
+    }
+
+    /// Cholesky factor (lower triangle, row-major) of the mass matrix of the last evaluation.
+    pub fn mass_factor(&self) -> &[f64] {
+        &self.mass
+    }
+}
+
+/// The part of the motion the force law needs.
+pub fn relative_motion(motion: &JointMotion) -> RelativeMotion<f64> {
+    RelativeMotion { eccentricity: motion.eccentricity.into(), rate: motion.rate.into(), spin: motion.spin }
+}
+
+/// Derivative of a force component with respect to the position and the velocity of a column.
+#[inline]
+fn directional(component: &Dual<5>, by: &JointColumn) -> (f64, f64) {
+    let g = &component.gradient;
+    let by_position =
+        g[0] * by.eccentricity.x + g[1] * by.eccentricity.y + g[2] * by.rate.x + g[3] * by.rate.y;
+    let by_velocity = g[2] * by.eccentricity.x + g[3] * by.eccentricity.y + g[4] * by.spin;
+    (by_position, by_velocity)
+}
+
+fn transpose(matrix: &mut [f64], n: usize) {
+    for i in 0..n {
+        for j in i + 1..n {
+            matrix.swap(i * n + j, j * n + i);
+        }
+    }
+}
+
+/// The bracket 1 + χ δ̇ of a contact [-]; below zero its damping would pull.
+pub fn damping_bracket(state: &ContactState<f64>, phase: Phase) -> Option<f64> {
+    match phase {
+        Phase::Free => None,
+        Phase::Contact { hysteresis_factor, .. } => {
+            Some(ClearanceLaw::damping_bracket(state.penetration_rate, hysteresis_factor))
+        }
+    }
+}

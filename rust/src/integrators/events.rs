@@ -1,0 +1,259 @@
+//! Events: where a guard function falls through zero inside a step.
+//!
+//! A guard is positive while the present phase lasts. What other codes miss is looked for:
+//! a crossing and its return inside one step (interior samples, then the minimum between a
+//! falling and a rising sample), a guard that is zero to rounding because an event has just
+//! happened on it (it must first become negative beyond its resolution), and several guards
+//! at once (the earliest wins, the others are found at the landing).
+
+use crate::integrators::HybridSystem;
+use crate::integrators::rosenbrock::DenseStep;
+
+/// Value of a guard function.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guard {
+    /// Positive while the phase lasts.
+    pub value: f64,
+    /// Its rate; NaN where it is not known.
+    pub rate: f64,
+    /// Size of its rounding errors: closer to zero it has no sign.
+    pub resolution: f64,
+    /// How far beyond zero a landing may end.
+    pub overshoot: f64,
+}
+
+impl Guard {
+    /// A guard that is not watched in the present phase.
+    pub const INACTIVE: Guard =
+        Guard { value: f64::INFINITY, rate: 0.0, resolution: 0.0, overshoot: f64::INFINITY };
+
+    fn crossed(&self) -> bool {
+        self.value < -self.resolution
+    }
+}
+
+/// A guard's root on the dense output.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Located {
+    /// The guard.
+    pub index: usize,
+    /// Where, as a fraction of the step.
+    pub theta: f64,
+}
+
+/// A guard could not be evaluated to a number inside a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LocationFailure {
+    /// The guard.
+    pub index: usize,
+}
+
+/// Interior instants at which the guards are sampled, as a fraction 1/PIECES of the step: with
+/// the slope test between them only two extrema within an eighth of a step could be missed.
+const PIECES: usize = 8;
+
+/// Iterations of the root and minimum searches: bisection alone would need 53.
+const ITERATIONS: usize = 60;
+
+/// Finds events on steps; owns the scratch memory.
+#[derive(Clone, Debug)]
+pub struct EventFinder {
+    /// Guards at the start of the step, at its interior samples and at its end.
+    samples: Vec<Guard>,
+    count: usize,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    trial: Vec<Guard>,
+}
+
+impl EventFinder {
+    /// A finder for `count` guards and `d` degrees of freedom.
+    pub fn new(count: usize, d: usize) -> Self {
+        Self {
+            samples: vec![Guard::INACTIVE; (PIECES + 1) * count],
+            count,
+            q: vec![0.0; d],
+            v: vec![0.0; d],
+            trial: vec![Guard::INACTIVE; count],
+        }
+    }
+
+    /// Whether the guards at the ends of a step of length `h` leave room for an event in it.
+    ///
+    /// The cubic through end values and rates strays at most 4/27 h (|g'₀| + |g'₁|) below its
+    /// ends; more than three times that is asked for. A guard of unknown rate must stay clear
+    /// of zero by more than its change over the step.
+    pub fn suspicious(h: f64, start: &[Guard], end: &[Guard]) -> bool {
+        start.iter().zip(end).any(|(a, b)| {
+            let margin = h * a.rate.abs().max(b.rate.abs());
+            let margin = if margin.is_nan() { (a.value - b.value).abs() + 0.25 } else { margin };
+            let clear = a.value > margin && b.value > margin;
+            // Also suspicious where a value is not a number.
+            !clear
+        })
+    }
+
+    /// The earliest event on a step, whose dense output must be finished.
+    pub fn earliest(
+        &mut self,
+        system: &mut dyn HybridSystem,
+        step: &DenseStep,
+        start: &[Guard],
+        end: &[Guard],
+    ) -> Result<Option<Located>, LocationFailure> {
+        let count = self.count;
+        self.samples[..count].copy_from_slice(start);
+        for piece in 1..PIECES {
+            let theta = piece as f64 / PIECES as f64;
+            step.at(theta, &mut self.q, &mut self.v);
+            let range = piece * count..(piece + 1) * count;
+            system.guards(step.t + theta * step.h, &self.q, &self.v, &mut self.samples[range]);
+        }
+        self.samples[PIECES * count..].copy_from_slice(end);
+        let mut first: Option<Located> = None;
+        for index in 0..count {
+            if let Some(theta) = self.root_of(system, step, index)?
+                && first.is_none_or(|known| theta < known.theta)
+            {
+                first = Some(Located { index, theta });
+            }
+        }
+        Ok(first)
+    }
+
+    fn root_of(
+        &mut self,
+        system: &mut dyn HybridSystem,
+        step: &DenseStep,
+        index: usize,
+    ) -> Result<Option<f64>, LocationFailure> {
+        for piece in 0..PIECES {
+            let left = self.samples[piece * self.count + index];
+            let right = self.samples[(piece + 1) * self.count + index];
+            if left.value.is_nan() || right.value.is_nan() {
+                return Err(LocationFailure { index });
+            }
+            let (mut a, mut b) = (piece as f64 / PIECES as f64, (piece + 1) as f64 / PIECES as f64);
+            let mut bracketed = right.crossed();
+            if !bracketed && left.rate < 0.0 && right.rate > 0.0 {
+                let (theta, lowest) = self.minimum(system, step, index, a, b);
+                bracketed = lowest.crossed();
+                if bracketed {
+                    b = theta;
+                }
+            }
+            if !bracketed {
+                continue;
+            }
+            let mut value_a = left.value;
+            if value_a <= 0.0 {
+                if left.rate.is_nan() || left.rate <= 0.0 {
+                    return Ok(Some(a));
+                }
+                // Zero to rounding after an event, rising, and fallen again before b: step back
+                // from b until the guard is positive.
+                let mut width = b - a;
+                for _ in 0..ITERATIONS {
+                    width *= 0.5;
+                    let guard = self.evaluate(system, step, index, a + width);
+                    if guard.value > 0.0 {
+                        (a, value_a) = (a + width, guard.value);
+                        break;
+                    }
+                    b = a + width;
+                }
+                if value_a <= 0.0 {
+                    return Ok(Some(a));
+                }
+            }
+            return self.illinois(system, step, index, a, value_a, b).map(Some);
+        }
+        Ok(None)
+    }
+
+    fn evaluate(
+        &mut self,
+        system: &mut dyn HybridSystem,
+        step: &DenseStep,
+        index: usize,
+        theta: f64,
+    ) -> Guard {
+        step.at(theta, &mut self.q, &mut self.v);
+        system.guards(step.t + theta * step.h, &self.q, &self.v, &mut self.trial);
+        self.trial[index]
+    }
+
+    /// Lowest value between a falling and a rising end, by bisection on the rate.
+    fn minimum(
+        &mut self,
+        system: &mut dyn HybridSystem,
+        step: &DenseStep,
+        index: usize,
+        mut a: f64,
+        mut b: f64,
+    ) -> (f64, Guard) {
+        let mut lowest = (b, Guard::INACTIVE);
+        for _ in 0..ITERATIONS {
+            let theta = 0.5 * (a + b);
+            let guard = self.evaluate(system, step, index, theta);
+            if guard.value < lowest.1.value {
+                lowest = (theta, guard);
+            }
+            if guard.crossed() || !(theta > a && theta < b) {
+                break;
+            }
+            if guard.rate < 0.0 { a = theta } else { b = theta }
+        }
+        lowest
+    }
+
+    /// Root between `a` (value > 0) and `b` (value < 0): the Illinois variant of regula falsi,
+    /// with bisection whenever it fails to halve the bracket in three steps.
+    fn illinois(
+        &mut self,
+        system: &mut dyn HybridSystem,
+        step: &DenseStep,
+        index: usize,
+        mut a: f64,
+        mut value_a: f64,
+        mut b: f64,
+    ) -> Result<f64, LocationFailure> {
+        let mut value_b = self.evaluate(system, step, index, b).value;
+        let tolerance = 4.0 * f64::EPSILON * (step.t.abs() + step.h) / step.h;
+        let mut side = 0;
+        let mut width = b - a;
+        for iteration in 0..ITERATIONS {
+            if b - a <= tolerance {
+                break;
+            }
+            let bisect = iteration % 3 == 2 && b - a > 0.5 * width;
+            if iteration % 3 == 2 {
+                width = b - a;
+            }
+            let secant = b - value_b * (b - a) / (value_b - value_a);
+            let theta = if bisect || !(secant > a && secant < b) { 0.5 * (a + b) } else { secant };
+            let value = self.evaluate(system, step, index, theta).value;
+            if value.is_nan() {
+                return Err(LocationFailure { index });
+            }
+            // Signs are compared as signs: a product of tiny values would underflow.
+            if value > 0.0 {
+                (a, value_a) = (theta, value);
+                if side == 1 {
+                    value_b *= 0.5;
+                }
+                side = 1;
+            } else {
+                (b, value_b) = (theta, value);
+                if value == 0.0 {
+                    break;
+                }
+                if side == -1 {
+                    value_a *= 0.5;
+                }
+                side = -1;
+            }
+        }
+        Ok(b)
+    }
+}

@@ -1,0 +1,128 @@
+//! Scenes and helpers shared by the tests.
+
+use chebclear::clearance::SlidingVelocity;
+use chebclear::contact::{Damping, NormalLaw};
+use chebclear::friction::FrictionLaw;
+use chebclear::mechanism::Mechanism;
+use chebclear::scene::{Body, CENTER_OF_MASS, Drive, Joint, JointKind, Point, Scene};
+
+/// A point with a name.
+pub fn point(name: &str, x: f64, y: f64) -> Point {
+    Point { name: name.to_owned(), position: [x, y] }
+}
+
+/// A body with its moment of inertia about its centre of mass and a rough angle of zero.
+pub fn body(name: &str, mass: f64, inertia: f64, center_of_mass: [f64; 2], points: Vec<Point>) -> Body {
+    Body {
+        name: name.to_owned(),
+        mass,
+        inertia,
+        center_of_mass,
+        inertia_about: CENTER_OF_MASS.to_owned(),
+        points,
+        angle: 0.0,
+    }
+}
+
+/// An ideal joint.
+pub fn ideal(name: &str, a: &str, b: &str, kind: JointKind) -> Joint {
+    Joint::Ideal { name: name.to_owned(), a: a.to_owned(), b: b.to_owned(), kind }
+}
+
+/// Eq. (11) with the numbers of Table 2.
+pub fn paper_friction() -> FrictionLaw {
+    FrictionLaw::ModifiedCoulomb {
+        static_coefficient: 0.04,
+        sliding_coefficient: 0.03,
+        stick_slip_velocity: 1e-3,
+        static_sliding_velocity: 1.5e-3,
+    }
+}
+
+/// The paper's slider-crank, with the stiffness and rod inertia of one of the two conventions;
+/// the numbers stand in the headers of the reference trajectories.
+pub fn slider_crank(as_printed: bool) -> Scene {
+    let (crank, rod) = (0.05, 0.12);
+    let (stiffness, rod_inertia, sliding) = if as_printed {
+        (1.045060301713e12, 0.21 * rod * rod / 3.0, SlidingVelocity::ContactPoint)
+    } else {
+        (3.326530256934e11, 0.21 * rod * rod / 12.0, SlidingVelocity::Surface)
+    };
+    Scene {
+        ground: Vec::new(),
+        bodies: vec![
+            body(
+                "crank",
+                0.3,
+                2.5e-4,
+                [0.5 * crank, 0.0],
+                vec![point("A", 0.0, 0.0), point("B", crank, 0.0)],
+            ),
+            body(
+                "rod",
+                0.21,
+                rod_inertia,
+                [0.5 * rod, 0.0],
+                vec![point("B", 0.0, 0.0), point("C", rod, 0.0)],
+            ),
+            body("slider", 0.14, 1e-4, [0.0, 0.0], Vec::new()),
+        ],
+        joints: vec![
+            ideal("crank_bearing", "ground", "crank.A", JointKind::Revolute),
+            ideal("crank_pin", "crank.B", "rod.B", JointKind::Revolute),
+            ideal("guide", "ground", "slider", JointKind::Prismatic { axis: [1.0, 0.0], angle: 0.0 }),
+            Joint::Clearance {
+                name: "wrist".to_owned(),
+                bearing: "rod.C".to_owned(),
+                journal: "slider".to_owned(),
+                journal_radius: 9.8e-3,
+                clearance: 2e-5,
+                contact: NormalLaw {
+                    stiffness,
+                    exponent: 1.5,
+                    damping: Damping::LankaraniNikravesh { restitution: 0.9 },
+                },
+                friction: Some(paper_friction()),
+                sliding,
+                impact_velocity_floor: Some(1e-6),
+            },
+        ],
+        forces: Vec::new(),
+        drives: vec![Drive::Speed {
+            name: "drive".to_owned(),
+            joint: "crank_bearing".to_owned(),
+            speed: 2000.0 * std::f64::consts::PI / 30.0,
+            angle: 0.0,
+        }],
+    }
+}
+
+/// Compiles a scene that is known to be good.
+pub fn compile(scene: &Scene) -> Mechanism {
+    Mechanism::compile(scene).expect("the scene is good")
+}
+
+/// Splitmix64: the tests' deterministic random numbers.
+pub struct Random(pub u64);
+
+impl Random {
+    /// A number in [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^= z >> 31;
+        (z >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// A number in [low, high).
+    pub fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// An index below `count`.
+    pub fn index(&mut self, count: usize) -> usize {
+        (self.unit() * count as f64) as usize
+    }
+}
