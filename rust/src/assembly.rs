@@ -6,8 +6,9 @@ use nalgebra::{DMatrix, DVector};
 use crate::dynamics::Dynamics;
 use crate::error::SceneError;
 use crate::kinematics::{FrameKind, Vec2};
+use crate::linear::cholesky_solve;
 use crate::mechanism::{Mechanism, State};
-use crate::scene::Scene;
+use crate::scene::{Joint, Scene};
 
 /// Newton steps before an assembly is given up. A rough guess needs about ten; a hundred only
 /// when it creeps along a singular pose.
@@ -17,8 +18,22 @@ const ITERATIONS: usize = 100;
 /// a few hundred rounding errors, far below any clearance that could be simulated.
 const CLOSED: f64 = 1e-13;
 
+impl Mechanism {
+    /// Compiles a scene: checks it, spans the tree, assembles the start.
+    ///
+    /// # Errors
+    /// Every problem of [`Scene::check`]; otherwise bodies that are not connected, closed loops
+    /// of ideal joints, or a mechanism that cannot be assembled.
+    pub fn compile(scene: &Scene) -> Result<Mechanism, SceneError> {
+        scene.check()?;
+        let mut mechanism = Mechanism::span(scene)?;
+        assemble(&mut mechanism, scene)?;
+        Ok(mechanism)
+    }
+}
+
 /// Computes `start`, `scales` and the joints' load-dependent constants of a mechanism.
-pub fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> {
+fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> {
     let length = length_scale(scene);
     let mut q = rough_coordinates(mechanism, scene);
     let d = q.len();
@@ -93,7 +108,7 @@ fn length_scale(scene: &Scene) -> f64 {
         length = length.max(spread(&mut points.into_iter()));
     }
     for joint in &scene.joints {
-        if let crate::scene::Joint::Clearance { journal_radius, .. } = joint {
+        if let Joint::Clearance { journal_radius, .. } = joint {
             length = length.max(*journal_radius);
         }
     }
@@ -288,7 +303,7 @@ fn effective_masses(
     let mass_along = |columns: &[Vec2], direction: Vec2| {
         let row: Vec<f64> = mechanism.free.iter().map(|&column| columns[column].dot(&direction)).collect();
         let mut solved = row.clone();
-        crate::linear::cholesky_solve(&factor, d, &mut solved);
+        cholesky_solve(&factor, d, &mut solved);
         let compliance: f64 = row.iter().zip(&solved).map(|(a, b)| a * b).sum();
         1.0 / compliance
     };

@@ -12,6 +12,8 @@
 //! `[Xiang2020]` are resolved in REFERENCES.md.
 
 pub mod assembly;
+pub mod bounds;
+pub mod chebyshev;
 pub mod clearance;
 pub mod constraints;
 pub mod contact;
@@ -20,10 +22,16 @@ pub mod dynamics;
 pub mod error;
 pub mod friction;
 pub mod integrators;
+mod json;
 pub mod kinematics;
 pub mod linear;
 pub mod mechanism;
 pub mod outputs;
 pub mod scene;
 pub mod scene_reader;
+pub mod settings;
+pub mod sweep;
 pub mod trajectory;
+
+#[cfg(feature = "python")]
+mod python;

@@ -7,7 +7,6 @@
 
 use std::collections::VecDeque;
 
-use crate::assembly;
 use crate::clearance::ClearanceLaw;
 use crate::constraints::{CartesianConstraint, ConstraintKind};
 use crate::error::{Problem, SceneError};
@@ -161,18 +160,11 @@ pub struct Mechanism {
 }
 
 impl Mechanism {
-    /// Compiles a scene: checks it, spans the tree, assembles the start.
-    ///
-    /// # Errors
-    /// Every problem of [`Scene::check`]; otherwise bodies that are not connected, closed loops
-    /// of ideal joints, or a mechanism that cannot be assembled.
-    pub fn compile(scene: &Scene) -> Result<Mechanism, SceneError> {
-        scene.check()?;
+    /// The tree of a checked scene, not assembled yet: start and scales are empty.
+    pub(crate) fn span(scene: &Scene) -> Result<Mechanism, SceneError> {
         let mut builder = Builder::new(scene);
         builder.span()?;
-        let mut mechanism = builder.finish();
-        assembly::assemble(&mut mechanism, scene)?;
-        Ok(mechanism)
+        Ok(builder.finish())
     }
 
     /// Number of degrees of freedom.

@@ -1,0 +1,133 @@
+//! What to compute and how accurately.
+
+use serde_json::Value;
+
+use crate::error::{Problem, SceneError};
+use crate::integrators::Limits;
+use crate::integrators::tableaus::{RODAS4, RODAS5P, Tableau};
+use crate::json::Node;
+
+/// Integration method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Rodas4, order 4(3).
+    Rodas4,
+    /// Rodas5P, order 5(4).
+    Rodas5P,
+}
+
+impl Method {
+    /// The coefficients.
+    pub fn tableau(self) -> Tableau {
+        match self {
+            Method::Rodas4 => RODAS4,
+            Method::Rodas5P => RODAS5P,
+        }
+    }
+}
+
+/// What to compute and how accurately.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Simulated time [s].
+    pub duration: f64,
+    /// Number of samples, both ends included.
+    pub samples: usize,
+    /// Relative tolerance of the local error [-].
+    pub rtol: f64,
+    /// Integration method.
+    pub method: Method,
+    /// Names of the columns wanted; `None`: all.
+    pub outputs: Option<Vec<String>>,
+    /// Local position error [m]; `None`: from `rtol` and the scene.
+    pub position_tolerance: Option<f64>,
+    /// Local velocity error [m/s]; `None`: from `rtol` and the scene.
+    pub velocity_tolerance: Option<f64>,
+    /// Limits of the work.
+    pub limits: Limits,
+}
+
+impl Settings {
+    /// Rodas5P at a relative tolerance of 1e-6, all columns.
+    pub fn new(duration: f64, samples: usize) -> Self {
+        Self {
+            duration,
+            samples,
+            rtol: 1e-6,
+            method: Method::Rodas5P,
+            outputs: None,
+            position_tolerance: None,
+            velocity_tolerance: None,
+            limits: Limits::default(),
+        }
+    }
+
+    /// Everything that is wrong with the settings.
+    pub fn check(&self) -> Result<(), SceneError> {
+        let mut problems = Vec::new();
+        let mut check = |good: bool, field: &str, message: String| {
+            if !good {
+                problems.push(Problem::new(format!("settings.{field}"), message));
+            }
+        };
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        check(positive(self.duration), "duration", format!("must be > 0 [s], got {}", self.duration));
+        check(self.samples >= 2, "samples", format!("must be >= 2, got {}", self.samples));
+        // Below 1e-13 rounding errors exceed the tolerance; above 0.1 nothing is accurate.
+        check(
+            (1e-13..=0.1).contains(&self.rtol),
+            "rtol",
+            format!("must be >= 1e-13 and <= 0.1 [-], got {}", self.rtol),
+        );
+        for (field, unit, value) in [
+            ("position_tolerance", "m", self.position_tolerance),
+            ("velocity_tolerance", "m/s", self.velocity_tolerance),
+        ] {
+            let value = value.unwrap_or(1.0);
+            check(positive(value), field, format!("must be > 0 [{unit}], got {value}"));
+        }
+        if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
+    }
+
+    /// Instant of a sample [s]; the last one is the duration exactly.
+    pub fn sample_time(&self, index: usize) -> f64 {
+        if index + 1 == self.samples {
+            self.duration
+        } else {
+            self.duration * index as f64 / (self.samples - 1) as f64
+        }
+    }
+}
+
+/// The settings written in `text`, checked.
+///
+/// # Errors
+/// Every unknown, missing or unacceptable field, with paths below `settings`.
+pub fn read_settings(text: &str) -> Result<Settings, SceneError> {
+    let value: Value = serde_json::from_str(text)
+        .map_err(|error| SceneError::single("settings", format!("is not valid JSON: {error}")))?;
+    let mut problems = Vec::new();
+    let mut fields = Node { value: &value, path: "settings".to_owned() }.fields(&mut problems);
+    let methods = [("rodas5p", Method::Rodas5P), ("rodas4", Method::Rodas4)];
+    let limits = Limits::default();
+    let settings = Settings {
+        duration: fields.number("duration", &mut problems),
+        samples: fields.count_or("samples", 0, &mut problems),
+        rtol: fields.number_or("rtol", 1e-6, &mut problems),
+        method: fields.word("method", &methods, &mut problems),
+        outputs: fields.optional("outputs").map(|node| node.texts(&mut problems)),
+        position_tolerance: fields.optional("position_tolerance").map(|node| node.number(&mut problems)),
+        velocity_tolerance: fields.optional("velocity_tolerance").map(|node| node.number(&mut problems)),
+        limits: Limits {
+            max_steps: fields.count_or("max_steps", limits.max_steps, &mut problems),
+            max_events: fields.count_or("max_events", limits.max_events, &mut problems),
+            ..limits
+        },
+    };
+    fields.finish(&mut problems);
+    if !problems.is_empty() {
+        return Err(SceneError { problems });
+    }
+    settings.check()?;
+    Ok(settings)
+}

@@ -1,0 +1,69 @@
+//! Many runs in parallel: the only user of threads.
+//!
+//! Runs are independent and collected in the order of the scenes; nothing is summed across
+//! them. The results are the same bits for any number of threads.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use crate::error::{Problem, SceneError};
+use crate::integrators::Status;
+use crate::mechanism::Mechanism;
+use crate::scene_reader::read_scene;
+use crate::trajectory::{Settings, Trajectory, simulate};
+
+/// Simulates every scene, given as JSON text, on `threads` threads of a private pool (default:
+/// one for every processor).
+///
+/// `monitor` is called after every accepted step of any run with the number of runs finished;
+/// false cancels all of them.
+///
+/// # Errors
+/// The problems of all scenes together, with paths below `scenes[i]`; nothing is simulated then.
+pub fn sweep(
+    scenes: &[String],
+    settings: &Settings,
+    threads: Option<usize>,
+    monitor: &(dyn Fn(usize) -> bool + Sync),
+) -> Result<Vec<Trajectory>, SceneError> {
+    settings.check()?;
+    // A pool of its own: the global one would not survive a fork, and its size is the user's.
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.unwrap_or(0))
+        .build()
+        .map_err(|error| SceneError::single("threads", format!("cannot be started: {error}")))?;
+    let finished = AtomicUsize::new(0);
+    pool.install(|| {
+        let mechanisms = gather(
+            scenes.par_iter().map(|text| read_scene(text).and_then(|scene| Mechanism::compile(&scene))),
+        )?;
+        gather(mechanisms.par_iter().with_max_len(1).map(|mechanism| {
+            let run = simulate(mechanism, settings, &|_| monitor(finished.load(Ordering::Relaxed)))?;
+            if run.status != Status::Cancelled {
+                finished.fetch_add(1, Ordering::Relaxed);
+            }
+            Ok(run)
+        }))
+    })
+}
+
+/// All results in order, or the problems of all failures with the path of their scene.
+fn gather<T: Send>(
+    results: impl IndexedParallelIterator<Item = Result<T, SceneError>>,
+) -> Result<Vec<T>, SceneError> {
+    let results: Vec<Result<T, SceneError>> = results.collect();
+    let mut good = Vec::with_capacity(results.len());
+    let mut problems = Vec::new();
+    for (index, result) in results.into_iter().enumerate() {
+        match result {
+            Ok(value) => good.push(value),
+            Err(error) => {
+                problems.extend(error.problems.into_iter().map(|problem| {
+                    Problem::new(format!("scenes[{index}].{}", problem.path), problem.message)
+                }))
+            }
+        }
+    }
+    if problems.is_empty() { Ok(good) } else { Err(SceneError { problems }) }
+}
