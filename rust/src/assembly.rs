@@ -50,7 +50,7 @@ fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> 
         ));
     }
     let (v, gap_rate) = close_velocities(&mut dynamics, &q, length);
-    dynamics.move_to(0.0, &q, &v, None);
+    dynamics.move_to(0.0, &q, &v);
     let speed = speed_scale(mechanism, &dynamics, length);
     // The least-squares velocity leaves a rate only where no velocity closes the joints: the pose
     // is singular and the drive pushes against it.
@@ -187,7 +187,7 @@ fn close_positions(dynamics: &mut Dynamics, q: &mut [f64], v: &[f64], length: f6
     let mechanism = dynamics.mechanism;
     let units = column_units(mechanism, length);
     let unit = length.log2().ceil().exp2();
-    dynamics.move_to(0.0, q, v, None);
+    dynamics.move_to(0.0, q, v);
     let (mut residual, mut jacobian) = closures(dynamics, &units, unit);
     for _ in 0..ITERATIONS {
         let size = residual.norm();
@@ -201,7 +201,7 @@ fn close_positions(dynamics: &mut Dynamics, q: &mut [f64], v: &[f64], length: f6
             for (k, value) in trial.iter_mut().enumerate() {
                 *value = q[k] - fraction * step[k] * units[k];
             }
-            dynamics.move_to(0.0, &trial, v, None);
+            dynamics.move_to(0.0, &trial, v);
             (residual, jacobian) = closures(dynamics, &units, unit);
             if residual.norm() < size {
                 break;
@@ -236,14 +236,14 @@ fn close_velocities(dynamics: &mut Dynamics, q: &[f64], length: f64) -> (Vec<f64
     let mut v = vec![0.0; q.len()];
     // The closure is linear in v: the second pass only removes the rounding of the first.
     for _ in 0..2 {
-        dynamics.move_to(0.0, q, &v, None);
+        dynamics.move_to(0.0, q, &v);
         let (_, jacobian) = closures(dynamics, &units, unit);
         let step = least_squares(jacobian, &(rates(dynamics) / unit));
         for (k, value) in v.iter_mut().enumerate() {
             *value -= step[k] * units[k];
         }
     }
-    dynamics.move_to(0.0, q, &v, None);
+    dynamics.move_to(0.0, q, &v);
     let remaining = rates(dynamics).amax();
     (v, if mechanism.clearance_joints.is_empty() { 0.0 } else { remaining })
 }
@@ -299,7 +299,8 @@ fn effective_masses(
 ) -> Vec<(f64, f64)> {
     let d = a.len();
     let factor = dynamics.mass_factor().to_vec();
-    dynamics.move_to(0.0, q, v, Some(a));
+    dynamics.move_to(0.0, q, v);
+    dynamics.accelerate(a);
     let mass_along = |columns: &[Vec2], direction: Vec2| {
         let row: Vec<f64> = mechanism.free.iter().map(|&column| columns[column].dot(&direction)).collect();
         let mut solved = row.clone();

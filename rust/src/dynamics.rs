@@ -15,8 +15,8 @@
 use crate::clearance::{ClearanceLaw, ContactState, Phase, RelativeMotion};
 use crate::dual::Dual;
 use crate::kinematics::{
-    Coordinate, FrameKind, FrameState, PointState, Vec2, acceleration_column, angle_column, move_frames,
-    perp, position_column, velocity_column,
+    Coordinate, FrameKind, FrameState, PointState, Vec2, accelerate_frames, acceleration_column,
+    angle_column, move_frames, perp, position_column, velocity_column,
 };
 use crate::linear::{cholesky_factor, cholesky_solve};
 use crate::mechanism::{ClearanceJoint, FramePoint, Mechanism};
@@ -97,19 +97,23 @@ impl<'m> Dynamics<'m> {
         }
     }
 
-    /// Moves all frames; free accelerations are `a`, or zero.
-    pub fn move_to(&mut self, t: f64, q: &[f64], v: &[f64], a: Option<&[f64]>) {
-        for (freedom, &column) in self.mechanism.free.iter().enumerate() {
-            self.coordinates[column] = Coordinate {
-                position: q[freedom],
-                velocity: v[freedom],
-                acceleration: a.map_or(0.0, |a| a[freedom]),
-            };
+    /// Moves all frames to a state, with the free coordinates not accelerated.
+    pub fn move_to(&mut self, t: f64, q: &[f64], v: &[f64]) {
+        for (&column, (&position, &velocity)) in self.mechanism.free.iter().zip(q.iter().zip(v)) {
+            self.coordinates[column] = Coordinate { position, velocity, acceleration: 0.0 };
         }
         for driven in &self.mechanism.driven {
             self.coordinates[driven.column] = driven.at(t);
         }
         move_frames(&self.mechanism.frames, &self.coordinates, &mut self.states);
+    }
+
+    /// Gives the free coordinates accelerations, after [`Dynamics::move_to`].
+    pub fn accelerate(&mut self, a: &[f64]) {
+        for (&column, &acceleration) in self.mechanism.free.iter().zip(a) {
+            self.coordinates[column].acceleration = acceleration;
+        }
+        accelerate_frames(&self.mechanism.frames, &self.coordinates, &mut self.states);
     }
 
     /// Motion of a frame after [`Dynamics::move_to`]; accelerations are relative to free fall.
@@ -144,7 +148,7 @@ impl<'m> Dynamics<'m> {
     /// Accelerations of the degrees of freedom. Returns false where the mass matrix is singular
     /// or something is not a number.
     pub fn acceleration(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        self.move_to(t, q, v, None);
+        self.move_to(t, q, v);
         let d = a.len();
         a.fill(0.0);
         self.mass.fill(0.0);
@@ -208,7 +212,7 @@ impl<'m> Dynamics<'m> {
         if !self.acceleration(t, q, v, &mut out.a) {
             return false;
         }
-        self.move_to(t, q, v, Some(&out.a));
+        self.accelerate(&out.a);
         self.residual_q.fill(0.0);
         self.residual_v.fill(0.0);
         self.add_inertia_derivatives();
@@ -327,8 +331,7 @@ impl<'m> Dynamics<'m> {
         }
     }
 
-    /// Generalised force [N m] a drive must supply, after [`Dynamics::move_to`] with the true
-    /// accelerations; positive along the drive's own direction.
+    /// Generalised force [N m] a drive must supply, after [`Dynamics::accelerate`]; positive along the drive's own direction.
     pub fn drive_torque(&self, index: usize) -> f64 {
         let driven = &self.mechanism.driven[index];
         let mut torque = 0.0;

@@ -135,11 +135,12 @@ pub struct Coordinate {
 
 /// Moves all frames to the coordinates: `coordinates[k - 1]` belongs to frame k.
 pub fn move_frames(frames: &[Frame], coordinates: &[Coordinate], states: &mut [FrameState]) {
-    for (index, frame) in frames.iter().enumerate().skip(1) {
-        let Coordinate { position: z, velocity, acceleration } = coordinates[index - 1];
-        let parent = states[frame.parent];
+    for (index, (frame, coordinate)) in frames.iter().skip(1).zip(coordinates).enumerate() {
+        let Coordinate { position: z, velocity, acceleration } = *coordinate;
+        let (placed, rest) = states.split_at_mut(index + 1);
+        let parent = &placed[frame.parent];
         let (omega, alpha) = (parent.angular_velocity, parent.angular_acceleration);
-        states[index] = match frame.kind {
+        rest[0] = match frame.kind {
             FrameKind::Revolute => {
                 let origin = parent.point(frame.anchor);
                 let angle = parent.angle + z;
@@ -167,10 +168,29 @@ pub fn move_frames(frames: &[Frame], coordinates: &[Coordinate], states: &mut [F
                         + 2.0 * omega * velocity * perp(axis)
                         + acceleration * axis,
                     axis,
-                    ..parent
+                    ..*parent
                 }
             }
         };
+    }
+}
+
+/// Gives frames that have been moved other accelerations: those of the coordinates.
+pub fn accelerate_frames(frames: &[Frame], coordinates: &[Coordinate], states: &mut [FrameState]) {
+    for (index, (frame, coordinate)) in frames.iter().skip(1).zip(coordinates).enumerate() {
+        let Coordinate { velocity, acceleration, .. } = *coordinate;
+        let (placed, rest) = states.split_at_mut(index + 1);
+        let (parent, state) = (&placed[frame.parent], &mut rest[0]);
+        let arm = state.position - parent.position;
+        let (omega, alpha) = (parent.angular_velocity, parent.angular_acceleration);
+        state.acceleration = parent.acceleration + alpha * perp(arm) - omega * omega * arm;
+        match frame.kind {
+            FrameKind::Revolute => state.angular_acceleration = alpha + acceleration,
+            FrameKind::Prismatic { .. } => {
+                state.acceleration += 2.0 * omega * velocity * perp(state.axis) + acceleration * state.axis;
+                state.angular_acceleration = alpha;
+            }
+        }
     }
 }
 

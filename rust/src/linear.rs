@@ -1,43 +1,46 @@
 //! Small dense linear algebra in place: the step loop may not allocate.
 
 /// Factors a symmetric positive definite row-major `n` x `n` matrix as L Lᵀ, in its lower
-/// triangle. Returns false where a pivot is not positive (or not a number).
+/// triangle; the diagonal of L is stored inverted. Returns false where a pivot is not positive
+/// (or not a number).
+#[inline]
 pub fn cholesky_factor(matrix: &mut [f64], n: usize) -> bool {
-    for j in 0..n {
-        for i in j..n {
-            let mut sum = matrix[i * n + j];
-            for k in 0..j {
-                sum -= matrix[i * n + k] * matrix[j * n + k];
-            }
-            if i == j {
-                if !(sum > 0.0 && sum.is_finite()) {
-                    return false;
-                }
-                matrix[i * n + i] = sum.sqrt();
-            } else {
-                matrix[i * n + j] = sum / matrix[j * n + j];
-            }
+    for i in 0..n {
+        let (above, rest) = matrix.split_at_mut(i * n);
+        let row = &mut rest[..n];
+        for j in 0..i {
+            let other = &above[j * n..j * n + n];
+            row[j] = (row[j] - dot(&row[..j], &other[..j])) * other[j];
         }
+        let pivot = row[i] - dot(&row[..i], &row[..i]);
+        if !(pivot > 0.0 && pivot.is_finite()) {
+            return false;
+        }
+        row[i] = 1.0 / pivot.sqrt();
     }
     true
 }
 
 /// Solves L Lᵀ x = b in place, with the factor of [`cholesky_factor`].
+#[inline]
 pub fn cholesky_solve(factor: &[f64], n: usize, b: &mut [f64]) {
     for i in 0..n {
-        let mut sum = b[i];
-        for k in 0..i {
-            sum -= factor[i * n + k] * b[k];
-        }
-        b[i] = sum / factor[i * n + i];
+        let row = &factor[i * n..i * n + n];
+        b[i] = (b[i] - dot(&row[..i], &b[..i])) * row[i];
     }
     for i in (0..n).rev() {
-        let mut sum = b[i];
-        for k in i + 1..n {
-            sum -= factor[k * n + i] * b[k];
+        let row = &factor[i * n..i * n + n];
+        b[i] *= row[i];
+        let (before, at) = b.split_at_mut(i);
+        for (x, l) in before.iter_mut().zip(row) {
+            *x -= l * at[0];
         }
-        b[i] = sum / factor[i * n + i];
     }
+}
+
+#[inline]
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Factors a row-major `n` x `n` matrix with partial pivoting; the diagonal of U is stored
@@ -73,22 +76,17 @@ pub fn lu_factor(matrix: &mut [f64], n: usize, pivots: &mut [usize]) -> bool {
 }
 
 /// Solves A x = b in place, with the factor of [`lu_factor`].
+#[inline]
 pub fn lu_solve(factor: &[f64], n: usize, pivots: &[usize], b: &mut [f64]) {
-    for i in 0..n {
-        b.swap(i, pivots[i]);
+    for (i, &pivot) in pivots.iter().enumerate() {
+        b.swap(i, pivot);
     }
     for i in 1..n {
-        let mut sum = b[i];
-        for k in 0..i {
-            sum -= factor[i * n + k] * b[k];
-        }
-        b[i] = sum;
+        let row = &factor[i * n..i * n + n];
+        b[i] -= dot(&row[..i], &b[..i]);
     }
     for i in (0..n).rev() {
-        let mut sum = b[i];
-        for k in i + 1..n {
-            sum -= factor[i * n + k] * b[k];
-        }
-        b[i] = sum * factor[i * n + i];
+        let row = &factor[i * n..i * n + n];
+        b[i] = (b[i] - dot(&row[i + 1..], &b[i + 1..n])) * row[i];
     }
 }

@@ -55,13 +55,14 @@ impl DenseStep {
 pub struct Rosenbrock {
     tableau: Tableau,
     d: usize,
-    /// Stage vectors u_i as (u_q, u_v), one row a stage.
+    /// Stage vectors u_i as (u_q, u_v): one row a component, one column a stage.
     stages: Vec<f64>,
     w: Vec<f64>,
     pivots: Vec<usize>,
-    /// y + Σ A u and (1/h) Σ C u of the present stage.
+    /// State (q, v) at which the present stage evaluates the accelerations.
     argument: Vec<f64>,
-    memory: Vec<f64>,
+    /// Right-hand sides r_q and r_v of the present stage.
+    residual: Vec<f64>,
     a: Vec<f64>,
     /// Local error estimate of (q, v).
     pub error: Vec<f64>,
@@ -80,7 +81,7 @@ impl Rosenbrock {
             w: vec![0.0; d * d],
             pivots: vec![0; d],
             argument: vec![0.0; n],
-            memory: vec![0.0; n],
+            residual: vec![0.0; n],
             a: vec![0.0; d],
             error: vec![0.0; n],
             step: DenseStep {
@@ -110,7 +111,6 @@ impl Rosenbrock {
         v: &[f64],
     ) -> bool {
         let d = self.d;
-        let n = 2 * d;
         let Tableau { stages, gamma, alpha, d: time_weight, a: a_coefficients, c: c_coefficients, .. } =
             self.tableau;
         let diagonal = h * gamma;
@@ -129,16 +129,19 @@ impl Rosenbrock {
         self.step.start[d..].copy_from_slice(v);
         let inverse = 1.0 / h;
         for i in 0..stages {
-            let (done, rest) = self.stages.split_at_mut(i * n);
-            let u = &mut rest[..n];
-            self.argument.copy_from_slice(&self.step.start);
-            self.memory.fill(0.0);
-            for (j, earlier) in done.chunks_exact(n).enumerate() {
-                let (a, c) = (a_coefficients[i * stages + j], c_coefficients[i * stages + j] * inverse);
-                for k in 0..n {
-                    self.argument[k] += a * earlier[k];
-                    self.memory[k] += c * earlier[k];
+            let a_row = &a_coefficients[i * stages..i * stages + i];
+            let c_row = &c_coefficients[i * stages..i * stages + i];
+            let components = self.stages.chunks_exact(stages).zip(&self.step.start);
+            for ((argument, residual), (u, start)) in
+                self.argument.iter_mut().zip(&mut self.residual).zip(components)
+            {
+                let (mut by_a, mut by_c) = (*start, 0.0);
+                for (u, (a, c)) in u.iter().zip(a_row.iter().zip(c_row)) {
+                    by_a += a * u;
+                    by_c += c * u;
                 }
+                *argument = by_a;
+                *residual = by_c * inverse;
             }
             if i == 0 {
                 self.a.copy_from_slice(&linear.a);
@@ -148,49 +151,43 @@ impl Rosenbrock {
                     return false;
                 }
             }
-            let (u_q, u_v) = u.split_at_mut(d);
-            for k in 0..d {
-                // r_q waits in u_q until u_v is known.
-                u_q[k] = self.argument[d + k] + self.memory[k];
-                u_v[k] = self.a[k] + self.memory[d + k] + h * time_weight[i] * linear.a_t[k];
+            let (r_q, r_v) = self.residual.split_at_mut(d);
+            let by_time = h * time_weight[i];
+            for (r_q, velocity) in r_q.iter_mut().zip(&self.argument[d..]) {
+                *r_q += velocity;
             }
-            for k in 0..d {
-                let mut sum = 0.0;
-                for l in 0..d {
-                    sum += linear.a_q[k * d + l] * u_q[l];
-                }
-                u_v[k] += diagonal * sum;
+            for (k, r_v) in r_v.iter_mut().enumerate() {
+                let coupling: f64 = linear.a_q[k * d..k * d + d].iter().zip(&*r_q).map(|(a, r)| a * r).sum();
+                *r_v += self.a[k] + by_time * linear.a_t[k] + diagonal * coupling;
             }
-            lu_solve(&self.w, d, &self.pivots, u_v);
-            for k in 0..d {
-                u_q[k] = diagonal * (u_v[k] + u_q[k]);
+            lu_solve(&self.w, d, &self.pivots, r_v);
+            for (k, (u_v, r_q)) in r_v.iter().zip(&*r_q).enumerate() {
+                self.stages[k * stages + i] = diagonal * (u_v + r_q);
+                self.stages[(d + k) * stages + i] = *u_v;
             }
         }
-        self.step.end.copy_from_slice(&self.step.start);
-        combine(self.tableau.m, &self.stages, &mut self.step.end);
-        self.error.fill(0.0);
-        combine(self.tableau.e, &self.stages, &mut self.error);
+        let components = self.stages.chunks_exact(stages).zip(&self.step.start);
+        for ((end, error), (u, start)) in self.step.end.iter_mut().zip(&mut self.error).zip(components) {
+            *end = start + weighted(self.tableau.m, u);
+            *error = weighted(self.tableau.e, u);
+        }
         self.step.end.iter().all(|y| y.is_finite())
     }
 
     /// Computes the dense output of the step last taken.
     pub fn finish_dense(&mut self) {
-        let n = 2 * self.d;
-        self.step.rows.fill(0.0);
-        let weights = self.tableau.h.chunks_exact(self.tableau.stages);
-        for (row, weights) in self.step.rows.chunks_exact_mut(n).zip(weights) {
-            combine(weights, &self.stages, row);
+        let stages = self.tableau.stages;
+        let rows = self.step.rows.chunks_exact_mut(2 * self.d);
+        for (row, weights) in rows.zip(self.tableau.h.chunks_exact(stages)) {
+            for (value, u) in row.iter_mut().zip(self.stages.chunks_exact(stages)) {
+                *value = weighted(weights, u);
+            }
         }
     }
 }
 
-/// Adds the weighted stages to `sum`.
-fn combine(weights: &[f64], stages: &[f64], sum: &mut [f64]) {
-    for (weight, stage) in weights.iter().zip(stages.chunks_exact(sum.len())) {
-        if *weight != 0.0 {
-            for (total, u) in sum.iter_mut().zip(stage) {
-                *total += weight * u;
-            }
-        }
-    }
+/// Σ w_i u_i over the stages.
+#[inline]
+fn weighted(weights: &[f64], stages: &[f64]) -> f64 {
+    weights.iter().zip(stages).map(|(w, u)| w * u).sum()
 }
