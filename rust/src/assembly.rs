@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::dynamics::Dynamics;
 use crate::error::SceneError;
 use crate::kinematics::{FrameKind, Vec2};
-use crate::linear::cholesky_solve;
+use crate::linear::symmetric_solve;
 use crate::mechanism::{Mechanism, State};
 use crate::scene::{Joint, Scene};
 
@@ -304,7 +304,7 @@ fn effective_masses(
     let mass_along = |columns: &[Vec2], direction: Vec2| {
         let row: Vec<f64> = mechanism.free.iter().map(|&column| columns[column].dot(&direction)).collect();
         let mut solved = row.clone();
-        cholesky_solve(&factor, d, &mut solved);
+        symmetric_solve(&factor, d, &mut solved);
         let compliance: f64 = row.iter().zip(&solved).map(|(a, b)| a * b).sum();
         1.0 / compliance
     };

@@ -166,8 +166,8 @@ pub fn evaluate(
         for start in (0..columns).step_by(COLUMN_BLOCK) {
             let end = columns.min(start + COLUMN_BLOCK);
             for (factors, target) in products.chunks_exact(terms).zip(targets.chunks_exact_mut(columns)) {
-                // Highest terms first: small numbers meet before a large sum rounds them off. At 13³
-                // terms this is worth a factor FACTOR.
+                // Highest terms first: small numbers meet before a large sum rounds them off. Measured on
+                // two smooth functions with 13³ terms: a quarter to a sixth of the rounding.
                 for (&factor, row) in factors.iter().zip(coefficients.chunks_exact(columns)).rev() {
                     add_scaled(&mut target[start..end], factor, &row[start..end]);
                 }

@@ -84,6 +84,7 @@ impl ClearanceLaw {
     ///
     /// At |e| = 0 (a concentric start) the normal does not exist and no force acts: nothing is
     /// divided by |e|, and the rates are reported as zero.
+    #[inline]
     pub fn evaluate<S: Scalar>(&self, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
         let zero = S::constant(0.0);
         let [ex, ey] = motion.eccentricity;
@@ -101,12 +102,13 @@ impl ClearanceLaw {
         }
         let eccentricity = square.sqrt();
         let penetration = eccentricity - self.clearance;
-        let (nx, ny) = (ex / eccentricity, ey / eccentricity);
+        let inverse = S::constant(1.0) / eccentricity;
+        let (nx, ny) = (ex * inverse, ey * inverse);
         let penetration_rate = vx * nx + vy * ny;
         let tangential_velocity = vy * nx - vx * ny;
         let sliding_velocity = match self.sliding {
             SlidingVelocity::Surface => tangential_velocity + motion.spin,
-            SlidingVelocity::ContactPoint => tangential_velocity * penetration / eccentricity,
+            SlidingVelocity::ContactPoint => tangential_velocity * penetration * inverse,
         };
         let normal_force = match phase {
             Phase::Contact { hysteresis_factor, clipped: false } => {

@@ -64,7 +64,13 @@ impl NormalLaw {
         let frequency =
             (self.exponent * self.stiffness * equilibrium.powf(self.exponent - 1.0) / mass).sqrt();
         // χ = hysteresis_factor(1) / v for every law whose damping is latched; ζ = 1 solved for v.
-        self.hysteresis_factor(1.0) * load / (2.0 * mass * frequency)
+        coarse(self.hysteresis_factor(1.0) * load / (2.0 * mass * frequency))
+    }
+
+    /// Time scale [s] of an impact of a mass [kg] at a velocity [m/s]: (m / (K v^(n-1)))^(1/(n+1)).
+    pub fn impact_time(&self, mass: f64, impact_velocity: f64) -> f64 {
+        let power = self.stiffness * impact_velocity.powf(self.exponent - 1.0);
+        coarse((mass / power).powf(1.0 / (self.exponent + 1.0)))
     }
 
     /// Normal force [N] at a penetration δ [m] and penetration rate δ̇ [m/s], both of a contact
@@ -72,6 +78,7 @@ impl NormalLaw {
     ///
     /// Not clipped where the damping pulls (δ̇ < -1/χ): the clip is an event of the
     /// integrator, which wants the smooth continuation up to the instant it locates.
+    #[inline]
     pub fn normal_force<S: Scalar>(&self, penetration: S, penetration_rate: S, hysteresis_factor: f64) -> S {
         if penetration.value() <= 0.0 {
             return S::constant(0.0);
@@ -84,4 +91,10 @@ impl NormalLaw {
         };
         power * self.stiffness * (penetration_rate * hysteresis_factor + 1.0)
     }
+}
+
+/// `value` rounded to 32 bits. A power with a fractional exponent is not the same to the last bits in
+/// units that are a power of two apart; rounded, it is, and so are the results.
+fn coarse(value: f64) -> f64 {
+    f64::from_bits(value.to_bits().wrapping_add(1 << 19) & !0xF_FFFF)
 }

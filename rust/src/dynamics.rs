@@ -18,7 +18,7 @@ use crate::kinematics::{
     Coordinate, FrameKind, FrameState, PointState, Vec2, accelerate_frames, acceleration_column,
     angle_column, move_frames, perp, position_column, velocity_column,
 };
-use crate::linear::{cholesky_factor, cholesky_solve};
+use crate::linear::{symmetric_factor, symmetric_solve};
 use crate::mechanism::{ClearanceJoint, FramePoint, Mechanism};
 
 /// Derivatives of the accelerations a(t, q, v): row-major d x d matrices and a vector.
@@ -122,11 +122,13 @@ impl<'m> Dynamics<'m> {
     }
 
     /// Motion of a point after [`Dynamics::move_to`]; accelerations are relative to free fall.
+    #[inline]
     pub fn point(&self, point: FramePoint) -> PointState {
         self.states[point.frame].point(point.offset)
     }
 
     /// Relative motion in a clearance joint after [`Dynamics::move_to`].
+    #[inline]
     pub fn joint_motion(&self, joint: &ClearanceJoint) -> JointMotion {
         let journal = self.point(joint.journal);
         let bearing = self.point(joint.bearing);
@@ -134,9 +136,14 @@ impl<'m> Dynamics<'m> {
             eccentricity: journal.position - bearing.position,
             rate: journal.velocity - bearing.velocity,
             acceleration: journal.acceleration - bearing.acceleration,
-            spin: self.states[joint.journal.frame].angular_velocity * joint.law.journal_radius
-                - self.states[joint.bearing.frame].angular_velocity * joint.law.bearing_radius,
+            spin: self.spin(joint),
         }
+    }
+
+    #[inline]
+    fn spin(&self, joint: &ClearanceJoint) -> f64 {
+        self.states[joint.journal.frame].angular_velocity * joint.law.journal_radius
+            - self.states[joint.bearing.frame].angular_velocity * joint.law.bearing_radius
     }
 
     /// State of the contact of a clearance joint after [`Dynamics::move_to`].
@@ -172,10 +179,10 @@ impl<'m> Dynamics<'m> {
                 self.add_contact(index, a);
             }
         }
-        if !cholesky_factor(&mut self.mass, d) {
+        if !symmetric_factor(&mut self.mass, d) {
             return false;
         }
-        cholesky_solve(&self.mass, d, a);
+        symmetric_solve(&self.mass, d, a);
         a.iter().all(|a| a.is_finite())
     }
 
@@ -190,16 +197,24 @@ impl<'m> Dynamics<'m> {
     #[inline]
     fn add_contact(&self, index: usize, forces: &mut [f64]) {
         let joint = &self.mechanism.clearance_joints[index];
-        let state = self.contact_state(index);
+        let journal = self.point(joint.journal);
+        let bearing = self.point(joint.bearing);
+        let motion = RelativeMotion {
+            eccentricity: (journal.position - bearing.position).into(),
+            rate: (journal.velocity - bearing.velocity).into(),
+            spin: self.spin(joint),
+        };
+        let state = joint.law.evaluate(&motion, self.phases[index]);
         let force = Vec2::from(state.force);
-        for (point, radius, sign) in
-            [(joint.journal, joint.law.journal_radius, 1.0), (joint.bearing, joint.law.bearing_radius, -1.0)]
-        {
-            let position = self.point(point).position;
-            for &(column, i) in &self.mechanism.paths[point.frame].free {
-                let (b, turn) = self.column(column, position);
-                forces[i] += sign * (b.dot(&force) + turn * radius * state.friction_force);
-            }
+        let journal_moment = joint.law.journal_radius * state.friction_force;
+        let bearing_moment = joint.law.bearing_radius * state.friction_force;
+        for &(column, i) in &self.mechanism.paths[joint.journal.frame].free {
+            let (b, turn) = self.column(column, journal.position);
+            forces[i] += b.dot(&force) + turn * journal_moment;
+        }
+        for &(column, i) in &self.mechanism.paths[joint.bearing.frame].free {
+            let (b, turn) = self.column(column, bearing.position);
+            forces[i] -= b.dot(&force) + turn * bearing_moment;
         }
     }
 
@@ -230,7 +245,7 @@ impl<'m> Dynamics<'m> {
                     // Transposed: column `freedom` of the derivative is solved as a contiguous row.
                     derivative[freedom * d + i] = -residual[i * columns + column];
                 }
-                cholesky_solve(&self.mass, d, &mut derivative[freedom * d..(freedom + 1) * d]);
+                symmetric_solve(&self.mass, d, &mut derivative[freedom * d..(freedom + 1) * d]);
             }
         }
         transpose(&mut out.a_q, d);
@@ -243,7 +258,7 @@ impl<'m> Dynamics<'m> {
                 out.a_t[i] -= self.residual_q[place] * velocity + self.residual_v[place] * acceleration;
             }
         }
-        cholesky_solve(&self.mass, d, &mut out.a_t);
+        symmetric_solve(&self.mass, d, &mut out.a_t);
         true
     }
 
@@ -372,7 +387,7 @@ impl<'m> Dynamics<'m> {
         columns
     }
 
-    /// Cholesky factor (lower triangle, row-major) of the mass matrix of the last evaluation.
+    /// Factor L D Lᵀ (see [`symmetric_factor`]) of the mass matrix of the last evaluation.
     pub fn mass_factor(&self) -> &[f64] {
         &self.mass
     }

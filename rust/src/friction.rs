@@ -29,6 +29,7 @@ pub enum FrictionLaw {
 
 impl FrictionLaw {
     /// Friction coefficient with the sign of the sliding velocity [m/s]: μ(|v|) sign(v) [-].
+    #[inline]
     pub fn signed_coefficient<S: Scalar>(&self, sliding_velocity: S) -> S {
         let FrictionLaw::ModifiedCoulomb {
             static_coefficient,

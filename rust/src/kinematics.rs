@@ -21,13 +21,13 @@ use nalgebra::Vector2;
 pub type Vec2 = Vector2<f64>;
 
 /// `vector` turned by +90°.
-#[inline]
+#[inline(always)]
 pub fn perp(vector: Vec2) -> Vec2 {
     Vec2::new(-vector.y, vector.x)
 }
 
 /// `vector` turned by the angle with the given cosine and sine.
-#[inline]
+#[inline(always)]
 pub fn turned(vector: Vec2, cosine: f64, sine: f64) -> Vec2 {
     Vec2::new(cosine * vector.x - sine * vector.y, sine * vector.x + cosine * vector.y)
 }
@@ -99,7 +99,7 @@ impl FrameState {
     }
 
     /// Motion of a point fixed in this frame at `offset` [m].
-    #[inline]
+    #[inline(always)]
     pub fn point(&self, offset: Vec2) -> PointState {
         let arm = self.to_world(offset);
         PointState {
@@ -195,7 +195,7 @@ pub fn accelerate_frames(frames: &[Frame], coordinates: &[Coordinate], states: &
 }
 
 /// Column of the velocity transformation of a point: ∂r/∂z_k, frame k at or above the point.
-#[inline]
+#[inline(always)]
 pub fn position_column(kind: FrameKind, frame: &FrameState, point: Vec2) -> Vec2 {
     match kind {
         FrameKind::Revolute => perp(point - frame.position),

@@ -1,39 +1,45 @@
 //! Small dense linear algebra in place: the step loop may not allocate.
 
-/// Factors a symmetric positive definite row-major `n` x `n` matrix as L Lᵀ, in its lower
-/// triangle; the diagonal of L is stored inverted. Returns false where a pivot is not positive
-/// (or not a number).
+/// Factors a symmetric positive definite row-major `n` x `n` matrix as L D Lᵀ, in its lower
+/// triangle; the diagonal holds the inverse of D. Returns false where a pivot is not positive (or
+/// not a number).
+///
+/// Without the square roots of Cholesky's form: those of masses in units two apart would not be
+/// the same bits.
 #[inline]
-pub fn cholesky_factor(matrix: &mut [f64], n: usize) -> bool {
+pub fn symmetric_factor(matrix: &mut [f64], n: usize) -> bool {
     for i in 0..n {
         let (above, rest) = matrix.split_at_mut(i * n);
         let row = &mut rest[..n];
-        for j in 0..i {
-            let other = &above[j * n..j * n + n];
-            row[j] = (row[j] - dot(&row[..j], &other[..j])) * other[j];
+        // First the row of L D, from which the pivot follows while it is scaled to L.
+        for j in 1..i {
+            row[j] -= dot(&row[..j], &above[j * n..j * n + j]);
         }
-        let pivot = row[i] - dot(&row[..i], &row[..i]);
+        let mut pivot = row[i];
+        for j in 0..i {
+            let scaled = row[j] * above[j * n + j];
+            pivot -= row[j] * scaled;
+            row[j] = scaled;
+        }
         if !(pivot > 0.0 && pivot.is_finite()) {
             return false;
         }
-        row[i] = 1.0 / pivot.sqrt();
+        row[i] = 1.0 / pivot;
     }
     true
 }
 
-/// Solves L Lᵀ x = b in place, with the factor of [`cholesky_factor`].
+/// Solves L D Lᵀ x = b in place, with the factor of [`symmetric_factor`].
 #[inline]
-pub fn cholesky_solve(factor: &[f64], n: usize, b: &mut [f64]) {
-    for i in 0..n {
-        let row = &factor[i * n..i * n + n];
-        b[i] = (b[i] - dot(&row[..i], &b[..i])) * row[i];
+pub fn symmetric_solve(factor: &[f64], n: usize, b: &mut [f64]) {
+    for i in 1..n {
+        b[i] -= dot(&factor[i * n..i * n + i], &b[..i]);
     }
     for i in (0..n).rev() {
         let row = &factor[i * n..i * n + n];
         b[i] *= row[i];
-        let (before, at) = b.split_at_mut(i);
-        for (x, l) in before.iter_mut().zip(row) {
-            *x -= l * at[0];
+        for j in i + 1..n {
+            b[i] -= factor[j * n + i] * b[j];
         }
     }
 }
@@ -45,14 +51,32 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// Factors a row-major `n` x `n` matrix with partial pivoting; the diagonal of U is stored
 /// inverted. Returns false where the matrix is singular or not finite.
-pub fn lu_factor(matrix: &mut [f64], n: usize, pivots: &mut [usize]) -> bool {
+///
+/// Rows are compared after multiplication with `weights`: equations of angles and of lengths have
+/// different units, and the choice of pivots may not depend on them. The weights are permuted
+/// with the rows and restored.
+pub fn lu_factor(matrix: &mut [f64], n: usize, weights: &mut [f64], pivots: &mut [usize]) -> bool {
+    let regular = eliminate(matrix, n, weights, pivots);
+    for (column, &pivot) in pivots.iter().enumerate().rev() {
+        weights.swap(column, pivot);
+    }
+    regular
+}
+
+fn eliminate(matrix: &mut [f64], n: usize, weights: &mut [f64], pivots: &mut [usize]) -> bool {
+    for (column, pivot) in pivots.iter_mut().enumerate() {
+        *pivot = column;
+    }
     for column in 0..n {
         let mut pivot = column;
+        let mut largest = weights[column] * matrix[column * n + column].abs();
         for row in column + 1..n {
-            if matrix[row * n + column].abs() > matrix[pivot * n + column].abs() {
-                pivot = row;
+            let size = weights[row] * matrix[row * n + column].abs();
+            if size > largest {
+                (pivot, largest) = (row, size);
             }
         }
+        weights.swap(column, pivot);
         pivots[column] = pivot;
         if pivot != column {
             for k in 0..n {

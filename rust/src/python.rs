@@ -270,9 +270,15 @@ fn inspect(py: Python<'_>, scene: &str) -> PyResult<String> {
 
 /// Chebyshev roots, Eq. (26), from +1 to -1.
 #[pyfunction]
-fn chebyshev_nodes(py: Python<'_>, count: usize) -> Bound<'_, PyArray1<f64>> {
-    chebyshev::root_nodes(count).into_pyarray(py)
+fn chebyshev_nodes(py: Python<'_>, count: usize) -> PyResult<Bound<'_, PyArray1<f64>>> {
+    if !(1..=MOST_NODES).contains(&count) {
+        return Err(PyValueError::new_err(format!("count must be >= 1 and <= {MOST_NODES}, got {count}")));
+    }
+    Ok(chebyshev::root_nodes(count).into_pyarray(py))
 }
+
+/// Nodes per parameter that could ever be meant; far more would only exhaust the memory.
+const MOST_NODES: usize = 1_000_000;
 
 /// An array as a flat row-major vector, and its shape.
 fn flat(array: &PyReadonlyArray2<'_, f64>) -> (Vec<f64>, [usize; 2]) {

@@ -398,8 +398,7 @@ impl HybridSystem for Recorder<'_> {
             (0, Phase::Free) => {
                 let impact_velocity = normal_velocity.max(joint.impact_velocity_floor);
                 self.floored += usize::from(normal_velocity < joint.impact_velocity_floor);
-                let power = law.stiffness * impact_velocity.powf(law.exponent - 1.0);
-                let impact_time = (joint.effective_mass / power).powf(1.0 / (law.exponent + 1.0));
+                let impact_time = law.impact_time(joint.effective_mass, impact_velocity);
                 bound = ONSET_STEP * self.settings.rtol.powf(0.4) * impact_time;
                 let hysteresis_factor = law.hysteresis_factor(impact_velocity);
                 (EventKind::Onset, Phase::Contact { hysteresis_factor, clipped: false })

@@ -270,6 +270,9 @@ impl Run<'_> {
     /// Reads tolerances and guards after a change of phase.
     fn restart(&mut self) {
         self.system.tolerances(&mut self.position_tolerance, &mut self.velocity_tolerance);
+        for (weight, tolerance) in self.method.weights.iter_mut().zip(&self.velocity_tolerance) {
+            *weight = 1.0 / tolerance;
+        }
         self.system.guards(self.t, &self.q, &self.v, &mut self.start_guards);
         self.steps_since_restart = 0;
     }

@@ -32,6 +32,9 @@ impl DenseStep {
     /// State at `t + theta h`, theta in [0, 1], written to `q` and `v`.
     pub fn at(&self, theta: f64, q: &mut [f64], v: &mut [f64]) {
         let n = self.start.len();
+        if n == 0 {
+            return;
+        }
         let rest = 1.0 - theta;
         let count = self.rows.len() / n;
         for k in 0..n {
@@ -59,6 +62,8 @@ pub struct Rosenbrock {
     stages: Vec<f64>,
     w: Vec<f64>,
     pivots: Vec<usize>,
+    /// What an acceleration of each coordinate is worth against the others, for the choice of pivots.
+    pub weights: Vec<f64>,
     /// State (q, v) at which the present stage evaluates the accelerations.
     argument: Vec<f64>,
     /// Right-hand sides r_q and r_v of the present stage.
@@ -80,6 +85,7 @@ impl Rosenbrock {
             stages: vec![0.0; tableau.stages * n],
             w: vec![0.0; d * d],
             pivots: vec![0; d],
+            weights: vec![1.0; d],
             argument: vec![0.0; n],
             residual: vec![0.0; n],
             a: vec![0.0; d],
@@ -120,7 +126,7 @@ impl Rosenbrock {
         for i in 0..d {
             self.w[i * d + i] += 1.0 / diagonal;
         }
-        if !lu_factor(&mut self.w, d, &mut self.pivots) {
+        if !lu_factor(&mut self.w, d, &mut self.weights, &mut self.pivots) {
             return false;
         }
         self.step.t = t;
@@ -177,7 +183,8 @@ impl Rosenbrock {
     /// Computes the dense output of the step last taken.
     pub fn finish_dense(&mut self) {
         let stages = self.tableau.stages;
-        let rows = self.step.rows.chunks_exact_mut(2 * self.d);
+        // At least 1: without a degree of freedom there are no rows, and no chunks of length zero.
+        let rows = self.step.rows.chunks_exact_mut((2 * self.d).max(1));
         for (row, weights) in rows.zip(self.tableau.h.chunks_exact(stages)) {
             for (value, u) in row.iter_mut().zip(self.stages.chunks_exact(stages)) {
                 *value = weighted(weights, u);

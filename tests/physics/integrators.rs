@@ -1,0 +1,82 @@
+//! The Rosenbrock stepper on smooth problems: orders observed with equal steps.
+
+use chebclear::integrators::tableaus::{RODAS4, RODAS5P, Tableau};
+
+use crate::problems::{Problem, distance, kepler, pendulum, prothero_robinson, van_der_pol};
+use crate::rodas6p::RODAS6P;
+
+/// Steps of the references, and of the coarsest run. Every grid point of the runs, and the
+/// quarters between them, is a grid point of the reference.
+const REFERENCE: usize = 8192;
+
+/// Largest error at the ends of the steps and at the quarters inside them, with `count` equal steps.
+fn errors(problem: &Problem, tableau: Tableau, count: usize, reference: &[Vec<f64>]) -> (f64, f64) {
+    let d = problem.q.len();
+    let stride = REFERENCE / count;
+    let (mut q, mut v) = (vec![0.0; d], vec![0.0; d]);
+    let (mut index, mut ends, mut inside) = (0, 0.0_f64, 0.0_f64);
+    problem.equal_steps(tableau, count, |step| {
+        for quarter in 1..4 {
+            step.at(0.25 * quarter as f64, &mut q, &mut v);
+            let exact = &reference[index * stride + quarter * stride / 4];
+            inside = inside.max(distance(&[&q[..], &v].concat(), exact));
+        }
+        index += 1;
+        ends = ends.max(distance(&step.end, &reference[index * stride]));
+    });
+    (ends, inside)
+}
+
+/// Checks the orders seen over two halvings of `duration / steps`, at the end and inside the steps.
+fn check_orders(problem: &Problem, tableau: Tableau, steps: usize, order: f64, dense: f64) {
+    let reference = problem.reference(REFERENCE);
+    let runs = [steps, 2 * steps, 4 * steps].map(|count| errors(problem, tableau, count, &reference));
+    let name = format!("{} on {}", tableau.name, problem.name);
+    let rate = |a: f64, b: f64| (a / b).log2();
+    for pair in runs.windows(2) {
+        let (at_end, inside) = (rate(pair[0].0, pair[1].0), rate(pair[0].1, pair[1].1));
+        println!("{name}: {:.2e} {:.2e}: order {at_end:.3}, dense {inside:.3}", pair[1].0, pair[1].1);
+    }
+    for pair in runs.windows(2) {
+        let (at_end, inside) = (rate(pair[0].0, pair[1].0), rate(pair[0].1, pair[1].1));
+        assert!((at_end - order).abs() < 0.2, "{name}: order {at_end}");
+        assert!((inside - dense).abs() < 0.2, "{name}: order {inside} inside the steps");
+    }
+}
+
+#[test]
+fn the_solution_and_the_dense_output_have_the_order_of_the_method() {
+    for (problem, rodas4, rodas5p) in
+        [(prothero_robinson(1.0), 64, 32), (van_der_pol(1.0, -0.66), 128, 64), (pendulum(), 128, 64)]
+    {
+        check_orders(&problem, RODAS4, rodas4, 4.0, 4.0);
+        check_orders(&problem, RODAS5P, rodas5p, 5.0, 5.0);
+    }
+    // The reference method of the tests is what it should be, too.
+    check_orders(&van_der_pol(1.0, -0.66), RODAS6P, 32, 6.0, 6.0);
+    check_orders(&pendulum(), RODAS6P, 32, 6.0, 6.0);
+}
+
+#[test]
+fn coupled_coordinates_are_integrated_with_the_order_of_the_method() {
+    check_orders(&kepler(), RODAS4, 128, 4.0, 4.0);
+    check_orders(&kepler(), RODAS5P, 64, 5.0, 5.0);
+}
+
+#[test]
+fn stiff_forcing_is_followed_accurately() {
+    // hL between 15 and 125: where methods without Steinebach's conditions fall to order 1.
+    let problem = prothero_robinson(1e3);
+    let reference = problem.reference(64);
+    for count in [8, 16, 32, 64] {
+        let error = |tableau| {
+            let end = problem.equal_steps(tableau, count, |_| ());
+            distance(&end, &reference[64])
+        };
+        let (rodas4, rodas5p) = (error(RODAS4), error(RODAS5P));
+        println!("{count} steps: Rodas4 {rodas4:.1e}, Rodas5P {rodas5p:.1e}");
+        if count == 64 {
+            assert!(rodas5p <= 1e-8, "Rodas5P: {rodas5p:e} with 64 steps");
+        }
+    }
+}
