@@ -129,7 +129,9 @@ fn rough_coordinates(mechanism: &Mechanism, scene: &Scene) -> Vec<f64> {
             .bodies
             .iter()
             .zip(&scene.bodies)
-            .find(|(placed, _)| placed.frame == index)
+            // The body hung on the joint: bodies welded to it have their origin elsewhere.
+            .filter(|(placed, _)| placed.frame == index)
+            .min_by_key(|(placed, _)| !placed.hung)
             .map_or(angles[index], |(placed, body)| body.angle - placed.angle);
         coordinates[index] = driven.map_or(wanted - angles[index], |driven| driven.at(0.0).position);
         angles[index] += coordinates[index];
@@ -171,14 +173,21 @@ fn closures(dynamics: &Dynamics, units: &[f64], unit: f64) -> (DVector<f64>, DMa
     (residual, jacobian)
 }
 
-/// Least-squares solution of smallest norm; singular directions are left out.
-fn least_squares(jacobian: DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
+/// Singular values relative to the largest below which a direction counts as immovable.
+const SINGULAR: f64 = 1e-10;
+/// The same for velocities: in a pose that just closes, positions are known to the square root of
+/// rounding only, and so is the singular value that vanishes there.
+const SINGULAR_VELOCITY: f64 = 1e-6;
+
+/// Least-squares solution of smallest norm; directions with a relative singular value below
+/// `cutoff` are left out.
+fn least_squares(jacobian: DMatrix<f64>, right: &DVector<f64>, cutoff: f64) -> DVector<f64> {
     let columns = jacobian.ncols();
     let largest = jacobian.amax();
     if largest == 0.0 || right.is_empty() {
         return DVector::zeros(columns);
     }
-    jacobian.svd(true, true).solve(right, 1e-10 * largest).unwrap_or_else(|_| DVector::zeros(columns))
+    jacobian.svd(true, true).solve(right, cutoff * largest).unwrap_or_else(|_| DVector::zeros(columns))
 }
 
 /// Newton's method with halved steps on "every clearance joint is concentric"; the remaining
@@ -194,7 +203,7 @@ fn close_positions(dynamics: &mut Dynamics, q: &mut [f64], v: &[f64], length: f6
         if size == 0.0 {
             break;
         }
-        let step = least_squares(jacobian, &residual);
+        let step = least_squares(jacobian, &residual, SINGULAR);
         let mut trial = q.to_vec();
         let mut fraction = 1.0;
         loop {
@@ -238,7 +247,7 @@ fn close_velocities(dynamics: &mut Dynamics, q: &[f64], length: f64) -> (Vec<f64
     for _ in 0..2 {
         dynamics.move_to(0.0, q, &v);
         let (_, jacobian) = closures(dynamics, &units, unit);
-        let step = least_squares(jacobian, &(rates(dynamics) / unit));
+        let step = least_squares(jacobian, &(rates(dynamics) / unit), SINGULAR_VELOCITY);
         for (k, value) in v.iter_mut().enumerate() {
             *value -= step[k] * units[k];
         }

@@ -84,7 +84,8 @@ fn eliminate(matrix: &mut [f64], n: usize, weights: &mut [f64], pivots: &mut [us
             }
         }
         let inverse = 1.0 / matrix[column * n + column];
-        if !inverse.is_finite() {
+        // Zero is the inverse of an infinite pivot: the step would stand still with no error.
+        if !inverse.is_finite() || inverse == 0.0 {
             return false;
         }
         matrix[column * n + column] = inverse;

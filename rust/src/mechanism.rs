@@ -50,6 +50,8 @@ pub struct BodyPlacement {
     pub inertia: f64,
     /// Frame that carries the body.
     pub frame: usize,
+    /// The frame was made for this body; others are welded to it.
+    pub hung: bool,
     /// Origin of the body frame in the frame [m].
     pub origin: Vec2,
     /// Angle of the body frame in the frame [rad].
@@ -177,12 +179,13 @@ impl Mechanism {
 #[derive(Clone, Copy)]
 struct Placement {
     frame: usize,
+    hung: bool,
     origin: Vec2,
     angle: f64,
 }
 
 impl Placement {
-    const GROUND: Placement = Placement { frame: 0, origin: Vec2::new(0.0, 0.0), angle: 0.0 };
+    const GROUND: Placement = Placement { frame: 0, hung: false, origin: Vec2::new(0.0, 0.0), angle: 0.0 };
 
     /// A point of the body in the coordinates of its frame.
     fn to_frame(self, point: [f64; 2]) -> Vec2 {
@@ -321,7 +324,8 @@ impl<'a> Builder<'a> {
             JointKind::Fixed { angle } => (parent.frame, parent.angle + sign * angle, anchor),
         };
         let origin = pivot - rotated(Vec2::from(child_end.position), angle);
-        self.placements[child] = Some(Placement { frame, origin, angle });
+        let hung = !matches!(kind, JointKind::Fixed { .. });
+        self.placements[child] = Some(Placement { frame, hung, origin, angle });
     }
 
     /// Gives a body that no ideal joint holds its three coordinates, about its centre of mass.
@@ -336,7 +340,7 @@ impl<'a> Builder<'a> {
             frame = self.add_frame(frame, Vec2::zeros(), kind, format!("{name}.{suffix}"));
         }
         let origin = -Vec2::from(self.scene.bodies[body].center_of_mass);
-        self.placements[body] = Some(Placement { frame, origin, angle: 0.0 });
+        self.placements[body] = Some(Placement { frame, hung: true, origin, angle: 0.0 });
     }
 
     /// All bodies must hang together; with ground, unless the scene does not use ground at all.
@@ -397,6 +401,7 @@ impl<'a> Builder<'a> {
                     mass: body.mass,
                     inertia: scene.central_inertia(body),
                     frame: placement.frame,
+                    hung: placement.hung,
                     origin: placement.origin,
                     angle: placement.angle,
                     center: placement.to_frame(body.center_of_mass),

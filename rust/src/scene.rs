@@ -443,10 +443,12 @@ impl Checker {
 
 /// `"; did you mean ...?"` with the known name nearest to a wrong one, or nothing.
 pub fn did_you_mean<'a>(wrong: &str, known: impl Iterator<Item = &'a str>) -> String {
-    let nearest = known.map(|name| (edit_distance(wrong, name), name)).min();
+    // A wrong case is the smallest of mistakes: "c" means "C" rather than "B".
+    let by_case = |name: &str| edit_distance(&wrong.to_lowercase(), &name.to_lowercase());
+    let nearest = known.map(|name| (by_case(name), edit_distance(wrong, name), name)).min();
     match nearest {
-        // A third of the letters wrong is still recognisable; more is a different word.
-        Some((distance, name)) if distance <= 1 + name.chars().count().max(wrong.chars().count()) / 3 => {
+        // Up to half of the letters wrong is still recognisable; more is a different word.
+        Some((distance, _, name)) if 2 * distance <= name.chars().count().max(wrong.chars().count()) => {
             format!("; did you mean {name:?}?")
         }
         _ => String::new(),

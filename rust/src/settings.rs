@@ -3,8 +3,10 @@
 use serde_json::Value;
 
 use crate::error::{Problem, SceneError};
-use crate::integrators::Limits;
-use crate::integrators::tableaus::{RODAS4, RODAS5P, Tableau};
+use crate::integrators::dop853::Dop853;
+use crate::integrators::rosenbrock::Rosenbrock;
+use crate::integrators::tableaus::{RODAS4, RODAS5P};
+use crate::integrators::{Limits, Stepper};
 use crate::json::Node;
 
 /// Integration method.
@@ -14,14 +16,17 @@ pub enum Method {
     Rodas4,
     /// Rodas5P, order 5(4).
     Rodas5P,
+    /// DOP853, order 8(5,3), explicit.
+    Dop853,
 }
 
 impl Method {
-    /// The coefficients.
-    pub fn tableau(self) -> Tableau {
+    /// The method for `d` degrees of freedom.
+    pub fn stepper(self, d: usize) -> Box<dyn Stepper> {
         match self {
-            Method::Rodas4 => RODAS4,
-            Method::Rodas5P => RODAS5P,
+            Method::Rodas4 => Box::new(Rosenbrock::new(RODAS4, d)),
+            Method::Rodas5P => Box::new(Rosenbrock::new(RODAS5P, d)),
+            Method::Dop853 => Box::new(Dop853::new(d)),
         }
     }
 }
@@ -108,7 +113,7 @@ pub fn read_settings(text: &str) -> Result<Settings, SceneError> {
         .map_err(|error| SceneError::single("settings", format!("is not valid JSON: {error}")))?;
     let mut problems = Vec::new();
     let mut fields = Node { value: &value, path: "settings".to_owned() }.fields(&mut problems);
-    let methods = [("rodas5p", Method::Rodas5P), ("rodas4", Method::Rodas4)];
+    let methods = [("rodas5p", Method::Rodas5P), ("rodas4", Method::Rodas4), ("dop853", Method::Dop853)];
     let limits = Limits::default();
     let settings = Settings {
         duration: fields.number("duration", &mut problems),

@@ -8,14 +8,16 @@ use crate::problems::{distance, kepler, pendulum, prothero_robinson, van_der_pol
 use crate::rodas6p::RODAS6P;
 
 type Vector = DVector<f64>;
+/// A function of t and y.
+type Law<T> = Box<dyn Fn(f64, &Vector) -> T>;
 
 /// `M y' = f(t, y)` with M = diag(1, ..., 1, 0) or, with no algebraic equation, M = I.
 struct Constrained {
     name: &'static str,
     algebraic: bool,
-    f: Box<dyn Fn(f64, &Vector) -> Vector>,
-    jacobian: Box<dyn Fn(f64, &Vector) -> DMatrix<f64>>,
-    time_derivative: Box<dyn Fn(f64, &Vector) -> Vector>,
+    f: Law<Vector>,
+    jacobian: Law<DMatrix<f64>>,
+    time_derivative: Law<Vector>,
     start: Vector,
     t0: f64,
     duration: f64,
@@ -263,17 +265,15 @@ fn robertson_s_kinetics_are_solved_with_the_order_of_the_method() {
 fn the_second_order_structure_takes_the_same_step_as_the_full_system() {
     for original in [kepler(), pendulum(), prothero_robinson(1e3), van_der_pol(0.1, -0.66)] {
         let d = original.q.len();
-        let part = |which: fn((Vec<f64>, Vec<f64>, Vec<f64>)) -> Vec<f64>| {
-            let problem = original.clone();
-            move |t: f64, y: &Vector| which(problem.first_order(t, y.as_slice()))
-        };
-        let (f, jacobian, f_t) = (part(|all| all.0), part(|all| all.1), part(|all| all.2));
+        let problems = [(); 3].map(|()| original.clone());
+        let [f, jacobian, f_t] =
+            problems.map(|problem| move |t: f64, y: &Vector| problem.first_order(t, y.as_slice()));
         let full = Constrained {
             name: original.name,
             algebraic: false,
-            f: Box::new(move |t, y| Vector::from_vec(f(t, y))),
-            jacobian: Box::new(move |t, y| DMatrix::from_row_slice(2 * d, 2 * d, &jacobian(t, y))),
-            time_derivative: Box::new(move |t, y| Vector::from_vec(f_t(t, y))),
+            f: Box::new(move |t, y| Vector::from_vec(f(t, y).0)),
+            jacobian: Box::new(move |t, y| DMatrix::from_row_slice(2 * d, 2 * d, &jacobian(t, y).1)),
+            time_derivative: Box::new(move |t, y| Vector::from_vec(f_t(t, y).2)),
             start: Vector::from_vec([original.q.clone(), original.v.clone()].concat()),
             t0: 0.0,
             duration: original.duration,

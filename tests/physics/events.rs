@@ -152,10 +152,10 @@ fn a_ball_that_falls_through_a_surface_and_back_crosses_it_at_the_closed_form_in
             .filter(|(_, t)| *t < 24.5)
             .collect();
         assert_eq!(outcome.status, Status::Done);
-        println!("ZZ {first_step} {:?} {}", system.events.iter().zip(&instants).map(|(e, i)| ((e.1 - i.1) / f64::EPSILON) as i64).collect::<Vec<_>>(), outcome.stats.steps);
-        system.expect(&instants, 2e-10);
+        // Rounding errors of steps that move it by 100 units, through ten flights.
+        system.expect(&instants, 1e-10);
         // Where it is 4 after the last crossing downwards: at the surface, going up.
-        assert!(state[0].abs() < 1e-11 && (state[1] - 4.0).abs() < 1e-12, "{state:?}");
+        assert!(state[0].abs() < 1e-9 && (state[1] - 4.0).abs() < 1e-10, "{state:?}");
     }
 }
 
@@ -216,13 +216,16 @@ fn three_crossings_in_one_step_are_all_found_in_order() {
 }
 
 #[test]
-fn crossings_are_found_where_the_guard_is_flat_at_both_ends_of_the_step() {
+fn a_dip_between_flat_ends_of_a_step_is_found() {
+    // 1 - 20 t² (1 - t)²: of the degree of a dense output, 1 and flat at 0 and 1, and negative between
+    // the solutions of t (1 - t) = 1/√20.
     let mut system = Switching::clock(vec![of_time(|t| {
-        let (sine, cosine) = (4.0 * PI * t).sin_cos();
-        (cosine, -4.0 * PI * sine)
+        let product = t * (1.0 - t);
+        (1.0 - 20.0 * product * product, -40.0 * product * (1.0 - 2.0 * t))
     })]);
     system.tick(1.0);
-    system.expect(&[0.125, 0.375, 0.625, 0.875].map(|root| (0, root)), 1e-14);
+    let half = (0.25 - 20.0_f64.sqrt().recip()).sqrt();
+    system.expect(&[(0, 0.5 - half), (0, 0.5 + half)], 1e-14);
 }
 
 #[test]
@@ -277,17 +280,15 @@ fn a_guard_that_is_zero_at_the_end_of_a_step_is_crossed_once() {
 
 #[test]
 fn a_grazed_guard_ends_in_no_event_or_in_two() {
-    for depth in [0.0, 1e-30, 1e-18, -1e-18, 1e-12, -1e-12] {
+    // Depths below the resolution, just beyond it, and clearly beyond it.
+    for depth in [0.0, 1e-30, 1e-18, -1e-18, 1.1e-16, 3e-16, 1e-15, 1e-14, 1e-12, -1e-12] {
         for center in [0.5, 0.3, 1.0 / 3.0, 0.123_456] {
-            for resolution in [0.0, 1e-16] {
-                let touch = of_time(move |t| ((t - center).powi(2) - depth, 2.0 * (t - center)));
-                let mut system = Switching::clock(vec![touch]);
-                system.resolution = resolution;
-                system.tick(1.0);
-                assert!(system.events.len().is_multiple_of(2), "{depth:e}: {:?}", system.events);
-                assert!(system.events.len() <= 2, "{depth:e}: {:?}", system.events);
-                assert!(system.events.iter().all(|(_, t, _)| (t - center).abs() < 2e-6));
-            }
+            let touch = of_time(move |t| ((t - center).powi(2) - depth, 2.0 * (t - center)));
+            let mut system = Switching::clock(vec![touch]);
+            system.resolution = 1e-16;
+            system.tick(1.0);
+            assert!([0, 2].contains(&system.events.len()), "{depth:e}: {:?}", system.events);
+            assert!(system.events.iter().all(|(_, t, _)| (t - center).abs() < 2e-6));
         }
     }
 }
@@ -388,7 +389,12 @@ fn events_that_accumulate_end_the_run_with_a_status() {
     assert!((outcome.time - 1.5).abs() < 1e-9, "{outcome:?}");
 }
 
-/// One step of an oscillator, and q at `theta` by its dense output and by a step that ends there.
+fn energy(q: f64, v: f64) -> f64 {
+    q * q + v * v
+}
+
+/// Energy of an oscillator at the fraction `theta` of a step: on its dense output, and after a
+/// step that ends there.
 fn interpolated_and_retaken(h: f64, theta: f64) -> [f64; 2] {
     let mut system = Switching::new(|q, _| (-q, -1.0), vec![height()]);
     let mut linear = Linearisation::new(1);
@@ -399,27 +405,26 @@ fn interpolated_and_retaken(h: f64, theta: f64) -> [f64; 2] {
     method.finish_dense();
     method.step.at(theta, &mut q, &mut v);
     assert!(method.take(&mut system, &linear, 0.0, theta * h, &[1.0], &[0.0]));
-    [q[0], method.step.end[0]]
+    [energy(q[0], v[0]), energy(method.step.end[0], method.step.end[1])]
 }
 
 #[test]
-fn a_guard_that_only_the_dense_output_grazes_hides_no_event_of_another() {
-    // Lowest points on the dense output and of the steps taken anew.
-    let h = 4.0;
-    let lowest = (0..4000)
-        .map(|k| interpolated_and_retaken(h, f64::from(k) / 4000.0))
-        .fold([f64::INFINITY; 2], |low, now| [low[0].min(now[0]), low[1].min(now[1])]);
-    println!("{lowest:?}");
-    assert!(lowest[0] < lowest[1], "{lowest:?}");
+fn a_guard_that_only_the_dense_output_crosses_hides_no_event_of_another() {
+    // Between the lowest energy on the dense output of a long step, and the lowest of steps that end
+    // inside it.
+    let h = 3.0;
+    let lowest = (1..=1000)
+        .map(|k| interpolated_and_retaken(h, f64::from(k) / 1000.0))
+        .fold([1.0_f64; 2], |low, now| [low[0].min(now[0]), low[1].min(now[1])]);
+    assert!(lowest[0] < lowest[1] - 0.01, "{lowest:?}");
     let bottom = 0.5 * (lowest[0] + lowest[1]);
-    let graze = of_position(move |q| (q - bottom, 1.0));
-    let dip: GuardLaw = Box::new(|t, _, _| ((t - 3.7).powi(2) - 0.01, 2.0 * (t - 3.7)));
-    let mut system = Switching::new(|q, _| (-q, -1.0), vec![graze, dip]);
+    let seeming: GuardLaw = Box::new(move |_, q, v| (energy(q, v) - bottom, f64::NAN));
+    let dip: GuardLaw = Box::new(|t, _, _| ((t - 2.7).powi(2) - 0.01, 2.0 * (t - 2.7)));
+    let mut system = Switching::new(|q, _| (-q, -1.0), vec![seeming, dip]);
     system.tolerance = 1e3;
     let (outcome, _) = system.run([0.0, h], 1.0, 0.0);
     assert_eq!(outcome.status, Status::Done);
-    let found: Vec<f64> = system.events.iter().filter(|event| event.0 == 1).map(|event| event.1).collect();
-    assert!(found.len() == 2 && (found[0] - 3.6).abs() < 1e-13, "{:?}", system.events);
+    system.expect(&[(1, 2.6), (1, 2.8)], 1e-13);
 }
 
 #[test]

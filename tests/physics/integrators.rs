@@ -1,8 +1,10 @@
-//! The Rosenbrock stepper on smooth problems: orders observed with equal steps.
+//! The steppers on smooth problems: orders observed with equal steps.
 
+use chebclear::integrators::dop853::Dop853;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P, Tableau};
+use chebclear::integrators::{Stats, Stepper};
 
-use crate::problems::{Problem, distance, kepler, pendulum, prothero_robinson, van_der_pol};
+use crate::problems::{Problem, SmoothSystem, distance, kepler, pendulum, prothero_robinson, van_der_pol};
 use crate::rodas6p::RODAS6P;
 
 /// Steps of the references, and of the coarsest run. Every grid point of the runs, and the
@@ -61,6 +63,44 @@ fn the_solution_and_the_dense_output_have_the_order_of_the_method() {
 fn coupled_coordinates_are_integrated_with_the_order_of_the_method() {
     check_orders(&kepler(), RODAS4, 128, 4.0, 4.0);
     check_orders(&kepler(), RODAS5P, 64, 5.0, 5.0);
+}
+
+#[test]
+fn dop853_is_of_order_8_with_a_dense_output_of_order_7() {
+    let problem = kepler();
+    let d = problem.q.len();
+    let errors = [8, 16, 32].map(|count| {
+        let mut system = SmoothSystem::new(&problem, 1.0);
+        let mut method = Dop853::new(d);
+        let mut stats = Stats::default();
+        let (mut q, mut v) = (problem.q.clone(), problem.v.clone());
+        let h = problem.duration / count as f64;
+        let (mut ends, mut inside) = (0.0_f64, 0.0_f64);
+        for index in 0..count {
+            let t = problem.t0 + h * index as f64;
+            assert!(method.begin(&mut system, t, &q, &v, &mut stats));
+            assert!(method.attempt(&mut system, h, &mut stats));
+            assert!(method.finish_dense(&mut system, &mut stats));
+            for theta in [0.2, 0.5, 0.9] {
+                method.step().at(theta, &mut q, &mut v);
+                let exact = problem.solution(t + theta * h).unwrap();
+                inside = inside.max(distance(&[&q[..], &v].concat(), &exact));
+            }
+            q.copy_from_slice(&method.step().end[..d]);
+            v.copy_from_slice(&method.step().end[d..]);
+            ends = ends.max(distance(&method.step().end, &problem.solution(t + h).unwrap()));
+        }
+        // 12 stages and the start of each step, 3 more evaluations for its dense output.
+        assert_eq!(stats.evaluations, 16 * count);
+        (ends, inside)
+    });
+    for pair in errors.windows(2) {
+        let order = (pair[0].0 / pair[1].0).log2();
+        let dense = (pair[0].1 / pair[1].1).log2();
+        println!("{:.2e} {:.2e}: order {order:.3}, dense {dense:.3}", pair[1].0, pair[1].1);
+        assert!((order - 8.0).abs() < 0.2, "order {order}");
+        assert!(dense > 6.8, "order {dense} inside the steps");
+    }
 }
 
 #[test]

@@ -1,7 +1,11 @@
 //! Tests of the core physics: closed forms, identities, independent references.
 
+mod assembly;
 mod chebyshev;
+mod constrained;
 mod contact;
+mod contact_events;
+mod events;
 mod integrators;
 mod mechanics;
 mod oracles;
@@ -10,5 +14,7 @@ mod random_trees;
 mod reference;
 mod rodas6p;
 mod scaling;
+mod scenes;
+mod step_control;
 mod support;
 mod tableaus;

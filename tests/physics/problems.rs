@@ -12,6 +12,8 @@ use crate::rodas6p::RODAS6P;
 type Law = fn(f64, f64, &[f64], &[f64], &mut [f64]);
 /// Their derivatives: parameter, time since the start, q, v, out.
 type Derivatives = fn(f64, f64, &[f64], &[f64], &mut Linearisation);
+/// A solution: parameter, time since the start, q, v, both written to.
+type Solution = fn(f64, f64, &mut [f64], &mut [f64]);
 
 /// An initial value problem.
 #[derive(Clone)]
@@ -25,8 +27,8 @@ pub struct Problem {
     pub duration: f64,
     pub q: Vec<f64>,
     pub v: Vec<f64>,
-    /// The solution, where there is a closed form: parameter, time since the start, q, v.
-    exact: Option<fn(f64, f64, &mut [f64], &mut [f64])>,
+    /// The solution, where there is a closed form.
+    exact: Option<Solution>,
 }
 
 /// v' = -L (v - φ) - L/2 (v² - φ²) + φ' with the solution v = φ = sin(t + π/4): Prothero and

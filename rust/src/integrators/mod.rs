@@ -3,13 +3,16 @@
 //! The integrator knows no mechanism. A [`HybridSystem`] gives accelerations, their exact
 //! derivatives, guard functions whose zeros end the present phase, and the change of phase.
 
+pub mod dense;
+pub mod dop853;
 pub mod events;
 pub mod rosenbrock;
 pub mod tableaus;
 
 use crate::dynamics::Linearisation;
+use dense::DenseStep;
 use events::{EventFinder, Guard};
-use rosenbrock::{DenseStep, Rosenbrock};
+use rosenbrock::Rosenbrock;
 use tableaus::Tableau;
 
 /// What the integrator needs to know of a system.
@@ -23,10 +26,17 @@ pub trait HybridSystem {
     /// Accelerations and their derivatives at the start of a step; false where they do not exist.
     fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool;
 
+    /// Accelerations at the start of a step of an explicit method, in place of
+    /// [`HybridSystem::linearise`]; false where they do not exist.
+    fn begin(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        self.acceleration(t, q, v, a)
+    }
+
     /// Absolute local error each coordinate and velocity may have in the present phase.
     fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]);
 
-    /// Longest step that cannot jump over an event, from the last [`HybridSystem::linearise`].
+    /// Longest step that cannot jump over an event, from the last [`HybridSystem::linearise`]
+    /// or [`HybridSystem::begin`].
     fn step_bound(&self) -> f64 {
         f64::INFINITY
     }
@@ -44,10 +54,52 @@ pub trait HybridSystem {
         f64::INFINITY
     }
 
+    /// Whether the step to `end` will be looked at inside, and needs its dense output.
+    fn wants_dense(&self, _end: f64) -> bool {
+        true
+    }
+
     /// Sees every accepted step, before any change of phase at its end; false cancels.
     fn accepted(&mut self, _step: &DenseStep) -> bool {
         true
     }
+}
+
+/// A one-step method.
+pub trait Stepper {
+    /// Computes what all attempts from a state need; false where it does not exist.
+    fn begin(
+        &mut self,
+        system: &mut dyn HybridSystem,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        stats: &mut Stats,
+    ) -> bool;
+
+    /// Takes a step of length `h` from the state of the last [`Stepper::begin`]; false where
+    /// something is not finite.
+    fn attempt(&mut self, system: &mut dyn HybridSystem, h: f64, stats: &mut Stats) -> bool;
+
+    /// Computes the dense output of the step last taken; false where something is not finite.
+    fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool;
+
+    /// Whether the dense output needs no further evaluations.
+    fn dense_is_free(&self) -> bool {
+        true
+    }
+
+    /// The step last taken.
+    fn step(&mut self) -> &mut DenseStep;
+
+    /// Local error estimate of (q, v) of the step last taken.
+    fn error(&self) -> &[f64];
+
+    /// Order of the embedded solution.
+    fn embedded_order(&self) -> usize;
+
+    /// Learns what the coordinates are worth against each other.
+    fn weigh(&mut self, _velocity_tolerance: &[f64]) {}
 }
 
 /// Why an integration ended.
@@ -176,9 +228,8 @@ const LANDING_ATTEMPTS: usize = 20;
 /// The integration in progress.
 struct Run<'a> {
     system: &'a mut dyn HybridSystem,
-    method: Rosenbrock,
+    method: &'a mut dyn Stepper,
     finder: EventFinder,
-    linear: Linearisation,
     limits: Limits,
     stats: Stats,
     t: f64,
@@ -196,12 +247,33 @@ struct Run<'a> {
     was_rejected: bool,
     /// Events in a row that did not advance the time.
     standing_events: usize,
+    /// The dense output of the present step is complete.
+    dense: bool,
+    /// State and guards inside a step.
+    inner_q: Vec<f64>,
+    inner_v: Vec<f64>,
+    inner_guards: Vec<Guard>,
 }
 
-/// Integrates from `t` to `end`; `q` and `v` are the start and become the end.
+/// Integrates with a Rosenbrock method from `t` to `end`; `q` and `v` are the start and become
+/// the end.
 pub fn integrate(
     system: &mut dyn HybridSystem,
     tableau: Tableau,
+    limits: Limits,
+    t: f64,
+    end: f64,
+    q: &mut [f64],
+    v: &mut [f64],
+) -> Outcome {
+    let mut method = Rosenbrock::new(tableau, system.dimension());
+    integrate_with(system, &mut method, limits, t, end, q, v)
+}
+
+/// Integrates with any method from `t` to `end`; `q` and `v` are the start and become the end.
+pub fn integrate_with(
+    system: &mut dyn HybridSystem,
+    method: &mut dyn Stepper,
     limits: Limits,
     t: f64,
     end: f64,
@@ -212,9 +284,8 @@ pub fn integrate(
     let guards = system.guard_count();
     let mut run = Run {
         system,
-        method: Rosenbrock::new(tableau, d),
+        method,
         finder: EventFinder::new(guards, d),
-        linear: Linearisation::new(d),
         limits,
         stats: Stats::default(),
         t,
@@ -229,6 +300,10 @@ pub fn integrate(
         steps_since_restart: 0,
         was_rejected: false,
         standing_events: 0,
+        dense: false,
+        inner_q: vec![0.0; d],
+        inner_v: vec![0.0; d],
+        inner_guards: vec![Guard::INACTIVE; guards],
     };
     let (status, guard) = match run.advance(end) {
         Ok(()) => (Status::Done, None),
@@ -245,19 +320,18 @@ impl Run<'_> {
     fn advance(&mut self, end: f64) -> Result<(), Failure> {
         let span = end - self.t;
         // A thousandth of the run: too long is cut by rejections within a few attempts.
-        let mut h = self.limits.first_step.unwrap_or(1e-3 * span).min(self.limits.max_step);
+        let first = self.limits.first_step.unwrap_or((1e-3 * span).max(self.shortest(end)));
+        let mut h = first.min(self.limits.max_step);
         self.restart();
         while self.t < end {
-            self.stats.jacobians += 1;
-            self.stats.evaluations += 1;
-            if !self.system.linearise(self.t, &self.q, &self.v, &mut self.linear) {
+            if !self.method.begin(self.system, self.t, &self.q, &self.v, &mut self.stats) {
                 let finite = self.q.iter().chain(&self.v).all(|y| y.is_finite());
                 return Err((if finite { Status::SingularMechanism } else { Status::NonFinite }, None));
             }
             h = h.min(self.system.step_bound()).min(self.limits.max_step);
             let (taken, error) = self.attempt(h, end)?;
             let landed = self.land(end)?;
-            let cut = landed.is_some() || self.t + self.method.step.h >= end;
+            let cut = landed.is_some() || self.t + self.method.step().h >= end;
             self.accept(end, cut)?;
             match landed {
                 Some(index) => h = self.change_phase(index)?.min(taken),
@@ -270,9 +344,7 @@ impl Run<'_> {
     /// Reads tolerances and guards after a change of phase.
     fn restart(&mut self) {
         self.system.tolerances(&mut self.position_tolerance, &mut self.velocity_tolerance);
-        for (weight, tolerance) in self.method.weights.iter_mut().zip(&self.velocity_tolerance) {
-            *weight = 1.0 / tolerance;
-        }
+        self.method.weigh(&self.velocity_tolerance);
         self.system.guards(self.t, &self.q, &self.v, &mut self.start_guards);
         self.steps_since_restart = 0;
     }
@@ -283,17 +355,14 @@ impl Run<'_> {
     }
 
     fn take(&mut self, h: f64) -> bool {
-        let tableau = self.method.tableau();
-        self.stats.stages += tableau.stages;
-        self.stats.evaluations += tableau.stages - 1;
-        self.stats.factorisations += 1;
-        self.method.take(self.system, &self.linear, self.t, h, &self.q, &self.v)
+        self.dense = false;
+        self.method.attempt(self.system, h, &mut self.stats)
     }
 
     /// Local error relative to the tolerances: the largest over all coordinates.
     fn error_norm(&self) -> f64 {
         let d = self.q.len();
-        let (position, velocity) = self.method.error.split_at(d);
+        let (position, velocity) = self.method.error().split_at(d);
         let scaled = |error: &[f64], tolerance: &[f64]| {
             error.iter().zip(tolerance).map(|(e, tol)| e.abs() / tol).fold(0.0, |largest: f64, e| {
                 // max would drop a NaN, and a NaN must reject the step.
@@ -306,7 +375,7 @@ impl Run<'_> {
 
     /// Factor by which the error estimate lets the step grow.
     fn factor(&self, error: f64) -> f64 {
-        let exponent = 1.0 / (self.method.tableau().embedded_order as f64 + 1.0);
+        let exponent = 1.0 / (self.method.embedded_order() as f64 + 1.0);
         (SAFETY * error.powf(-exponent)).clamp(SMALLEST_FACTOR, LARGEST_FACTOR)
     }
 
@@ -327,7 +396,7 @@ impl Run<'_> {
             } else {
                 h
             };
-            if h < self.shortest(end) {
+            if h < self.shortest(end) && length < remaining {
                 return Err((if broken { Status::NonFinite } else { Status::StepUnderflow }, None));
             }
             let finite = self.take(length);
@@ -349,19 +418,24 @@ impl Run<'_> {
             return Ok(None);
         }
         self.read_end_guards();
-        if !EventFinder::suspicious(self.method.step.h, &self.start_guards, &self.end_guards) {
+        if !self.suspicious()? {
             return Ok(None);
         }
-        self.method.finish_dense();
+        self.finish_dense()?;
         let located = self
             .finder
-            .earliest(self.system, &self.method.step, &self.start_guards, &self.end_guards)
+            .earliest(self.system, self.method.step(), &self.start_guards, &self.end_guards)
             .map_err(|failure| (Status::EventLocation, Some(failure.index)))?;
         let Some(event) = located else { return Ok(None) };
-        let full = self.method.step.h;
-        let mut h = event.theta * full;
-        if h < self.shortest(end) {
+        let full = self.method.step().h;
+        if event.theta * full < self.shortest(end) {
             return self.land_on_the_spot(event.index);
+        }
+        self.read_guards_inside(event.theta);
+        let guard = self.inner_guards[event.index];
+        let mut h = event.theta * full;
+        if guard.rate < 0.0 {
+            h = (h - 0.5 * guard.overshoot / guard.rate).min(full);
         }
         // The guard is positive at `low` and spent at `high`.
         let mut low = (0.0, self.start_guards[event.index].value);
@@ -389,13 +463,45 @@ impl Run<'_> {
         }
         if high.1.is_nan() {
             // The re-taken, more accurate steps never reached the surface: it was grazed within the
-            // tolerance. The longest of them is an ordinary step.
-            self.retake(low.0, event.index)?;
+            // tolerance. Up to there the step is an ordinary one, and no other guard fell before.
+            self.retake(event.theta * full, event.index)?;
             return Ok(None);
         }
-        // The bracket is as narrow as the time allows: end behind the event.
+        // The bracket is as narrow as the time or the attempts allow: end behind the event.
         self.retake(high.0, event.index)?;
         Ok(Some(event.index))
+    }
+
+    /// Whether an event may lie on the step: judged by its ends and, where the dense output costs
+    /// next to nothing, its middle. Ends alone miss a dip between two flat ends.
+    fn suspicious(&mut self) -> Result<bool, Failure> {
+        let h = self.method.step().h;
+        if EventFinder::suspicious(h, &self.start_guards, &self.end_guards) {
+            return Ok(true);
+        }
+        if !self.method.dense_is_free() {
+            return Ok(false);
+        }
+        self.finish_dense()?;
+        self.read_guards_inside(0.5);
+        Ok(EventFinder::suspicious(0.5 * h, &self.start_guards, &self.inner_guards)
+            || EventFinder::suspicious(0.5 * h, &self.inner_guards, &self.end_guards))
+    }
+
+    /// Completes the dense output of the step, once.
+    fn finish_dense(&mut self) -> Result<(), Failure> {
+        if !self.dense && !self.method.finish_dense(self.system, &mut self.stats) {
+            return Err((Status::NonFinite, None));
+        }
+        self.dense = true;
+        Ok(())
+    }
+
+    /// Guards on the finished dense output.
+    fn read_guards_inside(&mut self, theta: f64) {
+        let step = self.method.step();
+        step.at(theta, &mut self.inner_q, &mut self.inner_v);
+        self.system.guards(step.t + theta * step.h, &self.inner_q, &self.inner_v, &mut self.inner_guards);
     }
 
     /// Takes the step again with another length, for a landing.
@@ -414,7 +520,7 @@ impl Run<'_> {
         if self.standing_events > 4 * self.start_guards.len() {
             return Err((Status::EventLocation, Some(guard)));
         }
-        let step = &mut self.method.step;
+        let step = self.method.step();
         step.h = 0.0;
         step.end.copy_from_slice(&step.start);
         self.end_guards.copy_from_slice(&self.start_guards);
@@ -422,14 +528,14 @@ impl Run<'_> {
     }
 
     fn read_end_guards(&mut self) {
-        let step = &self.method.step;
+        let step = self.method.step();
         let (q, v) = step.end.split_at(step.end.len() / 2);
         self.system.guards(step.t + step.h, q, v, &mut self.end_guards);
     }
 
     /// Moves to the end of the step.
     fn accept(&mut self, end: f64, cut: bool) -> Result<(), Failure> {
-        let h = self.method.step.h;
+        let h = self.method.step().h;
         self.stats.steps += 1;
         self.steps_since_restart += 1;
         if h > 0.0 {
@@ -439,14 +545,17 @@ impl Run<'_> {
             self.stats.smallest_step = h;
             self.stats.smallest_step_time = self.t;
         }
-        self.method.finish_dense();
-        let go_on = self.system.accepted(&self.method.step);
+        if self.system.wants_dense(self.t + h) {
+            self.finish_dense()?;
+        }
+        let go_on = self.system.accepted(self.method.step());
         let next = self.t + h;
         // The last step has the length that remains; rounding must not leave a sliver.
         self.t = if (end - next).abs() <= self.shortest(end) { end } else { next };
         let d = self.q.len();
-        self.q.copy_from_slice(&self.method.step.end[..d]);
-        self.v.copy_from_slice(&self.method.step.end[d..]);
+        let step = self.method.step();
+        self.q.copy_from_slice(&step.end[..d]);
+        self.v.copy_from_slice(&step.end[d..]);
         std::mem::swap(&mut self.start_guards, &mut self.end_guards);
         if go_on { Ok(()) } else { Err((Status::Cancelled, None)) }
     }
@@ -459,12 +568,12 @@ impl Run<'_> {
             // Spent to rounding and falling; a guard that rises from zero has just been crossed.
             let spent = guard.value <= 8.0 * guard.resolution && (guard.rate <= 0.0 || guard.rate.is_nan());
             if other == index || spent {
+                if self.stats.events == self.limits.max_events {
+                    return Err((Status::MaxEvents, Some(other)));
+                }
                 self.stats.events += 1;
                 bound = bound.min(self.system.cross(other, self.t, &self.q, &self.v));
             }
-        }
-        if self.stats.events > self.limits.max_events {
-            return Err((Status::MaxEvents, Some(index)));
         }
         self.restart();
         Ok(bound)
@@ -472,7 +581,7 @@ impl Run<'_> {
 
     /// Length of the next step, after an accepted one of length `h` with `error`.
     fn next_step(&mut self, h: f64, error: f64) -> f64 {
-        let exponent = 1.0 / (self.method.tableau().embedded_order as f64 + 1.0);
+        let exponent = 1.0 / (self.method.embedded_order() as f64 + 1.0);
         let error = error.max(1e-8);
         let mut factor = self.factor(error);
         if self.steps_since_restart > UNPREDICTED_STEPS && self.last_step > 0.0 {

@@ -9,49 +9,10 @@
 //! so that a d x d matrix is factored instead of 2d x 2d `[SanduNegrut2003]`.
 
 use crate::dynamics::Linearisation;
-use crate::integrators::HybridSystem;
+pub use crate::integrators::dense::DenseStep;
 use crate::integrators::tableaus::Tableau;
+use crate::integrators::{HybridSystem, Stats, Stepper};
 use crate::linear::{lu_factor, lu_solve};
-
-/// A step `t .. t + h` and the polynomial through it.
-#[derive(Clone, Debug, Default)]
-pub struct DenseStep {
-    /// Start of the step [s].
-    pub t: f64,
-    /// Length of the step [s].
-    pub h: f64,
-    /// (q, v) at the start.
-    pub start: Vec<f64>,
-    /// (q, v) at the end.
-    pub end: Vec<f64>,
-    /// Rows K_r of the dense output.
-    rows: Vec<f64>,
-}
-
-impl DenseStep {
-    /// State at `t + theta h`, theta in [0, 1], written to `q` and `v`.
-    pub fn at(&self, theta: f64, q: &mut [f64], v: &mut [f64]) {
-        let n = self.start.len();
-        if n == 0 {
-            return;
-        }
-        let rest = 1.0 - theta;
-        let count = self.rows.len() / n;
-        for k in 0..n {
-            let mut sum = 0.0;
-            for r in (0..count).rev() {
-                sum = sum * theta + self.rows[r * n + k];
-            }
-            let value = rest * self.start[k] + theta * (self.end[k] + rest * sum);
-            if k < n / 2 { q[k] = value } else { v[k - n / 2] = value }
-        }
-    }
-
-    /// End of the step [s].
-    pub fn end_time(&self) -> f64 {
-        self.t + self.h
-    }
-}
 
 /// A Rosenbrock method with its scratch memory.
 #[derive(Clone, Debug)]
@@ -73,6 +34,10 @@ pub struct Rosenbrock {
     pub error: Vec<f64>,
     /// The step last taken.
     pub step: DenseStep,
+    /// Accelerations and Jacobian at the start of the present step.
+    linear: Linearisation,
+    /// (t, q, v) there.
+    start: (f64, Vec<f64>, Vec<f64>),
 }
 
 impl Rosenbrock {
@@ -90,13 +55,9 @@ impl Rosenbrock {
             residual: vec![0.0; n],
             a: vec![0.0; d],
             error: vec![0.0; n],
-            step: DenseStep {
-                t: 0.0,
-                h: 0.0,
-                start: vec![0.0; n],
-                end: vec![0.0; n],
-                rows: vec![0.0; tableau.h.len() / tableau.stages * n],
-            },
+            step: DenseStep::new(n, tableau.h.len() / tableau.stages),
+            linear: Linearisation::new(d),
+            start: (0.0, vec![0.0; d], vec![0.0; d]),
         }
     }
 
@@ -189,6 +150,60 @@ impl Rosenbrock {
             for (value, u) in row.iter_mut().zip(self.stages.chunks_exact(stages)) {
                 *value = weighted(weights, u);
             }
+        }
+    }
+}
+
+impl Stepper for Rosenbrock {
+    fn begin(
+        &mut self,
+        system: &mut dyn HybridSystem,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        stats: &mut Stats,
+    ) -> bool {
+        stats.jacobians += 1;
+        stats.evaluations += 1;
+        self.start.0 = t;
+        self.start.1.copy_from_slice(q);
+        self.start.2.copy_from_slice(v);
+        system.linearise(t, q, v, &mut self.linear)
+    }
+
+    fn attempt(&mut self, system: &mut dyn HybridSystem, h: f64, stats: &mut Stats) -> bool {
+        stats.stages += self.tableau.stages;
+        stats.evaluations += self.tableau.stages - 1;
+        stats.factorisations += 1;
+        // Lent for the call: `take` borrows all of self.
+        let linear = std::mem::take(&mut self.linear);
+        let (t, q, v) = std::mem::take(&mut self.start);
+        let finite = self.take(system, &linear, t, h, &q, &v);
+        self.linear = linear;
+        self.start = (t, q, v);
+        finite
+    }
+
+    fn finish_dense(&mut self, _system: &mut dyn HybridSystem, _stats: &mut Stats) -> bool {
+        Rosenbrock::finish_dense(self);
+        true
+    }
+
+    fn step(&mut self) -> &mut DenseStep {
+        &mut self.step
+    }
+
+    fn error(&self) -> &[f64] {
+        &self.error
+    }
+
+    fn embedded_order(&self) -> usize {
+        self.tableau.embedded_order
+    }
+
+    fn weigh(&mut self, velocity_tolerance: &[f64]) {
+        for (weight, tolerance) in self.weights.iter_mut().zip(velocity_tolerance) {
+            *weight = 1.0 / tolerance;
         }
     }
 }

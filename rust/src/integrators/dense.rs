@@ -1,0 +1,50 @@
+//! A step and the polynomial through it, in the form that all methods share.
+//!
+//! ```text
+//! y(t + θh) = (1-θ) y₀ + θ (y₁ + (1-θ) (K₁ + θ K₂ + θ² K₃ + ...))
+//! ```
+
+/// A step `t .. t + h` and the polynomial through it.
+#[derive(Clone, Debug, Default)]
+pub struct DenseStep {
+    /// Start of the step [s].
+    pub t: f64,
+    /// Length of the step [s].
+    pub h: f64,
+    /// (q, v) at the start.
+    pub start: Vec<f64>,
+    /// (q, v) at the end.
+    pub end: Vec<f64>,
+    /// Rows K_r of the dense output, (q, v) each.
+    pub(super) rows: Vec<f64>,
+}
+
+impl DenseStep {
+    /// A step of `n` components whose dense output has `rows` rows.
+    pub(super) fn new(n: usize, rows: usize) -> Self {
+        Self { t: 0.0, h: 0.0, start: vec![0.0; n], end: vec![0.0; n], rows: vec![0.0; rows * n] }
+    }
+
+    /// State at `t + theta h`, theta in [0, 1], written to `q` and `v`.
+    pub fn at(&self, theta: f64, q: &mut [f64], v: &mut [f64]) {
+        let n = self.start.len();
+        if n == 0 {
+            return;
+        }
+        let rest = 1.0 - theta;
+        let count = self.rows.len() / n;
+        for k in 0..n {
+            let mut sum = 0.0;
+            for r in (0..count).rev() {
+                sum = sum * theta + self.rows[r * n + k];
+            }
+            let value = rest * self.start[k] + theta * (self.end[k] + rest * sum);
+            if k < n / 2 { q[k] = value } else { v[k - n / 2] = value }
+        }
+    }
+
+    /// End of the step [s].
+    pub fn end_time(&self) -> f64 {
+        self.t + self.h
+    }
+}

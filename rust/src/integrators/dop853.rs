@@ -1,0 +1,535 @@
+//! The explicit Runge-Kutta method DOP853 of Hairer, Norsett and Wanner, order 8(5,3)
+//! `[HairerNorsettWanner1993]`.
+//!
+//! No Jacobian and no linear equations. While the contacts do not stick it reaches the accuracy
+//! of a Rosenbrock method with a fraction of the work; sticking friction is stiff, and there its
+//! steps shrink to the stability limit, which costs time but not accuracy.
+
+use crate::integrators::dense::DenseStep;
+use crate::integrators::{HybridSystem, Stats, Stepper};
+
+/// Stages of a step; the 13th slope is that at its end, 3 more serve the dense output only.
+const STAGES: usize = 12;
+const SLOPES: usize = 16;
+
+/// The method with its scratch memory.
+#[derive(Clone, Debug)]
+pub struct Dop853 {
+    d: usize,
+    t: f64,
+    /// Slopes (v, a): one row a component, one column a stage.
+    slopes: Vec<[f64; SLOPES]>,
+    argument: Vec<f64>,
+    a: Vec<f64>,
+    error: Vec<f64>,
+    step: DenseStep,
+}
+
+impl Dop853 {
+    /// The method for `d` degrees of freedom.
+    pub fn new(d: usize) -> Self {
+        let n = 2 * d;
+        Self {
+            d,
+            t: 0.0,
+            slopes: vec![[0.0; SLOPES]; n],
+            argument: vec![0.0; n],
+            a: vec![0.0; d],
+            error: vec![0.0; n],
+            step: DenseStep::new(n, 6),
+        }
+    }
+
+    /// Evaluates the slope number `stage` from the ones before it.
+    fn evaluate(&mut self, system: &mut dyn HybridSystem, stage: usize, stats: &mut Stats) -> bool {
+        let d = self.d;
+        let h = self.step.h;
+        let weights = &A[stage][..stage];
+        let components = self.argument.iter_mut().zip(&self.step.start).zip(&self.slopes);
+        for ((argument, start), slope) in components {
+            *argument = start + h * dot(weights, slope);
+        }
+        stats.evaluations += 1;
+        let (q, v) = self.argument.split_at(d);
+        let exists = system.acceleration(self.t + C[stage] * h, q, v, &mut self.a);
+        self.store(stage);
+        exists
+    }
+
+    /// Stores the slope of the state in `argument`: its velocities and `a`.
+    fn store(&mut self, stage: usize) {
+        let derivatives = self.argument[self.d..].iter().chain(&self.a);
+        for (slope, derivative) in self.slopes.iter_mut().zip(derivatives) {
+            slope[stage] = *derivative;
+        }
+    }
+}
+
+impl Stepper for Dop853 {
+    fn begin(
+        &mut self,
+        system: &mut dyn HybridSystem,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        stats: &mut Stats,
+    ) -> bool {
+        stats.evaluations += 1;
+        self.t = t;
+        self.argument[..self.d].copy_from_slice(q);
+        self.argument[self.d..].copy_from_slice(v);
+        self.step.start.copy_from_slice(&self.argument);
+        let exists = system.begin(t, q, v, &mut self.a);
+        self.store(0);
+        exists
+    }
+
+    fn attempt(&mut self, system: &mut dyn HybridSystem, h: f64, stats: &mut Stats) -> bool {
+        self.step.t = self.t;
+        self.step.h = h;
+        stats.stages += STAGES;
+        // Row 12 of A holds the weights of the solution.
+        for stage in 1..=STAGES {
+            if !self.evaluate(system, stage, stats) {
+                return false;
+            }
+        }
+        self.step.end.copy_from_slice(&self.argument);
+        for (error, slope) in self.error.iter_mut().zip(&self.slopes) {
+            let (fifth, third) = (dot(&E5, slope), dot(&E3, slope));
+            let size = (fifth * fifth + 0.01 * third * third).sqrt();
+            *error = if size > 0.0 { h * fifth * fifth / size } else { 0.0 * size };
+        }
+        self.step.end.iter().all(|y| y.is_finite())
+    }
+
+    fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool {
+        for stage in STAGES + 1..SLOPES {
+            if !self.evaluate(system, stage, stats) {
+                return false;
+            }
+        }
+        let n = 2 * self.d;
+        let h = self.step.h;
+        for (k, slope) in self.slopes.iter().enumerate() {
+            let change = self.step.end[k] - self.step.start[k];
+            let f1 = h * slope[0] - change;
+            let f2 = 2.0 * change - h * (slope[STAGES] + slope[0]);
+            let [f3, f4, f5, f6] = D.map(|weights| h * dot(&weights, slope));
+            // Hairer's nested form in the powers that all methods share.
+            let rows = [f1, f2 + f3, f4 + f5 - f3, f6 - 2.0 * f5 - f4, f5 - 2.0 * f6, f6];
+            for (row, value) in rows.into_iter().enumerate() {
+                self.step.rows[row * n + k] = value;
+            }
+        }
+        true
+    }
+
+    fn dense_is_free(&self) -> bool {
+        false
+    }
+
+    fn step(&mut self) -> &mut DenseStep {
+        &mut self.step
+    }
+
+    fn error(&self) -> &[f64] {
+        &self.error
+    }
+
+    fn embedded_order(&self) -> usize {
+        // The estimate combines orders 5 and 3 to one that falls with the eighth power of the step.
+        7
+    }
+}
+
+#[inline]
+fn dot(weights: &[f64], slopes: &[f64]) -> f64 {
+    weights.iter().zip(slopes).map(|(w, k)| w * k).sum()
+}
+
+/// Instants of the slopes.
+const C: [f64; SLOPES] = [
+    0.0,
+    0.05260015195876773,
+    0.0789002279381516,
+    0.1183503419072274,
+    0.2816496580927726,
+    0.3333333333333333,
+    0.25,
+    0.3076923076923077,
+    0.6512820512820513,
+    0.6,
+    0.8571428571428571,
+    1.0,
+    1.0,
+    0.1,
+    0.2,
+    0.7777777777777778,
+];
+
+/// Weights of the slopes, strictly lower triangular.
+const A: [[f64; SLOPES]; SLOPES] = [
+    [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [0.05260015195876773, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [
+        0.0197250569845379,
+        0.0591751709536137,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    ],
+    [
+        0.02958758547680685,
+        0.0,
+        0.08876275643042054,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    ],
+    [
+        0.2413651341592667,
+        0.0,
+        -0.8845494793282861,
+        0.924834003261792,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    ],
+    [
+        0.037037037037037035,
+        0.0,
+        0.0,
+        0.17082860872947386,
+        0.12546768756682242,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    ],
+    [
+        0.037109375,
+        0.0,
+        0.0,
+        0.17025221101954405,
+        0.06021653898045596,
+        -0.017578125,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    ],
+    [
+        0.03709200011850479,
+        0.0,
+        0.0,
+        0.17038392571223998,
+        0.10726203044637328,
+        -0.015319437748624402,
+        0.008273789163814023,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    ],
+    [
+        0.6241109587160757,
+        0.0,
+        0.0,
+        -3.3608926294469414,
+        -0.868219346841726,
+        27.59209969944671,
+        20.154067550477894,
+        -43.48988418106996,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    ],
+    [
+        0.47766253643826434,
+        0.0,
+        0.0,
+        -2.4881146199716677,
+        -0.590290826836843,
+        21.230051448181193,
+        15.279233632882423,
+        -33.28821096898486,
+        -0.020331201708508627,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    ],
+    [
+        -0.9371424300859873,
+        0.0,
+        0.0,
+        5.186372428844064,
+        1.0914373489967295,
+        -8.149787010746927,
+        -18.52006565999696,
+        22.739487099350505,
+        2.4936055526796523,
+        -3.0467644718982196,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    ],
+    [
+        2.273310147516538,
+        0.0,
+        0.0,
+        -10.53449546673725,
+        -2.0008720582248625,
+        -17.9589318631188,
+        27.94888452941996,
+        -2.8589982771350235,
+        -8.87285693353063,
+        12.360567175794303,
+        0.6433927460157636,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    ],
+    [
+        0.054293734116568765,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        4.450312892752409,
+        1.8915178993145003,
+        -5.801203960010585,
+        0.3111643669578199,
+        -0.1521609496625161,
+        0.20136540080403034,
+        0.04471061572777259,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    ],
+    [
+        0.056167502283047954,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.25350021021662483,
+        -0.2462390374708025,
+        -0.12419142326381637,
+        0.15329179827876568,
+        0.00820105229563469,
+        0.007567897660545699,
+        -0.008298,
+        0.0,
+        0.0,
+        0.0,
+    ],
+    [
+        0.03183464816350214,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.028300909672366776,
+        0.053541988307438566,
+        -0.05492374857139099,
+        0.0,
+        0.0,
+        -0.00010834732869724932,
+        0.0003825710908356584,
+        -0.00034046500868740456,
+        0.1413124436746325,
+        0.0,
+        0.0,
+    ],
+    [
+        -0.42889630158379194,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        -4.697621415361164,
+        7.683421196062599,
+        4.06898981839711,
+        0.3567271874552811,
+        0.0,
+        0.0,
+        0.0,
+        -0.0013990241651590145,
+        2.9475147891527724,
+        -9.15095847217987,
+        0.0,
+    ],
+];
+
+/// Weights of the error estimates of order 3 and 5.
+const E3: [f64; STAGES + 1] = [
+    -0.18980075407240762,
+    0.0,
+    0.0,
+    0.0,
+    0.0,
+    4.450312892752409,
+    1.8915178993145003,
+    -5.801203960010585,
+    -0.4226823213237919,
+    -0.1521609496625161,
+    0.20136540080403034,
+    0.02265179219836082,
+    0.0,
+];
+const E5: [f64; STAGES + 1] = [
+    0.01312004499419488,
+    0.0,
+    0.0,
+    0.0,
+    0.0,
+    -1.2251564463762044,
+    -0.4957589496572502,
+    1.6643771824549864,
+    -0.35032884874997366,
+    0.3341791187130175,
+    0.08192320648511571,
+    -0.022355307863886294,
+    0.0,
+];
+
+/// Weights of the dense output of order 7.
+const D: [[f64; SLOPES]; 4] = [
+    [
+        -8.428938276109013,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.5667149535193777,
+        -3.0689499459498917,
+        2.38466765651207,
+        2.117034582445028,
+        -0.871391583777973,
+        2.2404374302607883,
+        0.6315787787694688,
+        -0.08899033645133331,
+        18.148505520854727,
+        -9.194632392478356,
+        -4.436036387594894,
+    ],
+    [
+        10.427508642579134,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        242.28349177525817,
+        165.20045171727028,
+        -374.5467547226902,
+        -22.113666853125306,
+        7.733432668472264,
+        -30.674084731089398,
+        -9.332130526430229,
+        15.697238121770845,
+        -31.139403219565178,
+        -9.35292435884448,
+        35.81684148639408,
+    ],
+    [
+        19.985053242002433,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        -387.0373087493518,
+        -189.17813819516758,
+        527.8081592054236,
+        -11.57390253995963,
+        6.8812326946963,
+        -1.0006050966910838,
+        0.7777137798053443,
+        -2.778205752353508,
+        -60.19669523126412,
+        84.32040550667716,
+        11.99229113618279,
+    ],
+    [
+        -25.69393346270375,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        -154.18974869023643,
+        -231.5293791760455,
+        357.6391179106141,
+        93.40532418362432,
+        -37.45832313645163,
+        104.0996495089623,
+        29.8402934266605,
+        -43.53345659001114,
+        96.32455395918828,
+        -39.17726167561544,
+        -149.72683625798564,
+    ],
+];

@@ -1,0 +1,301 @@
+//! Events of mechanisms: contacts begin, end and are clipped as the physics says.
+
+use chebclear::clearance::SlidingVelocity;
+use chebclear::contact::{Damping, NormalLaw};
+use chebclear::integrators::Status;
+use chebclear::mechanism::State;
+use chebclear::scene::{Drive, Force, Joint, JointKind, Scene};
+use chebclear::settings::Settings;
+use chebclear::trajectory::{EventKind, Trajectory, simulate, simulate_from};
+use std::f64::consts::PI;
+
+use crate::support::{body, compile, ideal, paper_friction, point};
+
+const MASS: f64 = 0.14;
+const STIFFNESS: f64 = 1e11;
+
+fn clearance_joint(name: &str, bearing: &str, journal: &str, clearance: f64, damping: Damping) -> Joint {
+    Joint::Clearance {
+        name: name.to_owned(),
+        bearing: bearing.to_owned(),
+        journal: journal.to_owned(),
+        journal_radius: 0.01,
+        clearance,
+        contact: NormalLaw { stiffness: STIFFNESS, exponent: 1.5, damping },
+        friction: None,
+        sliding: SlidingVelocity::Surface,
+        impact_velocity_floor: Some(1e-3),
+    }
+}
+
+/// A free journal in a fixed bearing, no gravity.
+fn journal(clearance: f64, damping: Damping) -> Scene {
+    Scene {
+        bodies: vec![body("journal", MASS, 1e-4, [0.0, 0.0], Vec::new())],
+        joints: vec![clearance_joint("bearing", "ground", "journal", clearance, damping)],
+        ..Scene::default()
+    }
+}
+
+fn column(run: &Trajectory, name: &str) -> Vec<f64> {
+    let place = run.columns.iter().position(|column| column == name).expect("a column");
+    run.values.iter().skip(place).step_by(run.columns.len()).copied().collect()
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().copied().fold(f64::NEG_INFINITY, |a, b| if b > a || b.is_nan() { b } else { a })
+}
+
+/// Checks that every joint goes through its phases in order, and returns its clips.
+fn clips(run: &Trajectory, joint: usize, starts_inside: bool) -> usize {
+    let (mut contact, mut clipped, mut count) = (starts_inside, false, 0);
+    for event in run.events.iter().filter(|event| event.joint == joint) {
+        let legal = match event.kind {
+            EventKind::Onset => !contact,
+            EventKind::Separation => contact,
+            EventKind::Clip => contact && !clipped,
+            EventKind::Unclip => contact && clipped,
+        };
+        assert!(legal, "{event:?} with contact {contact}, clipped {clipped}");
+        contact = event.kind != EventKind::Separation;
+        clipped = event.kind == EventKind::Clip;
+        count += usize::from(clipped);
+    }
+    for pair in run.events.windows(2) {
+        assert!(pair[0].time <= pair[1].time);
+    }
+    count
+}
+
+#[test]
+fn a_journal_does_not_tunnel_through_a_clearance_far_smaller_than_its_steps() {
+    for (speed, rtol) in [(1e-3, 1e-3), (1e-3, 1e-6), (0.1, 1e-3), (0.1, 1e-6)] {
+        let clearance = 1e-7;
+        let mechanism = compile(&journal(clearance, Damping::Elastic));
+        let start = State { q: vec![0.0; 3], v: vec![0.6 * speed, -0.8 * speed, 0.0] };
+        // Hertz: m v²/2 = 2/5 K δ^2.5; the impact lasts 2.9432 δ/v.
+        let depth = (1.25 * MASS * speed * speed / STIFFNESS).powf(0.4);
+        let period = (2.943_275 * depth + 2.0 * clearance) / speed;
+        // Ends in the middle of the last flight.
+        let impacts = 40;
+        let mut settings = Settings::new(impacts as f64 * period, 4001);
+        settings.rtol = rtol;
+        let run = simulate_from(&mechanism, &start, &settings, &|_| true).unwrap();
+        assert_eq!(run.status, Status::Done);
+        let penetration = largest(&column(&run, "bearing.penetration"));
+        println!("{speed} {rtol}: {} of {depth:e}, {} events", penetration / depth, run.events.len());
+        assert!((0.9..1.1).contains(&(penetration / depth)), "{penetration:e} instead of {depth:e}");
+        clips(&run, 0, false);
+        if rtol < 1e-4 {
+            assert_eq!(run.events.len(), 2 * impacts);
+        }
+    }
+}
+
+#[test]
+fn a_bearing_that_moves_to_and_fro_within_a_step_does_not_pass_by_its_journal() {
+    // The bearing circles at the end of a crank of twice the clearance; the shaft, half a clearance
+    // nearer to the pivot, stays where it is. Every sample of a step of eight turns would find them
+    // as they were at the start.
+    let (speed, clearance) = (100.0, 1e-5);
+    let radius = 2.0 * clearance;
+    let scene = Scene {
+        bodies: vec![
+            body("crank", 0.1, 1e-5, [0.0, 0.0], vec![point("tip", radius, 0.0)]),
+            body("shaft", 1.0, 1e-3, [0.0, 0.0], Vec::new()),
+        ],
+        joints: vec![
+            ideal("pivot", "ground", "crank", JointKind::Revolute),
+            clearance_joint("bearing", "crank.tip", "shaft", clearance, Damping::Elastic),
+        ],
+        drives: vec![Drive::Speed { name: "motor".to_owned(), joint: "pivot".to_owned(), speed, angle: 0.0 }],
+        ..Scene::default()
+    };
+    let shaft = radius - 0.5 * clearance;
+    let start = State { q: vec![shaft, 0.0, 0.0], v: vec![0.0; 3] };
+    let mut settings = Settings::new(40.0 * PI / speed, 2);
+    settings.limits.first_step = Some(16.0 * PI / speed);
+    let run = simulate_from(&compile(&scene), &start, &settings, &|_| true).unwrap();
+    // The law of cosines for the distance of the centres.
+    let squares = shaft * shaft + radius * radius - clearance * clearance;
+    let touch = (0.5 * squares / (shaft * radius)).acos() / speed;
+    assert_eq!(run.status, Status::Done);
+    assert!(run.events.first().is_some_and(|event| (event.time - touch).abs() < 1e-6 * touch), "{run:?}");
+}
+
+#[test]
+fn a_contact_at_the_start_is_damped_as_an_impact_at_the_floor_and_said_to_be() {
+    let (restitution, floor, clearance, depth) = (0.5, 1e-3, 1e-5, 2e-7);
+    let mechanism = compile(&journal(clearance, Damping::LankaraniNikravesh { restitution }));
+    let start = State { q: vec![clearance + depth, 0.0, 0.0], v: vec![0.0; 3] };
+    let mut settings = Settings::new(5e-4, 101);
+    settings.rtol = 1e-8;
+    let run = simulate_from(&mechanism, &start, &settings, &|_| true).unwrap();
+    assert_eq!(run.status, Status::Done);
+    assert!(run.warnings.iter().any(|text| text.contains("bearing") && text.contains("starts in contact")));
+    clips(&run, 0, true);
+    // From rest at δ: -χv - ln(1 - χv) = χ² K δ^2.5 / (5/2 m) for the speed v of the separation.
+    let chi = 0.75 * (1.0 - restitution * restitution) / floor;
+    let right = chi * chi * STIFFNESS * depth.powf(2.5) / (2.5 * MASS);
+    let (mut low, mut high) = (0.0, 1.0 / chi);
+    for _ in 0..100 {
+        let v: f64 = 0.5 * (low + high);
+        if -chi * v - (-chi * v).ln_1p() < right { low = v } else { high = v }
+    }
+    let first = run.events[0];
+    assert_eq!(first.kind, EventKind::Separation);
+    assert!((first.normal_velocity + low).abs() < 1e-6 * low, "{} instead of -{low}", first.normal_velocity);
+}
+
+#[test]
+fn a_start_without_contact_is_not_warned_of() {
+    let run =
+        simulate(&compile(&journal(1e-5, Damping::Elastic)), &Settings::new(1e-3, 3), &|_| true).unwrap();
+    assert!(run.warnings.is_empty() && run.events.is_empty(), "{:?}", run.warnings);
+}
+
+/// A shaft that lies in a bearing which shakes: a tiny crank at 3000 rad/s, three times gravity. The
+/// contact, at rest in the mean, is pulled and pushed faster than its damping lets it follow.
+fn shaken(restitution: f64) -> (Scene, State) {
+    let (speed, clearance, depth) = (3000.0, 1e-3, 2.1e-5);
+    let radius = 3.0 * 9.81 / (speed * speed);
+    let mut joint = clearance_joint(
+        "bearing",
+        "crank.tip",
+        "shaft",
+        clearance,
+        Damping::LankaraniNikravesh { restitution },
+    );
+    if let Joint::Clearance { contact, .. } = &mut joint {
+        contact.stiffness = 1e8;
+    }
+    let scene = Scene {
+        bodies: vec![
+            body("crank", 0.1, 1e-5, [0.0, 0.0], vec![point("tip", radius, 0.0)]),
+            body("shaft", 1.0, 1e-3, [0.0, 0.0], Vec::new()),
+        ],
+        joints: vec![ideal("pivot", "ground", "crank", JointKind::Revolute), joint],
+        forces: vec![Force::Gravity { acceleration: [0.0, -9.81] }],
+        drives: vec![Drive::Speed { name: "motor".to_owned(), joint: "pivot".to_owned(), speed, angle: 0.0 }],
+        ..Scene::default()
+    };
+    (scene, State { q: vec![radius, -clearance - depth, 0.0], v: vec![0.0, radius * speed, 0.0] })
+}
+
+#[test]
+fn clips_and_unclips_alternate_in_a_strongly_damped_contact() {
+    let (scene, start) = shaken(0.05);
+    let mechanism = compile(&scene);
+    let mut counts = Vec::new();
+    for rtol in [1e-3, 1e-5, 1e-7, 1e-9] {
+        let mut settings = Settings::new(0.02, 2001);
+        settings.rtol = rtol;
+        let run = simulate_from(&mechanism, &start, &settings, &|_| true).unwrap();
+        assert_eq!(run.status, Status::Done, "{}", run.message());
+        let clipped = clips(&run, 0, true);
+        println!("rtol {rtol:e}: {clipped} clips among {} events", run.events.len());
+        counts.push((clipped, run.events.len()));
+        assert!(column(&run, "bearing.normal_force").iter().all(|force| *force >= 0.0));
+        // The phase that is reported is that of the geometry, to the accuracy of a landing.
+        let slack = 1e-2 * rtol * 5e-4;
+        let contact = column(&run, "bearing.contact");
+        for (penetration, contact) in column(&run, "bearing.penetration").iter().zip(contact) {
+            let inside = if contact > 0.5 { *penetration } else { -penetration };
+            assert!(inside >= -slack, "{penetration:e} with contact {contact}");
+        }
+    }
+    // 9.5 turns of the crank, in each of which the bearing pulls once.
+    assert!(counts.iter().all(|count| count.0 >= 8 && *count == counts[3]), "{counts:?}");
+}
+
+/// A bar in two bearings with a bob in a third joint under it, falling from rest; joints and bodies
+/// in the order given.
+fn bar(joints: [usize; 3], bob_first: bool, off_center: f64, restitution: f64) -> Scene {
+    let damping = Damping::LankaraniNikravesh { restitution };
+    let mut all = [
+        clearance_joint("left", "ground.left", "bar.left", 5e-5, damping),
+        clearance_joint("right", "ground.right", "bar.right", 5e-5, damping),
+        clearance_joint("middle", "bar.middle", "bob", 3e-5, damping),
+    ];
+    if let Joint::Clearance { friction, .. } = &mut all[1] {
+        *friction = Some(paper_friction());
+    }
+    let points = vec![point("left", -0.1, 0.0), point("right", 0.1, 0.0), point("middle", 0.0, 0.0)];
+    let mut bodies = vec![
+        body("bar", 0.3, 1e-3, [off_center, 0.0], points),
+        body("bob", 0.2, 1e-4, [0.0, 0.0], Vec::new()),
+    ];
+    if bob_first {
+        bodies.reverse();
+    }
+    Scene {
+        ground: vec![point("left", -0.1, 0.0), point("right", 0.1, 0.0)],
+        bodies,
+        joints: joints.map(|index| all[index].clone()).to_vec(),
+        forces: vec![Force::Gravity { acceleration: [0.0, -9.81] }],
+        drives: Vec::new(),
+    }
+}
+
+/// Events as (time, name of the joint, kind), those of one instant in the order of the names.
+fn named_events(scene: &Scene, settings: &Settings) -> Vec<(f64, String, EventKind)> {
+    let run = simulate(&compile(scene), settings, &|_| true).unwrap();
+    assert_eq!(run.status, Status::Done, "{}", run.message());
+    (0..scene.joints.len()).for_each(|joint| {
+        clips(&run, joint, false);
+    });
+    let mut events: Vec<(f64, String, EventKind)> = run
+        .events
+        .iter()
+        .map(|event| (event.time, scene.joints[event.joint].name().to_owned(), event.kind))
+        .collect();
+    for later in 1..events.len() {
+        if events[later].0 - events[later - 1].0 < 1e-12 && events[later].1 < events[later - 1].1 {
+            events.swap(later - 1, later);
+        }
+    }
+    events
+}
+
+#[test]
+fn the_result_does_not_depend_on_the_numbers_of_joints_and_bodies() {
+    for rtol in [1e-4, 1e-8] {
+        // Long enough for several impacts of every joint; short enough for rounding errors, which
+        // every impact multiplies, to stay small.
+        let mut settings = Settings::new(0.01, 2);
+        settings.rtol = rtol;
+        let original = named_events(&bar([0, 1, 2], false, 0.013, 0.8), &settings);
+        println!("rtol {rtol:e}: {} events", original.len());
+        assert!(original.len() >= 12, "{original:?}");
+        for (joints, bob_first) in
+            [([1, 0, 2], false), ([2, 1, 0], false), ([0, 1, 2], true), ([2, 0, 1], true)]
+        {
+            let permuted = named_events(&bar(joints, bob_first, 0.013, 0.8), &settings);
+            assert_eq!(permuted.len(), original.len());
+            for (ours, theirs) in permuted.iter().zip(&original) {
+                assert_eq!((&ours.1, ours.2), (&theirs.1, theirs.2), "{permuted:?}\n{original:?}");
+                let difference = (ours.0 - theirs.0).abs();
+                // A landing may end anywhere within its overshoot.
+                assert!(difference < 1e-3 * rtol, "{difference:e} s at {} s", theirs.0);
+            }
+        }
+    }
+}
+
+#[test]
+fn both_ends_of_a_symmetric_bar_land_at_the_instant_of_free_fall() {
+    for joints in [[0, 1, 2], [1, 0, 2]] {
+        let mut settings = Settings::new(0.004, 401);
+        settings.rtol = 1e-9;
+        let scene = bar(joints, false, 0.0, 0.8);
+        let events = named_events(&scene, &settings);
+        // 5e-5 m in free fall; the bob falls along, without touching.
+        let landing = (2.0 * 5e-5 / 9.81_f64).sqrt();
+        for event in &events[..2] {
+            assert_eq!(event.2, EventKind::Onset);
+            assert!((event.0 - landing).abs() < 1e-9 * landing, "{events:?}");
+        }
+        assert_ne!(events[0].1, events[1].1);
+        assert!(events[..2].iter().all(|event| event.1 != "middle"), "{events:?}");
+    }
+}
