@@ -1,0 +1,81 @@
+"""Dynamics of planar mechanisms with joint clearance and interval parameters.
+
+A `Scene` says what the mechanism is, `simulate` gives its `Trajectory`, and a `Study` gives the `Band` of
+every output when parameters are only known to lie in intervals. Units are SI with angles in radians.
+"""
+
+from . import mechanisms
+from .errors import ChebclearError, ChebclearWarning, Problem, SceneError, SimulationError
+from .mechanisms import hertz_stiffness
+from .plot import (
+    plot_band,
+    plot_orbit,
+    plot_sensitivity,
+    plot_spectrogram,
+    plot_trajectory,
+)
+from .quantities import Interval, interval, rpm
+from .records import package_version
+from .results import BoundErrors, Comparison, StudyResult, compare
+from .scene import (
+    Body,
+    ClearanceRevolute,
+    Fixed,
+    Gravity,
+    Hertz,
+    Inspection,
+    LankaraniNikravesh,
+    ModifiedCoulomb,
+    Prismatic,
+    Revolute,
+    Scene,
+    Speed,
+)
+from .simulation import Events, Settings, Stats, Trajectory, simulate
+from .study import Study
+from .surrogate import Band, Surrogate
+
+__version__ = package_version()
+
+__all__ = [
+    "Band",
+    "Body",
+    "BoundErrors",
+    "ChebclearError",
+    "ChebclearWarning",
+    "ClearanceRevolute",
+    "Comparison",
+    "Events",
+    "Fixed",
+    "Gravity",
+    "Hertz",
+    "Inspection",
+    "Interval",
+    "LankaraniNikravesh",
+    "ModifiedCoulomb",
+    "Prismatic",
+    "Problem",
+    "Revolute",
+    "Scene",
+    "SceneError",
+    "Settings",
+    "SimulationError",
+    "Speed",
+    "Stats",
+    "Study",
+    "StudyResult",
+    "Surrogate",
+    "Trajectory",
+    "__version__",
+    "compare",
+    "hertz_stiffness",
+    "interval",
+    "mechanisms",
+    "plot_band",
+    "plot_orbit",
+    "plot_sensitivity",
+    "plot_spectrogram",
+    "plot_trajectory",
+    "rpm",
+    "simulate",
+]

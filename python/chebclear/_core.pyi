@@ -1,0 +1,85 @@
+# The compiled core. Text is JSON, see schema.py and simulation.Settings.
+from collections.abc import Callable, Sequence
+from typing import TypedDict, type_check_only
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "chebyshev_derivative",
+    "chebyshev_evaluate",
+    "chebyshev_fit",
+    "chebyshev_nodes",
+    "inspect",
+    "interval_bounds",
+    "simulate",
+    "sweep",
+]
+
+@type_check_only
+class _Stats(TypedDict):
+    steps: int
+    rejected: int
+    stages: int
+    evaluations: int
+    jacobians: int
+    factorisations: int
+    events: int
+    landings: int
+    floored_latches: int
+    smallest_step: float
+    smallest_step_time: float
+
+@type_check_only
+class _Events(TypedDict):
+    time: NDArray[np.float64]
+    joint: list[str]
+    kind: list[str]
+    normal_velocity: NDArray[np.float64]
+
+@type_check_only
+class _Run(TypedDict):
+    t: NDArray[np.float64]
+    values: NDArray[np.float64]
+    columns: list[str]
+    status: str
+    message: str
+    time: float
+    joint: str | None
+    stats: _Stats
+    events: _Events
+    warnings: list[str]
+
+@type_check_only
+class _Runs(TypedDict):
+    t: NDArray[np.float64]
+    values: NDArray[np.float64]
+    columns: list[str]
+    status: list[str]
+    message: list[str]
+    time: list[float]
+    joint: list[str | None]
+    stats: list[_Stats]
+    warnings: list[list[str]]
+
+def simulate(scene: str, settings: str, progress: Callable[[float], None] | None = None) -> _Run: ...
+def sweep(
+    scenes: list[str],
+    settings: str,
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> _Runs: ...
+def inspect(scene: str) -> str: ...
+def chebyshev_nodes(count: int) -> NDArray[np.float64]: ...
+def chebyshev_fit(
+    values: NDArray[np.float64], nodes: Sequence[int], degrees: Sequence[int]
+) -> NDArray[np.float64]: ...
+def chebyshev_evaluate(
+    coefficients: NDArray[np.float64], degrees: Sequence[int], points: NDArray[np.float64]
+) -> NDArray[np.float64]: ...
+def chebyshev_derivative(
+    coefficients: NDArray[np.float64], degrees: Sequence[int], axis: int
+) -> NDArray[np.float64]: ...
+def interval_bounds(
+    coefficients: NDArray[np.float64], degrees: Sequence[int]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...

@@ -1,0 +1,121 @@
+"""Checks of function arguments: every problem at once, with the name of the argument and what it accepts."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import numbers
+import operator
+from collections.abc import Iterable
+
+import numpy as np
+
+
+def did_you_mean(name: object, known: Iterable[str]) -> str:
+    """``'; did you mean "..."?'`` with the known name nearest to a wrong one, or nothing."""
+    nearest = difflib.get_close_matches(str(name), list(known), n=1)
+    return f'; did you mean "{nearest[0]}"?' if nearest else ""
+
+
+def as_number(value: object) -> float | None:
+    """A Python or NumPy number as a float; None for anything else, truth values included."""
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        return None
+    try:
+        return float(value)
+    except OverflowError:  # an integer beyond the range of floats
+        return -math.inf if value < 0 else math.inf
+
+
+def as_whole(value: object) -> int | None:
+    """A Python or NumPy integer as an int; None for anything else, truth values and 3.0 included."""
+    if isinstance(value, bool) or not isinstance(value, numbers.Integral):
+        return None
+    return int(value)
+
+
+class Checks:
+    """Collects what is wrong with the arguments of a call and raises it together.
+
+    Examples
+    --------
+    >>> checks = Checks()
+    >>> checks.whole("samples", 1, least=2)
+    1
+    >>> checks.real("duration", -0.5, "s", above=0.0)
+    -0.5
+    >>> checks.finish()
+    Traceback (most recent call last):
+    ValueError: samples must be a whole number >= 2, got 1
+    duration must be a finite number > 0 [s], got -0.5
+    """
+
+    def __init__(self) -> None:
+        self._problems: list[str] = []
+        self._wrong_types = 0
+
+    def add(self, problem: str, *, wrong_type: bool = False) -> None:
+        """Note a problem."""
+        self._problems.append(problem)
+        self._wrong_types += wrong_type
+
+    def real(
+        self,
+        name: str,
+        value: object,
+        unit: str,
+        *,
+        above: float | None = None,
+        below: float | None = None,
+        least: float | None = None,
+        most: float | None = None,
+    ) -> float:
+        """A finite number, NaN if it is none; `above` and `below` are open limits, the others closed."""
+        limits = [
+            (f"{sign} {limit:g}", passes, limit)
+            for sign, passes, limit in (
+                (">", operator.gt, above),
+                (">=", operator.ge, least),
+                ("<", operator.lt, below),
+                ("<=", operator.le, most),
+            )
+            if limit is not None
+        ]
+        accepted = " ".join(["a finite number", " and ".join(words for words, _, _ in limits)]).strip()
+        problem = f"{name} must be {accepted} [{unit}], got {value!r}"
+        number = as_number(value)
+        if number is None:
+            self.add(problem, wrong_type=True)
+            return math.nan
+        if not (math.isfinite(number) and all(passes(number, limit) for _, passes, limit in limits)):
+            self.add(problem)
+        return number
+
+    def whole(self, name: str, value: object, *, least: int) -> int:
+        """A whole number of at least `least`; `least` if it is none."""
+        number = as_whole(value)
+        problem = f"{name} must be a whole number >= {least}, got {value!r}"
+        if number is None:
+            self.add(problem, wrong_type=True)
+            return least
+        if number < least:
+            self.add(problem)
+        return number
+
+    def word(self, name: str, value: object, accepted: Iterable[str]) -> str:
+        """One of the accepted words."""
+        words = list(accepted)
+        if value not in words:
+            choice = ", ".join(f'"{word}"' for word in words)
+            problem = f"{name} must be one of {choice}, got {value!r}{did_you_mean(value, words)}"
+            self.add(problem, wrong_type=not isinstance(value, str))
+            return words[0]
+        return str(value)
+
+    def finish(self) -> None:
+        """Raise all problems: TypeError if every one is a wrong type, else ValueError."""
+        if self._problems:
+            kind = TypeError if self._wrong_types == len(self._problems) else ValueError
+            raise kind("\n".join(self._problems))

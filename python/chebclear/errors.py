@@ -1,0 +1,109 @@
+"""Exceptions and warnings of the package; all of them pickle and copy.
+
+``ChebclearError`` is the one root to catch. Wrong arguments of a function, as opposed to a wrong scene or a
+run that fails, are plain ``ValueError`` or ``TypeError``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from .simulation import Trajectory
+
+
+class Problem(NamedTuple):
+    """One thing that is wrong with a scene."""
+
+    path: str
+    """Where: the path of the field, such as ``joints[2].clearance``."""
+    message: str
+    """What is wrong and what would be accepted."""
+
+    def __str__(self) -> str:
+        return f"{self.path}: {self.message}"
+
+
+class ChebclearError(Exception):
+    """Root of all exceptions of this package."""
+
+
+class SceneError(ChebclearError, ValueError):
+    """A scene that cannot be simulated.
+
+    Parameters
+    ----------
+    problems : iterable of (str, str)
+        Path and message of every problem.
+
+    Attributes
+    ----------
+    problems : list of Problem
+        All of them, in the order of the scene.
+    """
+
+    problems: list[Problem]
+
+    def __init__(self, problems: Iterable[tuple[str, str]]) -> None:
+        self.problems = [Problem(path, message) for path, message in problems]
+        super().__init__(self.problems)
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self.problems))
+
+
+class SimulationError(ChebclearError, RuntimeError):
+    """A simulation that did not reach its end.
+
+    Parameters
+    ----------
+    reason : str
+        The status word of the run, such as ``"step_underflow"``.
+    time : float
+        Where it ended [s].
+    joint : str, optional
+        Name of the joint that was concerned.
+    parameters : mapping of str to float, optional
+        Parameters of the run, if it was one of a study [SI units].
+    message : str
+        What happened in words, with time and joint.
+
+    Attributes
+    ----------
+    reason, time, joint, parameters, message
+        As above.
+    trajectory : Trajectory or None
+        What was computed until then, if the run was a single simulation; samples after `time` are NaN.
+    """
+
+    def __init__(
+        self,
+        reason: str,
+        time: float,
+        joint: str | None = None,
+        parameters: Mapping[str, float] | None = None,
+        message: str = "",
+    ) -> None:
+        self.reason = reason
+        self.time = time
+        self.joint = joint
+        self.parameters = None if parameters is None else dict(parameters)
+        self.message = message
+        self.trajectory: Trajectory | None = None
+        super().__init__(reason, time, joint, self.parameters, message)
+
+    def __str__(self) -> str:
+        where = "" if self.joint is None else f', joint "{self.joint}"'
+        what = self.message or f"it ended at t = {self.time:.9g} s{where}"
+        given = f", with {describe(self.parameters)}" if self.parameters else ""
+        return f"the simulation failed ({self.reason}): {what}{given}"
+
+
+class ChebclearWarning(UserWarning):
+    """Something that deserves a look but did not stop the computation."""
+
+
+def describe(parameters: Mapping[str, float]) -> str:
+    """Parameters in words, such as ``"crank_length = 0.05, rod_length = 0.12"``."""
+    return ", ".join(f"{name} = {float(value)!r}" for name, value in parameters.items())

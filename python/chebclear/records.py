@@ -1,0 +1,110 @@
+"""Results as files and as values: ``.npz`` archives with JSON metadata, and equality of records of arrays."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import platform
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FORMAT = 1
+"""Number of the file format; raised when a file can no longer be read the old way."""
+
+
+def package_version() -> str:
+    """Version of this package; ``"unknown"`` in a source tree that was never installed."""
+    try:
+        return version("chebclear")
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def save(
+    path: str | os.PathLike[str], kind: str, arrays: Mapping[str, NDArray[Any]], facts: Mapping[str, Any]
+) -> Path:
+    """Write arrays and facts to one compressed file.
+
+    Parameters
+    ----------
+    path : path
+        Where to; ``.npz`` is appended if it is missing.
+    kind : str
+        What the file holds.
+    arrays : mapping of str to ndarray
+        The arrays.
+    facts : mapping
+        What JSON can hold. Format number and versions are added.
+
+    Returns
+    -------
+    Path
+        The file written.
+    """
+    path = Path(path)
+    if path.suffix != ".npz":
+        path = path.with_name(path.name + ".npz")
+    versions = {
+        "chebclear": package_version(),
+        "numpy": np.__version__,
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+    }
+    metadata = json.dumps({"format": FORMAT, "kind": kind, "versions": versions, **facts})
+    everything: dict[str, Any] = {"metadata": np.array(metadata), **arrays}
+    with path.open("wb") as file:
+        np.savez_compressed(file, **everything)
+    return path
+
+
+def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Arrays and facts that `save` wrote.
+
+    Raises
+    ------
+    ValueError
+        If the file holds something else, or was written by a later version.
+    """
+    with np.load(path, allow_pickle=False) as archive:
+        if "metadata" not in archive:
+            raise ValueError(f"{os.fspath(path)} was not written by chebclear")
+        facts = json.loads(str(archive["metadata"]))
+        if facts["format"] > FORMAT:
+            raise ValueError(
+                f"{os.fspath(path)} has format {facts['format']}, this version reads up to {FORMAT}"
+            )
+        if facts["kind"] != kind:
+            raise ValueError(f"{os.fspath(path)} holds a {facts['kind']}, not a {kind}")
+        return {name: archive[name] for name in archive.files if name != "metadata"}, facts
+
+
+def same(first: Any, second: Any) -> bool:
+    """Equality of values that may hold arrays; NaN equals NaN."""
+    if isinstance(first, np.ndarray) or isinstance(second, np.ndarray):
+        floats = np.asarray(first).dtype.kind == "f" and np.asarray(second).dtype.kind == "f"
+        return bool(np.array_equal(first, second, equal_nan=floats))
+    if type(first) is not type(second):
+        return False
+    if dataclasses.is_dataclass(first):
+        names = [item.name for item in dataclasses.fields(first)]
+        return all(same(getattr(first, name), getattr(second, name)) for name in names)
+    if isinstance(first, (list, tuple)):
+        return len(first) == len(second) and all(map(same, first, second))
+    if isinstance(first, dict):
+        return first.keys() == second.keys() and all(same(first[key], second[key]) for key in first)
+    return bool(first == second) or (first != first and second != second)
+
+
+class ArrayRecord:
+    """Base of results: dataclasses that hold arrays, equal if all their fields are."""
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __eq__(self, other: object) -> bool:
+        return same(self, other) if type(other) is type(self) else NotImplemented

@@ -1,0 +1,447 @@
+"""The scene: bodies, joints, forces and drives as the user writes them.
+
+Everything here is an immutable record of names and numbers: scenes compare, hash, copy, pickle and make the
+round trip through JSON without losing a bit. Whether a scene makes sense is decided by the core when it is
+checked or simulated; every problem is then reported at once, with its path.
+
+Units are SI with angles in radians. Positions are in the frame of the body they belong to. A point of a body
+is written ``"body.point"``; ``"body"`` alone is the origin of its frame and ``"body.center_of_mass"`` always
+exists, as does the fixed body ``"ground"``.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, TypeAlias
+
+from .checks import did_you_mean
+from .errors import Problem, SceneError
+from .quantities import Interval as Interval
+from .quantities import interval as interval
+from .quantities import rpm as rpm
+from .schema import Part, Points, Vector, read, write
+
+
+@dataclass(frozen=True)
+class Body(Part):
+    """A rigid body.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    mass : float
+        Mass [kg].
+    inertia : float
+        Moment of inertia about the point `inertia_about` [kg m²].
+    center_of_mass : (float, float)
+        Centre of mass in the frame of the body [m].
+    inertia_about : str
+        Name of the point of the body that `inertia` refers to.
+    points : mapping of str to (float, float)
+        Named points in the frame of the body [m].
+    angle : float
+        Rough angle of the body's frame at the start [rad]; chooses between the ways to assemble a mechanism.
+    """
+
+    name: str
+    mass: float
+    inertia: float
+    center_of_mass: Vector = (0.0, 0.0)
+    inertia_about: str = "center_of_mass"
+    points: Mapping[str, Vector] = field(default_factory=lambda: Points({}))
+    angle: float = 0.0
+
+
+@dataclass(frozen=True)
+class Revolute(Part):
+    """A pin without play: the points coincide, the bodies turn.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    a, b : str
+        The two points, as ``"body.point"``.
+    """
+
+    _tag = ("type", "revolute")
+
+    name: str
+    a: str
+    b: str
+
+
+@dataclass(frozen=True)
+class Prismatic(Part):
+    """A guide without play: point b slides along the line through point a, the bodies do not turn.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    a, b : str
+        The two points, as ``"body.point"``.
+    axis : (float, float)
+        Direction of the line in the frame of body a [-], of any length.
+    angle : float
+        Angle of body b relative to body a [rad].
+    """
+
+    _tag = ("type", "prismatic")
+
+    name: str
+    a: str
+    b: str
+    axis: Vector
+    angle: float = 0.0
+
+
+@dataclass(frozen=True)
+class Fixed(Part):
+    """A weld: the points coincide, the bodies do not turn.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    a, b : str
+        The two points, as ``"body.point"``.
+    angle : float
+        Angle of body b relative to body a [rad].
+    """
+
+    _tag = ("type", "fixed")
+
+    name: str
+    a: str
+    b: str
+    angle: float = 0.0
+
+
+@dataclass(frozen=True)
+class LankaraniNikravesh(Part):
+    """Hertz contact with hysteresis damping, F = K δⁿ (1 + χ δ̇), never pulling.
+
+    χ = 3 (1 - restitution²) / (4 v₀) with the impact velocity v₀ latched at the start of each contact. The
+    restitution is nominal: the law rebounds with 0.913 for 0.9, 0.725 for 0.5 and still 0.66 towards 0, so it
+    is meant for values above 0.85.
+
+    Parameters
+    ----------
+    stiffness : float
+        Contact stiffness K [N/m^exponent].
+    restitution : float
+        Nominal coefficient of restitution [-], above 0 and at most 1.
+    exponent : float
+        Exponent n of the penetration [-].
+    """
+
+    _tag = ("law", "lankarani_nikravesh")
+
+    stiffness: float
+    restitution: float
+    exponent: float = 1.5
+
+
+@dataclass(frozen=True)
+class Hertz(Part):
+    """Elastic contact, F = K δⁿ.
+
+    Parameters
+    ----------
+    stiffness : float
+        Contact stiffness K [N/m^exponent].
+    exponent : float
+        Exponent n of the penetration [-].
+    """
+
+    _tag = ("law", "hertz")
+
+    stiffness: float
+    exponent: float = 1.5
+
+
+@dataclass(frozen=True)
+class ModifiedCoulomb(Part):
+    """Friction with a smooth rise to the static and a smooth fall to the sliding coefficient.
+
+    The coefficient follows a quarter sine up to `stick_slip_velocity`, half a cosine wave from there to
+    `static_sliding_velocity`, and is constant above. The contact creeps under load and never truly sticks.
+
+    Parameters
+    ----------
+    static_coefficient, sliding_coefficient : float
+        Coefficients of friction [-].
+    stick_slip_velocity : float
+        Sliding velocity of the largest friction [m/s].
+    static_sliding_velocity : float
+        Sliding velocity above which the coefficient is constant [m/s]; above `stick_slip_velocity`.
+    """
+
+    _tag = ("law", "modified_coulomb")
+
+    static_coefficient: float
+    sliding_coefficient: float
+    stick_slip_velocity: float
+    static_sliding_velocity: float
+
+
+ContactLaw: TypeAlias = LankaraniNikravesh | Hertz
+FrictionLaw: TypeAlias = ModifiedCoulomb
+
+
+@dataclass(frozen=True)
+class ClearanceRevolute(Part):
+    """A pin with play: a journal moves freely in a larger bearing until it touches.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    bearing, journal : str
+        Centres of bearing and journal, as ``"body.point"``.
+    journal_radius : float
+        Radius of the journal [m].
+    clearance : float
+        Radial clearance, bearing radius minus journal radius [m].
+    contact : LankaraniNikravesh or Hertz
+        Law of the normal force.
+    friction : ModifiedCoulomb, optional
+        Law of the friction force; none if not given.
+    sliding : {"surface", "contact_point"}
+        Sliding velocity that friction sees: of the two material surfaces, or of the geometric contact point
+        as in the paper's Eqs. (5) and (6), which misses the rotation of the bodies.
+    impact_velocity_floor : float, optional
+        Least impact velocity that the contact law latches [m/s]; from the scales of the scene if not given.
+    """
+
+    _tag = ("type", "clearance_revolute")
+    _choices: ClassVar = {"contact": (LankaraniNikravesh, Hertz), "friction": (ModifiedCoulomb,)}
+
+    name: str
+    bearing: str
+    journal: str
+    journal_radius: float
+    clearance: float
+    contact: ContactLaw
+    friction: FrictionLaw | None = None
+    sliding: str = "surface"
+    impact_velocity_floor: float | None = None
+
+
+@dataclass(frozen=True)
+class Gravity(Part):
+    """Uniform gravity.
+
+    Parameters
+    ----------
+    acceleration : (float, float)
+        Acceleration of free fall [m/s²].
+    """
+
+    _tag = ("type", "gravity")
+
+    acceleration: Vector
+
+
+@dataclass(frozen=True)
+class Speed(Part):
+    """A revolute joint that is turned at constant speed.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    joint : str
+        Name of the revolute joint.
+    speed : float
+        Angular velocity of body b relative to body a [rad/s].
+    angle : float
+        Angle of body b relative to body a at time zero [rad].
+    """
+
+    _tag = ("type", "speed")
+
+    name: str
+    joint: str
+    speed: float
+    angle: float = 0.0
+
+
+Joint: TypeAlias = Revolute | Prismatic | Fixed | ClearanceRevolute
+Force: TypeAlias = Gravity
+Drive: TypeAlias = Speed
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What the core made of a scene; see `Scene.check`."""
+
+    degrees_of_freedom: int
+    """Number of coordinates that are integrated [-]."""
+    coordinates: tuple[str, ...]
+    """Names of those coordinates."""
+    columns: tuple[str, ...]
+    """Names of all outputs that a simulation of the scene can give."""
+    bodies: tuple[str, ...]
+    """Names of the bodies."""
+    cut_joints: tuple[str, ...]
+    """Names of the joints at which loops were cut."""
+    impact_velocity_floors: tuple[float, ...]
+    """Least impact velocity that the contact law latches at each clearance joint [m/s]."""
+
+
+@dataclass(frozen=True)
+class Scene(Part):
+    """A mechanism as the user describes it.
+
+    Parameters
+    ----------
+    bodies : sequence of Body
+        The moving bodies.
+    joints : sequence of Revolute, Prismatic, Fixed or ClearanceRevolute
+        The joints.
+    forces : sequence of Gravity
+        The forces.
+    drives : sequence of Speed
+        The prescribed motions.
+    ground : mapping of str to (float, float)
+        Named points of the fixed body ``"ground"`` [m].
+    angles : mapping of str to float, optional
+        Rough angles of bodies at the start by name [rad]; a shorthand that sets `Body.angle`.
+
+    Examples
+    --------
+    A pendulum:
+
+    >>> bob = Body("bob", mass=1.0, inertia=0.01, points={"pivot": (0.0, 0.5)}, angle=0.3)
+    >>> pin = Revolute("pin", "ground.pivot", "bob.pivot")
+    >>> scene = Scene([bob], [pin], [Gravity((0.0, -9.81))], ground={"pivot": (0.0, 0.0)})
+    >>> Scene.from_json(scene.to_json()) == scene
+    True
+    """
+
+    _choices: ClassVar = {
+        "bodies": (Body,),
+        "joints": (Revolute, Prismatic, Fixed, ClearanceRevolute),
+        "forces": (Gravity,),
+        "drives": (Speed,),
+    }
+
+    bodies: Sequence[Body]
+    joints: Sequence[Joint]
+    forces: Sequence[Force] = ()
+    drives: Sequence[Drive] = ()
+    ground: Mapping[str, Vector] = field(default_factory=lambda: Points({}))
+    angles: dataclasses.InitVar[Mapping[str, float] | None] = None
+
+    def __post_init__(self, angles: Mapping[str, float] | None) -> None:
+        super().__post_init__()
+        if not angles:
+            return
+        names = [body.name for body in self.bodies]
+        unknown = [
+            Problem(f"angles.{name}", f'unknown body "{name}"{did_you_mean(name, names)}')
+            for name in angles
+            if name not in names
+        ]
+        if unknown:
+            raise SceneError(unknown)
+        turned = [
+            dataclasses.replace(body, angle=angles[body.name]) if body.name in angles else body
+            for body in self.bodies
+        ]
+        object.__setattr__(self, "bodies", tuple(turned))
+
+    def to_json(self, indent: int | None = None) -> str:
+        """The scene as JSON text; `from_json` reads the same scene back, bit for bit.
+
+        JSON has no numbers that are not finite: they are written as ``"NaN"``, ``"Infinity"`` and
+        ``"-Infinity"``.
+
+        Parameters
+        ----------
+        indent : int, optional
+            Spaces to indent by [-]; one line if not given.
+
+        Returns
+        -------
+        str
+
+        Raises
+        ------
+        SceneError
+            If a field has the wrong type; all problems of the scene are then reported together.
+        """
+        problems: list[Problem] = []
+        plain = write(self, (Scene,), "", problems)
+        text = json.dumps(plain, indent=indent, allow_nan=False)
+        if problems:
+            raise SceneError(problems + _further_problems(text, problems))
+        return text
+
+    @classmethod
+    def from_json(cls, text: str) -> Scene:
+        """Read a scene that `to_json` wrote.
+
+        Parameters
+        ----------
+        text : str
+            JSON text.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        SceneError
+            If the text is no JSON, or names unknown or misses fields.
+        """
+        try:
+            plain = json.loads(text)
+        except ValueError as error:
+            raise SceneError([("scene", f"is not valid JSON: {error}")]) from None
+        problems: list[Problem] = []
+        scene = read(plain, (Scene,), "", problems)
+        if problems:
+            raise SceneError(problems)
+        assert isinstance(scene, Scene)
+        return scene
+
+    def check(self) -> Inspection:
+        """Check the scene and assemble its mechanism, without simulating it.
+
+        Returns
+        -------
+        Inspection
+            Degrees of freedom and the names of all outputs.
+
+        Raises
+        ------
+        SceneError
+            With every problem that was found.
+        """
+        from . import _core  # here only: writing down a scene needs no core
+
+        facts = json.loads(_core.inspect(self.to_json()))
+        fields: dict[str, Any] = {
+            name: tuple(fact) if isinstance(fact, list) else fact for name, fact in facts.items()
+        }
+        return Inspection(**fields)
+
+
+def _further_problems(text: str, known: Sequence[Problem]) -> list[Problem]:
+    """What else is wrong with a scene in which stand-ins were written for fields of wrong type."""
+    from . import _core
+
+    try:
+        _core.inspect(text)
+    except SceneError as error:
+        reported = tuple(problem.path for problem in known)
+        return [problem for problem in error.problems if not problem.path.startswith(reported)]
+    return []

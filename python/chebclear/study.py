@@ -1,0 +1,436 @@
+"""Studies: many simulations of a mechanism with interval parameters, and the bands of its outputs."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from .checks import Checks, did_you_mean
+from .errors import Problem, SceneError, SimulationError, describe
+from .progress import bar, is_request
+from .results import StudyResult as StudyResult
+from .results import compare as compare
+from .scene import Interval, Scene
+from .simulation import MAX_EVENTS, MAX_STEPS, Settings, Stats, warn_once
+from .surrogate import chebyshev_grid, tensor_grid
+
+if TYPE_CHECKING:
+    from ._core import _Runs
+
+Array = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+
+# Pieces an executor gets at most: enough to keep a few dozen workers busy to the end, few enough that sending
+# them costs little beside the runs.
+_CHUNKS = 64
+
+
+class Study:
+    """A mechanism whose parameters are known to lie in intervals.
+
+    Parameters
+    ----------
+    build : callable
+        Called as ``build(**parameters, **fixed)`` with physical values; returns the scene.
+    parameters : mapping of str to Interval
+        Interval of each uncertain parameter [SI units].
+    outputs : sequence of str, optional
+        Names of the outputs of interest; all columns if not given.
+    duration : float
+        Simulated time [s], above 0.
+    samples : int
+        Number of equally spaced samples, both ends included [-]; at least 2.
+    rtol : float
+        Relative tolerance of the integrator [-].
+    method : {"rodas5p", "rodas4", "dop853"}
+        Rosenbrock method of order 5 or 4.
+    fixed : mapping of str to object, optional
+        Further keywords of `build`, the same for all runs.
+    threads : int, optional
+        Threads to simulate on [-]; all processors if not given, one for each piece given to an executor. The
+        results are the same bits for any number.
+    progress : True or callable, optional
+        True shows a bar if standard error is a terminal; a callable gets the runs done and the runs in all.
+    executor : concurrent.futures.Executor, optional
+        Where to simulate instead of on threads of this process.
+    max_steps, max_events : int
+        Accepted steps and changes of contact after which a run is given up [-].
+    position_tolerance, velocity_tolerance : float, optional
+        Absolute tolerances [m], [m/s]; from `rtol` and the scales of the scene if not given.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument is wrong; all problems are listed.
+
+    Examples
+    --------
+    >>> from chebclear import Study, interval, mechanisms
+    >>> study = Study(
+    ...     mechanisms.slider_crank,
+    ...     {"crank_length": interval(0.05, rel=0.1)},
+    ...     outputs=["slider.x"],
+    ...     duration=1e-3,
+    ...     samples=11,
+    ... )
+    >>> study.chebyshev(degree=2)["slider.x"].width.shape
+    (11,)
+    """
+
+    def __init__(
+        self,
+        build: Callable[..., Scene],
+        parameters: Mapping[str, Interval],
+        outputs: Sequence[str] | None = None,
+        *,
+        duration: float,
+        samples: int,
+        rtol: float = 1e-6,
+        method: str = "rodas5p",
+        fixed: Mapping[str, Any] | None = None,
+        threads: int | None = None,
+        progress: bool | Progress | None = None,
+        executor: Executor | None = None,
+        max_steps: int = MAX_STEPS,
+        max_events: int = MAX_EVENTS,
+        position_tolerance: float | None = None,
+        velocity_tolerance: float | None = None,
+    ) -> None:
+        checks = Checks()
+        self.build = build
+        self.intervals = _checked_intervals(checks, parameters)
+        self.fixed = dict(fixed or {})
+        _check_keywords(checks, build, self.intervals, self.fixed)
+        self.settings = Settings.checked(
+            checks,
+            duration=duration,
+            samples=samples,
+            rtol=rtol,
+            method=method,
+            outputs=outputs,
+            max_steps=max_steps,
+            max_events=max_events,
+            position_tolerance=position_tolerance,
+            velocity_tolerance=velocity_tolerance,
+        )
+        self.threads = None if threads is None else checks.whole("threads", threads, least=1)
+        if not is_request(progress):
+            checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
+        self.progress = progress
+        if executor is not None and not callable(getattr(executor, "submit", None)):
+            checks.add(f"executor must have a method submit, got {executor!r}", wrong_type=True)
+        self.executor = executor
+        checks.finish()
+
+    def __repr__(self) -> str:
+        sides = ", ".join(
+            f"{name} in [{side.lower:g}, {side.upper:g}]" for name, side in self.intervals.items()
+        )
+        return f"<Study of {getattr(self.build, '__name__', self.build)}: {sides}>"
+
+    def chebyshev(
+        self, degree: int | Mapping[str, int] = 3, nodes: int | Mapping[str, int] | None = None
+    ) -> StudyResult:
+        """The paper's method: simulate on Chebyshev roots, fit polynomials, bound them by Eq. (31).
+
+        Parameters
+        ----------
+        degree : int or mapping of str to int
+            Degree of the polynomials [-], at least 1; for all parameters or by name.
+        nodes : int or mapping of str to int, optional
+            Number of roots [-]; one more than the degree if not given, and never fewer. The number of runs is
+            their product, and one at the midpoint.
+
+        Returns
+        -------
+        StudyResult
+
+        Raises
+        ------
+        SceneError
+            If a scene is wrong; the parameters of the run are in the path of each problem.
+        SimulationError
+            If a run fails; names its parameters. No result is made from the others.
+        ValueError, TypeError
+            If an argument is wrong; all problems are listed.
+        """
+        checks = Checks()
+        degrees = self._per_parameter(checks, "degree", degree, [1] * len(self.intervals))
+        least = [degree + 1 for degree in degrees]
+        counts = least if nodes is None else self._per_parameter(checks, "nodes", nodes, least)
+        checks.finish()
+        points = chebyshev_grid(list(self.intervals.values()), counts)
+        return self._run(points, tuple(counts), tuple(degrees))
+
+    def scan(self, points: int | Mapping[str, int] = 10) -> StudyResult:
+        """Brute force: simulate on equally spaced points; the bounds are the extremes of the runs.
+
+        Parameters
+        ----------
+        points : int or mapping of str to int
+            Number of points [-], at least 2, both ends included; for all parameters or by name. The number of
+            runs is their product, and one at the midpoint that does not count for the bounds.
+
+        Returns
+        -------
+        StudyResult
+            Its bands are inner bounds and have no polynomial.
+
+        Raises
+        ------
+        SceneError, SimulationError, ValueError, TypeError
+            As `chebyshev`.
+        """
+        checks = Checks()
+        counts = self._per_parameter(checks, "points", points, [2] * len(self.intervals))
+        checks.finish()
+        sides = [
+            np.linspace(side.lower, side.upper, count)
+            for side, count in zip(self.intervals.values(), counts, strict=True)
+        ]
+        return self._run(tensor_grid(sides), tuple(counts), None)
+
+    def _per_parameter(self, checks: Checks, name: str, given: object, least: Sequence[int]) -> list[int]:
+        """One whole number for every parameter."""
+        if not isinstance(given, Mapping):
+            return [checks.whole(name, given, least=max(least, default=1))] * len(least)
+        for key in given:
+            if key not in self.intervals:
+                checks.add(f'{name} has the unknown parameter "{key}"{did_you_mean(key, self.intervals)}')
+        counts = []
+        for key, bound in zip(self.intervals, least, strict=True):
+            if key in given:
+                counts.append(checks.whole(f'{name}["{key}"]', given[key], least=bound))
+            else:
+                checks.add(f'{name} misses the parameter "{key}"')
+                counts.append(bound)
+        return counts
+
+    def _run(self, points: Array, counts: tuple[int, ...], degrees: tuple[int, ...] | None) -> StudyResult:
+        """Simulate at the points and, last, at the midpoint."""
+        midpoint = [side.midpoint for side in self.intervals.values()]
+        given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in [*points, midpoint]]
+        scenes = [self._scene(parameters) for parameters in given]
+        texts = [_text(scene, parameters) for scene, parameters in zip(scenes, given, strict=True)]
+        try:
+            self.settings.require_outputs_of(scenes[-1])
+        except SceneError as error:
+            raise SceneError(_at(given[-1], error.problems)) from None
+        with _reporter(self.progress) as report:
+            try:
+                runs = self._simulate(texts, report)
+            except SceneError as error:
+                raise _with_parameters(error, given) from None
+        _require_success(runs, given)
+        messages = _gathered_warnings(runs["warnings"])
+        warn_once(messages, stacklevel=4)
+        return StudyResult.from_runs(
+            runs["t"],
+            runs["columns"],
+            runs["values"],
+            self.intervals,
+            points,
+            degrees=degrees,
+            nodes=counts,
+            stats=tuple(Stats(**stats) for stats in runs["stats"]),
+            warnings=messages,
+            settings=self.settings,
+            scene=scenes[-1],
+        )
+
+    def _scene(self, parameters: dict[str, float]) -> Scene:
+        try:
+            scene = self.build(**parameters, **self.fixed)
+        except SceneError as error:
+            raise SceneError(_at(parameters, error.problems)) from error
+        except Exception as error:
+            error.add_note(f"in build with {describe(parameters)}")
+            raise
+        if not isinstance(scene, Scene):
+            raise TypeError(f"build must return a Scene, got {scene!r} for {describe(parameters)}")
+        return scene
+
+    def _simulate(self, texts: list[str], report: Progress | None) -> _Runs:
+        settings = self.settings.to_json()
+        if self.executor is None:
+            return _core.sweep(texts, settings, self.threads, report)
+        size = -(-len(texts) // _CHUNKS)
+        chunks = [texts[start : start + size] for start in range(0, len(texts), size)]
+        futures = [
+            self.executor.submit(simulate_chunk, chunk, settings, self.threads or 1) for chunk in chunks
+        ]
+        parts: list[_Runs] = []
+        try:
+            for index, future in enumerate(futures):
+                try:
+                    parts.append(future.result())
+                except SceneError as error:
+                    raise _shifted(error, index * size) from None
+                if report is not None:
+                    report(min((index + 1) * size, len(texts)), len(texts))
+        finally:
+            for future in futures:
+                future.cancel()
+        return _joined(parts)
+
+
+def simulate_chunk(scenes: list[str], settings: str, threads: int) -> _Runs:
+    """Simulate some of the scenes of a study, wherever an executor has sent them.
+
+    Parameters
+    ----------
+    scenes : list of str
+        Scenes as JSON text.
+    settings : str
+        Settings as JSON text.
+    threads : int
+        Threads to simulate on [-].
+    """
+    return _core.sweep(scenes, settings, threads, None)
+
+
+def _checked_intervals(checks: Checks, parameters: object) -> dict[str, Interval]:
+    if not isinstance(parameters, Mapping):
+        checks.add(f"parameters must map names to intervals, got {parameters!r}", wrong_type=True)
+        return {}
+    if not parameters:
+        checks.add("parameters must name at least one interval")
+    for name, side in parameters.items():
+        if not isinstance(side, Interval):
+            checks.add(
+                f'parameters["{name}"] must be an interval(lower, upper), got {side!r}', wrong_type=True
+            )
+    return {name: side for name, side in parameters.items() if isinstance(side, Interval)}
+
+
+def _check_keywords(checks: Checks, build: object, intervals: Iterable[str], fixed: Iterable[str]) -> None:
+    """Whether `build` can be called with these keywords, as far as its signature tells."""
+    for name in sorted(set(intervals) & set(fixed)):
+        checks.add(f'"{name}" is both a parameter and fixed')
+    if not callable(build):
+        checks.add(f"build must be callable, got {build!r}", wrong_type=True)
+        return
+    try:
+        signature = inspect.signature(build).parameters.values()
+    except (TypeError, ValueError):  # a callable that does not tell, as some compiled ones
+        return
+    by_keyword = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+    known = [item.name for item in signature if item.kind in by_keyword]
+    needed = [item.name for item in signature if item.kind in by_keyword and item.default is item.empty]
+    given = list(dict.fromkeys([*intervals, *fixed]))
+    if not any(item.kind is item.VAR_KEYWORD for item in signature):
+        for name in given:
+            if name not in known:
+                checks.add(f'build has no parameter "{name}"{did_you_mean(name, known)}')
+    for name in needed:
+        if name not in given:
+            checks.add(f'build needs a value for "{name}": give it in parameters or fixed')
+
+
+def _text(scene: Scene, parameters: Mapping[str, float]) -> str:
+    try:
+        return scene.to_json()
+    except SceneError as error:
+        raise SceneError(_at(parameters, error.problems)) from None
+
+
+def _at(parameters: Mapping[str, float], problems: Iterable[Problem]) -> list[Problem]:
+    """Problems of the scene that was built with these parameters."""
+    return [Problem(f"scene with {describe(parameters)}: {path}", message) for path, message in problems]
+
+
+# The core says which scene of a sweep has a problem by this start of the path.
+_SCENE_PATH = re.compile(r"scenes\[(\d+)\]\.?")
+
+
+def _scene_index(problem: Problem) -> int:
+    found = _SCENE_PATH.match(problem.path)
+    return int(found[1]) if found else 0
+
+
+def _shifted(error: SceneError, offset: int) -> SceneError:
+    """The error of a chunk of scenes, with the numbers the scenes have in the study."""
+    return SceneError(
+        (_SCENE_PATH.sub(f"scenes[{_scene_index(problem) + offset}].", problem.path), problem.message)
+        for problem in error.problems
+    )
+
+
+def _with_parameters(error: SceneError, given: Sequence[Mapping[str, float]]) -> SceneError:
+    """The problems of the first wrong scene, with its parameters; the others mostly repeat them."""
+    wrong = sorted({_scene_index(problem) for problem in error.problems})
+    first = [
+        Problem(_SCENE_PATH.sub("", problem.path), problem.message)
+        for problem in error.problems
+        if _scene_index(problem) == wrong[0]
+    ]
+    problems = _at(given[wrong[0]], first)
+    if len(wrong) > 1:
+        problems.append(Problem("study", f"{len(wrong) - 1} more of {len(given)} scenes have problems"))
+    return SceneError(problems)
+
+
+def _require_success(runs: _Runs, given: Sequence[Mapping[str, float]]) -> None:
+    """Raise for the first run that failed, if any: a grid with a hole gives no bounds."""
+    failed = [index for index, status in enumerate(runs["status"]) if status != "done"]
+    if not failed:
+        return
+    first = failed[0]
+    raise SimulationError(
+        runs["status"][first],
+        runs["time"][first],
+        runs["joint"][first],
+        given[first],
+        f"{runs['message'][first]} ({len(failed)} of {len(given)} runs of the study failed)",
+    )
+
+
+def _gathered_warnings(runs: Sequence[Sequence[str]]) -> tuple[str, ...]:
+    """Each warning once, although its numbers may differ from run to run."""
+    first: dict[str, str] = {}
+    count: dict[str, int] = {}
+    for messages in runs:
+        for message in messages:
+            kind = re.sub(r"[0-9]+", "#", message)
+            first.setdefault(kind, message)
+            count[kind] = count.get(kind, 0) + 1
+    return tuple(f"{message} (in {count[kind]} of {len(runs)} runs)" for kind, message in first.items())
+
+
+def _joined(parts: Sequence[_Runs]) -> _Runs:
+    """The runs of several sweeps as those of one."""
+    columns = parts[0]["columns"]
+    if any(part["columns"] != columns for part in parts):
+        raise ValueError(
+            "some scenes have other outputs than the first: all scenes of a study need the same parts"
+        )
+    return {
+        "t": parts[0]["t"],
+        "values": np.concatenate([part["values"] for part in parts]),
+        "columns": columns,
+        "status": [status for part in parts for status in part["status"]],
+        "message": [message for part in parts for message in part["message"]],
+        "time": [time for part in parts for time in part["time"]],
+        "joint": [joint for part in parts for joint in part["joint"]],
+        "stats": [stats for part in parts for stats in part["stats"]],
+        "warnings": [messages for part in parts for messages in part["warnings"]],
+    }
+
+
+@contextmanager
+def _reporter(progress: bool | Progress | None) -> Iterator[Progress | None]:
+    if callable(progress):
+        yield progress
+    elif progress:
+        with bar("study", "runs") as report:
+            yield report
+    else:
+        yield None

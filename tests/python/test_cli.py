@@ -1,0 +1,167 @@
+"""The command line: what it prints, writes and returns."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from chebclear import cli, paper, paper_output
+from chebclear.errors import SceneError, SimulationError
+
+TABLE_3_OUTPUTS = {"slider.x", "slider.vx", "slider.ax", "wrist.penetration"}
+
+
+@pytest.fixture(scope="module")
+def study():
+    return paper.case_study()
+
+
+@pytest.fixture
+def computed(study, monkeypatch):
+    """The command with its computations done already; the list collects what it asked for."""
+    asked = []
+
+    def case_study(**options):
+        asked.append(options)
+        return study
+
+    monkeypatch.setattr(paper, "case_study", case_study)
+    return asked
+
+
+def raising(error):
+    def case_study(**options):
+        raise error
+
+    return case_study
+
+
+def test_json_of_the_real_command(tmp_path):
+    command = [sys.executable, "-m", "chebclear.cli", "paper", "--json"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=True)
+    numbers = json.loads(done.stdout)
+    assert done.stdout.count("\n") == 1
+    assert done.stderr == ""
+    assert not list(tmp_path.iterdir())
+    assert set(numbers) == {"as_printed", "corrected", "runs", "seconds"}
+    for name in ("as_printed", "corrected"):
+        tables = numbers[name]
+        assert set(tables) == {"table3", "velocity_width", "table4", "table5"}
+        assert set(tables["table3"]) == TABLE_3_OUTPUTS
+        assert all(set(errors) == {"lower", "upper"} for errors in tables["table3"].values())
+        assert set(tables["velocity_width"]) == {"0.01", "0.02"}
+        assert set(tables["table4"]) == {"0.01", "0.02"}
+        assert all(
+            set(by_length) == {"crank_length", "rod_length"} for by_length in tables["table4"].values()
+        )
+        assert set(tables["table5"]) == {"0.2", "0.5"}
+        for row in tables["table5"].values():
+            assert set(row) == {"width_x", "width_vx", "sensitivity_x", "sensitivity_vx"}
+    assert isinstance(numbers["runs"], int)
+    assert isinstance(numbers["seconds"], float)
+
+
+def test_default_directory(computed, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["paper", "--no-figures"]) == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"paper_results"}
+    assert {path.name for path in (tmp_path / "paper_results").iterdir()} == {"tables.md", "results.npz"}
+    printed = capsys.readouterr().out
+    assert "Table 3, slider displacement [%]" in printed
+    assert "paper_results" in printed
+
+
+def test_all_files(computed, tmp_path, capsys):
+    out = tmp_path / "made" / "results"
+    assert cli.main(["paper", "--out", str(out), "--json"]) == 0
+    json.loads(capsys.readouterr().out)
+    names = {str(path.relative_to(out)) for path in out.rglob("*") if path.is_file()}
+    figures = {f"{name}/fig{number:02d}.png" for name in paper.CONVENTIONS for number in range(4, 13)}
+    assert names == {"tables.md", "results.npz"} | figures
+    assert all((out / name).read_bytes().startswith(b"\x89PNG") for name in figures)
+    assert [path.name for path in out.parent.iterdir()] == ["results"]
+
+
+def test_arrays(computed, study, tmp_path):
+    cli.main(["paper", "--out", str(tmp_path), "--no-figures"])
+    with np.load(tmp_path / "results.npz", allow_pickle=False) as data:
+        band = study.conventions["corrected"].lengths["0.01"]["slider.ax"]
+        np.testing.assert_array_equal(data["corrected/lengths_0.01/slider.ax/upper"], band.upper)
+        sensitivity = data["as_printed/clearance_0.2/slider.vx/sensitivity_clearance"]
+        assert sensitivity.shape == data["t"].shape == (paper.SAMPLES,)
+        assert data["t"][-1] == pytest.approx(paper.DURATION)
+        for name in data:
+            assert np.isfinite(data[name]).all(), name
+
+
+def test_second_run_replaces_the_first_and_leaves_other_files(computed, tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / "tables.md").write_text("old")
+    assert cli.main(["paper", "--out", str(tmp_path), "--no-figures"]) == 0
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+    assert "Table 3" in (tmp_path / "tables.md").read_text(encoding="utf-8")
+
+
+def test_nothing_half_written_is_left(computed, tmp_path, monkeypatch, capsys):
+    def full_disk(*arguments, **arrays):
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(paper_output.np, "savez_compressed", full_disk)
+    assert cli.main(["paper", "--out", str(tmp_path / "results")]) == 1
+    assert "no space left" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+    assert cli.main(["paper", "--out", str(tmp_path)]) == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_options_reach_the_computation(computed, tmp_path):
+    cli.main(["paper", "--json", "--threads", "2", "--rtol", "1e-5"])
+    assert computed == [{"rtol": 1e-5, "threads": 2}]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [],
+        ["nonsense"],
+        ["paper", "--threads", "0"],
+        ["paper", "--threads", "two"],
+        ["paper", "--rtol", "0"],
+        ["paper", "--rtol", "nan"],
+        ["paper", "--rtol", "tight"],
+        ["paper", "--out", __file__],
+    ],
+)
+def test_bad_arguments_exit_with_2(words, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        cli.main(words)
+    assert stopped.value.code == 2
+    assert "usage: chebclear" in capsys.readouterr().err
+
+
+def test_version(capsys):
+    with pytest.raises(SystemExit) as stopped:
+        cli.main(["--version"])
+    assert stopped.value.code == 0
+    assert capsys.readouterr().out.startswith("chebclear ")
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "message"),
+    [
+        (
+            SceneError([("joints[0].clearance", "must be > 0 m"), ("bodies[1].mass", "must be > 0 kg")]),
+            2,
+            "bodies[1].mass",
+        ),
+        (SimulationError("max_steps", 0.01, message="too many steps"), 1, "max_steps"),
+        (KeyboardInterrupt(), 130, "interrupted"),
+    ],
+)
+def test_failures(error, code, message, monkeypatch, capsys):
+    monkeypatch.setattr(paper, "case_study", raising(error))
+    assert cli.main(["paper", "--json"]) == code
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert message in captured.err

@@ -1,0 +1,89 @@
+"""Exceptions: their hierarchy, their words, and that they survive pickling and copying."""
+
+import copy
+import pickle
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear.checks import Checks, did_you_mean
+
+PROBLEMS = [("bodies[0].mass", "must be > 0 [kg], got -1"), ("joints[2]", "is missing")]
+
+
+def failure(message=""):
+    parameters = {"crank_length": 0.05, "rod_length": 0.12}
+    return cc.SimulationError("step_underflow", 0.0125, "wrist", parameters, message)
+
+
+def test_one_root_catches_everything():
+    assert issubclass(cc.SceneError, cc.ChebclearError) and issubclass(cc.SceneError, ValueError)
+    assert issubclass(cc.SimulationError, cc.ChebclearError) and issubclass(cc.SimulationError, RuntimeError)
+    assert issubclass(cc.ChebclearWarning, UserWarning)
+
+
+def test_scene_error_lists_every_problem_on_its_line():
+    error = cc.SceneError(PROBLEMS)
+    assert error.problems == [cc.Problem(*problem) for problem in PROBLEMS]
+    assert str(error).splitlines() == [
+        "bodies[0].mass: must be > 0 [kg], got -1",
+        "joints[2]: is missing",
+    ]
+
+
+def test_simulation_error_says_when_where_why_and_with_which_parameters():
+    for part in ("0.0125 s", "wrist", "step_underflow", "crank_length = 0.05", "rod_length = 0.12"):
+        assert part in str(failure())
+    words = str(failure("the step became 1e-30 s at t = 0.0125 s"))
+    assert "1e-30" in words and words.count("0.0125 s") == 1 and "rod_length = 0.12" in words
+
+
+@pytest.mark.parametrize("twin", [lambda error: pickle.loads(pickle.dumps(error)), copy.copy, copy.deepcopy])
+def test_exceptions_survive_pickling_and_copying(twin):
+    scene = twin(cc.SceneError(PROBLEMS))
+    assert type(scene) is cc.SceneError and scene.problems == cc.SceneError(PROBLEMS).problems
+    error = failure("it stopped")
+    other = twin(error)
+    assert type(other) is cc.SimulationError and str(other) == str(error)
+    assert vars(other) == vars(error)
+
+
+def test_checks_collect_problems_and_tell_wrong_types_from_wrong_values():
+    checks = Checks()
+    checks.real("length", "long", "m")
+    with pytest.raises(TypeError, match=r"length must be a finite number \[m\], got 'long'"):
+        checks.finish()
+    checks.real("share", 1.0, "-", least=0.0, below=1.0)
+    checks.whole("count", True, least=1)
+    checks.word("method", "rodas5", ["rodas5p", "rodas4"])
+    with pytest.raises(ValueError) as caught:
+        checks.finish()
+    assert str(caught.value).splitlines()[1:] == [
+        "share must be a finite number >= 0 and < 1 [-], got 1.0",
+        "count must be a whole number >= 1, got True",
+        'method must be one of "rodas5p", "rodas4", got \'rodas5\'; did you mean "rodas5p"?',
+    ]
+
+
+@pytest.mark.parametrize("value", [np.float32(0.5), np.int64(3), np.array(2.5), 7, 0.25])
+def test_checks_accept_the_numbers_of_python_and_numpy(value):
+    checks = Checks()
+    assert checks.real("x", value, "m") == float(value)
+    checks.finish()
+
+
+@pytest.mark.parametrize(
+    "value",
+    [float("nan"), float("inf"), 10**400, None, "1", 1j, True, [1.0]],
+    ids=lambda value: type(value).__name__,
+)
+def test_checks_refuse_what_is_no_finite_number(value):
+    checks = Checks()
+    checks.real("x", value, "m")
+    with pytest.raises((TypeError, ValueError), match="x must be a finite number"):
+        checks.finish()
+
+
+def test_the_nearest_name_is_offered_only_if_it_is_near():
+    assert did_you_mean("slider.xv", ["slider.vx", "rod.angle"]) == '; did you mean "slider.vx"?'
+    assert did_you_mean("banana", ["slider.vx", "rod.angle"]) == ""

@@ -1,0 +1,212 @@
+"""Plots: what they return, label and leave alone; the short-time spectrum against known signals."""
+
+import subprocess
+import sys
+
+import chebclear as cc
+import matplotlib as mpl
+import numpy as np
+import pytest
+from chebclear import plot, report
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+DURATION = 0.004  # [s]; some impacts, a millisecond to compute
+
+
+@pytest.fixture(scope="module")
+def run():
+    scene = cc.mechanisms.slider_crank(
+        crank_length=0.05, rod_length=0.12, clearance=2e-5, crank_speed=cc.rpm(2000)
+    )
+    return cc.simulate(scene, duration=DURATION, samples=401)
+
+
+@pytest.fixture(scope="module")
+def study():
+    return cc.Study(
+        cc.mechanisms.slider_crank,
+        {"crank_length": cc.interval(0.05, rel=0.10)},
+        outputs=["slider.vx", "wrist.penetration"],
+        duration=DURATION,
+        samples=101,
+        fixed={"rod_length": 0.12, "clearance": 2e-5, "crank_speed": cc.rpm(2000)},
+    )
+
+
+@pytest.fixture(scope="module")
+def bands(study):
+    return study.chebyshev(degree=3), study.scan(5)
+
+
+@pytest.fixture
+def ax():
+    return Figure().subplots()
+
+
+@pytest.fixture(params=["trajectory", "orbit", "band", "sensitivity", "spectrogram"])
+def draw(request, run, bands):
+    """One of the plot functions with its data filled in."""
+    band = bands[0]["slider.vx"]
+    return {
+        "trajectory": lambda **more: plot.plot_trajectory(run, "slider.vx", **more),
+        "orbit": lambda **more: plot.plot_orbit(run, "wrist", **more),
+        "band": lambda **more: plot.plot_band(band, scan=bands[1]["slider.vx"], nominal=True, **more),
+        "sensitivity": lambda **more: plot.plot_sensitivity(band, "crank_length", parameter_unit="m", **more),
+        "spectrogram": lambda **more: plot.plot_spectrogram(run.t, run["slider.vx"], unit="m/s", **more),
+    }[request.param]
+
+
+def test_draws_on_the_given_axes(draw, ax):
+    assert draw(ax=ax) is ax
+    assert ax.lines or ax.collections
+
+
+def test_new_axes_labels_and_untouched_settings(draw):
+    before = dict(mpl.rcParams)
+    ax = draw()
+    assert isinstance(ax, Axes)
+    assert ax.get_xlabel().endswith("]")
+    assert ax.get_ylabel().endswith("]")
+    assert dict(mpl.rcParams) == before
+
+
+def test_pyplot_is_not_imported():
+    code = (
+        "import sys, numpy as np, chebclear.plot as p\n"
+        "assert 'matplotlib' not in sys.modules, 'importing the package must not import matplotlib'\n"
+        "t = np.linspace(0.0, 1.0, 200)\n"
+        "p.plot_spectrogram(t, np.sin(300.0 * t))\n"
+        "assert 'matplotlib.pyplot' not in sys.modules\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+class TestTrajectory:
+    def test_unit_and_keywords(self, run, ax):
+        plot.plot_trajectory(run, "wrist.penetration", ax=ax, unit="µm", color="red", linewidth=3.0)
+        (line,) = ax.lines
+        np.testing.assert_allclose(line.get_ydata(), 1e6 * run["wrist.penetration"])
+        assert (line.get_color(), line.get_linewidth()) == ("red", 3.0)
+        assert ax.get_ylabel() == "wrist.penetration [µm]"
+
+    def test_columns_of_different_units(self, run, ax):
+        with pytest.raises(ValueError, match="share a unit"):
+            plot.plot_trajectory(run, ["slider.x", "slider.vx"], ax=ax)
+
+    def test_unit_that_does_not_fit(self, run, ax):
+        with pytest.raises(ValueError, match="m/s, mm/s"):
+            plot.plot_trajectory(run, "slider.vx", ax=ax, unit="kN")
+
+    def test_every_column_of_a_run_has_a_unit(self, run):
+        assert not [name for name in run.columns if not plot.column_unit(name)]
+
+
+def test_orbit_finds_the_clearance(run, ax):
+    plot.plot_orbit(run, "wrist", ax=ax, unit="mm")
+    circle = ax.lines[0]
+    np.testing.assert_allclose(np.hypot(*circle.get_data()), 0.02, rtol=1e-6)
+
+
+class TestBand:
+    def test_area_bounds_scan_and_nominal(self, bands, ax):
+        band, scan = (result["wrist.penetration"] for result in bands)
+        plot.plot_band(band, ax=ax, unit="µm", scan=scan, nominal=True, alpha=0.5)
+        assert ax.collections[0].get_alpha() == 0.5
+        drawn = [line.get_ydata() for line in ax.lines]
+        for values in (band.lower, band.upper, scan.lower, scan.upper, band.nominal):
+            assert any(np.allclose(1e6 * values, y) for y in drawn)
+        assert [text.get_text() for text in ax.get_legend().get_texts()] == [
+            "Chebyshev bounds",
+            "scan",
+            "nominal",
+        ]
+
+    def test_other_abscissa(self, bands, ax):
+        band = bands[0]["slider.vx"]
+        plot.plot_band(band, ax=ax, x=12000.0 * band.t, x_label="crank angle [deg]")
+        assert ax.get_xlabel() == "crank angle [deg]"
+        assert ax.lines[0].get_xdata()[-1] == pytest.approx(12000.0 * DURATION)
+
+
+def test_sensitivity_units(bands, ax):
+    band = bands[0]["slider.vx"]
+    assert "(m/s)/m" in plot.plot_sensitivity(band, "crank_length", ax=ax, parameter_unit="m").get_ylabel()
+    plot.plot_sensitivity(band, "crank_length", ax=ax, normalised=True)
+    assert "m/s per half interval" in ax.get_ylabel()
+    physical, normalised = (line.get_ydata() for line in ax.lines)
+    np.testing.assert_allclose(normalised, 0.005 * physical, rtol=1e-9, atol=1e-12)
+
+
+class TestShortTimeSpectrum:
+    def test_sine(self):
+        t = np.linspace(0.0, 0.06, 7201)
+        signal = 3.0 * np.sin(2.0 * np.pi * 9500.0 * t) + 100.0
+        centres, frequencies, amplitude = plot.short_time_spectrum(t, signal, window=2e-3)
+        assert amplitude.shape == (len(frequencies), len(centres))
+        peaks = frequencies[amplitude.argmax(axis=0)]
+        assert np.abs(peaks - 9500.0).max() <= frequencies[1]
+        np.testing.assert_allclose(amplitude.max(axis=0), 3.0, rtol=0.02)
+
+    def test_chirp(self):
+        t = np.linspace(0.0, 0.1, 4801)
+        start, slope = 2000.0, 1e5  # [Hz], [Hz/s]
+        signal = np.cos(2.0 * np.pi * (start * t + 0.5 * slope * t * t))
+        centres, frequencies, amplitude = plot.short_time_spectrum(t, signal, window=4e-3)
+        peaks = frequencies[amplitude.argmax(axis=0)]
+        np.testing.assert_allclose(peaks, start + slope * centres, atol=frequencies[2])
+
+    def test_drawn_peak(self, ax):
+        t = np.linspace(0.0, 0.06, 7201)
+        plot.plot_spectrogram(
+            t, np.sin(2.0 * np.pi * 5000.0 * t), ax=ax, x=12000.0 * t, x_label="crank angle [deg]"
+        )
+        level = np.asarray(ax.collections[0].get_array())
+        row = level.reshape(level.shape[0], -1).max(axis=1).argmax()
+        assert np.linspace(0.0, 60.0, level.shape[0])[row] == pytest.approx(5.0, abs=0.2)
+
+    @pytest.mark.parametrize(("window", "overlap"), [(1e-6, 0.5), (1.0, 0.5), (2e-3, 1.0), (2e-3, -0.1)])
+    def test_bad_arguments(self, window, overlap):
+        t = np.linspace(0.0, 0.06, 7201)
+        with pytest.raises(ValueError, match="must"):
+            plot.short_time_spectrum(t, t, window=window, overlap=overlap)
+
+
+class TestReport:
+    @pytest.mark.parametrize(
+        ("value", "digits", "expected"),
+        [
+            (0.07803, 3, "0.0780"),
+            (14.23, 4, "14.23"),
+            (9.999, 2, "10"),
+            (123456.0, 3, "123456"),
+            (1.5e7, 3, "1.50e+07"),
+            (-3.0e-7, 3, "-3.00e-07"),
+            (0.0, 3, "0"),
+            (float("nan"), 3, "-"),
+            (float("inf"), 3, "inf"),
+        ],
+    )
+    def test_format_number(self, value, digits, expected):
+        assert report.format_number(value, digits) == expected
+
+    def test_markdown_table(self):
+        table = report.markdown_table(["name", "a|b"], [["x", "1"], ["longer", "2.5"]])
+        assert table.splitlines() == [
+            "| name   | a\\|b |",
+            "| ------ | ---: |",
+            "| x      |    1 |",
+            "| longer |  2.5 |",
+        ]
+        with pytest.raises(ValueError, match="2 cells"):
+            report.markdown_table(["a", "b"], [["only one"]])
+
+    def test_bands_table(self, bands):
+        table = report.bands_table(bands[0])
+        assert "| slider.vx" in table
+        assert "m/s" in table
+
+    def test_comparison_table(self, bands):
+        table = report.comparison_table(cc.compare(*bands))
+        assert "| slider.vx" in table
+        assert "slack [%]" in table.splitlines()[0]

@@ -1,0 +1,317 @@
+"""Scenes as values, as JSON and as the user gets them wrong; the ready-made slider-crank."""
+
+import copy
+import dataclasses
+import json
+import math
+import pickle
+
+import chebclear as cc
+import numpy as np
+import pytest
+
+# Numbers that lose bits in careless text, and both zeros.
+AWKWARD = [0.1, 1.0 / 3.0, math.pi, 5e-324, 1.7976931348623157e308, -0.0, 1e22, 123456789.123456789]
+
+
+def one_of_everything():
+    """Every kind of part, with numbers that are awkward to write; not a mechanism that makes sense."""
+    law = cc.LankaraniNikravesh(AWKWARD[4], 1.0 / 3.0)
+    friction = cc.ModifiedCoulomb(0.1, 0.1 + 0.2, 5e-324, 1e22)
+    return cc.Scene(
+        bodies=[
+            cc.Body("a", mass=AWKWARD[7], inertia=AWKWARD[0], points={"P": (1.0 / 3.0, -0.0)}, angle=math.e),
+            cc.Body(
+                "b", mass=1, inertia=2, center_of_mass=[0.1, 0.7], inertia_about="Q", points={"Q": (0, 0)}
+            ),
+        ],
+        joints=[
+            cc.Revolute("pin", "ground", "a.P"),
+            cc.Prismatic("guide", "ground.O", "b.Q", axis=(math.sqrt(0.5), 0.3), angle=0.1),
+            cc.Fixed("weld", "a", "b", angle=-0.1),
+            cc.ClearanceRevolute(
+                "wrist",
+                bearing="a.P",
+                journal="b.Q",
+                journal_radius=0.1,
+                clearance=1e-5 / 3.0,
+                contact=law,
+                friction=friction,
+                sliding="contact_point",
+                impact_velocity_floor=1e-7,
+            ),
+            cc.ClearanceRevolute("other", "a", "b", 0.1, 1e-5, cc.Hertz(1e12, exponent=10.0 / 9.0)),
+        ],
+        forces=[cc.Gravity((0.0, -9.80665))],
+        drives=[cc.Speed("drive", "pin", cc.rpm(2000), angle=0.2)],
+        ground={"O": (0.3, -1e-300)},
+    )
+
+
+def bits(plain):
+    """The JSON value with every float replaced by its hexadecimal form, which tells -0.0 from 0.0."""
+    if isinstance(plain, float):
+        return plain.hex()
+    if isinstance(plain, dict):
+        return {key: bits(value) for key, value in plain.items()}
+    return [bits(value) for value in plain] if isinstance(plain, list) else plain
+
+
+@pytest.mark.parametrize("scene", [one_of_everything(), cc.mechanisms.slider_crank()])
+def test_json_round_trip_is_exact(scene):
+    text = scene.to_json()
+    again = cc.Scene.from_json(text)
+    assert again == scene
+    assert bits(json.loads(again.to_json())) == bits(json.loads(text))
+    assert cc.Scene.from_json(scene.to_json(indent=2)) == scene
+
+
+@pytest.mark.parametrize("number", AWKWARD)
+def test_every_number_survives_json(number):
+    scene = cc.Scene([cc.Body("a", mass=number, inertia=1.0)], [])
+    assert cc.Scene.from_json(scene.to_json()).bodies[0].mass.hex() == float(number).hex()
+
+
+def test_numbers_that_are_not_finite_are_written_as_words_and_read_back():
+    scene = cc.Scene([cc.Body("a", mass=math.inf, inertia=-math.inf, center_of_mass=(math.nan, 0.0))], [])
+    written = json.loads(scene.to_json())["bodies"][0]
+    assert [written["mass"], written["inertia"], written["center_of_mass"]] == [
+        "Infinity",
+        "-Infinity",
+        ["NaN", 0.0],
+    ]
+    again = cc.Scene.from_json(scene.to_json()).bodies[0]
+    assert again.mass == math.inf and again.inertia == -math.inf and math.isnan(again.center_of_mass[0])
+
+
+def test_scenes_are_values():
+    scene = one_of_everything()
+    twins = [one_of_everything(), copy.copy(scene), copy.deepcopy(scene), pickle.loads(pickle.dumps(scene))]
+    for twin in twins:
+        assert twin == scene and hash(twin) == hash(scene)
+    assert len({scene, *twins}) == 1
+    heavier = dataclasses.replace(
+        scene, bodies=[dataclasses.replace(scene.bodies[0], mass=2.0), scene.bodies[1]]
+    )
+    assert heavier != scene
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        scene.bodies[0].mass = 1.0
+    with pytest.raises(TypeError):
+        scene.bodies[0].points["P"] = (0.0, 0.0)
+
+
+def test_arrays_lists_and_numpy_numbers_become_plain_floats():
+    body = cc.Body(
+        "a", mass=np.float32(0.5), inertia=np.int64(2), center_of_mass=np.array([1, 2]), angle=np.array(0.5)
+    )
+    assert (body.mass, body.inertia, body.center_of_mass, body.angle) == (0.5, 2.0, (1.0, 2.0), 0.5)
+    assert all(
+        type(number) is float for number in (body.mass, body.inertia, *body.center_of_mass, body.angle)
+    )
+    assert cc.Body("a", 1, 1, points={"P": [0, 1]}).points == {"P": (0.0, 1.0)}
+
+
+def test_rough_angles_can_be_given_with_the_scene():
+    scene = cc.Scene([cc.Body("a", 1.0, 1.0), cc.Body("b", 1.0, 1.0, angle=0.5)], [], angles={"a": 0.25})
+    assert [body.angle for body in scene.bodies] == [0.25, 0.5]
+    assert dataclasses.replace(scene, forces=[cc.Gravity((0.0, 0.0))]).bodies == scene.bodies
+    with pytest.raises(cc.SceneError, match=r'angles.crnk: unknown body "crnk"; did you mean "crank"\?'):
+        cc.Scene([cc.Body("crank", 1.0, 1.0)], [], angles={"crnk": 0.0})
+
+
+def test_check_says_what_the_scene_is():
+    facts = cc.mechanisms.slider_crank().check()
+    assert facts.degrees_of_freedom == 2  # the rod's angle and the slider's position
+    assert facts.bodies == ("crank", "rod", "slider") and facts.cut_joints == ("wrist",)
+    assert len(facts.columns) == len(set(facts.columns)) == 3 * 9 + 9 + 1
+    assert {"slider.x", "rod.angular_acceleration", "wrist.penetration", "drive.torque"} <= set(facts.columns)
+
+
+def wrong(**changes):
+    return dataclasses.replace(cc.mechanisms.slider_crank(), **changes)
+
+
+def test_wrong_types_are_reported_together_and_with_wrong_numbers():
+    crank, rod, slider = cc.mechanisms.slider_crank().bodies
+    scene = wrong(
+        bodies=[
+            dataclasses.replace(crank, mass="heavy", center_of_mass=(0.1, None)),
+            dataclasses.replace(rod, inertia=[1.0], points="B"),
+            dataclasses.replace(slider, mass=-1.0, name=7),
+        ],
+        joints=[*cc.mechanisms.slider_crank().joints[:3], "a pin"],
+        forces=5,
+    )
+    for attempt in (scene.to_json, scene.check, lambda: cc.simulate(scene, 0.01, 11)):
+        with pytest.raises(cc.SceneError) as caught:
+            attempt()
+        found = dict(caught.value.problems)
+        assert found["bodies[0].mass"] == "must be a number, got 'heavy'"
+        assert found["bodies[0].center_of_mass[1]"] == "must be a number, got None"
+        assert found["bodies[1].inertia"] == "must be a number, got [1.0]"
+        assert "mapping" in found["bodies[1].points"]
+        assert found["bodies[2].name"] == "must be a text, got 7"
+        assert "ClearanceRevolute, got 'a pin'" in found["joints[3]"]
+        assert found["forces"] == "must be a sequence, got 5"
+        # Of the right type but wrong: found by the core in the same go.
+        assert "must be > 0 [kg]" in found["bodies[2].mass"]
+
+
+def test_wrong_numbers_and_names_are_reported_together_with_paths_and_hints():
+    crank, rod, slider = cc.mechanisms.slider_crank().bodies
+    joints = cc.mechanisms.slider_crank().joints
+    scene = wrong(
+        bodies=[
+            dataclasses.replace(crank, mass=0.0),
+            dataclasses.replace(rod, inertia=-1.0),
+            dataclasses.replace(slider, angle=math.nan),
+        ],
+        joints=[
+            joints[0],
+            dataclasses.replace(joints[1], b="rood.B"),
+            dataclasses.replace(joints[2], b="slider.D"),
+            dataclasses.replace(
+                joints[3],
+                clearance=-2e-5,
+                sliding="surfaces",
+                friction=cc.ModifiedCoulomb(0.04, 0.03, 1.5e-3, 1e-3),
+            ),
+        ],
+    )
+    with pytest.raises(cc.SceneError) as caught:
+        scene.check()
+    found = dict(caught.value.problems)
+    assert "must be > 0 [kg]" in found["bodies[0].mass"]
+    assert "must be > 0 [kg m^2]" in found["bodies[1].inertia"]
+    assert "finite" in found["bodies[2].angle"]
+    assert 'did you mean "rod"' in found["joints[1].b"]
+    assert "unknown point" in found["joints[2].b"]
+    assert "must be > 0 [m]" in found["joints[3].clearance"]
+    assert "surface" in found["joints[3].sliding"]
+    assert "joints[3].friction.static_sliding_velocity" in found
+
+
+def test_a_mechanism_that_cannot_be_assembled_is_refused():
+    too_short = cc.mechanisms.slider_crank(crank_length=0.05, rod_length=0.03, crank_angle=1.5)
+    with pytest.raises(cc.SceneError, match="assembl"):
+        too_short.check()
+
+
+@pytest.mark.parametrize(
+    ("text", "path", "words"),
+    [
+        ("{", "scene", "not valid JSON"),
+        ("[1]", "scene", "must be an object"),
+        ('{"bodies": []}', "joints", "is missing"),
+        ('{"bodies": [{"name": "a", "mas": 1}], "joints": []}', "bodies[0].mas", 'did you mean "mass"'),
+        ('{"bodies": 3, "joints": []}', "bodies", "must be a list"),
+        ('{"bodies": [], "joints": [{"type": "revolut"}]}', "joints[0].type", 'did you mean "revolute"'),
+        ('{"bodies": [], "joints": [4]}', "joints[0]", "must be an object"),
+    ],
+)
+def test_bad_json_is_refused_with_a_path(text, path, words):
+    with pytest.raises(cc.SceneError) as caught:
+        cc.Scene.from_json(text)
+    assert words in dict(caught.value.problems)[path]
+
+
+def test_wrong_values_in_json_are_read_and_then_reported():
+    text = cc.mechanisms.slider_crank().to_json().replace('"mass": 0.3', '"mass": "0.3"')
+    with pytest.raises(cc.SceneError, match=r"bodies\[0\].mass: must be a number, got '0.3'"):
+        cc.Scene.from_json(text).check()
+
+
+def test_intervals():
+    assert cc.interval(0.2, 0.5) == cc.Interval(0.2, 0.5)
+    assert cc.interval(8, rel=0.25) == cc.interval(8, half_width=2) == cc.Interval(6.0, 10.0)
+    assert cc.interval(-8, rel=0.25) == cc.Interval(-10.0, -6.0)
+    side = cc.Interval(np.float64(6), 10)
+    assert (side.midpoint, side.half_width) == (8.0, 2.0)
+    assert pickle.loads(pickle.dumps(side)) == side and hash(side) == hash(cc.interval(6, 10))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: cc.interval(0.5, 0.2), "lower must be < upper"),
+        (lambda: cc.interval(0.5, 0.5), "lower must be < upper"),
+        (lambda: cc.interval(math.nan, math.inf), "(?s)lower must be a finite.*upper must be a finite"),
+        (lambda: cc.interval(1.0, rel=-0.1), "rel must be"),
+        (lambda: cc.interval(0.0, rel=0.1), "half_width"),
+        (lambda: cc.interval(1.0, half_width=0.0), "half_width must be"),
+        (lambda: cc.interval("1", 2.0), "lower must be"),
+        (lambda: cc.interval(1.0), "exactly one"),
+        (lambda: cc.interval(1.0, 2.0, rel=0.1), "exactly one"),
+    ],
+)
+def test_wrong_intervals_are_refused(make, words):
+    with pytest.raises((ValueError, TypeError), match=words):
+        make()
+
+
+def test_rpm():
+    assert cc.rpm(60.0) == pytest.approx(2.0 * math.pi, rel=1e-15)
+
+
+def test_stiffness_of_the_papers_joint():
+    # Eq. (8) with sigma = (1 - nu^2)/E and, as Eq. (9) is printed, with (1 - nu^2)/(pi E).
+    assert cc.hertz_stiffness(9.8e-3, 2e-5, 207e9, 0.3) == pytest.approx(3.326530256934e11, rel=1e-12)
+    printed = cc.hertz_stiffness(9.8e-3, 2e-5, 207e9, 0.3, convention="as_printed")
+    assert printed == pytest.approx(1.045060301713e12, rel=1e-12)
+    # A rigid bearing halves the compliance.
+    rigid = cc.hertz_stiffness(9.8e-3, 2e-5, 207e9, 0.3, bearing_young_modulus=1e300)
+    assert rigid == pytest.approx(2.0 * 3.326530256934e11, rel=1e-12)
+
+
+def test_wrong_arguments_of_the_stiffness_are_listed_together():
+    with pytest.raises(ValueError) as caught:
+        cc.hertz_stiffness(-1.0, 0.0, 207e9, 1.5, "hertzian")
+    words = str(caught.value).splitlines()
+    assert [line.split()[0] for line in words] == [
+        "journal_radius",
+        "clearance",
+        "convention",
+        "poisson_ratio",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("convention", "sliding", "stiffness", "divisor"),
+    [
+        ("corrected", "surface", 3.326530256934e11, 12.0),
+        ("as_printed", "contact_point", 1.045060301713e12, 3.0),
+    ],
+)
+def test_the_conventions_of_the_slider_crank(convention, sliding, stiffness, divisor):
+    scene = cc.mechanisms.slider_crank(convention=convention, rod_length=0.132)
+    crank, rod, slider = scene.bodies
+    assert (crank.mass, rod.mass, slider.mass) == (0.30, 0.21, 0.14)  # Table 1, whatever the lengths
+    assert crank.inertia == pytest.approx(0.30 * 0.05**2 / divisor, rel=1e-14)
+    assert rod.inertia == pytest.approx(0.21 * 0.132**2 / divisor, rel=1e-14)
+    assert slider.inertia == 1e-4
+    wrist = scene.joints[3]
+    assert wrist.sliding == sliding
+    assert wrist.contact.stiffness == pytest.approx(stiffness, rel=1e-12)
+    assert wrist.friction == cc.ModifiedCoulomb(0.04, 0.03, 1e-3, 1.5e-3)  # Table 2
+    assert not scene.forces
+
+
+def test_options_of_the_slider_crank():
+    scene = cc.mechanisms.slider_crank(
+        gravity=9.81, friction=None, convention="as_printed", sliding="surface", impact_velocity_floor=1e-6
+    )
+    assert scene.forces == (cc.Gravity((0.0, -9.81)),)
+    wrist = scene.joints[3]
+    assert (wrist.friction, wrist.sliding, wrist.impact_velocity_floor) == (None, "surface", 1e-6)
+    with pytest.raises(ValueError, match="convention"):
+        cc.mechanisms.slider_crank(convention="printed")
+    with pytest.raises(cc.SceneError) as caught:
+        cc.mechanisms.slider_crank(crank_length="0.05", rod_mass=None)
+    assert [problem.path for problem in caught.value.problems] == ["crank_length", "rod_mass"]
+
+
+@pytest.mark.parametrize("clearance", [0.0, -1e-5, np.float64(0.0), math.nan, math.inf])
+def test_a_wrong_clearance_is_reported_by_the_check(clearance):
+    with pytest.raises(cc.SceneError) as caught:
+        cc.mechanisms.slider_crank(clearance=clearance).check()
+    assert "joints[3].clearance" in dict(caught.value.problems)

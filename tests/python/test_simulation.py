@@ -1,0 +1,337 @@
+"""Single simulations: closed forms, reference trajectories, results as values, failures, interruption."""
+
+import copy
+import io
+import json
+import math
+import pickle
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+import types
+import warnings
+from pathlib import Path
+
+import chebclear as cc
+import numpy as np
+import pytest
+
+DATA = Path(__file__).parents[1] / "data"
+GRAVITY = 9.81  # [m/s^2]
+
+
+def faller(gravity=GRAVITY, tilt=0.5 * math.pi):
+    """A block on a guide without friction, tilted from the horizontal."""
+    return cc.Scene(
+        [cc.Body("block", mass=2.0, inertia=0.1)],
+        [cc.Prismatic("guide", "ground", "block", axis=(math.cos(tilt), math.sin(tilt)))],
+        [cc.Gravity((0.0, -gravity))],
+    )
+
+
+@pytest.fixture(scope="module")
+def run():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", cc.ChebclearWarning)
+        return cc.simulate(cc.mechanisms.slider_crank(), duration=0.004, samples=401)
+
+
+@pytest.mark.parametrize("method", ["rodas5p", "rodas4", "dop853"])
+def test_free_fall(method):
+    run = cc.simulate(faller(), duration=0.5, samples=51, rtol=1e-9, method=method)
+    assert run.status == "done" and run.success and run.end_time == 0.5
+    np.testing.assert_allclose(run.t, np.linspace(0.0, 0.5, 51), rtol=1e-15)
+    assert (run.t[0], run.t[-1]) == (0.0, 0.5)
+    np.testing.assert_allclose(run["block.y"], -0.5 * GRAVITY * run.t**2, atol=1e-9)
+    np.testing.assert_allclose(run["block.vy"], -GRAVITY * run.t, atol=1e-9)
+    np.testing.assert_allclose(run["block.ay"], -GRAVITY, rtol=1e-12)
+    assert np.abs(run["block.x"]).max() < 1e-15
+
+
+def test_a_driven_crank_turns_as_told():
+    speed, angle, length = 30.0, 0.4, 0.2
+    bodies = [cc.Body("crank", 1.5, 0.02, center_of_mass=(length, 0.0), angle=angle)]
+    scene = cc.Scene(
+        bodies,
+        [cc.Revolute("bearing", "ground", "crank")],
+        [cc.Gravity((0.0, -GRAVITY))],
+        [cc.Speed("motor", "bearing", speed, angle)],
+    )
+    run = cc.simulate(scene, duration=0.3, samples=301)
+    turned = angle + speed * run.t
+    np.testing.assert_allclose(run["crank.angle"], turned, rtol=1e-12)
+    np.testing.assert_allclose(run["crank.x"], length * np.cos(turned), atol=1e-12)
+    np.testing.assert_allclose(run["crank.ay"], -(speed**2) * length * np.sin(turned), atol=1e-9)
+    # At constant speed the motor does nothing but hold the weight.
+    np.testing.assert_allclose(run["motor.torque"], 1.5 * GRAVITY * length * np.cos(turned), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("file", "convention"),
+    [("slider_crank_as_printed.csv", "as_printed"), ("slider_crank_physical.csv", "corrected")],
+)
+def test_the_papers_mechanism_follows_the_reference_trajectory(file, convention):
+    # Columns and source: header of the file. The floor of the impact velocity is that of the reference.
+    reference = np.loadtxt(DATA / file, delimiter=",")[:101]
+    assert reference[-1, 0] == pytest.approx(0.01)
+    scene = cc.mechanisms.slider_crank(convention=convention, impact_velocity_floor=1e-6)
+    run = cc.simulate(scene, duration=0.01, samples=101, rtol=1e-9)
+    assert np.abs(run["slider.vx"] - reference[:, 2]).max() < 1e-4
+    assert np.abs(run["slider.x"] - reference[:, 1]).max() < 1e-7
+    assert np.abs(run["wrist.penetration"] - reference[:, 4]).max() < 1e-7
+
+
+def test_columns_are_views_and_unknown_ones_are_named(run):
+    column = run["slider.x"]
+    assert column.shape == (401,) and np.shares_memory(column, run.values)
+    assert list(run) == list(run.columns) and "slider.x" in run and "slider.z" not in run
+    with pytest.raises(KeyError, match=re.escape('unknown column "slider.xx"; did you mean "slider.x"?')):
+        run["slider.xx"]
+    table = run.to_dict()
+    assert list(table) == ["t", *run.columns]
+    assert np.array_equal(table["rod.angle"], run["rod.angle"])
+
+
+def test_outputs_choose_the_columns(run):
+    some = cc.simulate(run.scene, 0.004, 401, outputs=["wrist.penetration", "slider.x"])
+    assert some.columns == ("wrist.penetration", "slider.x") and some.values.shape == (401, 2)
+    for name in some:
+        assert np.array_equal(some[name], run[name])
+
+
+def test_events_and_stats_tell_what_happened(run):
+    events = run.events
+    assert len(events) == run.stats.events > 0
+    assert set(events.kind) <= {"onset", "separation", "clamp", "unclamp"} and set(events.joint) == {"wrist"}
+    assert np.all(np.diff(events.time) >= 0.0)
+    assert np.all(events.normal_velocity[events.kind == "onset"] > 0.0)
+    assert run.stats.steps > 0 and run.stats.factorisations >= run.stats.steps
+    # In flight until the first onset, in contact just after it.
+    contact = run["wrist.contact"]
+    first = np.searchsorted(run.t, events.time[0])
+    assert events.kind[0] == "onset" and not contact[:first].any()
+
+
+def test_trajectories_are_values(run, tmp_path):
+    file = run.save(tmp_path / "run")
+    assert file == tmp_path / "run.npz"
+    twins = [copy.copy(run), copy.deepcopy(run), pickle.loads(pickle.dumps(run)), cc.Trajectory.load(file)]
+    for twin in twins:
+        assert twin == run
+        assert twin.values.tobytes() == run.values.tobytes()
+    assert run != cc.simulate(run.scene, 0.004, 401, rtol=1e-5)
+    assert run != "a run"
+    assert repr(run) == "<Trajectory: 37 columns of 401 samples to t = 0.004 s, done>"
+
+
+def test_files_say_what_made_them(run, tmp_path):
+    with np.load(run.save(tmp_path / "run.npz"), allow_pickle=False) as archive:
+        facts = json.loads(str(archive["metadata"]))
+    assert facts["format"] == 1 and facts["kind"] == "trajectory"
+    assert facts["versions"]["chebclear"] == cc.__version__
+    assert set(facts["versions"]) == {"chebclear", "numpy", "python", "platform"}
+    assert cc.Scene.from_json(json.dumps(facts["scene"])) == run.scene
+    assert facts["settings"]["rtol"] == 1e-6 and facts["stats"]["steps"] == run.stats.steps
+
+
+def test_other_files_are_refused(run, tmp_path):
+    np.savez(tmp_path / "other.npz", x=np.zeros(3))
+    with pytest.raises(ValueError, match="was not written by chebclear"):
+        cc.Trajectory.load(tmp_path / "other.npz")
+    with pytest.raises(ValueError, match="holds a trajectory, not a study"):
+        cc.StudyResult.load(run.save(tmp_path / "run.npz"))
+
+
+def test_a_run_that_fails_raises_with_what_it_has(tmp_path):
+    scene = cc.mechanisms.slider_crank()
+    with pytest.raises(cc.SimulationError) as caught:
+        cc.simulate(scene, duration=0.01, samples=101, max_steps=200)
+    error = caught.value
+    assert error.reason == "max_steps" and 0.0 < error.time < 0.01 and error.parameters is None
+    assert float(re.search(r"t = (\S+) s", str(error))[1]) == pytest.approx(error.time)
+    run = error.trajectory
+    assert run.status == "max_steps" and not run.success and run.end_time == error.time
+    reached = run.t <= error.time
+    assert (
+        np.isfinite(run.values[reached]).all() and np.isnan(run.values[~reached]).all() and not reached.all()
+    )
+    # NaN equals NaN, also after pickling and on file.
+    twin = pickle.loads(pickle.dumps(error))
+    assert twin.trajectory == run and cc.Trajectory.load(run.save(tmp_path / "run")) == run
+    assert cc.simulate(scene, 0.01, 101, max_steps=200, on_failure="return") == run
+
+
+def test_wrong_arguments_are_listed_together():
+    with pytest.raises(ValueError) as caught:
+        cc.simulate(faller(), duration=-1.0, samples=1, rtol=0.5, method="rodas", outputs=[], max_steps=0)
+    words = str(caught.value).splitlines()
+    assert [line.split()[0] for line in words] == [
+        "duration",
+        "samples",
+        "rtol",
+        "method",
+        "outputs",
+        "max_steps",
+    ]
+    assert "> 0 [s], got -1.0" in words[0] and "whole number >= 2, got 1" in words[1]
+
+
+@pytest.mark.parametrize(
+    ("change", "kind", "words"),
+    [
+        ({"scene": "slider crank"}, TypeError, "scene must be a Scene"),
+        ({"duration": "1 s"}, TypeError, "duration must be"),
+        ({"duration": math.nan}, ValueError, "duration must be"),
+        ({"samples": 11.0}, TypeError, "samples must be"),
+        ({"outputs": "block.x"}, TypeError, "list of column names"),
+        ({"outputs": ["block.x", "block.x"]}, ValueError, "more than once"),
+        ({"outputs": ["block.xy", 3]}, TypeError, "column names, got 3"),
+        ({"outputs": ["blok.x"]}, ValueError, 'unknown output "blok.x"; did you mean "block.x"'),
+        ({"progress": 5}, TypeError, "progress must be"),
+        ({"on_failure": "ignore"}, ValueError, 'one of "raise", "return"'),
+        ({"position_tolerance": 0.0}, ValueError, r"position_tolerance must be a finite number > 0 \[m\]"),
+    ],
+)
+def test_each_wrong_argument_is_named(change, kind, words):
+    with pytest.raises(kind, match=words):
+        cc.simulate(**({"scene": faller(), "duration": 0.1, "samples": 11} | change))
+
+
+def test_tolerances_can_be_set():
+    loose = cc.simulate(
+        cc.mechanisms.slider_crank(), 0.002, 11, position_tolerance=1e-5, velocity_tolerance=1.0
+    )
+    tight = cc.simulate(cc.mechanisms.slider_crank(), 0.002, 11)
+    assert loose.stats.steps < tight.stats.steps
+
+
+def test_warnings_of_the_core_are_passed_on_once_and_point_at_the_caller():
+    # The floor is above every impact velocity of this mechanism.
+    scene = cc.mechanisms.slider_crank(impact_velocity_floor=100.0)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        run = cc.simulate(scene, duration=0.002, samples=21)
+    assert run.stats.floored_latches > 0
+    assert [str(warning.message) for warning in caught] == list(run.warnings) and run.warnings
+    for warning in caught:
+        assert warning.category is cc.ChebclearWarning and warning.filename == __file__
+
+
+def test_progress_is_reported_and_does_not_change_the_result(run):
+    shares = []
+    again = cc.simulate(run.scene, 0.004, 401, progress=shares.append)
+    assert again == run
+    assert shares == sorted(shares) and 0.0 <= shares[0] and shares[-1] <= 1.0
+
+
+def test_a_progress_callback_that_raises_stops_the_run():
+    def stop(share):
+        raise LookupError("enough")
+
+    start = time.monotonic()
+    with pytest.raises(LookupError, match="enough"):
+        cc.simulate(cc.mechanisms.slider_crank(), duration=60.0, samples=2, progress=stop)
+    assert time.monotonic() - start < 5.0
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_the_progress_line_appears_on_terminals_only(monkeypatch):
+    monkeypatch.setitem(sys.modules, "tqdm", None)  # as if it were not installed
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
+    quiet, terminal = io.StringIO(), Terminal()
+    for stream in (quiet, terminal):
+        monkeypatch.setattr(sys, "stderr", stream)
+        cc.simulate(faller(), 0.1, 11, progress=True)
+    assert quiet.getvalue() == ""
+    assert (
+        "simulation" in terminal.getvalue() and "%" in terminal.getvalue() and terminal.getvalue()[-1] == "\n"
+    )
+
+
+def test_the_progress_bar_is_that_of_tqdm_if_there_is_one(monkeypatch):
+    bars = []
+
+    class Bar:
+        def __init__(self, **options):
+            self.n, self.total, self.closed, self.options = 0.0, None, False, options
+            bars.append(self)
+
+        def update(self, step):
+            self.n += step
+
+        def close(self):
+            self.closed = True
+
+    module = types.ModuleType("tqdm.auto")
+    module.tqdm = Bar
+    monkeypatch.setitem(sys.modules, "tqdm", types.ModuleType("tqdm"))
+    monkeypatch.setitem(sys.modules, "tqdm.auto", module)
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    sides = {"gravity": cc.interval(9.0, 10.0)}
+    cc.Study(faller, sides, duration=0.1, samples=11, progress=True).scan(4)
+    (bar,) = bars
+    assert (bar.n, bar.total, bar.closed) == (5, 5, True) and bar.options["unit"] == "runs"
+
+
+def test_other_threads_run_during_a_simulation():
+    ticks = []
+    stop = threading.Event()
+
+    def tick():
+        while not stop.wait(0.001):
+            ticks.append(time.monotonic())
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    start = time.monotonic()
+    try:
+        cc.simulate(cc.mechanisms.slider_crank(), duration=1.0, samples=2)
+    finally:
+        end = time.monotonic()
+        stop.set()
+        thread.join()
+    during = [start, *(tick for tick in ticks if start < tick < end), end]
+    assert max(np.diff(during)) < max(0.25 * (end - start), 0.05)
+
+
+LIMITS = "max_steps=10**9, max_events=10**9"
+LONG_RUNS = {
+    "simulate": f"cc.simulate(cc.mechanisms.slider_crank(), duration=600.0, samples=2, {LIMITS})",
+    "study": (
+        "cc.Study(cc.mechanisms.slider_crank, {'crank_length': cc.interval(0.05, rel=0.1)},"
+        f" duration=600.0, samples=2, {LIMITS}).scan(20)"
+    ),
+}
+
+
+@pytest.mark.parametrize("call", LONG_RUNS)
+def test_an_interrupt_from_the_keyboard_stops_a_long_run(call):
+    code = f"""
+import time
+import chebclear as cc
+print("started", flush=True)
+try:
+    {LONG_RUNS[call]}
+except KeyboardInterrupt:
+    print(time.monotonic(), flush=True)  # the clock of the whole machine
+"""
+    child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    try:
+        assert child.stdout.readline() == "started\n"
+        time.sleep(0.5)  # let it get into the core
+        assert child.poll() is None
+        sent = time.monotonic()
+        child.send_signal(signal.SIGINT)
+        answer, _ = child.communicate(timeout=30.0)
+    finally:
+        child.kill()
+        child.wait()
+    assert child.returncode == 0
+    assert float(answer) - sent < 0.5

@@ -1,0 +1,303 @@
+"""Chebyshev surrogates and bands against polynomials known in closed form and the ideal slider-crank."""
+
+import copy
+import itertools
+import math
+import pickle
+import re
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear.surrogate import chebyshev_grid, tensor_grid
+from numpy.polynomial import chebyshev
+
+# Three scales, none symmetric about zero.
+BOX = {"long": cc.Interval(2.0, 5.0), "tiny": cc.Interval(-3e-6, 1e-6), "big": cc.Interval(1e9, 4e9)}
+MIDDLE = {name: side.midpoint for name, side in BOX.items()}
+
+
+def normalised(box, points):
+    """Physical points, shape (points, parameters), to [-1, 1]."""
+    return np.stack(
+        [(x - s.midpoint) / s.half_width for x, s in zip(points.T, box.values(), strict=True)], axis=-1
+    )
+
+
+def fitted(function, degrees, nodes=None, box=BOX):
+    """Surrogate of a function of normalised points, shape (points, parameters) -> (points, samples)."""
+    nodes = nodes or [degree + 1 for degree in degrees]
+    points = chebyshev_grid(list(box.values()), nodes)
+    return cc.Surrogate.fit(box, nodes, degrees, function(normalised(box, points)))
+
+
+def band_of(surrogate, t):
+    lower, upper = surrogate.bounds()
+    nodes = [degree + 1 for degree in surrogate.degrees]
+    points = chebyshev_grid(list(surrogate.intervals.values()), nodes)
+    runs = surrogate.evaluate(dict(zip(surrogate.intervals, points.T, strict=True)))
+    return cc.Band(
+        "output", t, lower, upper, runs.mean(axis=0), runs.min(axis=0), runs.max(axis=0),
+        surrogate.intervals, points, runs, surrogate,
+    )  # fmt: skip
+
+
+def analytic(z):
+    """Smooth in all three variables, with two samples."""
+    first = np.exp(0.5 * z[:, 0]) * np.cos(z[:, 1] + 0.3) / (12.0 + z[:, 2])
+    return np.stack([first, np.sin(z[:, 0] - 0.5 * z[:, 1] + 0.7 * z[:, 2])], axis=-1)
+
+
+def random_points(count, seed=1):
+    z = np.random.default_rng(seed).uniform(-1.0, 1.0, (count, len(BOX)))
+    return {
+        name: s.midpoint + s.half_width * column for (name, s), column in zip(BOX.items(), z.T, strict=True)
+    }, z
+
+
+def test_grids_change_the_first_parameter_slowest():
+    grid = tensor_grid([np.array([1.0, 2.0]), np.array([3.0, 4.0, 5.0])])
+    assert grid.tolist() == [[1, 3], [1, 4], [1, 5], [2, 3], [2, 4], [2, 5]]
+    roots = chebyshev_grid([cc.Interval(0.0, 2.0)], [2])[:, 0]
+    np.testing.assert_allclose(roots, [1.0 + math.sqrt(0.5), 1.0 - math.sqrt(0.5)], rtol=1e-15)
+
+
+@pytest.mark.parametrize("index", list(itertools.product(range(3), range(4), range(2))))
+@pytest.mark.parametrize("extra", [0, 2])
+def test_each_chebyshev_polynomial_has_one_coefficient(index, extra):
+    degrees = (2, 3, 1)
+
+    def polynomial(z):
+        return np.prod([np.cos(n * np.arccos(x)) for n, x in zip(index, z.T, strict=True)], axis=0)[:, None]
+
+    coefficients = fitted(polynomial, degrees, [n + 1 + extra for n in degrees]).coefficients
+    assert coefficients.shape == (3, 4, 2, 1)
+    expected = np.zeros((3, 4, 2, 1))
+    expected[index] = 1.0
+    np.testing.assert_allclose(coefficients, expected, atol=1e-14)
+
+
+def test_evaluation_is_that_of_numpy():
+    surrogate = fitted(analytic, (4, 3, 5))
+    values, z = random_points(50)
+    # NumPy sums the same series by Clenshaw's recurrence.
+    expected = chebyshev.chebval3d(*z.T, surrogate.coefficients).T
+    np.testing.assert_allclose(surrogate.evaluate(values), expected, atol=1e-13)
+
+
+def test_degree_twelve_follows_an_analytic_function():
+    surrogate = fitted(analytic, (12, 12, 12))
+    values, z = random_points(200)
+    assert np.abs(surrogate.evaluate(values) - analytic(z)).max() < 1e-12
+    assert np.abs(surrogate.evaluate(MIDDLE) - analytic(np.zeros((1, 3)))).max() < 1e-12
+
+
+def test_interpolation_reproduces_the_runs():
+    nodes = [5, 4, 6]
+    points = chebyshev_grid(list(BOX.values()), nodes)
+    runs = analytic(normalised(BOX, points))
+    surrogate = cc.Surrogate.fit(BOX, nodes, [4, 3, 5], runs)
+    np.testing.assert_allclose(surrogate.evaluate(dict(zip(BOX, points.T, strict=True))), runs, atol=1e-14)
+
+
+def test_evaluation_broadcasts():
+    surrogate = fitted(analytic, (4, 3, 5))
+    band = band_of(surrogate, np.arange(2.0))
+    assert band.evaluate(**MIDDLE).shape == (2,)
+    grid = band.evaluate(long=np.array([[2.0], [3.0], [5.0]]), tiny=np.array([-1e-6, 0.0]), big=2e9)
+    assert grid.shape == (3, 2, 2)
+    np.testing.assert_array_equal(grid[1, 1], band.evaluate(long=3.0, tiny=0, big=2e9))
+
+
+def test_the_ends_of_the_intervals_are_inside_and_nothing_beyond():
+    band = band_of(fitted(analytic, (2, 2, 2)), np.arange(2.0))
+    for name, side in BOX.items():
+        for end, beyond in ((side.lower, -math.inf), (side.upper, math.inf)):
+            assert np.isfinite(band.evaluate(**{**MIDDLE, name: end})).all()
+            with pytest.raises(ValueError, match=f"{name} must be in"):
+                band.evaluate(**{**MIDDLE, name: math.nextafter(end, beyond)})
+    with pytest.raises(ValueError, match="big must be in"):
+        band.evaluate(**{**MIDDLE, "big": math.nan})
+
+
+def test_wrong_keywords_are_listed_together():
+    band = band_of(fitted(analytic, (2, 2, 2)), np.arange(2.0))
+    with pytest.raises(TypeError) as caught:
+        band.evaluate(lnog=3.0, tiny="small", big=2e9)
+    assert str(caught.value).splitlines() == [
+        'unknown parameter "lnog"; did you mean "long"?',
+        'parameter "long" is missing',
+        "tiny must be a number or an array of numbers, got 'small'",
+    ]
+
+
+def test_bounds_are_the_sum_of_equation_31():
+    rng = np.random.default_rng(2)
+    terms = rng.normal(size=(3 * 4, 5))
+    surrogate = cc.Surrogate({"a": cc.Interval(0.0, 1.0), "b": cc.Interval(0.0, 1.0)}, (2, 3), terms)
+    lower, upper = surrogate.bounds()
+    slack = np.abs(terms[1:]).sum(axis=0)
+    np.testing.assert_allclose(lower, terms[0] - slack, rtol=1e-14)
+    np.testing.assert_allclose(upper, terms[0] + slack, rtol=1e-14)
+    dense = np.linspace(0.0, 1.0, 101)
+    values = surrogate.evaluate({"a": dense[:, None], "b": dense}).reshape(-1, 5)
+    assert np.all(values >= lower - 1e-12) and np.all(values <= upper + 1e-12)
+
+
+def test_a_single_polynomial_is_bounded_exactly():
+    eighth = np.zeros((9, 1))
+    eighth[8] = 1.0
+    lower, upper = cc.Surrogate({"a": cc.Interval(3.0, 4.0)}, (8,), eighth).bounds()
+    assert (lower[0], upper[0]) == (-1.0, 1.0)  # T_8 takes exactly these values
+
+
+def test_sensitivities_are_central_differences_in_physical_units():
+    band = band_of(fitted(analytic, (8, 8, 8)), np.arange(2.0))
+    inside = {"long": 4.1, "tiny": 0.6e-6, "big": 1.3e9}
+    for at in (None, inside):
+        centre = at or MIDDLE
+        for name, side in BOX.items():
+            step = 1e-4 * side.half_width
+            ahead = band.evaluate(**{**centre, name: centre[name] + step})
+            behind = band.evaluate(**{**centre, name: centre[name] - step})
+            slope = band.sensitivity(name, at=at)
+            np.testing.assert_allclose(slope, (ahead - behind) / (2.0 * step), rtol=1e-6)
+            scaled = band.sensitivity(name, normalised=True, at=at)
+            np.testing.assert_allclose(scaled, slope * side.half_width, rtol=1e-14)
+
+
+@pytest.mark.parametrize("degree", [1, 2, 5, 8])
+def test_slope_at_the_ends_of_the_interval(degree):
+    # T_n' is n^2 at 1 and (-1)^(n+1) n^2 at -1, where the angle form of Eq. (33) is 0/0.
+    term = np.zeros((degree + 1, 1))
+    term[degree] = 1.0
+    surrogate = cc.Surrogate({"a": cc.Interval(2.0, 6.0)}, (degree,), term)
+    assert surrogate.derivative("a", at={"a": 6.0})[0] == pytest.approx(degree**2 / 2.0, rel=1e-13)
+    assert surrogate.derivative("a", at={"a": 2.0})[0] == pytest.approx(
+        (-1) ** (degree + 1) * degree**2 / 2.0, rel=1e-13
+    )
+
+
+def test_sensitivity_to_the_midpoint_by_hand():
+    # dy/dx1 = (c10 - 3 c30 - c12 + 3 c32) / h1, Eq. (33) with all factors.
+    rng = np.random.default_rng(3)
+    c = rng.normal(size=(4, 4))
+    sides = {"a": cc.Interval(1.0, 1.5), "b": cc.Interval(-7.0, 1.0)}
+    surrogate = cc.Surrogate(sides, (3, 3), c.reshape(16, 1))
+    by_hand = (c[1, 0] - 3.0 * c[3, 0] - c[1, 2] + 3.0 * c[3, 2]) / 0.25
+    assert surrogate.derivative("a")[0] == pytest.approx(by_hand, rel=1e-13)
+
+
+def test_wrong_parameters_of_a_sensitivity_are_named():
+    band = band_of(fitted(analytic, (2, 2, 2)), np.arange(2.0))
+    with pytest.raises(ValueError, match=re.escape('unknown parameter "lng"; did you mean "long"?')):
+        band.sensitivity("lng")
+    with pytest.raises(TypeError, match='parameter "tiny" is missing'):
+        band.sensitivity("long", at={"long": 3.0, "big": 2e9})
+    with pytest.raises(ValueError, match="long must be in"):
+        band.sensitivity("long", at={**MIDDLE, "long": 1.0})
+
+
+def test_the_worst_corner_of_a_monotone_function():
+    def monotone(z):
+        rising = z[:, 0] - 2.0 * z[:, 1] + 0.5 * z[:, 2]
+        return np.stack([rising, -rising], axis=-1)
+
+    band = band_of(fitted(monotone, (1, 2, 1)), np.arange(2.0))
+    assert {name: list(column) for name, column in band.worst("upper").items()} == {
+        "long": [5.0, 2.0],
+        "tiny": [-3e-6, 1e-6],
+        "big": [4e9, 1e9],
+    }
+    assert {name: list(column) for name, column in band.worst("lower").items()} == {
+        "long": [2.0, 5.0],
+        "tiny": [1e-6, -3e-6],
+        "big": [1e9, 4e9],
+    }
+    with pytest.raises(ValueError, match='one of "lower", "upper"'):
+        band.worst("uper")
+
+
+@pytest.fixture
+def wavy():
+    t = np.linspace(0.0, 1.0, 101)
+    surrogate = cc.Surrogate(
+        {"a": cc.Interval(0.0, 1.0)}, (1,), np.stack([np.sin(30.0 * t), 0.1 + 0.05 * np.cos(70.0 * t)])
+    )
+    return band_of(surrogate, t)
+
+
+@pytest.mark.parametrize("window", [0.02, 0.03, 0.1, 0.35, 1.0, 5.0])
+def test_running_envelope(wavy, window):
+    envelope = wavy.envelope(window)
+    for index, instant in enumerate(wavy.t):
+        near = np.abs(wavy.t - instant) <= 0.5 * window + 1e-9
+        assert envelope.upper[index] == wavy.upper[near].max()
+        assert envelope.lower[index] == wavy.lower[near].min()
+    assert np.array_equal(envelope.nominal, wavy.nominal) and envelope.name == wavy.name
+    assert envelope.max_width >= wavy.max_width
+
+
+@pytest.mark.parametrize("window", [0.0, -0.1, 0.019, math.nan, math.inf, "0.1", None])
+def test_wrong_windows_are_refused(wavy, window):
+    with pytest.raises((ValueError, TypeError), match=r"window must be a finite number >= 0\.02 \[s\]"):
+        wavy.envelope(window)
+
+
+def test_an_envelope_has_no_polynomial_and_no_runs(wavy):
+    envelope = wavy.envelope(0.1)
+    for use in (
+        lambda: envelope.coefficients,
+        lambda: envelope.sensitivity("a"),
+        lambda: envelope.evaluate(a=0.5),
+    ):
+        with pytest.raises(ValueError, match="has no polynomial"):
+            use()
+    with pytest.raises(ValueError, match="is an envelope"):
+        envelope.worst("upper")
+
+
+def test_bands_are_values(wavy):
+    for twin in (copy.copy(wavy), copy.deepcopy(wavy), pickle.loads(pickle.dumps(wavy))):
+        assert twin == wavy
+    assert wavy.envelope(0.1) != wavy
+
+
+# The ideal slider-crank of the paper, two parameters of 10 %, over one revolution.
+LENGTHS = {"crank_length": cc.interval(0.05, rel=0.10), "rod_length": cc.interval(0.12, rel=0.10)}
+SPEED = cc.rpm(2000)
+
+
+def ideal_runs(points, angle):
+    """Position and velocity of the slider in closed form, each of shape (runs, samples)."""
+    crank, rod = points[:, :1], points[:, 1:]
+    root = np.sqrt(rod**2 - (crank * np.sin(angle)) ** 2)
+    position = crank * np.cos(angle) + root
+    velocity = -SPEED * (crank * np.sin(angle) + crank**2 * np.sin(angle) * np.cos(angle) / root)
+    return position, velocity
+
+
+@pytest.mark.parametrize(
+    ("output", "errors", "scan_width", "bound_width"),
+    [
+        # Bounds of the ideal mechanism, found independently: relative errors as the paper's Table 3 measures
+        # them, and largest widths [m], [m/s].
+        (0, (0.078e-2, 0.220e-2), 34.42e-3, 34.9e-3),
+        (1, (0.437e-2, 0.437e-2), 3.191, 3.3705),
+    ],
+)
+def test_bounds_of_the_ideal_mechanism(output, errors, scan_width, bound_width):
+    angle = np.linspace(0.0, 2.0 * math.pi, 721)
+    sides = list(LENGTHS.values())
+    nodes = chebyshev_grid(sides, [4, 4])
+    lower, upper = cc.Surrogate.fit(LENGTHS, [4, 4], [3, 3], ideal_runs(nodes, angle)[output]).bounds()
+    scan = ideal_runs(tensor_grid([np.linspace(side.lower, side.upper, 10) for side in sides]), angle)[output]
+
+    def rms(values):
+        return math.sqrt(np.mean(values**2))
+
+    scan_lower, scan_upper = scan.min(axis=0), scan.max(axis=0)
+    assert abs(rms(lower) - rms(scan_lower)) / rms(scan_lower) == pytest.approx(errors[0], abs=0.0006e-2)
+    assert abs(rms(upper) - rms(scan_upper)) / rms(scan_upper) == pytest.approx(errors[1], abs=0.0012e-2)
+    assert (scan_upper - scan_lower).max() == pytest.approx(scan_width, rel=2e-4)
+    assert (upper - lower).max() == pytest.approx(bound_width, rel=2e-3)
