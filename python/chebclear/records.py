@@ -108,3 +108,20 @@ class ArrayRecord:
 
     def __eq__(self, other: object) -> bool:
         return same(self, other) if type(other) is type(self) else NotImplemented
+
+    def __repr__(self) -> str:
+        fields = dataclasses.fields(self)  # type: ignore[arg-type]
+        shown = (f"{field.name}={_short(getattr(self, field.name))}" for field in fields)
+        return f"{type(self).__name__}({', '.join(shown)})"
+
+
+def _short(value: object) -> str:
+    """A value in a line: arrays by their shape, long collections by their length."""
+    if isinstance(value, np.ndarray):
+        return f"<array {value.shape}>"
+    text = repr(value)
+    if len(text) <= 80:
+        return text
+    if isinstance(value, tuple | list | dict):
+        return f"<{len(value)} entries>"
+    return f"<{type(value).__name__}>"

@@ -23,7 +23,7 @@ from .surrogate import Band, Surrogate
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class StudyResult(records.ArrayRecord):
     """The bands of all outputs of a study; ``result["slider.vx"]`` is the `Band` of that output.
 

@@ -155,7 +155,7 @@ class Stats:
     """When it was taken [s]."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Events(records.ArrayRecord):
     """Changes of contact, in the order of time."""
 
@@ -172,7 +172,7 @@ class Events(records.ArrayRecord):
         return len(self.time)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(records.ArrayRecord):
     """The result of one simulation; ``run["slider.x"]`` is the column of that name.
 

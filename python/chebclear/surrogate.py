@@ -53,7 +53,7 @@ def tensor_grid(sides: Sequence[Array]) -> Array:
     return np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, len(sides))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Surrogate(records.ArrayRecord):
     """A Chebyshev polynomial in the parameters for every instant.
 
@@ -154,7 +154,7 @@ class Surrogate(records.ArrayRecord):
         return np.stack([side.ravel() for side in together], axis=-1), together[0].shape
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Band(records.ArrayRecord):
     """The range of one output over a box of parameters, for every instant.
 
