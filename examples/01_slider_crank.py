@@ -13,7 +13,7 @@ folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 
 # One mechanism with every parameter known.
 scene = cc.mechanisms.slider_crank(clearance=2e-5, crank_speed=cc.rpm(2000))
-run = cc.simulate(scene, duration=0.06, samples=1441)
+run = cc.simulate(scene, duration=0.06, samples=14401)
 print(f"{run.message}: {run.stats.steps} steps, {len(run.events)} contact changes")
 figure = Figure(figsize=(6, 6), layout="constrained")
 cc.plot_orbit(run, "wrist", ax=figure.add_subplot())
