@@ -27,6 +27,7 @@ class _Stats(TypedDict):
     events: int
     landings: int
     floored_latches: int
+    largest_projection: float
     smallest_step: float
     smallest_step_time: float
 

@@ -149,6 +149,8 @@ class Stats:
     """Attempts to end a step on a contact change [-]."""
     floored_latches: int
     """Contacts whose impact velocity was raised to the floor [-]."""
+    largest_projection: float
+    """Largest correction that closed the loops after a step [m]; zero in a tree."""
     smallest_step: float
     """Smallest accepted step that was not cut by a contact change or the end [s]."""
     smallest_step_time: float

@@ -7,7 +7,7 @@ use crate::dynamics::Dynamics;
 use crate::error::SceneError;
 use crate::kinematics::{FrameKind, Vec2};
 use crate::linear::symmetric_solve;
-use crate::mechanism::{Mechanism, State};
+use crate::mechanism::{FramePoint, Mechanism, State};
 use crate::scene::{Joint, Scene};
 
 /// Newton steps before an assembly is given up. A rough guess needs about ten; a hundred only
@@ -44,8 +44,8 @@ fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> 
         return Err(SceneError::single(
             "bodies",
             format!(
-                "the mechanism cannot be assembled with its clearance joints concentric: from the given \
-                 angles a gap of {residual:.3e} m remains; check the lengths and the rough angles of the bodies"
+                "the mechanism cannot be assembled with its loops closed and its clearance joints \
+                 concentric: from the given angles a gap of {residual:.3e} m remains; check the lengths and the rough angles of the bodies"
             ),
         ));
     }
@@ -58,11 +58,12 @@ fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> 
         return Err(SceneError::single(
             "bodies",
             format!(
-                "the assembled pose is singular: no velocity keeps the clearance joints concentric \
+                "the assembled pose is singular: no velocity keeps the joints together \
                  (remaining rate {gap_rate:.3e} m/s); start the drive at another angle"
             ),
         ));
     }
+    check_redundancy(mechanism, &dynamics, length)?;
     let levers = levers(mechanism, &dynamics);
     let mut accelerations = vec![0.0; d];
     if !dynamics.acceleration(0.0, &q, &v, &mut accelerations) {
@@ -82,6 +83,29 @@ fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> 
     mechanism.scales.length = length;
     mechanism.scales.speed = speed;
     mechanism.scales.levers = levers;
+    Ok(())
+}
+
+/// Every closure must restrict the motion by two more equations: otherwise a joint is redundant
+/// (its forces cannot be known) or the pose is a change point.
+fn check_redundancy(mechanism: &Mechanism, dynamics: &Dynamics, length: f64) -> Result<(), SceneError> {
+    let units = column_units(mechanism, length);
+    let (_, jacobian) = closures(dynamics, &units, length.log2().ceil().exp2());
+    for (index, closure) in mechanism.closures.iter().enumerate() {
+        let rows = 2 * (index + 1);
+        let part = jacobian.rows(0, rows).into_owned();
+        let rank = if part.ncols() == 0 { 0 } else { part.clone().rank(SINGULAR_VELOCITY * part.amax()) };
+        if rank < rows {
+            return Err(SceneError::single(
+                "joints",
+                format!(
+                    "joint {:?} closes a loop that the other joints already hold, in the assembled pose: it is \
+                     redundant, or the mechanism starts at a change point",
+                    closure.name
+                ),
+            ));
+        }
+    }
     Ok(())
 }
 
@@ -153,16 +177,24 @@ fn column_units(mechanism: &Mechanism, length: f64) -> Vec<f64> {
         .collect()
 }
 
-/// All eccentricities one below the other [m], and their Jacobian with respect to the free
-/// coordinates, both divided by `unit`, the Jacobian multiplied by the coordinates' units.
+/// The pairs of points that must coincide at the start: loop closures, then clearance joints.
+fn pairs(mechanism: &Mechanism) -> Vec<[FramePoint; 2]> {
+    let closures = mechanism.closures.iter().map(|closure| [closure.a, closure.b]);
+    let joints = mechanism.clearance_joints.iter().map(|joint| [joint.bearing, joint.journal]);
+    closures.chain(joints).collect()
+}
+
+/// All gaps one below the other [m], and their Jacobian with respect to the free coordinates,
+/// both divided by `unit`, the Jacobian multiplied by the coordinates' units.
 fn closures(dynamics: &Dynamics, units: &[f64], unit: f64) -> (DVector<f64>, DMatrix<f64>) {
     let mechanism = dynamics.mechanism;
-    let joints = &mechanism.clearance_joints;
-    let mut residual = DVector::zeros(2 * joints.len());
-    let mut jacobian = DMatrix::zeros(2 * joints.len(), mechanism.free.len());
-    for (index, joint) in joints.iter().enumerate() {
-        let eccentricity = dynamics.joint_motion(joint).eccentricity / unit;
-        let columns = dynamics.eccentricity_columns(joint);
+    let pairs = pairs(mechanism);
+    let mut residual = DVector::zeros(2 * pairs.len());
+    let mut jacobian = DMatrix::zeros(2 * pairs.len(), mechanism.free.len());
+    for (index, &pair) in pairs.iter().enumerate() {
+        let [from, to] = pair.map(|point| dynamics.point(point).position);
+        let eccentricity = (to - from) / unit;
+        let columns = dynamics.gap_columns(pair);
         for axis in 0..2 {
             residual[2 * index + axis] = eccentricity[axis];
             for (freedom, &column) in mechanism.free.iter().enumerate() {
@@ -233,12 +265,12 @@ fn close_velocities(dynamics: &mut Dynamics, q: &[f64], length: f64) -> (Vec<f64
     let units = column_units(mechanism, length);
     let unit = length.log2().ceil().exp2();
     let rates = |dynamics: &Dynamics| {
-        let joints = &mechanism.clearance_joints;
+        let pairs = pairs(mechanism);
         DVector::from_iterator(
-            2 * joints.len(),
-            joints.iter().flat_map(|joint| {
-                let rate = dynamics.joint_motion(joint).rate;
-                [rate.x, rate.y]
+            2 * pairs.len(),
+            pairs.iter().flat_map(|pair| {
+                let [from, to] = pair.map(|point| dynamics.point(point).velocity);
+                [to.x - from.x, to.y - from.y]
             }),
         )
     };
@@ -254,7 +286,7 @@ fn close_velocities(dynamics: &mut Dynamics, q: &[f64], length: f64) -> (Vec<f64
     }
     dynamics.move_to(0.0, q, &v);
     let remaining = rates(dynamics).amax();
-    (v, if mechanism.clearance_joints.is_empty() { 0.0 } else { remaining })
+    (v, if pairs(mechanism).is_empty() { 0.0 } else { remaining })
 }
 
 /// Fastest of: the points at the start, the drives at the size of the mechanism, a free fall
@@ -322,7 +354,7 @@ fn effective_masses(
         .clearance_joints
         .iter()
         .map(|joint| {
-            let columns = dynamics.eccentricity_columns(joint);
+            let columns = dynamics.gap_columns([joint.bearing, joint.journal]);
             let opening = dynamics.joint_motion(joint).acceleration;
             let opens = opening.norm() > 0.0;
             let direction = if opens { opening.normalize() } else { Vec2::x() };

@@ -110,6 +110,17 @@ pub struct ClearanceJoint {
     pub effective_mass: f64,
 }
 
+/// A revolute joint at which a loop of ideal joints was cut: its two points must coincide.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Closure {
+    /// Name of the joint.
+    pub name: String,
+    /// Point on the first body.
+    pub a: FramePoint,
+    /// Point on the second body.
+    pub b: FramePoint,
+}
+
 /// Sizes by which errors are judged; all come from the scene, none is absolute.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scales {
@@ -151,6 +162,8 @@ pub struct Mechanism {
     pub driven_inertias: Vec<FrameInertia>,
     /// Joints with clearance, in the order of the scene.
     pub clearance_joints: Vec<ClearanceJoint>,
+    /// Loop closures, in the order of the scene; none in a tree.
+    pub closures: Vec<Closure>,
     /// Ideal joints and drives as constraints in Cartesian coordinates, in the order of the scene.
     pub constraints: Vec<CartesianConstraint>,
     /// Acceleration of free fall [m/s²].
@@ -169,9 +182,14 @@ impl Mechanism {
         Ok(builder.finish())
     }
 
-    /// Number of degrees of freedom.
+    /// Number of coordinates that are not functions of time alone.
     pub fn degrees_of_freedom(&self) -> usize {
         self.free.len()
+    }
+
+    /// Degrees of freedom that remain once the loops are closed; the closures are independent.
+    pub fn mobility(&self) -> usize {
+        self.free.len().saturating_sub(2 * self.closures.len())
     }
 }
 
@@ -201,6 +219,8 @@ fn rotated(vector: Vec2, angle: f64) -> Vec2 {
 struct Builder<'a> {
     scene: &'a Scene,
     placements: Vec<Option<Placement>>,
+    /// For every joint of the scene whether it is cut.
+    cut: Vec<bool>,
     frames: Vec<Frame>,
     coordinate_names: Vec<String>,
     driven: Vec<DrivenCoordinate>,
@@ -212,6 +232,7 @@ impl<'a> Builder<'a> {
         Self {
             scene,
             placements: vec![None; scene.bodies.len()],
+            cut: Vec::new(),
             frames: vec![ground],
             coordinate_names: Vec::new(),
             driven: Vec::new(),
@@ -234,50 +255,71 @@ impl<'a> Builder<'a> {
         self.frames.len() - 1
     }
 
-    /// Grows the tree from ground through the ideal joints, breadth first, then from the first
+    /// Chooses the joints of the tree, grows it from ground, breadth first, then from the first
     /// body of every part that only clearance joints hold.
     fn span(&mut self) -> Result<(), SceneError> {
         self.check_connected()?;
-        let mut used = vec![false; self.scene.joints.len()];
-        let mut problems = Vec::new();
-        self.grow(None, &mut used, &mut problems);
+        self.choose_cuts()?;
+        self.grow(None);
         for body in 0..self.scene.bodies.len() {
             if self.placements[body].is_none() {
                 self.float(body);
-                self.grow(Some(body), &mut used, &mut problems);
+                self.grow(Some(body));
             }
         }
+        Ok(())
+    }
+
+    /// Joins the bodies by prismatic, fixed and driven joints first; a revolute joint that then
+    /// closes a loop is cut, and becomes a closure.
+    fn choose_cuts(&mut self) -> Result<(), SceneError> {
+        let mut group: Vec<usize> = (0..=self.scene.bodies.len()).collect();
+        let mut problems = Vec::new();
+        let driven = |name: &str| self.scene.drives.iter().any(|Drive::Speed { joint, .. }| joint == name);
+        let mut cut = vec![false; self.scene.joints.len()];
+        for revolutes in [false, true] {
+            for (index, joint) in self.scene.joints.iter().enumerate() {
+                let Joint::Ideal { name, kind, .. } = joint else { continue };
+                let can_close = *kind == JointKind::Revolute && !driven(name);
+                if can_close != revolutes {
+                    continue;
+                }
+                let [a, b] = self.ends(joint).map(|end| group[end.body.unwrap_or(self.scene.bodies.len())]);
+                if a != b {
+                    group.iter_mut().filter(|g| **g == a).for_each(|g| *g = b);
+                } else if can_close {
+                    cut[index] = true;
+                } else {
+                    problems.push(Problem::new(
+                        format!("joints[{index}]"),
+                        format!(
+                            "joint {name:?} closes a loop of prismatic, fixed and driven joints; a loop needs a \
+                             revolute joint without a drive, or a joint with clearance"
+                        ),
+                    ));
+                }
+            }
+        }
+        self.cut = cut;
         if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
     }
 
-    fn grow(&mut self, root: Option<usize>, used: &mut [bool], problems: &mut Vec<Problem>) {
+    fn grow(&mut self, root: Option<usize>) {
         let mut queue = VecDeque::from([root]);
         while let Some(body) = queue.pop_front() {
             for (index, joint) in self.scene.joints.iter().enumerate() {
                 let Joint::Ideal { name, kind, .. } = joint else { continue };
                 let [a, b] = self.ends(joint);
-                if used[index] || (a.body != body && b.body != body) {
+                if self.cut[index] || (a.body != body && b.body != body) {
                     continue;
                 }
-                used[index] = true;
                 let reversed = a.body != body;
                 let (parent_end, child_end) = if reversed { (b, a) } else { (a, b) };
-                let child = match child_end.body {
-                    Some(child) if self.placements[child].is_none() => child,
-                    // Ground, or a body the tree has reached already: the joint closes a loop.
-                    _ => {
-                        problems.push(Problem::new(
-                            format!("joints[{index}]"),
-                            format!(
-                                "joint {name:?} closes a loop of joints without clearance; only loops that \
-                                 contain a clearance joint can be simulated: give one joint of the loop a clearance"
-                            ),
-                        ));
-                        continue;
-                    }
-                };
-                self.hang(name, kind.clone(), parent_end, child_end, child, reversed);
-                queue.push_back(Some(child));
+                // Without the cut joints the graph has no loops: a body met again is where we come from.
+                if let Some(child) = child_end.body.filter(|&child| self.placements[child].is_none()) {
+                    self.hang(name, kind.clone(), parent_end, child_end, child, reversed);
+                    queue.push_back(Some(child));
+                }
             }
         }
     }
@@ -446,6 +488,13 @@ impl<'a> Builder<'a> {
                 })
             })
             .collect();
+        let cut_joints = scene.joints.iter().zip(&self.cut).filter(|(_, cut)| **cut);
+        let closures = cut_joints
+            .map(|(joint, _)| {
+                let [a, b] = self.ends(joint).map(|end| self.place(end));
+                Closure { name: joint.name().to_owned(), a, b }
+            })
+            .collect();
         let mut constraints = Vec::new();
         for joint in &scene.joints {
             let Joint::Ideal { name, kind, .. } = joint else { continue };
@@ -495,6 +544,7 @@ impl<'a> Builder<'a> {
             inertias,
             driven_inertias,
             clearance_joints,
+            closures,
             constraints,
             gravity,
             start: State::default(),

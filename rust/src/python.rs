@@ -109,6 +109,7 @@ fn stats_dict<'py>(py: Python<'py>, run: &Trajectory) -> PyResult<Bound<'py, PyD
     stats.set_item("events", run.stats.events)?;
     stats.set_item("landings", run.stats.landings)?;
     stats.set_item("floored_latches", run.floored_latches)?;
+    stats.set_item("largest_projection", run.largest_projection)?;
     stats.set_item("smallest_step", run.stats.smallest_step)?;
     stats.set_item("smallest_step_time", run.stats.smallest_step_time)?;
     Ok(stats)
@@ -254,11 +255,13 @@ fn inspect(py: Python<'_>, scene: &str) -> PyResult<String> {
     let names: Vec<&str> =
         mechanism.free.iter().map(|&column| mechanism.coordinate_names[column].as_str()).collect();
     let bodies: Vec<&str> = mechanism.bodies.iter().map(|body| body.name.as_str()).collect();
-    let cut: Vec<&str> = mechanism.clearance_joints.iter().map(|joint| joint.name.as_str()).collect();
+    let clearance_joints = mechanism.clearance_joints.iter().map(|joint| joint.name.as_str());
+    let cut: Vec<&str> =
+        clearance_joints.chain(mechanism.closures.iter().map(|closure| closure.name.as_str())).collect();
     let floors: Vec<f64> =
         mechanism.clearance_joints.iter().map(|joint| joint.impact_velocity_floor).collect();
     let description = serde_json::json!({
-        "degrees_of_freedom": mechanism.degrees_of_freedom(),
+        "degrees_of_freedom": mechanism.mobility(),
         "coordinates": names,
         "bodies": bodies,
         "cut_joints": cut,

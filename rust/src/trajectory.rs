@@ -6,7 +6,7 @@ use crate::dynamics::{Dynamics, Linearisation, damping_bracket};
 use crate::error::SceneError;
 use crate::integrators::dense::DenseStep;
 use crate::integrators::events::Guard;
-use crate::integrators::{HybridSystem, Stats, Status, integrate_with};
+use crate::integrators::{HybridSystem, Outcome, Projection, Stats, Status, integrate_with};
 use crate::mechanism::{Mechanism, State};
 use crate::outputs::{Column, column_names, needs_acceleration, parse_columns};
 pub use crate::settings::{Method, Settings};
@@ -70,6 +70,8 @@ pub struct Trajectory {
     pub stats: Stats,
     /// Onsets whose velocity was below the floor of the latched impact velocity.
     pub floored_latches: usize,
+    /// Largest correction that closed the loops after a step [m]; zero in a tree.
+    pub largest_projection: f64,
     /// What the user should know about the result.
     pub warnings: Vec<String>,
     /// State at the end.
@@ -88,7 +90,10 @@ impl Trajectory {
             Status::MaxSteps => "the allowed number of steps was used up",
             Status::StepUnderflow => "the step became too short to advance the time",
             Status::NonFinite => "the motion is no longer a finite number",
-            Status::SingularMechanism => "the mass matrix is singular",
+            Status::SingularMechanism => {
+                "the mass matrix is singular, or a loop passes a dead centre or change point"
+            }
+            Status::Projection => "closing the loops took a correction above the tolerance",
             Status::EventLocation => "a change of contact could not be located",
             Status::MaxEvents => "the allowed number of contact changes was used up",
             Status::Cancelled => "the run was cancelled",
@@ -138,9 +143,12 @@ pub fn simulate_from(
     let mut recorder = Recorder::new(mechanism, start, settings, columns, monitor);
     let (mut q, mut v) = (start.q.clone(), start.v.clone());
     recorder.begin(&q, &v);
-    let mut method = settings.method.stepper(mechanism.degrees_of_freedom());
-    let outcome =
-        integrate_with(&mut recorder, &mut *method, settings.limits, 0.0, settings.duration, &mut q, &mut v);
+    let outcome = if mechanism.mobility() == 0 && mechanism.clearance_joints.is_empty() {
+        recorder.follow_drives(&mut q, &mut v)
+    } else {
+        let mut method = settings.method.stepper(mechanism.degrees_of_freedom());
+        integrate_with(&mut recorder, &mut *method, settings.limits, 0.0, settings.duration, &mut q, &mut v)
+    };
     let mut warnings = recorder.warnings;
     if recorder.floored > 0 {
         warnings.push(format!(
@@ -175,6 +183,7 @@ pub fn simulate_from(
         joint,
         stats: outcome.stats,
         floored_latches: recorder.floored,
+        largest_projection: recorder.largest_projection,
         warnings,
         end: State { q, v },
     })
@@ -186,6 +195,12 @@ const DEEP: f64 = 0.02;
 /// Nominal restitution below which the Lankarani-Nikravesh law rebounds noticeably more: 0.878
 /// instead of 0.85, 0.725 instead of 0.5 (closed form in [`Damping::LankaraniNikravesh`]).
 const HONEST_RESTITUTION: f64 = 0.85;
+
+/// Turn of a drive [rad] over which the kinematic solution is continued at once: the guess is
+/// then off by a few thousandths, far from any other branch.
+const LARGEST_TURN: f64 = 0.05;
+/// Largest correction of a projection, in tolerances of a step.
+const LARGEST_PROJECTION: f64 = 10.0;
 
 /// Guards of a clearance joint: the gap, and the bracket of the damping.
 const GUARDS: usize = 2;
@@ -207,6 +222,8 @@ struct Recorder<'a> {
     a: Vec<f64>,
     events: Vec<Event>,
     floored: usize,
+    /// Largest correction that closed the loops after a step [m].
+    largest_projection: f64,
     /// Largest penetration of every clearance joint at the start of a step [m].
     deepest: Vec<f64>,
     warnings: Vec<String>,
@@ -245,6 +262,7 @@ impl<'a> Recorder<'a> {
             a: vec![0.0; d],
             events: Vec::new(),
             floored: 0,
+            largest_projection: 0.0,
             deepest: vec![0.0; mechanism.clearance_joints.len()],
             warnings: Vec::new(),
         }
@@ -318,6 +336,40 @@ impl<'a> Recorder<'a> {
                 self.step_bound = self.step_bound.min(bound);
             }
         }
+    }
+
+    /// The motion of a mechanism that its drives prescribe completely: every sample is solved for
+    /// by itself, by continuation from the one before; nothing is integrated.
+    fn follow_drives(&mut self, q: &mut [f64], v: &mut [f64]) -> Outcome {
+        let mechanism = self.dynamics.mechanism;
+        let mut outcome = Outcome { status: Status::Done, time: 0.0, guard: None, stats: Stats::default() };
+        let fastest = mechanism.driven.iter().map(|driven| driven.speed.abs()).fold(0.0, f64::max);
+        while self.next_sample < self.settings.samples {
+            let end = self.settings.sample_time(self.next_sample);
+            let span = end - outcome.time;
+            let pieces = (fastest * span / LARGEST_TURN).ceil().max(1.0);
+            let start = outcome.time;
+            for piece in 1..=pieces as usize {
+                let t = if piece as f64 == pieces { end } else { start + span * piece as f64 / pieces };
+                for (q, v) in q.iter_mut().zip(&*v) {
+                    *q += v * (t - outcome.time);
+                }
+                if self.dynamics.project(t, q, v, &mechanism.scales.levers).is_none() {
+                    outcome.status = Status::SingularMechanism;
+                    return outcome;
+                }
+                outcome.stats.steps += 1;
+                outcome.time = t;
+                if !(self.monitor)(t) {
+                    outcome.status = Status::Cancelled;
+                    return outcome;
+                }
+            }
+            self.q.copy_from_slice(q);
+            self.v.copy_from_slice(v);
+            self.sample(end);
+        }
+        outcome
     }
 
     fn gap_guard(&self, index: usize, state: &ContactState<f64>) -> Guard {
@@ -446,6 +498,20 @@ impl HybridSystem for Recorder<'_> {
         self.dynamics.phases[index] = phase;
         self.events.push(Event { time: t, joint: index, kind, normal_velocity });
         bound
+    }
+
+    fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64]) -> Projection {
+        let mechanism = self.dynamics.mechanism;
+        if mechanism.closures.is_empty() {
+            return Projection::Unneeded;
+        }
+        let Some((moved, turned)) = self.dynamics.project(t, q, v, &mechanism.scales.levers) else {
+            return Projection::Singular;
+        };
+        self.largest_projection = self.largest_projection.max(moved);
+        let fine = moved <= LARGEST_PROJECTION * self.position_tolerance
+            && turned <= LARGEST_PROJECTION * self.velocity_tolerance;
+        if fine { Projection::Done } else { Projection::TooLarge }
     }
 
     fn wants_dense(&self, end: f64) -> bool {

@@ -7,6 +7,7 @@ mod contact;
 mod contact_events;
 mod events;
 mod integrators;
+mod loops;
 mod mechanics;
 mod oracles;
 mod problems;

@@ -59,6 +59,11 @@ pub trait HybridSystem {
         true
     }
 
+    /// Moves the state at the end of an accepted step onto the constraints, if there are any.
+    fn project(&mut self, _t: f64, _q: &mut [f64], _v: &mut [f64]) -> Projection {
+        Projection::Unneeded
+    }
+
     /// Sees every accepted step, before any change of phase at its end; false cancels.
     fn accepted(&mut self, _step: &DenseStep) -> bool {
         true
@@ -102,6 +107,19 @@ pub trait Stepper {
     fn weigh(&mut self, _velocity_tolerance: &[f64]) {}
 }
 
+/// How a projection onto the constraints went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Projection {
+    /// There are no constraints.
+    Unneeded,
+    /// A correction below the tolerance.
+    Done,
+    /// A correction above the tolerance: the step was not what its error estimate said.
+    TooLarge,
+    /// The constraints are dependent here.
+    Singular,
+}
+
 /// Why an integration ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
@@ -113,12 +131,14 @@ pub enum Status {
     StepUnderflow,
     /// Something is not a finite number.
     NonFinite,
-    /// The mass matrix is singular.
+    /// The mass matrix is singular, or the loop closures are dependent: dead centre, change point.
     SingularMechanism,
     /// An event could not be located.
     EventLocation,
     /// The allowed number of events was used up.
     MaxEvents,
+    /// A projection onto the loop closures exceeded the tolerance.
+    Projection,
     /// The caller cancelled.
     Cancelled,
 }
@@ -134,6 +154,7 @@ impl Status {
             Status::SingularMechanism => "singular_mechanism",
             Status::EventLocation => "event_location",
             Status::MaxEvents => "max_events",
+            Status::Projection => "projection",
             Status::Cancelled => "cancelled",
         }
     }
@@ -557,6 +578,12 @@ impl Run<'_> {
         self.q.copy_from_slice(&step.end[..d]);
         self.v.copy_from_slice(&step.end[d..]);
         std::mem::swap(&mut self.start_guards, &mut self.end_guards);
+        match self.system.project(self.t, &mut self.q, &mut self.v) {
+            Projection::Unneeded => {}
+            Projection::Done => self.system.guards(self.t, &self.q, &self.v, &mut self.start_guards),
+            Projection::TooLarge => return Err((Status::Projection, None)),
+            Projection::Singular => return Err((Status::SingularMechanism, None)),
+        }
         if go_on { Ok(()) } else { Err((Status::Cancelled, None)) }
     }
 

@@ -1,0 +1,235 @@
+//! Closed loops of ideal joints, against closed forms and the Cartesian system.
+
+use chebclear::dynamics::{Dynamics, Linearisation};
+use chebclear::mechanism::Mechanism;
+use chebclear::scene::{Body, Drive, Force, Joint, JointKind, Scene};
+use chebclear::trajectory::{Settings, Trajectory, simulate};
+
+use crate::support::{body, compile, derivative, ideal, point, slider_crank};
+
+/// The paper's mechanism with an ideal wrist.
+fn ideal_slider_crank() -> Scene {
+    let mut scene = slider_crank(false);
+    scene.joints[3] = ideal("wrist", "rod.C", "slider", JointKind::Revolute);
+    scene
+}
+
+const GROUND: f64 = 0.3;
+const CRANK: f64 = 0.1;
+const COUPLER: f64 = 0.25;
+const ROCKER: f64 = 0.2;
+
+fn link(name: &str, length: f64, angle: f64) -> Body {
+    let points = vec![point("P", 0.0, 0.0), point("Q", length, 0.0)];
+    let mass = 2.0 * length;
+    Body { angle, ..body(name, mass, mass * length * length / 12.0, [0.5 * length, 0.0], points) }
+}
+
+/// A Grashof four-bar; driven at `speed`, or free under gravity.
+fn four_bar(speed: Option<f64>) -> Scene {
+    let drive = |speed| Drive::Speed { name: "drive".into(), joint: "A".into(), speed, angle: 0.4 };
+    Scene {
+        ground: vec![point("A", 0.0, 0.0), point("D", GROUND, 0.0)],
+        bodies: vec![link("crank", CRANK, 0.4), link("coupler", COUPLER, 0.6), link("rocker", ROCKER, 1.8)],
+        joints: vec![
+            ideal("A", "ground.A", "crank.P", JointKind::Revolute),
+            ideal("B", "crank.Q", "coupler.P", JointKind::Revolute),
+            ideal("C", "coupler.Q", "rocker.Q", JointKind::Revolute),
+            ideal("D", "ground.D", "rocker.P", JointKind::Revolute),
+        ],
+        forces: vec![Force::Gravity { acceleration: [0.0, if speed.is_some() { 0.0 } else { -9.81 }] }],
+        drives: speed.map(drive).into_iter().collect(),
+    }
+}
+
+/// Rocker angle of the open branch by Freudenstein's equation
+/// `K₁ cos φ - K₂ cos θ + K₃ = cos(θ - φ)` [HartenbergDenavit1964], solved by the half angle.
+fn freudenstein(theta: f64) -> f64 {
+    let (k1, k2) = (GROUND / CRANK, GROUND / ROCKER);
+    let k3 = (CRANK * CRANK - COUPLER * COUPLER + ROCKER * ROCKER + GROUND * GROUND) / (2.0 * CRANK * ROCKER);
+    let (sine, cosine) = theta.sin_cos();
+    let (a, b, c) = (cosine - k1 - k2 * cosine + k3, -2.0 * sine, k1 - (k2 + 1.0) * cosine + k3);
+    2.0 * ((-b - (b * b - 4.0 * a * c).sqrt()) / (2.0 * a)).atan()
+}
+
+fn run(mechanism: &Mechanism, duration: f64, samples: usize, rtol: f64) -> Trajectory {
+    let settings = Settings { rtol, ..Settings::new(duration, samples) };
+    let run = simulate(mechanism, &settings, &|_| true).unwrap();
+    assert_eq!(run.status.word(), "done", "{}", run.message());
+    run
+}
+
+fn column(run: &Trajectory, name: &str) -> Vec<f64> {
+    let place = run.columns.iter().position(|column| column == name).unwrap();
+    run.values.chunks_exact(run.columns.len()).map(|row| row[place]).collect()
+}
+
+#[test]
+fn ideal_slider_crank_is_solved_without_integration() {
+    let mechanism = compile(&ideal_slider_crank());
+    assert_eq!((mechanism.closures.len(), mechanism.mobility()), (1, 0));
+    let run = run(&mechanism, 0.06, 721, 1e-6);
+    assert_eq!(run.stats.evaluations, 0);
+    let omega = 2000.0 * std::f64::consts::PI / 30.0;
+    let (r, l) = (0.05, 0.12);
+    let position = |t: f64| {
+        let (s, c) = (omega * t).sin_cos();
+        r * c + (l * l - r * r * s * s).sqrt()
+    };
+    let (x, vx, ax) = (column(&run, "slider.x"), column(&run, "slider.vx"), column(&run, "slider.ax"));
+    for (k, &t) in run.t.iter().enumerate() {
+        let (s, c) = (omega * t).sin_cos();
+        let root = (l * l - r * r * s * s).sqrt();
+        let velocity = -r * omega * s - r * r * omega * s * c / root;
+        let acceleration = -r * omega * omega * c
+            - r * r * omega * omega * ((c * c - s * s) / root + r * r * s * s * c * c / root.powi(3));
+        assert!((x[k] - position(t)).abs() < 1e-14);
+        assert!((vx[k] - velocity).abs() < 1e-9 * r * omega);
+        assert!((ax[k] - acceleration).abs() < 1e-9 * r * omega * omega);
+    }
+    // The drive supplies the change of the kinetic energy.
+    let torque = column(&run, "drive.torque");
+    let kinetic = |t: f64| {
+        let mut dynamics = Dynamics::new(&mechanism);
+        let (mut q, mut v) = (mechanism.start.q.clone(), mechanism.start.v.clone());
+        let steps = 2000;
+        for step in 1..=steps {
+            dynamics.project(t * step as f64 / steps as f64, &mut q, &mut v, &[1.0, 1.0]).unwrap();
+        }
+        dynamics.move_to(t, &q, &v);
+        let energy = |body: &chebclear::mechanism::BodyPlacement| {
+            let frame = dynamics.frame(body.frame);
+            0.5 * body.mass * frame.point(body.center).velocity.norm_squared()
+                + 0.5 * body.inertia * frame.angular_velocity.powi(2)
+        };
+        vec![mechanism.bodies.iter().map(energy).sum::<f64>()]
+    };
+    for k in [37, 150, 333] {
+        let power = derivative(|s| kinetic(run.t[k] + 1e-3 * s))[0] / 1e-3;
+        assert!(
+            (torque[k] * omega - power).abs() < 1e-6 * power.abs().max(1.0),
+            "{} {power}",
+            torque[k] * omega
+        );
+    }
+}
+
+#[test]
+fn ideal_four_bar_follows_freudenstein() {
+    let speed = 40.0;
+    let mechanism = compile(&four_bar(Some(speed)));
+    assert_eq!(mechanism.mobility(), 0);
+    let run = run(&mechanism, 0.5, 301, 1e-6);
+    let angle = column(&run, "rocker.angle");
+    let (rate, second) =
+        (column(&run, "rocker.angular_velocity"), column(&run, "rocker.angular_acceleration"));
+    for (k, &t) in run.t.iter().enumerate() {
+        let at = |s: f64| vec![freudenstein(0.4 + speed * t + s)];
+        let turns = ((angle[k] - at(0.0)[0]) / std::f64::consts::TAU).round();
+        assert!((angle[k] - at(0.0)[0] - turns * std::f64::consts::TAU).abs() < 1e-9);
+        let first = derivative(at)[0];
+        assert!((rate[k] - speed * first).abs() < 1e-8 * speed, "{} {}", rate[k], speed * first);
+        let curvature = derivative(|s| vec![derivative(|u| at(s + u))[0]])[0];
+        assert!((second[k] - speed * speed * curvature).abs() < 1e-4 * speed * speed);
+    }
+}
+
+#[test]
+fn free_four_bar_keeps_its_energy_and_stays_closed() {
+    let mechanism = compile(&four_bar(None));
+    assert_eq!((mechanism.degrees_of_freedom(), mechanism.mobility()), (3, 1));
+    let run = run(&mechanism, 3.0, 601, 1e-9);
+    let mut energies = Vec::new();
+    for k in 0..run.t.len() {
+        let energy = mechanism.bodies.iter().map(|body| {
+            let of = |quantity: &str| column(&run, &format!("{}.{quantity}", body.name))[k];
+            0.5 * body.mass * (of("vx").powi(2) + of("vy").powi(2))
+                + 0.5 * body.inertia * of("angular_velocity").powi(2)
+                + body.mass * 9.81 * of("y")
+        });
+        energies.push(energy.sum::<f64>());
+    }
+    let swing = column(&run, "crank.angular_velocity").iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+    assert!(swing > 1.0, "it moves");
+    for energy in &energies {
+        assert!((energy - energies[0]).abs() < 1e-7, "{energy} {}", energies[0]);
+    }
+    let mut dynamics = Dynamics::new(&mechanism);
+    dynamics.move_to(3.0, &run.end.q, &run.end.v);
+    let (gap, rate) = dynamics.closure_residual();
+    assert!(gap < 1e-14 && rate < 1e-12, "{gap:e} m, {rate:e} m/s");
+    assert!(run.largest_projection < 1e-9);
+}
+
+#[test]
+fn loop_jacobian_agrees_with_differences() {
+    let mechanism = compile(&four_bar(None));
+    let mut dynamics = Dynamics::new(&mechanism);
+    let (q, mut v) = (mechanism.start.q.clone(), vec![1.3, -0.4, 0.9]);
+    dynamics.project(0.0, &mut q.clone(), &mut v, &[1.0; 3]).unwrap();
+    let mut linear = Linearisation::new(3);
+    assert!(dynamics.linearise(0.0, &q, &v, &mut linear));
+    for k in 0..3 {
+        let at = |dq: f64, dv: f64| {
+            let (mut q, mut v) = (q.clone(), v.clone());
+            q[k] += dq;
+            v[k] += dv;
+            let mut a = vec![0.0; 3];
+            assert!(Dynamics::new(&mechanism).acceleration(0.0, &q, &v, &mut a));
+            a
+        };
+        let (by_q, by_v) = (derivative(|s| at(s, 0.0)), derivative(|s| at(0.0, s)));
+        for i in 0..3 {
+            assert!((linear.a_q[3 * i + k] - by_q[i]).abs() < 1e-7 * (1.0 + by_q[i].abs()));
+            assert!((linear.a_v[3 * i + k] - by_v[i]).abs() < 1e-7 * (1.0 + by_v[i].abs()));
+        }
+    }
+}
+
+#[test]
+fn many_revolutions_do_not_open_the_loop() {
+    // 1000 revolutions of the driven four-bar.
+    let mechanism = compile(&four_bar(Some(40.0)));
+    let run = run(&mechanism, 1e3 * std::f64::consts::TAU / 40.0, 101, 1e-6);
+    let mut dynamics = Dynamics::new(&mechanism);
+    dynamics.move_to(run.time, &run.end.q, &run.end.v);
+    let (gap, rate) = dynamics.closure_residual();
+    assert!(gap < 1e-12 && rate < 1e-10, "{gap:e} m, {rate:e} m/s");
+}
+
+#[test]
+fn redundant_joints_are_named() {
+    // A parallelogram with a third, parallel crank.
+    let mut scene = four_bar(Some(1.0));
+    scene.bodies = vec![link("left", 0.1, 1.0), link("bar", 0.3, 0.0), link("right", 0.1, 1.0)];
+    scene.bodies[1].points.push(point("M", 0.15, 0.0));
+    scene.bodies.push(link("middle", 0.1, 1.0));
+    scene.ground.push(point("M", 0.15, 0.0));
+    scene.joints = vec![
+        ideal("A", "ground.A", "left.P", JointKind::Revolute),
+        ideal("B", "left.Q", "bar.P", JointKind::Revolute),
+        ideal("C", "bar.Q", "right.Q", JointKind::Revolute),
+        ideal("D", "ground.D", "right.P", JointKind::Revolute),
+        ideal("E", "ground.M", "middle.P", JointKind::Revolute),
+        ideal("F", "middle.Q", "bar.M", JointKind::Revolute),
+    ];
+    scene.drives = vec![Drive::Speed { name: "drive".into(), joint: "A".into(), speed: 1.0, angle: 1.0 }];
+    let error = Mechanism::compile(&scene).unwrap_err().to_string();
+    assert!(error.contains("\"F\"") && error.contains("redundant"), "{error}");
+}
+
+#[test]
+fn a_drive_through_a_dead_centre_is_a_typed_error() {
+    // Crank longer than the rod: the slider-crank jams where the rod stands on the guide.
+    let mut scene = ideal_slider_crank();
+    scene.bodies[1].points[1] = point("C", 0.03, 0.0);
+    let mechanism = compile(&scene);
+    let settings = Settings::new(0.06, 601);
+    let run = simulate(&mechanism, &settings, &|_| true).unwrap();
+    assert_eq!(run.status.word(), "singular_mechanism");
+    let jam = (0.03_f64 / 0.05).asin() / (2000.0 * std::f64::consts::PI / 30.0);
+    assert!((run.time - jam).abs() < 5e-4, "{} {jam}", run.time);
+    assert!(run.values.last().unwrap().is_nan());
+    let Joint::Ideal { name, .. } = &scene.joints[3] else { unreachable!() };
+    assert_eq!(name, "wrist");
+}
