@@ -19,6 +19,14 @@ from typing import Any, ClassVar, TypeAlias
 
 from .checks import did_you_mean
 from .errors import Problem, SceneError
+from .laws import ContactLaw as ContactLaw
+from .laws import Flores as Flores
+from .laws import FrictionLaw as FrictionLaw
+from .laws import Hertz as Hertz
+from .laws import HuntCrossley as HuntCrossley
+from .laws import LankaraniNikravesh as LankaraniNikravesh
+from .laws import ModifiedCoulomb as ModifiedCoulomb
+from .laws import SmoothedCoulomb as SmoothedCoulomb
 from .quantities import Interval as Interval
 from .quantities import interval as interval
 from .quantities import rpm as rpm
@@ -123,78 +131,6 @@ class Fixed(Part):
 
 
 @dataclass(frozen=True)
-class LankaraniNikravesh(Part):
-    """Hertz contact with hysteresis damping, F = K δⁿ (1 + χ δ̇), never pulling.
-
-    χ = 3 (1 - restitution²) / (4 v₀) with the impact velocity v₀ latched at the start of each contact. The
-    restitution is nominal: the law rebounds with 0.913 for 0.9, 0.725 for 0.5 and still 0.66 towards 0, so it
-    is meant for values above 0.85.
-
-    Parameters
-    ----------
-    stiffness : float
-        Contact stiffness K [N/m^exponent].
-    restitution : float
-        Nominal coefficient of restitution [-], above 0 and at most 1.
-    exponent : float
-        Exponent n of the penetration [-].
-    """
-
-    _tag = ("law", "lankarani_nikravesh")
-
-    stiffness: float
-    restitution: float
-    exponent: float = 1.5
-
-
-@dataclass(frozen=True)
-class Hertz(Part):
-    """Elastic contact, F = K δⁿ.
-
-    Parameters
-    ----------
-    stiffness : float
-        Contact stiffness K [N/m^exponent].
-    exponent : float
-        Exponent n of the penetration [-].
-    """
-
-    _tag = ("law", "hertz")
-
-    stiffness: float
-    exponent: float = 1.5
-
-
-@dataclass(frozen=True)
-class ModifiedCoulomb(Part):
-    """Friction with a smooth rise to the static and a smooth fall to the sliding coefficient.
-
-    The coefficient follows a quarter sine up to `stick_slip_velocity`, half a cosine wave from there to
-    `static_sliding_velocity`, and is constant above. The contact creeps under load and never truly sticks.
-
-    Parameters
-    ----------
-    static_coefficient, sliding_coefficient : float
-        Coefficients of friction [-].
-    stick_slip_velocity : float
-        Sliding velocity of the largest friction [m/s].
-    static_sliding_velocity : float
-        Sliding velocity above which the coefficient is constant [m/s]; above `stick_slip_velocity`.
-    """
-
-    _tag = ("law", "modified_coulomb")
-
-    static_coefficient: float
-    sliding_coefficient: float
-    stick_slip_velocity: float
-    static_sliding_velocity: float
-
-
-ContactLaw: TypeAlias = LankaraniNikravesh | Hertz
-FrictionLaw: TypeAlias = ModifiedCoulomb
-
-
-@dataclass(frozen=True)
 class ClearanceRevolute(Part):
     """A pin with play: a journal moves freely in a larger bearing until it touches.
 
@@ -208,9 +144,9 @@ class ClearanceRevolute(Part):
         Radius of the journal [m].
     clearance : float
         Radial clearance, bearing radius minus journal radius [m].
-    contact : LankaraniNikravesh or Hertz
+    contact : LankaraniNikravesh, Flores, HuntCrossley or Hertz
         Law of the normal force.
-    friction : ModifiedCoulomb, optional
+    friction : ModifiedCoulomb or SmoothedCoulomb, optional
         Law of the friction force; none if not given.
     sliding : {"surface", "contact_point"}
         Sliding velocity that friction sees: of the two material surfaces, or of the geometric contact point
@@ -220,7 +156,10 @@ class ClearanceRevolute(Part):
     """
 
     _tag = ("type", "clearance_revolute")
-    _choices: ClassVar = {"contact": (LankaraniNikravesh, Hertz), "friction": (ModifiedCoulomb,)}
+    _choices: ClassVar = {
+        "contact": (LankaraniNikravesh, Flores, HuntCrossley, Hertz),
+        "friction": (ModifiedCoulomb, SmoothedCoulomb),
+    }
 
     name: str
     bearing: str

@@ -30,6 +30,8 @@ pub trait Scalar:
     fn sin(self) -> Self;
     /// Cosine.
     fn cos(self) -> Self;
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
 }
 
 impl Scalar for f64 {
@@ -50,6 +52,9 @@ impl Scalar for f64 {
     }
     fn cos(self) -> Self {
         f64::cos(self)
+    }
+    fn tanh(self) -> Self {
+        f64::tanh(self)
     }
 }
 
@@ -95,6 +100,10 @@ impl<const N: usize> Scalar for Dual<N> {
     }
     fn cos(self) -> Self {
         self.chain(self.value.cos(), -self.value.sin())
+    }
+    fn tanh(self) -> Self {
+        let value = self.value.tanh();
+        self.chain(value, 1.0 - value * value)
     }
 }
 

@@ -25,18 +25,31 @@ pub enum FrictionLaw {
         /// Static-sliding friction switch velocity V_d [m/s], above V_s.
         static_sliding_velocity: f64,
     },
+    /// Smoothed Coulomb friction, μ tanh(v / V): it creeps as well, and is smooth everywhere.
+    SmoothedCoulomb {
+        /// Friction coefficient μ [-].
+        coefficient: f64,
+        /// Velocity V of the smoothing [m/s]: at 3 V the force is 99.5 % of Coulomb's.
+        velocity: f64,
+    },
 }
 
 impl FrictionLaw {
     /// Friction coefficient with the sign of the sliding velocity [m/s]: μ(|v|) sign(v) [-].
     #[inline]
     pub fn signed_coefficient<S: Scalar>(&self, sliding_velocity: S) -> S {
-        let FrictionLaw::ModifiedCoulomb {
-            static_coefficient,
-            sliding_coefficient,
-            stick_slip_velocity,
-            static_sliding_velocity,
-        } = *self;
+        let (static_coefficient, sliding_coefficient, stick_slip_velocity, static_sliding_velocity) =
+            match *self {
+                FrictionLaw::SmoothedCoulomb { coefficient, velocity } => {
+                    return (sliding_velocity * (1.0 / velocity)).tanh() * coefficient;
+                }
+                FrictionLaw::ModifiedCoulomb {
+                    static_coefficient,
+                    sliding_coefficient,
+                    stick_slip_velocity,
+                    static_sliding_velocity,
+                } => (static_coefficient, sliding_coefficient, stick_slip_velocity, static_sliding_velocity),
+            };
         let half_pi = std::f64::consts::FRAC_PI_2;
         let speed = sliding_velocity.value().abs();
         if speed < stick_slip_velocity {
@@ -56,7 +69,9 @@ impl FrictionLaw {
 
     /// Sliding speed [m/s] below which the law is steep: an integrator must resolve it.
     pub fn stick_velocity(&self) -> f64 {
-        let FrictionLaw::ModifiedCoulomb { stick_slip_velocity, .. } = *self;
-        stick_slip_velocity
+        match *self {
+            FrictionLaw::ModifiedCoulomb { stick_slip_velocity, .. } => stick_slip_velocity,
+            FrictionLaw::SmoothedCoulomb { velocity, .. } => velocity,
+        }
     }
 }

@@ -318,8 +318,15 @@ impl Scene {
                 checker.positive(&format!("{path}.clearance"), "m", *clearance);
                 checker.positive(&format!("{path}.contact.stiffness"), "N/m^exponent", contact.stiffness);
                 checker.at_least(&format!("{path}.contact.exponent"), "-", contact.exponent, 1.0);
-                if let Damping::LankaraniNikravesh { restitution } = contact.damping {
-                    checker.fraction(&format!("{path}.contact.restitution"), restitution);
+                match contact.damping {
+                    Damping::Elastic => {}
+                    Damping::LankaraniNikravesh { restitution } | Damping::Flores { restitution } => {
+                        checker.fraction(&format!("{path}.contact.restitution"), restitution);
+                    }
+                    Damping::HuntCrossley { hysteresis_factor } => {
+                        let path = format!("{path}.contact.hysteresis_factor");
+                        checker.at_least(&path, "s/m", hysteresis_factor, 0.0);
+                    }
                 }
                 if let Some(law) = friction {
                     checker.friction(&format!("{path}.friction"), law);
@@ -420,12 +427,19 @@ impl Checker {
     }
 
     fn friction(&mut self, path: &str, law: &FrictionLaw) {
-        let FrictionLaw::ModifiedCoulomb {
-            static_coefficient,
-            sliding_coefficient,
-            stick_slip_velocity,
-            static_sliding_velocity,
-        } = *law;
+        let (static_coefficient, sliding_coefficient, stick_slip_velocity, static_sliding_velocity) =
+            match *law {
+                FrictionLaw::SmoothedCoulomb { coefficient, velocity } => {
+                    self.at_least(&format!("{path}.coefficient"), "-", coefficient, 0.0);
+                    return self.positive(&format!("{path}.velocity"), "m/s", velocity);
+                }
+                FrictionLaw::ModifiedCoulomb {
+                    static_coefficient,
+                    sliding_coefficient,
+                    stick_slip_velocity,
+                    static_sliding_velocity,
+                } => (static_coefficient, sliding_coefficient, stick_slip_velocity, static_sliding_velocity),
+            };
         self.at_least(&format!("{path}.static_coefficient"), "-", static_coefficient, 0.0);
         self.at_least(&format!("{path}.sliding_coefficient"), "-", sliding_coefficient, 0.0);
         self.positive(&format!("{path}.stick_slip_velocity"), "m/s", stick_slip_velocity);

@@ -117,16 +117,35 @@ fn joint(node: Node, problems: &mut Problems) -> Joint {
 const UNREADABLE_LAW: NormalLaw =
     NormalLaw { stiffness: f64::NAN, exponent: f64::NAN, damping: Damping::Elastic };
 
+#[derive(Clone, Copy)]
+enum NormalLawName {
+    LankaraniNikravesh,
+    Flores,
+    HuntCrossley,
+    Hertz,
+}
+
 fn normal_law(node: Node, problems: &mut Problems) -> NormalLaw {
     let mut fields = node.fields(problems);
-    let damped = fields.word("law", &[("lankarani_nikravesh", true), ("hertz", false)], problems);
+    let names = [
+        ("lankarani_nikravesh", NormalLawName::LankaraniNikravesh),
+        ("flores", NormalLawName::Flores),
+        ("hunt_crossley", NormalLawName::HuntCrossley),
+        ("hertz", NormalLawName::Hertz),
+    ];
+    let name = fields.word("law", &names, problems);
     let law = NormalLaw {
         stiffness: fields.number("stiffness", problems),
         exponent: fields.number_or("exponent", 1.5, problems),
-        damping: if damped {
-            Damping::LankaraniNikravesh { restitution: fields.number("restitution", problems) }
-        } else {
-            Damping::Elastic
+        damping: match name {
+            NormalLawName::LankaraniNikravesh => {
+                Damping::LankaraniNikravesh { restitution: fields.number("restitution", problems) }
+            }
+            NormalLawName::Flores => Damping::Flores { restitution: fields.number("restitution", problems) },
+            NormalLawName::HuntCrossley => {
+                Damping::HuntCrossley { hysteresis_factor: fields.number("hysteresis_factor", problems) }
+            }
+            NormalLawName::Hertz => Damping::Elastic,
         },
     };
     fields.finish(problems);
@@ -135,12 +154,19 @@ fn normal_law(node: Node, problems: &mut Problems) -> NormalLaw {
 
 fn friction_law(node: Node, problems: &mut Problems) -> FrictionLaw {
     let mut fields = node.fields(problems);
-    fields.word("law", &[("modified_coulomb", ())], problems);
-    let law = FrictionLaw::ModifiedCoulomb {
-        static_coefficient: fields.number("static_coefficient", problems),
-        sliding_coefficient: fields.number("sliding_coefficient", problems),
-        stick_slip_velocity: fields.number("stick_slip_velocity", problems),
-        static_sliding_velocity: fields.number("static_sliding_velocity", problems),
+    let smoothed = fields.word("law", &[("modified_coulomb", false), ("smoothed_coulomb", true)], problems);
+    let law = if smoothed {
+        FrictionLaw::SmoothedCoulomb {
+            coefficient: fields.number("coefficient", problems),
+            velocity: fields.number("velocity", problems),
+        }
+    } else {
+        FrictionLaw::ModifiedCoulomb {
+            static_coefficient: fields.number("static_coefficient", problems),
+            sliding_coefficient: fields.number("sliding_coefficient", problems),
+            stick_slip_velocity: fields.number("stick_slip_velocity", problems),
+            static_sliding_velocity: fields.number("static_sliding_velocity", problems),
+        }
     };
     fields.finish(problems);
     law

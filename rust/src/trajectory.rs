@@ -481,7 +481,8 @@ impl HybridSystem for Recorder<'_> {
         let (kind, phase) = match (guard % GUARDS, self.dynamics.phases[index]) {
             (0, Phase::Free) => {
                 let impact_velocity = normal_velocity.max(joint.impact_velocity_floor);
-                self.floored += usize::from(normal_velocity < joint.impact_velocity_floor);
+                let floored = law.is_latched() && normal_velocity < joint.impact_velocity_floor;
+                self.floored += usize::from(floored);
                 let impact_time = law.impact_time(joint.effective_mass, impact_velocity);
                 bound = ONSET_STEP * self.settings.rtol.powf(0.4) * impact_time;
                 let hysteresis_factor = law.hysteresis_factor(impact_velocity);

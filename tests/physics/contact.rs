@@ -290,3 +290,19 @@ fn contact_forces_and_moments_on_both_bodies_have_the_hand_values() {
     close(a[1], 5.0, 1e-12);
     assert_eq!((a[0], a[2]), (0.0, 0.0));
 }
+
+#[test]
+fn the_other_laws_have_their_hand_values() {
+    let flores = NormalLaw { damping: Damping::Flores { restitution: 0.5 }, ..HERTZ };
+    // χ = 8 (1 - 0.5) / (5 * 0.5 * 2).
+    close(flores.hysteresis_factor(2.0), 0.8, 1e-15);
+    let fixed = NormalLaw { damping: Damping::HuntCrossley { hysteresis_factor: 0.3 }, ..HERTZ };
+    close(fixed.hysteresis_factor(2.0), 0.3, 1e-15);
+    assert!(flores.is_latched() && !fixed.is_latched() && fixed.resting_velocity(100.0, 1.0) == 0.0);
+    let smoothed = FrictionLaw::SmoothedCoulomb { coefficient: 0.2, velocity: 1e-3 };
+    // tanh(ln 3) = 0.8.
+    close(smoothed.signed_coefficient(1e-3 * 3.0_f64.ln()), 0.16, 1e-14);
+    close(smoothed.signed_coefficient(-1.0), -0.2, 1e-14);
+    let slope = smoothed.signed_coefficient(Dual::<1>::input(1e-3 * 3.0_f64.ln(), 0));
+    close(slope.gradient[0], 0.2 / 1e-3 * (1.0 - 0.64), 1e-13);
+}

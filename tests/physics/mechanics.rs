@@ -159,7 +159,10 @@ fn mu(law: FrictionLaw, v: f64) -> f64 {
         sliding_coefficient: mu_d,
         stick_slip_velocity: v_s,
         static_sliding_velocity: v_d,
-    } = law;
+    } = law
+    else {
+        unreachable!("the random trees have this law only")
+    };
     let (v, pi) = (v.abs(), std::f64::consts::PI);
     if v < v_s {
         mu_s * (pi * v / (2.0 * v_s)).sin()

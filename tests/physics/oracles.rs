@@ -132,6 +132,31 @@ fn lankarani_nikravesh_impacts_rebound_as_the_restitution_equation_says() {
 }
 
 #[test]
+fn impacts_of_the_other_damped_laws_rebound_as_the_same_equation_says() {
+    let (stiffness, mass) = (1e9, 0.5);
+    let rebound = |damping, speed: f64| {
+        let law = NormalLaw { stiffness, exponent: 1.5, damping };
+        let peak = peak_penetration(mass, stiffness, 1.0, speed);
+        let run = launch(&shaft(mass, law), speed, CLEARANCE / speed + 40.0 * peak / speed, 2, 1e-10);
+        -run.events[1].normal_velocity / run.events[0].normal_velocity
+    };
+    for restitution in [0.1, 0.5, 0.9] {
+        let ratio = rebound(Damping::Flores { restitution }, 0.7);
+        close(ratio, rebound_ratio_of(1.6 * (1.0 - restitution) / restitution), 1e-6);
+    }
+    // Published as valid for the whole range: close to the nominal restitution, unlike the law above.
+    close(rebound_ratio_of(1.6 / 9.0), 0.9, 0.01);
+    close(rebound_ratio_of(1.6), 0.5, 0.07);
+    for speed in [0.2, 2.0] {
+        close(
+            rebound(Damping::HuntCrossley { hysteresis_factor: 0.4 }, speed),
+            rebound_ratio_of(0.4 * speed),
+            1e-6,
+        );
+    }
+}
+
+#[test]
 fn impact_below_the_velocity_floor_is_damped_as_one_at_the_floor_and_counted() {
     for (speed, floor) in [(0.1, 0.5), (0.5, 0.1)] {
         let mut scene = shaft(1.0, normal(1e9, Some(0.5)));

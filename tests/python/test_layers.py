@@ -16,6 +16,7 @@ PYTHON_ORDER = [
     "errors",
     "quantities",
     "schema",
+    "laws",
     "records",
     "progress",
     "scene",

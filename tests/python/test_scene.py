@@ -315,3 +315,70 @@ def test_a_wrong_clearance_is_reported_by_the_check(clearance):
     with pytest.raises(cc.SceneError) as caught:
         cc.mechanisms.slider_crank(clearance=clearance).check()
     assert "joints[3].clearance" in dict(caught.value.problems)
+
+
+@pytest.mark.parametrize(
+    "contact",
+    [cc.Flores(1e10, 0.5), cc.HuntCrossley(1e10, 0.3), cc.Hertz(1e10), cc.LankaraniNikravesh(1e10, 0.9)],
+)
+@pytest.mark.parametrize(
+    "friction", [None, cc.SmoothedCoulomb(0.1, 1e-3), cc.ModifiedCoulomb(0.1, 0.05, 1e-3, 2e-3)]
+)
+def test_every_law_crosses_into_the_core_and_runs(
+    contact: cc.scene.ContactLaw, friction: cc.scene.FrictionLaw | None
+) -> None:
+    crank = cc.mechanisms.slider_crank()
+    wrist = cc.ClearanceRevolute(
+        "wrist",
+        bearing="rod.C",
+        journal="slider.C",
+        journal_radius=9.8e-3,
+        clearance=2e-5,
+        contact=contact,
+        friction=friction,
+    )
+    scene = cc.Scene(
+        [*crank.bodies],
+        [j for j in crank.joints if j.name != "wrist"] + [wrist],
+        (),
+        crank.drives,
+        crank.ground,
+    )
+    assert cc.Scene.from_json(scene.to_json()) == scene
+    assert cc.simulate(scene, duration=2e-4, samples=3).success
+
+
+def test_laws_are_checked_with_paths() -> None:
+    wrist = cc.ClearanceRevolute(
+        "wrist",
+        bearing="ground",
+        journal="a",
+        journal_radius=0.01,
+        clearance=1e-4,
+        contact=cc.HuntCrossley(1e10, -1.0),
+        friction=cc.SmoothedCoulomb(-0.1, 0.0),
+    )
+    with pytest.raises(cc.SceneError) as caught:
+        cc.Scene([cc.Body("a", 1.0, 1.0)], [wrist]).check()
+    paths = [problem.path for problem in caught.value.problems]
+    assert paths == [
+        "joints[0].contact.hysteresis_factor",
+        "joints[0].friction.coefficient",
+        "joints[0].friction.velocity",
+    ]
+
+
+def test_a_loop_of_ideal_joints_is_closed_and_solved() -> None:
+    crank = cc.mechanisms.slider_crank()
+    joints = [joint for joint in crank.joints if joint.name != "wrist"]
+    ideal = cc.Scene(
+        crank.bodies, [*joints, cc.Revolute("wrist", "rod.C", "slider.C")], (), crank.drives, crank.ground
+    )
+    inspection = ideal.check()
+    assert inspection.degrees_of_freedom == 0
+    assert inspection.cut_joints == ("wrist",)
+    run = cc.simulate(ideal, duration=0.06, samples=121)
+    angle = run.t * cc.rpm(2000)
+    closed_form = 0.05 * np.cos(angle) + np.sqrt(0.12**2 - (0.05 * np.sin(angle)) ** 2)
+    np.testing.assert_allclose(run["slider.x"], closed_form, rtol=0, atol=1e-14)
+    assert run.stats.evaluations == 0

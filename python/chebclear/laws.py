@@ -1,0 +1,142 @@
+"""Contact and friction laws of clearance joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from .schema import Part
+
+
+@dataclass(frozen=True)
+class LankaraniNikravesh(Part):
+    """Hertz contact with hysteresis damping, F = K δⁿ (1 + χ δ̇), never pulling.
+
+    χ = 3 (1 - restitution²) / (4 v₀) with the impact velocity v₀ latched at the start of each contact. The
+    restitution is nominal: the law rebounds with 0.913 for 0.9, 0.725 for 0.5 and still 0.66 towards 0, so it
+    is meant for values above 0.85.
+
+    Parameters
+    ----------
+    stiffness : float
+        Contact stiffness K [N/m^exponent].
+    restitution : float
+        Nominal coefficient of restitution [-], above 0 and at most 1.
+    exponent : float
+        Exponent n of the penetration [-].
+    """
+
+    _tag = ("law", "lankarani_nikravesh")
+
+    stiffness: float
+    restitution: float
+    exponent: float = 1.5
+
+
+@dataclass(frozen=True)
+class Hertz(Part):
+    """Elastic contact, F = K δⁿ.
+
+    Parameters
+    ----------
+    stiffness : float
+        Contact stiffness K [N/m^exponent].
+    exponent : float
+        Exponent n of the penetration [-].
+    """
+
+    _tag = ("law", "hertz")
+
+    stiffness: float
+    exponent: float = 1.5
+
+
+@dataclass(frozen=True)
+class Flores(Part):
+    """Dry contact with hysteresis damping, Flores et al. (2011): χ = 8 (1 - c) / (5 c v₀).
+
+    Made for every restitution; the rebound ratio is 0.894 for c = 0.9 and 0.470 for c = 0.5.
+
+    Parameters
+    ----------
+    stiffness : float
+        Contact stiffness K [N/m^exponent].
+    restitution : float
+        Coefficient of restitution c [-], above 0 and at most 1.
+    exponent : float
+        Exponent n of the penetration [-].
+    """
+
+    _tag = ("law", "flores")
+
+    stiffness: float
+    restitution: float
+    exponent: float = 1.5
+
+
+@dataclass(frozen=True)
+class HuntCrossley(Part):
+    """Dry contact with a fixed hysteresis factor, F = K δⁿ (1 + χ δ̇), Hunt and Crossley (1975).
+
+    Parameters
+    ----------
+    stiffness : float
+        Contact stiffness K [N/m^exponent].
+    hysteresis_factor : float
+        Hysteresis factor χ [s/m], at least 0.
+    exponent : float
+        Exponent n of the penetration [-].
+    """
+
+    _tag = ("law", "hunt_crossley")
+
+    stiffness: float
+    hysteresis_factor: float
+    exponent: float = 1.5
+
+
+@dataclass(frozen=True)
+class SmoothedCoulomb(Part):
+    """Coulomb friction smoothed by a hyperbolic tangent, μ tanh(v / V); it creeps under load.
+
+    Parameters
+    ----------
+    coefficient : float
+        Coefficient of friction μ [-].
+    velocity : float
+        Velocity V of the smoothing [m/s]; at 3 V the force is 99.5 % of Coulomb's.
+    """
+
+    _tag = ("law", "smoothed_coulomb")
+
+    coefficient: float
+    velocity: float
+
+
+@dataclass(frozen=True)
+class ModifiedCoulomb(Part):
+    """Friction with a smooth rise to the static and a smooth fall to the sliding coefficient.
+
+    The coefficient follows a quarter sine up to `stick_slip_velocity`, half a cosine wave from there to
+    `static_sliding_velocity`, and is constant above. The contact creeps under load and never truly sticks.
+
+    Parameters
+    ----------
+    static_coefficient, sliding_coefficient : float
+        Coefficients of friction [-].
+    stick_slip_velocity : float
+        Sliding velocity of the largest friction [m/s].
+    static_sliding_velocity : float
+        Sliding velocity above which the coefficient is constant [m/s]; above `stick_slip_velocity`.
+    """
+
+    _tag = ("law", "modified_coulomb")
+
+    static_coefficient: float
+    sliding_coefficient: float
+    stick_slip_velocity: float
+    static_sliding_velocity: float
+
+
+ContactLaw: TypeAlias = LankaraniNikravesh | Flores | HuntCrossley | Hertz
+FrictionLaw: TypeAlias = ModifiedCoulomb | SmoothedCoulomb
