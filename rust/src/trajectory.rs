@@ -398,17 +398,27 @@ impl<'a> Recorder<'a> {
         if hysteresis_factor == 0.0 {
             return Guard::INACTIVE;
         }
+        let joint = &self.dynamics.mechanism.clearance_joints[index];
         let bracket = damping_bracket(state, phase).unwrap_or(f64::INFINITY);
+        // Rounding of the difference of two velocities, and what the tolerance leaves open: where
+        // the damping is strong the bracket stays near zero for long, and its noise is no event.
+        let journal = self.dynamics.point(joint.journal).velocity;
+        let bearing = self.dynamics.point(joint.bearing).velocity;
+        let rounding = 4.0 * f64::EPSILON * (journal.abs().sum() + bearing.abs().sum());
+        let resolution =
+            64.0 * f64::EPSILON + hysteresis_factor * (rounding + BRACKET_PART * self.velocity_tolerance);
         Guard {
             value: if clipped { -bracket } else { bracket },
             rate: f64::NAN,
-            resolution: 64.0 * f64::EPSILON,
+            resolution,
             // The force at the clip is off by this part of its elastic share at most.
-            overshoot: 1e-4,
+            overshoot: (8.0 * resolution).max(1e-4),
         }
     }
 }
 
+/// Rate at which the bracket of the damping has no sign, as a part of the velocity tolerance.
+const BRACKET_PART: f64 = 1e-3;
 /// Largest penetration of a landing, as a part of the position tolerance.
 const LANDING_PART: f64 = 1e-2;
 
