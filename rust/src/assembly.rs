@@ -72,10 +72,12 @@ fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> 
     let masses: Vec<(f64, f64)> = effective_masses(mechanism, &mut dynamics, &q, &v, &accelerations);
     for (joint, (mass, load)) in mechanism.clearance_joints.iter_mut().zip(masses) {
         joint.effective_mass = mass;
+        let weightless = joint.law.normal.stiffness
+            * (UNLOADED_PENETRATION * joint.law.clearance).powf(joint.law.normal.exponent);
+        let load = load.max(mass * speed * speed / length).max(weightless);
+        joint.resting_penetration = joint.law.normal.resting_penetration(load);
+        joint.resting_speed = joint.resting_penetration * joint.law.normal.contact_frequency(load, mass);
         if joint.impact_velocity_floor.is_nan() {
-            let weightless = joint.law.normal.stiffness
-                * (UNLOADED_PENETRATION * joint.law.clearance).powf(joint.law.normal.exponent);
-            let load = load.max(mass * speed * speed / length).max(weightless);
             joint.impact_velocity_floor = joint.law.normal.resting_velocity(load, mass);
         }
     }

@@ -29,6 +29,9 @@ const COLUMN_BLOCK: usize = 256;
 /// Points evaluated at a time: it bounds the memory for the products of polynomials.
 const POINT_BLOCK: usize = 64;
 
+/// Nodes per parameter that could ever be meant; far more would only exhaust the memory.
+pub const MOST_NODES: usize = 10_000;
+
 /// A grid, polynomial or point that does not fit the other arguments.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GridError {
@@ -103,6 +106,9 @@ pub fn fit(
         )));
     }
     for (axis, (&count, &degree)) in nodes.iter().zip(degrees).enumerate() {
+        if count > MOST_NODES {
+            return Err(GridError::new(format!("axis {axis} has {count} nodes, more than {MOST_NODES}")));
+        }
         if count <= degree {
             return Err(GridError::new(format!(
                 "axis {axis} has {count} nodes: degree {degree} needs at least degree + 1"

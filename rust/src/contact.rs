@@ -70,6 +70,17 @@ impl NormalLaw {
         }
     }
 
+    /// Penetration [m] at which the elastic force alone carries a load [N]: (F/K)^(1/n).
+    pub fn resting_penetration(&self, load: f64) -> f64 {
+        coarse((load / self.stiffness).powf(1.0 / self.exponent))
+    }
+
+    /// Angular frequency [rad/s] of small oscillations of a mass [kg] about that penetration.
+    pub fn contact_frequency(&self, load: f64, mass: f64) -> f64 {
+        let slope = self.exponent * self.stiffness * self.resting_penetration(load).powf(self.exponent - 1.0);
+        coarse((slope / mass).sqrt())
+    }
+
     /// Impact velocity [m/s] at which the latched law is critically damped for a load [N]
     /// on an effective mass [kg]: the default floor of the latched velocity.
     ///
@@ -85,9 +96,7 @@ impl NormalLaw {
         if !self.is_latched() {
             return 0.0;
         }
-        let equilibrium = (load / self.stiffness).powf(1.0 / self.exponent);
-        let frequency =
-            (self.exponent * self.stiffness * equilibrium.powf(self.exponent - 1.0) / mass).sqrt();
+        let frequency = self.contact_frequency(load, mass);
         // χ = hysteresis_factor(1) / v for every law whose damping is latched; ζ = 1 solved for v.
         coarse(self.hysteresis_factor(1.0) * load / (2.0 * mass * frequency))
     }

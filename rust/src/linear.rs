@@ -4,8 +4,8 @@
 /// triangle; the diagonal holds the inverse of D. Returns false where a pivot is not positive (or
 /// not a number).
 ///
-/// Without the square roots of Cholesky's form: those of masses in units two apart would not be
-/// the same bits.
+/// Without the square roots of Cholesky's form: in units of mass that differ by a factor of two
+/// they would not be the same bits.
 #[inline]
 pub fn symmetric_factor(matrix: &mut [f64], n: usize) -> bool {
     for i in 0..n {

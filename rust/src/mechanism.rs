@@ -108,6 +108,10 @@ pub struct ClearanceJoint {
     pub impact_velocity_floor: f64,
     /// Mass the contact accelerates, at the start [kg]; an order of magnitude for step sizes.
     pub effective_mass: f64,
+    /// Penetration at which the contact carries the load of the start [m].
+    pub resting_penetration: f64,
+    /// Velocity of an oscillation about it that just stays in contact [m/s].
+    pub resting_speed: f64,
 }
 
 /// A revolute joint at which a loop of ideal joints was cut: its two points must coincide.
@@ -485,6 +489,8 @@ impl<'a> Builder<'a> {
                     // NaN asks the assembly for the default from the scales.
                     impact_velocity_floor: impact_velocity_floor.unwrap_or(f64::NAN),
                     effective_mass: f64::NAN,
+                    resting_penetration: f64::NAN,
+                    resting_speed: f64::NAN,
                 })
             })
             .collect();

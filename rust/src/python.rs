@@ -8,12 +8,12 @@ use std::sync::{Condvar, Mutex};
 use std::time::Duration;
 
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray2};
-use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
+use crate::chebyshev::MOST_NODES;
 use crate::error::SceneError;
-use crate::integrators::Status;
 use crate::mechanism::Mechanism;
 use crate::outputs::column_names;
 use crate::scene_reader::read_scene;
@@ -53,11 +53,11 @@ fn wait_for<T: Send>(
     let finished = Mutex::new(false);
     let bell = Condvar::new();
     std::thread::scope(|scope| {
-        let worker = scope.spawn(|| {
+        let worker = std::thread::Builder::new().spawn_scoped(scope, || {
             // Rings when the work is done, and also when it unwinds.
             let _ring = Ring { finished: &finished, bell: &bell };
             work()
-        });
+        })?;
         let mut raised = None;
         loop {
             let done = py.detach(|| {
@@ -147,9 +147,6 @@ fn simulate<'py>(
         },
     )?
     .map_err(|error| scene_error(py, error))?;
-    if run.status == Status::Cancelled {
-        return Err(PyKeyboardInterrupt::new_err(()));
-    }
     let result = PyDict::new(py);
     result.set_item("stats", stats_dict(py, &run)?)?;
     result.set_item("status", run.status.word())?;
@@ -207,9 +204,6 @@ fn sweep<'py>(
         |py| tell(py, finished.load(Ordering::Relaxed)),
     )?
     .map_err(|error| scene_error(py, error))?;
-    if runs.iter().any(|run| run.status == Status::Cancelled) {
-        return Err(PyKeyboardInterrupt::new_err(()));
-    }
     tell(py, total)?;
     let result = PyDict::new(py);
     let columns = runs.first().map(|run| run.columns.clone()).unwrap_or_default();
@@ -231,7 +225,11 @@ fn sweep<'py>(
         joint.push(run.joint.clone());
         warnings.push(run.warnings.clone());
     }
-    let mut values = Vec::with_capacity(shape.iter().product());
+    let mut values = Vec::new();
+    let count = shape.iter().fold(1, |product: usize, &n| product.saturating_mul(n));
+    values
+        .try_reserve_exact(count)
+        .map_err(|_| PyMemoryError::new_err(format!("{count} numbers do not fit into the memory")))?;
     for run in runs {
         values.extend_from_slice(&run.values);
     }
@@ -279,9 +277,6 @@ fn chebyshev_nodes(py: Python<'_>, count: usize) -> PyResult<Bound<'_, PyArray1<
     }
     Ok(chebyshev::root_nodes(count).into_pyarray(py))
 }
-
-/// Nodes per parameter that could ever be meant; far more would only exhaust the memory.
-const MOST_NODES: usize = 1_000_000;
 
 /// An array as a flat row-major vector, and its shape.
 fn flat(array: &PyReadonlyArray2<'_, f64>) -> (Vec<f64>, [usize; 2]) {

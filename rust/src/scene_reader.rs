@@ -13,6 +13,12 @@ use crate::friction::FrictionLaw;
 use crate::json::{Node, Problems};
 use crate::scene::{Body, CENTER_OF_MASS, Drive, Force, Joint, JointKind, Scene};
 
+/// Whether a path is another one or leads to something inside it.
+fn is_at_or_below(path: &str, other: &str) -> bool {
+    let rest = path.strip_prefix(other);
+    rest.is_some_and(|rest| other.is_empty() || rest.is_empty() || rest.starts_with(['.', '[']))
+}
+
 /// The scene written in `text`, checked.
 pub fn read_scene(text: &str) -> Result<Scene, SceneError> {
     let value: Value = serde_json::from_str(text)
@@ -23,7 +29,7 @@ pub fn read_scene(text: &str) -> Result<Scene, SceneError> {
         // A field that could not be read stands in the scene as NaN or an empty name: its physical
         // check would only repeat the problem.
         for problem in error.problems {
-            let known = problems.iter().any(|other: &Problem| problem.path.starts_with(other.path.as_str()));
+            let known = problems.iter().any(|other: &Problem| is_at_or_below(&problem.path, &other.path));
             if !known {
                 problems.push(problem);
             }

@@ -31,6 +31,9 @@ impl Method {
     }
 }
 
+/// Most samples of a run: with all columns of a small mechanism they still fit into memory.
+const MOST_SAMPLES: usize = 10_000_000;
+
 /// What to compute and how accurately.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -77,7 +80,11 @@ impl Settings {
         };
         let positive = |value: f64| value > 0.0 && value.is_finite();
         check(positive(self.duration), "duration", format!("must be > 0 [s], got {}", self.duration));
-        check(self.samples >= 2, "samples", format!("must be >= 2, got {}", self.samples));
+        check(
+            (2..=MOST_SAMPLES).contains(&self.samples),
+            "samples",
+            format!("must be >= 2 and <= {MOST_SAMPLES}, got {}", self.samples),
+        );
         // Below 1e-13 rounding errors exceed the tolerance; above 0.1 nothing is accurate.
         check(
             (1e-13..=0.1).contains(&self.rtol),

@@ -28,9 +28,12 @@ pub fn sweep(
     monitor: &(dyn Fn(usize) -> bool + Sync),
 ) -> Result<Vec<Trajectory>, SceneError> {
     settings.check()?;
+    // More threads than runs would only wait.
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let count = threads.unwrap_or(processors).clamp(1, scenes.len().max(1));
     // A pool of its own: the global one would not survive a fork, and its size is the user's.
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.unwrap_or(0))
+        .num_threads(count)
         .build()
         .map_err(|error| SceneError::single("threads", format!("cannot be started: {error}")))?;
     let finished = AtomicUsize::new(0);

@@ -7,7 +7,7 @@ use crate::error::SceneError;
 use crate::integrators::dense::DenseStep;
 use crate::integrators::events::Guard;
 use crate::integrators::{HybridSystem, Outcome, Projection, Stats, Status, integrate_with};
-use crate::mechanism::{Mechanism, State};
+use crate::mechanism::{ClearanceJoint, Mechanism, State};
 use crate::outputs::{Column, column_names, needs_acceleration, parse_columns};
 pub use crate::settings::{Method, Settings};
 
@@ -105,6 +105,12 @@ impl Trajectory {
 /// Position tolerance of a scene with clearance: `rtol` times this part of the smallest
 /// clearance. 0.5 is the scale on which the methods were compared (1e-5 m at 0.02 mm).
 const CLEARANCE_PART: f64 = 0.5;
+/// Largest tolerances as a part of the oscillation about a contact that rests under the load of
+/// the start: wider, a slow mechanism's resting contact cannot be told from free flight, and it
+/// chatters. Tuned on the paper's mechanism at 0.01 to 2000 r/min with Rodas5P: 0.1 leaves 4807
+/// contact changes in a revolution at 0.1 r/min, 0.01 407, 0.003 189, tight tolerances 161; from
+/// 100 r/min on it changes nothing.
+const RESTING_PART: f64 = 0.003;
 /// Velocity tolerance: `rtol` times this part of the speed of the mechanism. For the paper's
 /// crank (10.5 m/s) it is the 1 m/s on which the methods were compared.
 const SPEED_PART: f64 = 0.1;
@@ -140,7 +146,13 @@ pub fn simulate_from(
         Some(names) => parse_columns(mechanism, names)?,
         None => parse_columns(mechanism, &column_names(mechanism))?,
     };
-    let mut recorder = Recorder::new(mechanism, start, settings, columns, monitor);
+    let mut values = Vec::new();
+    let count = settings.samples.saturating_mul(columns.len());
+    values.try_reserve_exact(count).map_err(|_| {
+        SceneError::single("settings.samples", format!("{count} numbers do not fit into the memory"))
+    })?;
+    values.resize(count, f64::NAN);
+    let mut recorder = Recorder::new(mechanism, start, settings, columns, values, monitor);
     let (mut q, mut v) = (start.q.clone(), start.v.clone());
     recorder.begin(&q, &v);
     let outcome = if mechanism.mobility() == 0 && mechanism.clearance_joints.is_empty() {
@@ -192,6 +204,9 @@ pub fn simulate_from(
 /// Penetration relative to the journal radius beyond which the laws of a small contact area no
 /// longer hold. Impacts of the paper's mechanism reach 1e-3; a jammed mechanism passes 1.
 const DEEP: f64 = 0.02;
+/// Resting penetration relative to the size of the mechanism below which the rounding of
+/// positions (1e-16) shows: the paper's mechanism reaches it at 0.02 r/min.
+const FINE_PENETRATION: f64 = 2e-12;
 /// Nominal restitution below which the Lankarani-Nikravesh law rebounds noticeably more: 0.878
 /// instead of 0.85, 0.725 instead of 0.5 (closed form in [`Damping::LankaraniNikravesh`]).
 const HONEST_RESTITUTION: f64 = 0.85;
@@ -235,12 +250,21 @@ impl<'a> Recorder<'a> {
         start: &State,
         settings: &'a Settings,
         columns: Vec<Column>,
+        values: Vec<f64>,
         monitor: &'a dyn Fn(f64) -> bool,
     ) -> Self {
         let d = mechanism.degrees_of_freedom();
         let scales = &mechanism.scales;
         let smallest = mechanism.clearance_joints.iter().map(|joint| joint.law.clearance).reduce(f64::min);
         let position_scale = smallest.map_or(scales.length, |clearance| CLEARANCE_PART * clearance);
+        // The oscillation about a resting contact must be resolved, however slow the mechanism.
+        let resting = |of: fn(&ClearanceJoint) -> f64| {
+            RESTING_PART * mechanism.clearance_joints.iter().map(of).fold(f64::INFINITY, f64::min)
+        };
+        let resting_position = resting(|joint| joint.resting_penetration);
+        let resting_velocity = resting(|joint| joint.resting_speed);
+        let finest = 4.0 * f64::EPSILON * scales.length;
+        let position_tolerance = (settings.rtol * position_scale).min(resting_position).max(finest);
         let start_speed = start.v.iter().zip(&scales.levers).map(|(v, lever)| (v * lever).abs());
         let speed = start_speed.fold(scales.speed, f64::max);
         // A scene that starts at rest and undriven: the speed that crosses the position scale in
@@ -250,11 +274,13 @@ impl<'a> Recorder<'a> {
             dynamics: Dynamics::new(mechanism),
             settings,
             with_acceleration: needs_acceleration(&columns),
-            values: vec![f64::NAN; settings.samples * columns.len()],
+            values,
             columns,
             monitor,
-            position_tolerance: settings.position_tolerance.unwrap_or(settings.rtol * position_scale),
-            velocity_tolerance: settings.velocity_tolerance.unwrap_or(settings.rtol * speed_scale),
+            position_tolerance: settings.position_tolerance.unwrap_or(position_tolerance),
+            velocity_tolerance: settings
+                .velocity_tolerance
+                .unwrap_or((settings.rtol * speed_scale).min(resting_velocity)),
             step_bound: f64::INFINITY,
             next_sample: 0,
             q: vec![0.0; d],
@@ -278,6 +304,13 @@ impl<'a> Recorder<'a> {
                     "joint {:?}: the Lankarani-Nikravesh law rebounds more than its restitution {restitution} \
                      says (below {HONEST_RESTITUTION} by more than 3 %)",
                     joint.name
+                ));
+            }
+            if joint.resting_penetration < FINE_PENETRATION * self.dynamics.mechanism.scales.length {
+                self.warnings.push(format!(
+                    "joint {:?}: under the load of the start the contact rests at a penetration of {:.1e} m, too \
+                     close to the rounding of positions: its contact changes may be noise",
+                    joint.name, joint.resting_penetration
                 ));
             }
         }

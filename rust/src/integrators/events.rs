@@ -147,11 +147,11 @@ impl EventFinder {
             }
             let mut value_a = left.value;
             if value_a <= 0.0 {
-                if left.rate.is_nan() || left.rate <= 0.0 {
+                if left.rate <= 0.0 {
                     return Ok(Some(a));
                 }
-                // Zero to rounding after an event, rising, and fallen again before b: step back
-                // from b until the guard is positive.
+                // Zero to rounding after an event, rising (or of unknown rate), and fallen again
+                // before b: step back from b until the guard is positive.
                 let mut width = b - a;
                 for _ in 0..ITERATIONS {
                     width *= 0.5;

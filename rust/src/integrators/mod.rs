@@ -372,7 +372,7 @@ impl Run<'_> {
 
     /// Shortest step that still advances the time.
     fn shortest(&self, end: f64) -> f64 {
-        16.0 * f64::EPSILON * self.t.abs().max(end.abs())
+        (16.0 * f64::EPSILON * self.t.abs().max(end.abs())).max(f64::MIN_POSITIVE)
     }
 
     fn take(&mut self, h: f64) -> bool {
