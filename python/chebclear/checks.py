@@ -93,15 +93,17 @@ class Checks:
             self.add(problem)
         return number
 
-    def whole(self, name: str, value: object, *, least: int) -> int:
-        """A whole number of at least `least`; `least` if it is none."""
+    def whole(self, name: str, value: object, *, least: int, most: int | None = None) -> int:
+        """A whole number from `least` to `most`; `least` if it is none."""
         number = as_whole(value)
-        problem = f"{name} must be a whole number >= {least}, got {value!r}"
+        problem = f"{name} must be a whole number >= {least}"
         if number is None:
-            self.add(problem, wrong_type=True)
+            self.add(f"{problem}, got {value!r}", wrong_type=True)
             return least
         if number < least:
-            self.add(problem)
+            self.add(f"{problem}, got {value!r}")
+        elif most is not None and number > most:
+            self.add(f"{problem} and <= {most}, got {value!r}")
         return number
 
     def word(self, name: str, value: object, accepted: Iterable[str]) -> str:

@@ -8,11 +8,12 @@ import math
 import sys
 import time
 from collections.abc import Sequence
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from . import paper, paper_output
 from .errors import ChebclearError, SceneError
+from .records import package_version
+from .simulation import LEAST_RTOL, MOST_RTOL
+from .study import MOST_THREADS
 
 EXIT_OK = 0
 EXIT_FAILED = 1
@@ -33,9 +34,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         Exit code: 0 done, 1 failed, 2 bad scene or bad arguments, 130 interrupted by Ctrl-C.
     """
-    options = _parser().parse_args(arguments)
     try:
-        return _paper(options)
+        return _paper(_parser().parse_args(arguments))
     except SceneError as error:
         print(error, file=sys.stderr)
         return EXIT_BAD_INPUT
@@ -48,11 +48,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
+    from . import paper
+
     parser = argparse.ArgumentParser(
         prog="chebclear",
         description="Dynamics of planar mechanisms with joint clearance and interval parameters.",
     )
-    parser.add_argument("--version", action="version", version=f"%(prog)s {_version()}")
+    parser.add_argument("--version", action="version", version=f"%(prog)s {package_version()}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     command = commands.add_parser(
         "paper",
@@ -75,7 +77,7 @@ def _parser() -> argparse.ArgumentParser:
         type=_tolerance,
         default=paper.RTOL,
         metavar="X",
-        help="relative tolerance of the integrator (default: %(default)g)",
+        help=f"relative tolerance of the integrator, {LEAST_RTOL:g} to {MOST_RTOL:g} (default: %(default)g)",
     )
     command.add_argument("--no-figures", action="store_true", help="write the tables and arrays only")
     return parser
@@ -83,6 +85,9 @@ def _parser() -> argparse.ArgumentParser:
 
 def _paper(options: argparse.Namespace) -> int:
     """``chebclear paper``."""
+    # Imported here so that Ctrl-C on the way is answered as at any other time.
+    from . import paper, paper_output
+
     study = paper.case_study(rtol=options.rtol, threads=options.threads)
     out = options.out if options.out is not None or options.json else Path("paper_results")
     drawing = 0.0
@@ -99,13 +104,6 @@ def _paper(options: argparse.Namespace) -> int:
     return EXIT_OK
 
 
-def _version() -> str:
-    try:
-        return version("chebclear")
-    except PackageNotFoundError:  # run from a source tree that was never installed
-        return "unknown"
-
-
 def _directory(text: str) -> Path:
     path = Path(text)
     if path.exists() and not path.is_dir():
@@ -118,8 +116,8 @@ def _threads(text: str) -> int:
         number = int(text)
     except ValueError:
         number = 0
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"must be a whole number of at least 1, got {text!r}")
+    if not 1 <= number <= MOST_THREADS:
+        raise argparse.ArgumentTypeError(f"must be a whole number from 1 to {MOST_THREADS}, got {text!r}")
     return number
 
 
@@ -128,8 +126,10 @@ def _tolerance(text: str) -> float:
         number = float(text)
     except ValueError:
         number = math.nan
-    if not 0.0 < number < 1.0:
-        raise argparse.ArgumentTypeError(f"must be a number between 0 and 1, got {text!r}")
+    if not LEAST_RTOL <= number <= MOST_RTOL:
+        raise argparse.ArgumentTypeError(
+            f"must be a number from {LEAST_RTOL:g} to {MOST_RTOL:g}, got {text!r}"
+        )
     return number
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from .checks import Checks, as_number
-from .errors import SceneError
+from .errors import Problem, SceneError
 from .scene import (
     Body,
     ClearanceRevolute,
@@ -150,31 +150,42 @@ def slider_crank(
     Returns
     -------
     Scene
-        Unchecked: numbers out of range are reported when it is checked or simulated.
+        Further checks, as of the clearance, are made when it is checked or simulated.
 
     Raises
     ------
     SceneError
-        If an argument that must be a number is none; all of them are listed.
+        If an argument is no number, or a length, mass, radius or modulus is not finite and above 0; all are
+        listed.
     ValueError, TypeError
         If the convention is unknown.
     """
+    problems: list[Problem] = []
+    _require_positive(
+        problems,
+        crank_length=(crank_length, "m"),
+        rod_length=(rod_length, "m"),
+        crank_mass=(crank_mass, "kg"),
+        rod_mass=(rod_mass, "kg"),
+        slider_mass=(slider_mass, "kg"),
+        slider_inertia=(slider_inertia, "kg m²"),
+        journal_radius=(journal_radius, "m"),
+        young_modulus=(young_modulus, "Pa"),
+    )
     _require_numbers(
-        crank_length=crank_length,
-        rod_length=rod_length,
+        problems,
         clearance=clearance,
         crank_speed=crank_speed,
         crank_angle=crank_angle,
-        crank_mass=crank_mass,
-        rod_mass=rod_mass,
-        slider_mass=slider_mass,
-        slider_inertia=slider_inertia,
-        journal_radius=journal_radius,
-        young_modulus=young_modulus,
         poisson_ratio=poisson_ratio,
         restitution=restitution,
         gravity=gravity,
     )
+    if problems:
+        raise SceneError(problems)
+    crank_length, rod_length = float(crank_length), float(rod_length)
+    crank_mass, rod_mass = float(crank_mass), float(rod_mass)
+    start = as_number(crank_angle) or 0.0
     checks = Checks()
     checks.word("convention", convention, ("corrected", "as_printed"))
     checks.finish()
@@ -186,11 +197,7 @@ def slider_crank(
         journal_radius, clearance, material, material, "as_printed" if as_printed else "hertz"
     )
     # Where the ideal mechanism has the rod. If the rod is too short to reach, the assembly will say so.
-    rise = (
-        -crank_length / rod_length * math.sin(crank_angle)
-        if rod_length and math.isfinite(crank_angle)
-        else 0.0
-    )
+    rise = -crank_length / rod_length * math.sin(start) if math.isfinite(start) else 0.0
     rod_angle = math.asin(rise) if abs(rise) <= 1.0 else 0.0
     return Scene(
         ground={"O": (0.0, 0.0)},
@@ -198,7 +205,7 @@ def slider_crank(
             Body(
                 "crank",
                 mass=crank_mass,
-                inertia=crank_mass * crank_length**2 / inertia_divisor,
+                inertia=crank_mass * crank_length * crank_length / inertia_divisor,
                 center_of_mass=(0.5 * crank_length, 0.0),
                 points={"A": (0.0, 0.0), "B": (crank_length, 0.0)},
                 angle=crank_angle,
@@ -206,7 +213,7 @@ def slider_crank(
             Body(
                 "rod",
                 mass=rod_mass,
-                inertia=rod_mass * rod_length**2 / inertia_divisor,
+                inertia=rod_mass * rod_length * rod_length / inertia_divisor,
                 center_of_mass=(0.5 * rod_length, 0.0),
                 points={"B": (0.0, 0.0), "C": (rod_length, 0.0)},
                 angle=rod_angle,
@@ -242,8 +249,8 @@ def _stiffness(
     convention: str,
 ) -> float:
     """Eq. (8); not a finite number where it has none, which the check of the scene then reports."""
-    radius, gap = float(journal_radius), float(clearance)
     try:
+        radius, gap = float(journal_radius), float(clearance)
         compliance = sum(
             (1.0 - float(ratio) ** 2) / float(modulus)
             for modulus, ratio in (journal_material, bearing_material)
@@ -256,11 +263,20 @@ def _stiffness(
         return math.nan
 
 
-def _require_numbers(**arguments: object) -> None:
-    wrong = [
-        (name, f"must be a number, got {value!r}")
+def _require_numbers(problems: list[Problem], **arguments: object) -> None:
+    """Note the arguments that are no numbers."""
+    problems += [
+        Problem(name, f"must be a number, got {value!r}")
         for name, value in arguments.items()
         if as_number(value) is None
     ]
-    if wrong:
-        raise SceneError(wrong)
+
+
+def _require_positive(problems: list[Problem], **arguments: tuple[object, str]) -> None:
+    """Note the arguments that are no finite numbers above 0; each comes with its unit."""
+    for name, (value, unit) in arguments.items():
+        number = as_number(value)
+        if number is None:
+            problems.append(Problem(name, f"must be a number, got {value!r}"))
+        elif not (math.isfinite(number) and number > 0.0):
+            problems.append(Problem(name, f"must be a finite number > 0 [{unit}], got {value!r}"))

@@ -23,10 +23,11 @@ from numpy.typing import NDArray
 
 from . import mechanisms
 from .errors import ChebclearWarning
+from .results import root_mean_square
 from .scene import Interval, interval, rpm
 from .simulation import Stats, Trajectory, simulate
 from .study import Study, StudyResult, compare
-from .surrogate import Band, Surrogate, chebyshev_grid, tensor_grid
+from .surrogate import Band, Surrogate, chebyshev_grid, running_maximum, tensor_grid
 
 Array = NDArray[np.float64]
 
@@ -155,7 +156,7 @@ class ConventionStudy:
             self.sensitivity(clearance, "slider.vx", length) - self.ideal["slider.vx"].sensitivity[length]
         )
         deviation = deviation[SECOND]
-        envelope = running_maximum(np.abs(deviation), round(ENVELOPE * (SAMPLES - 1) / 720.0))
+        envelope = running_maximum(np.abs(deviation), round(0.5 * ENVELOPE * (SAMPLES - 1) / 720.0))
         threshold = 0.5 * float(np.abs(deviation).max())
         angle = CRANK_ANGLE[SECOND]
         return RestraintZones(deviation, envelope, threshold, spans_below(angle, envelope, threshold))
@@ -393,30 +394,6 @@ def _clearance_sensitivity(study: StudyResult, output: str) -> float:
     """Root mean square sensitivity to the clearance per normalised variable, in the output's unit."""
     sensitivity = study[output].sensitivity("clearance", normalised=True)
     return root_mean_square(sensitivity[SECOND])
-
-
-def root_mean_square(values: Array) -> float:
-    """Root mean square, in the unit of the values."""
-    return float(np.sqrt(np.mean(values * values)))
-
-
-def running_maximum(values: Array, width: int) -> Array:
-    """Largest value within a window that is centred on each sample.
-
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-    width : int
-        Samples in the window, made odd by adding one if it is even; windows are cut short at the ends.
-
-    Returns
-    -------
-    ndarray, shape (samples,)
-    """
-    half = width // 2
-    padded = np.pad(values, half, constant_values=-np.inf)
-    largest: Array = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1).max(axis=1)
-    return largest
 
 
 def spans_below(angle: Array, values: Array, threshold: float) -> list[tuple[float, float]]:

@@ -157,7 +157,9 @@ def time_frequency(study: ConventionStudy) -> Figure:
 
 def displacement_sensitivity(study: ConventionStudy) -> Figure:
     """Figure 9: sensitivity of the displacement to both lengths, at both clearances."""
-    figure, axes = _figure(study, "sensitivity of the slider displacement per relative length change", 2, 1)
+    figure, axes = _figure(
+        study, "sensitivity of the slider displacement per relative length change [mm per 1 %]", 2, 1
+    )
     for ax, letter, clearance in zip(axes.flat, "ab", LENGTH_CLEARANCES, strict=True):
         for length, colour in zip(LENGTHS, ("tab:blue", "tab:orange"), strict=True):
             # 1 m for the whole length is 10 mm for one per cent of it.

@@ -122,10 +122,11 @@ def plot_trajectory(
     if len(units) != 1:
         raise ValueError(f"columns on one axis must share a unit, got {names} in {sorted(units)}")
     scale, shown = _scale(units.pop(), unit)
+    curves = [scale * run[name] for name in names]
     ax = _axes(ax)
-    for name in names:
+    for name, curve in zip(names, curves, strict=True):
         style = _line_style(line, linewidth=0.9, label=name)
-        ax.plot(run.t if x is None else x, scale * run[name], **style)
+        ax.plot(run.t if x is None else x, curve, **style)
     ax.set_xlabel(x_label)
     ax.set_ylabel(_label(names[0] if len(names) == 1 else ", ".join(names), shown))
     if len(names) > 1:
@@ -160,6 +161,7 @@ def plot_orbit(run: Trajectory, joint: str, *, ax: Axes | None = None, unit: str
     # eccentricity - penetration is the clearance at every sample; the median shrugs off rounding and failed
     # samples.
     clearance = float(np.nanmedian(run[f"{joint}.eccentricity"] - run[f"{joint}.penetration"]))
+    path = scale * run[f"{joint}.eccentricity_x"], scale * run[f"{joint}.eccentricity_y"]
     ax = _axes(ax)
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
     ax.plot(
@@ -171,7 +173,7 @@ def plot_orbit(run: Trajectory, joint: str, *, ax: Axes | None = None, unit: str
         label=f"clearance circle, {scale * clearance:.3g} {shown}",
     )
     style = _line_style(line, linewidth=0.6, label="journal centre")
-    ax.plot(scale * run[f"{joint}.eccentricity_x"], scale * run[f"{joint}.eccentricity_y"], **style)
+    ax.plot(*path, **style)
     ax.set_aspect("equal", adjustable="datalim")
     ax.set_xlabel(_label(f"{joint} eccentricity x", shown))
     ax.set_ylabel(_label(f"{joint} eccentricity y", shown))
@@ -274,9 +276,10 @@ def plot_sensitivity(
     -------
     Axes
     """
+    slope = band.sensitivity(parameter, normalised=normalised)
     ax = _axes(ax)
     style = _line_style(line, linewidth=0.9, label=parameter)
-    ax.plot(band.t if x is None else x, band.sensitivity(parameter, normalised=normalised), **style)
+    ax.plot(band.t if x is None else x, slope, **style)
     unit = column_unit(band.name)
     if normalised:
         what = f"{unit} per half interval"
@@ -343,13 +346,13 @@ def short_time_spectrum(
 
 
 def plot_spectrogram(
-    t: Array,
-    signal: Array,
+    run: Trajectory | Array,
+    column: str | Array,
     *,
     ax: Axes | None = None,
     window: float | None = None,
     overlap: float = 0.75,
-    unit: str = "",
+    unit: str | None = None,
     decibels: float = 60.0,
     colour_bar: bool = True,
     x: Array | None = None,
@@ -360,24 +363,24 @@ def plot_spectrogram(
 
     Parameters
     ----------
-    t : ndarray, shape (samples,)
-        Equally spaced instants [s].
-    signal : ndarray, shape (samples,)
-        The signal.
+    run : Trajectory or ndarray, shape (samples,)
+        What :func:`simulate` returned; or equally spaced instants [s].
+    column : str or ndarray, shape (samples,)
+        Column name; or the signal at those instants.
     ax : Axes, optional
         Where to draw; a new figure if not given.
     window : float, optional
         Length of the pieces that are transformed [s]; a 24th of the signal if not given.
     overlap : float
         Share of a piece that it has in common with the next one [-], at least 0 and below 1.
-    unit : str
-        Unit of the signal, for the label of the colour bar.
+    unit : str, optional
+        Unit of the signal, for the label of the colour bar; that of the column if not given.
     decibels : float
         Range of the colours [dB]; smaller amplitudes have the darkest colour.
     colour_bar : bool
         Add a colour bar to the figure.
     x : ndarray, shape (samples,), optional
-        Abscissa that grows evenly with `t`, such as the crank angle; goes with `x_label`.
+        Abscissa that grows evenly with time, such as the crank angle; goes with `x_label`.
     x_label : str
         Label of the abscissa, with its unit.
     **mesh
@@ -387,7 +390,15 @@ def plot_spectrogram(
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If the column is unknown, the data are neither a column nor two arrays, or the window does not fit.
     """
+    t, signal = _signal(run, column)
+    if unit is None:
+        unit = column_unit(column) if isinstance(column, str) else ""
     window = float(t[-1] - t[0]) / 24.0 if window is None else window
     centres, frequencies, amplitude = short_time_spectrum(t, signal, window=window, overlap=overlap)
     abscissa = centres if x is None else np.interp(centres, t, x)
@@ -401,6 +412,20 @@ def plot_spectrogram(
     if colour_bar:
         ax.figure.colorbar(image, ax=ax, label=f"amplitude [dB re 1 {unit or 'unit'}]", extend="min")
     return ax
+
+
+def _signal(run: Any, column: Any) -> tuple[Array, Array]:
+    """Instants and values of what `plot_spectrogram` was given."""
+    if isinstance(column, str) and hasattr(run, "columns"):
+        return run.t, run[column]
+    t, signal = np.asarray(run), np.asarray(column)
+    numbers = t.dtype.kind in "iuf" and signal.dtype.kind in "iuf"
+    if not (numbers and t.ndim == 1 and len(t) >= 2 and t.shape == signal.shape):
+        raise TypeError(
+            "plot_spectrogram takes a run and the name of one of its columns, or two arrays of equal length, "
+            f"the instants and the signal; got {type(run).__name__} and {type(column).__name__}"
+        )
+    return t, signal
 
 
 def _axes(ax: Axes | None) -> Axes:

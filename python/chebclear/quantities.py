@@ -37,12 +37,12 @@ class Interval:
     @property
     def midpoint(self) -> float:
         """Mean of the ends [SI unit of the quantity]."""
-        return 0.5 * (self.lower + self.upper)
+        return 0.5 * self.lower + 0.5 * self.upper  # halved first: the sum may overflow
 
     @property
     def half_width(self) -> float:
         """Half the distance between the ends [SI unit of the quantity]."""
-        return 0.5 * (self.upper - self.lower)
+        return 0.5 * self.upper - 0.5 * self.lower
 
 
 def interval(

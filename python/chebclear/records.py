@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,10 +72,20 @@ def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any
     ValueError
         If the file holds something else, or was written by a later version.
     """
-    with np.load(path, allow_pickle=False) as archive:
-        if "metadata" not in archive:
-            raise ValueError(f"{os.fspath(path)} was not written by chebclear")
-        facts = json.loads(str(archive["metadata"]))
+    stranger = ValueError(f"{os.fspath(path)} was not written by chebclear")
+    try:
+        archive = np.load(path, allow_pickle=False)
+    except (ValueError, EOFError, BadZipFile):
+        raise stranger from None
+    if not isinstance(archive, np.lib.npyio.NpzFile):  # a single array
+        raise stranger
+    with archive:
+        try:
+            facts = json.loads(str(archive["metadata"]))
+        except (KeyError, ValueError):
+            raise stranger from None
+        if not (isinstance(facts, dict) and isinstance(facts.get("format"), int) and "kind" in facts):
+            raise stranger
         if facts["format"] > FORMAT:
             raise ValueError(
                 f"{os.fspath(path)} has format {facts['format']}, this version reads up to {FORMAT}"

@@ -305,6 +305,13 @@ def compare(
         If the instants differ, no output is in both, or no sample is in the span.
     """
     checks = Checks()
+    for name, given in (("result", result), ("reference", reference)):
+        if not isinstance(given, StudyResult):
+            checks.add(
+                f"{name} must be a StudyResult, as Study.chebyshev and Study.scan return, got {given!r}",
+                wrong_type=True,
+            )
+    checks.finish()
     t = result.t
     first = float(t[0]) if start is None else checks.real("start", start, "s")
     last = float(t[-1]) if end is None else checks.real("end", end, "s")
@@ -327,8 +334,8 @@ def compare(
         band, other = result[name], reference[name]
         width, reference_width = float(band.width[span].max()), float(other.width[span].max())
         errors[name] = BoundErrors(
-            lower=abs(_relative(_root_mean_square(band.lower[span]), _root_mean_square(other.lower[span]))),
-            upper=abs(_relative(_root_mean_square(band.upper[span]), _root_mean_square(other.upper[span]))),
+            lower=abs(_relative(root_mean_square(band.lower[span]), root_mean_square(other.lower[span]))),
+            upper=abs(_relative(root_mean_square(band.upper[span]), root_mean_square(other.upper[span]))),
             width=width,
             reference_width=reference_width,
             slack=_relative(width, reference_width),
@@ -336,7 +343,8 @@ def compare(
     return Comparison(errors, float(t[span][0]), float(t[span][-1]))
 
 
-def _root_mean_square(values: Array) -> float:
+def root_mean_square(values: Array) -> float:
+    """Root mean square, in the unit of the values."""
     return math.sqrt(float(np.mean(values * values)))
 
 

@@ -280,9 +280,13 @@ class Scene(Part):
 
     def __post_init__(self, angles: Mapping[str, float] | None) -> None:
         super().__post_init__()
-        if not angles:
+        if angles is None:
             return
-        names = [body.name for body in self.bodies]
+        if not isinstance(angles, Mapping):
+            raise SceneError([("angles", f"must be a mapping of names of bodies to angles, got {angles!r}")])
+        # What is no body, or has no text for a name, is reported when the scene is written.
+        bodies = self.bodies if isinstance(self.bodies, tuple) else ()
+        names = [body.name for body in bodies if isinstance(body, Body) and isinstance(body.name, str)]
         unknown = [
             Problem(f"angles.{name}", f'unknown body "{name}"{did_you_mean(name, names)}')
             for name in angles
@@ -291,10 +295,13 @@ class Scene(Part):
         if unknown:
             raise SceneError(unknown)
         turned = [
-            dataclasses.replace(body, angle=angles[body.name]) if body.name in angles else body
-            for body in self.bodies
+            dataclasses.replace(body, angle=angles[body.name])
+            if isinstance(body, Body) and isinstance(body.name, str) and body.name in angles
+            else body
+            for body in bodies
         ]
-        object.__setattr__(self, "bodies", tuple(turned))
+        if turned:
+            object.__setattr__(self, "bodies", tuple(turned))
 
     def to_json(self, indent: int | None = None) -> str:
         """The scene as JSON text; `from_json` reads the same scene back, bit for bit.
@@ -381,6 +388,10 @@ def _further_problems(text: str, known: Sequence[Problem]) -> list[Problem]:
     try:
         _core.inspect(text)
     except SceneError as error:
-        reported = tuple(problem.path for problem in known)
-        return [problem for problem in error.problems if not problem.path.startswith(reported)]
+        return [problem for problem in error.problems if not any(_within(problem, found) for found in known)]
     return []
+
+
+def _within(problem: Problem, known: Problem) -> bool:
+    """Whether a problem is at the path of a known one or below it; ``a[10]`` is not below ``a[1]``."""
+    return problem.path == known.path or problem.path.startswith((f"{known.path}.", f"{known.path}["))

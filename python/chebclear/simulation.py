@@ -30,6 +30,11 @@ METHODS = ("rodas5p", "rodas4", "dop853")
 MAX_STEPS = 10_000_000
 MAX_EVENTS = 1_000_000
 
+# What is accepted at most; beyond, memory or the exact counts of floats end.
+LEAST_RTOL, MOST_RTOL = 1e-13, 0.1
+MOST_SAMPLES = 10_000_000
+MOST_COUNT = 2**53
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -76,12 +81,12 @@ class Settings:
         }
         return cls(
             duration=checks.real("duration", duration, "s", above=0.0),
-            samples=checks.whole("samples", samples, least=2),
-            rtol=checks.real("rtol", rtol, "-", least=1e-13, most=0.1),
+            samples=checks.whole("samples", samples, least=2, most=MOST_SAMPLES),
+            rtol=checks.real("rtol", rtol, "-", least=LEAST_RTOL, most=MOST_RTOL),
             method=checks.word("method", method, METHODS),
             outputs=_checked_names(checks, outputs),
-            max_steps=checks.whole("max_steps", max_steps, least=1),
-            max_events=checks.whole("max_events", max_events, least=1),
+            max_steps=checks.whole("max_steps", max_steps, least=1, most=MOST_COUNT),
+            max_events=checks.whole("max_events", max_events, least=1, most=MOST_COUNT),
             **{
                 name: None if value is None else checks.real(name, value, unit, above=0.0)
                 for name, (value, unit) in absolute.items()
@@ -166,7 +171,7 @@ class Events(records.ArrayRecord):
     joint: NDArray[np.str_]
     """Name of the clearance joint."""
     kind: NDArray[np.str_]
-    """``"onset"``, ``"separation"``, or ``"clamp"`` and ``"unclamp"``: normal force reaches and leaves 0."""
+    """``"onset"``, ``"separation"``, or ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0."""
     normal_velocity: Array
     """Penetration rate at that instant [m/s]."""
 
@@ -194,7 +199,7 @@ class Trajectory(records.ArrayRecord):
     status: str
     """``"done"``, or the word for why it ended early."""
     message: str
-    """What happened, in words; empty if nothing did."""
+    """How the run ended, in words: that the end was reached, or why it ended early, when and where."""
     end_time: float
     """Where the simulation ended [s]."""
     joint: str | None
@@ -352,7 +357,8 @@ def simulate(
     duration : float
         Simulated time [s], above 0.
     samples : int
-        Number of equally spaced samples, both ends included [-]; at least 2. Does not change the steps.
+        Number of equally spaced samples, both ends included [-]; 2 to 10 000 000. Does not change the
+        steps.
     rtol : float
         Relative tolerance of the integrator [-], from 1e-13 to 0.1.
     method : {"rodas5p", "rodas4", "dop853"}

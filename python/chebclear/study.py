@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
@@ -32,6 +33,10 @@ Progress = Callable[[int, int], None]
 # them costs little beside the runs.
 _CHUNKS = 64
 
+MOST_THREADS = 1024
+MOST_NODES = 10_000
+MOST_RUNS = 1_000_000
+
 
 class Study:
     """A mechanism whose parameters are known to lie in intervals.
@@ -47,16 +52,17 @@ class Study:
     duration : float
         Simulated time [s], above 0.
     samples : int
-        Number of equally spaced samples, both ends included [-]; at least 2.
+        Number of equally spaced samples, both ends included [-]; 2 to 10 000 000.
     rtol : float
-        Relative tolerance of the integrator [-].
+        Relative tolerance of the integrator [-], from 1e-13 to 0.1.
     method : {"rodas5p", "rodas4", "dop853"}
-        Rosenbrock method of order 5 or 4.
+        Rosenbrock methods of order 5 and 4, for contacts that may stick; or the explicit method of order 8,
+        cheaper where none sticks for long and much dearer, though no less accurate, where one does.
     fixed : mapping of str to object, optional
         Further keywords of `build`, the same for all runs.
     threads : int, optional
-        Threads to simulate on [-]; all processors if not given, one for each piece given to an executor. The
-        results are the same bits for any number.
+        Threads to simulate on [-], at most 1024; all processors if not given, one for each piece given to an
+        executor. The results are the same bits for any number.
     progress : True or callable, optional
         True shows a bar if standard error is a terminal; a callable gets the runs done and the runs in all.
     executor : concurrent.futures.Executor, optional
@@ -107,7 +113,7 @@ class Study:
         checks = Checks()
         self.build = build
         self.intervals = _checked_intervals(checks, parameters)
-        self.fixed = dict(fixed or {})
+        self.fixed = _checked_fixed(checks, fixed)
         _check_keywords(checks, build, self.intervals, self.fixed)
         self.settings = Settings.checked(
             checks,
@@ -121,7 +127,9 @@ class Study:
             position_tolerance=position_tolerance,
             velocity_tolerance=velocity_tolerance,
         )
-        self.threads = None if threads is None else checks.whole("threads", threads, least=1)
+        self.threads = (
+            None if threads is None else checks.whole("threads", threads, least=1, most=MOST_THREADS)
+        )
         if not is_request(progress):
             checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
         self.progress = progress
@@ -147,7 +155,7 @@ class Study:
             Degree of the polynomials [-], at least 1; for all parameters or by name.
         nodes : int or mapping of str to int, optional
             Number of roots [-]; one more than the degree if not given, and never fewer. The number of runs is
-            their product, and one at the midpoint.
+            their product, at most 1 000 000, and one at the midpoint.
 
         Returns
         -------
@@ -163,10 +171,12 @@ class Study:
             If an argument is wrong; all problems are listed.
         """
         checks = Checks()
-        degrees = self._per_parameter(checks, "degree", degree, [1] * len(self.intervals))
+        # One node more than the degree must be possible.
+        degrees = self._per_parameter(checks, "degree", degree, [1] * len(self.intervals), MOST_NODES - 1)
         least = [degree + 1 for degree in degrees]
-        counts = least if nodes is None else self._per_parameter(checks, "nodes", nodes, least)
+        counts = least if nodes is None else self._per_parameter(checks, "nodes", nodes, least, MOST_NODES)
         checks.finish()
+        _check_runs(counts)
         points = chebyshev_grid(list(self.intervals.values()), counts)
         return self._run(points, tuple(counts), tuple(degrees))
 
@@ -177,7 +187,8 @@ class Study:
         ----------
         points : int or mapping of str to int
             Number of points [-], at least 2, both ends included; for all parameters or by name. The number of
-            runs is their product, and one at the midpoint that does not count for the bounds.
+            runs is their product, at most 1 000 000, and one at the midpoint that does not count for the
+            bounds.
 
         Returns
         -------
@@ -190,25 +201,28 @@ class Study:
             As `chebyshev`.
         """
         checks = Checks()
-        counts = self._per_parameter(checks, "points", points, [2] * len(self.intervals))
+        counts = self._per_parameter(checks, "points", points, [2] * len(self.intervals), MOST_NODES)
         checks.finish()
+        _check_runs(counts)
         sides = [
             np.linspace(side.lower, side.upper, count)
             for side, count in zip(self.intervals.values(), counts, strict=True)
         ]
         return self._run(tensor_grid(sides), tuple(counts), None)
 
-    def _per_parameter(self, checks: Checks, name: str, given: object, least: Sequence[int]) -> list[int]:
+    def _per_parameter(
+        self, checks: Checks, name: str, given: object, least: Sequence[int], most: int
+    ) -> list[int]:
         """One whole number for every parameter."""
         if not isinstance(given, Mapping):
-            return [checks.whole(name, given, least=max(least, default=1))] * len(least)
+            return [checks.whole(name, given, least=max(least, default=1), most=most)] * len(least)
         for key in given:
             if key not in self.intervals:
                 checks.add(f'{name} has the unknown parameter "{key}"{did_you_mean(key, self.intervals)}')
         counts = []
         for key, bound in zip(self.intervals, least, strict=True):
             if key in given:
-                counts.append(checks.whole(f'{name}["{key}"]', given[key], least=bound))
+                counts.append(checks.whole(f'{name}["{key}"]', given[key], least=bound, most=most))
             else:
                 checks.add(f'{name} misses the parameter "{key}"')
                 counts.append(bound)
@@ -311,6 +325,23 @@ def _checked_intervals(checks: Checks, parameters: object) -> dict[str, Interval
     return {name: side for name, side in parameters.items() if isinstance(side, Interval)}
 
 
+def _checked_fixed(checks: Checks, fixed: object) -> dict[str, Any]:
+    if fixed is None:
+        return {}
+    if not isinstance(fixed, Mapping):
+        checks.add(f"fixed must map names to values, got {fixed!r}", wrong_type=True)
+        return {}
+    return dict(fixed)
+
+
+def _check_runs(counts: Sequence[int]) -> None:
+    """Refuse what would fill the memory before the first run."""
+    runs = math.prod(counts)
+    if runs > MOST_RUNS:
+        grid = " x ".join(map(str, counts))
+        raise ValueError(f"a study must have at most {MOST_RUNS} runs, got {grid} = {runs}")
+
+
 def _check_keywords(checks: Checks, build: object, intervals: Iterable[str], fixed: Iterable[str]) -> None:
     """Whether `build` can be called with these keywords, as far as its signature tells."""
     for name in sorted(set(intervals) & set(fixed)):
@@ -347,32 +378,37 @@ def _at(parameters: Mapping[str, float], problems: Iterable[Problem]) -> list[Pr
     return [Problem(f"scene with {describe(parameters)}: {path}", message) for path, message in problems]
 
 
-# The core says which scene of a sweep has a problem by this start of the path.
-_SCENE_PATH = re.compile(r"scenes\[(\d+)\]\.?")
+# The core says which scene of a sweep has a problem by this start of the path; a problem of the settings
+# belongs to none.
+_SCENE_PATH = re.compile(r"^scenes\[(\d+)\]\.?")
 
 
-def _scene_index(problem: Problem) -> int:
+def _scene_index(problem: Problem) -> int | None:
     found = _SCENE_PATH.match(problem.path)
-    return int(found[1]) if found else 0
+    return int(found[1]) if found else None
 
 
 def _shifted(error: SceneError, offset: int) -> SceneError:
     """The error of a chunk of scenes, with the numbers the scenes have in the study."""
     return SceneError(
-        (_SCENE_PATH.sub(f"scenes[{_scene_index(problem) + offset}].", problem.path), problem.message)
+        (_SCENE_PATH.sub(lambda found: f"scenes[{int(found[1]) + offset}].", problem.path), problem.message)
         for problem in error.problems
     )
 
 
 def _with_parameters(error: SceneError, given: Sequence[Mapping[str, float]]) -> SceneError:
-    """The problems of the first wrong scene, with its parameters; the others mostly repeat them."""
-    wrong = sorted({_scene_index(problem) for problem in error.problems})
+    """The problems of no scene and of the first wrong one, with its parameters; others mostly repeat them."""
+    indices = [_scene_index(problem) for problem in error.problems]
+    problems = [problem for problem, index in zip(error.problems, indices, strict=True) if index is None]
+    wrong = sorted({index for index in indices if index is not None})
+    if not wrong:
+        return SceneError(problems)
     first = [
         Problem(_SCENE_PATH.sub("", problem.path), problem.message)
-        for problem in error.problems
-        if _scene_index(problem) == wrong[0]
+        for problem, index in zip(error.problems, indices, strict=True)
+        if index == wrong[0]
     ]
-    problems = _at(given[wrong[0]], first)
+    problems += _at(given[wrong[0]], first)
     if len(wrong) > 1:
         problems.append(Problem("study", f"{len(wrong) - 1} more of {len(given)} scenes have problems"))
     return SceneError(problems)

@@ -95,7 +95,7 @@ class Surrogate(records.ArrayRecord):
     @property
     def coefficients(self) -> Array:
         """Coefficients in the unit of the output, shape (degree + 1 of each parameter, ..., samples)."""
-        return self.terms.reshape(*(degree + 1 for degree in self.degrees), -1)
+        return self.terms.reshape(*(degree + 1 for degree in self.degrees), self.terms.shape[1])
 
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of the polynomial over the box, Eq. (31), each of shape (samples,).
@@ -107,25 +107,26 @@ class Surrogate(records.ArrayRecord):
 
     def evaluate(self, values: Mapping[str, ArrayLike]) -> Array:
         """The polynomial at physical values of all parameters; see `Band.evaluate`."""
-        points, shape = self._normalised(values)
-        return self._at(self.terms, points).reshape(*shape, -1)
+        return self._at(self.terms, *self._normalised(values))
 
     def derivative(
-        self, parameter: str, *, normalised: bool = False, at: Mapping[str, float] | None = None
+        self, parameter: str, *, normalised: bool = False, at: Mapping[str, ArrayLike] | None = None
     ) -> Array:
         """Derivative with respect to one parameter; see `Band.sensitivity`."""
         names = list(self.intervals)
         if parameter not in names:
             raise ValueError(f'unknown parameter "{parameter}"{did_you_mean(parameter, names)}')
-        midpoint = {name: side.midpoint for name, side in self.intervals.items()}
-        points, _ = self._normalised(midpoint if at is None else at)
+        if at is None:
+            at = {name: side.midpoint for name, side in self.intervals.items()}
+        points, shape = self._normalised(at)
         slopes = _core.chebyshev_derivative(self.terms, list(self.degrees), names.index(parameter))
-        slope: Array = self._at(slopes, points[:1])[0]
+        slope = self._at(slopes, points, shape)
         # Eq. (33) is the slope in the normalised variable; Eq. (32) needs it per physical unit.
         return slope if normalised else slope / self.intervals[parameter].half_width
 
-    def _at(self, terms: Array, points: Array) -> Array:
-        return _core.chebyshev_evaluate(terms, list(self.degrees), np.ascontiguousarray(points))
+    def _at(self, terms: Array, points: Array, shape: tuple[int, ...]) -> Array:
+        values = _core.chebyshev_evaluate(terms, list(self.degrees), np.ascontiguousarray(points))
+        return values.reshape(*shape, terms.shape[1])
 
     def _normalised(self, values: Mapping[str, ArrayLike]) -> tuple[Array, tuple[int, ...]]:
         """Points of the cube [-1, 1] for physical values, shape (points, parameters), and the shape given."""
@@ -145,9 +146,11 @@ class Surrogate(records.ArrayRecord):
                     f"{name} must be a number or an array of numbers, got {values[name]!r}", wrong_type=True
                 )
                 continue
-            if not np.all((given >= side.lower) & (given <= side.upper)):
+            # An end as it is typed may miss the end that was computed from midpoint and width by rounding,
+            # which may also carry it past the end of the cube.
+            slack = 4.0 * np.finfo(float).eps * max(abs(side.lower), abs(side.upper))
+            if not np.all((given >= side.lower - slack) & (given <= side.upper + slack)):
                 checks.add(f"{name} must be in [{side.lower!r}, {side.upper!r}], got {values[name]!r}")
-            # Rounding may carry an end of the interval past the end of the cube.
             sides.append(np.clip((given - side.midpoint) / side.half_width, -1.0, 1.0))
         checks.finish()
         together = np.broadcast_arrays(*sides)
@@ -230,7 +233,7 @@ class Band(records.ArrayRecord):
         return self._polynomial().evaluate(values)
 
     def sensitivity(
-        self, parameter: str, *, normalised: bool = False, at: Mapping[str, float] | None = None
+        self, parameter: str, *, normalised: bool = False, at: Mapping[str, ArrayLike] | None = None
     ) -> Array:
         """Derivative of the fitted polynomial with respect to one parameter, Eqs. (32) and (33).
 
@@ -244,12 +247,12 @@ class Band(records.ArrayRecord):
         normalised : bool
             Differentiate with respect to the variable that runs from -1 to 1 over the interval instead, as
             the paper's Table 5 does: the change of the output for half the width of the interval.
-        at : mapping of str to float, optional
-            A value for every parameter [SI units]; the midpoints if not given.
+        at : mapping of str to float or array_like, optional
+            A value for every parameter [SI units]; the midpoints if not given. Arrays broadcast.
 
         Returns
         -------
-        ndarray, shape (samples,)
+        ndarray, shape (..., samples)
             In the unit of the output per SI unit of the parameter; in the unit of the output if normalised.
 
         Raises
@@ -328,10 +331,10 @@ class Band(records.ArrayRecord):
         half = min(half, len(self.t) - 1)
         return replace(
             self,
-            lower=-_running_maximum(-self.lower, half),
-            upper=_running_maximum(self.upper, half),
-            sampled_lower=-_running_maximum(-self.sampled_lower, half),
-            sampled_upper=_running_maximum(self.sampled_upper, half),
+            lower=-running_maximum(-self.lower, half),
+            upper=running_maximum(self.upper, half),
+            sampled_lower=-running_maximum(-self.sampled_lower, half),
+            sampled_upper=running_maximum(self.sampled_upper, half),
             parameters=self.parameters[:0],
             runs=self.runs[:0],
             surrogate=None,
@@ -361,11 +364,9 @@ class Band(records.ArrayRecord):
         return self.surrogate
 
 
-def _running_maximum(values: Array, half: int) -> Array:
-    """Largest value within `half` samples to both sides.
-
-    Maxima over spans of 1, 2, 4, ... samples; two overlapping ones of the longest span cover the window.
-    """
+def running_maximum(values: Array, half: int) -> Array:
+    """Largest value within `half` samples to both sides; windows are cut short at the ends."""
+    # Maxima over spans of 1, 2, 4, ... samples; two overlapping ones of the longest span cover the window.
     size, width, span = len(values), 2 * half + 1, 1
     reach = np.pad(values, half, constant_values=-np.inf)
     while 2 * span <= width:

@@ -38,7 +38,7 @@ def raising(error):
 
 
 def test_json_of_the_real_command(tmp_path):
-    command = [sys.executable, "-m", "chebclear.cli", "paper", "--json"]
+    command = [sys.executable, "-m", "chebclear", "paper", "--json"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=True)
     numbers = json.loads(done.stdout)
     assert done.stdout.count("\n") == 1
@@ -127,6 +127,10 @@ def test_options_reach_the_computation(computed, tmp_path):
         ["nonsense"],
         ["paper", "--threads", "0"],
         ["paper", "--threads", "two"],
+        ["paper", "--threads", "1025"],
+        ["paper", "--threads", "9" * 40],
+        ["paper", "--rtol", "9.99e-14"],
+        ["paper", "--rtol", "0.1001"],
         ["paper", "--rtol", "0"],
         ["paper", "--rtol", "nan"],
         ["paper", "--rtol", "tight"],
@@ -138,6 +142,27 @@ def test_bad_arguments_exit_with_2(words, capsys):
         cli.main(words)
     assert stopped.value.code == 2
     assert "usage: chebclear" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["1e-13", "0.1"])
+def test_every_tolerance_of_a_simulation_is_accepted(computed, text):
+    assert cli.main(["paper", "--json", "--threads", "1024", "--rtol", text]) == 0
+    assert computed == [{"rtol": float(text), "threads": 1024}]
+
+
+def test_an_interrupt_during_an_import_is_answered():
+    code = """
+import sys
+from chebclear import cli
+class Interrupt:
+    def find_spec(self, name, *rest):
+        if name == "chebclear.paper":
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Interrupt())
+sys.exit(cli.main(["paper", "--json"]))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "chebclear: interrupted\n")
 
 
 def test_version(capsys):

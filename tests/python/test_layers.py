@@ -31,6 +31,7 @@ PYTHON_ORDER = [
     "paper_figures",
     "paper_output",
     "cli",
+    "__main__",
 ]
 # Imports against the order that methods make when they are called, for the convenience of the user.
 PYTHON_EXCEPTIONS = {("scene", "_core"), ("simulation", "plot"), ("surrogate", "plot")}
@@ -88,7 +89,7 @@ def imports(node, inside_function=False):
 
 
 def python_modules():
-    return sorted(path.stem for path in PACKAGE.glob("*.py") if path.stem not in ("__init__", "__main__"))
+    return sorted(path.stem for path in PACKAGE.glob("*.py") if path.stem != "__init__")
 
 
 def python_imports(module):

@@ -82,6 +82,39 @@ def test_pyplot_is_not_imported():
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
 
+@pytest.mark.parametrize(
+    "draw_wrong",
+    [
+        lambda run, bands: plot.plot_trajectory(run, ["slider.x", "slyder.x"]),
+        lambda run, bands: plot.plot_orbit(run, "wrst"),
+        lambda run, bands: plot.plot_sensitivity(bands[0]["slider.vx"], "crank_lenght"),
+        lambda run, bands: plot.plot_sensitivity(bands[1]["slider.vx"], "crank_length"),
+        lambda run, bands: plot.plot_spectrogram(run, "slyder.x"),
+    ],
+)
+def test_a_wrong_name_leaves_no_empty_figure(draw_wrong, run, bands, monkeypatch):
+    monkeypatch.setattr(plot, "_axes", lambda ax: pytest.fail("axes were made"))
+    with pytest.raises((KeyError, ValueError)):
+        draw_wrong(run, bands)
+
+
+def test_a_spectrogram_takes_a_run_and_a_column(run, ax):
+    plot.plot_spectrogram(run, "slider.vx", ax=ax)
+    assert "[dB re 1 m/s]" in ax.figure.axes[1].get_ylabel()
+    other = Figure().subplots()
+    plot.plot_spectrogram(run.t, run["slider.vx"], ax=other)
+    np.testing.assert_array_equal(ax.collections[0].get_array(), other.collections[0].get_array())
+    for pair in (
+        ("slider.vx", run),
+        (run, run["slider.vx"]),
+        (run.t, "slider.vx"),
+        (run.t, run.t[1:]),
+        (1, 2),
+    ):
+        with pytest.raises(TypeError, match="takes a run and the name of one of its columns, or two arrays"):
+            plot.plot_spectrogram(*pair)
+
+
 class TestTrajectory:
     def test_unit_and_keywords(self, run, ax):
         plot.plot_trajectory(run, "wrist.penetration", ax=ax, unit="µm", color="red", linewidth=3.0)

@@ -119,6 +119,31 @@ def test_rough_angles_can_be_given_with_the_scene():
         cc.Scene([cc.Body("crank", 1.0, 1.0)], [], angles={"crnk": 0.0})
 
 
+def test_wrong_angles_and_bodies_are_problems_of_the_scene():
+    for angles in (3, 0, "a", [0.1]):
+        with pytest.raises(cc.SceneError, match="angles: must be a mapping of names of bodies to angles"):
+            cc.Scene([cc.Body("a", 1.0, 1.0)], [], angles=angles)
+    for bodies in ([3], 3, [cc.Body(["b"], 1.0, 1.0)]):
+        with pytest.raises(cc.SceneError, match='unknown body "b"'):
+            cc.Scene(bodies, [], angles={"b": 1})
+    with pytest.raises(cc.SceneError, match=r"bodies\[1\]: must be a Body, got 3"):
+        cc.Scene([cc.Body("b", 1.0, 1.0), 3], [], angles={"b": 1}).to_json()
+
+
+def test_a_wrong_type_hides_no_problem_of_a_part_with_a_longer_number():
+    bodies = [cc.Body(f"b{index}", 1.0, 1.0) for index in range(12)]
+    bodies[1] = dataclasses.replace(bodies[1], mass="heavy")
+    bodies[10] = dataclasses.replace(bodies[10], mass=-1.0)
+    bodies[11] = dataclasses.replace(bodies[11], inertia=-1.0)
+    with pytest.raises(cc.SceneError) as caught:
+        cc.Scene(bodies, [cc.Revolute(f"r{i}", "ground", f"b{i}") for i in range(12)]).check()
+    assert [path for path, _ in caught.value.problems].count("bodies[1].mass") == 1
+    assert {"bodies[10].mass", "bodies[11].inertia"} <= {path for path, _ in caught.value.problems}
+    with pytest.raises(cc.SceneError) as caught:
+        cc.Scene([bodies[0], "a body", *bodies[2:]], []).check()
+    assert {"bodies[1]", "bodies[10].mass"} <= {path for path, _ in caught.value.problems}
+
+
 def test_check_says_what_the_scene_is():
     facts = cc.mechanisms.slider_crank().check()
     assert facts.degrees_of_freedom == 2  # the rod's angle and the slider's position

@@ -105,7 +105,7 @@ def test_outputs_choose_the_columns(run):
 def test_events_and_stats_tell_what_happened(run):
     events = run.events
     assert len(events) == run.stats.events > 0
-    assert set(events.kind) <= {"onset", "separation", "clamp", "unclamp"} and set(events.joint) == {"wrist"}
+    assert set(events.kind) <= {"onset", "separation", "clip", "unclip"} and set(events.joint) == {"wrist"}
     assert np.all(np.diff(events.time) >= 0.0)
     assert np.all(events.normal_velocity[events.kind == "onset"] > 0.0)
     assert run.stats.steps > 0 and run.stats.factorisations >= run.stats.steps
@@ -143,6 +143,13 @@ def test_other_files_are_refused(run, tmp_path):
         cc.Trajectory.load(tmp_path / "other.npz")
     with pytest.raises(ValueError, match="holds a trajectory, not a study"):
         cc.StudyResult.load(run.save(tmp_path / "run.npz"))
+    np.save(tmp_path / "array.npy", np.zeros(3))
+    np.savez(tmp_path / "facts.npz", metadata=np.array("[1, 2]"))
+    for name, content in (("junk", b"nothing of the kind"), ("empty", b""), ("zip", b"PK\x03\x04 torn")):
+        (tmp_path / name).write_bytes(content)
+    for name in ("junk", "empty", "zip", "array.npy", "facts.npz"):
+        with pytest.raises(ValueError, match=f"{name} was not written by chebclear"):
+            cc.Trajectory.load(tmp_path / name)
 
 
 def test_a_run_that_fails_raises_with_what_it_has(tmp_path):
@@ -313,7 +320,10 @@ LONG_RUNS = {
 
 @pytest.mark.parametrize("call", LONG_RUNS)
 def test_an_interrupt_from_the_keyboard_stops_a_long_run(call):
+    # A child of a shell's background job would ignore the signal.
     code = f"""
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
 import time
 import chebclear as cc
 print("started", flush=True)

@@ -112,12 +112,50 @@ def test_evaluation_broadcasts():
 def test_the_ends_of_the_intervals_are_inside_and_nothing_beyond():
     band = band_of(fitted(analytic, (2, 2, 2)), np.arange(2.0))
     for name, side in BOX.items():
-        for end, beyond in ((side.lower, -math.inf), (side.upper, math.inf)):
-            assert np.isfinite(band.evaluate(**{**MIDDLE, name: end})).all()
+        for end, sign in ((side.lower, -1.0), (side.upper, 1.0)):
+            at_end = band.evaluate(**{**MIDDLE, name: end})
+            size = max(abs(side.lower), abs(side.upper))
+            # Rounding of an end is forgiven, and the polynomial not continued.
+            assert np.array_equal(band.evaluate(**{**MIDDLE, name: end + sign * 4e-16 * size}), at_end)
             with pytest.raises(ValueError, match=f"{name} must be in"):
-                band.evaluate(**{**MIDDLE, name: math.nextafter(end, beyond)})
+                band.evaluate(**{**MIDDLE, name: end + sign * 2e-15 * size})
     with pytest.raises(ValueError, match="big must be in"):
         band.evaluate(**{**MIDDLE, "big": math.nan})
+
+
+@pytest.mark.parametrize("middle", [0.05, 0.12, 2e-5, 0.3, 7.0])
+@pytest.mark.parametrize("percent", [1, 3, 7, 10, 15])
+def test_the_ends_of_a_relative_interval_can_be_typed(middle, percent):
+    box = {"a": cc.interval(middle, rel=percent / 100)}
+    surrogate = fitted(lambda z: z, (1,), box=box)
+    for sign in (-1, 1):
+        typed = float(f"{middle * (100 + sign * percent) / 100:.12g}")
+        assert surrogate.evaluate({"a": typed})[0] == pytest.approx(sign, rel=1e-12)
+
+
+def test_no_points_give_no_values():
+    band = band_of(fitted(analytic, (2, 2, 2)), np.arange(2.0))
+    assert band.evaluate(**{**MIDDLE, "long": []}).shape == (0, 2)
+    assert band.evaluate(**{**MIDDLE, "long": np.empty((3, 0))}).shape == (3, 0, 2)
+    assert band.sensitivity("tiny", at={**MIDDLE, "long": []}).shape == (0, 2)
+
+
+def test_sensitivities_broadcast():
+    band = band_of(fitted(analytic, (4, 3, 5)), np.arange(2.0))
+    long = [2.0, 3.5, 5.0]
+    slopes = band.sensitivity("tiny", at={**MIDDLE, "long": long})
+    assert slopes.shape == (3, 2)
+    for slope, value in zip(slopes, long, strict=True):
+        np.testing.assert_allclose(slope, band.sensitivity("tiny", at={**MIDDLE, "long": value}), rtol=1e-13)
+
+
+def test_an_interval_as_wide_as_the_floats():
+    side = cc.Interval(-1.5e308, 1.7e308)
+    assert side.midpoint == pytest.approx(0.1e308) and side.half_width == pytest.approx(1.6e308)
+    surrogate = fitted(lambda z: z, (1,), box={"a": side})
+    assert surrogate.evaluate({"a": [side.lower, side.midpoint, side.upper]})[:, 0] == pytest.approx(
+        [-1, 0, 1]
+    )
 
 
 def test_wrong_keywords_are_listed_together():

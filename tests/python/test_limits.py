@@ -1,0 +1,143 @@
+"""What is refused before anything is computed, and what the message says."""
+
+import math
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear import study as study_module
+from chebclear.checks import Checks
+
+TIME = {"duration": 0.1, "samples": 11}
+SIDES = {"gravity": cc.interval(8.0, 11.0), "mass": cc.interval(1.0, 2.0)}
+
+
+def faller(gravity=9.81, mass=2.0):
+    return cc.Scene(
+        [cc.Body("block", mass=mass, inertia=0.1)],
+        [cc.Prismatic("guide", "ground", "block", axis=(0.0, 1.0))],
+        [cc.Gravity((0.0, -gravity))],
+    )
+
+
+def unbuildable(gravity, mass):
+    raise AssertionError("no scene may be built")
+
+
+def test_whole_numbers_have_an_upper_limit():
+    checks = Checks()
+    assert checks.whole("samples", 10, least=2, most=10) == 10
+    checks.finish()
+    checks.whole("samples", 11, least=2, most=10)
+    with pytest.raises(ValueError, match=r"^samples must be a whole number >= 2 and <= 10, got 11$"):
+        checks.finish()
+
+
+@pytest.mark.parametrize(
+    ("name", "most"),
+    [("samples", 10_000_000), ("max_steps", 2**53), ("max_events", 2**53), ("threads", 1024)],
+)
+def test_counts_beyond_what_can_be_computed_are_refused(name, most):
+    for value in (most + 1, 10**30):
+        words = f"{name} must be a whole number >= . and <= {most}, got {value}"
+        with pytest.raises(ValueError, match=words):
+            cc.Study(faller, SIDES, **(TIME | {name: value}))
+        if name != "threads":
+            with pytest.raises(ValueError, match=words):
+                cc.simulate(faller(), **(TIME | {name: value}))
+    cc.Study(faller, SIDES, **(TIME | {name: most}))
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda study: study.scan(10_001), "points must be a whole number >= 2 and <= 10000, got 10001"),
+        (lambda study: study.chebyshev(2, 10**30), "nodes must be a whole number >= 3 and <= 10000"),
+        (lambda study: study.chebyshev(10**30), "degree must be a whole number >= 1 and <= 9999"),
+        (lambda study: study.scan(1001), "at most 1000000 runs, got 1001 x 1001 = 1002001"),
+        (lambda study: study.chebyshev(1000), "at most 1000000 runs, got 1001 x 1001 = 1002001"),
+        (lambda study: study.chebyshev(1, {"gravity": 9999, "mass": 101}), "got 9999 x 101 = 1009899"),
+    ],
+)
+def test_studies_of_too_many_runs_are_refused_before_a_scene_is_built(call, words):
+    with pytest.raises(ValueError, match=words):
+        call(cc.Study(unbuildable, SIDES, **TIME))
+
+
+def test_fixed_must_be_a_mapping():
+    with pytest.raises(TypeError, match=r"^fixed must map names to values, got 3$"):
+        cc.Study(faller, SIDES, fixed=3, **TIME)
+    with pytest.raises(ValueError, match=r"(?s)fixed must map names.*duration must be"):
+        cc.Study(faller, SIDES, fixed=["mass"], duration=-1.0, samples=11)
+
+
+class Direct:
+    """An executor that computes when it is asked."""
+
+    def submit(self, function, *arguments):
+        from concurrent.futures import Future
+
+        future = Future()
+        try:
+            future.set_result(function(*arguments))
+        except cc.SceneError as error:
+            future.set_exception(error)
+        return future
+
+
+@pytest.mark.parametrize("executor", [None, Direct()])
+def test_problems_of_no_scene_are_not_blamed_on_the_first(monkeypatch, executor):
+    problems = [("settings.rtol", "is wrong"), ("scenes[1].joints[0].a", "is wrong too")]
+
+    def sweep(*arguments):
+        raise cc.SceneError(problems)
+
+    monkeypatch.setattr(study_module._core, "sweep", sweep)
+    study = cc.Study(faller, {"mass": cc.interval(1.0, 2.0)}, executor=executor, **TIME)
+    with pytest.raises(cc.SceneError) as caught:
+        study.scan(2)
+    if executor is None:
+        second = ("scene with mass = 2.0: joints[0].a", "is wrong too")
+        assert caught.value.problems == [problems[0], second]
+    del problems[1]
+    with pytest.raises(cc.SceneError) as caught:
+        study.scan(2)
+    assert caught.value.problems == problems
+
+
+POSITIVE = {
+    "crank_length": "m",
+    "rod_length": "m",
+    "crank_mass": "kg",
+    "rod_mass": "kg",
+    "slider_mass": "kg",
+    "slider_inertia": "kg m²",
+    "journal_radius": "m",
+    "young_modulus": "Pa",
+}
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, 10**400])
+def test_the_slider_crank_names_arguments_out_of_range(value):
+    with pytest.raises(cc.SceneError) as caught:
+        cc.mechanisms.slider_crank(**dict.fromkeys(POSITIVE, value), restitution="high")
+    assert dict(caught.value.problems) == {
+        name: f"must be a finite number > 0 [{unit}], got {value!r}" for name, unit in POSITIVE.items()
+    } | {"restitution": "must be a number, got 'high'"}
+
+
+@pytest.mark.parametrize("name", ["crank_length", "rod_length", "crank_angle", "clearance", "poisson_ratio"])
+@pytest.mark.parametrize("value", [1e200, np.float64(1e200), 10**400], ids=["float", "numpy", "int"])
+def test_huge_numbers_are_no_overflow(name, value):
+    try:
+        cc.mechanisms.slider_crank(**{name: value}).check()
+    except cc.SceneError:
+        return
+    assert value < 1e300 and name in ("crank_angle", "clearance")
+
+
+def test_results_of_studies_are_compared_with_nothing_else():
+    result = cc.Study(faller, SIDES, **TIME).scan(2)
+    for pair, name in (((result, result["block.y"]), "reference"), ((3, result), "result")):
+        with pytest.raises(TypeError, match=rf"^{name} must be a StudyResult, as Study\.chebyshev and"):
+            cc.compare(*pair)
