@@ -14,6 +14,7 @@
 //! tree is tested.
 
 use crate::kinematics::{Vec2, perp, turned};
+use crate::scene::{Attachment, Drive, Joint, JointKind, Scene};
 
 /// Position and velocity of a body: centre of mass and angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,6 +86,46 @@ pub struct CartesianConstraint {
     pub point_b: Vec2,
     /// What is constrained.
     pub kind: ConstraintKind,
+}
+
+/// The ideal joints and drives of a scene as constraints, in the order of its joints, each drive
+/// behind its joint.
+///
+/// # Errors
+/// What is unknown in the reference of a joint.
+pub fn cartesian_constraints(scene: &Scene) -> Result<Vec<CartesianConstraint>, String> {
+    let seen_from_center = |end: Attachment| {
+        let center = end.body.map_or([0.0; 2], |body| scene.bodies[body].center_of_mass);
+        (end.body, Vec2::from(end.position) - Vec2::from(center))
+    };
+    let mut constraints = Vec::new();
+    for joint in &scene.joints {
+        let Joint::Ideal { name, a, b, kind } = joint else { continue };
+        let (body_a, point_a) = seen_from_center(scene.attachment(a)?);
+        let (body_b, point_b) = seen_from_center(scene.attachment(b)?);
+        let constraint = |name: &str, kind| CartesianConstraint {
+            name: name.to_owned(),
+            body_a,
+            body_b,
+            point_a,
+            point_b,
+            kind,
+        };
+        let kind = match *kind {
+            JointKind::Revolute => ConstraintKind::Revolute,
+            JointKind::Prismatic { axis, angle } => {
+                ConstraintKind::Prismatic { axis: Vec2::from(axis).normalize(), angle }
+            }
+            JointKind::Fixed { angle } => ConstraintKind::Fixed { angle },
+        };
+        constraints.push(constraint(name, kind));
+        for Drive::Speed { name: drive, joint, speed, angle } in &scene.drives {
+            if joint == name {
+                constraints.push(constraint(drive, ConstraintKind::Speed { angle: *angle, speed: *speed }));
+            }
+        }
+    }
+    Ok(constraints)
 }
 
 /// One scalar equation of a constraint.

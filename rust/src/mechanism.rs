@@ -8,7 +8,6 @@
 use std::collections::VecDeque;
 
 use crate::clearance::ClearanceLaw;
-use crate::constraints::{CartesianConstraint, ConstraintKind};
 use crate::error::{Problem, SceneError};
 use crate::kinematics::{Coordinate, Frame, FrameKind, Vec2, turned};
 use crate::scene::{Attachment, Drive, Force, GROUND, Joint, JointKind, Scene};
@@ -58,8 +57,6 @@ pub struct BodyPlacement {
     pub angle: f64,
     /// Centre of mass in the frame [m].
     pub center: Vec2,
-    /// Centre of mass in the body frame [m].
-    pub center_of_mass: Vec2,
 }
 
 /// The columns of the velocity transformation that move a frame.
@@ -168,8 +165,6 @@ pub struct Mechanism {
     pub clearance_joints: Vec<ClearanceJoint>,
     /// Loop closures, in the order of the scene; none in a tree.
     pub closures: Vec<Closure>,
-    /// Ideal joints and drives as constraints in Cartesian coordinates, in the order of the scene.
-    pub constraints: Vec<CartesianConstraint>,
     /// Acceleration of free fall [m/s²].
     pub gravity: Vec2,
     /// Assembled start: every clearance joint concentric in position and velocity.
@@ -451,7 +446,6 @@ impl<'a> Builder<'a> {
                     origin: placement.origin,
                     angle: placement.angle,
                     center: placement.to_frame(body.center_of_mass),
-                    center_of_mass: Vec2::from(body.center_of_mass),
                 }
             })
             .collect();
@@ -501,41 +495,6 @@ impl<'a> Builder<'a> {
                 Closure { name: joint.name().to_owned(), a, b }
             })
             .collect();
-        let mut constraints = Vec::new();
-        for joint in &scene.joints {
-            let Joint::Ideal { name, kind, .. } = joint else { continue };
-            let [a, b] = self.ends(joint).map(|end| {
-                let center = end.body.map_or(Vec2::zeros(), |body| bodies[body].center_of_mass);
-                (end.body, Vec2::from(end.position) - center)
-            });
-            constraints.push(CartesianConstraint {
-                name: name.clone(),
-                body_a: a.0,
-                body_b: b.0,
-                point_a: a.1,
-                point_b: b.1,
-                kind: match *kind {
-                    JointKind::Revolute => ConstraintKind::Revolute,
-                    JointKind::Prismatic { axis, angle } => {
-                        ConstraintKind::Prismatic { axis: Vec2::from(axis).normalize(), angle }
-                    }
-                    JointKind::Fixed { angle } => ConstraintKind::Fixed { angle },
-                },
-            });
-            for drive in &scene.drives {
-                let Drive::Speed { name: drive_name, joint, speed, angle } = drive;
-                if joint == name {
-                    constraints.push(CartesianConstraint {
-                        name: drive_name.clone(),
-                        body_a: a.0,
-                        body_b: b.0,
-                        point_a: a.1,
-                        point_b: b.1,
-                        kind: ConstraintKind::Speed { angle: *angle, speed: *speed },
-                    });
-                }
-            }
-        }
         let gravity = scene
             .forces
             .iter()
@@ -551,7 +510,6 @@ impl<'a> Builder<'a> {
             driven_inertias,
             clearance_joints,
             closures,
-            constraints,
             gravity,
             start: State::default(),
             scales: Scales::default(),

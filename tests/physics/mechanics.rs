@@ -4,7 +4,7 @@
 //! contact points) is written here from the printed equations, not from the joint-coordinate core.
 
 use chebclear::clearance::{Phase, SlidingVelocity};
-use chebclear::constraints::{CartesianConstraint, CartesianState, Equation};
+use chebclear::constraints::{CartesianConstraint, CartesianState, Equation, cartesian_constraints};
 use chebclear::contact::Damping;
 use chebclear::dynamics::{Dynamics, Linearisation};
 use chebclear::friction::FrictionLaw;
@@ -261,7 +261,7 @@ fn constraint_derivatives_agree_with_differences_of_the_constraints() {
                 state.velocity += displaced * Vec2::new((5.0 * k).cos(), (7.0 * k).sin());
                 state.angular_velocity += displaced * (9.0 * k).cos();
             }
-            for constraint in &case.mechanism.constraints {
+            for constraint in &cartesian_constraints(&case.scene).unwrap() {
                 check_constraint(constraint, case.t, &states, index);
             }
         }
@@ -301,7 +301,7 @@ fn joint_coordinates_satisfy_the_constraints_and_their_rates() {
         let states = states_at(case, case.t, &case.q, &case.v);
         let d = case.q.len();
         let still = states_at(case, case.t, &case.q, &vec![0.0; d]);
-        for constraint in &case.mechanism.constraints {
+        for constraint in &cartesian_constraints(&case.scene).unwrap() {
             for equation in equations(constraint, case.t, &states) {
                 let (a, b) = (state_of(&states, constraint.body_a), state_of(&states, constraint.body_b));
                 let rate = rate_of(&equation, &a, &b) + equation.phi_t;
@@ -323,7 +323,7 @@ fn joint_coordinates_satisfy_the_constraints_and_their_rates() {
                 state.velocity -= still.velocity;
                 state.angular_velocity -= still.angular_velocity;
             }
-            for constraint in &case.mechanism.constraints {
+            for constraint in &cartesian_constraints(&case.scene).unwrap() {
                 for equation in equations(constraint, case.t, &states) {
                     let (a, b) = (state_of(&column, constraint.body_a), state_of(&column, constraint.body_b));
                     let product = rate_of(&equation, &a, &b);
@@ -353,9 +353,8 @@ fn accelerations_and_drive_torques_are_those_of_the_cartesian_system() {
     for (index, case) in moving_cases().iter().enumerate() {
         let states = states_at(case, case.t, &case.q, &case.v);
         let n = 3 * states.len();
-        let rows: Vec<(&CartesianConstraint, Equation)> = case
-            .mechanism
-            .constraints
+        let constraints = cartesian_constraints(&case.scene).unwrap();
+        let rows: Vec<(&CartesianConstraint, Equation)> = constraints
             .iter()
             .flat_map(|constraint| {
                 equations(constraint, case.t, &states).into_iter().map(move |equation| (constraint, equation))
