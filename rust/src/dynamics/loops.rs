@@ -1,0 +1,193 @@
+//! Closed loops: multipliers by a Schur complement, projection, derivatives.
+
+use super::Dynamics;
+use crate::kinematics::{Vec2, acceleration_column, velocity_column};
+use crate::linear::{symmetric_factor, symmetric_solve};
+
+/// Newton steps of a projection: two are the rule, ten close a step of a kinematic run.
+const PROJECTIONS: usize = 20;
+/// Gap relative to the positions at which a loop counts as closed.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+/// A pivot of the Schur complement relative to its diagonal below which the closures are
+/// dependent: a dead centre or change point, passed or approached to a few hundred roundings.
+const SINGULAR_PIVOT: f64 = 1e-13;
+
+/// The closed loops, linear algebra of `[M Eᵀ; E 0]` by its Schur complement; all empty in a tree.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Loops {
+    /// E = ∂(p_b - p_a)/∂z for the free coordinates: two rows a closure.
+    pub(super) e: Vec<f64>,
+    /// M⁻¹ Eᵀ, transposed: row r is M⁻¹ (row r of E).
+    pub(super) y: Vec<f64>,
+    /// Factor of S = E M⁻¹ Eᵀ.
+    pub(super) s: Vec<f64>,
+    /// Multipliers λ: -λ acts on point b [N].
+    pub(super) multipliers: Vec<f64>,
+    /// Derivatives of the closure accelerations with respect to (q, v) of every column.
+    pub(super) acceleration_q: Vec<f64>,
+    pub(super) acceleration_v: Vec<f64>,
+    /// Right-hand sides of the Schur complement.
+    pub(super) right: Vec<f64>,
+}
+
+impl Loops {
+    pub(super) fn new(rows: usize, d: usize, columns: usize) -> Self {
+        Self {
+            e: vec![0.0; rows * d],
+            y: vec![0.0; rows * d],
+            s: vec![0.0; rows * rows],
+            multipliers: vec![0.0; rows],
+            acceleration_q: vec![0.0; rows * columns],
+            acceleration_v: vec![0.0; rows * columns],
+            right: vec![0.0; rows],
+        }
+    }
+
+    /// Takes from `x` what violates `E x + c = 0`, in the metric of the mass matrix; `c` waits in
+    /// `right`, which becomes the multipliers of the correction.
+    pub(super) fn correct(&mut self, x: &mut [f64]) {
+        let rows = self.right.len();
+        let d = x.len();
+        for (right, row) in self.right.iter_mut().zip(self.e.chunks_exact(d.max(1))) {
+            *right += row.iter().zip(&*x).map(|(e, x)| e * x).sum::<f64>();
+        }
+        symmetric_solve(&self.s, rows, &mut self.right);
+        for (multiplier, row) in self.right.iter().zip(self.y.chunks_exact(d.max(1))) {
+            for (x, y) in x.iter_mut().zip(row) {
+                *x -= y * multiplier;
+            }
+        }
+    }
+}
+
+impl Dynamics<'_> {
+    /// Adds the forces of the loop closures to accelerations computed without them; false in a
+    /// singular pose. Frames are in motion without free accelerations, the mass matrix is factored.
+    pub(super) fn close_accelerations(&mut self, a: &mut [f64]) -> bool {
+        let mechanism = self.mechanism;
+        let d = a.len();
+        let rows = 2 * mechanism.closures.len();
+        if rows == 0 {
+            return true;
+        }
+        self.loops.e.fill(0.0);
+        for (index, closure) in mechanism.closures.iter().enumerate() {
+            let mut bias = Vec2::zeros();
+            for (point, sign) in [(closure.b, 1.0), (closure.a, -1.0)] {
+                let state = self.point(point);
+                bias += sign * state.acceleration;
+                for &(column, i) in &mechanism.paths[point.frame].free {
+                    let (b, _) = self.column(column, state.position);
+                    self.loops.e[2 * index * d + i] += sign * b.x;
+                    self.loops.e[(2 * index + 1) * d + i] += sign * b.y;
+                }
+            }
+            self.loops.right[2 * index] = bias.x;
+            self.loops.right[2 * index + 1] = bias.y;
+        }
+        let loops = &mut self.loops;
+        loops.y.copy_from_slice(&loops.e);
+        for row in loops.y.chunks_exact_mut(d.max(1)) {
+            symmetric_solve(&self.mass, d, row);
+        }
+        for r in 0..rows {
+            for c in 0..rows {
+                let (e, y) = (&loops.e[r * d..(r + 1) * d], &loops.y[c * d..(c + 1) * d]);
+                loops.s[r * rows + c] = e.iter().zip(y).map(|(e, y)| e * y).sum();
+            }
+        }
+        for r in 0..rows {
+            loops.multipliers[r] = loops.s[r * rows + r];
+        }
+        if !symmetric_factor(&mut loops.s, rows) {
+            return false;
+        }
+        // The factor holds inverse pivots; the diagonal waits where the multipliers will be.
+        let singular = |r: usize| 1.0 / loops.s[r * rows + r] < SINGULAR_PIVOT * loops.multipliers[r];
+        if (0..rows).any(singular) {
+            return false;
+        }
+        loops.correct(a);
+        loops.multipliers.copy_from_slice(&loops.right);
+        true
+    }
+
+    /// Largest gap [m] and gap rate [m/s] of the loop closures, after [`Dynamics::move_to`].
+    pub fn closure_residual(&self) -> (f64, f64) {
+        self.mechanism.closures.iter().fold((0.0, 0.0), |(gap, rate), closure| {
+            let (a, b) = (self.point(closure.a), self.point(closure.b));
+            ((b.position - a.position).norm().max(gap), (b.velocity - a.velocity).norm().max(rate))
+        })
+    }
+
+    /// Moves a state that nearly closes the loops onto them, in the metric of the mass matrix:
+    /// positions by Newton's method, then velocities. Returns the largest correction of position
+    /// and velocity, times `levers`; `None` in a singular pose or where Newton does not converge.
+    pub fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64], levers: &[f64]) -> Option<(f64, f64)> {
+        let mechanism = self.mechanism;
+        let mut a = std::mem::take(&mut self.scratch);
+        let (mut moved, mut turned) = (0.0_f64, 0.0_f64);
+        let mut closed = mechanism.closures.is_empty();
+        for _ in 0..PROJECTIONS {
+            if closed {
+                break;
+            }
+            if !self.acceleration(t, q, v, &mut a) {
+                self.scratch = a;
+                return None;
+            }
+            // Angles of many turns have rounding errors of their own, at the size of the mechanism.
+            let turns = q.iter().zip(levers).map(|(q, lever)| (q * lever).abs()).fold(0.0, f64::max);
+            closed = mechanism.closures.iter().all(|closure| {
+                let (a, b) = (self.point(closure.a).position, self.point(closure.b).position);
+                (b - a).amax() <= ROUNDING * (a.amax() + b.amax() + mechanism.scales.length + turns)
+            });
+            let target: &mut [f64] = if closed { &mut *v } else { &mut *q };
+            for (index, closure) in mechanism.closures.iter().enumerate() {
+                let (from, to) = (self.point(closure.a), self.point(closure.b));
+                let residual = if closed { to.velocity - from.velocity } else { to.position - from.position };
+                self.loops.right[2 * index] = residual.x;
+                self.loops.right[2 * index + 1] = residual.y;
+            }
+            a.fill(0.0);
+            self.loops.correct(&mut a);
+            let size = if closed { &mut turned } else { &mut moved };
+            for ((x, change), lever) in target.iter_mut().zip(&a).zip(levers) {
+                *x += change;
+                *size = size.max((change * lever).abs());
+            }
+        }
+        self.scratch = a;
+        closed.then_some((moved, turned))
+    }
+
+    /// Derivatives of Eᵀ λ with λ fixed, and of the closures' accelerations.
+    pub(super) fn add_closure_derivatives(&mut self) {
+        let mechanism = self.mechanism;
+        let columns = self.coordinates.len();
+        self.loops.acceleration_q.fill(0.0);
+        self.loops.acceleration_v.fill(0.0);
+        for (index, closure) in mechanism.closures.iter().enumerate() {
+            let force = Vec2::new(self.loops.multipliers[2 * index], self.loops.multipliers[2 * index + 1]);
+            for (point, sign) in [(closure.b, 1.0), (closure.a, -1.0)] {
+                let state = self.point(point);
+                let path = &mechanism.paths[point.frame];
+                for &k in &path.columns {
+                    let kind = mechanism.frames[k + 1].kind;
+                    let frame = &self.states[k + 1];
+                    let by_position = sign * acceleration_column(kind, frame, state.acceleration);
+                    let by_velocity = 2.0 * sign * velocity_column(kind, frame, state.velocity);
+                    for axis in 0..2 {
+                        let place = (2 * index + axis) * columns + k;
+                        self.loops.acceleration_q[place] += by_position[axis];
+                        self.loops.acceleration_v[place] += by_velocity[axis];
+                    }
+                    for &(column, i) in &path.free {
+                        self.residual_q[i * columns + k] +=
+                            sign * self.second_column(column, k, state.position).dot(&force);
+                    }
+                }
+            }
+        }
+    }
+}

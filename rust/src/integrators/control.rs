@@ -1,0 +1,397 @@
+//! The loop over the steps: step control, landing on events, changes of phase.
+
+use crate::integrators::events::{EventFinder, Guard};
+use crate::integrators::rosenbrock::Rosenbrock;
+use crate::integrators::tableaus::Tableau;
+use crate::integrators::{HybridSystem, Limits, Outcome, Projection, Stats, Status, Stepper};
+
+/// Step-size factor of an attempt that failed (a number that is not finite, a singular W).
+const FAILURE_FACTOR: f64 = 0.1;
+/// Safety factor and limits of the step-size controller, those of Hairer's RODAS.
+const SAFETY: f64 = 0.9;
+const SMALLEST_FACTOR: f64 = 1.0 / 6.0;
+const LARGEST_FACTOR: f64 = 5.0;
+/// Accepted steps after a restart that are controlled by the present error alone: the predictive
+/// controller would compare with a step of the phase before.
+const UNPREDICTED_STEPS: usize = 2;
+/// Attempts to land on one event; each is a step taken anew, two are the rule.
+const LANDING_ATTEMPTS: usize = 20;
+
+/// The integration in progress.
+struct Run<'a> {
+    system: &'a mut dyn HybridSystem,
+    method: &'a mut dyn Stepper,
+    finder: EventFinder,
+    limits: Limits,
+    stats: Stats,
+    t: f64,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    position_tolerance: Vec<f64>,
+    velocity_tolerance: Vec<f64>,
+    start_guards: Vec<Guard>,
+    end_guards: Vec<Guard>,
+    /// Error and length of the last accepted step, for the predictive controller.
+    last_error: f64,
+    last_step: f64,
+    steps_since_restart: usize,
+    /// The present step was not accepted at the first attempt.
+    was_rejected: bool,
+    /// Events in a row that did not advance the time.
+    standing_events: usize,
+    /// The dense output of the present step is complete.
+    dense: bool,
+    /// State and guards inside a step.
+    inner_q: Vec<f64>,
+    inner_v: Vec<f64>,
+    inner_guards: Vec<Guard>,
+}
+
+/// Integrates with a Rosenbrock method from `t` to `end`; `q` and `v` are the start and become
+/// the end.
+pub fn integrate(
+    system: &mut dyn HybridSystem,
+    tableau: Tableau,
+    limits: Limits,
+    t: f64,
+    end: f64,
+    q: &mut [f64],
+    v: &mut [f64],
+) -> Outcome {
+    let mut method = Rosenbrock::new(tableau, system.dimension());
+    integrate_with(system, &mut method, limits, t, end, q, v)
+}
+
+/// Integrates with any method from `t` to `end`; `q` and `v` are the start and become the end.
+pub fn integrate_with(
+    system: &mut dyn HybridSystem,
+    method: &mut dyn Stepper,
+    limits: Limits,
+    t: f64,
+    end: f64,
+    q: &mut [f64],
+    v: &mut [f64],
+) -> Outcome {
+    let d = system.dimension();
+    let guards = system.guard_count();
+    let mut run = Run {
+        system,
+        method,
+        finder: EventFinder::new(guards, d),
+        limits,
+        stats: Stats::default(),
+        t,
+        q: q.to_vec(),
+        v: v.to_vec(),
+        position_tolerance: vec![0.0; d],
+        velocity_tolerance: vec![0.0; d],
+        start_guards: vec![Guard::INACTIVE; guards],
+        end_guards: vec![Guard::INACTIVE; guards],
+        last_error: 1.0,
+        last_step: 0.0,
+        steps_since_restart: 0,
+        was_rejected: false,
+        standing_events: 0,
+        dense: false,
+        inner_q: vec![0.0; d],
+        inner_v: vec![0.0; d],
+        inner_guards: vec![Guard::INACTIVE; guards],
+    };
+    let (status, guard) = match run.advance(end) {
+        Ok(()) => (Status::Done, None),
+        Err(failure) => failure,
+    };
+    q.copy_from_slice(&run.q);
+    v.copy_from_slice(&run.v);
+    Outcome { status, time: run.t, guard, stats: run.stats }
+}
+
+type Failure = (Status, Option<usize>);
+
+impl Run<'_> {
+    fn advance(&mut self, end: f64) -> Result<(), Failure> {
+        let span = end - self.t;
+        // A thousandth of the run: too long is cut by rejections within a few attempts.
+        let first = self.limits.first_step.unwrap_or((1e-3 * span).max(self.shortest(end)));
+        let mut h = first.min(self.limits.max_step);
+        self.restart();
+        while self.t < end {
+            if !self.method.begin(self.system, self.t, &self.q, &self.v, &mut self.stats) {
+                let finite = self.q.iter().chain(&self.v).all(|y| y.is_finite());
+                return Err((if finite { Status::SingularMechanism } else { Status::NonFinite }, None));
+            }
+            h = h.min(self.system.step_bound()).min(self.limits.max_step);
+            let (taken, error) = self.attempt(h, end)?;
+            let landed = self.land(end)?;
+            let cut = landed.is_some() || self.t + self.method.step().h >= end;
+            self.accept(end, cut)?;
+            match landed {
+                Some(index) => h = self.change_phase(index)?.min(taken),
+                None => h = self.next_step(taken, error),
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads tolerances and guards after a change of phase.
+    fn restart(&mut self) {
+        self.system.tolerances(&mut self.position_tolerance, &mut self.velocity_tolerance);
+        self.method.weigh(&self.velocity_tolerance);
+        self.system.guards(self.t, &self.q, &self.v, &mut self.start_guards);
+        self.steps_since_restart = 0;
+    }
+
+    /// Shortest step that still advances the time.
+    fn shortest(&self, end: f64) -> f64 {
+        (16.0 * f64::EPSILON * self.t.abs().max(end.abs())).max(f64::MIN_POSITIVE)
+    }
+
+    fn take(&mut self, h: f64) -> bool {
+        self.dense = false;
+        self.method.attempt(self.system, h, &mut self.stats)
+    }
+
+    /// Local error relative to the tolerances: the largest over all coordinates.
+    fn error_norm(&self) -> f64 {
+        let d = self.q.len();
+        let (position, velocity) = self.method.error().split_at(d);
+        let scaled = |error: &[f64], tolerance: &[f64]| {
+            error.iter().zip(tolerance).map(|(e, tol)| e.abs() / tol).fold(0.0, |largest: f64, e| {
+                // max would drop a NaN, and a NaN must reject the step.
+                if e > largest || e.is_nan() { e } else { largest }
+            })
+        };
+        let (a, b) = (scaled(position, &self.position_tolerance), scaled(velocity, &self.velocity_tolerance));
+        if a > b || a.is_nan() { a } else { b }
+    }
+
+    /// Factor by which the error estimate lets the step grow.
+    fn factor(&self, error: f64) -> f64 {
+        let exponent = 1.0 / (self.method.embedded_order() as f64 + 1.0);
+        (SAFETY * error.powf(-exponent)).clamp(SMALLEST_FACTOR, LARGEST_FACTOR)
+    }
+
+    /// Takes a step of at most `h` with an acceptable error; its length and error.
+    fn attempt(&mut self, mut h: f64, end: f64) -> Result<(f64, f64), Failure> {
+        let mut broken = false;
+        self.was_rejected = false;
+        loop {
+            if self.stats.steps + self.stats.rejected >= self.limits.max_steps {
+                return Err((Status::MaxSteps, None));
+            }
+            let remaining = end - self.t;
+            // Half of what remains rather than a tiny last step; the end is met exactly.
+            let length = if h >= remaining {
+                remaining
+            } else if 2.0 * h > remaining {
+                0.5 * remaining
+            } else {
+                h
+            };
+            if h < self.shortest(end) && length < remaining {
+                return Err((if broken { Status::NonFinite } else { Status::StepUnderflow }, None));
+            }
+            let finite = self.take(length);
+            let error = self.error_norm();
+            if finite && error <= 1.0 {
+                return Ok((length, error));
+            }
+            self.stats.rejected += 1;
+            broken = !finite || !error.is_finite();
+            self.was_rejected = true;
+            h = length * if broken { FAILURE_FACTOR } else { self.factor(error).min(SAFETY) };
+        }
+    }
+
+    /// Looks for an event on the step; if there is one, takes the step again so that it ends
+    /// just behind it, and returns the guard.
+    fn land(&mut self, end: f64) -> Result<Option<usize>, Failure> {
+        if self.start_guards.is_empty() {
+            return Ok(None);
+        }
+        self.read_end_guards();
+        if !self.suspicious()? {
+            return Ok(None);
+        }
+        self.finish_dense()?;
+        let located = self
+            .finder
+            .earliest(self.system, self.method.step(), &self.start_guards, &self.end_guards)
+            .map_err(|failure| (Status::EventLocation, Some(failure.index)))?;
+        let Some(event) = located else { return Ok(None) };
+        let full = self.method.step().h;
+        if event.theta * full < self.shortest(end) {
+            return self.land_on_the_spot(event.index);
+        }
+        self.read_guards_inside(event.theta);
+        let guard = self.inner_guards[event.index];
+        let mut h = event.theta * full;
+        if guard.rate < 0.0 {
+            h = (h - 0.5 * guard.overshoot / guard.rate).min(full);
+        }
+        // The guard is positive at `low` and spent at `high`.
+        let mut low = (0.0, self.start_guards[event.index].value);
+        let mut high = (full, f64::NAN);
+        for _ in 0..LANDING_ATTEMPTS {
+            self.retake(h, event.index)?;
+            let guard = self.end_guards[event.index];
+            if guard.value <= 0.0 {
+                high = (h, guard.value);
+                if -guard.value <= guard.overshoot {
+                    return Ok(Some(event.index));
+                }
+            } else {
+                low = (h, guard.value);
+            }
+            if high.0 - low.0 <= self.shortest(end) {
+                break;
+            }
+            // Newton, or the secant where the rate is unknown, aiming behind the surface so that
+            // the sign is already that of the new phase.
+            let target = -0.5 * guard.overshoot;
+            let rate = if guard.rate.is_nan() { (high.1 - low.1) / (high.0 - low.0) } else { guard.rate };
+            let next = h - (guard.value - target) / rate;
+            h = if next > low.0 && next < high.0 { next } else { 0.5 * (low.0 + high.0) };
+        }
+        if high.1.is_nan() {
+            // The re-taken, more accurate steps never reached the surface: it was grazed within the
+            // tolerance. Up to there the step is an ordinary one, and no other guard fell before.
+            self.retake(event.theta * full, event.index)?;
+            return Ok(None);
+        }
+        // The bracket is as narrow as the time or the attempts allow: end behind the event.
+        self.retake(high.0, event.index)?;
+        Ok(Some(event.index))
+    }
+
+    /// Whether an event may lie on the step: judged by its ends and, where the dense output costs
+    /// next to nothing, its middle. Ends alone miss a dip between two flat ends.
+    fn suspicious(&mut self) -> Result<bool, Failure> {
+        let h = self.method.step().h;
+        if EventFinder::suspicious(h, &self.start_guards, &self.end_guards) {
+            return Ok(true);
+        }
+        if !self.method.dense_is_free() {
+            return Ok(false);
+        }
+        self.finish_dense()?;
+        self.read_guards_inside(0.5);
+        Ok(EventFinder::suspicious(0.5 * h, &self.start_guards, &self.inner_guards)
+            || EventFinder::suspicious(0.5 * h, &self.inner_guards, &self.end_guards))
+    }
+
+    /// Completes the dense output of the step, once.
+    fn finish_dense(&mut self) -> Result<(), Failure> {
+        if !self.dense && !self.method.finish_dense(self.system, &mut self.stats) {
+            return Err((Status::NonFinite, None));
+        }
+        self.dense = true;
+        Ok(())
+    }
+
+    /// Guards on the finished dense output.
+    fn read_guards_inside(&mut self, theta: f64) {
+        let step = self.method.step();
+        step.at(theta, &mut self.inner_q, &mut self.inner_v);
+        self.system.guards(step.t + theta * step.h, &self.inner_q, &self.inner_v, &mut self.inner_guards);
+    }
+
+    /// Takes the step again with another length, for a landing.
+    fn retake(&mut self, h: f64, guard: usize) -> Result<(), Failure> {
+        self.stats.landings += 1;
+        if !self.take(h) {
+            return Err((Status::NonFinite, Some(guard)));
+        }
+        self.read_end_guards();
+        Ok(())
+    }
+
+    /// The phase changes where the step began: a step of length zero.
+    fn land_on_the_spot(&mut self, guard: usize) -> Result<Option<usize>, Failure> {
+        self.standing_events += 1;
+        if self.standing_events > 4 * self.start_guards.len() {
+            return Err((Status::EventLocation, Some(guard)));
+        }
+        let step = self.method.step();
+        step.h = 0.0;
+        step.end.copy_from_slice(&step.start);
+        self.end_guards.copy_from_slice(&self.start_guards);
+        Ok(Some(guard))
+    }
+
+    fn read_end_guards(&mut self) {
+        let step = self.method.step();
+        let (q, v) = step.end.split_at(step.end.len() / 2);
+        self.system.guards(step.t + step.h, q, v, &mut self.end_guards);
+    }
+
+    /// Moves to the end of the step.
+    fn accept(&mut self, end: f64, cut: bool) -> Result<(), Failure> {
+        let h = self.method.step().h;
+        self.stats.steps += 1;
+        self.steps_since_restart += 1;
+        if h > 0.0 {
+            self.standing_events = 0;
+        }
+        if !cut && h < self.stats.smallest_step {
+            self.stats.smallest_step = h;
+            self.stats.smallest_step_time = self.t;
+        }
+        if self.system.wants_dense(self.t + h) {
+            self.finish_dense()?;
+        }
+        let go_on = self.system.accepted(self.method.step());
+        let next = self.t + h;
+        // The last step has the length that remains; rounding must not leave a sliver.
+        self.t = if (end - next).abs() <= self.shortest(end) { end } else { next };
+        let d = self.q.len();
+        let step = self.method.step();
+        self.q.copy_from_slice(&step.end[..d]);
+        self.v.copy_from_slice(&step.end[d..]);
+        std::mem::swap(&mut self.start_guards, &mut self.end_guards);
+        match self.system.project(self.t, &mut self.q, &mut self.v) {
+            Projection::Unneeded => {}
+            Projection::Done => self.system.guards(self.t, &self.q, &self.v, &mut self.start_guards),
+            Projection::TooLarge => return Err((Status::Projection, None)),
+            Projection::Singular => return Err((Status::SingularMechanism, None)),
+        }
+        if go_on { Ok(()) } else { Err((Status::Cancelled, None)) }
+    }
+
+    /// Crosses the guard, and every other guard that is spent at the same instant, in order.
+    fn change_phase(&mut self, index: usize) -> Result<f64, Failure> {
+        let mut bound = f64::INFINITY;
+        for other in 0..self.start_guards.len() {
+            let guard = self.start_guards[other];
+            // Spent to rounding and falling; a guard that rises from zero has just been crossed.
+            let spent = guard.value <= 8.0 * guard.resolution && (guard.rate <= 0.0 || guard.rate.is_nan());
+            if other == index || spent {
+                if self.stats.events == self.limits.max_events {
+                    return Err((Status::MaxEvents, Some(other)));
+                }
+                self.stats.events += 1;
+                bound = bound.min(self.system.cross(other, self.t, &self.q, &self.v));
+            }
+        }
+        self.restart();
+        Ok(bound)
+    }
+
+    /// Length of the next step, after an accepted one of length `h` with `error`.
+    fn next_step(&mut self, h: f64, error: f64) -> f64 {
+        let exponent = 1.0 / (self.method.embedded_order() as f64 + 1.0);
+        let error = error.max(1e-8);
+        let mut factor = self.factor(error);
+        if self.steps_since_restart > UNPREDICTED_STEPS && self.last_step > 0.0 {
+            // Gustafsson: the error is taken to change as it did over the last step.
+            let trend = h / self.last_step * (self.last_error / error).powf(exponent);
+            factor = factor.min((factor * trend).max(SMALLEST_FACTOR));
+        }
+        if self.was_rejected {
+            factor = factor.min(1.0);
+        }
+        self.last_step = h;
+        self.last_error = error;
+        h * factor
+    }
+}
