@@ -1,8 +1,8 @@
 //! One run: a mechanism through time, sampled on a uniform grid.
 
-use crate::clearance::{ContactState, Phase};
+use crate::clearance::{ClearanceLaw, ContactState, Phase};
 use crate::contact::Damping;
-use crate::dynamics::{Dynamics, Linearisation, damping_bracket};
+use crate::dynamics::{Dynamics, Linearisation};
 use crate::error::SceneError;
 use crate::integrators::dense::DenseStep;
 use crate::integrators::events::Guard;
@@ -142,10 +142,8 @@ pub fn simulate_from(
     monitor: &dyn Fn(f64) -> bool,
 ) -> Result<Trajectory, SceneError> {
     settings.check()?;
-    let columns = match &settings.outputs {
-        Some(names) => parse_columns(mechanism, names)?,
-        None => parse_columns(mechanism, &column_names(mechanism))?,
-    };
+    let names = settings.outputs.clone().unwrap_or_else(|| column_names(mechanism));
+    let columns = parse_columns(mechanism, &names)?;
     let mut values = Vec::new();
     let count = settings.samples.saturating_mul(columns.len());
     values.try_reserve_exact(count).map_err(|_| {
@@ -188,7 +186,7 @@ pub fn simulate_from(
     Ok(Trajectory {
         t: (0..settings.samples).map(|index| settings.sample_time(index)).collect(),
         values: recorder.values,
-        columns: settings.outputs.clone().unwrap_or_else(|| column_names(mechanism)),
+        columns: names,
         events: recorder.events,
         status: outcome.status,
         time: outcome.time,
@@ -426,13 +424,14 @@ impl<'a> Recorder<'a> {
     }
 
     fn bracket_guard(&self, index: usize, state: &ContactState<f64>) -> Guard {
-        let phase = self.dynamics.phases[index];
-        let Phase::Contact { hysteresis_factor, clipped } = phase else { return Guard::INACTIVE };
+        let Phase::Contact { hysteresis_factor, clipped } = self.dynamics.phases[index] else {
+            return Guard::INACTIVE;
+        };
         if hysteresis_factor == 0.0 {
             return Guard::INACTIVE;
         }
         let joint = &self.dynamics.mechanism.clearance_joints[index];
-        let bracket = damping_bracket(state, phase).unwrap_or(f64::INFINITY);
+        let bracket = ClearanceLaw::damping_bracket(state.penetration_rate, hysteresis_factor);
         // Rounding of the difference of two velocities, and what the tolerance leaves open: where
         // the damping is strong the bracket stays near zero for long, and its noise is no event.
         let journal = self.dynamics.point(joint.journal).velocity;

@@ -16,7 +16,7 @@ mod loops;
 
 use loops::Loops;
 
-use crate::clearance::{ClearanceLaw, ContactState, Phase, RelativeMotion};
+use crate::clearance::{ContactState, Phase, RelativeMotion};
 use crate::dual::Dual;
 use crate::kinematics::{
     Coordinate, FrameKind, FrameState, PointState, Vec2, accelerate_frames, acceleration_column,
@@ -246,36 +246,42 @@ impl<'m> Dynamics<'m> {
         }
         self.add_closure_derivatives();
         let d = out.a.len();
-        let columns = self.coordinates.len();
         // Transposed first: every derivative is solved as a contiguous row.
         for (freedom, &column) in self.mechanism.free.iter().enumerate() {
             let row = freedom * d..(freedom + 1) * d;
-            self.accelerations_by(&mut out.a_q[row.clone()], |this, r| {
-                let (residual, closure) = (&this.residual_q, &this.loops.acceleration_q);
-                if r < d { residual[r * columns + column] } else { closure[(r - d) * columns + column] }
-            });
-            self.accelerations_by(&mut out.a_v[row], |this, r| {
-                let (residual, closure) = (&this.residual_v, &this.loops.acceleration_v);
-                if r < d { residual[r * columns + column] } else { closure[(r - d) * columns + column] }
-            });
+            self.accelerations_by(&mut out.a_q[row.clone()], |this, r| this.residual_by_position(r, column));
+            self.accelerations_by(&mut out.a_v[row], |this, r| this.residual_by_velocity(r, column));
         }
         transpose(&mut out.a_q, d);
         transpose(&mut out.a_v, d);
         self.accelerations_by(&mut out.a_t, |this, r| {
             let by_time = |driven: &DrivenCoordinate| {
                 let Coordinate { velocity, acceleration, .. } = this.coordinates[driven.column];
-                let place = |row: usize| row * columns + driven.column;
-                if r < d {
-                    this.residual_q[place(r)] * velocity + this.residual_v[place(r)] * acceleration
-                } else {
-                    let loops = &this.loops;
-                    loops.acceleration_q[place(r - d)] * velocity
-                        + loops.acceleration_v[place(r - d)] * acceleration
-                }
+                this.residual_by_position(r, driven.column) * velocity
+                    + this.residual_by_velocity(r, driven.column) * acceleration
             };
             this.mechanism.driven.iter().map(by_time).sum()
         });
         true
+    }
+
+    /// Derivative of residual `row` with respect to the position of a column: force residuals below
+    /// d, accelerations of the closures from d.
+    #[inline]
+    fn residual_by_position(&self, row: usize, column: usize) -> f64 {
+        self.entry(&self.residual_q, &self.loops.acceleration_q, row, column)
+    }
+
+    /// The same with respect to the velocity.
+    #[inline]
+    fn residual_by_velocity(&self, row: usize, column: usize) -> f64 {
+        self.entry(&self.residual_v, &self.loops.acceleration_v, row, column)
+    }
+
+    #[inline]
+    fn entry(&self, force: &[f64], closure: &[f64], row: usize, column: usize) -> f64 {
+        let (d, columns) = (self.mechanism.free.len(), self.coordinates.len());
+        if row < d { force[row * columns + column] } else { closure[(row - d) * columns + column] }
     }
 
     /// Change of the accelerations that cancels a change of the residuals: of the force residual
@@ -453,16 +459,6 @@ fn transpose(matrix: &mut [f64], n: usize) {
     for i in 0..n {
         for j in i + 1..n {
             matrix.swap(i * n + j, j * n + i);
-        }
-    }
-}
-
-/// The bracket 1 + χ δ̇ of a contact [-]; below zero its damping would pull.
-pub fn damping_bracket(state: &ContactState<f64>, phase: Phase) -> Option<f64> {
-    match phase {
-        Phase::Free => None,
-        Phase::Contact { hysteresis_factor, .. } => {
-            Some(ClearanceLaw::damping_bracket(state.penetration_rate, hysteresis_factor))
         }
     }
 }
