@@ -39,6 +39,15 @@ class _Events(TypedDict):
     normal_velocity: NDArray[np.float64]
 
 @type_check_only
+class _Contacts(TypedDict):
+    joint: list[str]
+    onset: NDArray[np.float64]
+    separation: NDArray[np.float64]
+    impact_velocity: NDArray[np.float64]
+    peak_force: NDArray[np.float64]
+    peak_time: NDArray[np.float64]
+
+@type_check_only
 class _Run(TypedDict):
     t: NDArray[np.float64]
     values: NDArray[np.float64]
@@ -49,6 +58,8 @@ class _Run(TypedDict):
     joint: str | None
     stats: _Stats
     events: _Events
+    contacts: _Contacts
+    end: str | None
     warnings: list[str]
 
 @type_check_only
@@ -63,7 +74,12 @@ class _Runs(TypedDict):
     stats: list[_Stats]
     warnings: list[list[str]]
 
-def simulate(scene: str, settings: str, progress: Callable[[float], None] | None = None) -> _Run: ...
+def simulate(
+    scene: str,
+    settings: str,
+    progress: Callable[[float], None] | None = None,
+    start: str | None = None,
+) -> _Run: ...
 def sweep(
     scenes: list[str],
     settings: str,

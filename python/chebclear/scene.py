@@ -13,12 +13,23 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, TypeAlias
 
 from .checks import did_you_mean
 from .errors import Problem, SceneError
+from .forces import Damper as Damper
+from .forces import Force as Force
+from .forces import Gravity as Gravity
+from .forces import Spring as Spring
+from .forces import Torque as Torque
+from .forces import TorsionDamper as TorsionDamper
+from .forces import TorsionSpring as TorsionSpring
+from .functions import Harmonic as Harmonic
+from .functions import Polynomial as Polynomial
+from .functions import Table as Table
 from .laws import ContactLaw as ContactLaw
 from .laws import Flores as Flores
 from .laws import FrictionLaw as FrictionLaw
@@ -27,6 +38,11 @@ from .laws import HuntCrossley as HuntCrossley
 from .laws import LankaraniNikravesh as LankaraniNikravesh
 from .laws import ModifiedCoulomb as ModifiedCoulomb
 from .laws import SmoothedCoulomb as SmoothedCoulomb
+from .motions import BodyStart as BodyStart
+from .motions import ClearanceStart as ClearanceStart
+from .motions import JointStart as JointStart
+from .motions import Motion as Motion
+from .motions import Speed as Speed
 from .quantities import Interval as Interval
 from .quantities import interval as interval
 from .quantities import rpm as rpm
@@ -172,48 +188,10 @@ class ClearanceRevolute(Part):
     impact_velocity_floor: float | None = None
 
 
-@dataclass(frozen=True)
-class Gravity(Part):
-    """Uniform gravity.
-
-    Parameters
-    ----------
-    acceleration : (float, float)
-        Acceleration of free fall [m/s²].
-    """
-
-    _tag = ("type", "gravity")
-
-    acceleration: Vector
-
-
-@dataclass(frozen=True)
-class Speed(Part):
-    """A revolute joint that is turned at constant speed.
-
-    Parameters
-    ----------
-    name : str
-        Name, unique in the scene.
-    joint : str
-        Name of the revolute joint.
-    speed : float
-        Angular velocity of body b relative to body a [rad/s].
-    angle : float
-        Angle of body b relative to body a at time zero [rad].
-    """
-
-    _tag = ("type", "speed")
-
-    name: str
-    joint: str
-    speed: float
-    angle: float = 0.0
-
-
 Joint: TypeAlias = Revolute | Prismatic | Fixed | ClearanceRevolute
-Force: TypeAlias = Gravity
-Drive: TypeAlias = Speed
+AnyForce: TypeAlias = Gravity | Spring | Damper | TorsionSpring | TorsionDamper | Force | Torque
+Drive: TypeAlias = Speed | Motion
+Start: TypeAlias = JointStart | BodyStart | ClearanceStart
 
 
 @dataclass(frozen=True)
@@ -225,7 +203,9 @@ class Inspection:
     coordinates: tuple[str, ...]
     """Names of those coordinates."""
     columns: tuple[str, ...]
-    """Names of all outputs that a simulation of the scene can give."""
+    """Names of the outputs of a simulation that does not choose: bodies, clearance joints, drives."""
+    further_columns: tuple[str, ...]
+    """Names of the outputs that it can choose besides: points, joint coordinates, reactions, energies."""
     bodies: tuple[str, ...]
     """Names of the bodies."""
     cut_joints: tuple[str, ...]
@@ -244,12 +224,14 @@ class Scene(Part):
         The moving bodies.
     joints : sequence of Revolute, Prismatic, Fixed or ClearanceRevolute
         The joints.
-    forces : sequence of Gravity
+    forces : sequence of Gravity, Spring, Damper, TorsionSpring, TorsionDamper, Force or Torque
         The forces.
-    drives : sequence of Speed
+    drives : sequence of Speed or Motion
         The prescribed motions.
     ground : mapping of str to (float, float)
         Named points of the fixed body ``"ground"`` [m].
+    start : sequence of JointStart, BodyStart or ClearanceStart
+        How a run starts, where that is not left to the joints, the drives and the rough angles of the bodies.
     angles : mapping of str to float, optional
         Rough angles of bodies at the start by name [rad]; a shorthand that sets `Body.angle`.
 
@@ -267,15 +249,17 @@ class Scene(Part):
     _choices: ClassVar = {
         "bodies": (Body,),
         "joints": (Revolute, Prismatic, Fixed, ClearanceRevolute),
-        "forces": (Gravity,),
-        "drives": (Speed,),
+        "forces": (Gravity, Spring, Damper, TorsionSpring, TorsionDamper, Force, Torque),
+        "drives": (Speed, Motion),
+        "start": (JointStart, BodyStart, ClearanceStart),
     }
 
     bodies: Sequence[Body]
     joints: Sequence[Joint]
-    forces: Sequence[Force] = ()
+    forces: Sequence[AnyForce] = ()
     drives: Sequence[Drive] = ()
     ground: Mapping[str, Vector] = field(default_factory=lambda: Points({}))
+    start: Sequence[Start] = ()
     angles: dataclasses.InitVar[Mapping[str, float] | None] = None
 
     def __post_init__(self, angles: Mapping[str, float] | None) -> None:
@@ -358,6 +342,20 @@ class Scene(Part):
             raise SceneError(problems)
         assert isinstance(scene, Scene)
         return scene
+
+    @property
+    def period(self) -> float:
+        """Time of one revolution of the drive at constant speed [s], the slowest one if there are several.
+
+        Raises
+        ------
+        ValueError
+            If nothing is driven at constant speed.
+        """
+        speeds = [abs(drive.speed) for drive in self.drives if isinstance(drive, Speed)]
+        if not any(speeds):
+            raise ValueError("no drive of the scene turns at constant speed: it has no period")
+        return 2.0 * math.pi / min(speed for speed in speeds if speed)
 
     def check(self) -> Inspection:
         """Check the scene and assemble its mechanism, without simulating it.

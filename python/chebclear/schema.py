@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -18,12 +18,16 @@ from .checks import as_number, did_you_mean
 from .errors import Problem
 
 Vector: TypeAlias = tuple[float, float]
+Numbers: TypeAlias = Sequence[float]
 
 # Annotations that stand for plain values, as they are written in the records.
 _NUMBERS = ("float", "float | None")
 _TEXT = "str"
 _VECTOR = "Vector"
 _POINTS = "Mapping[str, Vector]"
+_LIST = "Numbers"
+# A number, or a record in its place.
+_EITHER = "float | "
 
 _NOT_FINITE = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 
@@ -87,10 +91,10 @@ def _as_vector(value: Any) -> Any:
 
 def _settle(value: Any, annotation: str) -> Any:
     """The value in the type that the annotation asks for; as it is if it cannot be."""
-    if annotation in _NUMBERS:
+    if annotation in _NUMBERS or annotation.startswith(_EITHER):
         number = as_number(value)
         return value if number is None else number
-    if annotation == _VECTOR:
+    if annotation in (_VECTOR, _LIST):
         return _as_vector(value)
     if annotation == _POINTS and isinstance(value, Mapping):
         return Points(value)
@@ -133,6 +137,8 @@ def _write_records(
 ) -> Any:
     if value is None and annotation.endswith("| None"):
         return None
+    if annotation.startswith(_EITHER) and not isinstance(value, Part):
+        return _write_number(value, path, problems)
     if not annotation.startswith("Sequence"):
         return write(value, accepted, path, problems)
     if isinstance(value, tuple):
@@ -153,6 +159,11 @@ def _write_value(value: Any, annotation: str, path: str, problems: list[Problem]
             return {name: _write_vector(value[name], join(path, name), problems) for name in value}
         problems.append(Problem(path, f"must be a mapping of names to positions, got {value!r}"))
         return {}
+    if annotation == _LIST:
+        if isinstance(value, tuple):
+            return [_write_number(item, f"{path}[{index}]", problems) for index, item in enumerate(value)]
+        problems.append(Problem(path, f"must be a sequence of numbers, got {value!r}"))
+        return []
     assert annotation == _TEXT, annotation
     if isinstance(value, str):
         return str(value)
@@ -221,6 +232,8 @@ def _read_records(
 ) -> Any:
     if plain is None and annotation.endswith("| None"):
         return None
+    if annotation.startswith(_EITHER) and not isinstance(plain, dict):
+        return _read_value(plain, "float")
     if not annotation.startswith("Sequence"):
         return read(plain, accepted, path, problems)
     if isinstance(plain, list):
@@ -232,7 +245,7 @@ def _read_records(
 def _read_value(plain: Any, annotation: str) -> Any:
     if annotation in _NUMBERS and isinstance(plain, str):
         return _NOT_FINITE.get(plain, plain)
-    if annotation == _VECTOR and isinstance(plain, list):
+    if annotation in (_VECTOR, _LIST) and isinstance(plain, list):
         return [_read_value(item, "float") for item in plain]
     if annotation == _POINTS and isinstance(plain, dict):
         return {name: _read_value(item, _VECTOR) for name, item in plain.items()}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import fnmatch
 import json
 import os
 import warnings
@@ -44,12 +45,14 @@ class Settings:
     """Simulated time [s]."""
     samples: int
     """Number of equally spaced samples, both ends included [-]."""
+    skip: float
+    """Time simulated before the first sample [s]."""
     rtol: float
     """Relative tolerance of the integrator [-]."""
     method: str
     """Integrator."""
     outputs: tuple[str, ...] | None
-    """Names of the columns to return; all of them if None."""
+    """Names of the columns to return; those of bodies, clearance joints and drives if None."""
     max_steps: int
     """Steps after which a run is given up [-]."""
     max_events: int
@@ -66,6 +69,7 @@ class Settings:
         *,
         duration: object,
         samples: object,
+        skip: object,
         rtol: object,
         method: object,
         outputs: object,
@@ -82,6 +86,7 @@ class Settings:
         return cls(
             duration=checks.real("duration", duration, "s", above=0.0),
             samples=checks.whole("samples", samples, least=2, most=MOST_SAMPLES),
+            skip=checks.real("skip", skip, "s", least=0.0),
             rtol=checks.real("rtol", rtol, "-", least=LEAST_RTOL, most=MOST_RTOL),
             method=checks.word("method", method, METHODS),
             outputs=_checked_names(checks, outputs),
@@ -101,18 +106,30 @@ class Settings:
     def from_dict(cls, plain: Mapping[str, Any]) -> Settings:
         """The settings from what JSON made of them."""
         outputs = plain["outputs"]
-        return cls(**{**plain, "outputs": None if outputs is None else tuple(outputs)})
+        # Files of the first version know no skip.
+        return cls(**{"skip": 0.0, **plain, "outputs": None if outputs is None else tuple(outputs)})
 
-    def require_outputs_of(self, scene: Scene) -> None:
-        """Raise ValueError if an output is no column of the scene."""
+    def for_scene(self, scene: Scene) -> Settings:
+        """The settings with patterns such as ``"energy.*"`` replaced by the columns of the scene.
+
+        Raises
+        ------
+        ValueError
+            If an output is no column of the scene.
+        """
         if self.outputs is None:
-            return
-        columns = scene.check().columns
+            return self
+        facts = scene.check()
+        columns = facts.columns + facts.further_columns
         checks = Checks()
+        names: dict[str, None] = {}
         for name in self.outputs:
-            if name not in columns:
+            found = [name] if name in columns else fnmatch.filter(columns, name)
+            if not found:
                 checks.add(f'unknown output "{name}"{did_you_mean(name, columns)}')
+            names |= dict.fromkeys(found)
         checks.finish()
+        return dataclasses.replace(self, outputs=tuple(names))
 
 
 def _checked_names(checks: Checks, outputs: object) -> tuple[str, ...] | None:
@@ -180,6 +197,45 @@ class Events(records.ArrayRecord):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class Contacts(records.ArrayRecord):
+    """Contacts from onset to separation, in the order of their onsets."""
+
+    joint: NDArray[np.str_]
+    """Name of the clearance joint."""
+    onset: Array
+    """When journal and bearing touched [s]."""
+    separation: Array
+    """When they parted [s]; NaN if the run ended in contact."""
+    impact_velocity: Array
+    """Penetration rate at the onset [m/s]; NaN if the run began in contact."""
+    peak_force: Array
+    """Largest normal force [N]."""
+    peak_time: Array
+    """When it acted [s]."""
+
+    def __len__(self) -> int:
+        return len(self.onset)
+
+    @property
+    def duration(self) -> Array:
+        """Separation minus onset [s]."""
+        return self.separation - self.onset
+
+
+@dataclass(frozen=True)
+class EndState:
+    """Where a simulation ended, for another one to start from: `simulate(scene, ..., start=run.end)`."""
+
+    memory: str
+    """What the core must know to go on bit for bit, as JSON."""
+
+    @property
+    def time(self) -> float:
+        """When it ended [s]."""
+        return float(json.loads(self.memory)["time"])
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(records.ArrayRecord):
     """The result of one simulation; ``run["slider.x"]`` is the column of that name.
 
@@ -194,6 +250,10 @@ class Trajectory(records.ArrayRecord):
     """All columns in SI units, shape (samples, columns); NaN after a failure."""
     events: Events
     """Changes of contact."""
+    contacts: Contacts
+    """Contacts with their durations and peak forces."""
+    end: EndState | None
+    """Where it ended, for another simulation to start from; None after a failure."""
     stats: Stats
     """What the simulation cost."""
     status: str
@@ -274,12 +334,14 @@ class Trajectory(records.ArrayRecord):
         """
         arrays = {"t": self.t, "values": self.values}
         arrays |= {f"events_{name}": array for name, array in vars(self.events).items()}
+        arrays |= {f"contacts_{name}": array for name, array in vars(self.contacts).items()}
         facts = {
             "columns": self.columns,
             "stats": dataclasses.asdict(self.stats),
             "status": self.status,
             "message": self.message,
             "end_time": self.end_time,
+            "end": None if self.end is None else self.end.memory,
             "joint": self.joint,
             "warnings": self.warnings,
             "settings": dataclasses.asdict(self.settings),
@@ -306,12 +368,17 @@ class Trajectory(records.ArrayRecord):
             If the file holds something else.
         """
         arrays, facts = records.load(path, "trajectory")
-        names = [item.name for item in dataclasses.fields(Events)]
+
+        def table(kind: type, prefix: str) -> Any:
+            return kind(**{item.name: arrays[f"{prefix}_{item.name}"] for item in dataclasses.fields(kind)})
+
         return cls(
             t=arrays["t"],
             columns=tuple(facts["columns"]),
             values=arrays["values"],
-            events=Events(**{name: arrays[f"events_{name}"] for name in names}),
+            events=table(Events, "events"),
+            contacts=table(Contacts, "contacts"),
+            end=None if facts["end"] is None else EndState(facts["end"]),
             stats=Stats(**facts["stats"]),
             status=facts["status"],
             message=facts["message"],
@@ -338,6 +405,8 @@ def simulate(
     method: str = "rodas5p",
     outputs: Sequence[str] | None = None,
     *,
+    skip: float = 0.0,
+    start: EndState | None = None,
     max_steps: int = MAX_STEPS,
     max_events: int = MAX_EVENTS,
     position_tolerance: float | None = None,
@@ -365,7 +434,13 @@ def simulate(
         Rosenbrock methods of order 5 and 4, for contacts that may stick; or the explicit method of order 8,
         cheaper where none sticks for long and much dearer, though no less accurate, where one does.
     outputs : sequence of str, optional
-        Names of the columns to return; all of them if not given. ``scene.check().columns`` lists them.
+        Names of the columns to return, or patterns such as ``"energy.*"``; all quantities of bodies, clearance
+        joints and drives if not given. ``scene.check()`` lists them, and further ones.
+    skip : float
+        Time to simulate before the first sample [s], such as ``10 * scene.period`` for a mechanism to settle.
+    start : EndState, optional
+        The end of an earlier run of the scene, `Trajectory.end`, to continue from: time goes on, and the steps
+        are those of a single run, bit for bit.
     max_steps, max_events : int
         Accepted steps and changes of contact after which the run is given up [-].
     position_tolerance, velocity_tolerance : float, optional
@@ -395,6 +470,7 @@ def simulate(
         checks,
         duration=duration,
         samples=samples,
+        skip=skip,
         rtol=rtol,
         method=method,
         outputs=outputs,
@@ -403,16 +479,19 @@ def simulate(
         position_tolerance=position_tolerance,
         velocity_tolerance=velocity_tolerance,
     )
+    if start is not None and not isinstance(start, EndState):
+        checks.add(f"start must be the end of a run, got {start!r}", wrong_type=True)
     if not is_request(progress):
         checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
     checks.word("on_failure", on_failure, ("raise", "return"))
     checks.finish()
-    settings.require_outputs_of(scene)
+    settings = settings.for_scene(scene)
 
     with _reporter(progress) as report:
-        run = _core.simulate(scene.to_json(), settings.to_json(), report)
+        memory = None if start is None else start.memory
+        run = _core.simulate(scene.to_json(), settings.to_json(), report, memory)
     warn_once(run["warnings"], stacklevel=3)
-    events = run["events"]
+    events, contacts = run["events"], run["contacts"]
     trajectory = Trajectory(
         t=run["t"],
         columns=tuple(run["columns"]),
@@ -423,6 +502,15 @@ def simulate(
             kind=np.array(events["kind"], dtype=np.str_),
             normal_velocity=events["normal_velocity"],
         ),
+        contacts=Contacts(
+            joint=np.array(contacts["joint"], dtype=np.str_),
+            onset=contacts["onset"],
+            separation=contacts["separation"],
+            impact_velocity=contacts["impact_velocity"],
+            peak_force=contacts["peak_force"],
+            peak_time=contacts["peak_time"],
+        ),
+        end=None if run["end"] is None else EndState(run["end"]),
         stats=Stats(**run["stats"]),
         status=run["status"],
         message=run["message"],

@@ -48,11 +48,14 @@ class Study:
     parameters : mapping of str to Interval
         Interval of each uncertain parameter [SI units].
     outputs : sequence of str, optional
-        Names of the outputs of interest; all columns if not given.
+        Names of the outputs of interest, or patterns such as ``"wrist.*"``; all quantities of bodies, clearance
+        joints and drives if not given.
     duration : float
         Simulated time [s], above 0.
     samples : int
         Number of equally spaced samples, both ends included [-]; 2 to 10 000 000.
+    skip : float
+        Time to simulate before the first sample [s].
     rtol : float
         Relative tolerance of the integrator [-], from 1e-13 to 0.1.
     method : {"rodas5p", "rodas4", "dop853"}
@@ -99,6 +102,7 @@ class Study:
         *,
         duration: float,
         samples: int,
+        skip: float = 0.0,
         rtol: float = 1e-6,
         method: str = "rodas5p",
         fixed: Mapping[str, Any] | None = None,
@@ -119,6 +123,7 @@ class Study:
             checks,
             duration=duration,
             samples=samples,
+            skip=skip,
             rtol=rtol,
             method=method,
             outputs=outputs,
@@ -235,12 +240,12 @@ class Study:
         scenes = [self._scene(parameters) for parameters in given]
         texts = [_text(scene, parameters) for scene, parameters in zip(scenes, given, strict=True)]
         try:
-            self.settings.require_outputs_of(scenes[-1])
+            settings = self.settings.for_scene(scenes[-1])
         except SceneError as error:
             raise SceneError(_at(given[-1], error.problems)) from None
         with _reporter(self.progress) as report:
             try:
-                runs = self._simulate(texts, report)
+                runs = self._simulate(texts, settings.to_json(), report)
             except SceneError as error:
                 raise _with_parameters(error, given) from None
         _require_success(runs, given)
@@ -256,7 +261,7 @@ class Study:
             nodes=counts,
             stats=tuple(Stats(**stats) for stats in runs["stats"]),
             warnings=messages,
-            settings=self.settings,
+            settings=settings,
             scene=scenes[-1],
         )
 
@@ -272,8 +277,7 @@ class Study:
             raise TypeError(f"build must return a Scene, got {scene!r} for {describe(parameters)}")
         return scene
 
-    def _simulate(self, texts: list[str], report: Progress | None) -> _Runs:
-        settings = self.settings.to_json()
+    def _simulate(self, texts: list[str], settings: str, report: Progress | None) -> _Runs:
         if self.executor is None:
             return _core.sweep(texts, settings, self.threads, report)
         size = -(-len(texts) // _CHUNKS)

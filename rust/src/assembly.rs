@@ -5,10 +5,13 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::dynamics::Dynamics;
 use crate::error::SceneError;
-use crate::kinematics::{FrameKind, Vec2};
-use crate::linear::symmetric_solve;
-use crate::mechanism::{FramePoint, Mechanism, State};
-use crate::scene::{Joint, Scene};
+use crate::kinematics::{FrameKind, Vec2, angle_column};
+use crate::mechanism::{FramePoint, IdealKind, Mechanism, Realisation, State};
+use crate::scales::{
+    effective_masses, length_scale, levers, set_contact_scales, speed_from_rest, speed_scale,
+};
+use crate::scene::{Scene, Start};
+use crate::turns::unwind;
 
 /// Newton steps before an assembly is given up. A rough guess needs about ten; a hundred only
 /// when it creeps along a singular pose.
@@ -38,18 +41,19 @@ fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> 
     let mut q = rough_coordinates(mechanism, scene);
     let d = q.len();
     let mut dynamics = Dynamics::new(mechanism);
-    let at_rest = vec![0.0; d];
-    let residual = close_positions(&mut dynamics, &mut q, &at_rest, length);
+    let conditions = Conditions::new(mechanism, scene);
+    let residual = close_positions(&mut dynamics, &conditions, &mut q, length);
     if residual.is_nan() || residual > CLOSED * length {
         return Err(SceneError::single(
             "bodies",
             format!(
-                "the mechanism cannot be assembled with its loops closed and its clearance joints \
-                 concentric: from the given angles a gap of {residual:.3e} m remains; check the lengths and the rough angles of the bodies"
+                "the mechanism cannot be assembled with its loops closed and its clearance joints {}: from the \
+                 given angles a gap of {residual:.3e} m remains; check the lengths and the rough angles of the bodies",
+                if scene.start.is_empty() { "concentric" } else { "as the start says" }
             ),
         ));
     }
-    let (v, gap_rate) = close_velocities(&mut dynamics, &q, length);
+    let (v, gap_rate) = close_velocities(&mut dynamics, &conditions, &q, length);
     dynamics.move_to(0.0, &q, &v);
     let speed = speed_scale(mechanism, &dynamics, length);
     // The least-squares velocity leaves a rate only where no velocity closes the joints: the pose
@@ -58,29 +62,22 @@ fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> 
         return Err(SceneError::single(
             "bodies",
             format!(
-                "the assembled pose is singular: no velocity keeps the joints together \
-                 (remaining rate {gap_rate:.3e} m/s); start the drive at another angle"
+                "the assembled pose is singular{}: no velocity keeps the joints together \
+                 (remaining rate {gap_rate:.3e} m/s); start the drive at another angle",
+                if scene.start.is_empty() { "" } else { ", or the start contradicts itself or the drives" }
             ),
         ));
     }
-    check_redundancy(mechanism, &dynamics, length)?;
+    check_redundancy(mechanism, &dynamics, &conditions, length)?;
     let levers = levers(mechanism, &dynamics);
     let mut accelerations = vec![0.0; d];
     if !dynamics.acceleration(0.0, &q, &v, &mut accelerations) {
         return Err(SceneError::single("bodies", "the mass matrix is singular in the assembled pose"));
     }
-    let masses: Vec<(f64, f64)> = effective_masses(mechanism, &mut dynamics, &q, &v, &accelerations);
-    for (joint, (mass, load)) in mechanism.clearance_joints.iter_mut().zip(masses) {
-        joint.effective_mass = mass;
-        let weightless = joint.law.normal.stiffness
-            * (UNLOADED_PENETRATION * joint.law.clearance).powf(joint.law.normal.exponent);
-        let load = load.max(mass * speed * speed / length).max(weightless);
-        joint.resting_penetration = joint.law.normal.resting_penetration(load);
-        joint.resting_speed = joint.resting_penetration * joint.law.normal.contact_frequency(load, mass);
-        if joint.impact_velocity_floor.is_nan() {
-            joint.impact_velocity_floor = joint.law.normal.resting_velocity(load, mass);
-        }
-    }
+    dynamics.accelerate(&accelerations);
+    let speed = if speed > 0.0 { speed } else { speed_from_rest(mechanism, &dynamics, length) };
+    let masses = effective_masses(mechanism, &mut dynamics, &q, &v, &accelerations);
+    set_contact_scales(mechanism, masses, speed, length);
     mechanism.start = State { q, v };
     mechanism.scales.length = length;
     mechanism.scales.speed = speed;
@@ -90,9 +87,14 @@ fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> 
 
 /// Every closure must restrict the motion by two more equations: otherwise a joint is redundant
 /// (its forces cannot be known) or the pose is a change point.
-fn check_redundancy(mechanism: &Mechanism, dynamics: &Dynamics, length: f64) -> Result<(), SceneError> {
+fn check_redundancy(
+    mechanism: &Mechanism,
+    dynamics: &Dynamics,
+    conditions: &Conditions,
+    length: f64,
+) -> Result<(), SceneError> {
     let units = column_units(mechanism, length);
-    let (_, jacobian) = closures(dynamics, &units, length.log2().ceil().exp2());
+    let (_, jacobian) = conditions.positions(dynamics, &units, length.log2().ceil().exp2());
     for (index, closure) in mechanism.closures.iter().enumerate() {
         let rows = 2 * (index + 1);
         let part = jacobian.rows(0, rows).into_owned();
@@ -109,36 +111,6 @@ fn check_redundancy(mechanism: &Mechanism, dynamics: &Dynamics, length: f64) -> 
         }
     }
     Ok(())
-}
-
-/// Penetration relative to the clearance that stands for the load of a scene in which nothing
-/// is driven, moves or falls at the start.
-const UNLOADED_PENETRATION: f64 = 1e-6;
-
-/// Largest distance between two points of a body, or of ground; a joint's radius if all points
-/// coincide; 1 m in a scene without any length.
-fn length_scale(scene: &Scene) -> f64 {
-    let spread = |points: &mut dyn Iterator<Item = [f64; 2]>| {
-        let points: Vec<Vec2> = points.map(Vec2::from).collect();
-        let mut largest: f64 = 0.0;
-        for (index, a) in points.iter().enumerate() {
-            for b in &points[..index] {
-                largest = largest.max((a - b).norm());
-            }
-        }
-        largest
-    };
-    let mut length = spread(&mut scene.ground.iter().map(|point| point.position));
-    for body in &scene.bodies {
-        let points = body.points.iter().map(|point| point.position).chain([body.center_of_mass]);
-        length = length.max(spread(&mut points.into_iter()));
-    }
-    for joint in &scene.joints {
-        if let Joint::Clearance { journal_radius, .. } = joint {
-            length = length.max(*journal_radius);
-        }
-    }
-    if length > 0.0 { length } else { 1.0 }
 }
 
 /// Free coordinates that give the bodies their rough angles.
@@ -159,7 +131,8 @@ fn rough_coordinates(mechanism: &Mechanism, scene: &Scene) -> Vec<f64> {
             .filter(|(placed, _)| placed.frame == index)
             .min_by_key(|(placed, _)| !placed.hung)
             .map_or(angles[index], |(placed, body)| body.angle - placed.angle);
-        coordinates[index] = driven.map_or(wanted - angles[index], |driven| driven.at(0.0).position);
+        coordinates[index] =
+            driven.map_or(wanted - angles[index], |driven| driven.sign * driven.motion.at(0.0)[0]);
         angles[index] += coordinates[index];
     }
     mechanism.free.iter().map(|&column| coordinates[column + 1]).collect()
@@ -179,32 +152,160 @@ fn column_units(mechanism: &Mechanism, length: f64) -> Vec<f64> {
         .collect()
 }
 
-/// The pairs of points that must coincide at the start: loop closures, then clearance joints.
-fn pairs(mechanism: &Mechanism) -> Vec<[FramePoint; 2]> {
-    let closures = mechanism.closures.iter().map(|closure| [closure.a, closure.b]);
-    let joints = mechanism.clearance_joints.iter().map(|joint| [joint.bearing, joint.journal]);
-    closures.chain(joints).collect()
+/// What must hold at the start.
+struct Conditions {
+    /// Points with the second seen from the first [m] and its rate [m/s]: loop closures, then
+    /// clearance joints.
+    pairs: Vec<([FramePoint; 2], Vec2, Vec2)>,
+    /// Coordinates that the user gave.
+    coordinates: Vec<GivenCoordinate>,
 }
 
-/// All gaps one below the other [m], and their Jacobian with respect to the free coordinates,
-/// both divided by `unit`, the Jacobian multiplied by the coordinates' units.
-fn closures(dynamics: &Dynamics, units: &[f64], unit: f64) -> (DVector<f64>, DMatrix<f64>) {
-    let mechanism = dynamics.mechanism;
-    let pairs = pairs(mechanism);
-    let mut residual = DVector::zeros(2 * pairs.len());
-    let mut jacobian = DMatrix::zeros(2 * pairs.len(), mechanism.free.len());
-    for (index, &pair) in pairs.iter().enumerate() {
-        let [from, to] = pair.map(|point| dynamics.point(point).position);
-        let eccentricity = (to - from) / unit;
-        let columns = dynamics.gap_columns(pair);
-        for axis in 0..2 {
-            residual[2 * index + axis] = eccentricity[axis];
+/// A coordinate of a joint or the angle of a body, as far as it is given.
+struct GivenCoordinate {
+    /// Its derivative with respect to the coordinate of every column.
+    columns: Vec<f64>,
+    /// Whether it is an angle.
+    turns: bool,
+    /// Its value [rad or m] where all coordinates are zero.
+    zero: f64,
+    position: Option<f64>,
+    velocity: Option<f64>,
+}
+
+impl Conditions {
+    fn new(mechanism: &Mechanism, scene: &Scene) -> Self {
+        let eccentric = |name: &str| {
+            let given = scene.start.iter().find_map(|start| match start {
+                Start::Clearance { joint, eccentricity, rate } if joint == name => {
+                    Some((Vec2::from(*eccentricity), Vec2::from(*rate)))
+                }
+                _ => None,
+            });
+            given.unwrap_or((Vec2::zeros(), Vec2::zeros()))
+        };
+        let closures =
+            mechanism.closures.iter().map(|closure| ([closure.a, closure.b], Vec2::zeros(), Vec2::zeros()));
+        let joints = mechanism.clearance_joints.iter().map(|joint| {
+            let (eccentricity, rate) = eccentric(&joint.name);
+            ([joint.bearing, joint.journal], eccentricity, rate)
+        });
+        Self {
+            pairs: closures.chain(joints).collect(),
+            coordinates: scene.start.iter().filter_map(|start| given_coordinate(mechanism, start)).collect(),
+        }
+    }
+
+    /// Rows that the pairs and the given coordinates take.
+    fn rows(&self, given: impl Fn(&GivenCoordinate) -> Option<f64>) -> usize {
+        2 * self.pairs.len() + self.coordinates.iter().filter(|one| given(one).is_some()).count()
+    }
+
+    /// What the positions are off by, one below the other, and the Jacobian with respect to the free
+    /// coordinates. Lengths are divided by `unit`, columns multiplied by the coordinates' `units`.
+    fn positions(&self, dynamics: &Dynamics, units: &[f64], unit: f64) -> (DVector<f64>, DMatrix<f64>) {
+        let given = |one: &GivenCoordinate| one.position;
+        let mut residual = DVector::zeros(self.rows(given));
+        for (index, (pair, gap, _)) in self.pairs.iter().enumerate() {
+            let [from, to] = pair.map(|point| dynamics.point(point).position);
+            let off = (to - from - gap) / unit;
+            (residual[2 * index], residual[2 * index + 1]) = (off.x, off.y);
+        }
+        let wanted = self.coordinates.iter().filter_map(|one| Some((one, one.position?)));
+        for (row, (one, wanted)) in wanted.enumerate() {
+            let off = one.zero + one.sum(|column| dynamics.coordinate(column).position) - wanted;
+            // An angle is met where it is met up to full turns.
+            let off = if one.turns { unwind(off).0 } else { off / unit };
+            residual[2 * self.pairs.len() + row] = off;
+        }
+        (residual, self.jacobian(dynamics, units, unit, given))
+    }
+
+    /// The same for the velocities.
+    fn velocities(&self, dynamics: &Dynamics, units: &[f64], unit: f64) -> (DVector<f64>, DMatrix<f64>) {
+        let given = |one: &GivenCoordinate| one.velocity;
+        let mut residual = DVector::zeros(self.rows(given));
+        for (index, (pair, _, rate)) in self.pairs.iter().enumerate() {
+            let [from, to] = pair.map(|point| dynamics.point(point).velocity);
+            let off = (to - from - rate) / unit;
+            (residual[2 * index], residual[2 * index + 1]) = (off.x, off.y);
+        }
+        let wanted = self.coordinates.iter().filter_map(|one| Some((one, one.velocity?)));
+        for (row, (one, wanted)) in wanted.enumerate() {
+            let off = one.sum(|column| dynamics.coordinate(column).velocity) - wanted;
+            residual[2 * self.pairs.len() + row] = if one.turns { off } else { off / unit };
+        }
+        (residual, self.jacobian(dynamics, units, unit, given))
+    }
+
+    fn jacobian(
+        &self,
+        dynamics: &Dynamics,
+        units: &[f64],
+        unit: f64,
+        given: impl Fn(&GivenCoordinate) -> Option<f64>,
+    ) -> DMatrix<f64> {
+        let mechanism = dynamics.mechanism;
+        let mut jacobian = DMatrix::zeros(self.rows(&given), mechanism.free.len());
+        for (index, &(pair, ..)) in self.pairs.iter().enumerate() {
+            let columns = dynamics.gap_columns(pair);
+            for axis in 0..2 {
+                for (freedom, &column) in mechanism.free.iter().enumerate() {
+                    jacobian[(2 * index + axis, freedom)] = columns[column][axis] / unit * units[freedom];
+                }
+            }
+        }
+        for (row, one) in self.coordinates.iter().filter(|one| given(one).is_some()).enumerate() {
+            let scale = if one.turns { 1.0 } else { 1.0 / unit };
             for (freedom, &column) in mechanism.free.iter().enumerate() {
-                jacobian[(2 * index + axis, freedom)] = columns[column][axis] / unit * units[freedom];
+                jacobian[(2 * self.pairs.len() + row, freedom)] =
+                    one.columns[column] * scale * units[freedom];
+            }
+        }
+        jacobian
+    }
+}
+
+impl GivenCoordinate {
+    fn sum(&self, of: impl Fn(usize) -> f64) -> f64 {
+        let moving = self.columns.iter().enumerate().filter(|(_, by)| **by != 0.0);
+        moving.map(|(column, by)| by * of(column)).sum()
+    }
+}
+
+fn given_coordinate(mechanism: &Mechanism, start: &Start) -> Option<GivenCoordinate> {
+    // Names were checked with the scene.
+    let index_of = |name: &str| mechanism.bodies.iter().position(|body| body.name == name);
+    let between = |bodies: [Option<usize>; 2], position, velocity| {
+        let mut columns = vec![0.0; mechanism.frames.len() - 1];
+        let mut zero = 0.0;
+        for (body, sign) in bodies.into_iter().zip([-1.0, 1.0]) {
+            let Some(placed) = body.map(|body| &mechanism.bodies[body]) else { continue };
+            zero += sign * placed.angle;
+            for &column in &mechanism.paths[placed.frame].columns {
+                columns[column] += sign * angle_column(mechanism.frames[column + 1].kind);
+            }
+        }
+        Some(GivenCoordinate { columns, turns: true, zero, position, velocity })
+    };
+    match start {
+        Start::Clearance { .. } => None,
+        Start::Body { body, angle, angular_velocity } => {
+            between([None, index_of(body)], *angle, *angular_velocity)
+        }
+        Start::Joint { joint, position, velocity } => {
+            let joint = mechanism.ideal_joints.iter().find(|other| other.name == *joint)?;
+            match joint.realisation {
+                Realisation::Tree { column: Some(column), .. } if joint.kind == IdealKind::Prismatic => {
+                    let mut columns = vec![0.0; mechanism.frames.len() - 1];
+                    columns[column] = 1.0;
+                    let (position, velocity) = (*position, *velocity);
+                    Some(GivenCoordinate { columns, turns: false, zero: 0.0, position, velocity })
+                }
+                _ => between(joint.bodies, *position, *velocity),
             }
         }
     }
-    (residual, jacobian)
 }
 
 /// Singular values relative to the largest below which a direction counts as immovable.
@@ -224,14 +325,14 @@ fn least_squares(jacobian: DMatrix<f64>, right: &DVector<f64>, cutoff: f64) -> D
     jacobian.svd(true, true).solve(right, cutoff * largest).unwrap_or_else(|_| DVector::zeros(columns))
 }
 
-/// Newton's method with halved steps on "every clearance joint is concentric"; the remaining
-/// gap [m].
-fn close_positions(dynamics: &mut Dynamics, q: &mut [f64], v: &[f64], length: f64) -> f64 {
+/// Newton's method with halved steps on the conditions; what remains [m].
+fn close_positions(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f64], length: f64) -> f64 {
     let mechanism = dynamics.mechanism;
+    let at_rest = vec![0.0; q.len()];
     let units = column_units(mechanism, length);
     let unit = length.log2().ceil().exp2();
-    dynamics.move_to(0.0, q, v);
-    let (mut residual, mut jacobian) = closures(dynamics, &units, unit);
+    dynamics.move_to(0.0, q, &at_rest);
+    let (mut residual, mut jacobian) = conditions.positions(dynamics, &units, unit);
     for _ in 0..ITERATIONS {
         let size = residual.norm();
         if size == 0.0 {
@@ -244,8 +345,8 @@ fn close_positions(dynamics: &mut Dynamics, q: &mut [f64], v: &[f64], length: f6
             for (k, value) in trial.iter_mut().enumerate() {
                 *value = q[k] - fraction * step[k] * units[k];
             }
-            dynamics.move_to(0.0, &trial, v);
-            (residual, jacobian) = closures(dynamics, &units, unit);
+            dynamics.move_to(0.0, &trial, &at_rest);
+            (residual, jacobian) = conditions.positions(dynamics, &units, unit);
             if residual.norm() < size {
                 break;
             }
@@ -260,114 +361,26 @@ fn close_positions(dynamics: &mut Dynamics, q: &mut [f64], v: &[f64], length: f6
     residual.norm() * unit
 }
 
-/// Velocities of smallest norm that keep every clearance joint concentric, and the largest
-/// remaining rate [m/s].
-fn close_velocities(dynamics: &mut Dynamics, q: &[f64], length: f64) -> (Vec<f64>, f64) {
-    let mechanism = dynamics.mechanism;
-    let units = column_units(mechanism, length);
+/// Velocities of smallest norm that meet the conditions, and the largest remaining rate [m/s].
+fn close_velocities(
+    dynamics: &mut Dynamics,
+    conditions: &Conditions,
+    q: &[f64],
+    length: f64,
+) -> (Vec<f64>, f64) {
+    let units = column_units(dynamics.mechanism, length);
     let unit = length.log2().ceil().exp2();
-    let rates = |dynamics: &Dynamics| {
-        let pairs = pairs(mechanism);
-        DVector::from_iterator(
-            2 * pairs.len(),
-            pairs.iter().flat_map(|pair| {
-                let [from, to] = pair.map(|point| dynamics.point(point).velocity);
-                [to.x - from.x, to.y - from.y]
-            }),
-        )
-    };
     let mut v = vec![0.0; q.len()];
-    // The closure is linear in v: the second pass only removes the rounding of the first.
+    // The conditions are linear in v: the second pass only removes the rounding of the first.
     for _ in 0..2 {
         dynamics.move_to(0.0, q, &v);
-        let (_, jacobian) = closures(dynamics, &units, unit);
-        let step = least_squares(jacobian, &(rates(dynamics) / unit), SINGULAR_VELOCITY);
+        let (residual, jacobian) = conditions.velocities(dynamics, &units, unit);
+        let step = least_squares(jacobian, &residual, SINGULAR_VELOCITY);
         for (k, value) in v.iter_mut().enumerate() {
             *value -= step[k] * units[k];
         }
     }
     dynamics.move_to(0.0, q, &v);
-    let remaining = rates(dynamics).amax();
-    (v, if pairs(mechanism).is_empty() { 0.0 } else { remaining })
-}
-
-/// Fastest of: the points at the start, the drives at the size of the mechanism, a free fall
-/// over it.
-fn speed_scale(mechanism: &Mechanism, dynamics: &Dynamics, length: f64) -> f64 {
-    let mut speed = (mechanism.gravity.norm() * length).sqrt();
-    for driven in &mechanism.driven {
-        speed = speed.max(driven.speed.abs() * length);
-    }
-    for body in mechanism.inertias.iter().chain(&mechanism.driven_inertias) {
-        speed = speed.max(dynamics.frame(body.frame).point(body.center).velocity.norm());
-    }
-    for joint in &mechanism.clearance_joints {
-        speed = speed.max(dynamics.point(joint.journal).velocity.norm());
-    }
-    speed
-}
-
-/// How far [m] a unit of each degree of freedom moves the points that matter: centres of mass,
-/// clearance joints and their surfaces.
-fn levers(mechanism: &Mechanism, dynamics: &Dynamics) -> Vec<f64> {
-    let mut levers = vec![0.0_f64; mechanism.free.len()];
-    let mut raise = |frame: usize, point: Vec2, radius: f64| {
-        for &(column, freedom) in &mechanism.paths[frame].free {
-            let lever = match mechanism.frames[column + 1].kind {
-                FrameKind::Revolute => (point - dynamics.frame(column + 1).position).norm().max(radius),
-                FrameKind::Prismatic { .. } => 1.0,
-            };
-            levers[freedom] = levers[freedom].max(lever);
-        }
-    };
-    for body in &mechanism.inertias {
-        let gyration = (body.inertia / body.mass).sqrt();
-        raise(body.frame, dynamics.frame(body.frame).point(body.center).position, gyration);
-    }
-    for joint in &mechanism.clearance_joints {
-        raise(joint.bearing.frame, dynamics.point(joint.bearing).position, joint.law.bearing_radius);
-        raise(joint.journal.frame, dynamics.point(joint.journal).position, joint.law.journal_radius);
-    }
-    levers
-}
-
-/// For every clearance joint the mass its contact accelerates [kg] and the load [N] that would
-/// keep it concentric, in the direction in which it starts to open.
-fn effective_masses(
-    mechanism: &Mechanism,
-    dynamics: &mut Dynamics,
-    q: &[f64],
-    v: &[f64],
-    a: &[f64],
-) -> Vec<(f64, f64)> {
-    let d = a.len();
-    let factor = dynamics.mass_factor().to_vec();
-    dynamics.move_to(0.0, q, v);
-    dynamics.accelerate(a);
-    let mass_along = |columns: &[Vec2], direction: Vec2| {
-        let row: Vec<f64> = mechanism.free.iter().map(|&column| columns[column].dot(&direction)).collect();
-        let mut solved = row.clone();
-        symmetric_solve(&factor, d, &mut solved);
-        let compliance: f64 = row.iter().zip(&solved).map(|(a, b)| a * b).sum();
-        1.0 / compliance
-    };
-    let total: f64 = mechanism.inertias.iter().map(|body| body.mass).sum();
-    mechanism
-        .clearance_joints
-        .iter()
-        .map(|joint| {
-            let columns = dynamics.gap_columns([joint.bearing, joint.journal]);
-            let opening = dynamics.joint_motion(joint).acceleration;
-            let opens = opening.norm() > 0.0;
-            let direction = if opens { opening.normalize() } else { Vec2::x() };
-            let mut mass = mass_along(&columns, direction);
-            if !opens || !mass.is_finite() {
-                let other = mass_along(&columns, Vec2::y());
-                mass = if mass.is_finite() { mass.min(other) } else { other };
-            }
-            // Two bodies that nothing free moves: the joint never acts, any mass will do.
-            let mass = if mass.is_finite() { mass } else { total.max(f64::MIN_POSITIVE) };
-            (mass, mass * opening.norm())
-        })
-        .collect()
+    let (remaining, _) = conditions.velocities(dynamics, &units, unit);
+    (v, if remaining.is_empty() { 0.0 } else { remaining.amax() * unit })
 }

@@ -137,6 +137,25 @@ impl ClearanceLaw {
         [state.force[0], state.force[1], state.friction_force]
     }
 
+    /// Normal force [N] and its rate [N/s] where the relative motion accelerates by `acceleration`
+    /// [m/s²].
+    pub fn normal_force_with_rate(
+        &self,
+        motion: &RelativeMotion<f64>,
+        acceleration: [f64; 2],
+        phase: Phase,
+    ) -> [f64; 2] {
+        let along =
+            |value: [f64; 2], rate: [f64; 2]| [0, 1].map(|k| Dual { value: value[k], gradient: [rate[k]] });
+        let dual = RelativeMotion {
+            eccentricity: along(motion.eccentricity, motion.rate),
+            rate: along(motion.rate, acceleration),
+            spin: Dual::constant(motion.spin),
+        };
+        let force = ClearanceLaw { friction: None, ..*self }.evaluate::<Dual<1>>(&dual, phase).normal_force;
+        [force.value, force.gradient[0]]
+    }
+
     /// Sliding speed [m/s] the integrator must resolve for the friction law, if that is steep.
     ///
     /// The printed sliding velocity is smaller than the relative velocity by δ/|e|, about 0.01: its

@@ -14,7 +14,8 @@
 //! tree is tested.
 
 use crate::kinematics::{Vec2, perp, turned};
-use crate::scene::{Attachment, Drive, Joint, JointKind, Scene};
+use crate::scene::{Attachment, Joint, JointKind, Scene};
+use crate::time_function::TimeFunction;
 
 /// Position and velocity of a body: centre of mass and angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +46,7 @@ impl CartesianState {
 }
 
 /// What a constraint forbids.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum ConstraintKind {
     /// The points coincide: `r_b + A_b s_b - r_a - A_a s_a = 0`.
     Revolute,
@@ -62,12 +63,17 @@ pub enum ConstraintKind {
         /// Angle of b relative to a [rad].
         angle: f64,
     },
-    /// A drive at constant speed: `θ_b - θ_a - (angle + speed t) = 0`.
-    Speed {
-        /// Angle at time zero [rad].
-        angle: f64,
-        /// Angular velocity [rad/s].
-        speed: f64,
+    /// The angle of a driven revolute joint: `θ_b - θ_a - motion(t) = 0`.
+    Angle {
+        /// Angle of b relative to a [rad].
+        motion: TimeFunction,
+    },
+    /// The displacement of a driven prismatic joint: `(A_a u) · (p_b - p_a) - motion(t) = 0`.
+    Displacement {
+        /// Unit vector u in the frame of body a [-].
+        axis: Vec2,
+        /// Displacement of b [m].
+        motion: TimeFunction,
     },
 }
 
@@ -111,18 +117,23 @@ pub fn cartesian_constraints(scene: &Scene) -> Result<Vec<CartesianConstraint>, 
             point_b,
             kind,
         };
-        let kind = match *kind {
+        let ideal = match *kind {
             JointKind::Revolute => ConstraintKind::Revolute,
             JointKind::Prismatic { axis, angle } => {
                 ConstraintKind::Prismatic { axis: Vec2::from(axis).normalize(), angle }
             }
             JointKind::Fixed { angle } => ConstraintKind::Fixed { angle },
         };
-        constraints.push(constraint(name, kind));
-        for Drive::Speed { name: drive, joint, speed, angle } in &scene.drives {
-            if joint == name {
-                constraints.push(constraint(drive, ConstraintKind::Speed { angle: *angle, speed: *speed }));
-            }
+        constraints.push(constraint(name, ideal));
+        for drive in scene.drives.iter().filter(|drive| drive.joint() == name) {
+            let motion = drive.motion();
+            let driven = match *kind {
+                JointKind::Prismatic { axis, .. } => {
+                    ConstraintKind::Displacement { axis: Vec2::from(axis).normalize(), motion }
+                }
+                JointKind::Revolute | JointKind::Fixed { .. } => ConstraintKind::Angle { motion },
+            };
+            constraints.push(constraint(drive.name(), driven));
         }
     }
     Ok(constraints)
@@ -146,19 +157,18 @@ pub struct Equation {
 impl CartesianConstraint {
     /// The scalar equations of the constraint at time `t` [s], for the states of the two bodies.
     pub fn equations(&self, t: f64, a: &CartesianState, b: &CartesianState) -> Vec<Equation> {
-        match self.kind {
+        match &self.kind {
             ConstraintKind::Revolute => self.coincidence(a, b).to_vec(),
             ConstraintKind::Prismatic { axis, angle } => {
-                vec![self.on_line(axis, a, b), relative_angle(angle, 0.0, a, b)]
+                vec![self.along(perp(*axis), [0.0; 4], a, b), relative_angle([*angle, 0.0, 0.0, 0.0], a, b)]
             }
             ConstraintKind::Fixed { angle } => {
                 let mut equations = self.coincidence(a, b).to_vec();
-                equations.push(relative_angle(angle, 0.0, a, b));
+                equations.push(relative_angle([*angle, 0.0, 0.0, 0.0], a, b));
                 equations
             }
-            ConstraintKind::Speed { angle, speed } => {
-                vec![relative_angle(angle + speed * t, -speed, a, b)]
-            }
+            ConstraintKind::Angle { motion } => vec![relative_angle(motion.at(t), a, b)],
+            ConstraintKind::Displacement { axis, motion } => vec![self.along(*axis, motion.at(t), a, b)],
         }
     }
 
@@ -177,10 +187,10 @@ impl CartesianConstraint {
         })
     }
 
-    /// `n · d = 0` with n = A_a perp(u), d = p_b - p_a.
-    fn on_line(&self, axis: Vec2, a: &CartesianState, b: &CartesianState) -> Equation {
+    /// `n · d = s(t)` with n = A_a `direction`, d = p_b - p_a; `motion` is s with its derivatives.
+    fn along(&self, direction: Vec2, motion: [f64; 4], a: &CartesianState, b: &CartesianState) -> Equation {
         let (arm_a, arm_b) = (a.to_world(self.point_a), b.to_world(self.point_b));
-        let normal = perp(a.to_world(axis));
+        let normal = a.to_world(direction);
         let distance = b.position + arm_b - a.position - arm_a;
         let rate =
             b.velocity + b.angular_velocity * perp(arm_b) - a.velocity - a.angular_velocity * perp(arm_a);
@@ -191,21 +201,22 @@ impl CartesianConstraint {
             - 2.0 * turning * perp(normal).dot(&rate)
             - normal.dot(&bias);
         Equation {
-            phi: normal.dot(&distance),
+            phi: normal.dot(&distance) - motion[0],
             phi_q_a: [-normal.x, -normal.y, perp(normal).dot(&distance) - normal.dot(&perp(arm_a))],
             phi_q_b: [normal.x, normal.y, normal.dot(&perp(arm_b))],
-            phi_t: 0.0,
-            gamma,
+            phi_t: -motion[1],
+            gamma: gamma + motion[2],
         }
     }
 }
 
-fn relative_angle(angle: f64, phi_t: f64, a: &CartesianState, b: &CartesianState) -> Equation {
+/// `θ_b - θ_a = f(t)`; `motion` is f with its derivatives.
+fn relative_angle(motion: [f64; 4], a: &CartesianState, b: &CartesianState) -> Equation {
     Equation {
-        phi: b.angle - a.angle - angle,
+        phi: b.angle - a.angle - motion[0],
         phi_q_a: [0.0, 0.0, -1.0],
         phi_q_b: [0.0, 0.0, 1.0],
-        phi_t,
-        gamma: 0.0,
+        phi_t: -motion[1],
+        gamma: motion[2],
     }
 }

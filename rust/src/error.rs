@@ -51,3 +51,33 @@ impl fmt::Display for SceneError {
 }
 
 impl std::error::Error for SceneError {}
+
+/// `"; did you mean ...?"` with the known name nearest to a wrong one, or nothing.
+pub fn did_you_mean<'a>(wrong: &str, known: impl Iterator<Item = &'a str>) -> String {
+    // A wrong case is the smallest of mistakes: "c" means "C" rather than "B".
+    let by_case = |name: &str| edit_distance(&wrong.to_lowercase(), &name.to_lowercase());
+    let nearest = known.map(|name| (by_case(name), edit_distance(wrong, name), name)).min();
+    match nearest {
+        // Up to half of the letters wrong is still recognisable; more is a different word.
+        Some((distance, _, name)) if 2 * distance <= name.chars().count().max(wrong.chars().count()) => {
+            format!("; did you mean {name:?}?")
+        }
+        _ => String::new(),
+    }
+}
+
+/// Levenshtein distance: letters to insert, delete or replace.
+fn edit_distance(first: &str, second: &str) -> usize {
+    let second: Vec<char> = second.chars().collect();
+    let mut row: Vec<usize> = (0..=second.len()).collect();
+    for (i, a) in first.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, b) in second.iter().enumerate() {
+            let replaced = diagonal + usize::from(a != *b);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[second.len()]
+}

@@ -3,8 +3,8 @@
 
 use serde_json::{Map, Value};
 
-use crate::error::Problem;
-use crate::scene::{Point, did_you_mean};
+use crate::error::{Problem, did_you_mean};
+use crate::scene::Point;
 
 /// Problems found so far.
 pub(crate) type Problems = Vec<Problem>;
@@ -64,12 +64,21 @@ impl<'a> Node<'a> {
 
     /// A list of texts.
     pub(crate) fn texts(&self, problems: &mut Problems) -> Vec<String> {
+        self.items("texts", problems).iter().map(|node| node.text(problems)).collect()
+    }
+
+    /// A list of numbers.
+    pub(crate) fn numbers(&self, problems: &mut Problems) -> Vec<f64> {
+        self.items("numbers", problems).iter().map(|node| node.number(problems)).collect()
+    }
+
+    fn items(&self, what: &str, problems: &mut Problems) -> Vec<Node<'a>> {
         let Some(values) = self.value.as_array() else {
-            problems.push(Problem::new(&self.path, format!("must be a list of texts, got {}", self.value)));
+            problems.push(Problem::new(&self.path, format!("must be a list of {what}, got {}", self.value)));
             return Vec::new();
         };
         let item = |(index, value)| Node { value, path: format!("{}[{index}]", self.path) };
-        values.iter().enumerate().map(item).map(|node| node.text(problems)).collect()
+        values.iter().enumerate().map(item).collect()
     }
 
     pub(crate) fn text(&self, problems: &mut Problems) -> String {
@@ -109,6 +118,15 @@ impl<'a> Fields<'a> {
 
     pub(crate) fn number_or(&mut self, name: &'static str, default: f64, problems: &mut Problems) -> f64 {
         self.optional(name).map_or(default, |node| node.number(problems))
+    }
+
+    pub(crate) fn optional_number(&mut self, name: &'static str, problems: &mut Problems) -> Option<f64> {
+        self.optional(name).map(|node| node.number(problems))
+    }
+
+    /// A list of numbers.
+    pub(crate) fn numbers(&mut self, name: &'static str, problems: &mut Problems) -> Vec<f64> {
+        self.required(name, problems).map_or_else(Vec::new, |node| node.numbers(problems))
     }
 
     /// A whole number that is not negative.

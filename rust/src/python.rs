@@ -15,10 +15,11 @@ use pyo3::types::{PyDict, PyList};
 use crate::chebyshev::MOST_NODES;
 use crate::error::SceneError;
 use crate::mechanism::Mechanism;
-use crate::outputs::column_names;
+use crate::outputs::{column_names, further_column_names};
+use crate::restart::Restart;
 use crate::scene_reader::read_scene;
 use crate::settings::read_settings;
-use crate::trajectory::{Trajectory, simulate as run_simulation};
+use crate::trajectory::{Contact, Trajectory, resume, simulate as run_simulation};
 use crate::{bounds, chebyshev, sweep as sweeps};
 
 /// How often the waiting thread looks for Ctrl-C and reports progress.
@@ -115,19 +116,23 @@ fn stats_dict<'py>(py: Python<'py>, run: &Trajectory) -> PyResult<Bound<'py, PyD
     Ok(stats)
 }
 
-/// Simulates one scene (JSON) with settings (JSON).
+/// Simulates one scene (JSON) with settings (JSON), from the end of another run (JSON) if one is given.
 #[pyfunction]
-#[pyo3(signature = (scene, settings, progress=None))]
+#[pyo3(signature = (scene, settings, progress=None, start=None))]
 fn simulate<'py>(
     py: Python<'py>,
     scene: &str,
     settings: &str,
     progress: Option<Py<PyAny>>,
+    start: Option<&str>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let settings = read_settings(settings).map_err(|error| scene_error(py, error))?;
     let mechanism = read_scene(scene)
         .and_then(|scene| Mechanism::compile(&scene))
         .map_err(|error| scene_error(py, error))?;
+    let start = start.map(Restart::from_json).transpose().map_err(|error| scene_error(py, error))?;
+    let begin = start.as_ref().map_or(0.0, |start| start.time);
+    let span = settings.skip + settings.duration;
     let cancel = AtomicBool::new(false);
     let reached = AtomicU64::new(0);
     let monitor = |t: f64| {
@@ -137,11 +142,14 @@ fn simulate<'py>(
     let run = wait_for(
         py,
         &cancel,
-        || run_simulation(&mechanism, &settings, &monitor),
+        || match &start {
+            Some(start) => resume(&mechanism, start, &settings, &monitor),
+            None => run_simulation(&mechanism, &settings, &monitor),
+        },
         |py| match &progress {
             Some(callback) => {
-                let fraction = f64::from_bits(reached.load(Ordering::Relaxed)) / settings.duration;
-                callback.call1(py, (fraction,)).map(|_| ())
+                let fraction = (f64::from_bits(reached.load(Ordering::Relaxed)) - begin) / span;
+                callback.call1(py, (fraction.clamp(0.0, 1.0),)).map(|_| ())
             }
             None => Ok(()),
         },
@@ -166,6 +174,18 @@ fn simulate<'py>(
     events.set_item("kind", kinds)?;
     events.set_item("normal_velocity", velocities.into_pyarray(py))?;
     result.set_item("events", events)?;
+    let contacts = PyDict::new(py);
+    let column = |of: fn(&Contact) -> f64| -> Vec<f64> { run.contacts.iter().map(of).collect() };
+    let joints: Vec<&str> =
+        run.contacts.iter().map(|contact| mechanism.clearance_joints[contact.joint].name.as_str()).collect();
+    contacts.set_item("joint", joints)?;
+    contacts.set_item("onset", column(|contact| contact.onset).into_pyarray(py))?;
+    contacts.set_item("separation", column(|contact| contact.separation).into_pyarray(py))?;
+    contacts.set_item("impact_velocity", column(|contact| contact.impact_velocity).into_pyarray(py))?;
+    contacts.set_item("peak_force", column(|contact| contact.peak_force).into_pyarray(py))?;
+    contacts.set_item("peak_time", column(|contact| contact.peak_time).into_pyarray(py))?;
+    result.set_item("contacts", contacts)?;
+    result.set_item("end", run.restart.as_ref().map(Restart::to_json))?;
     let shape = [run.t.len(), run.columns.len()];
     result.set_item("values", run.values.into_pyarray(py).reshape(shape)?)?;
     result.set_item("t", run.t.into_pyarray(py))?;
@@ -212,7 +232,8 @@ fn sweep<'py>(
             "scene {index} has other outputs than scene 0: all scenes of a sweep must have the same parts"
         )));
     }
-    let t: Vec<f64> = (0..settings.samples).map(|index| settings.sample_time(index)).collect();
+    let t: Vec<f64> =
+        (0..settings.samples).map(|index| settings.skip + settings.sample_time(index)).collect();
     let shape = [runs.len(), t.len(), columns.len()];
     let stats = PyList::empty(py);
     let (mut status, mut message, mut time, mut joint, mut warnings) =
@@ -265,6 +286,7 @@ fn inspect(py: Python<'_>, scene: &str) -> PyResult<String> {
         "cut_joints": cut,
         "impact_velocity_floors": floors,
         "columns": column_names(&mechanism),
+        "further_columns": further_column_names(&mechanism),
     });
     Ok(description.to_string())
 }

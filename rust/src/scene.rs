@@ -5,9 +5,10 @@
 //! it is compiled, in [`crate::mechanism`].
 
 use crate::clearance::SlidingVelocity;
-use crate::contact::{Damping, NormalLaw};
-use crate::error::{Problem, SceneError};
+use crate::contact::NormalLaw;
+use crate::error::did_you_mean;
 use crate::friction::FrictionLaw;
+use crate::time_function::TimeFunction;
 
 /// The name of the fixed body every scene has.
 pub const GROUND: &str = "ground";
@@ -107,12 +108,21 @@ impl Joint {
     }
 
     /// The two references with the names of their fields.
-    fn references(&self) -> [(&'static str, &str); 2] {
+    pub(crate) fn references(&self) -> [(&'static str, &str); 2] {
         match self {
             Joint::Ideal { a, b, .. } => [("a", a), ("b", b)],
             Joint::Clearance { bearing, journal, .. } => [("bearing", bearing), ("journal", journal)],
         }
     }
+}
+
+/// The axes along which the components of a force are given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ForceFrame {
+    /// Those of ground.
+    Ground,
+    /// Those of the body the force acts on: it turns with the body.
+    Body,
 }
 
 /// A force on the bodies.
@@ -123,6 +133,73 @@ pub enum Force {
         /// Acceleration of free fall [m/s²].
         acceleration: [f64; 2],
     },
+    /// A spring and a damper side by side between two points.
+    Spring {
+        /// Name, unique in the scene.
+        name: String,
+        /// Point on the first body, as `body.point`.
+        a: String,
+        /// Point on the second body.
+        b: String,
+        /// Stiffness [N/m]; zero for a damper alone.
+        stiffness: f64,
+        /// Length without force [m].
+        length: f64,
+        /// Damping along the line between the points [N s/m].
+        damping: f64,
+    },
+    /// A spring and a damper side by side that turn one body against another.
+    TorsionSpring {
+        /// Name, unique in the scene.
+        name: String,
+        /// The first body.
+        a: String,
+        /// The second body.
+        b: String,
+        /// Stiffness [N m/rad]; zero for a damper alone.
+        stiffness: f64,
+        /// Angle of body b relative to body a without torque [rad].
+        angle: f64,
+        /// Damping [N m s/rad].
+        damping: f64,
+    },
+    /// A given force at a point.
+    Applied {
+        /// Name, unique in the scene.
+        name: String,
+        /// Where it acts, as `body.point`.
+        point: String,
+        /// First component [N].
+        x: TimeFunction,
+        /// Second component [N].
+        y: TimeFunction,
+        /// What the components refer to.
+        frame: ForceFrame,
+    },
+    /// A given torque.
+    Torque {
+        /// Name, unique in the scene.
+        name: String,
+        /// The body it turns.
+        body: String,
+        /// The body it turns the other way.
+        reaction: String,
+        /// The torque [N m].
+        torque: TimeFunction,
+    },
+}
+
+impl Force {
+    /// Name of the force; gravity has none.
+    pub fn name(&self) -> Option<&str> {
+        match self {
+            Force::Gravity { .. } => None,
+            Force::Spring { name, .. }
+            | Force::TorsionSpring { name, .. }
+            | Force::Applied { name, .. }
+            | Force::Torque { name, .. } => Some(name),
+        }
+    }
 }
 
 /// A prescribed motion of a joint.
@@ -139,14 +216,72 @@ pub enum Drive {
         /// Angle of body b relative to body a at time zero [rad].
         angle: f64,
     },
+    /// A revolute or prismatic joint whose coordinate is a given function of time.
+    Motion {
+        /// Name, unique in the scene.
+        name: String,
+        /// Name of the joint.
+        joint: String,
+        /// Angle [rad] or displacement [m] of body b relative to body a.
+        motion: TimeFunction,
+    },
 }
 
 impl Drive {
     /// Name of the drive.
     pub fn name(&self) -> &str {
-        let Drive::Speed { name, .. } = self;
-        name
+        match self {
+            Drive::Speed { name, .. } | Drive::Motion { name, .. } => name,
+        }
     }
+
+    /// The motion of the joint.
+    pub fn motion(&self) -> TimeFunction {
+        match self {
+            Drive::Speed { speed, angle, .. } => TimeFunction::Polynomial(vec![*angle, *speed]),
+            Drive::Motion { motion, .. } => motion.clone(),
+        }
+    }
+
+    /// Name of the joint it moves.
+    pub fn joint(&self) -> &str {
+        match self {
+            Drive::Speed { joint, .. } | Drive::Motion { joint, .. } => joint,
+        }
+    }
+}
+
+/// How a part of the mechanism starts. What is not given follows from the joints, the drives and
+/// the rough angles of the bodies.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Start {
+    /// Coordinate of an ideal joint.
+    Joint {
+        /// Name of the revolute or prismatic joint.
+        joint: String,
+        /// Angle [rad] or displacement [m] of body b relative to body a.
+        position: Option<f64>,
+        /// Its rate [rad/s or m/s].
+        velocity: Option<f64>,
+    },
+    /// Turning of a body.
+    Body {
+        /// Name of the body.
+        body: String,
+        /// Angle of the body frame [rad].
+        angle: Option<f64>,
+        /// Angular velocity [rad/s].
+        angular_velocity: Option<f64>,
+    },
+    /// Journal in its bearing; concentric and at relative rest where nothing is said.
+    Clearance {
+        /// Name of the clearance joint.
+        joint: String,
+        /// Journal centre seen from the bearing centre, in the axes of ground [m].
+        eccentricity: [f64; 2],
+        /// Its rate [m/s].
+        rate: [f64; 2],
+    },
 }
 
 /// What the user wrote.
@@ -162,6 +297,8 @@ pub struct Scene {
     pub forces: Vec<Force>,
     /// The prescribed motions.
     pub drives: Vec<Drive>,
+    /// How the run starts.
+    pub start: Vec<Start>,
 }
 
 /// A reference `body.point`, resolved.
@@ -181,17 +318,8 @@ impl Scene {
             Some((body, point)) => (body, Some(point)),
             None => (reference, None),
         };
-        let (body, points) = if body_name == GROUND {
-            (None, &self.ground)
-        } else {
-            match self.bodies.iter().position(|body| body.name == body_name) {
-                Some(index) => (Some(index), &self.bodies[index].points),
-                None => {
-                    let known = self.bodies.iter().map(|body| body.name.as_str()).chain([GROUND]);
-                    return Err(format!("unknown body {body_name:?}{}", did_you_mean(body_name, known)));
-                }
-            }
-        };
+        let body = self.body_index(body_name)?;
+        let points = body.map_or(&self.ground, |index| &self.bodies[index].points);
         let Some(point_name) = point_name else {
             return Ok(Attachment { body, position: [0.0, 0.0] });
         };
@@ -205,6 +333,17 @@ impl Scene {
         Err(format!("unknown point {point_name:?} of {body_name:?}{}", did_you_mean(point_name, known)))
     }
 
+    /// Index of a body by its name, `None` for ground; the error says what is unknown.
+    pub fn body_index(&self, name: &str) -> Result<Option<usize>, String> {
+        if name == GROUND {
+            return Ok(None);
+        }
+        self.bodies.iter().position(|body| body.name == name).map(Some).ok_or_else(|| {
+            let known = self.bodies.iter().map(|body| body.name.as_str()).chain([GROUND]);
+            format!("unknown body {name:?}{}", did_you_mean(name, known))
+        })
+    }
+
     /// Moment of inertia of a body about its centre of mass [kg m²] (Steiner's theorem).
     pub fn central_inertia(&self, body: &Body) -> f64 {
         match body.points.iter().find(|point| point.name == body.inertia_about) {
@@ -216,271 +355,4 @@ impl Scene {
             _ => body.inertia,
         }
     }
-
-    /// Everything that is wrong with the numbers and names of the scene, in its order.
-    pub fn check(&self) -> Result<(), SceneError> {
-        let mut checker = Checker { problems: Vec::new() };
-        checker.points("ground", &self.ground);
-        if self.bodies.is_empty() {
-            checker.add("bodies", "a scene needs at least one body");
-        }
-        for (index, body) in self.bodies.iter().enumerate() {
-            self.check_body(&mut checker, &format!("bodies[{index}]"), index, body);
-        }
-        for (index, joint) in self.joints.iter().enumerate() {
-            self.check_joint(&mut checker, &format!("joints[{index}]"), index, joint);
-        }
-        for (index, force) in self.forces.iter().enumerate() {
-            let Force::Gravity { acceleration } = force;
-            checker.finite_pair(&format!("forces[{index}].acceleration"), "m/s^2", acceleration);
-        }
-        for (index, drive) in self.drives.iter().enumerate() {
-            self.check_drive(&mut checker, &format!("drives[{index}]"), index, drive);
-        }
-        checker.finish()
-    }
-
-    fn check_body(&self, checker: &mut Checker, path: &str, index: usize, body: &Body) {
-        let earlier = self.bodies[..index].iter().any(|other| other.name == body.name);
-        checker.name(&format!("{path}.name"), &body.name, earlier);
-        if body.name == GROUND {
-            checker.add(format!("{path}.name"), "\"ground\" is the name of the fixed body");
-        }
-        checker.positive(&format!("{path}.mass"), "kg", body.mass);
-        checker.positive(&format!("{path}.inertia"), "kg m^2", body.inertia);
-        checker.finite_pair(&format!("{path}.center_of_mass"), "m", &body.center_of_mass);
-        checker.finite(&format!("{path}.angle"), "rad", body.angle);
-        checker.points(&format!("{path}.points"), &body.points);
-        let known = || body.points.iter().map(|point| point.name.as_str()).chain([CENTER_OF_MASS]);
-        if !known().any(|name| name == body.inertia_about) {
-            let hint = did_you_mean(&body.inertia_about, known());
-            checker.add(
-                format!("{path}.inertia_about"),
-                format!("unknown point {:?} of {:?}{hint}", body.inertia_about, body.name),
-            );
-        } else if body.inertia > 0.0 && self.central_inertia(body) <= 0.0 {
-            checker.add(
-                format!("{path}.inertia"),
-                format!(
-                    "must be > mass * distance^2 to the centre of mass for a moment about {:?}, got {}: \
-                     the moment about the centre of mass would be {:.3e} kg m^2",
-                    body.inertia_about,
-                    body.inertia,
-                    self.central_inertia(body)
-                ),
-            );
-        }
-    }
-
-    fn check_joint(&self, checker: &mut Checker, path: &str, index: usize, joint: &Joint) {
-        let earlier = self.joints[..index].iter().any(|other| other.name() == joint.name());
-        checker.name(&format!("{path}.name"), joint.name(), earlier);
-        if self.bodies.iter().any(|body| body.name == joint.name()) {
-            checker.add(
-                format!("{path}.name"),
-                format!("a body is also called {:?}: outputs could not tell them apart", joint.name()),
-            );
-        }
-        let ends = joint.references().map(|(field, reference)| match self.attachment(reference) {
-            Ok(end) => Some(end.body),
-            Err(message) => {
-                checker.add(format!("{path}.{field}"), message);
-                None
-            }
-        });
-        if let [Some(first), Some(second)] = ends
-            && first == second
-        {
-            checker.add(path, "joins a body to itself: the two points must be on different bodies");
-        }
-        match joint {
-            Joint::Ideal { kind: JointKind::Revolute, .. } => {}
-            Joint::Ideal { kind: JointKind::Prismatic { axis, angle }, .. } => {
-                checker.finite_pair(&format!("{path}.axis"), "-", axis);
-                if *axis == [0.0, 0.0] {
-                    checker.add(format!("{path}.axis"), "must not be the zero vector");
-                }
-                checker.finite(&format!("{path}.angle"), "rad", *angle);
-            }
-            Joint::Ideal { kind: JointKind::Fixed { angle }, .. } => {
-                checker.finite(&format!("{path}.angle"), "rad", *angle);
-            }
-            Joint::Clearance {
-                journal_radius,
-                clearance,
-                contact,
-                friction,
-                sliding: _,
-                impact_velocity_floor,
-                ..
-            } => {
-                checker.positive(&format!("{path}.journal_radius"), "m", *journal_radius);
-                checker.positive(&format!("{path}.clearance"), "m", *clearance);
-                checker.positive(&format!("{path}.contact.stiffness"), "N/m^exponent", contact.stiffness);
-                checker.at_least(&format!("{path}.contact.exponent"), "-", contact.exponent, 1.0);
-                match contact.damping {
-                    Damping::Elastic => {}
-                    Damping::LankaraniNikravesh { restitution } | Damping::Flores { restitution } => {
-                        checker.fraction(&format!("{path}.contact.restitution"), restitution);
-                    }
-                    Damping::HuntCrossley { hysteresis_factor } => {
-                        let path = format!("{path}.contact.hysteresis_factor");
-                        checker.at_least(&path, "s/m", hysteresis_factor, 0.0);
-                    }
-                }
-                if let Some(law) = friction {
-                    checker.friction(&format!("{path}.friction"), law);
-                }
-                if let Some(floor) = impact_velocity_floor {
-                    checker.positive(&format!("{path}.impact_velocity_floor"), "m/s", *floor);
-                }
-            }
-        }
-    }
-
-    fn check_drive(&self, checker: &mut Checker, path: &str, index: usize, drive: &Drive) {
-        let Drive::Speed { name, joint, speed, angle } = drive;
-        let earlier = self.drives[..index].iter().any(|other| other.name() == name);
-        let taken = self.bodies.iter().any(|body| body.name == *name)
-            || self.joints.iter().any(|other| other.name() == name);
-        checker.name(&format!("{path}.name"), name, earlier || taken);
-        checker.finite(&format!("{path}.speed"), "rad/s", *speed);
-        checker.finite(&format!("{path}.angle"), "rad", *angle);
-        match self.joints.iter().find(|other| other.name() == joint) {
-            Some(Joint::Ideal { kind: JointKind::Revolute, .. }) => {}
-            Some(_) => checker.add(
-                format!("{path}.joint"),
-                format!("joint {joint:?} must be a revolute joint without clearance"),
-            ),
-            None => {
-                let hint = did_you_mean(joint, self.joints.iter().map(Joint::name));
-                checker.add(format!("{path}.joint"), format!("unknown joint {joint:?}{hint}"));
-            }
-        }
-        let twice = self.drives[..index].iter().any(|Drive::Speed { joint: other, .. }| other == joint);
-        if twice {
-            checker.add(format!("{path}.joint"), format!("joint {joint:?} is driven twice"));
-        }
-    }
-}
-
-/// Collects problems; each method is one rule.
-struct Checker {
-    problems: Vec<Problem>,
-}
-
-impl Checker {
-    fn add(&mut self, path: impl Into<String>, message: impl Into<String>) {
-        self.problems.push(Problem::new(path, message));
-    }
-
-    fn finish(self) -> Result<(), SceneError> {
-        if self.problems.is_empty() { Ok(()) } else { Err(SceneError { problems: self.problems }) }
-    }
-
-    fn finite(&mut self, path: &str, unit: &str, value: f64) -> bool {
-        if !value.is_finite() {
-            self.add(path, format!("must be a finite number [{unit}], got {value}"));
-        }
-        value.is_finite()
-    }
-
-    fn finite_pair(&mut self, path: &str, unit: &str, values: &[f64; 2]) {
-        for (index, &value) in values.iter().enumerate() {
-            self.finite(&format!("{path}[{index}]"), unit, value);
-        }
-    }
-
-    fn positive(&mut self, path: &str, unit: &str, value: f64) {
-        if self.finite(path, unit, value) && value <= 0.0 {
-            self.add(path, format!("must be > 0 [{unit}], got {value}"));
-        }
-    }
-
-    fn at_least(&mut self, path: &str, unit: &str, value: f64, least: f64) {
-        if self.finite(path, unit, value) && value < least {
-            self.add(path, format!("must be >= {least} [{unit}], got {value}"));
-        }
-    }
-
-    fn fraction(&mut self, path: &str, value: f64) {
-        if self.finite(path, "-", value) && !(value > 0.0 && value <= 1.0) {
-            self.add(path, format!("must be > 0 and <= 1 [-], got {value}"));
-        }
-    }
-
-    fn name(&mut self, path: &str, name: &str, taken: bool) {
-        if name.is_empty() || name.contains('.') {
-            self.add(path, format!("must be a non-empty name without a dot, got {name:?}"));
-        }
-        if taken {
-            self.add(path, format!("the name {name:?} is already taken"));
-        }
-    }
-
-    fn points(&mut self, path: &str, points: &[Point]) {
-        for (index, point) in points.iter().enumerate() {
-            let path = format!("{path}.{}", point.name);
-            self.name(&path, &point.name, points[..index].iter().any(|other| other.name == point.name));
-            self.finite_pair(&path, "m", &point.position);
-        }
-    }
-
-    fn friction(&mut self, path: &str, law: &FrictionLaw) {
-        let (static_coefficient, sliding_coefficient, stick_slip_velocity, static_sliding_velocity) =
-            match *law {
-                FrictionLaw::SmoothedCoulomb { coefficient, velocity } => {
-                    self.at_least(&format!("{path}.coefficient"), "-", coefficient, 0.0);
-                    return self.positive(&format!("{path}.velocity"), "m/s", velocity);
-                }
-                FrictionLaw::ModifiedCoulomb {
-                    static_coefficient,
-                    sliding_coefficient,
-                    stick_slip_velocity,
-                    static_sliding_velocity,
-                } => (static_coefficient, sliding_coefficient, stick_slip_velocity, static_sliding_velocity),
-            };
-        self.at_least(&format!("{path}.static_coefficient"), "-", static_coefficient, 0.0);
-        self.at_least(&format!("{path}.sliding_coefficient"), "-", sliding_coefficient, 0.0);
-        self.positive(&format!("{path}.stick_slip_velocity"), "m/s", stick_slip_velocity);
-        self.positive(&format!("{path}.static_sliding_velocity"), "m/s", static_sliding_velocity);
-        if static_sliding_velocity <= stick_slip_velocity {
-            self.add(
-                format!("{path}.static_sliding_velocity"),
-                format!(
-                    "must be > stick_slip_velocity = {stick_slip_velocity} [m/s], got {static_sliding_velocity}"
-                ),
-            );
-        }
-    }
-}
-
-/// `"; did you mean ...?"` with the known name nearest to a wrong one, or nothing.
-pub fn did_you_mean<'a>(wrong: &str, known: impl Iterator<Item = &'a str>) -> String {
-    // A wrong case is the smallest of mistakes: "c" means "C" rather than "B".
-    let by_case = |name: &str| edit_distance(&wrong.to_lowercase(), &name.to_lowercase());
-    let nearest = known.map(|name| (by_case(name), edit_distance(wrong, name), name)).min();
-    match nearest {
-        // Up to half of the letters wrong is still recognisable; more is a different word.
-        Some((distance, _, name)) if 2 * distance <= name.chars().count().max(wrong.chars().count()) => {
-            format!("; did you mean {name:?}?")
-        }
-        _ => String::new(),
-    }
-}
-
-/// Levenshtein distance: letters to insert, delete or replace.
-fn edit_distance(first: &str, second: &str) -> usize {
-    let second: Vec<char> = second.chars().collect();
-    let mut row: Vec<usize> = (0..=second.len()).collect();
-    for (i, a) in first.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, b) in second.iter().enumerate() {
-            let replaced = diagonal + usize::from(a != *b);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[second.len()]
 }

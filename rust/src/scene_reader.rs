@@ -10,8 +10,9 @@ use crate::clearance::SlidingVelocity;
 use crate::contact::{Damping, NormalLaw};
 use crate::error::{Problem, SceneError};
 use crate::friction::FrictionLaw;
-use crate::json::{Node, Problems};
-use crate::scene::{Body, CENTER_OF_MASS, Drive, Force, Joint, JointKind, Scene};
+use crate::json::{Fields, Node, Problems};
+use crate::scene::{Body, CENTER_OF_MASS, Drive, Force, ForceFrame, GROUND, Joint, JointKind, Scene, Start};
+use crate::time_function::{Spline, TimeFunction};
 
 /// Whether a path is another one or leads to something inside it.
 fn is_at_or_below(path: &str, other: &str) -> bool {
@@ -46,6 +47,7 @@ fn scene(node: Node, problems: &mut Problems) -> Scene {
         joints: fields.list("joints", problems, joint),
         forces: fields.list("forces", problems, force),
         drives: fields.list("drives", problems, drive),
+        start: fields.list("start", problems, start),
     };
     fields.finish(problems);
     scene
@@ -100,7 +102,7 @@ fn joint(node: Node, problems: &mut Problems) -> Joint {
                 .map_or(UNREADABLE_LAW, |node| normal_law(node, problems)),
             friction: fields.optional("friction").map(|node| friction_law(node, problems)),
             sliding: fields.word("sliding", &conventions, problems),
-            impact_velocity_floor: fields.optional("impact_velocity_floor").map(|node| node.number(problems)),
+            impact_velocity_floor: fields.optional_number("impact_velocity_floor", problems),
         }
     } else {
         let a = fields.text("a", problems);
@@ -178,23 +180,183 @@ fn friction_law(node: Node, problems: &mut Problems) -> FrictionLaw {
     law
 }
 
+#[derive(Clone, Copy)]
+enum ForceType {
+    Gravity,
+    Spring,
+    Damper,
+    TorsionSpring,
+    TorsionDamper,
+    Applied,
+    Torque,
+}
+
 fn force(node: Node, problems: &mut Problems) -> Force {
     let mut fields = node.fields(problems);
-    fields.word("type", &[("gravity", ())], problems);
-    let force = Force::Gravity { acceleration: fields.pair("acceleration", problems) };
+    let types = [
+        ("gravity", ForceType::Gravity),
+        ("spring", ForceType::Spring),
+        ("damper", ForceType::Damper),
+        ("torsion_spring", ForceType::TorsionSpring),
+        ("torsion_damper", ForceType::TorsionDamper),
+        ("force", ForceType::Applied),
+        ("torque", ForceType::Torque),
+    ];
+    let kind = fields.word("type", &types, problems);
+
+    let force = match kind {
+        ForceType::Gravity => Force::Gravity { acceleration: fields.pair("acceleration", problems) },
+        ForceType::Spring => Force::Spring {
+            name: fields.text("name", problems),
+            a: fields.text("a", problems),
+            b: fields.text("b", problems),
+            stiffness: fields.number("stiffness", problems),
+            length: fields.number("length", problems),
+            damping: fields.number_or("damping", 0.0, problems),
+        },
+        ForceType::Damper => Force::Spring {
+            name: fields.text("name", problems),
+            a: fields.text("a", problems),
+            b: fields.text("b", problems),
+            stiffness: 0.0,
+            length: 0.0,
+            damping: fields.number("damping", problems),
+        },
+        ForceType::TorsionSpring => Force::TorsionSpring {
+            name: fields.text("name", problems),
+            a: fields.text("a", problems),
+            b: fields.text("b", problems),
+            stiffness: fields.number("stiffness", problems),
+            angle: fields.number_or("angle", 0.0, problems),
+            damping: fields.number_or("damping", 0.0, problems),
+        },
+        ForceType::TorsionDamper => Force::TorsionSpring {
+            name: fields.text("name", problems),
+            a: fields.text("a", problems),
+            b: fields.text("b", problems),
+            stiffness: 0.0,
+            angle: 0.0,
+            damping: fields.number("damping", problems),
+        },
+        ForceType::Applied => {
+            let axes = [("ground", ForceFrame::Ground), ("body", ForceFrame::Body)];
+            Force::Applied {
+                name: fields.text("name", problems),
+                point: fields.text("point", problems),
+                x: time_function(&mut fields, "x", problems),
+                y: time_function(&mut fields, "y", problems),
+                frame: fields.word("frame", &axes, problems),
+            }
+        }
+        ForceType::Torque => Force::Torque {
+            name: fields.text("name", problems),
+            body: fields.text("body", problems),
+            reaction: fields
+                .optional("reaction")
+                .map_or_else(|| GROUND.to_owned(), |node| node.text(problems)),
+            torque: time_function(&mut fields, "torque", problems),
+        },
+    };
     fields.finish(problems);
     force
 }
 
+#[derive(Clone, Copy)]
+enum FunctionName {
+    Polynomial,
+    Harmonic,
+    Table,
+}
+
+/// A number, or an object that says which function of time.
+fn time_function(fields: &mut Fields, name: &'static str, problems: &mut Problems) -> TimeFunction {
+    let Some(node) = fields.required(name, problems) else { return TimeFunction::constant(f64::NAN) };
+    if !node.value.is_object() {
+        return TimeFunction::constant(node.number(problems));
+    }
+    let mut fields = node.fields(problems);
+    let names = [
+        ("polynomial", FunctionName::Polynomial),
+        ("harmonic", FunctionName::Harmonic),
+        ("table", FunctionName::Table),
+    ];
+    let function = match fields.word("function", &names, problems) {
+        FunctionName::Polynomial => {
+            let coefficients = fields.numbers("coefficients", problems);
+            if coefficients.is_empty() {
+                problems.push(Problem::new(fields.path_of("coefficients"), "must not be empty"));
+            }
+            TimeFunction::Polynomial(coefficients)
+        }
+        FunctionName::Harmonic => TimeFunction::Harmonic {
+            mean: fields.number_or("mean", 0.0, problems),
+            amplitude: fields.number("amplitude", problems),
+            angular_frequency: fields.number("angular_frequency", problems),
+            phase: fields.number_or("phase", 0.0, problems),
+        },
+        FunctionName::Table => {
+            let times = fields.numbers("times", problems);
+            let values = fields.numbers("values", problems);
+            match Spline::new(&times, &values) {
+                Ok(spline) => TimeFunction::Table(spline),
+                Err(message) => {
+                    problems.push(Problem::new(fields.path_of("times"), message));
+                    TimeFunction::constant(f64::NAN)
+                }
+            }
+        }
+    };
+    fields.finish(problems);
+    function
+}
+
 fn drive(node: Node, problems: &mut Problems) -> Drive {
     let mut fields = node.fields(problems);
-    fields.word("type", &[("speed", ())], problems);
-    let drive = Drive::Speed {
-        name: fields.text("name", problems),
-        joint: fields.text("joint", problems),
-        speed: fields.number("speed", problems),
-        angle: fields.number_or("angle", 0.0, problems),
+    let by_function = fields.word("type", &[("speed", false), ("motion", true)], problems);
+    let name = fields.text("name", problems);
+    let joint = fields.text("joint", problems);
+    let drive = if by_function {
+        Drive::Motion { name, joint, motion: time_function(&mut fields, "motion", problems) }
+    } else {
+        Drive::Speed {
+            name,
+            joint,
+            speed: fields.number("speed", problems),
+            angle: fields.number_or("angle", 0.0, problems),
+        }
     };
     fields.finish(problems);
     drive
+}
+
+#[derive(Clone, Copy)]
+enum StartType {
+    Joint,
+    Body,
+    Clearance,
+}
+
+fn start(node: Node, problems: &mut Problems) -> Start {
+    let mut fields = node.fields(problems);
+    let types = [("joint", StartType::Joint), ("body", StartType::Body), ("clearance", StartType::Clearance)];
+    let kind = fields.word("type", &types, problems);
+    let start = match kind {
+        StartType::Joint => Start::Joint {
+            joint: fields.text("joint", problems),
+            position: fields.optional_number("position", problems),
+            velocity: fields.optional_number("velocity", problems),
+        },
+        StartType::Body => Start::Body {
+            body: fields.text("body", problems),
+            angle: fields.optional_number("angle", problems),
+            angular_velocity: fields.optional_number("angular_velocity", problems),
+        },
+        StartType::Clearance => Start::Clearance {
+            joint: fields.text("joint", problems),
+            eccentricity: fields.pair("eccentricity", problems),
+            rate: fields.optional("rate").map_or([0.0, 0.0], |node| node.pair(problems)),
+        },
+    };
+    fields.finish(problems);
+    start
 }

@@ -41,6 +41,8 @@ pub struct Settings {
     pub duration: f64,
     /// Number of samples, both ends included.
     pub samples: usize,
+    /// Time simulated before the first sample [s].
+    pub skip: f64,
     /// Relative tolerance of the local error [-].
     pub rtol: f64,
     /// Integration method.
@@ -61,6 +63,7 @@ impl Settings {
         Self {
             duration,
             samples,
+            skip: 0.0,
             rtol: 1e-6,
             method: Method::Rodas5P,
             outputs: None,
@@ -80,6 +83,11 @@ impl Settings {
         };
         let positive = |value: f64| value > 0.0 && value.is_finite();
         check(positive(self.duration), "duration", format!("must be > 0 [s], got {}", self.duration));
+        check(
+            self.skip >= 0.0 && self.skip.is_finite(),
+            "skip",
+            format!("must be >= 0 [s], got {}", self.skip),
+        );
         check(
             (2..=MOST_SAMPLES).contains(&self.samples),
             "samples",
@@ -101,7 +109,7 @@ impl Settings {
         if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
     }
 
-    /// Instant of a sample [s]; the last one is the duration exactly.
+    /// Instant of a sample after the first one [s]; the last one is the duration exactly.
     pub fn sample_time(&self, index: usize) -> f64 {
         if index + 1 == self.samples {
             self.duration
@@ -125,11 +133,12 @@ pub fn read_settings(text: &str) -> Result<Settings, SceneError> {
     let settings = Settings {
         duration: fields.number("duration", &mut problems),
         samples: fields.count_or("samples", 0, &mut problems),
+        skip: fields.number_or("skip", 0.0, &mut problems),
         rtol: fields.number_or("rtol", 1e-6, &mut problems),
         method: fields.word("method", &methods, &mut problems),
         outputs: fields.optional("outputs").map(|node| node.texts(&mut problems)),
-        position_tolerance: fields.optional("position_tolerance").map(|node| node.number(&mut problems)),
-        velocity_tolerance: fields.optional("velocity_tolerance").map(|node| node.number(&mut problems)),
+        position_tolerance: fields.optional_number("position_tolerance", &mut problems),
+        velocity_tolerance: fields.optional_number("velocity_tolerance", &mut problems),
         limits: Limits {
             max_steps: fields.count_or("max_steps", limits.max_steps, &mut problems),
             max_events: fields.count_or("max_events", limits.max_events, &mut problems),

@@ -22,7 +22,7 @@ fn rail(axis: [f64; 2]) -> JointKind {
 fn rod_that_is_too_short_cannot_be_assembled_and_the_gap_is_named() {
     let mut scene = slider_crank(false);
     scene.bodies[1].points[1].position[0] = 0.03;
-    let Drive::Speed { angle, .. } = &mut scene.drives[0];
+    let Drive::Speed { angle, .. } = &mut scene.drives[0] else { panic!("a constant speed") };
     *angle = std::f64::consts::FRAC_PI_2;
     scene.bodies[1].angle = -1.0;
     // The crank's pin is 0.05 m above the guide, the rod reaches 0.03 m down; the search need not
@@ -83,7 +83,7 @@ fn four_bar(crank_angle: f64, coupler_angle: f64, rocker_angle: f64) -> Scene {
     scene.joints[0] = ideal("crank_bearing", "ground", "crank.P", JointKind::Revolute);
     scene.joints[1] = ideal("pin", "coupler.P", "crank.Q", JointKind::Revolute);
     scene.joints[2] = ideal("pivot", "ground.D", "rocker.P", JointKind::Revolute);
-    let Drive::Speed { angle, speed, .. } = &mut scene.drives[0];
+    let Drive::Speed { angle, speed, .. } = &mut scene.drives[0] else { panic!("a constant speed") };
     (*angle, *speed) = (crank_angle, 30.0);
     scene
 }
@@ -133,7 +133,9 @@ fn slider_crank_starts_with_the_closed_form_position_and_velocity() {
         let angle = f64::from(step) * std::f64::consts::TAU / 24.0;
         let speed = 2000.0 * std::f64::consts::PI / 30.0;
         let mut scene = slider_crank(false);
-        let Drive::Speed { angle: start_angle, .. } = &mut scene.drives[0];
+        let Drive::Speed { angle: start_angle, .. } = &mut scene.drives[0] else {
+            panic!("a constant speed")
+        };
         *start_angle = angle;
         let mechanism = compile(&scene);
         let run = simulate(&mechanism, &Settings::new(1e-6, 2), &|_| true).unwrap();

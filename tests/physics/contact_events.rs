@@ -234,6 +234,7 @@ fn bar(joints: [usize; 3], bob_first: bool, off_center: f64, restitution: f64) -
         joints: joints.map(|index| all[index].clone()).to_vec(),
         forces: vec![Force::Gravity { acceleration: [0.0, -9.81] }],
         drives: Vec::new(),
+        start: Vec::new(),
     }
 }
 

@@ -254,7 +254,10 @@ fn resting_journal_sinks_in_by_load_over_stiffness_to_two_thirds() {
         let start = State { q: vec![0.0, -CLEARANCE - depth, 0.0], v: vec![0.0; 3] };
         let run = run_from(&mechanism, &start, &settings(0.1, 101, 1e-8));
         assert!(largest_deviation(&column(&run, "joint.penetration"), depth) < 1e-7 * depth);
-        assert!(run.events.is_empty() && run.warnings.iter().any(|warning| warning.contains("in contact")));
+        assert!(run.events.is_empty());
+        // Only a law that latches the impact velocity misses one.
+        let warned = run.warnings.iter().any(|warning| warning.contains("in contact"));
+        assert_eq!(warned, restitution.is_some());
     }
     // Dropped from the centre it bounces ever lower and settles there.
     let mechanism = compile(&falling(shaft(mass, normal(stiffness, Some(0.5)))));
@@ -450,7 +453,7 @@ fn driven_crank_alone_needs_no_torque_but_that_of_gravity() {
     scene.joints.truncate(1);
     for (a, b, sign) in [("ground", "crank.A", 1.0), ("crank.A", "ground", -1.0)] {
         scene.joints[0] = ideal("crank_bearing", a, b, JointKind::Revolute);
-        let Drive::Speed { speed, .. } = &mut scene.drives[0];
+        let Drive::Speed { speed, .. } = &mut scene.drives[0] else { panic!("a constant speed") };
         *speed = 20.0 * sign;
         let run = simulate(&compile(&scene), &Settings::new(0.3, 31), &|_| true).unwrap();
         let (angle, torque) = (column(&run, "crank.angle"), column(&run, "drive.torque"));

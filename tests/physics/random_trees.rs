@@ -4,7 +4,8 @@ use chebclear::clearance::{Phase, SlidingVelocity};
 use chebclear::contact::{Damping, NormalLaw};
 use chebclear::friction::FrictionLaw;
 use chebclear::mechanism::Mechanism;
-use chebclear::scene::{Body, CENTER_OF_MASS, Drive, Force, Joint, JointKind, Point, Scene};
+use chebclear::scene::{Body, CENTER_OF_MASS, Drive, Force, ForceFrame, Joint, JointKind, Point, Scene};
+use chebclear::time_function::{Spline, TimeFunction};
 use nalgebra::{Rotation2, Vector2};
 
 use crate::support::{Random, ideal, point};
@@ -119,7 +120,90 @@ impl<'a> Builder<'a> {
         }
         let acceleration = [self.random.within(-5.0, 5.0), self.random.within(-10.0, 0.0)];
         self.scene.forces.push(Force::Gravity { acceleration });
+        for number in 0..self.random.index(5) {
+            self.add_force(number);
+        }
         (self.scene, self.inertias)
+    }
+
+    /// A function of time that starts with `value`.
+    fn function(&mut self, value: f64) -> TimeFunction {
+        let (rate, bend) = (self.random.within(-2.0, 2.0), self.random.within(-1.0, 1.0));
+        match self.random.index(3) {
+            0 => TimeFunction::Polynomial(vec![value, rate, bend, 0.3 * bend]),
+            1 => TimeFunction::Harmonic {
+                mean: value - rate * bend.sin(),
+                amplitude: rate,
+                angular_frequency: self.random.within(0.5, 3.0),
+                phase: bend,
+            },
+            _ => {
+                let times = [0.0, 0.7, 1.1, 2.5, 3.0];
+                let values = times.map(|t| value + rate * t + bend * t * t * (3.0 - t));
+                TimeFunction::Table(Spline::new(&times, &values).unwrap())
+            }
+        }
+    }
+
+    fn add_force(&mut self, number: usize) {
+        let count = self.scene.bodies.len();
+        let body = self.random.index(count);
+        let name = format!("force{number}");
+        let mut other = self.random.index(count + 1);
+        if other == body {
+            other = count;
+        }
+        let owner = |node: usize| if node == count { "ground".to_owned() } else { format!("body{node}") };
+        let (mut a, mut b) = (owner(other), owner(body));
+        if self.random.unit() < 0.5 {
+            std::mem::swap(&mut a, &mut b);
+        }
+        let (stiffness, damping) = (self.random.within(0.0, 20.0), self.random.within(0.0, 5.0));
+        let force = match self.random.index(4) {
+            0 => {
+                let (near, far) = (self.vector(0.5), self.vector(2.0));
+                let first = self.add_point(Some(body), near);
+                let second = self.add_point((other < count).then_some(other), far);
+                let plain = self.random.unit() < 0.3;
+                Force::Spring {
+                    name,
+                    a: first,
+                    b: second,
+                    stiffness,
+                    length: if plain { 0.0 } else { self.random.within(0.0, 1.0) },
+                    damping: if plain { 0.0 } else { damping },
+                }
+            }
+            1 => {
+                Force::TorsionSpring { name, a, b, stiffness, angle: self.random.within(-1.0, 1.0), damping }
+            }
+            2 => {
+                let place = self.vector(0.5);
+                let point = self.add_point(Some(body), place);
+                let (x, y) = (self.function(stiffness), self.function(damping));
+                let turning = self.random.unit() < 0.5;
+                let frame = if turning { ForceFrame::Body } else { ForceFrame::Ground };
+                Force::Applied { name, point, x, y, frame }
+            }
+            _ => Force::Torque { name, body: a, reaction: b, torque: self.function(damping) },
+        };
+        self.scene.forces.push(force);
+    }
+
+    /// Perhaps drives the joint that is added next, from `value` on; whether it did.
+    fn drive(&mut self, joint: &str, value: f64, can_turn: bool) -> bool {
+        let chance = self.random.unit();
+        let (name, joint) = (format!("drive of {joint}"), joint.to_owned());
+        if can_turn && chance < 0.15 {
+            let speed = self.random.within(-3.0, 3.0);
+            self.scene.drives.push(Drive::Speed { name, joint, speed, angle: value });
+        } else if chance < 0.27 {
+            let motion = self.function(value);
+            self.scene.drives.push(Drive::Motion { name, joint, motion });
+        } else {
+            return false;
+        }
+        true
     }
 
     fn vector(&mut self, size: f64) -> Vec2 {
@@ -189,14 +273,7 @@ impl<'a> Builder<'a> {
         let angle = parent_angle + turn;
         let kind = match self.random.index(10) {
             0..5 => {
-                if self.random.unit() < 0.3 {
-                    self.scene.drives.push(Drive::Speed {
-                        name: format!("drive{index}"),
-                        joint: name.clone(),
-                        speed: self.random.within(-3.0, 3.0),
-                        angle: relative,
-                    });
-                } else {
+                if !self.drive(&name, relative, true) {
                     self.freedoms += 1;
                 }
                 JointKind::Revolute
@@ -207,7 +284,9 @@ impl<'a> Builder<'a> {
                 let offset = self.random.within(-0.5, 0.5);
                 slide = (if child_is_b { offset } else { -offset })
                     * (Rotation2::new(angle_a) * axis.normalize());
-                self.freedoms += 1;
+                if !self.drive(&name, offset, false) {
+                    self.freedoms += 1;
+                }
                 JointKind::Prismatic { axis: axis.into(), angle: relative }
             }
             _ => JointKind::Fixed { angle: relative },

@@ -91,10 +91,12 @@ impl Units {
                 }
             }
         }
-        for Force::Gravity { acceleration } in &mut scene.forces {
+        for force in &mut scene.forces {
+            let Force::Gravity { acceleration } = force else { panic!("only gravity is scaled") };
             *acceleration = acceleration.map(|g| g * (self.speed() / self.time));
         }
-        for Drive::Speed { speed, .. } in &mut scene.drives {
+        for drive in &mut scene.drives {
+            let Drive::Speed { speed, .. } = drive else { panic!("only speeds are scaled") };
             *speed /= self.time;
         }
         scene

@@ -212,7 +212,9 @@ fn names_must_be_unique_and_usable() {
     let like_a_body = changed(|s| s.joints[2] = ideal("rod", "ground", "slider", rail([1.0, 0.0])));
     assert!(only_problem(&like_a_body).starts_with("joints[2].name: a body is also called \"rod\""));
     let driven_twice = changed(|scene| {
-        let Drive::Speed { joint, speed, angle, .. } = scene.drives[0].clone();
+        let Drive::Speed { joint, speed, angle, .. } = scene.drives[0].clone() else {
+            panic!("a constant speed")
+        };
         scene.drives.push(Drive::Speed { name: "again".to_owned(), joint, speed, angle });
     });
     assert_eq!(only_problem(&driven_twice), "drives[1].joint: joint \"crank_bearing\" is driven twice");
@@ -248,12 +250,18 @@ fn all_problems_are_reported_at_once_in_the_order_of_the_scene() {
 fn bodies_that_hang_together_with_nothing_are_refused() {
     let stray = || body("stray", 1.0, 1.0, [0.0, 0.0], Vec::new());
     let scene = changed(|scene| scene.bodies.push(stray()));
-    assert_eq!(only_problem(&scene), "bodies[3]: body \"stray\" is not connected to \"ground\" by any joint");
+    assert_eq!(
+        only_problem(&scene),
+        "bodies[3]: body \"stray\" is not connected to \"ground\" by any joint or spring"
+    );
     // Without ground the first body is what all must hang on.
     let mut scene = Scene { bodies: vec![stray()], ..Scene::default() };
     assert_eq!(compile(&scene).degrees_of_freedom(), 3);
     scene.bodies.push(Body { name: "other".to_owned(), ..stray() });
-    assert_eq!(only_problem(&scene), "bodies[1]: body \"other\" is not connected to \"stray\" by any joint");
+    assert_eq!(
+        only_problem(&scene),
+        "bodies[1]: body \"other\" is not connected to \"stray\" by any joint or spring"
+    );
 }
 
 #[test]
@@ -347,6 +355,7 @@ fn written_scene_is_read_as_what_it_says() {
             speed: 2000.0 * std::f64::consts::PI / 30.0,
             angle: 0.0,
         }],
+        start: Vec::new(),
     };
     assert_eq!(read_scene(GOOD).unwrap(), expected);
     assert_eq!(expected.bodies[1].inertia_about, CENTER_OF_MASS);

@@ -94,6 +94,7 @@ pub fn slider_crank(as_printed: bool) -> Scene {
             speed: 2000.0 * std::f64::consts::PI / 30.0,
             angle: 0.0,
         }],
+        start: Vec::new(),
     }
 }
 

@@ -12,9 +12,14 @@
 //! `E = ∂e/∂z` and `S = ∂spin/∂ż` contributes the generalised force `Eᵀ F + S F_t`, whatever the
 //! two bodies are.
 
+mod energy;
+mod forces;
 mod loops;
+mod reactions;
 
+pub use energy::ContactLoss;
 use loops::Loops;
+pub use reactions::Wrench;
 
 use crate::clearance::{ContactState, Phase, RelativeMotion};
 use crate::dual::Dual;
@@ -23,7 +28,8 @@ use crate::kinematics::{
     angle_column, move_frames, perp, position_column, velocity_column,
 };
 use crate::linear::{symmetric_factor, symmetric_solve};
-use crate::mechanism::{ClearanceJoint, DrivenCoordinate, FramePoint, Mechanism};
+use crate::mechanism::{ClearanceJoint, FramePoint, Mechanism};
+use crate::turns::{Turns, rewind};
 
 /// Derivatives of the accelerations a(t, q, v): row-major d x d matrices and a vector.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -65,16 +71,27 @@ pub struct Dynamics<'m> {
     pub mechanism: &'m Mechanism,
     /// Contact phase of every clearance joint.
     pub phases: Vec<Phase>,
+    /// Full turns of every column that the coordinates leave out.
+    pub turns: Vec<Turns>,
+    t: f64,
     coordinates: Vec<Coordinate>,
+    /// Third derivatives of the driven coordinates.
+    jerks: Vec<f64>,
     states: Vec<FrameState>,
     mass: Vec<f64>,
     /// Derivative of the force residual with respect to (q, v) of every column, d x columns.
     residual_q: Vec<f64>,
     residual_v: Vec<f64>,
+    /// Its derivative with respect to time, then that of the closures' accelerations.
+    residual_t: Vec<f64>,
     /// ∂e/∂z, ∂ė/∂z and ∂spin/∂ż of one joint, for every column.
     joint_columns: Vec<JointColumn>,
     loops: Loops,
     scratch: Vec<f64>,
+    /// What the joints transmit, after [`Dynamics::find_reactions`].
+    reactions: Vec<Wrench>,
+    /// What is still asked of every body.
+    demands: Vec<Wrench>,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -94,14 +111,20 @@ impl<'m> Dynamics<'m> {
         Self {
             mechanism,
             phases: vec![Phase::Free; mechanism.clearance_joints.len()],
+            turns: vec![0.0; columns],
+            t: 0.0,
+            jerks: vec![0.0; mechanism.driven.len()],
             coordinates: vec![Coordinate::default(); columns],
             states,
             mass: vec![0.0; d * d],
             residual_q: vec![0.0; d * columns],
             residual_v: vec![0.0; d * columns],
+            residual_t: vec![0.0; d + 2 * mechanism.closures.len()],
             joint_columns: vec![JointColumn::default(); columns],
             loops: Loops::new(2 * mechanism.closures.len(), d, columns),
             scratch: vec![0.0; d],
+            reactions: vec![Wrench::default(); mechanism.ideal_joints.len()],
+            demands: vec![Wrench::default(); mechanism.bodies.len()],
         }
     }
 
@@ -110,9 +133,10 @@ impl<'m> Dynamics<'m> {
         for (&column, (&position, &velocity)) in self.mechanism.free.iter().zip(q.iter().zip(v)) {
             self.coordinates[column] = Coordinate { position, velocity, acceleration: 0.0 };
         }
-        for driven in &self.mechanism.driven {
-            self.coordinates[driven.column] = driven.at(t);
+        for (driven, jerk) in self.mechanism.driven.iter().zip(&mut self.jerks) {
+            (self.coordinates[driven.column], *jerk, self.turns[driven.column]) = driven.at(t);
         }
+        self.t = t;
         move_frames(&self.mechanism.frames, &self.coordinates, &mut self.states);
     }
 
@@ -127,6 +151,24 @@ impl<'m> Dynamics<'m> {
     /// Motion of a frame after [`Dynamics::move_to`]; accelerations are relative to free fall.
     pub fn frame(&self, frame: usize) -> &FrameState {
         &self.states[frame]
+    }
+
+    /// Angle of a frame [rad] with all its turns.
+    pub fn angle(&self, frame: usize) -> f64 {
+        let turns = self.mechanism.paths[frame].columns.iter().map(|&column| self.turns[column]).sum();
+        rewind(self.states[frame].angle, turns)
+    }
+
+    /// Angle of a body [rad] with all its turns.
+    pub fn body_angle(&self, body: usize) -> f64 {
+        let body = &self.mechanism.bodies[body];
+        self.angle(body.frame) + body.angle
+    }
+
+    /// Value and rates of the coordinate of a column, an angle with all its turns.
+    pub fn coordinate(&self, column: usize) -> Coordinate {
+        let coordinate = self.coordinates[column];
+        Coordinate { position: rewind(coordinate.position, self.turns[column]), ..coordinate }
     }
 
     /// Motion of a point after [`Dynamics::move_to`]; accelerations are relative to free fall.
@@ -187,6 +229,7 @@ impl<'m> Dynamics<'m> {
                 self.add_contact(index, a);
             }
         }
+        self.add_forces(a);
         if !symmetric_factor(&mut self.mass, d) {
             return false;
         }
@@ -213,24 +256,39 @@ impl<'m> Dynamics<'m> {
             spin: self.spin(joint),
         };
         let state = joint.law.evaluate(&motion, self.phases[index]);
-        let force = Vec2::from(state.force);
-        let journal_moment = joint.law.journal_radius * state.friction_force;
-        let bearing_moment = joint.law.bearing_radius * state.friction_force;
-        for &(column, i) in &self.mechanism.paths[joint.journal.frame].free {
-            let (b, turn) = self.column(column, journal.position);
-            forces[i] += b.dot(&force) + turn * journal_moment;
+        let moments = [
+            joint.law.bearing_radius * state.friction_force,
+            joint.law.journal_radius * state.friction_force,
+        ];
+        let positions = [bearing.position, journal.position];
+        self.add_pair([joint.bearing, joint.journal], positions, state.force.into(), moments, forces);
+    }
+
+    /// Adds the generalised force of a force on point b and its reaction on point a, with moments.
+    #[inline]
+    fn add_pair(
+        &self,
+        [a, b]: [FramePoint; 2],
+        [position_a, position_b]: [Vec2; 2],
+        force: Vec2,
+        [moment_a, moment_b]: [f64; 2],
+        forces: &mut [f64],
+    ) {
+        for &(column, i) in &self.mechanism.paths[b.frame].free {
+            let (by, turn) = self.column(column, position_b);
+            forces[i] += by.dot(&force) + turn * moment_b;
         }
-        for &(column, i) in &self.mechanism.paths[joint.bearing.frame].free {
-            let (b, turn) = self.column(column, bearing.position);
-            forces[i] -= b.dot(&force) + turn * bearing_moment;
+        for &(column, i) in &self.mechanism.paths[a.frame].free {
+            let (by, turn) = self.column(column, position_a);
+            forces[i] -= by.dot(&force) + turn * moment_a;
         }
     }
 
     /// Accelerations and their exact derivatives. Returns false as [`Dynamics::acceleration`].
     ///
     /// With the residual `R(z, ż, z̈) = Bᵀ(M q̈ - Q) = 0` the derivatives are
-    /// `M a_q = -∂R/∂q`, `M a_v = -∂R/∂v`; a driven coordinate moves with time, so
-    /// `M a_t = -Σ_driven (∂R/∂z ż + ∂R/∂ż z̈)` (its third derivative is zero at constant speed).
+    /// `M a_q = -∂R/∂q`, `M a_v = -∂R/∂v`; a driven coordinate moves with time and given forces
+    /// change, so `M a_t = -∂R/∂t - Σ_driven (∂R/∂z ż + ∂R/∂ż z̈ + ∂R/∂z̈ d³z/dt³)`.
     pub fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], out: &mut Linearisation) -> bool {
         if !self.acceleration(t, q, v, &mut out.a) {
             return false;
@@ -238,13 +296,16 @@ impl<'m> Dynamics<'m> {
         self.accelerate(&out.a);
         self.residual_q.fill(0.0);
         self.residual_v.fill(0.0);
+        self.residual_t.fill(0.0);
         self.add_inertia_derivatives();
         for index in 0..self.phases.len() {
             if let Phase::Contact { clipped: false, .. } = self.phases[index] {
                 self.add_contact_derivatives(index);
             }
         }
+        self.add_force_derivatives();
         self.add_closure_derivatives();
+        self.add_jerks();
         let d = out.a.len();
         // Transposed first: every derivative is solved as a contiguous row.
         for (freedom, &column) in self.mechanism.free.iter().enumerate() {
@@ -255,12 +316,11 @@ impl<'m> Dynamics<'m> {
         transpose(&mut out.a_q, d);
         transpose(&mut out.a_v, d);
         self.accelerations_by(&mut out.a_t, |this, r| {
-            let by_time = |driven: &DrivenCoordinate| {
+            this.mechanism.driven.iter().fold(this.residual_t[r], |sum, driven| {
                 let Coordinate { velocity, acceleration, .. } = this.coordinates[driven.column];
-                this.residual_by_position(r, driven.column) * velocity
+                sum + this.residual_by_position(r, driven.column) * velocity
                     + this.residual_by_velocity(r, driven.column) * acceleration
-            };
-            this.mechanism.driven.iter().map(by_time).sum()
+            })
         });
         true
     }
@@ -301,6 +361,36 @@ impl<'m> Dynamics<'m> {
         }
     }
 
+    /// Adds ∂R/∂z̈ d³z/dt³ of the driven coordinates whose speed changes.
+    fn add_jerks(&mut self) {
+        let mechanism = self.mechanism;
+        let d = mechanism.free.len();
+        for &index in &mechanism.accelerated {
+            let (column, jerk) = (mechanism.driven[index].column, self.jerks[index]);
+            for body in &mechanism.inertias {
+                let path = &mechanism.paths[body.frame];
+                if path.columns.contains(&column) {
+                    let center = self.states[body.frame].point(body.center).position;
+                    let (by, turn) = self.column(column, center);
+                    for &(other, i) in &path.free {
+                        let (by_i, turn_i) = self.column(other, center);
+                        self.residual_t[i] +=
+                            (body.mass * by.dot(&by_i) + body.inertia * turn * turn_i) * jerk;
+                    }
+                }
+            }
+            for (closure, ends) in mechanism.closures.iter().enumerate() {
+                for (point, sign) in [(ends.b, 1.0), (ends.a, -1.0)] {
+                    if mechanism.paths[point.frame].columns.contains(&column) {
+                        let (by, _) = self.column(column, self.point(point).position);
+                        self.residual_t[d + 2 * closure] += sign * by.x * jerk;
+                        self.residual_t[d + 2 * closure + 1] += sign * by.y * jerk;
+                    }
+                }
+            }
+        }
+    }
+
     fn add_inertia_derivatives(&mut self) {
         let columns = self.coordinates.len();
         for body in &self.mechanism.inertias {
@@ -334,18 +424,33 @@ impl<'m> Dynamics<'m> {
     }
 
     fn add_contact_derivatives(&mut self, index: usize) {
-        let mechanism = self.mechanism;
-        let joint = &mechanism.clearance_joints[index];
-        let columns = self.coordinates.len();
+        let joint = &self.mechanism.clearance_joints[index];
         let motion = relative_motion(&self.joint_motion(joint));
-        let [force_x, force_y, friction] = joint.law.force_gradient(&motion, self.phases[index]);
-        let force = Vec2::new(force_x.value, force_y.value);
-        if force == Vec2::zeros() {
+        let gradient = joint.law.force_gradient(&motion, self.phases[index]);
+        if gradient[0].value == 0.0 && gradient[1].value == 0.0 {
             // Touching only in name (δ ≤ 0 to rounding): the derivatives vanish with the force.
             return;
         }
-        let ends =
-            [(joint.journal, joint.law.journal_radius, 1.0), (joint.bearing, joint.law.bearing_radius, -1.0)];
+        let law = &joint.law;
+        self.add_pair_derivatives(
+            [joint.bearing, joint.journal],
+            [law.bearing_radius, law.journal_radius],
+            gradient,
+        );
+    }
+
+    /// Adds the derivatives of a force on point b, its reaction on point a, and its moments, which
+    /// are a third component times `radii`; all depend on the relative motion of the points.
+    fn add_pair_derivatives(
+        &mut self,
+        [a, b]: [FramePoint; 2],
+        [radius_a, radius_b]: [f64; 2],
+        [force_x, force_y, moment]: [Dual<5>; 3],
+    ) {
+        let mechanism = self.mechanism;
+        let columns = self.coordinates.len();
+        let force = Vec2::new(force_x.value, force_y.value);
+        let ends = [(b, radius_b, 1.0), (a, radius_a, -1.0)];
         self.joint_columns.fill(JointColumn::default());
         for (point, radius, sign) in ends {
             let state = self.point(point);
@@ -363,7 +468,7 @@ impl<'m> Dynamics<'m> {
             let by = self.joint_columns[k];
             let (fx_q, fx_v) = directional(&force_x, &by);
             let (fy_q, fy_v) = directional(&force_y, &by);
-            let (ft_q, ft_v) = directional(&friction, &by);
+            let (ft_q, ft_v) = directional(&moment, &by);
             for (i, &column) in mechanism.free.iter().enumerate() {
                 let of = &self.joint_columns[column];
                 let place = i * columns + k;
@@ -383,43 +488,6 @@ impl<'m> Dynamics<'m> {
                 }
             }
         }
-    }
-
-    /// Generalised force [N m] a drive must supply, after [`Dynamics::accelerate`]; positive along the drive's own direction.
-    pub fn drive_torque(&self, index: usize) -> f64 {
-        let driven = &self.mechanism.driven[index];
-        let mut torque = 0.0;
-        for body in self.mechanism.inertias.iter().chain(&self.mechanism.driven_inertias) {
-            if self.mechanism.paths[body.frame].columns.contains(&driven.column) {
-                let frame = &self.states[body.frame];
-                let center = frame.point(body.center);
-                let (b, turn) = self.column(driven.column, center.position);
-                torque += body.mass * b.dot(&center.acceleration)
-                    + turn * body.inertia * frame.angular_acceleration;
-            }
-        }
-        for (index, joint) in self.mechanism.clearance_joints.iter().enumerate() {
-            let state = self.contact_state(index);
-            let force = Vec2::from(state.force);
-            for (point, radius, sign) in [
-                (joint.journal, joint.law.journal_radius, 1.0),
-                (joint.bearing, joint.law.bearing_radius, -1.0),
-            ] {
-                if self.mechanism.paths[point.frame].columns.contains(&driven.column) {
-                    let (b, turn) = self.column(driven.column, self.point(point).position);
-                    torque -= sign * (b.dot(&force) + turn * radius * state.friction_force);
-                }
-            }
-        }
-        for (index, closure) in self.mechanism.closures.iter().enumerate() {
-            let force = Vec2::new(self.loops.multipliers[2 * index], self.loops.multipliers[2 * index + 1]);
-            for (point, sign) in [(closure.b, 1.0), (closure.a, -1.0)] {
-                if self.mechanism.paths[point.frame].columns.contains(&driven.column) {
-                    torque += sign * self.column(driven.column, self.point(point).position).0.dot(&force);
-                }
-            }
-        }
-        driven.sign * torque
     }
 
     /// Jacobian ∂(p_b - p_a)/∂z of two points for every column, after [`Dynamics::move_to`].

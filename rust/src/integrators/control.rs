@@ -3,7 +3,7 @@
 use crate::integrators::events::{EventFinder, Guard};
 use crate::integrators::rosenbrock::Rosenbrock;
 use crate::integrators::tableaus::Tableau;
-use crate::integrators::{HybridSystem, Limits, Outcome, Projection, Stats, Status, Stepper};
+use crate::integrators::{Checkpoint, HybridSystem, Limits, Outcome, Projection, Stats, Status, Stepper};
 
 /// Step-size factor of an attempt that failed (a number that is not finite, a singular W).
 const FAILURE_FACTOR: f64 = 0.1;
@@ -39,6 +39,8 @@ struct Run<'a> {
     was_rejected: bool,
     /// Events in a row that did not advance the time.
     standing_events: usize,
+    /// Where the end began to shorten the steps.
+    checkpoint: Option<Checkpoint>,
     /// The dense output of the present step is complete.
     dense: bool,
     /// State and guards inside a step.
@@ -72,6 +74,27 @@ pub fn integrate_with(
     q: &mut [f64],
     v: &mut [f64],
 ) -> Outcome {
+    let checkpoint = Checkpoint {
+        time: t,
+        q: q.to_vec(),
+        v: v.to_vec(),
+        step: f64::NAN,
+        last: [1.0, 0.0],
+        steps_since_restart: 0,
+    };
+    resume_with(system, method, limits, &checkpoint, end, q, v)
+}
+
+/// Continues an integration with any method from a checkpoint to `end`; `q` and `v` become the end.
+pub fn resume_with(
+    system: &mut dyn HybridSystem,
+    method: &mut dyn Stepper,
+    limits: Limits,
+    from: &Checkpoint,
+    end: f64,
+    q: &mut [f64],
+    v: &mut [f64],
+) -> Outcome {
     let d = system.dimension();
     let guards = system.guard_count();
     let mut run = Run {
@@ -80,49 +103,65 @@ pub fn integrate_with(
         finder: EventFinder::new(guards, d),
         limits,
         stats: Stats::default(),
-        t,
-        q: q.to_vec(),
-        v: v.to_vec(),
+        t: from.time,
+        q: from.q.clone(),
+        v: from.v.clone(),
         position_tolerance: vec![0.0; d],
         velocity_tolerance: vec![0.0; d],
         start_guards: vec![Guard::INACTIVE; guards],
         end_guards: vec![Guard::INACTIVE; guards],
-        last_error: 1.0,
-        last_step: 0.0,
+        last_error: from.last[0],
+        last_step: from.last[1],
         steps_since_restart: 0,
         was_rejected: false,
         standing_events: 0,
+        checkpoint: None,
         dense: false,
         inner_q: vec![0.0; d],
         inner_v: vec![0.0; d],
         inner_guards: vec![Guard::INACTIVE; guards],
     };
-    let (status, guard) = match run.advance(end) {
+    let (status, guard) = match run.advance(from, end) {
         Ok(()) => (Status::Done, None),
         Err(failure) => failure,
     };
     q.copy_from_slice(&run.q);
     v.copy_from_slice(&run.v);
-    Outcome { status, time: run.t, guard, stats: run.stats }
+    Outcome { status, time: run.t, guard, stats: run.stats, checkpoint: run.checkpoint }
 }
 
 type Failure = (Status, Option<usize>);
 
 impl Run<'_> {
-    fn advance(&mut self, end: f64) -> Result<(), Failure> {
-        let span = end - self.t;
-        // A thousandth of the run: too long is cut by rejections within a few attempts.
-        let first = self.limits.first_step.unwrap_or((1e-3 * span).max(self.shortest(end)));
-        let mut h = first.min(self.limits.max_step);
+    fn advance(&mut self, from: &Checkpoint, end: f64) -> Result<(), Failure> {
+        let mut h = from.step;
+        if h.is_nan() {
+            // A thousandth of the run: too long is cut by rejections within a few attempts.
+            h = self.limits.first_step.unwrap_or(1e-3 * (end - self.t)).max(self.shortest(end));
+        }
+        h = h.min(self.limits.max_step);
         self.restart();
+        self.steps_since_restart = from.steps_since_restart;
         while self.t < end {
             if !self.method.begin(self.system, self.t, &self.q, &self.v, &mut self.stats) {
                 let finite = self.q.iter().chain(&self.v).all(|y| y.is_finite());
                 return Err((if finite { Status::SingularMechanism } else { Status::NonFinite }, None));
             }
+            let planned = h;
             h = h.min(self.system.step_bound()).min(self.limits.max_step);
+            if self.checkpoint.is_none() && 2.0 * h > end - self.t {
+                self.system.keep();
+                self.checkpoint = Some(Checkpoint {
+                    time: self.t,
+                    q: self.q.clone(),
+                    v: self.v.clone(),
+                    step: planned,
+                    last: [self.last_error, self.last_step],
+                    steps_since_restart: self.steps_since_restart,
+                });
+            }
             let (taken, error) = self.attempt(h, end)?;
-            let landed = self.land(end)?;
+            let landed = self.land()?;
             let cut = landed.is_some() || self.t + self.method.step().h >= end;
             self.accept(end, cut)?;
             match landed {
@@ -144,6 +183,11 @@ impl Run<'_> {
     /// Shortest step that still advances the time.
     fn shortest(&self, end: f64) -> f64 {
         (16.0 * f64::EPSILON * self.t.abs().max(end.abs())).max(f64::MIN_POSITIVE)
+    }
+
+    /// Shortest part of a step of length `h` that advances the time.
+    fn resolution(&mut self, h: f64) -> f64 {
+        16.0 * f64::EPSILON * (self.t.abs() + h)
     }
 
     fn take(&mut self, h: f64) -> bool {
@@ -205,7 +249,7 @@ impl Run<'_> {
 
     /// Looks for an event on the step; if there is one, takes the step again so that it ends
     /// just behind it, and returns the guard.
-    fn land(&mut self, end: f64) -> Result<Option<usize>, Failure> {
+    fn land(&mut self) -> Result<Option<usize>, Failure> {
         if self.start_guards.is_empty() {
             return Ok(None);
         }
@@ -220,7 +264,8 @@ impl Run<'_> {
             .map_err(|failure| (Status::EventLocation, Some(failure.index)))?;
         let Some(event) = located else { return Ok(None) };
         let full = self.method.step().h;
-        if event.theta * full < self.shortest(end) {
+        let resolution = self.resolution(full);
+        if event.theta * full < resolution {
             return self.land_on_the_spot(event.index);
         }
         self.read_guards_inside(event.theta);
@@ -243,7 +288,7 @@ impl Run<'_> {
             } else {
                 low = (h, guard.value);
             }
-            if high.0 - low.0 <= self.shortest(end) {
+            if high.0 - low.0 <= resolution {
                 break;
             }
             // Newton, or the secant where the rate is unknown, aiming behind the surface so that

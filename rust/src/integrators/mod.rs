@@ -14,7 +14,7 @@ use crate::dynamics::Linearisation;
 use dense::DenseStep;
 use events::Guard;
 
-pub use control::{integrate, integrate_with};
+pub use control::{integrate, integrate_with, resume_with};
 
 /// What the integrator needs to know of a system.
 pub trait HybridSystem {
@@ -64,6 +64,10 @@ pub trait HybridSystem {
     fn project(&mut self, _t: f64, _q: &mut [f64], _v: &mut [f64]) -> Projection {
         Projection::Unneeded
     }
+
+    /// Is told once that the coming step is the first that the end of the integration shortens: what
+    /// the system remembers belongs to the [`Checkpoint`].
+    fn keep(&mut self) {}
 
     /// Sees every accepted step, before any change of phase at its end; false cancels.
     fn accepted(&mut self, _step: &DenseStep) -> bool {
@@ -222,8 +226,26 @@ impl Default for Limits {
     }
 }
 
+/// Where an integration left its own path to meet its end. Continued from here, it takes the steps
+/// that it would have taken without that end, to the last bit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checkpoint {
+    /// Instant [s].
+    pub time: f64,
+    /// Position there.
+    pub q: Vec<f64>,
+    /// Velocity there.
+    pub v: Vec<f64>,
+    /// Length of the step that was next [s].
+    pub step: f64,
+    /// Error and length [s] of the step before, for the predictive controller.
+    pub last: [f64; 2],
+    /// Steps since the last change of phase.
+    pub steps_since_restart: usize,
+}
+
 /// How an integration ended.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// Why.
     pub status: Status,
@@ -233,4 +255,6 @@ pub struct Outcome {
     pub guard: Option<usize>,
     /// Work done.
     pub stats: Stats,
+    /// Where it can be continued; none if it did not come near its end.
+    pub checkpoint: Option<Checkpoint>,
 }

@@ -1,0 +1,181 @@
+"""Forces on the bodies: gravity, springs, dampers, given forces and torques."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from .functions import Harmonic, Polynomial, Table, TimeFunction
+from .schema import Part, Vector
+
+FUNCTIONS = (Polynomial, Harmonic, Table)
+
+
+@dataclass(frozen=True)
+class Gravity(Part):
+    """Uniform gravity.
+
+    Parameters
+    ----------
+    acceleration : (float, float)
+        Acceleration of free fall [m/s²].
+    """
+
+    _tag = ("type", "gravity")
+
+    acceleration: Vector
+
+
+@dataclass(frozen=True)
+class Spring(Part):
+    """A spring, with a damper beside it, between two points.
+
+    It pulls with stiffness (distance - length) + damping (rate of the distance).
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    a, b : str
+        The two points, as ``"body.point"``.
+    stiffness : float
+        Stiffness [N/m].
+    length : float
+        Distance of the points without force [m].
+    damping : float
+        Damping [N s/m].
+    """
+
+    _tag = ("type", "spring")
+
+    name: str
+    a: str
+    b: str
+    stiffness: float
+    length: float
+    damping: float = 0.0
+
+
+@dataclass(frozen=True)
+class Damper(Part):
+    """A damper between two points, along the line through them.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    a, b : str
+        The two points, as ``"body.point"``.
+    damping : float
+        Damping [N s/m].
+    """
+
+    _tag = ("type", "damper")
+
+    name: str
+    a: str
+    b: str
+    damping: float
+
+
+@dataclass(frozen=True)
+class TorsionSpring(Part):
+    """A torsion spring, with a damper beside it, between two bodies.
+
+    The torque on body b is -stiffness (angle of b relative to a - `angle`) - damping (its rate).
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    a, b : str
+        Names of the two bodies; ``"ground"`` may be one.
+    stiffness : float
+        Stiffness [N m/rad].
+    angle : float
+        Angle of body b relative to body a without torque [rad]; full turns count.
+    damping : float
+        Damping [N m s/rad].
+    """
+
+    _tag = ("type", "torsion_spring")
+
+    name: str
+    a: str
+    b: str
+    stiffness: float
+    angle: float = 0.0
+    damping: float = 0.0
+
+
+@dataclass(frozen=True)
+class TorsionDamper(Part):
+    """A damper that slows the turning of two bodies against each other.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    a, b : str
+        Names of the two bodies; ``"ground"`` may be one.
+    damping : float
+        Damping [N m s/rad].
+    """
+
+    _tag = ("type", "torsion_damper")
+
+    name: str
+    a: str
+    b: str
+    damping: float
+
+
+@dataclass(frozen=True)
+class Force(Part):
+    """A given force at a point.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    point : str
+        Where it acts, as ``"body.point"``.
+    x, y : float, Polynomial, Harmonic or Table
+        Its components [N], constant or functions of time.
+    frame : {"ground", "body"}
+        Whether the components are along the axes of ground or turn with the body.
+    """
+
+    _tag = ("type", "force")
+    _choices: ClassVar = {"x": FUNCTIONS, "y": FUNCTIONS}
+
+    name: str
+    point: str
+    x: float | TimeFunction
+    y: float | TimeFunction
+    frame: str = "ground"
+
+
+@dataclass(frozen=True)
+class Torque(Part):
+    """A given torque on a body.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    body : str
+        The body it turns.
+    torque : float, Polynomial, Harmonic or Table
+        The torque [N m], constant or a function of time.
+    reaction : str
+        The body it turns the other way, as a motor turns its frame.
+    """
+
+    _tag = ("type", "torque")
+    _choices: ClassVar = {"torque": FUNCTIONS}
+
+    name: str
+    body: str
+    torque: float | TimeFunction
+    reaction: str = "ground"

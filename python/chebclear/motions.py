@@ -1,0 +1,124 @@
+"""Prescribed motions, and how a scene starts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from .forces import FUNCTIONS
+from .functions import TimeFunction
+from .schema import Part, Vector
+
+
+@dataclass(frozen=True)
+class Speed(Part):
+    """A revolute joint that is turned at constant speed.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    joint : str
+        Name of the revolute joint.
+    speed : float
+        Angular velocity of body b relative to body a [rad/s].
+    angle : float
+        Angle of body b relative to body a at time zero [rad].
+    """
+
+    _tag = ("type", "speed")
+
+    name: str
+    joint: str
+    speed: float
+    angle: float = 0.0
+
+
+@dataclass(frozen=True)
+class Motion(Part):
+    """A revolute or prismatic joint that moves as a function of time says.
+
+    The function gives the motion with its derivatives, so it should start as the mechanism is meant to start:
+    ``Harmonic`` and ``Polynomial`` have a speed at time zero, which the other bodies then have to follow.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    joint : str
+        Name of the joint.
+    motion : float, Polynomial, Harmonic or Table
+        Angle [rad] or displacement [m] of body b relative to body a; a number holds the joint.
+    """
+
+    _tag = ("type", "motion")
+    _choices: ClassVar = {"motion": FUNCTIONS}
+
+    name: str
+    joint: str
+    motion: float | TimeFunction
+
+
+@dataclass(frozen=True)
+class JointStart(Part):
+    """Where an ideal joint starts, and how fast.
+
+    What is not given follows from the other joints, the drives and the rough angles of the bodies.
+
+    Parameters
+    ----------
+    joint : str
+        Name of the revolute or prismatic joint; it must have no drive.
+    position : float, optional
+        Angle [rad] or displacement [m] of body b relative to body a.
+    velocity : float, optional
+        Its rate [rad/s or m/s].
+    """
+
+    _tag = ("type", "joint")
+
+    joint: str
+    position: float | None = None
+    velocity: float | None = None
+
+
+@dataclass(frozen=True)
+class BodyStart(Part):
+    """The angle at which a body starts, and how fast it turns.
+
+    Parameters
+    ----------
+    body : str
+        Name of the body.
+    angle : float, optional
+        Angle of the body's frame [rad].
+    angular_velocity : float, optional
+        Angular velocity [rad/s].
+    """
+
+    _tag = ("type", "body")
+
+    body: str
+    angle: float | None = None
+    angular_velocity: float | None = None
+
+
+@dataclass(frozen=True)
+class ClearanceStart(Part):
+    """Where the journal of a clearance joint starts; concentric and at relative rest if nothing is said.
+
+    Parameters
+    ----------
+    joint : str
+        Name of the clearance joint.
+    eccentricity : (float, float)
+        Centre of the journal seen from that of the bearing, along the axes of ground [m].
+    rate : (float, float)
+        Its rate [m/s].
+    """
+
+    _tag = ("type", "clearance")
+
+    joint: str
+    eccentricity: Vector
+    rate: Vector = (0.0, 0.0)

@@ -1,0 +1,130 @@
+//! Energies, and the powers whose integrals balance them.
+//!
+//! ```text
+//! kinetic + potential + contact = start + input - impact loss - friction loss - damping loss
+//! ```
+//!
+//! holds exactly for exact solutions of the equations of motion, whatever the laws.
+
+use super::{Dynamics, relative_motion};
+use crate::clearance::{Phase, SlidingVelocity};
+
+/// What a clearance joint takes from the motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactLoss {
+    /// Power of the hysteresis damping [W].
+    pub impact: f64,
+    /// Power of friction [W].
+    pub friction: f64,
+    /// Normal force times sliding speed of the surfaces [N m/s]: the integrand of Archard's wear.
+    pub wear: f64,
+}
+
+impl Dynamics<'_> {
+    /// Kinetic energy of all bodies [J].
+    pub fn kinetic_energy(&self) -> f64 {
+        let mechanism = self.mechanism;
+        mechanism
+            .inertias
+            .iter()
+            .chain(&mechanism.driven_inertias)
+            .map(|body| {
+                let frame = &self.states[body.frame];
+                let velocity = frame.point(body.center).velocity;
+                0.5 * (body.mass * velocity.norm_squared() + body.inertia * frame.angular_velocity.powi(2))
+            })
+            .sum()
+    }
+
+    /// Potential energy of gravity, from the origin, and of the springs [J].
+    pub fn potential_energy(&self) -> f64 {
+        let mechanism = self.mechanism;
+        let bodies = mechanism.inertias.iter().chain(&mechanism.driven_inertias);
+        let gravity: f64 = bodies
+            .map(|body| {
+                -body.mass * mechanism.gravity.dot(&self.states[body.frame].point(body.center).position)
+            })
+            .sum();
+        let links: f64 = mechanism
+            .links
+            .iter()
+            .map(|link| 0.5 * link.stiffness * (self.link_motion(link)[0] - link.length).powi(2))
+            .sum();
+        let torsions: f64 = mechanism
+            .torsions
+            .iter()
+            .map(|torsion| 0.5 * torsion.stiffness * self.torsion_motion(torsion)[0].powi(2))
+            .sum();
+        gravity + links + torsions
+    }
+
+    /// Elastic energy K δ^(n+1) / (n+1) of a contact [J].
+    pub fn contact_energy(&self, index: usize) -> f64 {
+        let joint = &self.mechanism.clearance_joints[index];
+        if self.phases[index] == Phase::Free {
+            return 0.0;
+        }
+        let penetration = self.contact_state(index).penetration;
+        joint.law.normal.normal_force(penetration, 0.0, 0.0) * penetration / (joint.law.normal.exponent + 1.0)
+    }
+
+    /// What a contact dissipates.
+    pub fn contact_loss(&self, index: usize) -> ContactLoss {
+        let joint = &self.mechanism.clearance_joints[index];
+        if self.phases[index] == Phase::Free {
+            return ContactLoss::default();
+        }
+        let motion = relative_motion(&self.joint_motion(joint));
+        let state = joint.law.evaluate(&motion, self.phases[index]);
+        let elastic = joint.law.normal.normal_force(state.penetration, 0.0, 0.0);
+        // The surfaces slide at this speed, whatever speed the friction law is told.
+        let mut surface = joint.law;
+        surface.sliding = SlidingVelocity::Surface;
+        let sliding = surface.evaluate(&motion, self.phases[index]).sliding_velocity;
+        ContactLoss {
+            impact: (state.normal_force - elastic) * state.penetration_rate,
+            friction: -state.friction_force * sliding,
+            wear: state.normal_force.max(0.0) * sliding.abs(),
+        }
+    }
+
+    /// Power of the drives and the given forces and torques [W]; after
+    /// [`Dynamics::find_reactions`].
+    pub fn input_power(&self) -> f64 {
+        let mechanism = self.mechanism;
+        let drives: f64 = (0..mechanism.driven.len()).map(|index| self.drive_power(index)).sum();
+        let forces: f64 = mechanism
+            .applied_forces
+            .iter()
+            .map(|applied| self.applied_force(applied)[0].dot(&self.point(applied.point).velocity))
+            .sum();
+        let torques: f64 = mechanism
+            .applied_torques
+            .iter()
+            .map(|applied| {
+                let [back, on] = applied.frames.map(|frame| self.states[frame].angular_velocity);
+                applied.torque.at(self.t)[0] * (on - back)
+            })
+            .sum();
+        drives + forces + torques
+    }
+
+    /// Power of a drive [W]; after [`Dynamics::find_reactions`].
+    pub fn drive_power(&self, index: usize) -> f64 {
+        let driven = &self.mechanism.driven[index];
+        self.drive_effort(index) * driven.sign * self.coordinates[driven.column].velocity
+    }
+
+    /// Power that the dampers take [W].
+    pub fn damping_loss(&self) -> f64 {
+        let links: f64 =
+            self.mechanism.links.iter().map(|link| link.damping * self.link_motion(link)[1].powi(2)).sum();
+        let torsions: f64 = self
+            .mechanism
+            .torsions
+            .iter()
+            .map(|torsion| torsion.damping * self.torsion_motion(torsion)[1].powi(2))
+            .sum();
+        links + torsions
+    }
+}

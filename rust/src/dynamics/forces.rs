@@ -1,0 +1,154 @@
+//! Springs, dampers, given forces and torques: generalised forces and their exact derivatives.
+
+use super::Dynamics;
+use crate::dual::{Dual, Scalar};
+use crate::kinematics::{Vec2, angle_column, perp, turned};
+use crate::mechanism::{AppliedForce, Link, Torsion};
+
+impl Link {
+    /// Force on the second point, where `e` is that point seen from the first and `rate` its rate.
+    ///
+    /// A damper, or a spring with a natural length, has no direction between points that coincide:
+    /// the force is then not a number.
+    #[inline]
+    fn force<S: Scalar>(&self, e: [S; 2], rate: [S; 2]) -> [S; 2] {
+        if self.length == 0.0 && self.damping == 0.0 {
+            return e.map(|component| component * -self.stiffness);
+        }
+        let length = (e[0] * e[0] + e[1] * e[1]).sqrt();
+        let inverse = S::constant(1.0) / length;
+        let normal = e.map(|component| component * inverse);
+        let lengthening = rate[0] * normal[0] + rate[1] * normal[1];
+        let tension = (length - self.length) * self.stiffness + lengthening * self.damping;
+        normal.map(|component| -(component * tension))
+    }
+}
+
+impl Dynamics<'_> {
+    /// Adds the generalised forces of springs, dampers and given forces.
+    #[inline]
+    pub(super) fn add_forces(&self, forces: &mut [f64]) {
+        let mechanism = self.mechanism;
+        for link in &mechanism.links {
+            let [a, b] = link.points.map(|point| self.point(point));
+            let force = link.force((b.position - a.position).into(), (b.velocity - a.velocity).into());
+            self.add_pair(link.points, [a.position, b.position], force.into(), [0.0; 2], forces);
+        }
+        for torsion in &mechanism.torsions {
+            self.add_couple(torsion.frames, self.torsion_torque(torsion), forces);
+        }
+        for applied in &mechanism.applied_forces {
+            let position = self.point(applied.point).position;
+            let [force, _] = self.applied_force(applied);
+            for &(column, i) in &mechanism.paths[applied.point.frame].free {
+                forces[i] += self.column(column, position).0.dot(&force);
+            }
+        }
+        for applied in &mechanism.applied_torques {
+            self.add_couple(applied.frames, applied.torque.at(self.t)[0], forces);
+        }
+    }
+
+    /// Adds the generalised force of a torque on the second frame and its reaction on the first.
+    fn add_couple(&self, frames: [usize; 2], torque: f64, forces: &mut [f64]) {
+        for (frame, sign) in frames.into_iter().zip([-1.0, 1.0]) {
+            for &(column, i) in &self.mechanism.paths[frame].free {
+                forces[i] += sign * angle_column(self.mechanism.frames[column + 1].kind) * torque;
+            }
+        }
+    }
+
+    /// Angle of the second body of a torsion spring against the first beyond that without torque
+    /// [rad], and its rate [rad/s].
+    pub fn torsion_motion(&self, torsion: &Torsion) -> [f64; 2] {
+        let [a, b] = torsion.frames;
+        let rate = self.states[b].angular_velocity - self.states[a].angular_velocity;
+        [self.angle(b) - self.angle(a) - torsion.angle, rate]
+    }
+
+    /// Torque of a torsion spring on its second body [N m].
+    pub fn torsion_torque(&self, torsion: &Torsion) -> f64 {
+        let [angle, rate] = self.torsion_motion(torsion);
+        -torsion.stiffness * angle - torsion.damping * rate
+    }
+
+    /// Length of a spring [m] and its rate [m/s].
+    pub fn link_motion(&self, link: &Link) -> [f64; 2] {
+        let [a, b] = link.points.map(|point| self.point(point));
+        let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
+        let length = e.norm();
+        [length, if length > 0.0 { rate.dot(&e) / length } else { 0.0 }]
+    }
+
+    /// Force of a spring or damper on its second point [N].
+    pub fn link_force(&self, link: &Link) -> Vec2 {
+        let [a, b] = link.points.map(|point| self.point(point));
+        link.force((b.position - a.position).into(), (b.velocity - a.velocity).into()).into()
+    }
+
+    /// A given force in the world frame [N], and its rate [N/s] without the turning of the body.
+    pub fn applied_force(&self, applied: &AppliedForce) -> [Vec2; 2] {
+        let [x, y] = applied.components.each_ref().map(|component| component.at(self.t));
+        let values = [Vec2::new(x[0], y[0]), Vec2::new(x[1], y[1])];
+        match applied.turned {
+            Some([cosine, sine]) => {
+                values.map(|value| self.states[applied.point.frame].to_world(turned(value, cosine, sine)))
+            }
+            None => values,
+        }
+    }
+
+    /// Adds the derivatives of all these forces to those of the force residual.
+    pub(super) fn add_force_derivatives(&mut self) {
+        let mechanism = self.mechanism;
+        let columns = self.coordinates.len();
+        for link in &mechanism.links {
+            let [a, b] = link.points.map(|point| self.point(point));
+            let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
+            let force = link.force::<Dual<5>>(
+                [Dual::input(e.x, 0), Dual::input(e.y, 1)],
+                [Dual::input(rate.x, 2), Dual::input(rate.y, 3)],
+            );
+            self.add_pair_derivatives(link.points, [0.0; 2], [force[0], force[1], Dual::constant(0.0)]);
+        }
+        for torsion in &mechanism.torsions {
+            let ends = || torsion.frames.into_iter().zip([-1.0, 1.0]);
+            for (frame, sign) in ends() {
+                for &(column, i) in &mechanism.paths[frame].free {
+                    let turn = sign * angle_column(mechanism.frames[column + 1].kind);
+                    for (other, other_sign) in ends() {
+                        for &k in &mechanism.paths[other].columns {
+                            let by = turn * other_sign * angle_column(mechanism.frames[k + 1].kind);
+                            self.residual_q[i * columns + k] += torsion.stiffness * by;
+                            self.residual_v[i * columns + k] += torsion.damping * by;
+                        }
+                    }
+                }
+            }
+        }
+        for applied in &mechanism.applied_forces {
+            let position = self.point(applied.point).position;
+            let [force, rate] = self.applied_force(applied);
+            let path = &mechanism.paths[applied.point.frame];
+            for &(column, i) in &path.free {
+                let (by, _) = self.column(column, position);
+                self.residual_t[i] -= by.dot(&rate);
+                for &k in &path.columns {
+                    let turn = angle_column(mechanism.frames[k + 1].kind);
+                    let turning = if applied.turned.is_some() { turn * by.dot(&perp(force)) } else { 0.0 };
+                    self.residual_q[i * columns + k] -=
+                        self.second_column(column, k, position).dot(&force) + turning;
+                }
+            }
+        }
+        for applied in &mechanism.applied_torques {
+            let rate = applied.torque.at(self.t)[1];
+            for (frame, sign) in applied.frames.into_iter().zip([-1.0, 1.0]) {
+                for &(column, i) in &mechanism.paths[frame].free {
+                    let turn = sign * angle_column(mechanism.frames[column + 1].kind);
+                    self.residual_t[i] -= turn * rate;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! What the ideal joints and drives transmit.
+//!
+//! Every body asks for its inertial force less the forces that act on it. From the leaves of the
+//! tree to its root, the joint that carries a body supplies what the body and all it carries ask
+//! for. The result is the multipliers of Eq. (14) of `[Xiang2020]`, without solving for them.
+
+use super::Dynamics;
+use crate::clearance::Phase;
+use crate::kinematics::Vec2;
+use crate::mechanism::Realisation;
+
+/// A force and a moment.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wrench {
+    /// Force [N].
+    pub force: Vec2,
+    /// Moment [N m] about the origin, or about the point that is said.
+    pub moment: f64,
+}
+
+impl Wrench {
+    /// A force at a point, with a moment, about the origin.
+    fn at(point: Vec2, force: Vec2, moment: f64) -> Self {
+        Self { force, moment: moment + point.perp(&force) }
+    }
+
+    fn add(&mut self, sign: f64, other: Wrench) {
+        self.force += sign * other.force;
+        self.moment += sign * other.moment;
+    }
+}
+
+impl Dynamics<'_> {
+    /// Computes what every ideal joint transmits, after [`Dynamics::acceleration`] and
+    /// [`Dynamics::accelerate`].
+    pub fn find_reactions(&mut self) {
+        let mechanism = self.mechanism;
+        let mut demands = std::mem::take(&mut self.demands);
+        for (demand, body) in demands.iter_mut().zip(&mechanism.bodies) {
+            let frame = &self.states[body.frame];
+            let center = frame.point(body.center);
+            let inertial = body.mass * center.acceleration;
+            *demand = Wrench::at(center.position, inertial, body.inertia * frame.angular_acceleration);
+        }
+        let mut supply = |body: Option<usize>, wrench: Wrench| {
+            if let Some(body) = body {
+                demands[body].add(-1.0, wrench);
+            }
+        };
+        for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
+            if self.phases[index] == Phase::Free {
+                continue;
+            }
+            let state = self.contact_state(index);
+            let (force, friction) = (Vec2::from(state.force), state.friction_force);
+            let ends = [
+                (joint.bearing, -1.0, joint.law.bearing_radius),
+                (joint.journal, 1.0, joint.law.journal_radius),
+            ];
+            for ((point, sign, radius), body) in ends.into_iter().zip(joint.bodies) {
+                let position = self.point(point).position;
+                supply(body, Wrench::at(position, sign * force, sign * radius * friction));
+            }
+        }
+        for link in &mechanism.links {
+            let force = self.link_force(link);
+            for ((point, body), sign) in link.points.into_iter().zip(link.bodies).zip([-1.0, 1.0]) {
+                supply(body, Wrench::at(self.point(point).position, sign * force, 0.0));
+            }
+        }
+        let torsions =
+            mechanism.torsions.iter().map(|torsion| (torsion.bodies, self.torsion_torque(torsion)));
+        let torques =
+            mechanism.applied_torques.iter().map(|applied| (applied.bodies, applied.torque.at(self.t)[0]));
+        for (bodies, torque) in torsions.chain(torques) {
+            for (body, sign) in bodies.into_iter().zip([-1.0, 1.0]) {
+                supply(body, Wrench { force: Vec2::zeros(), moment: sign * torque });
+            }
+        }
+        for applied in &mechanism.applied_forces {
+            let [force, _] = self.applied_force(applied);
+            supply(applied.body, Wrench::at(self.point(applied.point).position, force, 0.0));
+        }
+        for (index, closure) in mechanism.closures.iter().enumerate() {
+            let force = self.closure_force(index);
+            for ((point, body), sign) in
+                [closure.a, closure.b].into_iter().zip(closure.bodies).zip([-1.0, 1.0])
+            {
+                supply(body, Wrench::at(self.point(point).position, sign * force, 0.0));
+            }
+        }
+        for &index in mechanism.tree.iter().rev() {
+            let joint = &mechanism.ideal_joints[index];
+            if let Realisation::Tree { child, sign, .. } = joint.realisation {
+                let carried = demands[child];
+                let parent = if sign > 0.0 { joint.bodies[0] } else { joint.bodies[1] };
+                if let Some(parent) = parent {
+                    demands[parent].add(1.0, carried);
+                }
+                self.reactions[index] = Wrench { force: sign * carried.force, moment: sign * carried.moment };
+            }
+        }
+        self.demands = demands;
+    }
+
+    /// Force of a loop closure on its second point [N].
+    fn closure_force(&self, index: usize) -> Vec2 {
+        -Vec2::new(self.loops.multipliers[2 * index], self.loops.multipliers[2 * index + 1])
+    }
+
+    /// What an ideal joint, with its drive, exerts on its second body: the force and the moment about
+    /// the joint's point on that body; after [`Dynamics::find_reactions`].
+    pub fn reaction(&self, index: usize) -> Wrench {
+        let joint = &self.mechanism.ideal_joints[index];
+        match joint.realisation {
+            Realisation::Cut(closure) => Wrench { force: self.closure_force(closure), moment: 0.0 },
+            Realisation::Tree { .. } => {
+                let Wrench { force, moment } = self.reactions[index];
+                let point = self.point(joint.points[1]).position;
+                Wrench { force, moment: moment - point.perp(&force) }
+            }
+        }
+    }
+
+    /// Torque [N m] or force [N] that a drive exerts on the second body of its joint, along the
+    /// coordinate of the joint; after [`Dynamics::find_reactions`].
+    pub fn drive_effort(&self, index: usize) -> f64 {
+        let driven = &self.mechanism.driven[index];
+        let Wrench { force, moment } = self.reaction(driven.joint);
+        match self.mechanism.ideal_joints[driven.joint].realisation {
+            // The axis of the frame has the sign of the joint.
+            Realisation::Tree { sign, .. } if !driven.turns => {
+                sign * self.states[driven.column + 1].axis.dot(&force)
+            }
+            _ => moment,
+        }
+    }
+
+    /// What the bodies that no joint carries still ask for: zero where the equations of motion hold.
+    pub fn unbalanced(&self) -> Wrench {
+        let carried = |body: usize| {
+            self.mechanism
+                .ideal_joints
+                .iter()
+                .any(|joint| matches!(joint.realisation, Realisation::Tree { child, .. } if child == body))
+        };
+        let mut sum = Wrench::default();
+        for (body, demand) in self.demands.iter().enumerate() {
+            if !carried(body) {
+                sum.add(1.0, *demand);
+            }
+        }
+        sum
+    }
+}

@@ -1,0 +1,574 @@
+//! The mechanism as the integrator sees it: tolerances, guards and phases, and the samples on the
+//! way.
+
+use crate::clearance::{ClearanceLaw, ContactState, Phase};
+use crate::contact::Damping;
+use crate::contacts::{Contact, Event, EventKind, ForceSample, OpenContact};
+use crate::dynamics::{Dynamics, Linearisation, relative_motion};
+use crate::integrators::dense::DenseStep;
+use crate::integrators::events::Guard;
+use crate::integrators::{Checkpoint, HybridSystem, Limits, Projection};
+use crate::kinematics::FrameKind;
+use crate::mechanism::{ClearanceJoint, Mechanism, State};
+use crate::outputs::{Column, Needs};
+use crate::restart::Memory;
+use crate::settings::Settings;
+use crate::turns::{rewind, unwind};
+use crate::work::{GAUSS, Work};
+
+/// Position tolerance of a scene with clearance: `rtol` times this part of the smallest
+/// clearance. 0.5 is the scale on which the methods were compared (1e-5 m at 0.02 mm).
+const CLEARANCE_PART: f64 = 0.5;
+/// Largest tolerances as a part of the oscillation about a contact that rests under the load of
+/// the start: wider, a slow mechanism's resting contact cannot be told from free flight, and it
+/// chatters. Tuned on the paper's mechanism at 0.01 to 2000 r/min with Rodas5P: 0.1 leaves 4807
+/// contact changes in a revolution at 0.1 r/min, 0.01 407, 0.003 189, tight tolerances 161; from
+/// 100 r/min on it changes nothing.
+const RESTING_PART: f64 = 0.003;
+/// Velocity tolerance: `rtol` times this part of the speed of the mechanism. For the paper's
+/// crank (10.5 m/s) it is the 1 m/s on which the methods were compared.
+const SPEED_PART: f64 = 0.1;
+/// Velocity tolerance in a contact with friction, as a part of the velocity at which the friction
+/// law is steep. Wider, a linearly implicit step hops across the kink: 15 times more steps at
+/// rtol 1e-4 than at 1e-5 in a sticking contact.
+const STICK_PART: f64 = 0.1;
+/// First step after an onset: this times `rtol`^0.4 times the time scale of the impact. The force
+/// begins as δ^1.5, which caps the order at 2.5 until the step has grown away from the onset.
+/// Measured on the paper's mechanism: flat between 0.3 and 3.
+const ONSET_STEP: f64 = 1.0;
+
+/// Penetration relative to the journal radius beyond which the laws of a small contact area no
+/// longer hold. Impacts of the paper's mechanism reach 1e-3; a jammed mechanism passes 1.
+const DEEP: f64 = 0.02;
+/// Resting penetration relative to the size of the mechanism below which the rounding of
+/// positions (1e-16) shows: the paper's mechanism reaches it at 0.02 r/min.
+const FINE_PENETRATION: f64 = 2e-12;
+/// Nominal restitution below which the Lankarani-Nikravesh law rebounds noticeably more: 0.878
+/// instead of 0.85, 0.725 instead of 0.5 (closed form in [`Damping::LankaraniNikravesh`]).
+const HONEST_RESTITUTION: f64 = 0.85;
+
+/// Largest correction of a projection, in tolerances of a step.
+const LARGEST_PROJECTION: f64 = 10.0;
+
+/// First step of a run, as a part of the time in which the mechanism crosses its own size: too long is
+/// cut by rejections, too short grows fivefold a step.
+const FIRST_STEP: f64 = 1e-3;
+
+/// Guards of a clearance joint: the gap, and the bracket of the damping.
+pub(crate) const GUARDS: usize = 2;
+
+/// The mechanism as the integrator sees it, taking samples as it goes.
+pub(crate) struct Recorder<'a> {
+    pub(crate) dynamics: Dynamics<'a>,
+    settings: &'a Settings,
+    columns: Vec<Column>,
+    pub(crate) monitor: &'a dyn Fn(f64) -> bool,
+    position_tolerance: f64,
+    velocity_tolerance: f64,
+    step_bound: f64,
+    /// Instant from which the samples count [s]; the settings may skip some time first.
+    from: f64,
+    pub(crate) values: Vec<f64>,
+    next_sample: usize,
+    pub(crate) needs: Needs,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    a: Vec<f64>,
+    pub(crate) events: Vec<Event>,
+    work: Work,
+    /// The contact of every clearance joint, while it lasts.
+    open_contacts: Vec<Option<OpenContact>>,
+    contacts: Vec<Contact>,
+    pub(crate) floored: usize,
+    /// Largest correction that closed the loops after a step [m].
+    pub(crate) largest_projection: f64,
+    /// Largest penetration of every clearance joint at the start of a step [m].
+    deepest: Vec<f64>,
+    warnings: Vec<String>,
+    /// What belongs to the checkpoint of the integration.
+    pub(crate) kept: Memory,
+}
+
+impl<'a> Recorder<'a> {
+    pub(crate) fn new(
+        mechanism: &'a Mechanism,
+        start: &State,
+        settings: &'a Settings,
+        columns: Vec<Column>,
+        values: Vec<f64>,
+        monitor: &'a dyn Fn(f64) -> bool,
+        from: f64,
+    ) -> Self {
+        let d = mechanism.degrees_of_freedom();
+        let scales = &mechanism.scales;
+        let smallest = mechanism.clearance_joints.iter().map(|joint| joint.law.clearance).reduce(f64::min);
+        let position_scale = smallest.map_or(scales.length, |clearance| CLEARANCE_PART * clearance);
+        // The oscillation about a resting contact must be resolved, however slow the mechanism.
+        let resting = |of: fn(&ClearanceJoint) -> f64| {
+            RESTING_PART * mechanism.clearance_joints.iter().map(of).fold(f64::INFINITY, f64::min)
+        };
+        let resting_position = resting(|joint| joint.resting_penetration);
+        let resting_velocity = resting(|joint| joint.resting_speed);
+        let finest = 4.0 * f64::EPSILON * scales.length;
+        let position_tolerance = (settings.rtol * position_scale).min(resting_position).max(finest);
+        let start_speed = start.v.iter().zip(&scales.levers).map(|(v, lever)| (v * lever).abs());
+        let speed = start_speed.fold(scales.speed, f64::max);
+        // A scene that starts at rest and undriven: the speed that crosses the position scale in
+        // the whole run.
+        let speed_scale = (SPEED_PART * speed).max(position_scale / settings.duration);
+        Self {
+            dynamics: Dynamics::new(mechanism),
+            settings,
+            needs: Needs::of(&columns),
+            from: from + settings.skip,
+            values,
+            columns,
+            monitor,
+            position_tolerance: settings.position_tolerance.unwrap_or(position_tolerance),
+            velocity_tolerance: settings
+                .velocity_tolerance
+                .unwrap_or((settings.rtol * speed_scale).min(resting_velocity)),
+            step_bound: f64::INFINITY,
+            next_sample: 0,
+            q: vec![0.0; d],
+            v: vec![0.0; d],
+            a: vec![0.0; d],
+            events: Vec::new(),
+            work: Work::new(mechanism.clearance_joints.len()),
+            open_contacts: vec![None; mechanism.clearance_joints.len()],
+            contacts: Vec::new(),
+            floored: 0,
+            largest_projection: 0.0,
+            deepest: vec![0.0; mechanism.clearance_joints.len()],
+            warnings: Vec::new(),
+            kept: Memory::default(),
+        }
+    }
+
+    /// Instant of a sample [s].
+    pub(crate) fn sample_time(&self, index: usize) -> f64 {
+        self.from + self.settings.sample_time(index)
+    }
+
+    /// Instant of the next sample [s], unless all are taken.
+    pub(crate) fn next_due(&self) -> Option<f64> {
+        (self.next_sample < self.settings.samples).then(|| self.sample_time(self.next_sample))
+    }
+
+    /// Takes the next sample in a given state.
+    pub(crate) fn sample_state(&mut self, t: f64, q: &[f64], v: &[f64]) {
+        self.q.copy_from_slice(q);
+        self.v.copy_from_slice(v);
+        self.sample(t);
+    }
+
+    /// Limits of the integration.
+    pub(crate) fn limits(&self) -> Limits {
+        let scales = &self.dynamics.mechanism.scales;
+        let crossing = FIRST_STEP * scales.length / scales.speed;
+        let first_step = self.settings.limits.first_step.or(Some(crossing).filter(|step| step.is_finite()));
+        Limits { first_step, ..self.settings.limits }
+    }
+
+    /// Goes on with what a run remembered at its checkpoint.
+    pub(crate) fn recall(&mut self, memory: &Memory) {
+        self.warn_of_scene();
+        self.dynamics.phases.clone_from(&memory.phases);
+        self.dynamics.turns.clone_from(&memory.turns);
+        self.open_contacts.clone_from(&memory.contacts);
+        self.work.clone_from(&memory.work);
+    }
+
+    /// All that the user should know about the run.
+    pub(crate) fn warnings(&mut self) -> Vec<String> {
+        let mut warnings = std::mem::take(&mut self.warnings);
+        if self.floored > 0 {
+            warnings.push(format!(
+                "{} of {} impacts began slower than the floor of the impact velocity and were damped as \
+                 impacts at the floor",
+                self.floored,
+                self.events.iter().filter(|event| event.kind == EventKind::Onset).count()
+            ));
+        }
+        for (joint, deepest) in self.dynamics.mechanism.clearance_joints.iter().zip(&self.deepest) {
+            if *deepest > DEEP * joint.law.journal_radius {
+                warnings.push(format!(
+                    "joint {:?}: the penetration reached {deepest:.2e} m, more than {DEEP} of the journal radius: \
+                     contact laws do not hold there; the mechanism may be jammed or the stiffness too small",
+                    joint.name
+                ));
+            }
+        }
+        warnings
+    }
+
+    /// Gives angles their full turns back.
+    pub(crate) fn rewind(&self, q: &mut [f64]) {
+        for (q, &column) in q.iter_mut().zip(&self.dynamics.mechanism.free) {
+            *q = rewind(*q, self.dynamics.turns[column]);
+        }
+    }
+
+    /// The contacts of the run in the order of their onsets, those that go on included.
+    pub(crate) fn finished_contacts(&mut self) -> Vec<Contact> {
+        let mut contacts = std::mem::take(&mut self.contacts);
+        contacts.extend(self.open_contacts.iter().flatten().map(|open| open.contact));
+        contacts.sort_by(|a, b| a.onset.total_cmp(&b.onset));
+        contacts
+    }
+
+    /// Sets the phases of the start and takes the first sample, if it is due.
+    pub(crate) fn begin(&mut self, q: &[f64], v: &[f64]) -> Checkpoint {
+        self.warn_of_scene();
+        let mut start = Checkpoint {
+            time: 0.0,
+            q: q.to_vec(),
+            v: v.to_vec(),
+            step: f64::NAN,
+            last: [1.0, 0.0],
+            steps_since_restart: 0,
+        };
+        self.dynamics.move_to(0.0, q, v);
+        for index in 0..self.dynamics.phases.len() {
+            if self.dynamics.contact_state(index).penetration > 0.0 {
+                let joint = &self.dynamics.mechanism.clearance_joints[index];
+                let law = &joint.law.normal;
+                let phase = Phase::Contact {
+                    hysteresis_factor: law.hysteresis_factor(joint.impact_velocity_floor),
+                    clipped: false,
+                };
+                if law.is_latched() {
+                    self.warnings.push(format!(
+                        "joint {:?} starts in contact: it has no impact velocity and is damped as an impact at \
+                         the floor",
+                        joint.name
+                    ));
+                }
+                self.dynamics.phases[index] = phase;
+                self.open_contacts[index] = Some(OpenContact::begin(index, 0.0, f64::NAN));
+            }
+        }
+        self.work.begin(&self.dynamics);
+        self.unwind(&mut start.q);
+        if self.sample_time(0) <= 0.0 {
+            self.sample_state(0.0, &start.q, v);
+        }
+        start
+    }
+
+    /// Keeps angles within half a turn, so that they do not lose digits as the turns add up.
+    pub(crate) fn unwind(&mut self, q: &mut [f64]) {
+        let mechanism = self.dynamics.mechanism;
+        for (q, &column) in q.iter_mut().zip(&mechanism.free) {
+            if let FrameKind::Revolute = mechanism.frames[column + 1].kind {
+                let (angle, turns) = unwind(*q);
+                *q = angle;
+                self.dynamics.turns[column] += turns;
+            }
+        }
+    }
+
+    fn warn_of_scene(&mut self) {
+        for joint in &self.dynamics.mechanism.clearance_joints {
+            if let Damping::LankaraniNikravesh { restitution } = joint.law.normal.damping
+                && restitution < HONEST_RESTITUTION
+            {
+                self.warnings.push(format!(
+                    "joint {:?}: the Lankarani-Nikravesh law rebounds more than its restitution {restitution} \
+                     says (below {HONEST_RESTITUTION} by more than 3 %)",
+                    joint.name
+                ));
+            }
+            if joint.resting_penetration < FINE_PENETRATION * self.dynamics.mechanism.scales.length {
+                self.warnings.push(format!(
+                    "joint {:?}: under the load of the start the contact rests at a penetration of {:.1e} m, too \
+                     close to the rounding of positions: its contact changes may be noise",
+                    joint.name, joint.resting_penetration
+                ));
+            }
+        }
+    }
+
+    /// Writes the next row of samples from the state in `self.q`, `self.v`.
+    fn sample(&mut self, t: f64) {
+        if self.needs.acceleration {
+            if !self.dynamics.acceleration(t, &self.q, &self.v, &mut self.a) {
+                self.a.fill(f64::NAN);
+            }
+            self.dynamics.accelerate(&self.a);
+            if self.needs.reactions {
+                self.dynamics.find_reactions();
+            }
+        } else {
+            self.dynamics.move_to(t, &self.q, &self.v);
+        }
+        let width = self.columns.len();
+        let row = &mut self.values[self.next_sample * width..(self.next_sample + 1) * width];
+        for (value, column) in row.iter_mut().zip(&self.columns) {
+            *value = column.value(&self.dynamics, &self.work);
+        }
+        self.next_sample += 1;
+    }
+
+    /// Bounds the next step and notes penetrations and forces, in motion with its accelerations.
+    fn watch(&mut self, t: f64) {
+        let mechanism = self.dynamics.mechanism;
+        self.step_bound = mechanism.next_break(t) - t;
+        for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
+            let motion = self.dynamics.joint_motion(joint);
+            let penetration = motion.eccentricity.norm() - joint.law.clearance;
+            self.deepest[index] = self.deepest[index].max(penetration);
+            match self.dynamics.phases[index] {
+                Phase::Free => {
+                    // Half a clearance per step: no flight can cross the bearing unseen.
+                    let (rate, acceleration) = (motion.rate.norm(), motion.acceleration.norm());
+                    let clearance = joint.law.clearance;
+                    // |ė| h + |ë| h²/2 = c/2
+                    let bound = clearance / (rate + (rate * rate + acceleration * clearance).sqrt());
+                    self.step_bound = self.step_bound.min(bound);
+                }
+                phase @ Phase::Contact { .. } => {
+                    if let Some(open) = &mut self.open_contacts[index] {
+                        let relative = relative_motion(&motion);
+                        let acceleration = motion.acceleration.into();
+                        let [force, rate] = joint.law.normal_force_with_rate(&relative, acceleration, phase);
+                        open.watch(ForceSample { time: t, force, rate });
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds the powers of a state to the work.
+    pub(crate) fn add_work(&mut self, t: f64, q: &[f64], v: &[f64], dt: f64) {
+        if !self.dynamics.acceleration(t, q, v, &mut self.a) {
+            self.a.fill(f64::NAN);
+        }
+        self.dynamics.accelerate(&self.a);
+        self.dynamics.find_reactions();
+        self.work.add(&self.dynamics, dt);
+    }
+
+    /// Adds the work over a part of a step.
+    fn add_work_of(&mut self, step: &DenseStep, from: f64, to: f64) {
+        let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
+        for (place, weight) in GAUSS {
+            let t = from + place * (to - from);
+            step.at((t - step.t) / step.h, &mut q, &mut v);
+            self.add_work(t, &q, &v, weight * (to - from));
+        }
+        (self.q, self.v) = (q, v);
+    }
+
+    fn gap_guard(&self, index: usize, state: &ContactState<f64>) -> Guard {
+        let joint = &self.dynamics.mechanism.clearance_joints[index];
+        let sign = match self.dynamics.phases[index] {
+            Phase::Free => -1.0,
+            Phase::Contact { .. } => 1.0,
+        };
+        // Rounding of the difference of two positions.
+        let journal = self.dynamics.point(joint.journal).position;
+        let bearing = self.dynamics.point(joint.bearing).position;
+        let resolution = 4.0
+            * f64::EPSILON
+            * (journal.abs().sum() + bearing.abs().sum() + self.dynamics.mechanism.scales.length);
+        Guard {
+            value: sign * state.penetration,
+            rate: sign * state.penetration_rate,
+            resolution,
+            overshoot: (8.0 * resolution).max(LANDING_PART * self.position_tolerance),
+        }
+    }
+
+    fn bracket_guard(&self, index: usize, state: &ContactState<f64>) -> Guard {
+        let Phase::Contact { hysteresis_factor, clipped } = self.dynamics.phases[index] else {
+            return Guard::INACTIVE;
+        };
+        if hysteresis_factor == 0.0 {
+            return Guard::INACTIVE;
+        }
+        let joint = &self.dynamics.mechanism.clearance_joints[index];
+        let bracket = ClearanceLaw::damping_bracket(state.penetration_rate, hysteresis_factor);
+        // Rounding of the difference of two velocities, and what the tolerance leaves open: where
+        // the damping is strong the bracket stays near zero for long, and its noise is no event.
+        let journal = self.dynamics.point(joint.journal).velocity;
+        let bearing = self.dynamics.point(joint.bearing).velocity;
+        let rounding = 4.0 * f64::EPSILON * (journal.abs().sum() + bearing.abs().sum());
+        let resolution =
+            64.0 * f64::EPSILON + hysteresis_factor * (rounding + BRACKET_PART * self.velocity_tolerance);
+        Guard {
+            value: if clipped { -bracket } else { bracket },
+            rate: f64::NAN,
+            resolution,
+            // The force at the clip is off by this part of its elastic share at most.
+            overshoot: (8.0 * resolution).max(1e-4),
+        }
+    }
+}
+
+/// Rate at which the bracket of the damping has no sign, as a part of the velocity tolerance.
+const BRACKET_PART: f64 = 1e-3;
+/// Largest penetration of a landing, as a part of the position tolerance.
+const LANDING_PART: f64 = 1e-2;
+
+impl HybridSystem for Recorder<'_> {
+    fn dimension(&self) -> usize {
+        self.q.len()
+    }
+
+    fn acceleration(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        self.dynamics.acceleration(t, q, v, a)
+    }
+
+    fn begin(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        if !self.dynamics.acceleration(t, q, v, a) {
+            return false;
+        }
+        self.dynamics.accelerate(a);
+        self.watch(t);
+        true
+    }
+
+    fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
+        if !self.dynamics.linearise(t, q, v, linear) {
+            return false;
+        }
+        self.watch(t);
+        true
+    }
+
+    fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
+        let mechanism = self.dynamics.mechanism;
+        let stick = mechanism
+            .clearance_joints
+            .iter()
+            .zip(&self.dynamics.phases)
+            .filter(|(_, phase)| **phase != Phase::Free)
+            .filter_map(|(joint, _)| joint.law.stick_velocity())
+            .fold(f64::INFINITY, f64::min);
+        let velocity_tolerance = self.velocity_tolerance.min(STICK_PART * stick);
+        for (k, lever) in mechanism.scales.levers.iter().enumerate() {
+            position[k] = self.position_tolerance / lever;
+            velocity[k] = velocity_tolerance / lever;
+        }
+    }
+
+    fn step_bound(&self) -> f64 {
+        self.step_bound
+    }
+
+    fn guard_count(&self) -> usize {
+        GUARDS * self.dynamics.phases.len()
+    }
+
+    fn guards(&mut self, t: f64, q: &[f64], v: &[f64], guards: &mut [Guard]) {
+        self.dynamics.move_to(t, q, v);
+        for index in 0..self.dynamics.phases.len() {
+            let state = self.dynamics.contact_state(index);
+            guards[GUARDS * index] = self.gap_guard(index, &state);
+            guards[GUARDS * index + 1] = self.bracket_guard(index, &state);
+        }
+    }
+
+    fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> f64 {
+        self.dynamics.move_to(t, q, v);
+        let index = guard / GUARDS;
+        let joint = &self.dynamics.mechanism.clearance_joints[index];
+        let law = &joint.law.normal;
+        let normal_velocity = self.dynamics.contact_state(index).penetration_rate;
+        let mut bound = f64::INFINITY;
+        let (kind, phase) = match (guard % GUARDS, self.dynamics.phases[index]) {
+            (0, Phase::Free) => {
+                let impact_velocity = normal_velocity.max(joint.impact_velocity_floor);
+                let floored = law.is_latched() && normal_velocity < joint.impact_velocity_floor;
+                self.floored += usize::from(floored);
+                let impact_time = law.impact_time(joint.effective_mass, impact_velocity);
+                bound = ONSET_STEP * self.settings.rtol.powf(0.4) * impact_time;
+                let hysteresis_factor = law.hysteresis_factor(impact_velocity);
+                (EventKind::Onset, Phase::Contact { hysteresis_factor, clipped: false })
+            }
+            (0, Phase::Contact { .. }) => (EventKind::Separation, Phase::Free),
+            (_, Phase::Contact { hysteresis_factor, clipped }) => {
+                let kind = if clipped { EventKind::Unclip } else { EventKind::Clip };
+                (kind, Phase::Contact { hysteresis_factor, clipped: !clipped })
+            }
+            // The bracket ended in the same instant as the contact.
+            (_, Phase::Free) => return bound,
+        };
+        self.dynamics.phases[index] = phase;
+        self.events.push(Event { time: t, joint: index, kind, normal_velocity });
+        match kind {
+            EventKind::Onset => {
+                self.open_contacts[index] = Some(OpenContact::begin(index, t, normal_velocity))
+            }
+            EventKind::Separation => {
+                if let Some(OpenContact { contact, .. }) = self.open_contacts[index].take() {
+                    self.contacts.push(Contact { separation: t, ..contact });
+                }
+            }
+            // The rate of the force jumps: no cubic reaches across.
+            EventKind::Clip | EventKind::Unclip => {
+                if let Some(open) = &mut self.open_contacts[index] {
+                    open.last = None;
+                }
+            }
+        }
+        bound
+    }
+
+    fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64]) -> Projection {
+        let mechanism = self.dynamics.mechanism;
+        self.unwind(q);
+        if mechanism.closures.is_empty() {
+            return Projection::Unneeded;
+        }
+        let Some((moved, turned)) = self.dynamics.project(t, q, v, &mechanism.scales.levers) else {
+            return Projection::Singular;
+        };
+        self.largest_projection = self.largest_projection.max(moved);
+        let fine = moved <= LARGEST_PROJECTION * self.position_tolerance
+            && turned <= LARGEST_PROJECTION * self.velocity_tolerance;
+        if fine { Projection::Done } else { Projection::TooLarge }
+    }
+
+    fn keep(&mut self) {
+        self.kept = Memory {
+            phases: self.dynamics.phases.clone(),
+            contacts: self.open_contacts.clone(),
+            turns: self.dynamics.turns.clone(),
+            work: self.work.clone(),
+        };
+    }
+
+    fn wants_dense(&self, end: f64) -> bool {
+        self.needs.work || self.next_due().is_some_and(|due| due <= end * (1.0 + 32.0 * f64::EPSILON))
+    }
+
+    fn accepted(&mut self, step: &DenseStep) -> bool {
+        let end = step.end_time();
+        // Up to where the work is known.
+        let mut worked = step.t;
+        while let Some(t) = self.next_due().filter(|_| step.h > 0.0) {
+            // The last step ends at the last sample to rounding.
+            let last = self.next_sample + 1 == self.settings.samples;
+            let slack = if last { 32.0 * f64::EPSILON * t } else { 0.0 };
+            if t > end + slack {
+                break;
+            }
+            // A continued run begins with the step over its start.
+            let t_inside = t.clamp(step.t, end);
+            if self.needs.work && t_inside > worked {
+                self.add_work_of(step, worked, t_inside);
+                worked = t_inside;
+            }
+            let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
+            step.at((t_inside - step.t) / step.h, &mut q, &mut v);
+            (self.q, self.v) = (q, v);
+            self.sample(t);
+        }
+        if self.needs.work && end > worked {
+            self.add_work_of(step, worked, end);
+        }
+        (self.monitor)(end)
+    }
+}

@@ -1,0 +1,199 @@
+//! The end of a run as the start of another: what must be known to go on bit for bit.
+
+use serde_json::{Value, json};
+
+use crate::clearance::Phase;
+use crate::contacts::{Contact, OpenContact};
+use crate::dynamics::ContactLoss;
+use crate::error::{Problem, SceneError};
+use crate::integrators::Checkpoint;
+use crate::json::{Node, Problems};
+use crate::turns::Turns;
+use crate::work::Work;
+
+/// What a run remembers at an instant.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Memory {
+    /// Contact phase of every clearance joint.
+    pub phases: Vec<Phase>,
+    /// Contacts that go on, one or none for every clearance joint.
+    pub contacts: Vec<Option<OpenContact>>,
+    /// Full turns of every column that the coordinates leave out.
+    pub turns: Vec<Turns>,
+    /// Work and losses so far.
+    pub work: Work,
+}
+
+/// Where a run can be continued.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Restart {
+    /// End of the run [s]: where the samples of the next one start.
+    pub time: f64,
+    /// The last state that the end did not influence.
+    pub checkpoint: Checkpoint,
+    /// What the run remembered there.
+    pub memory: Memory,
+}
+
+/// JSON has no numbers that are not finite.
+fn number(value: f64) -> Value {
+    if value.is_finite() {
+        json!(value)
+    } else if value.is_nan() {
+        json!("NaN")
+    } else {
+        json!(if value > 0.0 { "Infinity" } else { "-Infinity" })
+    }
+}
+
+fn numbers<'a>(values: impl IntoIterator<Item = &'a f64>) -> Value {
+    values.into_iter().map(|&value| number(value)).collect()
+}
+
+impl Restart {
+    /// As JSON.
+    pub fn to_json(&self) -> String {
+        let Checkpoint { time, q, v, step, last, steps_since_restart } = &self.checkpoint;
+        let Memory { phases, contacts, turns, work } = &self.memory;
+        let phase = |phase: &Phase| match *phase {
+            Phase::Free => Value::Null,
+            Phase::Contact { hysteresis_factor, clipped } => {
+                json!({ "hysteresis_factor": hysteresis_factor, "clipped": f64::from(clipped) })
+            }
+        };
+        let contact = |open: &Option<OpenContact>| match open {
+            None => Value::Null,
+            Some(OpenContact { contact, .. }) => json!({
+                "onset": number(contact.onset),
+                "impact_velocity": number(contact.impact_velocity),
+                "peak_force": number(contact.peak_force),
+                "peak_time": number(contact.peak_time),
+            }),
+        };
+        let loss = |loss: &ContactLoss| numbers(&[loss.impact, loss.friction, loss.wear]);
+        json!({
+            "time": self.time,
+            "checkpoint": {
+                "time": time,
+                "q": numbers(q),
+                "v": numbers(v),
+                "step": number(*step),
+                "last": numbers(last),
+                "steps_since_restart": steps_since_restart,
+            },
+            "phases": phases.iter().map(phase).collect::<Vec<_>>(),
+            "contacts": contacts.iter().map(contact).collect::<Vec<_>>(),
+            "turns": numbers(turns),
+            "work": {
+                "start_energy": number(work.start_energy),
+                "input": number(work.input),
+                "damping": number(work.damping),
+                "contacts": work.contacts.iter().map(loss).collect::<Vec<_>>(),
+            },
+        })
+        .to_string()
+    }
+
+    /// What [`Restart::to_json`] wrote.
+    ///
+    /// # Errors
+    /// Every missing or wrong field, with paths below `start`.
+    pub fn from_json(text: &str) -> Result<Restart, SceneError> {
+        let value: Value = serde_json::from_str(text)
+            .map_err(|error| SceneError::single("start", format!("is not valid JSON: {error}")))?;
+        let mut problems = Vec::new();
+        let restart = read(Node { value: &value, path: "start".to_owned() }, &mut problems);
+        if problems.is_empty() { Ok(restart) } else { Err(SceneError { problems }) }
+    }
+}
+
+fn read(node: Node, problems: &mut Problems) -> Restart {
+    let mut fields = node.fields(problems);
+    let time = fields.number("time", problems);
+    let checkpoint = match fields.required("checkpoint", problems) {
+        Some(node) => read_checkpoint(node, problems),
+        None => Checkpoint {
+            time: f64::NAN,
+            q: Vec::new(),
+            v: Vec::new(),
+            step: f64::NAN,
+            last: [f64::NAN; 2],
+            steps_since_restart: 0,
+        },
+    };
+    let contacts = fields.list("contacts", problems, |node, problems| {
+        let open = !node.value.is_null();
+        open.then(|| read_contact(node, problems))
+    });
+    // The place in the list is the joint.
+    let contacts = contacts.into_iter().enumerate().map(|(joint, open)| {
+        open.map(|open| OpenContact { contact: Contact { joint, ..open.contact }, ..open })
+    });
+    let memory = Memory {
+        phases: fields.list("phases", problems, read_phase),
+        contacts: contacts.collect(),
+        turns: fields.numbers("turns", problems),
+        work: fields.required("work", problems).map_or_else(Work::default, |node| read_work(node, problems)),
+    };
+    fields.finish(problems);
+    Restart { time, checkpoint, memory }
+}
+
+fn read_checkpoint(node: Node, problems: &mut Problems) -> Checkpoint {
+    let mut fields = node.fields(problems);
+    let checkpoint = Checkpoint {
+        time: fields.number("time", problems),
+        q: fields.numbers("q", problems),
+        v: fields.numbers("v", problems),
+        step: fields.number("step", problems),
+        last: fields.pair("last", problems),
+        steps_since_restart: fields.count_or("steps_since_restart", 0, problems),
+    };
+    fields.finish(problems);
+    checkpoint
+}
+
+fn read_phase(node: Node, problems: &mut Problems) -> Phase {
+    if node.value.is_null() {
+        return Phase::Free;
+    }
+    let mut fields = node.fields(problems);
+    let phase = Phase::Contact {
+        hysteresis_factor: fields.number("hysteresis_factor", problems),
+        clipped: fields.number("clipped", problems) != 0.0,
+    };
+    fields.finish(problems);
+    phase
+}
+
+fn read_contact(node: Node, problems: &mut Problems) -> OpenContact {
+    let mut fields = node.fields(problems);
+    let contact = Contact {
+        joint: 0,
+        onset: fields.number("onset", problems),
+        separation: f64::NAN,
+        impact_velocity: fields.number("impact_velocity", problems),
+        peak_force: fields.number("peak_force", problems),
+        peak_time: fields.number("peak_time", problems),
+    };
+    fields.finish(problems);
+    OpenContact { contact, last: None }
+}
+
+fn read_work(node: Node, problems: &mut Problems) -> Work {
+    let mut fields = node.fields(problems);
+    let work = Work {
+        start_energy: fields.number("start_energy", problems),
+        input: fields.number("input", problems),
+        damping: fields.number("damping", problems),
+        contacts: fields.list("contacts", problems, |node, problems| match node.numbers(problems)[..] {
+            [impact, friction, wear] => ContactLoss { impact, friction, wear },
+            _ => {
+                problems.push(Problem::new(&node.path, "must be three numbers"));
+                ContactLoss::default()
+            }
+        }),
+    };
+    fields.finish(problems);
+    work
+}

@@ -1,0 +1,205 @@
+//! Functions of time with their first three derivatives: drives, forces and torques.
+//!
+//! A prescribed motion enters the accelerations by its second derivative and the Jacobian with
+//! respect to time by its third, so all of them are exact.
+
+/// A function of time.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TimeFunction {
+    /// Σ c_k t^k.
+    Polynomial(Vec<f64>),
+    /// mean + amplitude sin(angular_frequency t + phase).
+    Harmonic {
+        /// Mean value [unit].
+        mean: f64,
+        /// Amplitude [unit].
+        amplitude: f64,
+        /// Angular frequency [rad/s].
+        angular_frequency: f64,
+        /// Phase at time zero [rad].
+        phase: f64,
+    },
+    /// A cubic spline through points.
+    Table(Spline),
+}
+
+impl TimeFunction {
+    /// A value that does not change.
+    pub fn constant(value: f64) -> Self {
+        TimeFunction::Polynomial(vec![value])
+    }
+
+    /// Value and first three derivatives at time `t` [s].
+    #[inline]
+    pub fn at(&self, t: f64) -> [f64; 4] {
+        match self {
+            TimeFunction::Polynomial(coefficients) => polynomial(coefficients, t),
+            &TimeFunction::Harmonic { mean, amplitude, angular_frequency, phase } => {
+                let (sine, cosine) = (angular_frequency * t + phase).sin_cos();
+                let square = angular_frequency * angular_frequency;
+                [
+                    mean + amplitude * sine,
+                    amplitude * angular_frequency * cosine,
+                    -amplitude * square * sine,
+                    -amplitude * square * angular_frequency * cosine,
+                ]
+            }
+            TimeFunction::Table(spline) => spline.at(t),
+        }
+    }
+
+    /// Whether value and derivatives are those of `c_0 + c_1 t`.
+    pub fn is_linear(&self) -> bool {
+        matches!(self, TimeFunction::Polynomial(coefficients) if coefficients.len() <= 2)
+    }
+
+    /// Size of the value, and of its rate, by which tolerances are chosen: an upper bound where
+    /// there is one, the value at time zero for a polynomial.
+    pub fn scales(&self) -> [f64; 2] {
+        match self {
+            TimeFunction::Polynomial(_) => {
+                let [value, rate, ..] = self.at(0.0);
+                [value.abs(), rate.abs()]
+            }
+            TimeFunction::Harmonic { mean, amplitude, angular_frequency, .. } => {
+                [mean.abs() + amplitude.abs(), (amplitude * angular_frequency).abs()]
+            }
+            TimeFunction::Table(spline) => spline.times.iter().fold([0.0, 0.0], |[value, rate], &t| {
+                let [v, r, ..] = spline.at(t);
+                [v.abs().max(value), r.abs().max(rate)]
+            }),
+        }
+    }
+
+    /// Where the function is defined [s]; all times, but for a table.
+    pub fn domain(&self) -> [f64; 2] {
+        match self {
+            TimeFunction::Table(spline) => [spline.times[0], spline.times[spline.times.len() - 1]],
+            _ => [f64::NEG_INFINITY, f64::INFINITY],
+        }
+    }
+
+    /// The next instant after `t` [s] at which a derivative jumps; infinity if there is none.
+    pub fn next_break(&self, t: f64) -> f64 {
+        match self {
+            TimeFunction::Table(spline) => spline.next_break(t),
+            _ => f64::INFINITY,
+        }
+    }
+}
+
+fn polynomial(coefficients: &[f64], t: f64) -> [f64; 4] {
+    // Horner's scheme for the Taylor coefficients, which are the derivatives over 1, 1, 2, 6.
+    let mut value = [0.0; 4];
+    for &coefficient in coefficients.iter().rev() {
+        value[3] = value[3] * t + value[2];
+        value[2] = value[2] * t + value[1];
+        value[1] = value[1] * t + value[0];
+        value[0] = value[0] * t + coefficient;
+    }
+    [value[0], value[1], 2.0 * value[2], 6.0 * value[3]]
+}
+
+/// The cubic spline through points with the not-a-knot end condition (the first two and the last
+/// two pieces are one polynomial): twice continuously differentiable. Two points give a line,
+/// three a parabola.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spline {
+    times: Vec<f64>,
+    /// Coefficients of every piece in powers of the time since its start.
+    pieces: Vec<[f64; 4]>,
+}
+
+/// Distance from a knot, relative to the piece before it, within which a time counts as the knot:
+/// steps end there to rounding only.
+const AT_KNOT: f64 = 1e-9;
+
+impl Spline {
+    /// The spline through `values` at `times`.
+    ///
+    /// # Errors
+    /// What is wrong with the points: at least two are needed, all finite, at increasing times.
+    pub fn new(times: &[f64], values: &[f64]) -> Result<Self, String> {
+        if times.len() != values.len() || times.len() < 2 {
+            let counts = format!("got {} times and {} values", times.len(), values.len());
+            return Err(format!("a table needs as many times as values, at least two; {counts}"));
+        }
+        if let Some(k) = (0..times.len()).find(|&k| !(times[k].is_finite() && values[k].is_finite())) {
+            return Err(format!("point {k} of a table must be finite, got ({}, {})", times[k], values[k]));
+        }
+        if let Some(k) = (1..times.len()).find(|&k| times[k] <= times[k - 1]) {
+            return Err(format!("times must increase, got {} [s] after {} [s]", times[k], times[k - 1]));
+        }
+        let slopes = not_a_knot(times, values);
+        let pieces = (0..times.len() - 1)
+            .map(|k| {
+                let h = times[k + 1] - times[k];
+                let secant = (values[k + 1] - values[k]) / h;
+                let (left, right) = (slopes[k], slopes[k + 1]);
+                let square = (3.0 * secant - 2.0 * left - right) / h;
+                [values[k], left, square, (left + right - 2.0 * secant) / (h * h)]
+            })
+            .collect();
+        Ok(Self { times: times.to_vec(), pieces })
+    }
+
+    fn at(&self, t: f64) -> [f64; 4] {
+        let piece = self.piece(t);
+        polynomial(&self.pieces[piece], t - self.times[piece])
+    }
+
+    /// The piece that holds from `t` on.
+    fn piece(&self, t: f64) -> usize {
+        let last = self.pieces.len() - 1;
+        let piece = self.times[1..].partition_point(|&knot| knot <= t).min(last);
+        let width = self.times[piece + 1] - self.times[piece];
+        if piece < last && self.times[piece + 1] - t <= AT_KNOT * width { piece + 1 } else { piece }
+    }
+
+    fn next_break(&self, t: f64) -> f64 {
+        self.times.get(self.piece(t) + 1).copied().filter(|&knot| knot > t).unwrap_or(f64::INFINITY)
+    }
+}
+
+/// Slopes of the spline at the knots: a tridiagonal system, the end conditions folded in.
+fn not_a_knot(times: &[f64], values: &[f64]) -> Vec<f64> {
+    let n = times.len();
+    let h: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let secant: Vec<f64> = values.windows(2).zip(&h).map(|(pair, h)| (pair[1] - pair[0]) / h).collect();
+    if n == 2 {
+        return vec![secant[0]; 2];
+    }
+    if n == 3 {
+        let bend = (secant[1] - secant[0]) / (h[0] + h[1]);
+        return vec![secant[0] - bend * h[0], secant[0] + bend * h[0], secant[1] + bend * h[1]];
+    }
+    let (mut lower, mut diagonal, mut upper, mut right) =
+        (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    for k in 1..n - 1 {
+        lower[k] = h[k];
+        diagonal[k] = 2.0 * (h[k - 1] + h[k]);
+        upper[k] = h[k - 1];
+        right[k] = 3.0 * (h[k] * secant[k - 1] + h[k - 1] * secant[k]);
+    }
+    // The third derivatives of the first two pieces agree; eliminating the third slope leaves a row
+    // of two entries. Likewise at the end.
+    let end = |near: f64, far: f64, first: f64, second: f64| {
+        let sum = near + far;
+        ((near + 2.0 * sum) * far * first + near * near * second) / sum
+    };
+    (diagonal[0], upper[0]) = (h[1], h[0] + h[1]);
+    right[0] = end(h[0], h[1], secant[0], secant[1]);
+    (diagonal[n - 1], lower[n - 1]) = (h[n - 3], h[n - 2] + h[n - 3]);
+    right[n - 1] = end(h[n - 2], h[n - 3], secant[n - 2], secant[n - 3]);
+    for k in 1..n {
+        let factor = lower[k] / diagonal[k - 1];
+        diagonal[k] -= factor * upper[k - 1];
+        right[k] -= factor * right[k - 1];
+    }
+    let mut slopes = right;
+    slopes[n - 1] /= diagonal[n - 1];
+    for k in (0..n - 1).rev() {
+        slopes[k] = (slopes[k] - upper[k] * slopes[k + 1]) / diagonal[k];
+    }
+    slopes
+}

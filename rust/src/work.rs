@@ -1,0 +1,52 @@
+//! Integrals of powers over a run: what drives and forces put in, what dampers and contacts take.
+
+use crate::dynamics::{ContactLoss, Dynamics};
+
+/// Nodes and weights of Gauss's quadrature with four points on [0, 1]: order 8, above that of any
+/// dense output.
+pub(crate) const GAUSS: [(f64, f64); 4] = [
+    (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
+    (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
+    (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
+    (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
+];
+
+/// Work and losses since the start of the run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Work {
+    /// Energy at the start [J].
+    pub start_energy: f64,
+    /// Work of the drives and given forces and torques [J].
+    pub input: f64,
+    /// What the dampers took [J].
+    pub damping: f64,
+    /// What every clearance joint took; wear is ∫ F_N |v_T| dt [N m], which Archard's law multiplies
+    /// by its coefficient.
+    pub contacts: Vec<ContactLoss>,
+}
+
+impl Work {
+    /// Nothing yet, for `joints` clearance joints.
+    pub fn new(joints: usize) -> Self {
+        Self { contacts: vec![ContactLoss::default(); joints], ..Self::default() }
+    }
+
+    /// Takes the energy of the state the dynamics was moved to for that of the start.
+    pub fn begin(&mut self, dynamics: &Dynamics) {
+        let contacts: f64 = (0..self.contacts.len()).map(|joint| dynamics.contact_energy(joint)).sum();
+        self.start_energy = dynamics.kinetic_energy() + dynamics.potential_energy() + contacts;
+    }
+
+    /// Adds the powers of the present state over a time `dt` [s]; after
+    /// [`Dynamics::find_reactions`].
+    pub fn add(&mut self, dynamics: &Dynamics, dt: f64) {
+        self.input += dynamics.input_power() * dt;
+        self.damping += dynamics.damping_loss() * dt;
+        for (index, sum) in self.contacts.iter_mut().enumerate() {
+            let loss = dynamics.contact_loss(index);
+            sum.impact += loss.impact * dt;
+            sum.friction += loss.friction * dt;
+            sum.wear += loss.wear * dt;
+        }
+    }
+}
