@@ -76,6 +76,8 @@ pub(crate) struct Recorder<'a> {
     a: Vec<f64>,
     pub(crate) events: Vec<Event>,
     work: Work,
+    /// The work up to the present step, while `work` goes to a sample in it.
+    work_of_steps: Work,
     /// The contact of every clearance joint, while it lasts.
     open_contacts: Vec<Option<OpenContact>>,
     contacts: Vec<Contact>,
@@ -135,6 +137,7 @@ impl<'a> Recorder<'a> {
             a: vec![0.0; d],
             events: Vec::new(),
             work: Work::new(mechanism.clearance_joints.len()),
+            work_of_steps: Work::default(),
             open_contacts: vec![None; mechanism.clearance_joints.len()],
             contacts: Vec::new(),
             floored: 0,
@@ -349,8 +352,12 @@ impl<'a> Recorder<'a> {
         self.work.add(&self.dynamics, dt);
     }
 
-    /// Adds the work over a part of a step.
-    fn add_work_of(&mut self, step: &DenseStep, from: f64, to: f64) {
+    /// Adds the work from the start of a step to the instant `to` in it.
+    fn add_work_of(&mut self, step: &DenseStep, to: f64) {
+        let from = step.t;
+        if to <= from {
+            return;
+        }
         let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
         for (place, weight) in GAUSS {
             let t = from + place * (to - from);
@@ -546,8 +553,6 @@ impl HybridSystem for Recorder<'_> {
 
     fn accepted(&mut self, step: &DenseStep) -> bool {
         let end = step.end_time();
-        // Up to where the work is known.
-        let mut worked = step.t;
         while let Some(t) = self.next_due().filter(|_| step.h > 0.0) {
             // The last step ends at the last sample to rounding.
             let last = self.next_sample + 1 == self.settings.samples;
@@ -557,17 +562,21 @@ impl HybridSystem for Recorder<'_> {
             }
             // A continued run begins with the step over its start.
             let t_inside = t.clamp(step.t, end);
-            if self.needs.work && t_inside > worked {
-                self.add_work_of(step, worked, t_inside);
-                worked = t_inside;
+            if self.needs.work {
+                // Set aside: the sum over the steps must not depend on where samples are taken.
+                self.work_of_steps.clone_from(&self.work);
+                self.add_work_of(step, t_inside);
             }
             let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
             step.at((t_inside - step.t) / step.h, &mut q, &mut v);
             (self.q, self.v) = (q, v);
             self.sample(t);
+            if self.needs.work {
+                std::mem::swap(&mut self.work, &mut self.work_of_steps);
+            }
         }
-        if self.needs.work && end > worked {
-            self.add_work_of(step, worked, end);
+        if self.needs.work {
+            self.add_work_of(step, end);
         }
         (self.monitor)(end)
     }
