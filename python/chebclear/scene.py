@@ -228,6 +228,8 @@ class Inspection:
     """Names of all outputs that a simulation of the scene can give."""
     bodies: tuple[str, ...]
     """Names of the bodies."""
+    poses: tuple[tuple[float, float, float], ...]
+    """Position x, y [m] and angle [rad] of the frame of each body in the assembled start."""
     cut_joints: tuple[str, ...]
     """Names of the joints at which loops were cut."""
     impact_velocity_floors: tuple[float, ...]
@@ -378,6 +380,7 @@ class Scene(Part):
         fields: dict[str, Any] = {
             name: tuple(fact) if isinstance(fact, list) else fact for name, fact in facts.items()
         }
+        fields["poses"] = tuple((x, y, angle) for x, y, angle in facts["poses"])
         return Inspection(**fields)
 
 

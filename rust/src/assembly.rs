@@ -22,8 +22,8 @@ impl Mechanism {
     /// Compiles a scene: checks it, spans the tree, assembles the start.
     ///
     /// # Errors
-    /// Every problem of [`Scene::check`]; otherwise bodies that are not connected, closed loops
-    /// of ideal joints, or a mechanism that cannot be assembled.
+    /// Every problem of [`Scene::check`]; otherwise bodies that are not connected, a structure, loops
+    /// that prescribe more than can move, or a mechanism that cannot be assembled.
     pub fn compile(scene: &Scene) -> Result<Mechanism, SceneError> {
         scene.check()?;
         let mut mechanism = Mechanism::span(scene)?;
@@ -45,7 +45,9 @@ fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> 
             "bodies",
             format!(
                 "the mechanism cannot be assembled with its loops closed and its clearance joints \
-                 concentric: from the given angles a gap of {residual:.3e} m remains; check the lengths and the rough angles of the bodies"
+                 concentric: from the given angles a gap of {residual:.3e} m remains; check the lengths and \
+                 the rough angles of the bodies{}",
+                excess(mechanism)
             ),
         ));
     }
@@ -59,11 +61,12 @@ fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> 
             "bodies",
             format!(
                 "the assembled pose is singular: no velocity keeps the joints together \
-                 (remaining rate {gap_rate:.3e} m/s); start the drive at another angle"
+                 (remaining rate {gap_rate:.3e} m/s); start the drive at another angle{}",
+                excess(mechanism)
             ),
         ));
     }
-    check_redundancy(mechanism, &dynamics, length)?;
+    check_mobility(mechanism, &dynamics, length)?;
     let levers = levers(mechanism, &dynamics);
     let mut accelerations = vec![0.0; d];
     if !dynamics.acceleration(0.0, &q, &v, &mut accelerations) {
@@ -89,8 +92,8 @@ fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> 
 }
 
 /// Every closure must restrict the motion by two more equations: otherwise a joint is redundant
-/// (its forces cannot be known) or the pose is a change point.
-fn check_redundancy(mechanism: &Mechanism, dynamics: &Dynamics, length: f64) -> Result<(), SceneError> {
+/// (its forces cannot be known) or the pose is a change point. And something must be able to move.
+fn check_mobility(mechanism: &Mechanism, dynamics: &Dynamics, length: f64) -> Result<(), SceneError> {
     let units = column_units(mechanism, length);
     let (_, jacobian) = closures(dynamics, &units, length.log2().ceil().exp2());
     for (index, closure) in mechanism.closures.iter().enumerate() {
@@ -101,14 +104,39 @@ fn check_redundancy(mechanism: &Mechanism, dynamics: &Dynamics, length: f64) -> 
             return Err(SceneError::single(
                 "joints",
                 format!(
-                    "joint {:?} closes a loop that the other joints already hold, in the assembled pose: it is \
-                     redundant, or the mechanism starts at a change point",
-                    closure.name
+                    "joint {:?} closes a loop that the other joints and drives already hold, in the assembled \
+                     pose: it is redundant (remove it or give it clearance), or the mechanism starts at a \
+                     change point with links in line (start it elsewhere){}",
+                    closure.name,
+                    excess(mechanism)
                 ),
             ));
         }
     }
+    // The closures are independent here, so a count decides.
+    if mechanism.mobility() == 0 && mechanism.driven.is_empty() {
+        return Err(SceneError::single(
+            "joints",
+            "the scene is a structure: its joints hold every body and nothing is driven, so nothing can move; \
+             remove a joint or give one clearance",
+        ));
+    }
     Ok(())
+}
+
+/// What to add to a problem of the assembly where the loops ask for more than can move.
+fn excess(mechanism: &Mechanism) -> String {
+    let (free, equations) = (mechanism.free.len(), 2 * mechanism.closures.len());
+    if equations <= free {
+        return String::new();
+    }
+    let names: Vec<String> = mechanism.closures.iter().map(|closure| format!("{:?}", closure.name)).collect();
+    format!(
+        "; the loops closed by {} ask for {equations} equations of {free} free coordinate{}: a joint or a drive \
+         is too many",
+        names.join(" and "),
+        if free == 1 { "" } else { "s" }
+    )
 }
 
 /// Penetration relative to the clearance that stands for the load of a scene in which nothing
