@@ -383,6 +383,18 @@ class Scene(Part):
         fields["poses"] = tuple((x, y, angle) for x, y, angle in facts["poses"])
         return Inspection(**fields)
 
+    def describe(self) -> str:
+        """The scene in words: its parts with the units of all numbers, what can move, what is cut and why.
+
+        Returns
+        -------
+        str
+            Text to print. A scene that cannot be simulated is described too, with all its problems.
+        """
+        from .description import describe_scene  # here only: a description reads scenes
+
+        return describe_scene(self)
+
 
 def _further_problems(text: str, known: Sequence[Problem]) -> list[Problem]:
     """What else is wrong with a scene in which stand-ins were written for fields of wrong type."""

@@ -20,12 +20,14 @@ PYTHON_ORDER = [
     "records",
     "progress",
     "scene",
+    "description",
     "mechanisms",
     "surrogate",
     "simulation",
     "results",
     "study",
     "plot",
+    "drawing",
     "report",
     "paper",
     "paper_figures",
@@ -34,9 +36,14 @@ PYTHON_ORDER = [
     "__main__",
 ]
 # Imports against the order that methods make when they are called, for the convenience of the user.
-PYTHON_EXCEPTIONS = {("scene", "_core"), ("simulation", "plot"), ("surrogate", "plot")}
+PYTHON_EXCEPTIONS = {
+    ("scene", "_core"),
+    ("scene", "description"),
+    ("simulation", "plot"),
+    ("surrogate", "plot"),
+}
 USES_CORE = {"simulation", "surrogate", "study"}
-USES_MATPLOTLIB = {"plot", "paper_figures"}
+USES_MATPLOTLIB = {"plot", "drawing", "paper_figures"}
 
 # A Rust module may import only those that stand before it in its own chain; the chains meet in python.rs.
 PHYSICS_ORDER = [
