@@ -136,7 +136,8 @@ def four_bar(
     )
     base, crank = float(ground_length), float(crank_length)
     coupler, rocker = float(coupler_length), float(rocker_length)
-    _warn_unless_grashof("four-bar", base, crank, coupler, rocker)
+    if not _full_turn(base, crank, coupler, rocker):
+        warn_of_a_jam("four-bar", _GRASHOF)
     pin, pivot = on_circle(crank, as_number(crank_angle) or 0.0), (base, 0.0)
     joint = elbow(pin, pivot, coupler, rocker, 1.0 if branch == "open" else -1.0)
     return Scene(
@@ -332,10 +333,11 @@ def six_bar(
             closed,
         )
 
-    if _warn_unless_grashof("six-bar", base, crank, coupler, rocker):
-        jams = [degree for degree in range(360) if not pose(math.radians(degree))[-1]]
-        if jams:
-            warn_of_a_jam("six-bar", f"at a crank angle of {jams[0]} degrees its output loop cannot close")
+    jams = [degree for degree in range(360) if not pose(math.radians(degree))[-1]]
+    if not _full_turn(base, crank, coupler, rocker):
+        warn_of_a_jam("six-bar", _GRASHOF)
+    elif jams:
+        warn_of_a_jam("six-bar", f"at a crank angle of {jams[0]} degrees its output loop cannot close")
     coupler_angle, rocker_angle, link_angle, output_angle, _ = pose(as_number(crank_angle) or 0.0)
     plate = (0.0, 0.0), (coupler, 0.0), corner
     sides_squared = sum(
@@ -372,13 +374,9 @@ def six_bar(
     )
 
 
-def _warn_unless_grashof(mechanism: str, base: float, crank: float, coupler: float, rocker: float) -> bool:
-    """Whether coupler and rocker reach each other at every angle of the crank; warns if not."""
-    turns = abs(coupler - rocker) < abs(base - crank) and base + crank < coupler + rocker
-    if not turns:
-        warn_of_a_jam(
-            mechanism,
-            "it needs |coupler - rocker| < |ground - crank| and ground + crank < coupler + rocker, got "
-            f"lengths of {coupler:g}, {rocker:g}, {base:g} and {crank:g} m",
-        )
-    return turns
+def _full_turn(base: float, crank: float, coupler: float, rocker: float) -> bool:
+    """Whether coupler and rocker reach each other at every angle of the crank (Grashof)."""
+    return abs(coupler - rocker) < abs(base - crank) and base + crank < coupler + rocker
+
+
+_GRASHOF = "it needs |coupler - rocker| < |ground - crank| and ground + crank < coupler + rocker"
