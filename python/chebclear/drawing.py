@@ -5,6 +5,7 @@ All sizes are in metres of the drawing and scale with the mechanism, so the pict
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .checks import Checks
+from .plane import Clutter, hull
 from .plot import _axes
 from .scene import Body, ClearanceRevolute, Fixed, Gravity, Prismatic, Revolute, Scene
 
@@ -31,6 +33,7 @@ _BAR = 0.016  # half the width of a bar
 _PIN = 0.011  # radius of an ideal pin
 _BLOCK = (0.055, 0.034)  # half length and half width of a sliding block
 _SUPPORT = 0.055  # height of a support on ground
+_LETTER = (0.013, 0.032)  # width and height of a letter in a picture about four inches wide
 
 
 def plot_scene(scene: Scene, ax: Axes | None = None, *, exaggerate: float = 1.0, labels: bool = True) -> Axes:
@@ -155,11 +158,12 @@ class _Pose:
 
 
 class _Pen:
-    """Draws on axes; collects what labels have to keep clear of."""
+    """Draws on axes; notes what labels have to keep clear of."""
 
     def __init__(self, ax: Axes, pose: _Pose, exaggerate: float) -> None:
         self.ax, self.pose, self.exaggerate = ax, pose, exaggerate
         self.unit = pose.size
+        self.clutter = Clutter()
         self.named: list[tuple[Array, str, float]] = []  # joints: where, name, radius to keep clear of
         self.lugs: dict[str, list[tuple[Array, float]]] = {}  # bearings of each body: where, bearing radius
         for joint in pose.scene.joints:
@@ -183,6 +187,7 @@ class _Pen:
         corners = np.array([(-half, -height), (-0.55 * half, 0.0), (0.55 * half, 0.0), (half, -height)])
         self._polygon(point + corners, _GROUND_COLOUR, 1, alpha=0.2)
         foot, reach = point - np.array([0.0, height]), np.array([1.5 * half, 0.0])
+        self.clutter.add(point, foot, 0.8 * half)
         self._hatched(foot - reach, foot + reach)
 
     def _hatched(self, start: Array, end: Array) -> None:
@@ -190,6 +195,7 @@ class _Pen:
         way = (end - start) / np.hypot(*(end - start))
         below = np.array([way[1], -way[0]])
         pitch = 0.014 * self.unit
+        self.clutter.add(start, end, pitch)
         self._line([start, end], _GROUND_COLOUR, 1.4, 1)
         for place in np.arange(0.5 * pitch, np.hypot(*(end - start)), pitch):
             top = start + place * way
@@ -203,9 +209,13 @@ class _Pen:
         radius = _BAR * self.unit
         points = self.pose.points[body.name]
         discs = [(point, radius) for point in points]
-        self._polygon(_hull(discs), colour, 2, alpha=0.35)
+        self._polygon(hull(discs), colour, 2, alpha=0.35)
+        for first, second in itertools.combinations_with_replacement(points, 2):
+            self.clutter.add(first, second, radius)
         for centre, bearing in self.lugs.get(body.name, []):
-            self._polygon(_hull([(centre, 1.25 * bearing + 0.3 * radius)]), colour, 2, alpha=0.35)
+            lug = 1.25 * bearing + 0.3 * radius
+            self._polygon(hull([(centre, lug)]), colour, 2, alpha=0.35)
+            self.clutter.add(centre, centre, lug)
         centre = self.pose.at(f"{body.name}.center_of_mass")
         arm = 0.6 * radius
         for across in ((arm, 0.0), (0.0, arm)):
@@ -217,7 +227,10 @@ class _Pen:
         """The symbol of a joint."""
         ends = _ends(joint)
         place = self.pose.at(ends[1])
-        self.named.append((place, joint.name, self._radius(joint)))
+        lug = isinstance(joint, ClearanceRevolute) and _owner(joint.bearing) != _GROUND
+        keep = self._radius(joint) * (1.25 if lug else 1.0)
+        self.named.append((place, joint.name, keep))
+        self.clutter.add(place, place, keep)
         if isinstance(joint, ClearanceRevolute):
             self._clearance(joint)
         elif isinstance(joint, Revolute):
@@ -293,7 +306,7 @@ class _Pen:
         place = self.pose.at(_ends(joint)[1])
         speed = float(getattr(drive, "speed", 1.0))
         radius = max(0.06 * self.unit, 1.7 * self._radius(joint))
-        # Labels keep clear of the arrow.
+        self.clutter.add(place, place, radius)
         self.named = [(at, name, radius if name == joint.name else clear) for at, name, clear in self.named]
         turn = np.radians(np.linspace(35.0, 290.0, 60)[:: 1 if speed >= 0.0 else -1])
         path = place + radius * np.column_stack((np.cos(turn), np.sin(turn)))
@@ -352,25 +365,11 @@ class _Pen:
 
     def _labels(self) -> None:
         box = {"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.7}
-        for place, names, radius in self._joints_by_place():
-            away = place - self.pose.centre
-            length = np.hypot(*away)
-            away = away / length if length > 1e-9 * self.unit else np.array([0.0, 1.0])
-            spot = place + (radius + 0.03 * self.unit) * away
-            self.ax.text(
-                spot[0],
-                spot[1],
-                ", ".join(names),
-                fontsize="x-small",
-                style="italic",
-                color="0.25",
-                ha="left" if away[0] > 0.3 else "right" if away[0] < -0.3 else "center",
-                va="bottom" if away[1] > 0.3 else "top" if away[1] < -0.3 else "center",
-                bbox=box,
-                zorder=9,
-            )
+        width, height = _LETTER[0] * self.unit, _LETTER[1] * self.unit
         for body in self.pose.scene.bodies:
-            spot = np.mean(self.pose.points[body.name], axis=0)
+            spot: Array = np.mean(self.pose.points[body.name], axis=0)
+            half = np.array([0.5 * width * len(body.name), 0.0])
+            self.clutter.add(spot - half, spot + half, 0.5 * height)
             self.ax.text(
                 spot[0],
                 spot[1],
@@ -380,6 +379,24 @@ class _Pen:
                 color=self.pose.colours[body.name],
                 ha="center",
                 va="center",
+                bbox=box,
+                zorder=9,
+            )
+        for place, names, radius in self._joints_by_place():
+            text = ", ".join(names)
+            away = place - self.pose.centre
+            outward = away / (np.hypot(*away) or 1.0)
+            size = (width * len(text), height)
+            anchor, across, up = self.clutter.place(place, radius + 0.012 * self.unit, size, outward)
+            self.ax.text(
+                anchor[0],
+                anchor[1],
+                text,
+                fontsize="x-small",
+                style="italic",
+                color="0.25",
+                ha=across,
+                va=up,
                 bbox=box,
                 zorder=9,
             )
@@ -449,24 +466,3 @@ def _ends(joint: Any) -> tuple[str, str]:
 
 def _owner(end: str) -> str:
     return end.partition(".")[0]
-
-
-def _hull(discs: Sequence[tuple[Array, float]]) -> Array:
-    """Convex hull of discs, counter-clockwise (Andrew's monotone chain)."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
-    rim = np.column_stack((np.cos(turn), np.sin(turn)))
-    points = np.concatenate([centre + radius * rim for centre, radius in discs])
-    points = points[np.lexsort((points[:, 1], points[:, 0]))]
-
-    def chain(ordered: Array) -> list[Array]:
-        hull: list[Array] = []
-        for point in ordered:
-            while len(hull) > 1:
-                (ax, ay), (bx, by) = hull[-1] - hull[-2], point - hull[-1]
-                if ax * by - ay * bx > 0.0:
-                    break
-                hull.pop()
-            hull.append(point)
-        return hull[:-1]
-
-    return np.array(chain(points) + chain(points[::-1]))

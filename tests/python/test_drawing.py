@@ -6,6 +6,7 @@ import chebclear as cc
 import matplotlib as mpl
 import numpy as np
 import pytest
+from chebclear.plane import Clutter
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
@@ -93,6 +94,33 @@ def test_labels_name_bodies_and_joints_and_can_be_left_out(ax):
     assert {body.name for body in scene.bodies} | {joint.name for joint in scene.joints} <= found
     assert "9.81 m/s²" in found
     assert texts(cc.plot_scene(scene, labels=False)) == ["9.81 m/s²"]
+
+
+def test_labels_find_room():
+    clutter = Clutter()
+    point, size = np.zeros(2), (4.0, 1.0)
+    # A bar to the right and one upwards: the label goes the other way, and the next one elsewhere.
+    clutter.add(point, np.array([10.0, 0.0]), 0.5)
+    clutter.add(point, np.array([0.0, 10.0]), 0.5)
+    anchor, across, up = clutter.place(point, 1.0, size, np.array([0.6, 0.8]))
+    assert anchor[0] < 0.0 or anchor[1] < 0.0
+    assert (across, up) != ("left", "bottom")
+    again, *_ = clutter.place(point, 1.0, size, np.array([0.6, 0.8]))
+    assert np.hypot(*(again - anchor)) > 0.5
+    # Where nothing is in the way it goes outward.
+    anchor, across, up = Clutter().place(point, 1.0, size, np.array([0.0, 1.0]))
+    np.testing.assert_allclose(anchor, [0.0, 1.0], atol=1e-15)
+    assert (across, up) == ("center", "bottom")
+
+
+def test_labels_of_pins_lie_on_no_bar():
+    scene = cc.mechanisms.six_bar(crank_angle=0.9, clearance_at=())
+    ax = cc.plot_scene(scene)
+    bars = [patch.get_path() for patch in ax.patches if isinstance(patch, Polygon) and len(patch.xy) > 10]
+    names = {joint.name for joint in scene.joints}
+    anchors = [text.get_position() for text in ax.texts if text.get_text() in names]
+    assert len(anchors) == len(names)
+    assert not any(bar.contains_point(anchor) for bar in bars for anchor in anchors)
 
 
 LAW = cc.Hertz(1e11)

@@ -27,6 +27,7 @@ PYTHON_ORDER = [
     "results",
     "study",
     "plot",
+    "plane",
     "drawing",
     "report",
     "paper",
