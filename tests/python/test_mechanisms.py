@@ -222,6 +222,15 @@ class TestClearance:
         assert (off <= 1.01 * bound + 1e-15).all()
         assert 1e-5 < off.max() < 1e-4
 
+    def test_pendulum_without_friction_stays_within_the_clearance_of_the_ideal_one(self):
+        run = cc.simulate(mechanisms.pendulum_in_bearing(friction=None), duration=0.6, samples=601)
+        closed = ideal("pendulum_in_bearing", 0.6, 601)
+        play = run["pivot.eccentricity"].max()
+        assert 2e-5 < play < 2.2e-5
+        for axis in "xy":
+            assert abs(run[f"pendulum.{axis}"] - closed[f"pendulum.{axis}"]).max() < 2.0 * play
+        assert abs(run["pendulum.angle"] - closed["pendulum.angle"]).max() < 2.0 * play / 0.2
+
     def test_pins_may_differ_in_clearance(self):
         scene = mechanisms.slider_crank(
             clearance_at=("wrist", "crank_pin"), clearance={"crank_pin": 5e-5, "wrist": 1e-5}

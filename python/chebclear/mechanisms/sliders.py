@@ -271,15 +271,17 @@ def quick_return(
 
     ::
 
-                       link
-          ram_pin o-----------o lever_pin
-           ====[ram]====     /             ram_height above the lever's pivot
-                            /  lever
-                          [o]  block on crank_pin
-                    crank /
-               O  o------/     crank_bearing
-                        /
-               D  o----        lever_bearing, pivot_distance below O
+         ram_pin         link          lever_pin
+        ===[o]--------------------------o
+                                       /
+                                      /
+                                   _[o]   crank_pin; the block slides along the lever
+                       crank  __--  /
+            crank_bearing   o-     /            y
+                            |     / lever       |__ x
+           pivot_distance   |   /
+                            | /
+            lever_bearing   o
 
     With a crank shorter than `pivot_distance` the lever swings by asin(crank_length / pivot_distance) to
     either side (crank and slotted lever, as in a shaper); with a longer one it turns fully (Whitworth's
