@@ -5,6 +5,7 @@ every output when parameters are only known to lie in intervals. Units are SI wi
 """
 
 from . import mechanisms
+from .drawing import plot_scene
 from .errors import ChebclearError, ChebclearWarning, Problem, SceneError, SimulationError
 from .mechanisms import hertz_stiffness
 from .plot import (
@@ -107,6 +108,7 @@ __all__ = [
     "mechanisms",
     "plot_band",
     "plot_orbit",
+    "plot_scene",
     "plot_sensitivity",
     "plot_spectrogram",
     "plot_trajectory",

@@ -208,6 +208,8 @@ class Inspection:
     """Names of the outputs that it can choose besides: points, joint coordinates, reactions, energies."""
     bodies: tuple[str, ...]
     """Names of the bodies."""
+    poses: tuple[tuple[float, float, float], ...]
+    """Position x, y [m] and angle [rad] of the frame of each body in the assembled start."""
     cut_joints: tuple[str, ...]
     """Names of the joints at which loops were cut."""
     impact_velocity_floors: tuple[float, ...]
@@ -376,7 +378,20 @@ class Scene(Part):
         fields: dict[str, Any] = {
             name: tuple(fact) if isinstance(fact, list) else fact for name, fact in facts.items()
         }
+        fields["poses"] = tuple((x, y, angle) for x, y, angle in facts["poses"])
         return Inspection(**fields)
+
+    def describe(self) -> str:
+        """The scene in words: its parts with the units of all numbers, what can move, what is cut and why.
+
+        Returns
+        -------
+        str
+            Text to print. A scene that cannot be simulated is described too, with all its problems.
+        """
+        from .description import describe_scene  # here only: a description reads scenes
+
+        return describe_scene(self)
 
 
 def _further_problems(text: str, known: Sequence[Problem]) -> list[Problem]:

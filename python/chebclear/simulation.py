@@ -434,13 +434,13 @@ def simulate(
         Rosenbrock methods of order 5 and 4, for contacts that may stick; or the explicit method of order 8,
         cheaper where none sticks for long and much dearer, though no less accurate, where one does.
     outputs : sequence of str, optional
-        Names of the columns to return, or patterns such as ``"energy.*"``; all quantities of bodies, clearance
-        joints and drives if not given. ``scene.check()`` lists them, and further ones.
+        Names of the columns to return, or patterns such as ``"energy.*"``; all quantities of bodies,
+        clearance joints and drives if not given. ``scene.check()`` lists them, and further ones.
     skip : float
         Time to simulate before the first sample [s], such as ``10 * scene.period`` for a mechanism to settle.
     start : EndState, optional
-        The end of an earlier run of the scene, `Trajectory.end`, to continue from: time goes on, and the steps
-        are those of a single run, bit for bit.
+        The end of an earlier run of the scene, `Trajectory.end`, to continue from: time goes on, and the
+        steps are those of a single run, bit for bit.
     max_steps, max_events : int
         Accepted steps and changes of contact after which the run is given up [-].
     position_tolerance, velocity_tolerance : float, optional

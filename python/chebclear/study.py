@@ -48,8 +48,8 @@ class Study:
     parameters : mapping of str to Interval
         Interval of each uncertain parameter [SI units].
     outputs : sequence of str, optional
-        Names of the outputs of interest, or patterns such as ``"wrist.*"``; all quantities of bodies, clearance
-        joints and drives if not given.
+        Names of the outputs of interest, or patterns such as ``"wrist.*"``; all quantities of bodies,
+        clearance joints and drives if not given.
     duration : float
         Simulated time [s], above 0.
     samples : int

@@ -25,8 +25,8 @@ impl Mechanism {
     /// Compiles a scene: checks it, spans the tree, assembles the start.
     ///
     /// # Errors
-    /// Every problem of [`Scene::check`]; otherwise bodies that are not connected, closed loops
-    /// of ideal joints, or a mechanism that cannot be assembled.
+    /// Every problem of [`Scene::check`]; otherwise bodies that are not connected, a structure, loops
+    /// that prescribe more than can move, or a mechanism that cannot be assembled.
     pub fn compile(scene: &Scene) -> Result<Mechanism, SceneError> {
         scene.check()?;
         let mut mechanism = Mechanism::span(scene)?;
@@ -48,8 +48,10 @@ fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> 
             "bodies",
             format!(
                 "the mechanism cannot be assembled with its loops closed and its clearance joints {}: from the \
-                 given angles a gap of {residual:.3e} m remains; check the lengths and the rough angles of the bodies",
-                if scene.start.is_empty() { "concentric" } else { "as the start says" }
+                 given angles a gap of {residual:.3e} m remains; check the lengths and the rough angles of the \
+                 bodies{}",
+                if scene.start.is_empty() { "concentric" } else { "as the start says" },
+                excess(mechanism)
             ),
         ));
     }
@@ -63,12 +65,13 @@ fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> 
             "bodies",
             format!(
                 "the assembled pose is singular{}: no velocity keeps the joints together \
-                 (remaining rate {gap_rate:.3e} m/s); start the drive at another angle",
-                if scene.start.is_empty() { "" } else { ", or the start contradicts itself or the drives" }
+                 (remaining rate {gap_rate:.3e} m/s); start the drive at another angle{}",
+                if scene.start.is_empty() { "" } else { ", or the start contradicts itself or the drives" },
+                excess(mechanism)
             ),
         ));
     }
-    check_redundancy(mechanism, &dynamics, &conditions, length)?;
+    check_mobility(mechanism, &dynamics, &conditions, length)?;
     let levers = levers(mechanism, &dynamics);
     let mut accelerations = vec![0.0; d];
     if !dynamics.acceleration(0.0, &q, &v, &mut accelerations) {
@@ -86,8 +89,8 @@ fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> 
 }
 
 /// Every closure must restrict the motion by two more equations: otherwise a joint is redundant
-/// (its forces cannot be known) or the pose is a change point.
-fn check_redundancy(
+/// (its forces cannot be known) or the pose is a change point. And something must be able to move.
+fn check_mobility(
     mechanism: &Mechanism,
     dynamics: &Dynamics,
     conditions: &Conditions,
@@ -103,14 +106,39 @@ fn check_redundancy(
             return Err(SceneError::single(
                 "joints",
                 format!(
-                    "joint {:?} closes a loop that the other joints already hold, in the assembled pose: it is \
-                     redundant, or the mechanism starts at a change point",
-                    closure.name
+                    "joint {:?} closes a loop that the other joints and drives already hold, in the assembled \
+                     pose: it is redundant (remove it or give it clearance), or the mechanism starts at a \
+                     change point with links in line (start it elsewhere){}",
+                    closure.name,
+                    excess(mechanism)
                 ),
             ));
         }
     }
+    // The closures are independent here, so a count decides.
+    if mechanism.mobility() == 0 && mechanism.driven.is_empty() {
+        return Err(SceneError::single(
+            "joints",
+            "the scene is a structure: its joints hold every body and nothing is driven, so nothing can move; \
+             remove a joint or give one clearance",
+        ));
+    }
     Ok(())
+}
+
+/// What to add to a problem of the assembly where the loops ask for more than can move.
+fn excess(mechanism: &Mechanism) -> String {
+    let (free, equations) = (mechanism.free.len(), 2 * mechanism.closures.len());
+    if equations <= free {
+        return String::new();
+    }
+    let names: Vec<String> = mechanism.closures.iter().map(|closure| format!("{:?}", closure.name)).collect();
+    format!(
+        "; the loops closed by {} ask for {equations} equations of {free} free coordinate{}: a joint or a drive \
+         is too many",
+        names.join(" and "),
+        if free == 1 { "" } else { "s" }
+    )
 }
 
 /// Free coordinates that give the bodies their rough angles.

@@ -13,8 +13,9 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use crate::chebyshev::MOST_NODES;
+use crate::dynamics::Dynamics;
 use crate::error::SceneError;
-use crate::mechanism::Mechanism;
+use crate::mechanism::{BodyPlacement, Mechanism};
 use crate::outputs::{column_names, further_column_names};
 use crate::restart::Restart;
 use crate::scene_reader::read_scene;
@@ -279,10 +280,19 @@ fn inspect(py: Python<'_>, scene: &str) -> PyResult<String> {
         clearance_joints.chain(mechanism.closures.iter().map(|closure| closure.name.as_str())).collect();
     let floors: Vec<f64> =
         mechanism.clearance_joints.iter().map(|joint| joint.impact_velocity_floor).collect();
+    let mut dynamics = Dynamics::new(&mechanism);
+    dynamics.move_to(0.0, &mechanism.start.q, &mechanism.start.v);
+    let pose = |body: &BodyPlacement| {
+        let frame = dynamics.frame(body.frame);
+        let origin = frame.point(body.origin).position;
+        [origin.x, origin.y, frame.angle + body.angle]
+    };
+    let poses: Vec<[f64; 3]> = mechanism.bodies.iter().map(pose).collect();
     let description = serde_json::json!({
         "degrees_of_freedom": mechanism.mobility(),
         "coordinates": names,
         "bodies": bodies,
+        "poses": poses,
         "cut_joints": cut,
         "impact_velocity_floors": floors,
         "columns": column_names(&mechanism),

@@ -127,6 +127,70 @@ fn four_bar_starts_on_the_branch_of_its_rough_angles_with_the_closed_form_pose_a
     }
 }
 
+/// Bars of length 1 m pinned between points of ground and of each other.
+fn truss(ground: &[(&str, f64, f64)], bars: &[(&str, f64)], pins: &[(&str, &str, &str)]) -> Scene {
+    let bar = |&(name, angle): &(&str, f64)| {
+        let ends = vec![point("P", 0.0, 0.0), point("Q", 1.0, 0.0)];
+        Body { angle, ..body(name, 1.0, 0.1, [0.5, 0.0], ends) }
+    };
+    Scene {
+        ground: ground.iter().map(|&(name, x, y)| point(name, x, y)).collect(),
+        bodies: bars.iter().map(bar).collect(),
+        joints: pins.iter().map(|&(name, a, b)| ideal(name, a, b, JointKind::Revolute)).collect(),
+        ..Scene::default()
+    }
+}
+
+#[test]
+fn a_structure_is_refused_and_a_structure_that_hangs_on_a_pin_is_not() {
+    let pins = [("p", "ground.A", "a.P"), ("q", "ground.B", "b.P"), ("r", "a.Q", "b.Q")];
+    let triangle = truss(&[("A", 0.0, 0.0), ("B", 1.0, 0.0)], &[("a", 1.0), ("b", 2.1)], &pins);
+    assert!(refusal(&triangle).contains("structure"), "{}", refusal(&triangle));
+    let mut welded = truss(&[], &[("a", 0.0)], &[]);
+    welded.joints = vec![ideal("weld", "ground", "a.P", JointKind::Fixed { angle: 0.0 })];
+    assert!(refusal(&welded).contains("structure"));
+    // Three bars that hold each other swing about one pin.
+    let pins = [("p", "a.P", "b.P"), ("q", "a.Q", "c.P"), ("r", "b.Q", "c.Q"), ("s", "ground", "a.P")];
+    let swinging = truss(&[], &[("a", 0.0), ("b", 1.0), ("c", 2.1)], &pins);
+    assert_eq!(compile(&swinging).mobility(), 1);
+}
+
+#[test]
+fn too_many_joints_or_drives_are_counted() {
+    let ground = [("A", 0.0, 0.0), ("B", 1.0, 0.0), ("C", 2.0, 0.0)];
+    let bars = [("a", 1.0), ("b", 2.1), ("c", 2.5)];
+    // Three bars of 1 m cannot hold one point from three pins in line.
+    let pins = [
+        ("p", "ground.A", "a.P"),
+        ("q", "ground.B", "b.P"),
+        ("t", "ground.C", "c.P"),
+        ("r", "a.Q", "b.Q"),
+        ("u", "c.Q", "a.Q"),
+    ];
+    let problem = refusal(&truss(&ground, &bars, &pins));
+    assert!(problem.contains("cannot be assembled"), "{problem}");
+    assert!(problem.contains("\"r\" and \"u\" ask for 4 equations of 3 free coordinates"), "{problem}");
+    // Both cranks of a parallelogram driven: in step, one drive is redundant; out of step, they fight.
+    let mut scene = truss(
+        &ground,
+        &[("a", 1.0), ("b", 1.0), ("k", 0.0)],
+        &[("p", "ground.A", "a.P"), ("q", "ground.B", "b.P"), ("r", "a.Q", "k.P"), ("s", "b.Q", "k.Q")],
+    );
+    let drive = |name: &str, joint: &str, speed| Drive::Speed {
+        name: name.into(),
+        joint: joint.into(),
+        speed,
+        angle: 1.0,
+    };
+    for (speed, word) in [(10.0, "redundant"), (5.0, "singular")] {
+        scene.drives = vec![drive("one", "p", 10.0), drive("two", "q", speed)];
+        let problem = refusal(&scene);
+        assert!(problem.contains(word) && problem.contains("a joint or a drive is too many"), "{problem}");
+    }
+    scene.drives.pop();
+    assert_eq!(compile(&scene).mobility(), 0);
+}
+
 #[test]
 fn slider_crank_starts_with_the_closed_form_position_and_velocity() {
     for step in 0..24 {

@@ -7,12 +7,16 @@ import pkgutil
 import chebclear
 import pytest
 
-MODULES = [module.name for module in pkgutil.iter_modules(chebclear.__path__) if module.name != "_core"]
+MODULES = [
+    module.name
+    for module in pkgutil.walk_packages(chebclear.__path__, "chebclear.")
+    if module.name not in ("chebclear._core", "chebclear.__main__")
+]
 
 
 @pytest.mark.parametrize("module", MODULES)
 def test_examples(module):
-    results = doctest.testmod(importlib.import_module(f"chebclear.{module}"))
+    results = doctest.testmod(importlib.import_module(module))
     assert results.failed == 0
 
 

@@ -23,12 +23,15 @@ PYTHON_ORDER = [
     "records",
     "progress",
     "scene",
+    "description",
     "mechanisms",
     "surrogate",
     "simulation",
     "results",
     "study",
     "plot",
+    "plane",
+    "drawing",
     "report",
     "paper",
     "paper_figures",
@@ -37,9 +40,14 @@ PYTHON_ORDER = [
     "__main__",
 ]
 # Imports against the order that methods make when they are called, for the convenience of the user.
-PYTHON_EXCEPTIONS = {("scene", "_core"), ("simulation", "plot"), ("surrogate", "plot")}
+PYTHON_EXCEPTIONS = {
+    ("scene", "_core"),
+    ("scene", "description"),
+    ("simulation", "plot"),
+    ("surrogate", "plot"),
+}
 USES_CORE = {"simulation", "surrogate", "study"}
-USES_MATPLOTLIB = {"plot", "paper_figures"}
+USES_MATPLOTLIB = {"plot", "drawing", "paper_figures"}
 
 # A Rust module may import only those that stand before it in its own chain; the chains meet in python.rs.
 PHYSICS_ORDER = [
@@ -81,7 +89,7 @@ def is_type_checking(node):
     return isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
 
 
-def imports(node, inside_function=False):
+def imports(node, inside_function=False, in_folder=False):
     """(package, module or None, inside a function) for every import below a node, but for types only."""
     for child in ast.iter_child_nodes(node):
         if is_type_checking(child):
@@ -92,21 +100,32 @@ def imports(node, inside_function=False):
                 yield package, rest[0] if rest else None, inside_function
         elif isinstance(child, ast.ImportFrom):
             package, *rest = (child.module or "").split(".")
-            if child.level:
+            if child.level == 2 or (child.level == 1 and not in_folder):
                 package, rest = "chebclear", [package] if package else []
+            elif child.level:  # a sibling in the folder of a module
+                continue
             names = rest[:1] if rest or package != "chebclear" else [alias.name for alias in child.names]
             for name in names or [None]:
                 yield package, name, inside_function
         nested = inside_function or isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda))
-        yield from imports(child, nested)
+        yield from imports(child, nested, in_folder)
 
 
 def python_modules():
-    return sorted(path.stem for path in PACKAGE.glob("*.py") if path.stem != "__init__")
+    """Names of the modules; a folder counts as one."""
+    files = [path.relative_to(PACKAGE) for path in PACKAGE.rglob("*.py")]
+    return sorted({path.parts[0].removesuffix(".py") for path in files} - {"__init__"})
 
 
 def python_imports(module):
-    return list(imports(ast.parse((PACKAGE / f"{module}.py").read_text(encoding="utf-8"))))
+    """Imports of a module; those of a folder, of all its files, but not of each other."""
+    single = PACKAGE / f"{module}.py"
+    files = [single] if single.exists() else sorted((PACKAGE / module).glob("*.py"))
+    return [
+        found
+        for path in files
+        for found in imports(ast.parse(path.read_text(encoding="utf-8")), in_folder=path != single)
+    ]
 
 
 @pytest.mark.parametrize("module", python_modules())

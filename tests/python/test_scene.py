@@ -148,6 +148,7 @@ def test_check_says_what_the_scene_is():
     facts = cc.mechanisms.slider_crank().check()
     assert facts.degrees_of_freedom == 2  # the rod's angle and the slider's position
     assert facts.bodies == ("crank", "rod", "slider") and facts.cut_joints == ("wrist",)
+    assert facts.poses == ((0.0, 0.0, 0.0), (0.05, 0.0, 0.0), (pytest.approx(0.17, abs=1e-15), 0.0, 0.0))
     assert len(facts.columns) == len(set(facts.columns)) == 3 * 9 + 9 + 1
     assert {"slider.x", "rod.angular_acceleration", "wrist.penetration", "drive.torque"} <= set(facts.columns)
 

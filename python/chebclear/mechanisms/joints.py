@@ -1,0 +1,281 @@
+"""What the ready-made mechanisms share: pins with or without play, their stiffness, checks of arguments."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from ..checks import Checks, as_number, did_you_mean
+from ..errors import ChebclearWarning, Problem, SceneError
+from ..scene import (
+    Body,
+    ClearanceRevolute,
+    ContactLaw,
+    FrictionLaw,
+    LankaraniNikravesh,
+    ModifiedCoulomb,
+    Revolute,
+)
+
+TABLE_2_FRICTION = ModifiedCoulomb(0.04, 0.03, 1e-3, 1.5e-3)
+"""Friction of the paper's Table 2."""
+
+
+def hertz_stiffness(
+    journal_radius: float,
+    clearance: float,
+    young_modulus: float,
+    poisson_ratio: float,
+    convention: str = "hertz",
+    *,
+    bearing_young_modulus: float | None = None,
+    bearing_poisson_ratio: float | None = None,
+) -> float:
+    """Stiffness of the contact between a journal and its bearing, Eq. (8).
+
+    K = 4 / (3 (σ_J + σ_B)) √(R_J R_B / (R_B - R_J)) with R_B = R_J + clearance.
+
+    Parameters
+    ----------
+    journal_radius : float
+        Radius of the journal [m].
+    clearance : float
+        Radial clearance [m].
+    young_modulus : float
+        Young's modulus of the journal, and of the bearing unless given [Pa].
+    poisson_ratio : float
+        Poisson's ratio of the journal, and of the bearing unless given [-]; above -1 and below 1.
+    convention : {"hertz", "as_printed"}
+        ``"hertz"`` has σ = (1 - ν²) / E; ``"as_printed"`` has σ = (1 - ν²) / (π E) of the paper's Eq. (9),
+        which makes the stiffness π times that of Hertz.
+    bearing_young_modulus, bearing_poisson_ratio : float, optional
+        Of the bearing [Pa], [-], if it is of another material.
+
+    Returns
+    -------
+    float
+        Stiffness for an exponent of 1.5 [N/m^1.5].
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a number is out of range; all problems are listed.
+
+    Examples
+    --------
+    >>> f"{hertz_stiffness(9.8e-3, 2e-5, 207e9, 0.3):.6e}"
+    '3.326530e+11'
+    """
+    checks = Checks()
+    checks.real("journal_radius", journal_radius, "m", above=0.0)
+    checks.real("clearance", clearance, "m", above=0.0)
+    checks.word("convention", convention, ("hertz", "as_printed"))
+    materials = [("", young_modulus, poisson_ratio)]
+    if bearing_young_modulus is not None or bearing_poisson_ratio is not None:
+        other_modulus = young_modulus if bearing_young_modulus is None else bearing_young_modulus
+        other_ratio = poisson_ratio if bearing_poisson_ratio is None else bearing_poisson_ratio
+        materials.append(("bearing_", other_modulus, other_ratio))
+    for prefix, modulus, ratio in materials:
+        checks.real(f"{prefix}young_modulus", modulus, "Pa", above=0.0)
+        checks.real(f"{prefix}poisson_ratio", ratio, "-", above=-1.0, below=1.0)
+    checks.finish()
+    return _stiffness(journal_radius, clearance, materials[0][1:], materials[-1][1:], convention)
+
+
+def _stiffness(
+    journal_radius: float,
+    clearance: float,
+    journal_material: tuple[float, float],
+    bearing_material: tuple[float, float],
+    convention: str,
+) -> float:
+    """Eq. (8); not a finite number where it has none, which the check of the scene then reports."""
+    try:
+        radius, gap = float(journal_radius), float(clearance)
+        compliance = sum(
+            (1.0 - float(ratio) ** 2) / float(modulus)
+            for modulus, ratio in (journal_material, bearing_material)
+        )
+        if convention == "as_printed":
+            compliance /= math.pi  # Eq. (9)
+        # The difference of the radii is the clearance; forming it from the radii would lose its last digits.
+        return 4.0 / (3.0 * compliance) * math.sqrt(radius * (radius + gap) / gap)
+    except (ZeroDivisionError, ValueError, OverflowError):
+        return math.nan
+
+
+class Arguments:
+    """Collects what is wrong with the arguments of a mechanism and raises it together."""
+
+    def __init__(self) -> None:
+        self.problems: list[Problem] = []
+
+    def add(self, name: str, message: str) -> None:
+        """Note a problem."""
+        self.problems.append(Problem(name, message))
+
+    def positive(self, **arguments: tuple[object, str]) -> None:
+        """Note the arguments that are no finite numbers above 0; each comes with its unit."""
+        for name, (value, unit) in arguments.items():
+            number = as_number(value)
+            if number is None:
+                self.problems.append(Problem(name, f"must be a number, got {value!r}"))
+            elif not (math.isfinite(number) and number > 0.0):
+                self.problems.append(Problem(name, f"must be a finite number > 0 [{unit}], got {value!r}"))
+
+    def numbers(self, **arguments: object) -> None:
+        """Note the arguments that are no numbers."""
+        self.problems += [
+            Problem(name, f"must be a number, got {value!r}")
+            for name, value in arguments.items()
+            if as_number(value) is None
+        ]
+
+    def word(self, name: str, value: object, accepted: Sequence[str]) -> None:
+        """Note an argument that is none of the accepted words."""
+        if value not in accepted:
+            choice = ", ".join(f'"{word}"' for word in accepted)
+            hint = did_you_mean(value, accepted)
+            self.problems.append(Problem(name, f"must be one of {choice}, got {value!r}{hint}"))
+
+    def places(
+        self,
+        chosen: object,
+        clearance: object,
+        pins: Sequence[str],
+        driven: str | None = None,
+    ) -> dict[str, float]:
+        """The clearance of every pin in `clearance_at`; notes names and numbers that are wrong.
+
+        `pins` are the names that may have clearance, `driven` is one that must not.
+        """
+        listed = isinstance(chosen, Iterable) and not isinstance(chosen, (str, Mapping))
+        names: list[object] = list(chosen) if listed else [chosen]  # type: ignore[call-overload]
+        for name in names:
+            if name in pins:
+                continue
+            if driven is not None and name == driven:
+                what = f'"{driven}" is turned at a prescribed speed and so cannot have clearance: where the '
+                what += "journal may move in its bearing there is no joint angle to prescribe"
+            else:
+                what = f"unknown pin {name!r}{did_you_mean(name, pins)}"
+            choice = ", ".join(f'"{pin}"' for pin in pins)
+            self.problems.append(Problem("clearance_at", f"{what}; choose from {choice}, or () for none"))
+        known = [name for name in names if isinstance(name, str) and name in pins]
+        if not isinstance(clearance, Mapping):
+            self.numbers(clearance=clearance)
+            return {name: as_number(clearance) or 0.0 for name in known}
+        given = dict(clearance)
+        for name in known:
+            if name not in given:
+                self.problems.append(Problem(f"clearance.{name}", "is missing"))
+        for name, value in given.items():
+            if name not in known:
+                self.problems.append(
+                    Problem(f"clearance.{name}", f"has no place in clearance_at{did_you_mean(name, known)}")
+                )
+            else:
+                self.numbers(**{f"clearance.{name}": value})
+        return {name: as_number(given.get(name)) or 0.0 for name in known}
+
+    def finish(self) -> None:
+        """Raise all problems as one `SceneError`."""
+        if self.problems:
+            raise SceneError(self.problems)
+
+
+@dataclass(frozen=True)
+class Play:
+    """Which pins of a mechanism have clearance, and the sizes and laws that those share."""
+
+    clearances: Mapping[str, float]
+    journal_radius: float
+    young_modulus: float
+    poisson_ratio: float
+    restitution: float
+    contact: ContactLaw | None
+    friction: FrictionLaw | None
+    sliding: str | None
+    impact_velocity_floor: float | None
+    convention: str = "hertz"
+
+    def pin(self, name: str, a: str, b: str, *, journal: str = "b") -> Revolute | ClearanceRevolute:
+        """A pin between points a and b, ideal or with play; the journal is on the body of `journal`."""
+        if name not in self.clearances:
+            return Revolute(name, a, b)
+        clearance = self.clearances[name]
+        contact = self.contact
+        if contact is None:
+            material = (self.young_modulus, self.poisson_ratio)
+            stiffness = _stiffness(self.journal_radius, clearance, material, material, self.convention)
+            contact = LankaraniNikravesh(stiffness, self.restitution)
+        bearing, centre = (a, b) if journal == "b" else (b, a)
+        printed = self.convention == "as_printed"
+        return ClearanceRevolute(
+            name,
+            bearing=bearing,
+            journal=centre,
+            journal_radius=self.journal_radius,
+            clearance=clearance,
+            contact=contact,
+            friction=self.friction,
+            sliding=self.sliding or ("contact_point" if printed else "surface"),
+            impact_velocity_floor=self.impact_velocity_floor,
+        )
+
+
+def bar(name: str, points: tuple[str, str], length: float, mass: float, angle: float) -> Body:
+    """A slender uniform bar along the x axis of its frame, from the first point to the second."""
+    return Body(
+        name,
+        mass=mass,
+        inertia=mass * length * length / 12.0,
+        center_of_mass=(0.5 * length, 0.0),
+        points={points[0]: (0.0, 0.0), points[1]: (length, 0.0)},
+        angle=angle,
+    )
+
+
+def elbow(
+    start: tuple[float, float], end: tuple[float, float], first: float, second: float, side: float
+) -> tuple[float, float] | None:
+    """Where two bars from `start` and `end` meet, left (+1) or right (-1) of the way from start to end.
+
+    None where the circles of the two lengths do not meet.
+    """
+    along_x, along_y = end[0] - start[0], end[1] - start[1]
+    distance = math.hypot(along_x, along_y)
+    if not (math.isfinite(distance) and distance > 0.0):
+        return None
+    along = (first / distance * first - second / distance * second + distance) / 2.0
+    # Lengths as ratios, so that no square overflows.
+    ratio = along / first
+    if not abs(ratio) <= 1.0:
+        return None
+    across = side * first * math.sqrt((1.0 - ratio) * (1.0 + ratio))
+    unit_x, unit_y = along_x / distance, along_y / distance
+    return (
+        start[0] + along * unit_x - across * unit_y,
+        start[1] + along * unit_y + across * unit_x,
+    )
+
+
+def direction(start: tuple[float, float], end: tuple[float, float] | None) -> float:
+    """Angle of the way from start to end [rad]; 0 if there is no end, and the assembly will say so."""
+    return 0.0 if end is None else math.atan2(end[1] - start[1], end[0] - start[0])
+
+
+def on_circle(radius: float, angle: float) -> tuple[float, float]:
+    """The point of a circle about the origin; (0, 0) for an angle that the check of the scene refuses."""
+    return (radius * math.cos(angle), radius * math.sin(angle)) if math.isfinite(angle) else (0.0, 0.0)
+
+
+def warn_of_a_jam(mechanism: str, reason: str) -> None:
+    """Say that a crank at constant speed cannot turn all the way."""
+    warnings.warn(
+        f"the crank of this {mechanism} cannot make a full turn: {reason}; driven beyond its range it jams",
+        ChebclearWarning,
+        stacklevel=3,
+    )

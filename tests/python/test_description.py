@@ -1,0 +1,123 @@
+"""Scenes in words: all parts and units, what is cut and why, and every problem of a wrong scene."""
+
+import dataclasses
+import re
+
+import chebclear as cc
+import pytest
+from chebclear import laws, scene
+from chebclear.description import units
+from chebclear.schema import Part
+
+RECORDS = [
+    record
+    for module in (scene, laws)
+    for record in vars(module).values()
+    if isinstance(record, type) and issubclass(record, Part) and dataclasses.is_dataclass(record)
+]
+
+
+@pytest.mark.parametrize("record", sorted(set(RECORDS), key=lambda record: record.__name__))
+def test_every_number_of_every_record_has_a_unit_in_its_docstring(record):
+    numbers = [
+        field.name
+        for field in dataclasses.fields(record)
+        if field.type in ("float", "float | None", "Vector", "Mapping[str, Vector]")
+    ]
+    assert set(numbers) <= set(units(record))
+
+
+def test_units_of_a_law():
+    assert units(cc.ModifiedCoulomb) == {
+        "static_coefficient": "-",
+        "sliding_coefficient": "-",
+        "stick_slip_velocity": "m/s",
+        "static_sliding_velocity": "m/s",
+    }
+
+
+def test_the_slider_crank_in_words():
+    text = cc.mechanisms.slider_crank(gravity=9.81, crank_angle=0.5).describe()
+    lines = [" ".join(line.split()) for line in text.splitlines()]
+    assert lines[0] == "3 bodies, 4 joints, 1 force, 1 drive"
+    assert "mass [kg] inertia [kg m²]" in text.replace("  ", " ").replace("  ", " ")
+    assert any(line.startswith("crank 0.3 6.25e-05 centre of mass (0.025, 0) A (0, 0)") for line in lines)
+    assert "guide prismatic a ground.O, b slider.C, axis (1, 0) [-], angle 0 [rad]" in lines
+    assert "journal radius 0.0098 [m], clearance 2e-05 [m], sliding surface" in text
+    assert "stiffness 3.32653e+11 [N/m^1.5]" in text
+    assert "static sliding velocity 0.0015 [m/s]" in text
+    assert "gravity acceleration (0, -9.81) [m/s²]" in lines
+    assert "drive speed joint crank_bearing, speed 209.44 [rad/s], angle 0.5 [rad]" in lines
+    assert "degrees of freedom: 2 (2 coordinates)" in lines
+    assert "coordinates: guide [m], crank_pin [rad]" in lines
+    assert "independent loops: 1" in lines
+    assert "wrist: it has clearance, and acts by a contact force" in lines
+    assert "?" not in text
+
+
+def test_loops_and_what_is_cut_and_why():
+    text = cc.mechanisms.six_bar(clearance_at=("output_pin",)).describe()
+    assert "degrees of freedom: 2 (4 coordinates less 2 equations of 1 loop of ideal joints)" in text
+    assert "independent loops: 2" in text
+    assert "output_pin: it has clearance" in text
+    cut = re.search(r"(\w+): it closes a loop of ideal joints, and is held by two multipliers", text)
+    assert cut and cut.group(1) in ("crank_pin", "rocker_pin", "rocker_bearing")
+    assert "redundant constraints: none" in text
+    ideal = cc.mechanisms.six_bar(clearance_at=()).describe()
+    assert "degrees of freedom: 0 (4 coordinates less 4 equations of 2 loops" in ideal
+    assert "not integrated" in ideal
+
+
+def test_floating_bodies_and_scenes_without_ground():
+    text = cc.mechanisms.free_journal().describe()
+    assert "coordinates: journal.x [m], journal.y [m], journal.angle [rad]" in text
+    assert "independent loops: 0" in text and "bearing: it has clearance" in text
+    pair = cc.Scene(
+        [cc.Body("a", 1.0, 0.1), cc.Body("b", 1.0, 0.1)],
+        [cc.ClearanceRevolute("pin", "a", "b", 0.01, 1e-3, cc.Hertz(1e11), impact_velocity_floor=0.25)],
+    ).describe()
+    assert "independent loops: 0" in pair and "degrees of freedom: 6" in pair
+    assert "impact velocity floor 0.25 [m/s]" in pair and "friction: none" in pair
+    assert "joints\n  none" in cc.Scene([cc.Body("a", 1.0, 0.1)], []).describe()
+
+
+def test_a_wrong_scene_is_described_with_all_its_problems():
+    wrong = cc.Scene(
+        [cc.Body("a", "heavy", 1.0), 3], [cc.Revolute("r", "ground", "a.Q"), 5], forces=7, drives=[None]
+    )
+    text = wrong.describe()
+    assert "This scene cannot be simulated:" in text
+    with pytest.raises(cc.SceneError) as caught:
+        wrong.check()
+    for problem in caught.value.problems:
+        assert str(problem) in text
+
+
+def test_redundant_joints_and_structures_are_named():
+    def bar(name, length):
+        points = {"P": (0.0, 0.0), "Q": (length, 0.0)}
+        return cc.Body(name, 1.0, 0.1, center_of_mass=(0.5 * length, 0.0), points=points, angle=1.0)
+
+    plate = cc.Body("plate", 1.0, 0.1, points={"P": (0.0, 0.0), "Q": (1.0, 0.0), "S": (2.0, 0.0)})
+    pins = [
+        cc.Revolute(*ends)
+        for ends in (
+            ("A", "ground.A", "a.P"),
+            ("B", "ground.B", "b.P"),
+            ("C", "ground.C", "c.P"),
+            ("D", "a.Q", "plate.P"),
+            ("E", "b.Q", "plate.Q"),
+            ("F", "c.Q", "plate.S"),
+        )
+    ]
+    ground = {"A": (0.0, 0.0), "B": (1.0, 0.0), "C": (2.0, 0.0)}
+    cranks = [bar(name, 0.5) for name in "abc"]
+    drive = [cc.Speed("drive", "A", 10.0, angle=1.0)]
+    text = cc.Scene([*cranks, plate], pins, (), drive, ground).describe()
+    assert 'joint "F" closes a loop that the other joints and drives already hold' in text
+    assert 'the loops closed by "E" and "F" ask for 4 equations of 3 free coordinates' in text
+    # As a parallelogram of two cranks it is fine, and as a frame on three welded feet it is a structure.
+    two = cc.Scene([*cranks[:2], plate], [*pins[:2], *pins[3:5]], (), drive, ground)
+    assert "degrees of freedom: 0" in two.describe()
+    frame = cc.Scene([plate], [cc.Fixed("foot", "ground.A", "plate.P")], ground=ground)
+    assert "the scene is a structure" in frame.describe()

@@ -1,0 +1,191 @@
+"""The picture of a scene: what is drawn where, and that any scene can be drawn."""
+
+import math
+
+import chebclear as cc
+import matplotlib as mpl
+import numpy as np
+import pytest
+from chebclear.plane import Clutter
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Polygon
+
+ANGLE = 0.8
+# The paper's slider-crank at that angle.
+PIN = np.array([0.05 * math.cos(ANGLE), 0.05 * math.sin(ANGLE)])
+SLIDER = np.array([PIN[0] + math.sqrt(0.12**2 - PIN[1] ** 2), 0.0])
+
+
+@pytest.fixture
+def ax():
+    return Figure().subplots()
+
+
+def texts(ax):
+    return [text.get_text() for text in ax.texts if text.get_text()]
+
+
+def circles(ax):
+    return [patch for patch in ax.patches if isinstance(patch, Circle)]
+
+
+def test_draws_on_the_given_axes_with_equal_scales_and_leaves_settings_alone(ax):
+    before = dict(mpl.rcParams)
+    assert cc.plot_scene(cc.mechanisms.slider_crank(), ax=ax) is ax
+    assert ax.get_aspect() == 1.0
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x [m]", "y [m]")
+    assert dict(mpl.rcParams) == before
+    other = cc.plot_scene(cc.mechanisms.slider_crank())
+    assert other is not ax and other.figure is not ax.figure
+
+
+@pytest.mark.parametrize("factor", [1.0, 100.0])
+def test_journal_and_bearing_have_their_radii_and_places(ax, factor):
+    scene = cc.mechanisms.slider_crank(crank_angle=ANGLE, clearance_at=("crank_pin", "wrist"))
+    cc.plot_scene(scene, ax=ax, exaggerate=factor)
+    for place in (PIN, SLIDER):
+        radii = [
+            circle.radius for circle in circles(ax) if np.allclose(circle.center, place, rtol=0.0, atol=1e-12)
+        ]
+        assert max(radii) == pytest.approx(9.8e-3 + factor * 2e-5, rel=1e-12)
+        assert any(radius == 9.8e-3 for radius in radii)
+    said = [text for text in texts(ax) if "times larger" in text]
+    assert said == ([] if factor == 1.0 else ["clearances drawn 100 times larger"])
+
+
+def test_bodies_reach_from_pin_to_pin(ax):
+    cc.plot_scene(cc.mechanisms.slider_crank(crank_angle=ANGLE, clearance_at=()), ax=ax)
+    shapes = [patch for patch in ax.patches if isinstance(patch, Polygon)]
+    for ends in (((0.0, 0.0), PIN), (PIN, SLIDER)):
+        assert any(
+            all(shape.get_path().contains_point(point) for point in (*ends, 0.5 * np.add(*ends)))
+            for shape in shapes
+        )
+
+
+def test_the_coupler_of_a_six_bar_is_a_plate(ax):
+    scene = cc.mechanisms.six_bar()
+    cc.plot_scene(scene, ax=ax)
+    facts = scene.check()
+    x, y, angle = facts.poses[facts.bodies.index("coupler")]
+    turned = np.exp(1j * angle) * np.array([0.0, 0.10, 0.05 + 0.06j])
+    corners = np.column_stack((x + turned.real, y + turned.imag))
+    assert any(
+        all(shape.get_path().contains_point(corner) for corner in corners)
+        for shape in ax.patches
+        if isinstance(shape, Polygon)
+    )
+
+
+@pytest.mark.parametrize("speed", [10.0, -10.0])
+def test_the_arrow_of_a_drive_turns_the_way_of_its_speed(ax, speed):
+    cc.plot_scene(cc.mechanisms.four_bar(crank_speed=speed), ax=ax)
+    arcs = [np.column_stack(line.get_data()) for line in ax.lines if len(line.get_xdata()) > 10]
+    (arc,) = arcs
+    np.testing.assert_allclose(np.hypot(*arc.T), np.hypot(*arc[0]), rtol=1e-12)  # about the crank's bearing
+    step = np.diff(arc, axis=0)
+    assert (np.sign(arc[:-1, 0] * step[:, 1] - arc[:-1, 1] * step[:, 0]) == np.sign(speed)).all()
+
+
+def test_labels_name_bodies_and_joints_and_can_be_left_out(ax):
+    scene = cc.mechanisms.quick_return(gravity=9.81)
+    cc.plot_scene(scene, ax=ax)
+    found = {name for text in texts(ax) for name in text.split(", ")}
+    assert {body.name for body in scene.bodies} | {joint.name for joint in scene.joints} <= found
+    assert "9.81 m/s²" in found
+    assert texts(cc.plot_scene(scene, labels=False)) == ["9.81 m/s²"]
+
+
+def test_labels_find_room():
+    clutter = Clutter()
+    point, size = np.zeros(2), (4.0, 1.0)
+    # A bar to the right and one upwards: the label goes the other way, and the next one elsewhere.
+    clutter.add(point, np.array([10.0, 0.0]), 0.5)
+    clutter.add(point, np.array([0.0, 10.0]), 0.5)
+    anchor, across, up = clutter.place(point, 1.0, size, np.array([0.6, 0.8]))
+    assert anchor[0] < 0.0 or anchor[1] < 0.0
+    assert (across, up) != ("left", "bottom")
+    again, *_ = clutter.place(point, 1.0, size, np.array([0.6, 0.8]))
+    assert np.hypot(*(again - anchor)) > 0.5
+    # Where nothing is in the way it goes outward.
+    anchor, across, up = Clutter().place(point, 1.0, size, np.array([0.0, 1.0]))
+    np.testing.assert_allclose(anchor, [0.0, 1.0], atol=1e-15)
+    assert (across, up) == ("center", "bottom")
+
+
+def test_labels_of_pins_lie_on_no_bar():
+    scene = cc.mechanisms.six_bar(crank_angle=0.9, clearance_at=())
+    ax = cc.plot_scene(scene)
+    bars = [patch.get_path() for patch in ax.patches if isinstance(patch, Polygon) and len(patch.xy) > 10]
+    names = {joint.name for joint in scene.joints}
+    anchors = [text.get_position() for text in ax.texts if text.get_text() in names]
+    assert len(anchors) == len(names)
+    assert not any(bar.contains_point(anchor) for bar in bars for anchor in anchors)
+
+
+LAW = cc.Hertz(1e11)
+CHAIN = [
+    cc.Body("cart", 2.0, 0.1),
+    cc.Body("arm", 1.0, 0.1, points={"P": (0.0, 0.0), "Q": (0.2, 0.0)}, angle=-0.5),
+    cc.Body("plate", 1.0, 0.1, points={"A": (0.0, 0.0), "B": (0.1, 0.0), "C": (0.1, 0.1)}),
+    cc.Body("bob", 1.0, 0.1),
+]
+ODD = {
+    "a lone body": cc.Scene([cc.Body("a", 1.0, 0.1)], []),
+    "no ground": cc.Scene(
+        [cc.Body("a", 1.0, 0.1, points={"P": (0.1, 0.0)}), cc.Body("b", 1.0, 0.1)],
+        [cc.ClearanceRevolute("pin", "a.P", "b", 0.01, 1e-3, LAW)],
+    ),
+    "welds and rails": cc.Scene(
+        CHAIN,
+        [
+            cc.Prismatic("rail", "ground", "cart", axis=(1.0, 0.3)),
+            cc.Revolute("hinge", "cart", "arm.P"),
+            cc.Fixed("weld", "arm.Q", "plate.A", angle=0.4),
+            cc.Prismatic("piston", "plate.C", "bob", axis=(0.0, 1.0)),
+        ],
+        [cc.Gravity((0.0, -9.81)), cc.Gravity((3.0, 0.0))],
+    ),
+    "a rail that moves past ground": cc.Scene(
+        [cc.Body("bar", 1.0, 0.1, points={"P": (0.1, 0.0)})],
+        [cc.Prismatic("rail", "bar.P", "ground.O", axis=(1.0, 0.0))],
+        ground={"O": (0.0, 0.0)},
+    ),
+    "everything in one point": cc.Scene(
+        [cc.Body("a", 1.0, 0.1), cc.Body("b", 1.0, 0.1)],
+        [cc.Revolute("r", "ground", "a"), cc.Revolute("s", "a", "b")],
+    ),
+    "micrometres": cc.mechanisms.four_bar(
+        ground_length=1.2e-4,
+        crank_length=0.5e-4,
+        coupler_length=1e-4,
+        rocker_length=0.8e-4,
+        journal_radius=1e-5,
+        clearance=1e-7,
+    ),
+    "free journal": cc.mechanisms.free_journal(),
+    "pendulum": cc.mechanisms.pendulum_in_bearing(),
+    "Flores": cc.mechanisms.flores_slider_crank(),
+    "no ram": cc.mechanisms.quick_return(ram=False, clearance_at=("lever_bearing",)),
+}
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_any_scene_can_be_drawn(name, tmp_path):
+    scene = ODD[name]
+    ax = cc.plot_scene(scene, exaggerate=10.0)
+    ax.figure.savefig(tmp_path / "scene.png")
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    facts = scene.check()
+    for x, y, _ in facts.poses:
+        assert left < x < right and low < y < high
+    for body in scene.bodies:
+        assert body.name in texts(ax)
+
+
+def test_scenes_that_cannot_be_assembled_and_wrong_factors_are_refused(ax):
+    with pytest.raises(cc.SceneError, match="cannot be assembled"):
+        cc.plot_scene(cc.mechanisms.slider_crank(rod_length=0.03, crank_angle=1.5), ax=ax)
+    for factor, error in ((0.0, ValueError), (math.inf, ValueError), ("10", TypeError)):
+        with pytest.raises(error, match="exaggerate must be a finite number > 0"):
+            cc.plot_scene(cc.mechanisms.slider_crank(), exaggerate=factor)

@@ -1,0 +1,382 @@
+"""The ready-made mechanisms against closed forms, with every choice of clearances, and in studies."""
+
+import itertools
+import math
+
+import chebclear as cc
+import numpy as np
+import pytest
+
+mechanisms = cc.mechanisms
+
+# Pins that may have clearance, by function.
+PINS = {
+    "slider_crank": ("crank_pin", "wrist"),
+    "flores_slider_crank": ("crank_pin", "wrist"),
+    "four_bar": ("crank_pin", "rocker_pin", "rocker_bearing"),
+    "quick_return": ("crank_pin", "lever_bearing", "lever_pin", "ram_pin"),
+    "six_bar": (
+        "crank_pin",
+        "rocker_pin",
+        "rocker_bearing",
+        "coupler_pin",
+        "output_pin",
+        "output_bearing",
+    ),
+    "pendulum_in_bearing": ("pivot",),
+}
+SUBSETS = [
+    (name, subset)
+    for name, pins in PINS.items()
+    for size in range(len(pins) + 1)
+    for subset in itertools.combinations(pins, size)
+]
+
+
+def ideal(name, duration, samples, **arguments):
+    """Run without any clearance; a crank at constant speed then needs no integration."""
+    scene = getattr(mechanisms, name)(clearance_at=(), **arguments)
+    return cc.simulate(scene, duration=duration, samples=samples)
+
+
+def same_angle(measured, expected):
+    """Largest difference of angles, whatever the number of turns."""
+    return np.abs(np.angle(np.exp(1j * (measured - expected)))).max()
+
+
+def circles(a, radius_a, b, radius_b, side):
+    """Intersection of two circles as complex numbers, left (+1) or right (-1) of the way from a to b."""
+    way = b - a
+    cosine = (radius_a**2 + abs(way) ** 2 - radius_b**2) / (2 * radius_a * abs(way))
+    return a + radius_a * way / abs(way) * (cosine + 1j * side * np.sqrt(1 - cosine**2))
+
+
+class TestClosedForms:
+    def test_slider_crank(self):
+        speed, crank, rod, start = 150.0, 0.07, 0.15, 0.4
+        run = ideal(
+            "slider_crank",
+            0.05,
+            201,
+            crank_length=crank,
+            rod_length=rod,
+            crank_speed=speed,
+            crank_angle=start,
+        )
+        assert run.stats.evaluations == 0
+        sine, cosine = np.sin(start + speed * run.t), np.cos(start + speed * run.t)
+        root = np.sqrt(rod**2 - (crank * sine) ** 2)
+        position = crank * cosine + root
+        velocity = -crank * speed * sine * (1 + crank * cosine / root)
+        acceleration = -crank * speed**2 * cosine - (crank * speed) ** 2 * (
+            (cosine**2 - sine**2) / root + (crank * sine * cosine) ** 2 / root**3
+        )
+        assert abs(run["slider.x"] - position).max() < 1e-14
+        assert abs(run["slider.vx"] - velocity).max() < 1e-9 * crank * speed
+        assert abs(run["slider.ax"] - acceleration).max() < 1e-9 * crank * speed**2
+        assert same_angle(run["rod.angle"], np.arcsin(-crank / rod * sine)) < 1e-13
+
+    @pytest.mark.parametrize("branch", ["open", "crossed"])
+    def test_four_bar_by_freudenstein(self, branch):
+        speed, start = 100.0, 0.3
+        base, crank, coupler, rocker = 0.12, 0.05, 0.10, 0.08
+        run = ideal("four_bar", 0.07, 301, branch=branch, crank_speed=speed, crank_angle=start)
+        theta = start + speed * run.t
+        # K1 cos(phi) - K2 cos(theta) + K3 = cos(theta - phi), a quadratic in tan(phi / 2).
+        k1, k2 = base / crank, base / rocker
+        k3 = (crank**2 - coupler**2 + rocker**2 + base**2) / (2 * crank * rocker)
+        a = np.cos(theta) - k1 - k2 * np.cos(theta) + k3
+        b, c = -2 * np.sin(theta), k1 - (k2 + 1) * np.cos(theta) + k3
+        side = -1 if branch == "open" else 1
+        phi = 2 * np.arctan2(-b + side * np.sqrt(b**2 - 4 * a * c), 2 * a)
+        assert same_angle(run["rocker.angle"], phi) < 1e-12
+        # Its derivative with respect to time.
+        rate = speed * (np.sin(theta - phi) + k2 * np.sin(theta)) / (np.sin(theta - phi) + k1 * np.sin(phi))
+        assert abs(run["rocker.angular_velocity"] - rate).max() < 1e-9 * speed
+
+    @pytest.mark.parametrize("branch", ["open", "crossed"])
+    @pytest.mark.parametrize("output_branch", ["open", "crossed"])
+    def test_six_bar_by_two_circle_intersections(self, branch, output_branch):
+        speed = 100.0
+        arguments = {"branch": branch, "output_branch": output_branch, "crank_speed": speed}
+        if branch == "crossed":  # the coupler's point lies elsewhere, and so must the output
+            arguments |= {"output_pivot_x": 0.20, "output_pivot_y": -0.02, "link_length": 0.16}
+        run = ideal("six_bar", 0.07, 301, **arguments)
+        pivot = complex(arguments.get("output_pivot_x", 0.18), arguments.get("output_pivot_y", 0.08))
+        link = arguments.get("link_length", 0.14)
+        sides = [1 if word == "open" else -1 for word in (branch, output_branch)]
+
+        def output_angle(theta):
+            pin = 0.05 * np.exp(1j * theta)
+            joint = circles(pin, 0.10, 0.12, 0.08, sides[0])
+            tip = pin + (joint - pin) / 0.10 * (0.05 + 0.06j)
+            return circles(tip, link, pivot, 0.10, sides[1]) - pivot
+
+        theta, step = speed * run.t, 1e-4
+        assert same_angle(run["output.angle"], np.angle(output_angle(theta))) < 1e-12
+        # Rate by a central difference of the closed form, of order 4.
+        turn = [np.log(output_angle(theta + k * step) / output_angle(theta)).imag for k in (-2, -1, 1, 2)]
+        rate = speed * (turn[0] - 8 * turn[1] + 8 * turn[2] - turn[3]) / (12 * step)
+        assert abs(run["output.angular_velocity"] - rate).max() < 1e-8 * speed
+
+    @pytest.mark.parametrize(
+        ("crank", "depth", "lever", "link"), [(0.05, 0.10, 0.20, 0.10), (0.10, 0.05, 0.08, 0.25)]
+    )
+    def test_quick_return(self, crank, depth, lever, link):
+        speed = 10.0
+        run = ideal(
+            "quick_return",
+            2 * math.pi / speed,
+            20001,
+            crank_length=crank,
+            pivot_distance=depth,
+            lever_length=lever,
+            link_length=link,
+            crank_speed=speed,
+        )
+        theta = speed * run.t
+        angle = np.arctan2(depth + crank * np.sin(theta), crank * np.cos(theta))
+        assert same_angle(run["lever.angle"], angle) < 1e-13
+        reach = crank**2 + depth**2 + 2 * crank * depth * np.sin(theta)
+        rate = speed * crank * (crank + depth * np.sin(theta)) / reach
+        assert abs(run["lever.angular_velocity"] - rate).max() < 1e-10 * speed
+        swings = crank < depth
+        height = 0.5 * lever * (1 + math.cos(math.asin(crank / depth))) if swings else 0.0
+        ram = lever * np.cos(angle) - np.sqrt(link**2 - (height - lever * np.sin(angle)) ** 2)
+        assert abs(run["ram.x"] - ram).max() < 1e-13
+        assert abs(run["ram.y"] - (height - depth)).max() < 1e-15
+        # The working stroke, to the left over the top, takes the larger share of a turn.
+        extreme = math.asin(min(crank, depth) / max(crank, depth))
+        working = np.mean(run["ram.vx"][:-1] < 0.0)
+        assert working / (1 - working) == pytest.approx(
+            (math.pi + 2 * extreme) / (math.pi - 2 * extreme), abs=1e-3
+        )
+
+    def test_time_ratio_of_the_default_quick_return_is_two(self):
+        run = ideal("quick_return", 0.2, 30001)  # one turn at 300 revolutions per minute
+        working = np.mean(run["lever.angular_velocity"][:-1] > 0.0)
+        assert working / (1 - working) == pytest.approx(2.0, abs=1e-3)
+
+    def test_period_of_the_pendulum(self):
+        length, mass, inertia, gravity, start = 0.3, 0.7, 2e-3, 9.81, 2.0
+        small = 2 * math.pi * math.sqrt((inertia + mass * length**2) / (mass * gravity * length))
+        mean, other = 1.0, math.cos(0.5 * start)  # the arithmetic-geometric mean
+        while abs(mean - other) > 1e-15:
+            mean, other = 0.5 * (mean + other), math.sqrt(mean * other)
+        scene = mechanisms.pendulum_in_bearing(
+            length=length, mass=mass, inertia=inertia, gravity=gravity, angle=start, clearance_at=()
+        )
+        run = cc.simulate(scene, duration=small / mean, samples=5, rtol=1e-10)
+        swing = run["pendulum.angle"] + 0.5 * math.pi
+        np.testing.assert_allclose(swing, [start, 0.0, -start, 0.0, start], atol=1e-7)
+
+    def test_free_journal_falls_through_its_clearance_and_comes_to_rest(self):
+        scene = mechanisms.free_journal(clearance=1e-4, gravity=4.0, load_y=-0.14 * 5.0)
+        run = cc.simulate(scene, duration=1.5, samples=1501)
+        onset = run.events.time[0]
+        assert onset == pytest.approx(math.sqrt(2 * 1e-4 / 9.0), rel=1e-8)
+        assert run.events.normal_velocity[0] == pytest.approx(math.sqrt(2 * 1e-4 * 9.0), rel=1e-8)
+        resting = (0.14 * 9.0 / scene.joints[0].contact.stiffness) ** (2 / 3)
+        assert run["bearing.penetration"][-1] == pytest.approx(resting, rel=1e-4)
+        assert run["journal.y"][-1] == pytest.approx(-1e-4 - resting, rel=1e-9)
+        across = cc.simulate(mechanisms.free_journal(gravity=0.0, load_x=2.8), duration=1e-3, samples=2)
+        assert across["journal.x"][-1] == pytest.approx(0.5 * 20.0 * 1e-6, rel=1e-9)
+
+
+class TestClearance:
+    @pytest.mark.parametrize(("name", "subset"), SUBSETS, ids=lambda part: str(part).replace("'", ""))
+    def test_every_subset_of_the_pins_has_two_more_freedoms_each_and_runs(self, name, subset):
+        scene = getattr(mechanisms, name)(clearance_at=subset)
+        without = 1 if name == "pendulum_in_bearing" else 0
+        facts = scene.check()
+        assert facts.degrees_of_freedom == without + 2 * len(subset)
+        assert set(subset) <= set(facts.cut_joints)
+        if len(subset) in (0, 1, 2, len(PINS[name])):
+            run = cc.simulate(scene, duration=2e-3, samples=21, method="dop853")
+            assert run.status == "done"
+            for pin in subset:
+                # Impacts press the surfaces together by up to 11 µm.
+                assert run[f"{pin}.eccentricity"].max() < 1.6 * joint(scene, pin).clearance
+
+    @pytest.mark.parametrize("pin", ["crank_pin", "wrist"])
+    def test_slider_stays_within_the_clearance_of_the_ideal_one(self, pin):
+        run = cc.simulate(mechanisms.slider_crank(clearance_at=pin), duration=0.03, samples=301)
+        closed = ideal("slider_crank", 0.03, 301)
+        # A displacement e of one end of the rod moves the slider by at most e / cos(rod angle).
+        play = run[f"{pin}.eccentricity"]
+        off = np.abs(run["slider.x"] - closed["slider.x"])
+        assert (off <= 1.001 * play / np.cos(closed["rod.angle"]) + 1e-15).all()
+        assert 2e-5 < off.max()
+
+    @pytest.mark.parametrize("pin", PINS["four_bar"])
+    def test_rocker_stays_within_the_clearance_of_the_ideal_one(self, pin):
+        run = cc.simulate(mechanisms.four_bar(clearance_at=[pin]), duration=0.03, samples=301)
+        closed = ideal("four_bar", 0.03, 301)
+        # A displacement e of the coupler moves its rocker's pin by at most e / sin(angle between the two); a
+        # displaced bearing may move the pin by e besides.
+        play = run[f"{pin}.eccentricity"]
+        bound = play / np.abs(np.sin(closed["coupler.angle"] - closed["rocker.angle"]))
+        if pin == "rocker_bearing":
+            bound += play
+        off = 0.08 * np.abs(run["rocker.angle"] - closed["rocker.angle"])
+        assert (off <= 1.01 * bound + 1e-15).all()
+        assert 1e-5 < off.max() < 1e-4
+
+    def test_pendulum_without_friction_stays_within_the_clearance_of_the_ideal_one(self):
+        run = cc.simulate(mechanisms.pendulum_in_bearing(friction=None), duration=0.6, samples=601)
+        closed = ideal("pendulum_in_bearing", 0.6, 601)
+        play = run["pivot.eccentricity"].max()
+        assert 2e-5 < play < 2.2e-5
+        for axis in "xy":
+            assert abs(run[f"pendulum.{axis}"] - closed[f"pendulum.{axis}"]).max() < 2.0 * play
+        assert abs(run["pendulum.angle"] - closed["pendulum.angle"]).max() < 2.0 * play / 0.2
+
+    def test_pins_may_differ_in_clearance(self):
+        scene = mechanisms.slider_crank(
+            clearance_at=("wrist", "crank_pin"), clearance={"crank_pin": 5e-5, "wrist": 1e-5}
+        )
+        assert joint(scene, "crank_pin").clearance == 5e-5 and joint(scene, "wrist").clearance == 1e-5
+        # Each with the stiffness of its own clearance.
+        assert joint(scene, "crank_pin").contact.stiffness == cc.hertz_stiffness(9.8e-3, 5e-5, 207e9, 0.3)
+        assert joint(scene, "wrist").contact.stiffness == cc.hertz_stiffness(9.8e-3, 1e-5, 207e9, 0.3)
+
+    def test_the_rod_between_two_clearances_floats(self):
+        scene = mechanisms.slider_crank(clearance_at=("crank_pin", "wrist"))
+        assert {"rod.x", "rod.y", "rod.angle"} < set(scene.check().coordinates)
+        run = cc.simulate(scene, duration=5e-3, samples=51)
+        assert {"crank_pin", "wrist"} == set(run.events.joint)
+
+    def test_another_contact_law(self):
+        law = cc.Flores(1e11, 0.7)
+        scene = mechanisms.four_bar(clearance_at=("crank_pin", "rocker_bearing"), contact=law, friction=None)
+        for pin in ("crank_pin", "rocker_bearing"):
+            assert joint(scene, pin).contact == law and joint(scene, pin).friction is None
+
+
+def joint(scene, name):
+    return next(joint for joint in scene.joints if joint.name == name)
+
+
+class TestArguments:
+    @pytest.mark.parametrize("name", ["slider_crank", "four_bar", "quick_return", "six_bar"])
+    def test_a_driven_bearing_cannot_have_clearance_and_the_error_says_why(self, name):
+        with pytest.raises(cc.SceneError) as caught:
+            getattr(mechanisms, name)(clearance_at=("crank_bearing",), crank_length=-1.0)
+        problems = dict(caught.value.problems)
+        assert problems["crank_length"] == "must be a finite number > 0 [m], got -1.0"
+        assert "prescribed speed" in problems["clearance_at"] and '"crank_pin"' in problems["clearance_at"]
+
+    def test_unknown_pins_get_a_hint(self):
+        with pytest.raises(cc.SceneError, match=r'unknown pin \'wrsit\'; did you mean "wrist"\?'):
+            mechanisms.slider_crank(clearance_at=("wrsit",))
+        with pytest.raises(cc.SceneError, match="clearance_at: unknown pin 3"):
+            mechanisms.slider_crank(clearance_at=3)
+
+    def test_clearances_by_name_must_fit_the_pins(self):
+        with pytest.raises(cc.SceneError) as caught:
+            mechanisms.slider_crank(
+                clearance={"wrist": "wide", "crank_pn": 1e-5}, clearance_at=("wrist", "crank_pin")
+            )
+        assert dict(caught.value.problems) == {
+            "clearance.crank_pin": "is missing",
+            "clearance.wrist": "must be a number, got 'wide'",
+            "clearance.crank_pn": 'has no place in clearance_at; did you mean "crank_pin"?',
+        }
+
+    @pytest.mark.parametrize("name", [*PINS, "free_journal"])
+    @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, 10**400, "1"])
+    def test_all_wrong_arguments_are_listed(self, name, value):
+        build = getattr(mechanisms, name)
+        masses = [argument for argument in build.__kwdefaults__ if argument.endswith("mass")]
+        with pytest.raises(cc.SceneError) as caught:
+            build(**dict.fromkeys([*masses, "young_modulus"], value), restitution="high")
+        assert {problem.path for problem in caught.value.problems} == {
+            *masses,
+            "young_modulus",
+            "restitution",
+        }
+
+    @pytest.mark.parametrize("argument", ["branch", "output_branch"])
+    def test_branches(self, argument):
+        with pytest.raises(
+            cc.SceneError, match=f'{argument}: must be one of "open", "crossed", got "?\'?opne'
+        ):
+            mechanisms.six_bar(**{argument: "opne"})
+
+    def test_a_crank_that_jams_is_announced(self):
+        with pytest.warns(cc.ChebclearWarning, match="cannot make a full turn"):
+            scene = mechanisms.four_bar(ground_length=0.14)
+        assert scene.check().degrees_of_freedom == 2  # it may still be driven over a part of a turn
+        with pytest.warns(cc.ChebclearWarning, match="its output loop cannot close"):
+            mechanisms.six_bar(link_length=0.11)
+
+    def test_a_linkage_that_cannot_be_assembled_is_refused(self):
+        with pytest.warns(cc.ChebclearWarning), pytest.raises(cc.SceneError, match="cannot be assembled"):
+            mechanisms.four_bar(coupler_length=0.01, rocker_length=0.02).check()
+        with pytest.raises(cc.SceneError, match="cannot be assembled"):
+            mechanisms.quick_return(link_length=1e-3, ram_height=0.5).check()
+        with pytest.raises(cc.SceneError, match="pivot_distance: must differ"):
+            mechanisms.quick_return(crank_length=0.1, pivot_distance=0.1)
+
+    def test_quick_return_without_a_ram(self):
+        scene = mechanisms.quick_return(ram=False)
+        assert [body.name for body in scene.bodies] == ["crank", "block", "lever"]
+        assert scene.check().degrees_of_freedom == 2
+        with pytest.raises(cc.SceneError, match="unknown pin 'ram_pin'"):
+            mechanisms.quick_return(ram=False, clearance_at=("ram_pin",))
+
+    def test_inertias_can_be_given(self):
+        crank, rod, _ = mechanisms.slider_crank(crank_inertia=3e-4, rod_inertia=4e-4).bodies
+        assert (crank.inertia, rod.inertia) == (3e-4, 4e-4)
+
+    def test_the_inertia_of_the_six_bars_coupler_is_that_of_a_uniform_triangle(self):
+        coupler = mechanisms.six_bar(coupler_point_x=0.04, coupler_point_y=0.05).bodies[1]
+        corners = np.array([(0.0, 0.0), (0.1, 0.0), (0.04, 0.05)])
+        # Quadrature over the triangle, exact for squares: the mid-points of the sides, a third each.
+        middles = 0.5 * (corners + np.roll(corners, 1, axis=0))
+        centre = middles.mean(axis=0)
+        np.testing.assert_allclose(coupler.center_of_mass, centre, rtol=1e-14)
+        assert coupler.inertia == pytest.approx(
+            coupler.mass * ((middles - centre) ** 2).sum(axis=1).mean(), rel=1e-13
+        )
+
+
+def test_flores_slider_crank():
+    scene = mechanisms.flores_slider_crank()
+    crank, rod, slider = scene.bodies
+    assert (crank.mass, rod.mass, slider.mass) == (0.30, 0.21, 0.14)
+    assert (rod.inertia, slider.inertia) == (2.5e-4, 1e-4)
+    wrist = joint(scene, "wrist")
+    assert wrist.clearance == 5e-4 and wrist.journal_radius == 0.0095
+    assert wrist.friction is None and wrist.contact.restitution == 0.9
+    assert scene.drives[0].speed == cc.rpm(5000.0)
+    assert mechanisms.flores_slider_crank(clearance=1e-4).joints[3].journal_radius == 0.0099
+    assert mechanisms.flores_slider_crank(friction=cc.SmoothedCoulomb(0.1, 0.01)).joints[3].friction
+    run = cc.simulate(scene, duration=0.012, samples=1201, method="dop853")  # a revolution
+    closed = ideal("flores_slider_crank", 0.012, 1201)
+    # With so much play the journal flies and bounces: the slider still follows within the clearance.
+    assert run["wrist.eccentricity"].max() < 1.5 * 5e-4 and len(run.events) > 10
+    assert abs(run["slider.x"] - closed["slider.x"]).max() < 1.5 * 5e-4
+    assert abs(run["slider.ax"]).max() > 5.0 * abs(closed["slider.ax"]).max()
+
+
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+@pytest.mark.parametrize(
+    ("name", "sides", "output"),
+    [
+        ("slider_crank", {"rod_length": 0.12, "crank_length": 0.05}, "rod.angle"),
+        ("flores_slider_crank", {"crank_speed": 500.0}, "rod.angle"),
+        ("four_bar", {"ground_length": 0.12, "clearance": 2e-5}, "rocker.angular_velocity"),
+        ("quick_return", {"pivot_distance": 0.10}, "ram.vx"),
+        ("six_bar", {"coupler_point_y": 0.06, "output_pivot_x": 0.18}, "output.angular_velocity"),
+        ("pendulum_in_bearing", {"length": 0.2, "angle": 0.5}, "pendulum.y"),
+        ("free_journal", {"load_y": -1.0}, "journal.vy"),
+    ],
+)
+def test_interval_studies(name, sides, output):
+    intervals = {side: cc.interval(value, rel=0.01) for side, value in sides.items()}
+    study = cc.Study(getattr(mechanisms, name), intervals, outputs=[output], duration=2e-4, samples=5)
+    band, scan = study.chebyshev(degree=2)[output], study.scan(3)[output]
+    assert (band.lower <= scan.lower + 1e-3 * scan.width.max()).all()
+    assert (band.upper >= scan.upper - 1e-3 * scan.width.max()).all()
+    assert band.width.max() > 0.0
