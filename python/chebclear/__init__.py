@@ -5,6 +5,7 @@ every output when parameters are only known to lie in intervals. Units are SI wi
 """
 
 from . import mechanisms
+from .accuracy import ErrorEstimate
 from .errors import ChebclearError, ChebclearWarning, Problem, SceneError, SimulationError
 from .mechanisms import hertz_stiffness
 from .plot import (
@@ -14,7 +15,9 @@ from .plot import (
     plot_spectrogram,
     plot_trajectory,
 )
+from .plot_costs import plot_study_tradeoff, plot_tradeoff
 from .quantities import Interval, interval, rpm
+from .recommend import Recommendation
 from .records import package_version
 from .results import BoundErrors, Comparison, StudyResult, compare
 from .scene import (
@@ -36,7 +39,9 @@ from .scene import (
 )
 from .simulation import Events, Settings, Stats, Trajectory, simulate
 from .study import Study
+from .study_tradeoff import StudyTradeoff, StudyTradeoffPoint
 from .surrogate import Band, Surrogate
+from .tradeoff import Tradeoff, TradeoffPoint, tradeoff
 
 __version__ = package_version()
 
@@ -48,6 +53,7 @@ __all__ = [
     "ChebclearWarning",
     "ClearanceRevolute",
     "Comparison",
+    "ErrorEstimate",
     "Events",
     "Fixed",
     "Flores",
@@ -60,6 +66,7 @@ __all__ = [
     "ModifiedCoulomb",
     "Prismatic",
     "Problem",
+    "Recommendation",
     "Revolute",
     "Scene",
     "SceneError",
@@ -70,7 +77,11 @@ __all__ = [
     "Stats",
     "Study",
     "StudyResult",
+    "StudyTradeoff",
+    "StudyTradeoffPoint",
     "Surrogate",
+    "Tradeoff",
+    "TradeoffPoint",
     "Trajectory",
     "__version__",
     "compare",
@@ -81,7 +92,10 @@ __all__ = [
     "plot_orbit",
     "plot_sensitivity",
     "plot_spectrogram",
+    "plot_study_tradeoff",
+    "plot_tradeoff",
     "plot_trajectory",
     "rpm",
     "simulate",
+    "tradeoff",
 ]

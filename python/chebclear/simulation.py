@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core, records
+from .accuracy import ErrorEstimate
 from .checks import Checks, did_you_mean
 from .errors import ChebclearWarning, SimulationError
 from .progress import bar, is_request
@@ -34,6 +35,15 @@ MAX_EVENTS = 1_000_000
 LEAST_RTOL, MOST_RTOL = 1e-13, 0.1
 MOST_SAMPLES = 10_000_000
 MOST_COUNT = 2**53
+
+# The companion run of an error estimate has the tolerance of the run divided by this.
+_COMPANION = 10.0
+# Share of the work that is the run itself; a tenth of the tolerance costs about 1.6 times as much.
+_OWN_SHARE = 0.4
+
+# How the fields of an error estimate are written to a file.
+_ERROR_ARRAYS = ("max_difference", "ranges", "horizon")
+_ERROR_FACTS = ("rtol", "status", "compared_until")
 
 
 @dataclass(frozen=True)
@@ -210,6 +220,8 @@ class Trajectory(records.ArrayRecord):
     """How the simulation was run."""
     scene: Scene
     """What was simulated."""
+    error: ErrorEstimate | None = None
+    """Errors estimated by a companion run; None unless asked for."""
 
     @property
     def success(self) -> bool:
@@ -274,7 +286,7 @@ class Trajectory(records.ArrayRecord):
         """
         arrays = {"t": self.t, "values": self.values}
         arrays |= {f"events_{name}": array for name, array in vars(self.events).items()}
-        facts = {
+        facts: dict[str, Any] = {
             "columns": self.columns,
             "stats": dataclasses.asdict(self.stats),
             "status": self.status,
@@ -285,6 +297,9 @@ class Trajectory(records.ArrayRecord):
             "settings": dataclasses.asdict(self.settings),
             "scene": json.loads(self.scene.to_json()),
         }
+        if self.error is not None:
+            arrays |= {f"error_{name}": getattr(self.error, name) for name in _ERROR_ARRAYS}
+            facts["error"] = {name: getattr(self.error, name) for name in _ERROR_FACTS}
         return records.save(path, "trajectory", arrays, facts)
 
     @classmethod
@@ -307,9 +322,13 @@ class Trajectory(records.ArrayRecord):
         """
         arrays, facts = records.load(path, "trajectory")
         names = [item.name for item in dataclasses.fields(Events)]
+        columns, error = tuple(facts["columns"]), None
+        if "error" in facts:
+            known = {name: arrays[f"error_{name}"] for name in _ERROR_ARRAYS}
+            error = ErrorEstimate(columns=columns, **known, **facts["error"])
         return cls(
             t=arrays["t"],
-            columns=tuple(facts["columns"]),
+            columns=columns,
             values=arrays["values"],
             events=Events(**{name: arrays[f"events_{name}"] for name in names}),
             stats=Stats(**facts["stats"]),
@@ -320,6 +339,7 @@ class Trajectory(records.ArrayRecord):
             warnings=tuple(facts["warnings"]),
             settings=Settings.from_dict(facts["settings"]),
             scene=Scene.from_json(json.dumps(facts["scene"])),
+            error=error,
         )
 
 
@@ -344,11 +364,12 @@ def simulate(
     velocity_tolerance: float | None = None,
     progress: bool | Callable[[float], None] | None = None,
     on_failure: Literal["raise", "return"] = "raise",
+    error: Literal["estimate"] | None = None,
 ) -> Trajectory:
     """Simulate a scene from its assembled position.
 
     Contacts make trajectories chaotic: the error doubles every few changes of contact, so a tolerance buys
-    accuracy over a limited time only.
+    accuracy over a limited time only. ``error="estimate"`` tells how much and how long.
 
     Parameters
     ----------
@@ -374,6 +395,9 @@ def simulate(
         True shows a bar if standard error is a terminal; a callable gets the share that is done, from 0 to 1.
     on_failure : {"raise", "return"}
         Whether a run that fails raises or returns what it has, with its `Trajectory.status`.
+    error : {"estimate"}, optional
+        Simulate once more at a tenth of all tolerances and say in `Trajectory.error` how far each output
+        differs, and from when on by more than 1 % of its range. Costs about 1.6 times the run itself.
 
     Returns
     -------
@@ -406,14 +430,58 @@ def simulate(
     if not is_request(progress):
         checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
     checks.word("on_failure", on_failure, ("raise", "return"))
+    if error is not None:
+        checks.word("error", error, ("estimate",))
+        if settings.rtol < _COMPANION * LEAST_RTOL:
+            checks.add(
+                f'error="estimate" needs an rtol >= {_COMPANION * LEAST_RTOL:g} for its companion run, '
+                f"got {rtol!r}"
+            )
     checks.finish()
     settings.require_outputs_of(scene)
 
     with _reporter(progress) as report:
-        run = _core.simulate(scene.to_json(), settings.to_json(), report)
-    warn_once(run["warnings"], stacklevel=3)
+        own = _share(report, 0.0, 1.0 if error is None else _OWN_SHARE)
+        trajectory = run_scene(scene, settings, own)
+        if error is not None and (trajectory.success or on_failure == "return"):
+            companion = run_scene(scene, _tightened(settings), _share(report, _OWN_SHARE, 1.0))
+            trajectory = dataclasses.replace(trajectory, error=_estimate(trajectory, companion))
+    warn_once(trajectory.warnings, stacklevel=3)
+    if not trajectory.success and on_failure == "raise":
+        failure = SimulationError(
+            trajectory.status, trajectory.end_time, trajectory.joint, message=trajectory.message
+        )
+        failure.trajectory = trajectory
+        raise failure
+    return trajectory
+
+
+def run_scene(
+    scene: Scene, settings: Settings, report: Callable[[float], None] | None = None
+) -> Trajectory:
+    """Simulate with settings that were checked; neither warns nor raises when the run fails.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to simulate.
+    settings : Settings
+        How.
+    report : callable, optional
+        Gets the share that is done, from 0 to 1.
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    SceneError
+        If the scene is wrong.
+    """
+    run = _core.simulate(scene.to_json(), settings.to_json(), report)
     events = run["events"]
-    trajectory = Trajectory(
+    return Trajectory(
         t=run["t"],
         columns=tuple(run["columns"]),
         values=run["values"],
@@ -432,11 +500,39 @@ def simulate(
         settings=settings,
         scene=scene,
     )
-    if not trajectory.success and on_failure == "raise":
-        error = SimulationError(run["status"], run["time"], run["joint"], message=run["message"])
-        error.trajectory = trajectory
-        raise error
-    return trajectory
+
+
+def _tightened(settings: Settings) -> Settings:
+    """The settings of a companion run: a tenth of all tolerances."""
+
+    def tenth(tolerance: float | None) -> float | None:
+        return None if tolerance is None else tolerance / _COMPANION
+
+    return dataclasses.replace(
+        settings,
+        rtol=settings.rtol / _COMPANION,
+        position_tolerance=tenth(settings.position_tolerance),
+        velocity_tolerance=tenth(settings.velocity_tolerance),
+    )
+
+
+def _estimate(run: Trajectory, companion: Trajectory) -> ErrorEstimate:
+    return ErrorEstimate.between(
+        run.columns,
+        run.t,
+        run.values,
+        companion.values,
+        rtol=companion.settings.rtol,
+        status=companion.status,
+        compared_until=min(run.end_time, companion.end_time),
+    )
+
+
+def _share(
+    report: Callable[[float], None] | None, start: float, end: float
+) -> Callable[[float], None] | None:
+    """A report of the part of the work that goes from one share of all to another."""
+    return None if report is None else lambda share: report(start + (end - start) * share)
 
 
 def warn_once(messages: Iterable[str], stacklevel: int) -> None:

@@ -21,12 +21,17 @@ PYTHON_ORDER = [
     "progress",
     "scene",
     "mechanisms",
+    "accuracy",
     "surrogate",
     "simulation",
     "results",
     "study",
     "plot",
+    "plot_costs",
     "report",
+    "recommend",
+    "tradeoff",
+    "study_tradeoff",
     "paper",
     "paper_figures",
     "paper_output",
@@ -34,7 +39,12 @@ PYTHON_ORDER = [
     "__main__",
 ]
 # Imports against the order that methods make when they are called, for the convenience of the user.
-PYTHON_EXCEPTIONS = {("scene", "_core"), ("simulation", "plot"), ("surrogate", "plot")}
+PYTHON_EXCEPTIONS = {
+    ("scene", "_core"),
+    ("simulation", "plot"),
+    ("surrogate", "plot"),
+    ("study", "study_tradeoff"),
+}
 USES_CORE = {"simulation", "surrogate", "study"}
 USES_MATPLOTLIB = {"plot", "paper_figures"}
 
