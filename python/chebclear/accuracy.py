@@ -52,7 +52,9 @@ def output_ranges(columns: Sequence[str], values: Array) -> tuple[Array, Array]:
     ranges[known] = np.nanmax(finite[:, known], axis=0) - np.nanmin(finite[:, known], axis=0)
     sizes[known] = np.nanmax(np.abs(finite[:, known]), axis=0)
     kinds = [_kind(name) for name in columns]
-    largest = {kind: max(sizes[index] for index, other in enumerate(kinds) if other == kind) for kind in kinds}
+    largest = {
+        kind: max(sizes[index] for index, other in enumerate(kinds) if other == kind) for kind in kinds
+    }
     rounding = ROUNDING_PART * np.array([largest[kind] for kind in kinds])
     ranges = np.where(ranges > rounding, ranges, 0.0)
     return ranges, np.maximum(HORIZON_PART * ranges, rounding)
@@ -122,7 +124,7 @@ class ErrorEstimate(records.ArrayRecord):
     horizon: Array
     """First sample that differs by more than 1 % of the range [s], shape (columns,); infinity if none."""
     rtol: float
-    """Relative tolerance of the companion run [-]."""
+    """Relative tolerance of the companion run [-]: a tenth of the run's, or less if that changed no step."""
     status: str
     """``"done"``, or the word for why the companion run ended early."""
     compared_until: float

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .accuracy import HORIZON_PART
 from .plot import _axes, _line_style, column_unit
 
 if TYPE_CHECKING:
@@ -36,8 +37,9 @@ def plot_tradeoff(
     """Draw cost against error on logarithmic axes, one line a method.
 
     The area left of the uncertainty of the reference is grey: points that end there are hollow, drawn at the
-    largest error they may have. A run that failed has no error; it is a cross at the right edge, at what it
-    cost until then, with its status in the legend.
+    largest error they may have. Right of the dashed line the runs have passed the chaos horizon: they differ
+    by more than 1 % of the range of the output. A run that failed has no error; it is a cross at the right
+    edge, at what it cost until then, with its status in the legend.
 
     Parameters
     ----------
@@ -95,8 +97,8 @@ def plot_tradeoff(
             leftmost = min(leftmost, errors[-1])
             costs.append(price)
             hollow.append(unresolved)
-        style = {"marker": _MARKERS[index % len(_MARKERS)], "markersize": 4.5, "color": colour}
-        style = _line_style(line, linewidth=1.0, label=method, **style)
+        marker = {"marker": _MARKERS[index % len(_MARKERS)], "markersize": 4.5, "color": colour}
+        style = _line_style(line, linewidth=1.0, label=method, **marker)
         ax.plot(errors, costs, **style)
         for error, price in ((x, y) for x, y, open_ in zip(errors, costs, hollow, strict=True) if open_):
             ax.plot(error, price, **{**style, "markerfacecolor": "white", "label": None, "linestyle": "none"})
@@ -110,6 +112,9 @@ def plot_tradeoff(
             color=colour,
             label=f"{method} at rtol {rtol:g}: {status}",
         )
+    if scale > 0.0:
+        label = f"{100.0 * HORIZON_PART:g} % of the range: parted, past the chaos horizon"
+        ax.axvline(HORIZON_PART * scale, color="0.4", linewidth=0.8, linestyle="--", label=label)
     if uncertainty > 0.0:
         # The grey area is seen, but does not push the points aside.
         ax.set_xlim(left=0.3 * leftmost)

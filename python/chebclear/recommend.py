@@ -70,17 +70,29 @@ def largest_error(t: Array, growth: Array, until: float | None) -> Array:
     return growth[:, min(index, len(t) - 1)]
 
 
-def in_words(time: float) -> str:
-    """A time with three significant digits and a fitting unit.
+def in_words(time: float, digits: int = 3) -> str:
+    """A time [s] with some significant digits and a fitting unit.
 
     Examples
     --------
-    >>> in_words(0.0314), in_words(2.0), in_words(5e-6)
-    ('31.4 ms', '2 s', '5 µs')
+    >>> in_words(0.0314), in_words(2.0), in_words(5.123e-6, 2)
+    ('31.4 ms', '2 s', '5.1 µs')
     """
     if time >= 1.0 or time == 0.0:
-        return f"{time:.3g} s"
-    return f"{1e3 * time:.3g} ms" if time >= 1e-3 else f"{1e6 * time:.3g} µs"
+        return f"{time:.{digits}g} s"
+    return f"{1e3 * time:.{digits}g} ms" if time >= 1e-3 else f"{1e6 * time:.{digits}g} µs"
+
+
+def power(number: float) -> str:
+    """A positive number as people write tolerances.
+
+    Examples
+    --------
+    >>> power(1e-3), power(2.5e-10), power(0.02)
+    ('1e-3', '2.5e-10', '2e-2')
+    """
+    digits, exponent = f"{number:.3e}".split("e")
+    return f"{float(digits):g}e{int(exponent)}"
 
 
 def recommendation(
@@ -124,7 +136,7 @@ def recommendation(
     if good:
         best = min(good, key=lambda point: (_cost(point, cost), point.rtol))
         text = (
-            f"rtol {best.rtol:g} with {best.method}: {_shown_amounts(result, errors(best), bound)} over "
+            f"rtol {power(best.rtol)} with {best.method}: {_shown_amounts(result, errors(best), bound)} over "
             f"{_span(result, span)}, {_price(best, cost)} a run"
         )
         if until is None and span < result.duration:
@@ -138,15 +150,18 @@ def recommendation(
     shown = errors(closest)
     text = (
         f"no setting measured is accurate enough over {_span(result, span)}; the nearest, rtol "
-        f"{closest.rtol:g} with {closest.method}, has {_shown_amounts(result, shown, bound)}"
+        f"{power(closest.rtol)} with {closest.method}, has {_shown_amounts(result, shown, bound)}"
     )
     if np.all(shown <= bound):
         text += ", but a tighter one of the same method has not: that is luck"
-    shorter = next(
-        (float(t) for t in result.t[::-1] if result.t[0] < t < span and _settings_within(result, bound, t)), None
-    )
-    if shorter is not None:
-        text += f"; over {in_words(shorter)} there is one"
+    for instant in result.t[-1:0:-1]:
+        shorter = _settings_within(result, bound, instant) if instant < span else []
+        if shorter:
+            best = min(shorter, key=lambda point: (_cost(point, cost), point.rtol))
+            text += (
+                f"; over the first {in_words(instant)} rtol {power(best.rtol)} with {best.method} is enough"
+            )
+            break
     return answer(None, shown, text)
 
 
@@ -190,7 +205,7 @@ def _cost(point: TradeoffPoint, cost: str) -> float:
 
 
 def _price(point: TradeoffPoint, cost: str) -> str:
-    return in_words(point.seconds) if cost == "seconds" else f"{int(_cost(point, cost))} {cost}"
+    return in_words(point.seconds, 2) if cost == "seconds" else f"{int(_cost(point, cost))} {cost}"
 
 
 def _span(result: Tradeoff, span: float) -> str:

@@ -53,13 +53,13 @@ class StudyTradeoffPoint(records.ArrayRecord):
     status: str
     """``"done"``, or the word for why one of the runs failed."""
     width_error: Array
-    """Relative error of the width, mean over time [-], shape (outputs,); above 0 too wide, below too narrow."""
+    """Relative error of the width, mean over time [-], shape (outputs,): positive if too wide."""
     containment: Array
     """Share of the samples of the hold-out runs that are within the bounds [-], shape (outputs,)."""
     escape: Array
     """Largest distance of a hold-out run from the bounds over the largest width [-], shape (outputs,)."""
     fit_error: Array
-    """Largest error of the polynomial at the hold-out runs over the largest width [-]; NaN for a scan."""
+    """Largest error of the polynomial at the hold-out runs over the largest width [-]; NaN without one."""
 
     def __str__(self) -> str:
         if self.degree is None:
@@ -146,11 +146,12 @@ class StudyTradeoff(records.ArrayRecord):
         best = min(good, key=lambda point: (point.runs, float(np.max(np.abs(point.width_error)))))
         worst = int(np.argmax(np.abs(best.width_error)))
         kind = "wide" if best.width_error[worst] >= 0.0 else "narrow"
+        error = 100.0 * abs(float(best.width_error[worst]))
+        inside = 100.0 * float(np.min(best.containment))
         return StudyRecommendation(
             best,
-            f"{best} with {best.runs} runs: {self.outputs[worst]} {100.0 * abs(best.width_error[worst]):.2g} % too "
-            f"{kind} on average, {100.0 * float(np.min(best.containment)):.4g} % of {self.holdout} hold-out runs "
-            f"inside, {format_number(best.seconds, 2)} s",
+            f"{best} with {best.runs} runs: {self.outputs[worst]} {error:.2g} % too {kind} on average, "
+            f"{inside:.4g} % of {self.holdout} hold-out runs inside, {format_number(best.seconds, 2)} s",
         )
 
     def table(self) -> str:
@@ -297,9 +298,7 @@ def measure(
     halves = np.array([np.mean(np.ptp(values[half], axis=0)) for values in runs.values()])
     return StudyTradeoff(
         outputs=outputs,
-        points=tuple(
-            point for setting in settings for point in _points(setting, probes, reference, study)
-        ),
+        points=tuple(point for setting in settings for point in _points(setting, probes, reference, study)),
         holdout=len(probes.parameters),
         reference_runs=count,
         reference_width=widths,
@@ -369,7 +368,7 @@ def _points(
             width_error=numbers[0],
             containment=numbers[1],
             escape=numbers[2],
-            fit_error=fits,
+            fit_error=unknown if bounds == "sampled" else fits,
         )
 
 
@@ -400,9 +399,7 @@ def _fit_error(band: Band, probes: StudyResult, width: float) -> float:
     return float(_relative(np.max(np.abs(values - probes[band.name].runs)), width))
 
 
-def _judge(
-    lower: Array, upper: Array, least: Array, most: Array, runs: Array
-) -> tuple[float, float, float]:
+def _judge(lower: Array, upper: Array, least: Array, most: Array, runs: Array) -> tuple[float, float, float]:
     """Width error, containment and escape of bounds against the reference and the hold-out runs [-]."""
     width = float(np.max(most - least))
     outside = np.maximum(lower - runs, runs - upper)

@@ -22,7 +22,7 @@ from .checks import Checks
 from .errors import SimulationError
 from .plot import column_unit
 from .progress import bar, is_request
-from .recommend import Recommendation, in_words, largest_error
+from .recommend import Recommendation, in_words, largest_error, power
 from .report import format_number, format_table, markdown_table
 from .scene import Scene
 from .simulation import (
@@ -92,8 +92,8 @@ class Tradeoff(records.ArrayRecord):
     """Accuracy against cost of one scene; ``result["rodas4", 1e-6]`` is that `TradeoffPoint`.
 
     Errors are differences from the run `reference`, which has an error itself: `check`, a run of another
-    method as tight, tells how much. A difference that is not above twice theirs is no measurement of an error,
-    only a bound, shown with "≤". All of it is about the solution of the equations, not about the model.
+    method as tight, tells how much. A difference that is not above twice theirs is no measurement of an
+    error, only a bound, shown with "≤". All of it is about the solution of the equations, not of the model.
     """
 
     outputs: tuple[str, ...]
@@ -216,7 +216,7 @@ class Tradeoff(records.ArrayRecord):
 
     def describe_reference(self) -> str:
         """One sentence on what the errors were measured against and how far that is known."""
-        pair = f"{self.reference.method} and {self.check.method} at rtol {self.reference.rtol:g}"
+        pair = f"{self.reference.method} and {self.check.method} at rtol {power(self.reference.rtol)}"
         differences = ", ".join(
             f"{name} by {_with_unit(self.uncertainty(name), name)}" for name in self._shown_outputs()
         )
@@ -253,7 +253,7 @@ class Tradeoff(records.ArrayRecord):
     def _row(self, point: TradeoffPoint, spans: list[float], few: bool, failures: bool) -> list[str]:
         stats = point.stats
         counts = (stats.steps, stats.rejected, stats.stages, stats.evaluations, stats.events)
-        row = [point.method, f"{point.rtol:g}", *map(str, counts), format_number(1e3 * point.seconds, 2)]
+        row = [point.method, power(point.rtol), *map(str, counts), format_number(1e3 * point.seconds, 2)]
         for span in spans:
             errors = largest_error(self.t, point.growth, span)
             uncertain = largest_error(self.t, self.check.growth, span)
@@ -443,7 +443,8 @@ def tradeoff(
     repeats : int
         How often each setting is run to find its least time [-].
     max_steps, max_events : int
-        Accepted steps and changes of contact after which a run is given up [-].
+        Accepted steps and changes of contact after which a measured run is given up [-]; the two tight runs
+        have the usual limits.
     progress : True or callable, optional
         True shows a bar if standard error is a terminal; a callable gets the runs done and the runs in all.
 
@@ -513,9 +514,10 @@ def tradeoff(
                 report(next(done), total)
             return trajectory, seconds
 
-        reference, reference_seconds = run(settings)
+        tight = dataclasses.replace(settings, max_steps=MAX_STEPS, max_events=MAX_EVENTS)
+        reference, reference_seconds = run(tight)
         _require_success(reference)
-        check, check_seconds = run(dataclasses.replace(settings, method=REFERENCE_METHODS[1]))
+        check, check_seconds = run(dataclasses.replace(tight, method=REFERENCE_METHODS[1]))
         _require_success(check)
         warn_once(reference.warnings, stacklevel=3)
         ranges, thresholds = output_ranges(reference.columns, reference.values)
@@ -534,12 +536,14 @@ def tradeoff(
                 growth=np.maximum.accumulate(np.abs(difference), axis=0)[kept].T.copy(),
             )
 
-        points = []
-        for choice in choices:
-            trajectory, seconds = run(choice)
-            for _ in range(count - 1):
-                seconds = min(seconds, run(choice)[1])
-            points.append(measured(trajectory, seconds))
+        points = [measured(*run(choice)) for choice in choices]
+        # In rounds, so that a machine that is busy for a while does not spoil all repeats of one setting.
+        seconds = [point.seconds for point in points]
+        for _ in range(count - 1):
+            seconds = [min(best, run(choice)[1]) for best, choice in zip(seconds, choices, strict=True)]
+        points = [
+            dataclasses.replace(point, seconds=best) for point, best in zip(points, seconds, strict=True)
+        ]
     return Tradeoff(
         outputs=reference.columns,
         ranges=ranges,
@@ -575,18 +579,18 @@ def _checked_tolerances(checks: Checks, rtols: object, reference_rtol: float) ->
     # A reference as loose as what it judges judges nothing; 9 and not 10 for the sake of rounding.
     tight = [rtol for rtol in tolerances if rtol < 9.0 * reference_rtol]
     if tight:
-        checks.add(f"rtols must be at least 10 times reference_rtol = {reference_rtol:g}, got {tight}")
+        checks.add(f"rtols must be at least 10 times reference_rtol = {power(reference_rtol)}, got {tight}")
     return sorted(tolerances, reverse=True)
 
 
 def _require_success(run: Trajectory) -> None:
     if not run.success:
-        error = SimulationError(run.status, run.end_time, run.joint, message=run.message)
-        error.trajectory = run
-        error.add_note(
-            f"This was a reference run, {run.settings.method} at rtol {run.settings.rtol:g}; shorten the duration "
-            "or loosen reference_rtol."
+        message = (
+            f"{run.message}, in the reference run ({run.settings.method}, rtol "
+            f"{power(run.settings.rtol)}); a shorter duration or a looser reference_rtol may help"
         )
+        error = SimulationError(run.status, run.end_time, run.joint, message=message)
+        error.trajectory = run
         raise error
 
 

@@ -31,6 +31,7 @@ PYTHON_ORDER = [
     "report",
     "recommend",
     "tradeoff",
+    "tradeoff_output",
     "study_tradeoff",
     "paper",
     "paper_figures",
@@ -46,7 +47,7 @@ PYTHON_EXCEPTIONS = {
     ("study", "study_tradeoff"),
 }
 USES_CORE = {"simulation", "surrogate", "study"}
-USES_MATPLOTLIB = {"plot", "paper_figures"}
+USES_MATPLOTLIB = {"plot", "paper_figures", "tradeoff_output"}
 
 # A Rust module may import only those that stand before it in its own chain; the chains meet in python.rs.
 PHYSICS_ORDER = [
