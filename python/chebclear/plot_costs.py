@@ -78,7 +78,7 @@ def plot_tradeoff(
     if uncertainty > 0.0:
         label = f"the reference is not known better: {uncertainty:.1e} {column_unit(name)}".rstrip()
         ax.axvspan(least, uncertainty, color="0.9", linewidth=0.0, label=label)
-    failures = []
+    failures: dict[tuple[str, str, str], list[float]] = {}
     leftmost = uncertainty
     methods = list(dict.fromkeys(point.method for point in result.points))
     for index, method in enumerate(methods):
@@ -90,27 +90,29 @@ def plot_tradeoff(
             price = point.seconds if cost == "seconds" else float(getattr(point.stats, cost))
             error = result.error(point, name, until)
             if not point.success or math.isnan(error):
-                failures.append((method, point.rtol, point.status, price, colour))
+                failures.setdefault((method, point.status, colour), []).append(price)
                 continue
             unresolved = error <= 2.0 * uncertainty
             errors.append(max(error + uncertainty if unresolved else error, least))
             leftmost = min(leftmost, errors[-1])
             costs.append(price)
             hollow.append(unresolved)
+        if not errors:
+            continue
         marker = {"marker": _MARKERS[index % len(_MARKERS)], "markersize": 4.5, "color": colour}
         style = _line_style(line, linewidth=1.0, label=method, **marker)
         ax.plot(errors, costs, **style)
         for error, price in ((x, y) for x, y, open_ in zip(errors, costs, hollow, strict=True) if open_):
             ax.plot(error, price, **{**style, "markerfacecolor": "white", "label": None, "linestyle": "none"})
-    for method, rtol, status, price, colour in failures:
+    for (method, status, colour), prices in failures.items():
         ax.plot(
-            0.98,
-            price,
+            np.full(len(prices), 0.98),
+            prices,
             transform=ax.get_yaxis_transform(),
             marker="x",
             linestyle="none",
             color=colour,
-            label=f"{method} at rtol {rtol:g}: {status}",
+            label=f"{method}, {len(prices)} failed: {status}",
         )
     if scale > 0.0:
         label = f"{100.0 * HORIZON_PART:g} % of the range: parted, past the chaos horizon"

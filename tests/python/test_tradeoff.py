@@ -276,7 +276,7 @@ def test_runs_that_fail_stay_in_the_table():
     assert result.to_dict()["status"] == ["done", "max_steps"]
     assert result.recommendation(0.5).point is loose
     ax = result.plot("bob.angle")
-    assert "rodas4 at rtol 1e-08: max_steps" in [text.get_text() for text in ax.get_legend().get_texts()]
+    assert "rodas4, 1 failed: max_steps" in [text.get_text() for text in ax.get_legend().get_texts()]
 
 
 def test_a_reference_that_fails_is_an_error(monkeypatch):
