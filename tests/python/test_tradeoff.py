@@ -208,6 +208,25 @@ def test_each_warning_comes_once():
     assert {warning.filename for warning in caught} == {__file__}
 
 
+@pytest.mark.parametrize("friction", [1.0, 0.04, None])
+def test_a_contact_that_creeps_is_warned_of_once(friction):
+    law = None if friction is None else cc.ModifiedCoulomb(friction, 0.75 * friction, 1e-3, 1.5e-3)
+    scene = cc.mechanisms.slider_crank(friction=law)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        run = cc.simulate(scene, 0.03, 3001, outputs=["wrist.contact", "wrist.sliding_velocity"])
+    messages = [str(warning.message) for warning in caught if "creeps" in str(warning.message)]
+    # Counted on samples, which knows nothing of the steps.
+    pressed = run["wrist.contact"] > 0.0
+    share = np.mean(np.abs(run["wrist.sliding_velocity"][pressed]) < 1e-3)
+    if friction == 1.0:
+        assert len(messages) == 1 and messages[0].startswith('joint "wrist"')
+        said = float(messages[0].split("for ")[1].split(" %")[0])
+        assert said == pytest.approx(100.0 * share, abs=2.0) and share > 0.2
+    else:
+        assert messages == [] and share < 0.1
+
+
 # --- measured on a scene --------------------------------------------------------------------------------
 
 
