@@ -138,15 +138,18 @@ class StudyTradeoff(records.ArrayRecord):
         good = [
             point
             for point in self.points
-            if np.all(np.abs(point.width_error) <= width_error) and np.all(point.containment >= containment)
+            if point.status == "done"
+            # An output that does not change has no width to be wrong: its error is NaN.
+            and not np.any(np.abs(point.width_error) > width_error)
+            and np.all(point.containment >= containment)
         ]
         if not good:
             limits = f"widths within {100.0 * width_error:.3g} % and {100.0 * containment:.4g} % inside"
             return StudyRecommendation(None, f"no bounds measured have {limits} for every output")
-        best = min(good, key=lambda point: (point.runs, float(np.max(np.abs(point.width_error)))))
-        worst = int(np.argmax(np.abs(best.width_error)))
-        kind = "wide" if best.width_error[worst] >= 0.0 else "narrow"
-        error = 100.0 * abs(float(best.width_error[worst]))
+        best = min(good, key=lambda point: (point.runs, float(np.max(_sizes(point.width_error)))))
+        worst = int(np.argmax(_sizes(best.width_error)))
+        kind = "narrow" if best.width_error[worst] < 0.0 else "wide"
+        error = 100.0 * float(_sizes(best.width_error)[worst])
         inside = 100.0 * float(np.min(best.containment))
         return StudyRecommendation(
             best,
@@ -409,6 +412,11 @@ def _judge(lower: Array, upper: Array, least: Array, most: Array, runs: Array) -
         float(np.mean(outside <= _SLACK * width)),
         float(_relative(max(np.max(outside), 0.0), width)),
     )
+
+
+def _sizes(errors: Array) -> Array:
+    """Absolute values; 0 for what has none."""
+    return np.nan_to_num(np.abs(errors), nan=0.0)
 
 
 def _relative(difference: Any, scale: Any) -> Any:

@@ -602,6 +602,31 @@ def test_the_cheapest_bounds_that_are_good_enough_are_taken(fall):
         fall.recommendation(containment=1.5)
 
 
+def test_an_output_that_does_not_change_is_no_obstacle():
+    study = cc.Study(
+        faller, {"gravity": cc.interval(9.0, 10.0)}, ["block.x", "block.y"], duration=0.5, samples=11
+    )
+    result = study.tradeoff(degrees=[1], points=[], holdout=5)
+    assert result.reference_width[0] == 0.0 and math.isnan(result.points[0].width_error[0])
+    assert result.recommendation().point.degree == 1
+
+
+def test_a_motion_that_is_prescribed_has_no_error():
+    crank = cc.Scene(
+        [cc.Body("crank", 1.0, 0.1, center_of_mass=(0.1, 0.0))],
+        [cc.Revolute("pivot", "ground", "crank")],
+        [],
+        [cc.Speed("motor", "pivot", 3.0)],
+    )
+    result = cc.tradeoff(crank, 1.0, 11, rtols=[1e-3, 1e-6], repeats=1)
+    assert all(not point.growth.any() and np.all(point.horizon == math.inf) for point in result)
+    assert result.recommendation().point is not None and "≤ 0" in str(result)
+    constant = cc.tradeoff(crank, 1.0, 11, ["crank.angular_velocity"], rtols=[1e-3], repeats=1)
+    assert "all outputs constant" in str(constant.recommendation())
+    for made in (result, constant):
+        made.plot().figure.canvas.draw()
+
+
 def test_study_results_are_tables_plots_and_values(fall):
     lines = fall.table().splitlines()
     assert len(lines) == 2 + len(fall) == len(str(fall).splitlines())
