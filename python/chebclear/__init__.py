@@ -41,7 +41,8 @@ from .simulation import Events, Settings, Stats, Trajectory, simulate
 from .study import Study
 from .study_tradeoff import StudyTradeoff, StudyTradeoffPoint
 from .surrogate import Band, Surrogate
-from .tradeoff import Tradeoff, TradeoffPoint, tradeoff
+from .tradeoff import tradeoff
+from .tradeoff_result import Tradeoff, TradeoffPoint
 
 __version__ = package_version()
 

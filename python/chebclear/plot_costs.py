@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from .study_tradeoff import StudyTradeoff
-    from .tradeoff import Tradeoff
+    from .tradeoff_result import Tradeoff
 
 _MARKERS = "osD^vP*X"
 _COSTS = {

@@ -16,7 +16,7 @@ from .plot import column_unit
 from .report import format_number
 
 if TYPE_CHECKING:
-    from .tradeoff import Tradeoff, TradeoffPoint
+    from .tradeoff_result import Tradeoff, TradeoffPoint
 
 Array = NDArray[np.float64]
 

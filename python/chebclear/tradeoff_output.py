@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from .plot_costs import plot_tradeoff
 from .recommend import Recommendation
 from .records import complete_folder
-from .tradeoff import Tradeoff
+from .tradeoff_result import Tradeoff
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -30,6 +30,7 @@ PYTHON_ORDER = [
     "plot_costs",
     "report",
     "recommend",
+    "tradeoff_result",
     "tradeoff",
     "tradeoff_output",
     "study_tradeoff",

@@ -16,7 +16,7 @@ from chebclear import cli, plot_costs, tradeoff_output
 from chebclear.accuracy import chaos_horizon, output_ranges
 from chebclear.errors import SimulationError
 from chebclear.simulation import METHODS, Stats
-from chebclear.tradeoff import format_error
+from chebclear.tradeoff_result import format_error
 from matplotlib.figure import Figure
 
 GRAVITY, LENGTH = 9.81, 0.3  # [m/s^2], [m]
