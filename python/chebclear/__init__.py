@@ -5,6 +5,7 @@ every output when parameters are only known to lie in intervals. Units are SI wi
 """
 
 from . import mechanisms
+from .accuracy import ErrorEstimate
 from .drawing import plot_scene
 from .errors import ChebclearError, ChebclearWarning, Problem, SceneError, SimulationError
 from .mechanisms import hertz_stiffness
@@ -15,7 +16,9 @@ from .plot import (
     plot_spectrogram,
     plot_trajectory,
 )
+from .plot_costs import plot_study_tradeoff, plot_tradeoff
 from .quantities import Interval, interval, rpm
+from .recommend import Recommendation
 from .records import package_version
 from .results import BoundErrors, Comparison, StudyResult, compare
 from .scene import (
@@ -48,9 +51,14 @@ from .scene import (
     TorsionDamper,
     TorsionSpring,
 )
-from .simulation import Contacts, EndState, Events, Settings, Stats, Trajectory, simulate
+from .settings import Settings
+from .simulation import simulate
 from .study import Study
+from .study_tradeoff import StudyTradeoff, StudyTradeoffPoint
 from .surrogate import Band, Surrogate
+from .tradeoff import tradeoff
+from .tradeoff_result import Tradeoff, TradeoffPoint
+from .trajectory import Contacts, EndState, Events, Stats, Trajectory
 
 __version__ = package_version()
 
@@ -67,6 +75,7 @@ __all__ = [
     "Contacts",
     "Damper",
     "EndState",
+    "ErrorEstimate",
     "Events",
     "Fixed",
     "Flores",
@@ -84,6 +93,7 @@ __all__ = [
     "Polynomial",
     "Prismatic",
     "Problem",
+    "Recommendation",
     "Revolute",
     "Scene",
     "SceneError",
@@ -95,11 +105,15 @@ __all__ = [
     "Stats",
     "Study",
     "StudyResult",
+    "StudyTradeoff",
+    "StudyTradeoffPoint",
     "Surrogate",
     "Table",
     "Torque",
     "TorsionDamper",
     "TorsionSpring",
+    "Tradeoff",
+    "TradeoffPoint",
     "Trajectory",
     "__version__",
     "compare",
@@ -111,7 +125,10 @@ __all__ = [
     "plot_scene",
     "plot_sensitivity",
     "plot_spectrogram",
+    "plot_study_tradeoff",
+    "plot_tradeoff",
     "plot_trajectory",
     "rpm",
     "simulate",
+    "tradeoff",
 ]

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from .errors import ChebclearError, SceneError
 from .records import package_version
-from .simulation import LEAST_RTOL, MOST_RTOL
+from .settings import LEAST_RTOL, METHODS, MOST_RTOL
 from .study import MOST_THREADS
 
 EXIT_OK = 0
@@ -35,7 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 done, 1 failed, 2 bad scene or bad arguments, 130 interrupted by Ctrl-C.
     """
     try:
-        return _paper(_parser().parse_args(arguments))
+        options = _parser().parse_args(arguments)
+        return int(options.run(options))
     except SceneError as error:
         print(error, file=sys.stderr)
         return EXIT_BAD_INPUT
@@ -48,20 +49,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    from . import paper
-
     parser = argparse.ArgumentParser(
         prog="chebclear",
         description="Dynamics of planar mechanisms with joint clearance and interval parameters.",
     )
     parser.add_argument("--version", action="version", version=f"%(prog)s {package_version()}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    _add_paper(commands)
+    _add_tradeoff(commands)
+    return parser
+
+
+def _add_paper(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    from . import paper
+
     command = commands.add_parser(
         "paper",
         help="compute the case study: tables, figures, arrays",
         description="Compute the slider-crank case study of Xiang, Yan, Wu and Niu (2020): Tables 3 to 5, "
         "the numbers of its text and Figures 4 to 12, as printed in the paper and with corrections.",
     )
+    command.set_defaults(run=_paper)
     command.add_argument(
         "--out",
         type=_directory,
@@ -80,7 +88,74 @@ def _parser() -> argparse.ArgumentParser:
         help=f"relative tolerance of the integrator, {LEAST_RTOL:g} to {MOST_RTOL:g} (default: %(default)g)",
     )
     command.add_argument("--no-figures", action="store_true", help="write the tables and arrays only")
-    return parser
+
+
+def _add_tradeoff(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    from . import paper
+    from .recommend import COSTS
+
+    command = commands.add_parser(
+        "tradeoff",
+        help="measure accuracy against cost on a scene and recommend a setting",
+        description="Simulate a scene with many methods and tolerances, compare with two tight runs, print "
+        "costs, errors and the time until which each run can be believed, and recommend a setting. "
+        "Without a scene: the paper's slider-crank.",
+    )
+    command.set_defaults(run=_tradeoff, usage_error=command.error)
+    command.add_argument(
+        "scene", nargs="?", type=_file, metavar="SCENE.json", help="the scene, as Scene.to_json writes it"
+    )
+    command.add_argument(
+        "--paper", choices=paper.CONVENTIONS, help="which slider-crank to take (default: as_printed)"
+    )
+    command.add_argument(
+        "--duration",
+        type=_positive,
+        metavar="T",
+        help=f"simulated time [s]; needed for a scene (the paper's: {paper.DURATION:g})",
+    )
+    command.add_argument(
+        "--samples",
+        type=int,
+        metavar="N",
+        help=f"number of samples at which errors are measured (default: 1001, the paper's: {paper.SAMPLES})",
+    )
+    command.add_argument(
+        "--outputs",
+        type=_words,
+        metavar="A,B",
+        help=f"outputs of interest (default: all, the paper's: {','.join(paper.OUTPUTS)})",
+    )
+    command.add_argument(
+        "--methods", type=_words, metavar="A,B", help=f"integrators (default: {','.join(METHODS)})"
+    )
+    command.add_argument(
+        "--rtols", type=_tolerances, metavar="X,Y", help="relative tolerances (default: 1e-3 to 1e-8)"
+    )
+    command.add_argument(
+        "--accuracy",
+        type=_positive,
+        default=1e-3,
+        metavar="X",
+        help="error that the recommended setting may have, relative to the range of each output "
+        "(default: %(default)g)",
+    )
+    command.add_argument(
+        "--until",
+        type=_positive,
+        metavar="T",
+        help="time over which it may have it [s] (default: as far as the reference is known well enough)",
+    )
+    command.add_argument(
+        "--cost", choices=COSTS, default="seconds", help="what is to be small (default: %(default)s)"
+    )
+    command.add_argument(
+        "--out",
+        type=_directory,
+        metavar="DIR",
+        help="directory for tradeoff.md, tradeoff.npz and tradeoff.png (default: no files)",
+    )
+    command.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
 
 
 def _paper(options: argparse.Namespace) -> int:
@@ -104,11 +179,81 @@ def _paper(options: argparse.Namespace) -> int:
     return EXIT_OK
 
 
+def _tradeoff(options: argparse.Namespace) -> int:
+    """``chebclear tradeoff``."""
+    from . import paper, tradeoff_output
+    from .mechanisms import slider_crank
+    from .scene import Scene
+    from .tradeoff import RTOLS, tradeoff
+
+    if options.scene is None:
+        scene = slider_crank(convention=options.paper or paper.CONVENTIONS[0])
+        duration, samples, outputs = paper.DURATION, paper.SAMPLES, list(paper.OUTPUTS)
+    elif options.paper is not None:
+        options.usage_error("give either a scene or --paper")
+    elif options.duration is None:
+        options.usage_error("a scene needs --duration")
+    else:
+        scene = Scene.from_json(options.scene.read_text(encoding="utf-8", errors="replace"))
+        duration, samples, outputs = options.duration, 1001, None
+    try:
+        result = tradeoff(
+            scene,
+            options.duration or duration,
+            samples if options.samples is None else options.samples,
+            outputs if options.outputs is None else options.outputs,
+            methods=options.methods,
+            rtols=RTOLS if options.rtols is None else options.rtols,
+            progress=None if options.json else True,
+        )
+        recommendation = result.recommendation(options.accuracy, until=options.until, cost=options.cost)
+    except SceneError:
+        raise
+    except ValueError as error:  # an argument that only the scene can judge, such as an unknown output
+        print(f"chebclear: {error}", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    if options.out is not None:
+        tradeoff_output.write(result, recommendation, options.out)
+    if options.json:
+        print(json.dumps(tradeoff_output.plain(result, recommendation), allow_nan=False))
+        return EXIT_OK
+    print(result)
+    print(f"Recommended: {recommendation}")
+    if options.out is not None:
+        print(f"Wrote {options.out}.")
+    return EXIT_OK
+
+
 def _directory(text: str) -> Path:
     path = Path(text)
     if path.exists() and not path.is_dir():
         raise argparse.ArgumentTypeError(f"must be a directory, {text!r} is a file")
     return path
+
+
+def _file(text: str) -> Path:
+    path = Path(text)
+    if not path.is_file():
+        raise argparse.ArgumentTypeError(f"must be a file, there is none named {text!r}")
+    return path
+
+
+def _words(text: str) -> list[str]:
+    return [word.strip() for word in text.split(",")]
+
+
+def _tolerances(text: str) -> list[float]:
+    return [_tolerance(word) for word in text.split(",")]
+
+
+def _positive(text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not (math.isfinite(number) and number > 0.0):
+        raise argparse.ArgumentTypeError(f"must be a finite number > 0, got {text!r}")
+    return number
 
 
 def _threads(text: str) -> int:

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from .simulation import Trajectory
+    from .trajectory import Trajectory
 
 
 class Problem(NamedTuple):

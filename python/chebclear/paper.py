@@ -25,9 +25,10 @@ from . import mechanisms
 from .errors import ChebclearWarning
 from .results import root_mean_square
 from .scene import Interval, interval, rpm
-from .simulation import Stats, Trajectory, simulate
+from .simulation import simulate
 from .study import Study, StudyResult, compare
 from .surrogate import Band, Surrogate, chebyshev_grid, running_maximum, tensor_grid
+from .trajectory import Stats, Trajectory
 
 Array = NDArray[np.float64]
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from . import paper, paper_figures
 from .paper import CaseStudy, ConventionStudy
+from .records import complete_folder
 from .report import format_number, markdown_table
 from .surrogate import Band
 
@@ -61,20 +61,8 @@ def write(study: CaseStudy, directory: Path, *, figures: bool = True) -> None:
     figures : bool
         Draw the figures, which takes longer than the computations.
     """
-    made = not directory.exists()
-    directory.mkdir(parents=True, exist_ok=True)
-    try:
-        # Inside the directory, not beside it: surely writable and on the same file system.
-        with TemporaryDirectory(prefix=".partial-", dir=directory) as folder:
-            _write_files(study, Path(folder), figures)
-            for source in sorted(Path(folder).rglob("*.*")):
-                target = directory / source.relative_to(folder)
-                target.parent.mkdir(exist_ok=True)
-                source.replace(target)
-    except BaseException:
-        if made and not any(directory.iterdir()):
-            directory.rmdir()
-        raise
+    with complete_folder(directory) as folder:
+        _write_files(study, folder, figures)
 
 
 def _write_files(study: CaseStudy, folder: Path, figures: bool) -> None:

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .simulation import Trajectory
     from .surrogate import Band
+    from .trajectory import Trajectory
 
 Array = NDArray[np.float64]
 

@@ -6,9 +6,11 @@ import dataclasses
 import json
 import os
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 from zipfile import BadZipFile
 
@@ -93,6 +95,38 @@ def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any
         if facts["kind"] != kind:
             raise ValueError(f"{os.fspath(path)} holds a {facts['kind']}, not a {kind}")
         return {name: archive[name] for name in archive.files if name != "metadata"}, facts
+
+
+@contextmanager
+def complete_folder(directory: Path) -> Iterator[Path]:
+    """A temporary folder whose files move into a directory when the block ends without an exception.
+
+    An interrupted job leaves no half-written file; other files of the directory are left alone.
+
+    Parameters
+    ----------
+    directory : Path
+        Where to; made if it does not exist, as are its parents, and removed again if nothing gets into it.
+
+    Yields
+    ------
+    Path
+        The folder to write to.
+    """
+    made = not directory.exists()
+    directory.mkdir(parents=True, exist_ok=True)
+    try:
+        # Inside the directory, not beside it: surely writable and on the same file system.
+        with TemporaryDirectory(prefix=".partial-", dir=directory) as folder:
+            yield Path(folder)
+            for source in sorted(Path(folder).rglob("*.*")):
+                target = directory / source.relative_to(folder)
+                target.parent.mkdir(exist_ok=True)
+                source.replace(target)
+    except BaseException:
+        if made and not any(directory.iterdir()):
+            directory.rmdir()
+        raise
 
 
 def same(first: Any, second: Any) -> bool:

@@ -78,6 +78,34 @@ def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join([line(table[0]), line(rule), *(line(row) for row in table[1:])])
 
 
+def format_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table of plain text: the first column to the left, the others to the right.
+
+    Parameters
+    ----------
+    header : sequence of str
+        Titles of the columns, with units.
+    rows : iterable of sequence of str
+        Cells; every row as long as the header.
+
+    Returns
+    -------
+    str
+        The table without a final line break.
+
+    Examples
+    --------
+    >>> print(format_table(["method", "steps"], [["rodas4", "12"]]))
+    method  steps
+    rodas4     12
+    """
+    table = [header, *rows]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    return "\n".join(
+        "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip() for row in table
+    )
+
+
 def bands_table(result: StudyResult, *, digits: int = 4) -> str:
     """The bands of a study: extreme bounds and largest width of every output.
 

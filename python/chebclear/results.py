@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from . import records
 from .checks import Checks
 from .scene import Interval, Scene
-from .simulation import Settings, Stats, column_index
+from .settings import Settings
 from .surrogate import Band, Surrogate
+from .trajectory import Stats, column_index
 
 Array = NDArray[np.float64]
 

@@ -3,398 +3,29 @@
 from __future__ import annotations
 
 import dataclasses
-import fnmatch
-import json
-import os
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from . import _core, records
-from .checks import Checks, did_you_mean
+from . import _core
+from .accuracy import ErrorEstimate
+from .checks import Checks
 from .errors import ChebclearWarning, SimulationError
 from .progress import bar, is_request
 from .scene import Scene
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
+from .settings import LEAST_RTOL, MAX_EVENTS, MAX_STEPS, Settings
+from .trajectory import Contacts, EndState, Events, Stats, Trajectory
 
-Array = NDArray[np.float64]
-
-METHODS = ("rodas5p", "rodas4", "dop853")
-MAX_STEPS = 10_000_000
-MAX_EVENTS = 1_000_000
-
-# What is accepted at most; beyond, memory or the exact counts of floats end.
-LEAST_RTOL, MOST_RTOL = 1e-13, 0.1
-MOST_SAMPLES = 10_000_000
-MOST_COUNT = 2**53
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How a simulation is run."""
-
-    duration: float
-    """Simulated time [s]."""
-    samples: int
-    """Number of equally spaced samples, both ends included [-]."""
-    skip: float
-    """Time simulated before the first sample [s]."""
-    rtol: float
-    """Relative tolerance of the integrator [-]."""
-    method: str
-    """Integrator."""
-    outputs: tuple[str, ...] | None
-    """Names of the columns to return; those of bodies, clearance joints and drives if None."""
-    max_steps: int
-    """Steps after which a run is given up [-]."""
-    max_events: int
-    """Contact changes after which a run is given up [-]."""
-    position_tolerance: float | None
-    """Absolute tolerance of positions [m]; from `rtol` and the scales of the scene if None."""
-    velocity_tolerance: float | None
-    """Absolute tolerance of velocities [m/s]; from `rtol` and the scales of the scene if None."""
-
-    @classmethod
-    def checked(
-        cls,
-        checks: Checks,
-        *,
-        duration: object,
-        samples: object,
-        skip: object,
-        rtol: object,
-        method: object,
-        outputs: object,
-        max_steps: object,
-        max_events: object,
-        position_tolerance: object,
-        velocity_tolerance: object,
-    ) -> Settings:
-        """Settings from what the user gave; what is wrong with it is noted in `checks`."""
-        absolute = {
-            "position_tolerance": (position_tolerance, "m"),
-            "velocity_tolerance": (velocity_tolerance, "m/s"),
-        }
-        return cls(
-            duration=checks.real("duration", duration, "s", above=0.0),
-            samples=checks.whole("samples", samples, least=2, most=MOST_SAMPLES),
-            skip=checks.real("skip", skip, "s", least=0.0),
-            rtol=checks.real("rtol", rtol, "-", least=LEAST_RTOL, most=MOST_RTOL),
-            method=checks.word("method", method, METHODS),
-            outputs=_checked_names(checks, outputs),
-            max_steps=checks.whole("max_steps", max_steps, least=1, most=MOST_COUNT),
-            max_events=checks.whole("max_events", max_events, least=1, most=MOST_COUNT),
-            **{
-                name: None if value is None else checks.real(name, value, unit, above=0.0)
-                for name, (value, unit) in absolute.items()
-            },
-        )
-
-    def to_json(self) -> str:
-        """The settings as the core reads them."""
-        return json.dumps(dataclasses.asdict(self), allow_nan=False)
-
-    @classmethod
-    def from_dict(cls, plain: Mapping[str, Any]) -> Settings:
-        """The settings from what JSON made of them."""
-        outputs = plain["outputs"]
-        # Files of the first version know no skip.
-        return cls(**{"skip": 0.0, **plain, "outputs": None if outputs is None else tuple(outputs)})
-
-    def for_scene(self, scene: Scene) -> Settings:
-        """The settings with patterns such as ``"energy.*"`` replaced by the columns of the scene.
-
-        Raises
-        ------
-        ValueError
-            If an output is no column of the scene.
-        """
-        if self.outputs is None:
-            return self
-        facts = scene.check()
-        columns = facts.columns + facts.further_columns
-        checks = Checks()
-        names: dict[str, None] = {}
-        for name in self.outputs:
-            found = [name] if name in columns else fnmatch.filter(columns, name)
-            if not found:
-                checks.add(f'unknown output "{name}"{did_you_mean(name, columns)}')
-            names |= dict.fromkeys(found)
-        checks.finish()
-        return dataclasses.replace(self, outputs=tuple(names))
-
-
-def _checked_names(checks: Checks, outputs: object) -> tuple[str, ...] | None:
-    if outputs is None:
-        return None
-    if isinstance(outputs, str) or not isinstance(outputs, Iterable):
-        checks.add(f"outputs must be a list of column names, got {outputs!r}", wrong_type=True)
-        return None
-    names = tuple(outputs)
-    for name in names:
-        if not isinstance(name, str):
-            checks.add(f"outputs must be column names, got {name!r}", wrong_type=True)
-        elif names.count(name) > 1:
-            checks.add(f'outputs names "{name}" more than once')
-    if not names:
-        checks.add("outputs must name at least one column; None stands for all")
-    return names
-
-
-@dataclass(frozen=True)
-class Stats:
-    """What a simulation cost, in counts that do not depend on the machine."""
-
-    steps: int
-    """Accepted steps [-]."""
-    rejected: int
-    """Rejected steps [-]."""
-    stages: int
-    """Stages of the integrator [-]."""
-    evaluations: int
-    """Evaluations of the accelerations [-]."""
-    jacobians: int
-    """Evaluations of the Jacobian [-]."""
-    factorisations: int
-    """Matrix factorisations [-]."""
-    events: int
-    """Located contact changes [-]."""
-    landings: int
-    """Attempts to end a step on a contact change [-]."""
-    floored_latches: int
-    """Contacts whose impact velocity was raised to the floor [-]."""
-    largest_projection: float
-    """Largest correction that closed the loops after a step [m]; zero in a tree."""
-    smallest_step: float
-    """Smallest accepted step that was not cut by a contact change or the end [s]."""
-    smallest_step_time: float
-    """When it was taken [s]."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Events(records.ArrayRecord):
-    """Changes of contact, in the order of time."""
-
-    time: Array
-    """When [s]."""
-    joint: NDArray[np.str_]
-    """Name of the clearance joint."""
-    kind: NDArray[np.str_]
-    """``"onset"``, ``"separation"``, or ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0."""
-    normal_velocity: Array
-    """Penetration rate at that instant [m/s]."""
-
-    def __len__(self) -> int:
-        return len(self.time)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Contacts(records.ArrayRecord):
-    """Contacts from onset to separation, in the order of their onsets."""
-
-    joint: NDArray[np.str_]
-    """Name of the clearance joint."""
-    onset: Array
-    """When journal and bearing touched [s]."""
-    separation: Array
-    """When they parted [s]; NaN if the run ended in contact."""
-    impact_velocity: Array
-    """Penetration rate at the onset [m/s]; NaN if the run began in contact."""
-    peak_force: Array
-    """Largest normal force [N]."""
-    peak_time: Array
-    """When it acted [s]."""
-
-    def __len__(self) -> int:
-        return len(self.onset)
-
-    @property
-    def duration(self) -> Array:
-        """Separation minus onset [s]."""
-        return self.separation - self.onset
-
-
-@dataclass(frozen=True)
-class EndState:
-    """Where a simulation ended, for another one to start from: `simulate(scene, ..., start=run.end)`."""
-
-    memory: str
-    """What the core must know to go on bit for bit, as JSON."""
-
-    @property
-    def time(self) -> float:
-        """When it ended [s]."""
-        return float(json.loads(self.memory)["time"])
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(records.ArrayRecord):
-    """The result of one simulation; ``run["slider.x"]`` is the column of that name.
-
-    Trajectories compare (NaN equals NaN), copy, pickle, save and load.
-    """
-
-    t: Array
-    """Instants of the samples [s], shape (samples,)."""
-    columns: tuple[str, ...]
-    """Names of the columns."""
-    values: Array
-    """All columns in SI units, shape (samples, columns); NaN after a failure."""
-    events: Events
-    """Changes of contact."""
-    contacts: Contacts
-    """Contacts with their durations and peak forces."""
-    end: EndState | None
-    """Where it ended, for another simulation to start from; None after a failure."""
-    stats: Stats
-    """What the simulation cost."""
-    status: str
-    """``"done"``, or the word for why it ended early."""
-    message: str
-    """How the run ended, in words: that the end was reached, or why it ended early, when and where."""
-    end_time: float
-    """Where the simulation ended [s]."""
-    joint: str | None
-    """The joint that was concerned by a failure."""
-    warnings: tuple[str, ...]
-    """What the core warned of."""
-    settings: Settings
-    """How the simulation was run."""
-    scene: Scene
-    """What was simulated."""
-
-    @property
-    def success(self) -> bool:
-        """Whether the simulation reached its end."""
-        return self.status == "done"
-
-    def __repr__(self) -> str:
-        size = f"{len(self.columns)} columns of {len(self.t)} samples"
-        return f"<Trajectory: {size} to t = {self.settings.duration:g} s, {self.status}>"
-
-    def __getitem__(self, column: str) -> Array:
-        """A view of one column, shape (samples,)."""
-        return self.values[:, column_index(self.columns, column)]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.columns)
-
-    def to_dict(self) -> dict[str, Array]:
-        """``t`` and all columns by name, as a data frame wants them.
-
-        Returns
-        -------
-        dict of str to ndarray, shape (samples,)
-            Views; in the units of the columns.
-        """
-        return {"t": self.t, **{name: self[name] for name in self.columns}}
-
-    def plot(self, columns: str | Sequence[str], *, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw columns against time; see `plot_trajectory` for the options.
-
-        Parameters
-        ----------
-        columns : str or sequence of str
-            Names of columns of one unit.
-        ax : Axes, optional
-            Where to draw; a new figure if not given.
-        **options
-            Passed to `plot_trajectory`.
-
-        Returns
-        -------
-        Axes
-        """
-        from . import plot
-
-        return plot.plot_trajectory(
-            self, columns if isinstance(columns, str) else list(columns), ax=ax, **options
-        )
-
-    def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write everything to one compressed ``.npz`` file.
-
-        Parameters
-        ----------
-        path : path
-            Where to; ``.npz`` is appended if it is missing.
-
-        Returns
-        -------
-        Path
-            The file written.
-        """
-        arrays = {"t": self.t, "values": self.values}
-        arrays |= {f"events_{name}": array for name, array in vars(self.events).items()}
-        arrays |= {f"contacts_{name}": array for name, array in vars(self.contacts).items()}
-        facts = {
-            "columns": self.columns,
-            "stats": dataclasses.asdict(self.stats),
-            "status": self.status,
-            "message": self.message,
-            "end_time": self.end_time,
-            "end": None if self.end is None else self.end.memory,
-            "joint": self.joint,
-            "warnings": self.warnings,
-            "settings": dataclasses.asdict(self.settings),
-            "scene": json.loads(self.scene.to_json()),
-        }
-        return records.save(path, "trajectory", arrays, facts)
-
-    @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Trajectory:
-        """Read what `save` wrote.
-
-        Parameters
-        ----------
-        path : path
-            The file.
-
-        Returns
-        -------
-        Trajectory
-
-        Raises
-        ------
-        ValueError
-            If the file holds something else.
-        """
-        arrays, facts = records.load(path, "trajectory")
-
-        def table(kind: type, prefix: str) -> Any:
-            return kind(**{item.name: arrays[f"{prefix}_{item.name}"] for item in dataclasses.fields(kind)})
-
-        return cls(
-            t=arrays["t"],
-            columns=tuple(facts["columns"]),
-            values=arrays["values"],
-            events=table(Events, "events"),
-            contacts=table(Contacts, "contacts"),
-            end=None if facts["end"] is None else EndState(facts["end"]),
-            stats=Stats(**facts["stats"]),
-            status=facts["status"],
-            message=facts["message"],
-            end_time=facts["end_time"],
-            joint=facts["joint"],
-            warnings=tuple(facts["warnings"]),
-            settings=Settings.from_dict(facts["settings"]),
-            scene=Scene.from_json(json.dumps(facts["scene"])),
-        )
-
-
-def column_index(columns: Sequence[str], name: str) -> int:
-    """Where a column stands; KeyError with the nearest name if there is none."""
-    if name not in columns:
-        raise KeyError(f'unknown column "{name}"{did_you_mean(name, columns)}')
-    return columns.index(name)
+# The companion run of an error estimate has the tolerance of the run divided by this.
+_COMPANION = 10.0
+# Share of the work that is the run itself; a tenth of the tolerance costs about 1.6 times as much.
+_OWN_SHARE = 0.4
 
 
 def simulate(
@@ -413,11 +44,12 @@ def simulate(
     velocity_tolerance: float | None = None,
     progress: bool | Callable[[float], None] | None = None,
     on_failure: Literal["raise", "return"] = "raise",
+    error: Literal["estimate"] | None = None,
 ) -> Trajectory:
     """Simulate a scene from its assembled position.
 
     Contacts make trajectories chaotic: the error doubles every few changes of contact, so a tolerance buys
-    accuracy over a limited time only.
+    accuracy over a limited time only. ``error="estimate"`` tells how much and how long.
 
     Parameters
     ----------
@@ -449,6 +81,10 @@ def simulate(
         True shows a bar if standard error is a terminal; a callable gets the share that is done, from 0 to 1.
     on_failure : {"raise", "return"}
         Whether a run that fails raises or returns what it has, with its `Trajectory.status`.
+    error : {"estimate"}, optional
+        Simulate once more at a tenth of all tolerances and say in `Trajectory.error` how far each output
+        differs, and from when on by more than 1 % of its range. Costs about 1.6 times the run itself. Where a
+        tenth changes not one step, the tolerances are tightened further.
 
     Returns
     -------
@@ -484,15 +120,64 @@ def simulate(
     if not is_request(progress):
         checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
     checks.word("on_failure", on_failure, ("raise", "return"))
+    if error is not None:
+        checks.word("error", error, ("estimate",))
+        if settings.rtol < _COMPANION * LEAST_RTOL:
+            checks.add(
+                f'error="estimate" needs an rtol >= {_COMPANION * LEAST_RTOL:g} for its companion run, '
+                f"got {rtol!r}"
+            )
     checks.finish()
     settings = settings.for_scene(scene)
 
     with _reporter(progress) as report:
-        memory = None if start is None else start.memory
-        run = _core.simulate(scene.to_json(), settings.to_json(), report, memory)
-    warn_once(run["warnings"], stacklevel=3)
+        own = _share(report, 0.0, 1.0 if error is None else _OWN_SHARE)
+        trajectory = run_scene(scene, settings, own, start)
+        if error is not None and (trajectory.success or on_failure == "return"):
+            companion = _companion(trajectory, start, _share(report, _OWN_SHARE, 1.0))
+            trajectory = dataclasses.replace(trajectory, error=_estimate(trajectory, companion))
+    warn_once(trajectory.warnings, stacklevel=3)
+    if not trajectory.success and on_failure == "raise":
+        failure = SimulationError(
+            trajectory.status, trajectory.end_time, trajectory.joint, message=trajectory.message
+        )
+        failure.trajectory = trajectory
+        raise failure
+    return trajectory
+
+
+def run_scene(
+    scene: Scene,
+    settings: Settings,
+    report: Callable[[float], None] | None = None,
+    start: EndState | None = None,
+) -> Trajectory:
+    """Simulate with settings that were checked; neither warns nor raises when the run fails.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to simulate.
+    settings : Settings
+        How.
+    report : callable, optional
+        Gets the share that is done, from 0 to 1.
+    start : EndState, optional
+        The end of another run, to continue from.
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    SceneError
+        If the scene is wrong.
+    """
+    memory = None if start is None else start.memory
+    run = _core.simulate(scene.to_json(), settings.to_json(), report, memory)
     events, contacts = run["events"], run["contacts"]
-    trajectory = Trajectory(
+    return Trajectory(
         t=run["t"],
         columns=tuple(run["columns"]),
         values=run["values"],
@@ -520,11 +205,57 @@ def simulate(
         settings=settings,
         scene=scene,
     )
-    if not trajectory.success and on_failure == "raise":
-        error = SimulationError(run["status"], run["time"], run["joint"], message=run["message"])
-        error.trajectory = trajectory
-        raise error
-    return trajectory
+
+
+def _companion(run: Trajectory, start: EndState | None, report: Callable[[float], None] | None) -> Trajectory:
+    """A run at a tenth of the tolerances, or less where that takes the very same steps.
+
+    A short smooth run of the method of order 8 consists of the growth of its first step: two tolerances may
+    then give the same bits, which is no estimate of the error.
+    """
+    settings = _tightened(run.settings)
+    companion = run_scene(run.scene, settings, report, start)
+    while (
+        companion.stats == run.stats
+        and companion.stats.stages > 0
+        and settings.rtol >= _COMPANION * LEAST_RTOL
+    ):
+        settings = _tightened(settings)
+        companion = run_scene(run.scene, settings, start=start)
+    return companion
+
+
+def _tightened(settings: Settings) -> Settings:
+    """The settings of a companion run: a tenth of all tolerances."""
+
+    def tenth(tolerance: float | None) -> float | None:
+        return None if tolerance is None else tolerance / _COMPANION
+
+    return dataclasses.replace(
+        settings,
+        rtol=settings.rtol / _COMPANION,
+        position_tolerance=tenth(settings.position_tolerance),
+        velocity_tolerance=tenth(settings.velocity_tolerance),
+    )
+
+
+def _estimate(run: Trajectory, companion: Trajectory) -> ErrorEstimate:
+    return ErrorEstimate.between(
+        run.columns,
+        run.t,
+        run.values,
+        companion.values,
+        rtol=companion.settings.rtol,
+        status=companion.status,
+        compared_until=min(run.end_time, companion.end_time),
+    )
+
+
+def _share(
+    report: Callable[[float], None] | None, start: float, end: float
+) -> Callable[[float], None] | None:
+    """A report of the part of the work that goes from one share of all to another."""
+    return None if report is None else lambda share: report(start + (end - start) * share)
 
 
 def warn_once(messages: Iterable[str], stacklevel: int) -> None:

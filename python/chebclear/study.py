@@ -20,11 +20,14 @@ from .progress import bar, is_request
 from .results import StudyResult as StudyResult
 from .results import compare as compare
 from .scene import Interval, Scene
-from .simulation import MAX_EVENTS, MAX_STEPS, Settings, Stats, warn_once
+from .settings import MAX_EVENTS, MAX_STEPS, Settings
+from .simulation import warn_once
 from .surrogate import chebyshev_grid, tensor_grid
+from .trajectory import Stats
 
 if TYPE_CHECKING:
     from ._core import _Runs
+    from .study_tradeoff import StudyTradeoff
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -233,8 +236,79 @@ class Study:
                 counts.append(bound)
         return counts
 
+    def tradeoff(
+        self,
+        degrees: Sequence[int] = (1, 2, 3, 4, 5),
+        points: Sequence[int] = (5, 10),
+        *,
+        holdout: int = 100,
+        seed: int = 0,
+    ) -> StudyTradeoff:
+        """Measure accuracy against cost of the bounds: degrees, scan points and ways of bounding.
+
+        All bounds are compared with what all runs together reach, hold-out runs at random points and at the
+        corners of the box included. That is an inner bound of the response: a true enclosure is at least as
+        wide.
+
+        Parameters
+        ----------
+        degrees : sequence of int
+            Degrees of Chebyshev studies, the same in every parameter [-].
+        points : sequence of int
+            Points of scans, the same for every parameter [-].
+        holdout : int
+            Number of random points [-], at least 2; the corners come on top, of up to 8 parameters.
+        seed : int
+            Seed of the random points [-].
+
+        Returns
+        -------
+        StudyTradeoff
+            Settings of which a run failed are in it with their status.
+
+        Raises
+        ------
+        SceneError
+            If a scene is wrong.
+        SimulationError
+            If a hold-out run fails: there is nothing to compare with.
+        ValueError, TypeError
+            If an argument is wrong; all problems are listed.
+        """
+        from . import study_tradeoff
+
+        result = study_tradeoff.measure(self, degrees, points, holdout=holdout, seed=seed)
+        warn_once(result.warnings, stacklevel=3)
+        return result
+
     def _run(self, points: Array, counts: tuple[int, ...], degrees: tuple[int, ...] | None) -> StudyResult:
-        """Simulate at the points and, last, at the midpoint."""
+        result = self.run_points(points, counts, degrees)
+        warn_once(result.warnings, stacklevel=4)
+        return result
+
+    def run_points(
+        self, points: Array, counts: tuple[int, ...], degrees: tuple[int, ...] | None
+    ) -> StudyResult:
+        """Simulate at the points and, last, at the midpoint; does not pass on warnings.
+
+        Parameters
+        ----------
+        points : ndarray, shape (runs, parameters)
+            Parameters of the runs [SI units]; those of `chebyshev_grid` if there are degrees.
+        counts : tuple of int
+            Nodes or points of each parameter [-].
+        degrees : tuple of int or None
+            Degrees to fit [-]; None takes the extremes of the runs as bounds.
+
+        Returns
+        -------
+        StudyResult
+
+        Raises
+        ------
+        SceneError, SimulationError
+            As `chebyshev`.
+        """
         midpoint = [side.midpoint for side in self.intervals.values()]
         given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in [*points, midpoint]]
         scenes = [self._scene(parameters) for parameters in given]
@@ -250,7 +324,6 @@ class Study:
                 raise _with_parameters(error, given) from None
         _require_success(runs, given)
         messages = _gathered_warnings(runs["warnings"])
-        warn_once(messages, stacklevel=4)
         return StudyResult.from_runs(
             runs["t"],
             runs["columns"],

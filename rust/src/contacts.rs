@@ -124,3 +124,32 @@ fn cubic_peak(a: &ForceSample, b: &ForceSample) -> (f64, f64) {
     }
     peak
 }
+
+/// How long a contact with friction presses, and slides slower than its law is steep meanwhile.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stick {
+    /// Start of the step [s].
+    pub time: f64,
+    /// Whether the contact presses there.
+    pub presses: bool,
+    /// Whether it presses and is slow there.
+    pub slow: bool,
+    /// Time that it pressed [s].
+    pub pressed: f64,
+    /// Time that it was slow [s].
+    pub crept: f64,
+}
+
+impl Stick {
+    /// Counts the step that ends at `t` [s] and notes the state in which the next one starts.
+    pub fn advance(&mut self, t: f64, presses: bool, slow: bool) {
+        let elapsed = t - self.time;
+        if self.presses {
+            self.pressed += elapsed;
+        }
+        if self.slow {
+            self.crept += elapsed;
+        }
+        (self.time, self.presses, self.slow) = (t, presses, slow);
+    }
+}

@@ -25,14 +25,23 @@ PYTHON_ORDER = [
     "scene",
     "description",
     "mechanisms",
+    "accuracy",
     "surrogate",
+    "settings",
+    "trajectory",
     "simulation",
     "results",
     "study",
     "plot",
     "plane",
     "drawing",
+    "plot_costs",
     "report",
+    "recommend",
+    "tradeoff_result",
+    "tradeoff",
+    "tradeoff_output",
+    "study_tradeoff",
     "paper",
     "paper_figures",
     "paper_output",
@@ -43,11 +52,12 @@ PYTHON_ORDER = [
 PYTHON_EXCEPTIONS = {
     ("scene", "_core"),
     ("scene", "description"),
-    ("simulation", "plot"),
+    ("trajectory", "plot"),
     ("surrogate", "plot"),
+    ("study", "study_tradeoff"),
 }
 USES_CORE = {"simulation", "surrogate", "study"}
-USES_MATPLOTLIB = {"plot", "drawing", "paper_figures"}
+USES_MATPLOTLIB = {"plot", "drawing", "paper_figures", "tradeoff_output"}
 
 # A Rust module may import only those that stand before it in its own chain; the chains meet in python.rs.
 PHYSICS_ORDER = [

@@ -1,0 +1,142 @@
+"""How a simulation is run."""
+
+from __future__ import annotations
+
+import dataclasses
+import fnmatch
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .checks import Checks, did_you_mean
+from .scene import Scene
+
+if TYPE_CHECKING:
+    pass
+
+Array = NDArray[np.float64]
+
+METHODS = ("rodas5p", "rodas4", "dop853")
+MAX_STEPS = 10_000_000
+MAX_EVENTS = 1_000_000
+
+# What is accepted at most; beyond, memory or the exact counts of floats end.
+LEAST_RTOL, MOST_RTOL = 1e-13, 0.1
+MOST_SAMPLES = 10_000_000
+MOST_COUNT = 2**53
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a simulation is run."""
+
+    duration: float
+    """Simulated time [s]."""
+    samples: int
+    """Number of equally spaced samples, both ends included [-]."""
+    skip: float
+    """Time simulated before the first sample [s]."""
+    rtol: float
+    """Relative tolerance of the integrator [-]."""
+    method: str
+    """Integrator."""
+    outputs: tuple[str, ...] | None
+    """Names of the columns to return; those of bodies, clearance joints and drives if None."""
+    max_steps: int
+    """Steps after which a run is given up [-]."""
+    max_events: int
+    """Contact changes after which a run is given up [-]."""
+    position_tolerance: float | None
+    """Absolute tolerance of positions [m]; from `rtol` and the scales of the scene if None."""
+    velocity_tolerance: float | None
+    """Absolute tolerance of velocities [m/s]; from `rtol` and the scales of the scene if None."""
+
+    @classmethod
+    def checked(
+        cls,
+        checks: Checks,
+        *,
+        duration: object,
+        samples: object,
+        skip: object,
+        rtol: object,
+        method: object,
+        outputs: object,
+        max_steps: object,
+        max_events: object,
+        position_tolerance: object,
+        velocity_tolerance: object,
+    ) -> Settings:
+        """Settings from what the user gave; what is wrong with it is noted in `checks`."""
+        absolute = {
+            "position_tolerance": (position_tolerance, "m"),
+            "velocity_tolerance": (velocity_tolerance, "m/s"),
+        }
+        return cls(
+            duration=checks.real("duration", duration, "s", above=0.0),
+            samples=checks.whole("samples", samples, least=2, most=MOST_SAMPLES),
+            skip=checks.real("skip", skip, "s", least=0.0),
+            rtol=checks.real("rtol", rtol, "-", least=LEAST_RTOL, most=MOST_RTOL),
+            method=checks.word("method", method, METHODS),
+            outputs=_checked_names(checks, outputs),
+            max_steps=checks.whole("max_steps", max_steps, least=1, most=MOST_COUNT),
+            max_events=checks.whole("max_events", max_events, least=1, most=MOST_COUNT),
+            **{
+                name: None if value is None else checks.real(name, value, unit, above=0.0)
+                for name, (value, unit) in absolute.items()
+            },
+        )
+
+    def to_json(self) -> str:
+        """The settings as the core reads them."""
+        return json.dumps(dataclasses.asdict(self), allow_nan=False)
+
+    @classmethod
+    def from_dict(cls, plain: Mapping[str, Any]) -> Settings:
+        """The settings from what JSON made of them."""
+        outputs = plain["outputs"]
+        # Files of the first version know no skip.
+        return cls(**{"skip": 0.0, **plain, "outputs": None if outputs is None else tuple(outputs)})
+
+    def for_scene(self, scene: Scene) -> Settings:
+        """The settings with patterns such as ``"energy.*"`` replaced by the columns of the scene.
+
+        Raises
+        ------
+        ValueError
+            If an output is no column of the scene.
+        """
+        if self.outputs is None:
+            return self
+        facts = scene.check()
+        columns = facts.columns + facts.further_columns
+        checks = Checks()
+        names: dict[str, None] = {}
+        for name in self.outputs:
+            found = [name] if name in columns else fnmatch.filter(columns, name)
+            if not found:
+                checks.add(f'unknown output "{name}"{did_you_mean(name, columns)}')
+            names |= dict.fromkeys(found)
+        checks.finish()
+        return dataclasses.replace(self, outputs=tuple(names))
+
+
+def _checked_names(checks: Checks, outputs: object) -> tuple[str, ...] | None:
+    if outputs is None:
+        return None
+    if isinstance(outputs, str) or not isinstance(outputs, Iterable):
+        checks.add(f"outputs must be a list of column names, got {outputs!r}", wrong_type=True)
+        return None
+    names = tuple(outputs)
+    for name in names:
+        if not isinstance(name, str):
+            checks.add(f"outputs must be column names, got {name!r}", wrong_type=True)
+        elif names.count(name) > 1:
+            checks.add(f'outputs names "{name}" more than once')
+    if not names:
+        checks.add("outputs must name at least one column; None stands for all")
+    return names
