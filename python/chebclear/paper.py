@@ -27,7 +27,7 @@ from .results import root_mean_square
 from .scene import Interval, interval, rpm
 from .simulation import simulate
 from .study import Study, StudyResult, compare
-from .surrogate import Band, Surrogate, chebyshev_grid, running_maximum, tensor_grid
+from .surrogate import Band, running_maximum
 from .trajectory import Stats, Trajectory
 
 Array = NDArray[np.float64]
@@ -65,45 +65,6 @@ SINGLE_SAMPLES = 7351
 # restraint zones. Wide enough to hold some periods of the contact's ringing, 2 to 5 degrees each, narrow
 # beside the quarter turns over which the load changes.
 ENVELOPE = 10.0
-
-
-def ideal_slider_crank(
-    angle: Array | float,
-    crank_length: Array | float = CRANK_LENGTH,
-    rod_length: Array | float = ROD_LENGTH,
-    crank_speed: float = CRANK_SPEED,
-) -> tuple[Array, Array, Array]:
-    """Motion of the slider of an ideal in-line slider-crank at constant crank speed, in closed form.
-
-    Parameters
-    ----------
-    angle : array_like
-        Crank angle [rad]; 0 with the slider farthest out. Broadcasts with the lengths.
-    crank_length, rod_length : array_like
-        Lengths [m], the rod longer than the crank.
-    crank_speed : float
-        Angular velocity of the crank [rad/s].
-
-    Returns
-    -------
-    position, velocity, acceleration : ndarray
-        Of the slider along the guide [m], [m/s], [m/s²].
-
-    Examples
-    --------
-    >>> position, velocity, acceleration = ideal_slider_crank(0.0, 0.05, 0.12, 10.0)
-    >>> round(float(position), 12), abs(float(velocity))
-    (0.17, 0.0)
-    """
-    sine, cosine = np.sin(angle), np.cos(angle)
-    offset = crank_length * sine  # height of the crank pin, and of the far end of the rod below it
-    reach = np.sqrt(rod_length * rod_length - offset * offset)  # the rod's projection on the guide
-    reach_slope = -crank_length * crank_length * sine * cosine / reach
-    reach_curvature = -(crank_length**2 * (cosine * cosine - sine * sine) + reach_slope * reach_slope) / reach
-    position = crank_length * cosine + reach
-    velocity = crank_speed * (reach_slope - crank_length * sine)
-    acceleration = crank_speed**2 * (reach_curvature - crank_length * cosine)
-    return position, velocity, acceleration
 
 
 @dataclass(frozen=True)
@@ -248,7 +209,7 @@ def case_study(
         If a simulation fails.
     """
     start = time.perf_counter()
-    ideal = ideal_bands()
+    ideal = ideal_bands(threads)
     with warnings.catch_warnings():
         # One for almost every sweep: some impact began slower than the floor. The stats have the counts.
         warnings.simplefilter("ignore", ChebclearWarning)
@@ -281,32 +242,39 @@ class IdealBand:
         return lower, upper
 
 
-def ideal_bands() -> dict[str, IdealBand]:
-    """Bounds and sensitivities of the ideal mechanism: the closed form run through the same fit.
+def ideal_bands(threads: int | None = None) -> dict[str, IdealBand]:
+    """Bounds and sensitivities of the mechanism without clearance, which its drive prescribes completely.
+
+    Parameters
+    ----------
+    threads : int, optional
+        Threads for the simulations; all processors if not given.
 
     Returns
     -------
     dict
         ``"slider.x"`` and ``"slider.vx"`` -> IdealBand over the two revolutions, each array of shape (1441,).
     """
-    intervals = length_intervals()
-    at_nodes = _ideal_values(chebyshev_grid(list(intervals.values()), [DEGREE + 1] * 2))
-    scan_sides = [np.linspace(side.lower, side.upper, SCAN_POINTS) for side in intervals.values()]
-    at_scan = _ideal_values(tensor_grid(scan_sides))
-    bands = {}
-    for output, values in at_nodes.items():
-        fit = Surrogate.fit(intervals, [DEGREE + 1] * 2, [DEGREE] * 2, values)
-        lower, upper = fit.bounds()
-        sensitivity = {length: fit.derivative(length, normalised=True) / UNCERTAINTY for length in LENGTHS}
-        scan = at_scan[output]
-        bands[output] = IdealBand(lower, upper, scan.min(axis=0), scan.max(axis=0), sensitivity)
-    return bands
-
-
-def _ideal_values(lengths: Array) -> dict[str, Array]:
-    """Position and velocity of the ideal slider for rows of (crank length, rod length), each (rows, 1441)."""
-    position, velocity, _ = ideal_slider_crank(np.radians(CRANK_ANGLE), lengths[:, :1], lengths[:, 1:])
-    return {"slider.x": position, "slider.vx": velocity}
+    study = Study(
+        mechanisms.slider_crank,
+        length_intervals(),
+        outputs=["slider.x", "slider.vx"],
+        duration=DURATION,
+        samples=SAMPLES,
+        fixed={"crank_speed": CRANK_SPEED, "clearance_at": ()},
+        threads=threads,
+    )
+    result, scan = study.chebyshev(DEGREE), study.scan(SCAN_POINTS)
+    return {
+        output: IdealBand(
+            result[output].lower,
+            result[output].upper,
+            scan[output].lower,
+            scan[output].upper,
+            {length: result[output].sensitivity(length, normalised=True) / UNCERTAINTY for length in LENGTHS},
+        )
+        for output in result
+    }
 
 
 def length_intervals() -> dict[str, Interval]:
