@@ -1,8 +1,8 @@
 """Andrews' squeezing mechanism: seven bodies, three closed loops, one degree of freedom, driven by a torque.
 
 Data, start values and reference solution at t = 0.03 s as in `[MazziaMagherini2008]` (27 equations of index 3
-in the angles β, θ, γ, φ, δ, ω, ε) and `[HairerWanner1996]`, section VII.7. Here the bodies K1 to K7 have frames
-whose angles are sums of those; `published_angles` goes back.
+in the angles β, θ, γ, φ, δ, ω, ε) and `[HairerWanner1996]`, section VII.7. Here the bodies K1 to K7 have
+frames whose angles are sums of those; `published_angles` goes back.
 """
 
 import chebclear as cc
