@@ -280,6 +280,18 @@ def four_bar_and_slider():
 CLEARANCE_SCENES = {
     "wrist": (loose_slider_crank(["wrist"]), 0.004, 8),
     "wrist_with_friction": (loose_slider_crank(["wrist"], friction=EQ_11), 0.002, 8),
+    # Flores' mechanism of `benchmarks/flores.py`.
+    "wrist_at_5000_rpm": (
+        cc.mechanisms.slider_crank(
+            clearance=5e-4,
+            journal_radius=9.5e-3,
+            crank_speed=cc.rpm(5000),
+            friction=None,
+            impact_velocity_floor=FLOOR,
+        ),
+        0.008,
+        8,
+    ),
     "crank_pin": (loose_slider_crank(["crank_pin"]), 0.004, 8),
     "floating_rod": (loose_slider_crank(["crank_pin", "wrist"]), 0.004, 8),
     "floating_rod_with_friction": (loose_slider_crank(["crank_pin", "wrist"], friction=EQ_11), 0.004, 8),
