@@ -97,7 +97,7 @@ def first_crossing(model, dense, t0, t1, phases):
 
 def simulate(scene, duration, samples, rtol=1e-12, forces=(), start=None, max_events=None):
     """Solve a scene and sample it as the product does; ends early after `max_events` events."""
-    model = Model(scene, forces)
+    model = scene if isinstance(scene, Model) else Model(scene, forces)
     phases = [Phase() for _ in model.clearance]
     t, y = 0.0, model.start() if start is None else np.asarray(start, dtype=float)
     grid = np.linspace(0.0, duration, samples)

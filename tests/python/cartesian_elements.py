@@ -5,6 +5,10 @@ Keyed by the names of the classes that a scene holds. A force puts its loads on 
 """
 
 import math
+from functools import lru_cache
+
+import numpy as np
+from scipy.interpolate import CubicSpline
 
 # Hysteresis factor χ [s/m] of F = K δⁿ (1 + χ δ̇) from the law and the impact velocity [m/s].
 HYSTERESIS = {
@@ -34,16 +38,53 @@ FRICTION = {
     "SmoothedCoulomb": lambda law, speed: law.coefficient * math.tanh(speed / law.velocity),
 }
 
-# Angle [rad] of body b relative to body a with its first and second derivative.
-DRIVES = {"Speed": lambda drive, t: (drive.angle + drive.speed * t, drive.speed, 0.0)}
+# --- functions of time: value, first and second derivative ------------------------------------------------
 
 
-# --- forces -----------------------------------------------------------------------------------------------
+def polynomial(function, t):
+    series = np.polynomial.Polynomial(function.coefficients)
+    return series(t), series.deriv(1)(t), series.deriv(2)(t)
+
+
+def harmonic(function, t):
+    rate = function.angular_frequency
+    sin, cos = math.sin(rate * t + function.phase), math.cos(rate * t + function.phase)
+    amplitude = function.amplitude
+    return function.mean + amplitude * sin, amplitude * rate * cos, -amplitude * rate * rate * sin
+
+
+@lru_cache
+def spline(times, values):
+    return CubicSpline(times, values)
+
+
+def table(function, t):
+    curve = spline(tuple(function.times), tuple(function.values))
+    return float(curve(t)), float(curve(t, 1)), float(curve(t, 2))
+
+
+FUNCTIONS = {"Polynomial": polynomial, "Harmonic": harmonic, "Table": table}
+
+
+def motion_of(value, t):
+    """A number or a function of time with its derivatives."""
+    if isinstance(value, float | int):
+        return float(value), 0.0, 0.0
+    return FUNCTIONS[type(value).__name__](value, t)
 
 
 def at(value, t):
-    """A number, or a function of time."""
-    return value(t) if callable(value) else value
+    return motion_of(value, t)[0]
+
+
+# What a drive prescribes of its joint, with derivatives: angle [rad] or displacement [m] of b relative to a.
+DRIVES = {
+    "Speed": lambda drive, t: (drive.angle + drive.speed * t, drive.speed, 0.0),
+    "Motion": lambda drive, t: motion_of(drive.motion, t),
+}
+
+
+# --- forces -----------------------------------------------------------------------------------------------
 
 
 def gravity(element, motion, t):
@@ -64,16 +105,18 @@ def pull_together(motion, element, tension):
 
 
 def spring(element, motion, t):
-    pull_together(motion, element, lambda length, rate: element.stiffness * (length - element.length))
+    stiffness, length, damping = element.stiffness, element.length, element.damping
+    pull_together(motion, element, lambda distance, rate: stiffness * (distance - length) + damping * rate)
 
 
 def damper(element, motion, t):
-    pull_together(motion, element, lambda length, rate: element.damping * rate)
+    pull_together(motion, element, lambda distance, rate: element.damping * rate)
 
 
 def torsion_spring(element, motion, t):
     a, b = motion.turn(element.a), motion.turn(element.b)
-    turn_back(motion, element, element.stiffness * (b[0] - a[0] - element.angle))
+    elastic = element.stiffness * (b[0] - a[0] - element.angle)
+    turn_back(motion, element, elastic + element.damping * (b[1] - a[1]))
 
 
 def torsion_damper(element, motion, t):
@@ -87,7 +130,7 @@ def turn_back(motion, element, torque):
 
 
 def force(element, motion, t):
-    x, y = (at(component, t) for component in element.force)
+    x, y = at(element.x, t), at(element.y, t)
     point = motion.named(element.point)
     if element.frame == "body":
         cos, sin = motion.axes(point.body)
@@ -96,7 +139,9 @@ def force(element, motion, t):
 
 
 def torque(element, motion, t):
-    motion.twist(element.body, at(element.torque, t))
+    moment = at(element.torque, t)
+    motion.twist(element.body, moment)
+    motion.twist(element.reaction, -moment)
 
 
 FORCES = {

@@ -119,8 +119,12 @@ class Model:
                 system.angle(row + 1, motion, a.body, b.body, (constraint.angle, 0.0, 0.0))
             else:
                 joint = self.joints[constraint.joint]
-                a, b = self.places[joint.a].body, self.places[joint.b].body
-                system.angle(row, motion, a, b, DRIVES[kind](constraint, t))
+                wanted = DRIVES[kind](constraint, t)
+                a, b = motion.named(joint.a), motion.named(joint.b)
+                if type(joint).__name__ == "Prismatic":
+                    system.along(row, motion, a, b, joint.axis, wanted)
+                else:
+                    system.angle(row, motion, a.body, b.body, wanted)
             row += rows(constraint)
         return system
 
@@ -214,26 +218,44 @@ class System:
                 self.jacobian[row, 3 * body + 2] += sign
 
     def slide(self, row, motion, a, b, axis):
-        """normal · (b - a) = 0, the normal of the axis turning with body a."""
-        length = math.hypot(*axis)
-        cos, sin = motion.axes(a.body)
-        spin = motion.v[3 * a.body + 2] if a.body != GROUND else 0.0
-        ux, uy = (cos * axis[0] - sin * axis[1]) / length, (sin * axis[0] + cos * axis[1]) / length
-        nx, ny = -uy, ux
+        """normal · (b - a) = 0."""
+        ux, uy = turned(motion, a.body, axis)
+        self.component(row, motion, a, b, (-uy, ux), (-ux, -uy))
+
+    def along(self, row, motion, a, b, axis, wanted):
+        """axis · (b - a) - wanted(t) = 0."""
+        value, rate, second = wanted
+        ux, uy = turned(motion, a.body, axis)
+        self.component(row, motion, a, b, (ux, uy), (-uy, ux))
+        self.phi[row] -= value
+        self.phi_t[row] = -rate
+        self.gamma[row] += second
+
+    def component(self, row, motion, a, b, unit, normal):
+        """unit · (b - a), where `unit` turns with body a, at its angular velocity towards `normal`."""
+        spin = 0.0 if a.body == GROUND else motion.v[3 * a.body + 2]
+        (ux, uy), (nx, ny) = unit, normal
         dx, dy = b.x - a.x, b.y - a.y
-        self.phi[row] = nx * dx + ny * dy
-        # n' = -spin u, n'' = -spin² n - (angular acceleration) u; d'' without accelerations is `bend`.
-        along_rate = ux * (b.vx - a.vx) + uy * (b.vy - a.vy)
-        self.gamma[row] = spin * spin * self.phi[row] + 2.0 * spin * along_rate
+        self.phi[row] = ux * dx + uy * dy
+        # unit' = spin n and unit'' = -spin² unit + (angular acceleration) n; d'' at rest is `bend`.
+        rate = nx * (b.vx - a.vx) + ny * (b.vy - a.vy)
+        self.gamma[row] = spin * spin * self.phi[row] - 2.0 * spin * rate
         for point, sign in ((b, 1.0), (a, -1.0)):
-            self.gamma[row] -= sign * (nx * point.bend_x + ny * point.bend_y)
+            self.gamma[row] -= sign * (ux * point.bend_x + uy * point.bend_y)
             if point.body != GROUND:
                 column = 3 * point.body
-                self.jacobian[row, column] += sign * nx
-                self.jacobian[row, column + 1] += sign * ny
-                self.jacobian[row, column + 2] += sign * (nx * point.lever_x + ny * point.lever_y)
+                self.jacobian[row, column] += sign * ux
+                self.jacobian[row, column + 1] += sign * uy
+                self.jacobian[row, column + 2] += sign * (ux * point.lever_x + uy * point.lever_y)
         if a.body != GROUND:
-            self.jacobian[row, 3 * a.body + 2] -= ux * dx + uy * dy
+            self.jacobian[row, 3 * a.body + 2] += nx * dx + ny * dy
+
+
+def turned(motion, body, axis):
+    """Unit vector along an axis that is given in the frame of a body."""
+    length = math.hypot(*axis)
+    cos, sin = motion.axes(body)
+    return (cos * axis[0] - sin * axis[1]) / length, (sin * axis[0] + cos * axis[1]) / length
 
 
 class Motion:

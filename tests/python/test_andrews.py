@@ -15,12 +15,14 @@ class Spring:
     b: str
     stiffness: float
     length: float
+    damping: float = 0.0
 
 
 @dataclass
 class Torque:
     body: str
     torque: float
+    reaction: str = "ground"
 
 
 def test_published_values_are_reproduced_by_the_independent_formulation():

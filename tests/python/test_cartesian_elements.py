@@ -9,6 +9,8 @@ import chebclear as cc
 import numpy as np
 import pytest
 
+# Elements with the fields that the independent formulation reads.
+
 
 @dataclass
 class Spring:
@@ -16,6 +18,7 @@ class Spring:
     b: str
     stiffness: float
     length: float
+    damping: float = 0.0
 
 
 @dataclass
@@ -31,6 +34,7 @@ class TorsionSpring:
     b: str
     stiffness: float
     angle: float
+    damping: float = 0.0
 
 
 @dataclass
@@ -43,7 +47,8 @@ class TorsionDamper:
 @dataclass
 class Force:
     point: str
-    force: tuple[Any, Any]
+    x: Any
+    y: Any
     frame: str = "ground"
 
 
@@ -51,6 +56,33 @@ class Force:
 class Torque:
     body: str
     torque: Any
+    reaction: str = "ground"
+
+
+@dataclass
+class Harmonic:
+    amplitude: float
+    angular_frequency: float
+    phase: float = 0.0
+    mean: float = 0.0
+
+
+@dataclass
+class Polynomial:
+    coefficients: tuple[float, ...]
+
+
+@dataclass
+class Table:
+    times: tuple[float, ...]
+    values: tuple[float, ...]
+
+
+@dataclass
+class Motion:
+    name: str
+    joint: str
+    motion: Any
 
 
 def ringing(t, mass, damping, stiffness, start):
@@ -102,13 +134,13 @@ def test_torsion_spring_and_damper_make_a_damped_oscillator():
 def test_torque_constant_and_in_time():
     run = cartesian.simulate(rotor(), 1.0, 11, rtol=1e-11, forces=[Torque("wheel", 0.6)])
     np.testing.assert_allclose(run["wheel.angle"], 0.5 * 20.0 * run.t**2, atol=1e-11)
-    wave = Torque("wheel", lambda t: 0.6 * math.cos(7.0 * t))
+    wave = Torque("wheel", Harmonic(0.6, 7.0, phase=math.pi / 2.0))
     run = cartesian.simulate(rotor(), 1.0, 11, rtol=1e-11, forces=[wave])
     np.testing.assert_allclose(run["wheel.angular_velocity"], 20.0 / 7.0 * np.sin(7.0 * run.t), atol=1e-10)
 
 
 def test_force_in_the_frame_of_the_body_is_a_torque():
-    push = Force("wheel.rim", (50.0, 3.0), frame="body")
+    push = Force("wheel.rim", 50.0, 3.0, frame="body")
     run = cartesian.simulate(rotor(), 1.0, 11, rtol=1e-11, forces=[push])
     np.testing.assert_allclose(run["wheel.angle"], 0.5 * 20.0 * run.t**2, atol=1e-11)
 
@@ -117,11 +149,51 @@ def test_force_in_the_frame_of_ground_is_gravity():
     pendulum = [cc.Body("bob", 0.7, 0.02, (0.3, -0.1), points={"end": (0.5, 0.0)}, angle=0.4)]
     pin = [cc.Revolute("pin", "ground", "bob.end")]
     falling = cc.Scene(pendulum, pin, [cc.Gravity((1.0, -9.81))])
-    weight = Force("bob.center_of_mass", (0.7, lambda t: -0.7 * 9.81))
+    weight = Force("bob.center_of_mass", 0.7, Polynomial((-0.7 * 9.81,)))
     run = cartesian.simulate(falling, 1.0, 21, rtol=1e-11)
     pushed = cartesian.simulate(cc.Scene(pendulum, pin), 1.0, 21, rtol=1e-11, forces=[weight])
     np.testing.assert_allclose(pushed["bob.angle"], run["bob.angle"], atol=1e-10)
     assert np.ptp(run["bob.angle"]) > 1.0
+
+
+@pytest.mark.parametrize(
+    ("function", "value"),
+    [
+        (Polynomial((0.1, -0.3, 0.0, 0.5)), lambda t: 0.1 - 0.3 * t + 0.5 * t**3),
+        (Harmonic(0.2, 3.0, 0.5, -0.1), lambda t: -0.1 + 0.2 * np.sin(3.0 * t + 0.5)),
+        # A cubic spline without kinks at its second and last but one point is exact for a cubic.
+        (Table((0.0, 0.3, 0.5, 1.0), (0.0, 0.027, 0.125, 1.0)), lambda t: t**3),
+    ],
+)
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_prescribed_motion_follows_the_function(function, value, kind):
+    """A driven joint on a turning platform; the drive's multiplier does the work of the kinetic energy."""
+    inclined, speed = (0.6, 0.8), 2.0
+    joint = (
+        cc.Revolute("joint", "platform", "load")
+        if kind == "revolute"
+        else cc.Prismatic("joint", "platform", "load", axis=(1.2, 1.6))
+    )
+    platform = cc.Body("platform", 1.0, 0.1)
+    scene = cc.Scene(
+        [platform, cc.Body("load", 0.5, 0.02)],
+        [cc.Revolute("axle", "ground", "platform"), joint],
+        drives=[cc.Speed("turn", "axle", speed)],
+    )
+    model = cartesian.Model(scene)
+    model.constraints.append(Motion("push", "joint", function))
+    run = cartesian.simulate(model, 1.0, 21, rtol=1e-11)
+    moved, turn = value(run.t), speed * run.t
+    if kind == "revolute":
+        np.testing.assert_allclose(run["load.angle"] - turn, moved, atol=1e-9)
+        np.testing.assert_allclose(run["push.torque"], 0.02 * run["load.angular_acceleration"], atol=1e-9)
+        return
+    direction = inclined[0] + 1j * inclined[1]
+    np.testing.assert_allclose(
+        run["load.x"] + 1j * run["load.y"], moved * direction * np.exp(1j * turn), atol=1e-9
+    )
+    along = (run["load.ax"] + 1j * run["load.ay"]) * np.exp(-1j * turn) / direction
+    np.testing.assert_allclose(run["push.torque"], 0.5 * along.real, atol=1e-9)
 
 
 def test_multipliers_are_the_reactions_of_a_resting_body():
