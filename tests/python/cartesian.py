@@ -21,7 +21,7 @@ from itertools import pairwise
 
 import numpy as np
 from cartesian_elements import DRIVES, HYSTERESIS
-from cartesian_model import Contact, Model, Motion, Phase, rows, split
+from cartesian_model import GROUND, Contact, Model, Motion, Phase, rows, split
 from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
@@ -186,12 +186,33 @@ def fill(model, solution, states):
                 f"{joint.name}.{what}": value
                 for what, value in zip(Contact._fields[:5], contact, strict=False)
             }
-        first = 0
-        for constraint in model.constraints:
-            if type(constraint).__name__ in DRIVES:  # the drive's constraint force on body b is -λ
-                row[f"{constraint.name}.torque"] = -forces[first]
-            first += rows(constraint)
+        row |= reactions(model, motion, model.residuals(t, motion).jacobian, forces)
         table.append(row)
         multipliers.append(forces)
     solution.columns = {name: np.array([row[name] for row in table]) for name in table[0]}
     solution.multipliers = np.array(multipliers)
+
+
+def reactions(model, motion, jacobian, multipliers):
+    """What ideal joints, with their drives, put on their second body at its point; the effort of drives."""
+    row, spans = 0, {}
+    for constraint in model.constraints:
+        spans.setdefault(getattr(constraint, "joint", constraint.name), []).append(
+            slice(row, row + rows(constraint))
+        )
+        row += rows(constraint)
+    found = {}
+    for name, parts in spans.items():
+        # M a + φ_qᵀ λ = Q: the constraints put -φ_qᵀ λ on the bodies.
+        load = -sum(jacobian[part].T @ multipliers[part] for part in parts)
+        joint = model.joints[name]
+        a, b = motion.named(joint.a), motion.named(joint.b)
+        body, sign = (b.body, 1.0) if b.body != GROUND else (a.body, -1.0)
+        x, y, moment = sign * load[3 * body : 3 * body + 3]
+        moment -= (b.x - motion.q[3 * body]) * y - (b.y - motion.q[3 * body + 1]) * x
+        found |= {f"{name}.reaction_x": x, f"{name}.reaction_y": y, f"{name}.reaction_torque": moment}
+    for drive in model.constraints:
+        if type(drive).__name__ in DRIVES:
+            effort = "force" if type(model.joints[drive.joint]).__name__ == "Prismatic" else "torque"
+            found[f"{drive.name}.{effort}"] = -multipliers[spans[drive.joint][-1]][0]
+    return found
