@@ -71,9 +71,8 @@ class Model:
         self.scene = scene
         self.names = [body.name for body in scene.bodies]
         self.masses = [body.mass for body in scene.bodies]
-        self.ground = {"ground": Place(GROUND, 0.0, 0.0)}
-        self.ground |= {f"ground.{name}": Place(GROUND, *at) for name, at in scene.ground.items()}
-        self.places = dict(self.ground)
+        self.places = {"ground": Place(GROUND, 0.0, 0.0)}
+        self.places |= {f"ground.{name}": Place(GROUND, *at) for name, at in scene.ground.items()}
         self.mass = np.zeros((3 * len(self.names), 3 * len(self.names)))
         for index, body in enumerate(scene.bodies):
             center = body.center_of_mass
@@ -83,11 +82,8 @@ class Model:
                 self.places[f"{body.name}.{name}"] = Place(index, x - center[0], y - center[1])
             about = points[body.inertia_about]
             moved = body.mass * ((about[0] - center[0]) ** 2 + (about[1] - center[1]) ** 2)
-            self.mass[3 * index + np.arange(3), 3 * index + np.arange(3)] = (
-                body.mass,
-                body.mass,
-                body.inertia - moved,
-            )
+            diagonal = 3 * index + np.arange(3)
+            self.mass[diagonal, diagonal] = body.mass, body.mass, body.inertia - moved
         self.joints = {joint.name: joint for joint in scene.joints}
         self.clearance = [joint for joint in scene.joints if type(joint).__name__ == "ClearanceRevolute"]
         ideal = [joint for joint in scene.joints if joint not in self.clearance]
@@ -101,7 +97,7 @@ class Model:
         """φ, φ_q, φ_t and γ of the constraints."""
         constraints = self.constraints if constraints is None else constraints
         count = sum(rows(constraint) for constraint in constraints)
-        system = System(np.zeros(count), np.zeros((count, len(motion.q))), np.zeros(count), np.zeros(count))
+        system = System.of(count, len(motion.q))
         row = 0
         for constraint in constraints:
             kind = type(constraint).__name__
@@ -150,24 +146,60 @@ class Model:
         return np.concatenate([split(y)[1], self.accelerations(t, y, phases)[0]])
 
     def start(self):
-        """Assembled from the rough angles, every clearance joint concentric in position and velocity."""
+        """Assembled from the rough angles and what the scene says of its start.
+
+        What is left open changes as little as possible: no translation is known, so these give way first.
+        """
         q = np.zeros(3 * len(self.names))
         q[2::3] = [body.angle for body in self.scene.bodies]
         v = np.zeros_like(q)
-        together = [*self.constraints, *self.clearance]
         translations = np.arange(len(q)) % 3 != 2
         for iteration in range(50):
-            system = self.residuals(0.0, Motion(self, q, v), together)
+            phi, jacobian, _ = self.start_conditions(Motion(self, q, v))
+            known = ~np.isnan(phi)
             free = translations if iteration == 0 else np.ones_like(translations)
-            step = np.linalg.lstsq(system.jacobian[:, free], -system.phi, rcond=1e-12)[0]
+            step = np.linalg.lstsq(jacobian[known][:, free], -phi[known], rcond=1e-12)[0]
             q[free] += step
             if iteration > 0 and np.abs(step).max() < 1e-15:
                 break
-        system = self.residuals(0.0, Motion(self, q, v), together)
-        if np.abs(system.phi).max() > 1e-12:
-            raise ValueError(f"cannot be assembled: {np.abs(system.phi).max():.1e} m remain")
-        v = np.linalg.lstsq(system.jacobian, -system.phi_t, rcond=1e-12)[0]
+        phi, jacobian, rate = self.start_conditions(Motion(self, q, v))
+        if np.nanmax(np.abs(phi), initial=0.0) > 1e-12:
+            raise ValueError(f"cannot be assembled: {np.nanmax(np.abs(phi)):.1e} m remain")
+        known = ~np.isnan(rate)
+        v = np.linalg.lstsq(jacobian[known], rate[known], rcond=1e-12)[0]
         return np.concatenate([q, v])
+
+    def start_conditions(self, motion):
+        """φ, φ_q and the wanted φ_q v of the start; NaN where nothing is said."""
+        given = getattr(self.scene, "start", ())
+        gaps = {start.joint: start for start in given if type(start).__name__ == "ClearanceStart"}
+        systems = [self.residuals(0.0, motion)]
+        for joint in self.clearance:  # concentric unless said otherwise
+            system = self.residuals(0.0, motion, [joint])
+            if joint.name in gaps:
+                system.phi -= gaps[joint.name].eccentricity
+                system.phi_t -= gaps[joint.name].rate
+            systems.append(system)
+        for start in given:
+            if start in gaps.values():
+                continue
+            system = System.of(1, len(motion.q))
+            kind = type(start).__name__
+            fields = ("angle", "angular_velocity") if kind == "BodyStart" else ("position", "velocity")
+            values = [getattr(start, name) for name in fields]
+            wanted = (*(math.nan if value is None else value for value in values), 0.0)
+            joint = self.joints.get(getattr(start, "joint", None))
+            a, b = ("ground", start.body) if joint is None else (joint.a, joint.b)
+            if type(joint).__name__ == "Prismatic":
+                system.along(0, motion, motion.named(a), motion.named(b), joint.axis, wanted)
+            else:
+                system.angle(0, motion, self.places[a].body, self.places[b].body, wanted)
+            systems.append(system)
+        return (
+            np.concatenate([system.phi for system in systems]),
+            np.concatenate([system.jacobian for system in systems]),
+            -np.concatenate([system.phi_t for system in systems]),
+        )
 
     def project(self, t, y):
         """The nearest state, in the metric of the mass matrix, that fulfils the constraints."""
@@ -192,6 +224,11 @@ class System:
     jacobian: np.ndarray
     phi_t: np.ndarray
     gamma: np.ndarray
+
+    @classmethod
+    def of(cls, equations, coordinates):
+        zero = np.zeros(equations)
+        return cls(zero, np.zeros((equations, coordinates)), zero.copy(), zero.copy())
 
     def coincide(self, row, a, b):
         """b - a = 0."""
