@@ -38,11 +38,18 @@ impl Mechanism {
 /// Computes `start`, `scales` and the joints' load-dependent constants of a mechanism.
 fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> {
     let length = length_scale(scene);
-    let mut q = rough_coordinates(mechanism, scene);
-    let d = q.len();
+    let rough = rough_coordinates(mechanism, scene);
+    let d = rough.len();
     let mut dynamics = Dynamics::new(mechanism);
     let conditions = Conditions::new(mechanism, scene);
-    let residual = close_positions(&mut dynamics, &conditions, &mut q, length);
+    let mut q = rough.clone();
+    slide_together(&mut dynamics, &conditions, &mut q, length);
+    let mut residual = close_positions(&mut dynamics, &conditions, &mut q, length);
+    if residual.is_nan() || residual > CLOSED * length {
+        // Slid together, a mechanism may stand where turning it does not begin to close it.
+        q = rough;
+        residual = close_positions(&mut dynamics, &conditions, &mut q, length);
+    }
     if residual.is_nan() || residual > CLOSED * length {
         return Err(SceneError::single(
             "bodies",
@@ -351,6 +358,25 @@ fn least_squares(jacobian: DMatrix<f64>, right: &DVector<f64>, cutoff: f64) -> D
         return DVector::zeros(columns);
     }
     jacobian.svd(true, true).solve(right, cutoff * largest).unwrap_or_else(|_| DVector::zeros(columns))
+}
+
+/// Closes the gaps as far as sliding alone can: the user gave angles and no positions, so a body without
+/// ideal joints keeps its angle. Gaps are linear in the slides.
+fn slide_together(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f64], length: f64) {
+    let mechanism = dynamics.mechanism;
+    let units = column_units(mechanism, length);
+    let unit = length.log2().ceil().exp2();
+    dynamics.move_to(0.0, q, &vec![0.0; q.len()]);
+    let (residual, mut jacobian) = conditions.positions(dynamics, &units, unit);
+    for (k, &column) in mechanism.free.iter().enumerate() {
+        if mechanism.frames[column + 1].kind == FrameKind::Revolute {
+            jacobian.column_mut(k).fill(0.0);
+        }
+    }
+    let step = least_squares(jacobian, &residual, SINGULAR);
+    for (k, value) in q.iter_mut().enumerate() {
+        *value -= step[k] * units[k];
+    }
 }
 
 /// Newton's method with halved steps on the conditions; what remains [m].
