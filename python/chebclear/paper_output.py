@@ -186,8 +186,8 @@ def _table_3(columns: Columns) -> str:
 
 |RMS(Chebyshev) - RMS(scan)| / RMS(scan), bound by bound. `ideal` is the mechanism without clearance:
 its displacement errors are the paper's, so that row measures the slack of Eq. (31) and nothing else. A
-small number does not mean that the band holds the response. Share of the samples at which the scan leaves the Chebyshev
-bounds by more than 1 % of the largest interval length [%]:
+small number does not mean that the band holds the response. Share of the samples at which the scan
+leaves the Chebyshev bounds by more than 1 % of the largest interval length [%]:
 
 {markdown_table(_header("output", columns), outside)}"""
 
