@@ -129,6 +129,10 @@ impl Run<'_> {
                 Some(index) => h = self.change_phase(index)?.min(taken),
                 None => h = self.next_step(taken, error),
             }
+            if self.method.settle() {
+                self.stats.switches += 1;
+                self.steps_since_restart = 0;
+            }
         }
         Ok(())
     }
@@ -329,6 +333,7 @@ impl Run<'_> {
     fn accept(&mut self, end: f64, cut: bool) -> Result<(), Failure> {
         let h = self.method.step().h;
         self.stats.steps += 1;
+        self.stats.explicit_steps += usize::from(self.method.is_explicit());
         self.steps_since_restart += 1;
         if h > 0.0 {
             self.standing_events = 0;

@@ -3,6 +3,7 @@
 //! The integrator knows no mechanism. A [`HybridSystem`] gives accelerations, their exact
 //! derivatives, guard functions whose zeros end the present phase, and the change of phase.
 
+pub mod auto;
 mod control;
 pub mod dense;
 pub mod dop853;
@@ -104,8 +105,18 @@ pub trait Stepper {
     /// Order of the embedded solution.
     fn embedded_order(&self) -> usize;
 
-    /// Learns what the coordinates are worth against each other.
+    /// Learns what the coordinates are worth against each other, where a phase begins.
     fn weigh(&mut self, _velocity_tolerance: &[f64]) {}
+
+    /// Whether the method of the next step is explicit.
+    fn is_explicit(&self) -> bool {
+        false
+    }
+
+    /// Sees that the step last taken was accepted; true where another method takes the next one.
+    fn settle(&mut self) -> bool {
+        false
+    }
 }
 
 /// How a projection onto the constraints went.
@@ -166,6 +177,10 @@ impl Status {
 pub struct Stats {
     /// Accepted steps, landings included.
     pub steps: usize,
+    /// Accepted steps of an explicit method.
+    pub explicit_steps: usize,
+    /// Changes between an explicit and an implicit method.
+    pub switches: usize,
     /// Rejected attempts.
     pub rejected: usize,
     /// Stages of all attempts.
@@ -190,6 +205,8 @@ impl Default for Stats {
     fn default() -> Self {
         Self {
             steps: 0,
+            explicit_steps: 0,
+            switches: 0,
             rejected: 0,
             stages: 0,
             evaluations: 0,

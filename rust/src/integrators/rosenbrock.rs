@@ -141,6 +141,19 @@ impl Rosenbrock {
         self.step.end.iter().all(|y| y.is_finite())
     }
 
+    /// Length of the step last taken times a bound of the fastest rate of the motion [-], by the Jacobian
+    /// at its start.
+    pub fn stiffness(&self) -> f64 {
+        let d = self.d;
+        // Rows weighted as the velocity tolerances weigh them: the norm knows no units.
+        let norm = |matrix: &[f64]| {
+            (0..d)
+                .map(|i| (0..d).map(|j| matrix[i * d + j].abs() / self.weights[j]).sum::<f64>() * self.weights[i])
+                .fold(0.0, f64::max)
+        };
+        self.step.h * (norm(&self.linear.a_v) + norm(&self.linear.a_q).sqrt())
+    }
+
     /// Computes the dense output of the step last taken.
     pub fn finish_dense(&mut self) {
         let stages = self.tableau.stages;
