@@ -8,7 +8,7 @@ mod rodas6p;
 #[allow(dead_code)]
 mod support;
 
-use chebclear::integrators::auto::{Auto, Switching};
+use chebclear::settings::Method;
 use chebclear::integrators::dop853::Dop853;
 use chebclear::integrators::rosenbrock::Rosenbrock;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P};
@@ -25,10 +25,7 @@ fn stepper(name: &str, rtol: f64) -> Box<dyn Stepper> {
         "rodas4" => Box::new(Rosenbrock::new(RODAS4, 3)),
         "rodas5p" => Box::new(Rosenbrock::new(RODAS5P, 3)),
         "rodas6p" => Box::new(Rosenbrock::new(rodas6p::RODAS6P, 3)),
-        "auto" => {
-            let c = Switching { on: env("ON", 4.0), off: env("OFF", 4.0), on_count: env("NON", 2.0) as usize, off_count: env("NOFF", 2.0) as usize, policy: env("POLICY", 0.0) as usize };
-            Box::new(Auto::new(if rtol >= env("TIER", 3e-8) { RODAS4 } else { RODAS5P }, 3, c))
-        }
+        "auto" => Method::Auto.stepper(3, rtol),
         "dop853" => Box::new(Dop853::new(3)),
         _ => panic!("{name}"),
     }

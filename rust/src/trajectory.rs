@@ -156,7 +156,7 @@ pub fn simulate_from(
     let outcome = if mechanism.mobility() == 0 && mechanism.clearance_joints.is_empty() {
         recorder.follow_drives(&mut q, &mut v)
     } else {
-        let mut method = settings.method.stepper(mechanism.degrees_of_freedom());
+        let mut method = settings.method.stepper(mechanism.degrees_of_freedom(), settings.rtol);
         integrate_with(&mut recorder, &mut *method, settings.limits, 0.0, settings.duration, &mut q, &mut v)
     };
     let mut warnings = recorder.warnings;

@@ -127,11 +127,14 @@ impl Run<'_> {
             self.accept(end, cut)?;
             match landed {
                 Some(index) => h = self.change_phase(index)?.min(taken),
-                None => h = self.next_step(taken, error),
-            }
-            if self.method.settle() {
-                self.stats.switches += 1;
-                self.steps_since_restart = 0;
+                None => {
+                    h = self.next_step(taken, error);
+                    if self.method.settle() {
+                        self.stats.switches += 1;
+                        // The errors of two methods have no trend.
+                        self.steps_since_restart = 0;
+                    }
+                }
             }
         }
         Ok(())
@@ -140,7 +143,7 @@ impl Run<'_> {
     /// Reads tolerances and guards after a change of phase.
     fn restart(&mut self) {
         self.system.tolerances(&mut self.position_tolerance, &mut self.velocity_tolerance);
-        self.method.weigh(&self.velocity_tolerance);
+        self.method.weigh(&self.position_tolerance, &self.velocity_tolerance);
         self.system.guards(self.t, &self.q, &self.v, &mut self.start_guards);
         self.steps_since_restart = 0;
     }

@@ -25,7 +25,7 @@ pub struct Dop853 {
     step: DenseStep,
     /// State of the last stage, at the end of the step like the solution.
     last_argument: Vec<f64>,
-    /// What a velocity is worth, against the others.
+    /// What each component of the state is worth against the others.
     weights: Vec<f64>,
 }
 
@@ -42,17 +42,17 @@ impl Dop853 {
             error: vec![0.0; n],
             step: DenseStep::new(n, 6),
             last_argument: vec![0.0; n],
-            weights: vec![1.0; d],
+            weights: vec![1.0; n],
         }
     }
 
-    /// Length of the step last taken times the fastest rate of the motion [-], by the difference
-    /// between the two states the method knows at its end: what separates them is the fastest component.
-    /// Stable up to about 6.
+    /// Length of the step last taken times the fastest rate of the motion [-]: the change of the slopes
+    /// over that of the states between the last stage and the solution, which differ by little but the
+    /// fastest component. The method is stable up to about 6.
     pub fn stiffness(&self) -> f64 {
         let (mut change, mut distance) = (0.0, 0.0);
         let states = self.slopes.iter().zip(&self.step.end).zip(&self.last_argument);
-        for (((slope, end), last), weight) in states.zip(self.weights.iter().chain(&self.weights)) {
+        for (((slope, end), last), weight) in states.zip(&self.weights) {
             let (rise, run) = (weight * (slope[STAGES] - slope[STAGES - 1]), weight * (end - last));
             change += rise * rise;
             distance += run * run;
@@ -165,8 +165,9 @@ impl Stepper for Dop853 {
         7
     }
 
-    fn weigh(&mut self, velocity_tolerance: &[f64]) {
-        for (weight, tolerance) in self.weights.iter_mut().zip(velocity_tolerance) {
+    fn weigh(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]) {
+        let tolerances = position_tolerance.iter().chain(velocity_tolerance);
+        for (weight, tolerance) in self.weights.iter_mut().zip(tolerances) {
             *weight = 1.0 / tolerance;
         }
     }

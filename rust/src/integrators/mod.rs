@@ -105,8 +105,8 @@ pub trait Stepper {
     /// Order of the embedded solution.
     fn embedded_order(&self) -> usize;
 
-    /// Learns what the coordinates are worth against each other, where a phase begins.
-    fn weigh(&mut self, _velocity_tolerance: &[f64]) {}
+    /// Learns what positions and velocities are worth against each other, where a phase begins.
+    fn weigh(&mut self, _position_tolerance: &[f64], _velocity_tolerance: &[f64]) {}
 
     /// Whether the method of the next step is explicit.
     fn is_explicit(&self) -> bool {
@@ -117,6 +117,23 @@ pub trait Stepper {
     fn settle(&mut self) -> bool {
         false
     }
+
+    /// What the method knows of the steps before, for a run that is to be continued bit for bit.
+    fn memory(&self) -> Memory {
+        Memory { implicit: !self.is_explicit(), contradictions: 0 }
+    }
+
+    /// Takes up what [`Stepper::memory`] gave.
+    fn recall(&mut self, _memory: Memory) {}
+}
+
+/// What a method knows of the steps before the present one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Memory {
+    /// The next step is an implicit one.
+    pub implicit: bool,
+    /// Last steps in a row whose stiffness spoke for the other method.
+    pub contradictions: usize,
 }
 
 /// How a projection onto the constraints went.

@@ -144,12 +144,12 @@ impl Rosenbrock {
     /// Length of the step last taken times a bound of the fastest rate of the motion [-], by the Jacobian
     /// at its start.
     pub fn stiffness(&self) -> f64 {
-        let d = self.d;
-        // Rows weighted as the velocity tolerances weigh them: the norm knows no units.
+        // Rows and columns in tolerances: the norm knows no units.
+        let row_sum = |(row, weight): (&[f64], &f64)| {
+            weight * row.iter().zip(&self.weights).map(|(a, weight)| a.abs() / weight).sum::<f64>()
+        };
         let norm = |matrix: &[f64]| {
-            (0..d)
-                .map(|i| (0..d).map(|j| matrix[i * d + j].abs() / self.weights[j]).sum::<f64>() * self.weights[i])
-                .fold(0.0, f64::max)
+            matrix.chunks_exact(self.d.max(1)).zip(&self.weights).map(row_sum).fold(0.0, f64::max)
         };
         self.step.h * (norm(&self.linear.a_v) + norm(&self.linear.a_q).sqrt())
     }
@@ -214,7 +214,7 @@ impl Stepper for Rosenbrock {
         self.tableau.embedded_order
     }
 
-    fn weigh(&mut self, velocity_tolerance: &[f64]) {
+    fn weigh(&mut self, _position_tolerance: &[f64], velocity_tolerance: &[f64]) {
         for (weight, tolerance) in self.weights.iter_mut().zip(velocity_tolerance) {
             *weight = 1.0 / tolerance;
         }
