@@ -36,7 +36,7 @@ impl Method {
 }
 
 /// Relative tolerance below which Rodas5P needs less work than Rodas4 for the same error: on sticking and
-/// sliding journals (`benchmarks/rattle.rs`) they are level between 1e-7 and 1e-8.
+/// sliding journals (`benchmarks/stiffness.rs`) they are level between 1e-7 and 1e-8.
 const TIGHT: f64 = 3e-8;
 
 /// Most samples of a run: with all columns of a small mechanism they still fit into memory.

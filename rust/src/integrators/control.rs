@@ -129,7 +129,7 @@ impl Run<'_> {
                 Some(index) => h = self.change_phase(index)?.min(taken),
                 None => {
                     h = self.next_step(taken, error);
-                    if self.method.settle() {
+                    if self.method.settle(self.system, self.t, &self.q, &self.v, &mut self.stats) {
                         self.stats.switches += 1;
                         // The errors of two methods have no trend.
                         self.steps_since_restart = 0;

@@ -113,27 +113,41 @@ pub trait Stepper {
         false
     }
 
-    /// Sees that the step last taken was accepted; true where another method takes the next one.
-    fn settle(&mut self) -> bool {
+    /// Sees that the step last taken was accepted and led to (q, v) at `t`, in the same phase; true
+    /// where another method takes the next one.
+    fn settle(
+        &mut self,
+        _system: &mut dyn HybridSystem,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _stats: &mut Stats,
+    ) -> bool {
         false
     }
 
     /// What the method knows of the steps before, for a run that is to be continued bit for bit.
     fn memory(&self) -> Memory {
-        Memory { implicit: !self.is_explicit(), contradictions: 0 }
+        Memory::default()
     }
 
     /// Takes up what [`Stepper::memory`] gave.
     fn recall(&mut self, _memory: Memory) {}
 }
 
-/// What a method knows of the steps before the present one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What a method that switches knows of the steps before the present one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Memory {
     /// The next step is an implicit one.
     pub implicit: bool,
+    /// Accepted steps since the last switch.
+    pub steps: u32,
     /// Last steps in a row whose stiffness spoke for the other method.
-    pub contradictions: usize,
+    pub contradictions: u32,
+    /// Steps before which no switch is considered.
+    pub pause: u32,
+    /// Length of the next pause.
+    pub next_pause: u32,
 }
 
 /// How a projection onto the constraints went.

@@ -144,14 +144,21 @@ impl Rosenbrock {
     /// Length of the step last taken times a bound of the fastest rate of the motion [-], by the Jacobian
     /// at its start.
     pub fn stiffness(&self) -> f64 {
-        // Rows and columns in tolerances: the norm knows no units.
+        self.step.h * (self.norm(&self.linear.a_v) + self.norm(&self.linear.a_q).sqrt())
+    }
+
+    /// Bound of the rate at which velocities are damped [1/s], by the Jacobian of the last
+    /// [`Stepper::begin`].
+    pub fn damping(&self) -> f64 {
+        self.norm(&self.linear.a_v)
+    }
+
+    /// Largest row sum, rows and columns in tolerances: the norm knows no units.
+    fn norm(&self, matrix: &[f64]) -> f64 {
         let row_sum = |(row, weight): (&[f64], &f64)| {
             weight * row.iter().zip(&self.weights).map(|(a, weight)| a.abs() / weight).sum::<f64>()
         };
-        let norm = |matrix: &[f64]| {
-            matrix.chunks_exact(self.d.max(1)).zip(&self.weights).map(row_sum).fold(0.0, f64::max)
-        };
-        self.step.h * (norm(&self.linear.a_v) + norm(&self.linear.a_q).sqrt())
+        matrix.chunks_exact(self.d.max(1)).zip(&self.weights).map(row_sum).fold(0.0, f64::max)
     }
 
     /// Computes the dense output of the step last taken.
