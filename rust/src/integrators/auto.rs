@@ -90,8 +90,12 @@ impl Stepper for Auto {
         self.active_mut().finish_dense(system, stats)
     }
 
-    fn dense_is_free(&self) -> bool {
-        self.active().dense_is_free()
+    fn glance(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
+        self.active_mut().glance(theta, q, v);
+    }
+
+    fn largest_growth(&self) -> f64 {
+        self.active().largest_growth()
     }
 
     fn step(&mut self) -> &mut DenseStep {

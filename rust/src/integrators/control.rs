@@ -217,7 +217,7 @@ impl Run<'_> {
             return Ok(None);
         }
         self.read_end_guards();
-        if !self.suspicious()? {
+        if !self.suspicious() {
             return Ok(None);
         }
         self.finish_dense()?;
@@ -271,20 +271,18 @@ impl Run<'_> {
         Ok(Some(event.index))
     }
 
-    /// Whether an event may lie on the step: judged by its ends and, where the dense output costs
-    /// next to nothing, its middle. Ends alone miss a dip between two flat ends.
-    fn suspicious(&mut self) -> Result<bool, Failure> {
-        let h = self.method.step().h;
+    /// Whether an event may lie on the step: judged by its ends and its middle. Ends alone miss a dip
+    /// between two flat ends.
+    fn suspicious(&mut self) -> bool {
+        let step = self.method.step();
+        let (t, h) = (step.t, step.h);
         if EventFinder::suspicious(h, &self.start_guards, &self.end_guards) {
-            return Ok(true);
+            return true;
         }
-        if !self.method.dense_is_free() {
-            return Ok(false);
-        }
-        self.finish_dense()?;
-        self.read_guards_inside(0.5);
-        Ok(EventFinder::suspicious(0.5 * h, &self.start_guards, &self.inner_guards)
-            || EventFinder::suspicious(0.5 * h, &self.inner_guards, &self.end_guards))
+        self.method.glance(0.5, &mut self.inner_q, &mut self.inner_v);
+        self.system.guards(t + 0.5 * h, &self.inner_q, &self.inner_v, &mut self.inner_guards);
+        EventFinder::suspicious(0.5 * h, &self.start_guards, &self.inner_guards)
+            || EventFinder::suspicious(0.5 * h, &self.inner_guards, &self.end_guards)
     }
 
     /// Completes the dense output of the step, once.
@@ -398,6 +396,8 @@ impl Run<'_> {
         if self.was_rejected {
             factor = factor.min(1.0);
         }
+        // Not below 1: that is for the error to say.
+        factor = factor.min(self.method.largest_growth().max(1.0));
         self.last_step = h;
         self.last_error = error;
         h * factor

@@ -12,6 +12,13 @@ use crate::integrators::{HybridSystem, Stats, Stepper};
 const STAGES: usize = 12;
 const SLOPES: usize = 16;
 
+/// Length of a step times the fastest rate up to which nothing grows, be it damped (6.3) or an
+/// oscillation (5.9).
+const STABLE: f64 = 5.9;
+
+/// Relative difference of two states that may be rounding alone.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
 /// The method with its scratch memory.
 #[derive(Clone, Debug)]
 pub struct Dop853 {
@@ -50,14 +57,16 @@ impl Dop853 {
     /// over that of the states between the last stage and the solution, which differ by little but the
     /// fastest component. The method is stable up to about 6.
     pub fn stiffness(&self) -> f64 {
-        let (mut change, mut distance) = (0.0, 0.0);
+        let (mut change, mut distance, mut rounding) = (0.0, 0.0, 0.0);
         let states = self.slopes.iter().zip(&self.step.end).zip(&self.last_argument);
         for (((slope, end), last), weight) in states.zip(&self.weights) {
             let (rise, run) = (weight * (slope[STAGES] - slope[STAGES - 1]), weight * (end - last));
+            let noise = weight * ROUNDING * end;
             change += rise * rise;
             distance += run * run;
+            rounding += noise * noise;
         }
-        if distance > 0.0 { self.step.h * (change / distance).sqrt() } else { 0.0 }
+        if distance > rounding { self.step.h * (change / distance).sqrt() } else { 0.0 }
     }
 
     /// Evaluates the slope number `stage` from the ones before it.
@@ -148,8 +157,22 @@ impl Stepper for Dop853 {
         true
     }
 
-    fn dense_is_free(&self) -> bool {
-        false
+    fn glance(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
+        // The cubic through the states and slopes of both ends; the full dense output costs three
+        // evaluations.
+        let (d, h, rest) = (self.d, self.step.h, 1.0 - theta);
+        for (k, slope) in self.slopes.iter().enumerate() {
+            let (start, end) = (self.step.start[k], self.step.end[k]);
+            let change = end - start;
+            let bend = rest * (h * slope[0] - change) - theta * (h * slope[STAGES] - change);
+            let value = rest * start + theta * end + theta * rest * bend;
+            if k < d { q[k] = value } else { v[k - d] = value }
+        }
+    }
+
+    fn largest_growth(&self) -> f64 {
+        let stiffness = self.stiffness();
+        if stiffness > 0.0 { STABLE / stiffness } else { f64::INFINITY }
     }
 
     fn step(&mut self) -> &mut DenseStep {

@@ -91,9 +91,13 @@ pub trait Stepper {
     /// Computes the dense output of the step last taken; false where something is not finite.
     fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool;
 
-    /// Whether the dense output needs no further evaluations.
-    fn dense_is_free(&self) -> bool {
-        true
+    /// State at a part of the step last taken, without further evaluations: enough to see whether the
+    /// guards must be looked at more closely.
+    fn glance(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]);
+
+    /// Largest factor by which the next step may be longer without leaving the stable region.
+    fn largest_growth(&self) -> f64 {
+        f64::INFINITY
     }
 
     /// The step last taken.

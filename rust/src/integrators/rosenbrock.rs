@@ -209,6 +209,11 @@ impl Stepper for Rosenbrock {
         true
     }
 
+    fn glance(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
+        Rosenbrock::finish_dense(self);
+        self.step.at(theta, q, v);
+    }
+
     fn step(&mut self) -> &mut DenseStep {
         &mut self.step
     }
