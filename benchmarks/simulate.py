@@ -41,7 +41,7 @@ OUTPUTS = (  # the quantities that the rival computes as well
     "wrist.penetration",
     "wrist.normal_force",
 )
-OURS = {"Rodas4": "rodas4", "Rodas5P": "rodas5p", "DOP853 (own)": "dop853"}
+OURS = {"auto": "auto", "Rodas4": "rodas4", "Rodas5P": "rodas5p", "DOP853 (own)": "dop853"}
 COMPILED = ("odeint", "ode dop853")
 DECADES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 TOLERANCES = {

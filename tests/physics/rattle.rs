@@ -16,8 +16,6 @@ use crate::support::Random;
 const SPEED: f64 = 2000.0 * std::f64::consts::PI / 30.0;
 const MASS: f64 = 0.14;
 const INERTIA: f64 = 1e-4;
-/// Simulated time [s]: about 14 contact changes.
-pub const DURATION: f64 = 1.5e-3;
 /// Scales of the tolerance and of the error [m], [m/s], [rad/s].
 const SCALES: [f64; 3] = [1e-5, 1.0, 100.0];
 
@@ -32,11 +30,11 @@ pub struct Rattle {
     /// Velocity at the start, in the centre of the bearing [m/s].
     pub start: [f64; 2],
     pub impact_velocity_floor: f64,
-    pub rtol: f64,
+    /// Simulated time [s]: 1.5 ms see about 14 contact changes.
+    pub duration: f64,
     /// Velocity tolerance in contact, as a part of the velocity at which friction is steep.
     pub stick_part: f64,
-    /// First step after an onset, as a part of rtol^0.4 times the time scale of the impact.
-    pub onset_step: f64,
+    rtol: f64,
     phase: Phase,
     step_bound: f64,
 }
@@ -66,9 +64,9 @@ impl Rattle {
             swing: 87.0,
             start: [0.0; 2],
             impact_velocity_floor: 2.65e-3,
-            rtol: 1e-6,
+            duration: 1.5e-3,
             stick_part: 0.1,
-            onset_step: 1.0,
+            rtol: 1e-6,
             phase: Phase::Free,
             step_bound: f64::INFINITY,
         }
@@ -98,7 +96,8 @@ impl Rattle {
         self.rtol = rtol;
         let (mut q, mut v) = ([0.0; 3], [self.start[0], self.start[1], 0.0]);
         let limits = Limits { max_steps: 3_000_000, ..Limits::default() };
-        let outcome = integrate_with(&mut self, method, limits, 0.0, DURATION, &mut q, &mut v);
+        let duration = self.duration;
+        let outcome = integrate_with(&mut self, method, limits, 0.0, duration, &mut q, &mut v);
         (outcome, [q[0], q[1], v[0], v[1], v[2]])
     }
 
@@ -149,7 +148,9 @@ impl HybridSystem for Rattle {
 
     fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
         let exists = self.acceleration(t, q, v, &mut linear.a);
-        self.bound_step(v, &linear.a.clone());
+        let a = std::mem::take(&mut linear.a);
+        self.bound_step(v, &a);
+        linear.a = a;
         let forces = self.law.force_gradient(&self.motion(t, q, v), self.phase);
         let (sin, cos) = (SPEED * t).sin_cos();
         let spin_rate = self.swing * SPEED * sin * self.law.bearing_radius;
@@ -222,7 +223,7 @@ impl HybridSystem for Rattle {
                 let impact_velocity = state.penetration_rate.max(self.impact_velocity_floor);
                 // Of a free journal: the surfaces meet along the normal, friction does not count.
                 let impact_time = self.law.normal.impact_time(MASS, impact_velocity);
-                bound = self.onset_step * self.rtol.powf(0.4) * impact_time;
+                bound = self.rtol.powf(0.4) * impact_time;
                 let hysteresis_factor = self.law.normal.hysteresis_factor(impact_velocity);
                 Phase::Contact { hysteresis_factor, clipped: false }
             }
