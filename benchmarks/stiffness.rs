@@ -201,7 +201,10 @@ fn at_error(rows: &[Row], target: f64) -> String {
 }
 
 fn table(name: &str, ensemble: &dyn Ensemble, all: bool) {
-    println!("\n{name}, {} scenes: stages / work / microseconds for a geometric-mean error of", ensemble.count());
+    println!(
+        "\n{name}, {} scenes: stages / work / microseconds for a geometric-mean error of",
+        ensemble.count()
+    );
     println!("{:8}{}", "", TARGETS.map(|target| format!("{target:>27.0e}")).concat());
     for (name, method) in METHODS {
         let rows: Vec<Row> = (2..=10).map(|k| measure(ensemble, method, 10_f64.powi(-k))).collect();
@@ -227,9 +230,11 @@ fn main() {
     table("journals that slide", &Journals::new(40, Rattle::sliding), all);
     table("journals that stick", &Journals::new(24, Rattle::sticking), all);
     for (name, as_printed) in [("as printed", true), ("corrected", false)] {
-        for (what, friction, stick_slip, duration) in
-            [("", 1.0, 1.0, 0.02), (", friction x 10", 10.0, 1.0, 0.01), (", x 10, V_s / 10", 10.0, 0.1, 0.005)]
-        {
+        for (what, friction, stick_slip, duration) in [
+            ("", 1.0, 1.0, 0.02),
+            (", friction x 10", 10.0, 1.0, 0.01),
+            (", x 10, V_s / 10", 10.0, 0.1, 0.005),
+        ] {
             let ensemble = SliderCranks::new(8, as_printed, friction, stick_slip, duration);
             if ensemble.count() > 0 {
                 table(&format!("slider-cranks {name}{what}"), &ensemble, all);

@@ -39,7 +39,7 @@ def run():
         return cc.simulate(cc.mechanisms.slider_crank(), duration=0.004, samples=401)
 
 
-@pytest.mark.parametrize("method", ["rodas5p", "rodas4", "dop853"])
+@pytest.mark.parametrize("method", ["auto", "rodas5p", "rodas4", "dop853"])
 def test_free_fall(method):
     run = cc.simulate(faller(), duration=0.5, samples=51, rtol=1e-9, method=method)
     assert run.status == "done" and run.success and run.end_time == 0.5

@@ -1,6 +1,9 @@
 //! The explicit Runge-Kutta method DOP853 of Hairer, Norsett and Wanner, order 8(5,3)
 //! `[HairerNorsettWanner1993]`.
 //!
+//! The error estimate is that of the authors with a second combination of order 5 beside theirs: it must
+//! not vanish by chance where a step crosses a kink of the friction law or a change of contact.
+//!
 //! No Jacobian and no linear equations. While the contacts do not stick it reaches the accuracy
 //! of a Rosenbrock method with a fraction of the work; sticking friction is stiff, and there its
 //! steps shrink to the stability limit, which costs time but not accuracy.
@@ -128,9 +131,10 @@ impl Stepper for Dop853 {
         }
         self.step.end.copy_from_slice(&self.argument);
         for (error, slope) in self.error.iter_mut().zip(&self.slopes) {
-            let (fifth, third) = (dot(&E5, slope), dot(&E3, slope));
-            let size = (fifth * fifth + 0.01 * third * third).sqrt();
-            *error = if size > 0.0 { h * fifth * fifth / size } else { 0.0 * size };
+            let (fifth, other, third) = (dot(&E5, slope), dot(&E5_OTHER, slope), dot(&E3, slope));
+            let square = fifth * fifth + other * other;
+            let size = (square + 0.01 * third * third).sqrt();
+            *error = if size > 0.0 { h * square / size } else { 0.0 * size };
         }
         self.step.end.iter().all(|y| y.is_finite())
     }
@@ -513,6 +517,28 @@ const E5: [f64; STAGES + 1] = [
     0.08192320648511571,
     -0.022355307863886294,
     0.0,
+];
+
+/// A second error estimate of order 5, independent of the first: both vanish for polynomials, and
+/// seldom both at a kink. The first alone falls below a twentieth of the error for every tenth position of
+/// a kink within the step. The 13 slopes have four independent combinations that fulfil the order
+/// conditions up to order 5; this one keeps the ratio of error to estimate closest to 1 over kinks of
+/// t^1.5 and t² (95 % below 4.4) among those that make the estimate of smooth functions at most 1.5 times
+/// as large.
+const E5_OTHER: [f64; STAGES + 1] = [
+    -0.025232620219129302,
+    0.0,
+    0.0,
+    0.0,
+    0.0,
+    -0.16057996746268344,
+    0.6712521954699529,
+    -0.7780218019039703,
+    -2.0258947251136386,
+    2.0749989604626125,
+    0.30760472509783804,
+    -0.13177329840488536,
+    0.06764653205458182,
 ];
 
 /// Weights of the dense output of order 7.
