@@ -19,8 +19,7 @@ use crate::integrators::{HybridSystem, Memory, Stats, Stepper};
 // 1e-3 to 1e-7.
 
 /// Length of a step times the rate of damping from which the explicit method gives way. 1 costs 5 % more
-/// where contacts slide, 4 half as much again where they stick and the tolerance is tight; 1.5 to 3 are
-/// alike.
+/// where contacts slide, 4 a third more where they stick and the tolerance is tight; 1.5 to 3 are alike.
 const STIFF: f64 = 2.0;
 /// Length of a step times the fastest rate of any kind from which it does; it is stable up to about 6.
 const UNSTABLE: f64 = 5.0;
