@@ -139,7 +139,7 @@ class Stats:
     steps: int
     """Accepted steps [-]."""
     explicit_steps: int
-    """Those of them that the explicit method took [-]; all with ``"dop853"``, none with Rosenbrock methods."""
+    """Those that the explicit method took [-]: all with ``"dop853"``, none with Rosenbrock methods."""
     switches: int
     """Changes between the explicit and the Rosenbrock method by ``"auto"`` [-]."""
     rejected: int
@@ -366,9 +366,9 @@ def simulate(
     rtol : float
         Relative tolerance of the integrator [-], from 1e-13 to 0.1.
     method : {"auto", "rodas5p", "rodas4", "dop853"}
-        The explicit method of order 8 (DOP853) and a Rosenbrock method (Rodas4, below an rtol of 3e-8 Rodas5P),
-        changing places with the stiffness of the motion; or one of them throughout. DOP853 alone is much
-        dearer, though no less accurate, where a contact sticks.
+        The explicit method of order 8 (DOP853) and a Rosenbrock method (Rodas4, Rodas5P at an rtol below
+        3e-8), changing places with the stiffness of the motion; or one of them throughout. DOP853 alone is
+        much dearer, though no less accurate, where a contact sticks.
     outputs : sequence of str, optional
         Names of the columns to return; all of them if not given. ``scene.check().columns`` lists them.
     max_steps, max_events : int

@@ -56,9 +56,9 @@ class Study:
     rtol : float
         Relative tolerance of the integrator [-], from 1e-13 to 0.1.
     method : {"auto", "rodas5p", "rodas4", "dop853"}
-        The explicit method of order 8 (DOP853) and a Rosenbrock method (Rodas4, below an rtol of 3e-8 Rodas5P),
-        changing places with the stiffness of the motion; or one of them throughout. DOP853 alone is much
-        dearer, though no less accurate, where a contact sticks.
+        The explicit method of order 8 (DOP853) and a Rosenbrock method (Rodas4, Rodas5P at an rtol below
+        3e-8), changing places with the stiffness of the motion; or one of them throughout. DOP853 alone is
+        much dearer, though no less accurate, where a contact sticks.
     fixed : mapping of str to object, optional
         Further keywords of `build`, the same for all runs.
     threads : int, optional
