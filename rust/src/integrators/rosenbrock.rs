@@ -34,6 +34,8 @@ pub struct Rosenbrock {
     pub error: Vec<f64>,
     /// The step last taken.
     pub step: DenseStep,
+    /// The dense output of that step is complete.
+    dense: bool,
     /// Accelerations and Jacobian at the start of the present step.
     linear: Linearisation,
     /// (t, q, v) there.
@@ -56,6 +58,7 @@ impl Rosenbrock {
             a: vec![0.0; d],
             error: vec![0.0; n],
             step: DenseStep::new(n, tableau.h.len() / tableau.stages),
+            dense: false,
             linear: Linearisation::new(d),
             start: (0.0, vec![0.0; d], vec![0.0; d]),
         }
@@ -90,6 +93,7 @@ impl Rosenbrock {
         if !lu_factor(&mut self.w, d, &mut self.weights, &mut self.pivots) {
             return false;
         }
+        self.dense = false;
         self.step.t = t;
         self.step.h = h;
         self.step.start[..d].copy_from_slice(q);
@@ -163,6 +167,9 @@ impl Rosenbrock {
 
     /// Computes the dense output of the step last taken.
     pub fn finish_dense(&mut self) {
+        if std::mem::replace(&mut self.dense, true) {
+            return;
+        }
         let stages = self.tableau.stages;
         // At least 1: without a degree of freedom there are no rows, and no chunks of length zero.
         let rows = self.step.rows.chunks_exact_mut((2 * self.d).max(1));
