@@ -41,11 +41,11 @@ OUTPUTS = (  # the quantities that the rival computes as well
     "wrist.penetration",
     "wrist.normal_force",
 )
-OURS = {"Rodas4": "rodas4", "Rodas5P": "rodas5p", "DOP853 (own)": "dop853"}
+OURS = {"auto": "auto", "Rodas4": "rodas4", "Rodas5P": "rodas5p", "DOP853 (own)": "dop853"}
 COMPILED = ("odeint", "ode dop853")
 DECADES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 TOLERANCES = {
-    **dict.fromkeys(OURS, DECADES[1:]),
+    **dict.fromkeys(OURS, DECADES),
     **dict.fromkeys((*COMPILED, "LSODA", "DOP853"), DECADES),
     "Radau": DECADES[:5],
     "solve_ivp LSODA": DECADES[1:6],

@@ -19,6 +19,8 @@ __all__ = [
 @type_check_only
 class _Stats(TypedDict):
     steps: int
+    explicit_steps: int
+    switches: int
     rejected: int
     stages: int
     evaluations: int

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-METHODS = ("rodas5p", "rodas4", "dop853")
+METHODS = ("auto", "rodas5p", "rodas4", "dop853")
 MAX_STEPS = 10_000_000
 MAX_EVENTS = 1_000_000
 

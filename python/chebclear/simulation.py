@@ -6,7 +6,7 @@ import dataclasses
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -16,9 +16,6 @@ from .checks import Checks
 from .errors import ChebclearWarning, SimulationError
 from .progress import bar, is_request
 from .scene import Scene
-
-if TYPE_CHECKING:
-    pass
 from .settings import LEAST_RTOL, MAX_EVENTS, MAX_STEPS, Settings
 from .trajectory import Contacts, EndState, Events, Stats, Trajectory
 
@@ -33,7 +30,7 @@ def simulate(
     duration: float,
     samples: int,
     rtol: float = 1e-6,
-    method: str = "rodas5p",
+    method: str = "auto",
     outputs: Sequence[str] | None = None,
     *,
     skip: float = 0.0,
@@ -62,9 +59,10 @@ def simulate(
         steps.
     rtol : float
         Relative tolerance of the integrator [-], from 1e-13 to 0.1.
-    method : {"rodas5p", "rodas4", "dop853"}
-        Rosenbrock methods of order 5 and 4, for contacts that may stick; or the explicit method of order 8,
-        cheaper where none sticks for long and much dearer, though no less accurate, where one does.
+    method : {"auto", "rodas5p", "rodas4", "dop853"}
+        The explicit method of order 8 (DOP853) and a Rosenbrock method (Rodas4, Rodas5P at an rtol below
+        3e-8), changing places with the stiffness of the motion; or one of them throughout. DOP853 alone is
+        much dearer, though no less accurate, where a contact sticks.
     outputs : sequence of str, optional
         Names of the columns to return, or patterns such as ``"energy.*"``; all quantities of bodies,
         clearance joints and drives if not given. ``scene.check()`` lists them, and further ones.

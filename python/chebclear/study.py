@@ -61,9 +61,10 @@ class Study:
         Time to simulate before the first sample [s].
     rtol : float
         Relative tolerance of the integrator [-], from 1e-13 to 0.1.
-    method : {"rodas5p", "rodas4", "dop853"}
-        Rosenbrock methods of order 5 and 4, for contacts that may stick; or the explicit method of order 8,
-        cheaper where none sticks for long and much dearer, though no less accurate, where one does.
+    method : {"auto", "rodas5p", "rodas4", "dop853"}
+        The explicit method of order 8 (DOP853) and a Rosenbrock method (Rodas4, Rodas5P at an rtol below
+        3e-8), changing places with the stiffness of the motion; or one of them throughout. DOP853 alone is
+        much dearer, though no less accurate, where a contact sticks.
     fixed : mapping of str to object, optional
         Further keywords of `build`, the same for all runs.
     threads : int, optional
@@ -107,7 +108,7 @@ class Study:
         samples: int,
         skip: float = 0.0,
         rtol: float = 1e-6,
-        method: str = "rodas5p",
+        method: str = "auto",
         fixed: Mapping[str, Any] | None = None,
         threads: int | None = None,
         progress: bool | Progress | None = None,

@@ -36,6 +36,10 @@ class Stats:
 
     steps: int
     """Accepted steps [-]."""
+    explicit_steps: int
+    """Those that the explicit method took [-]: all with ``"dop853"``, none with Rosenbrock methods."""
+    switches: int
+    """Changes between the explicit and the Rosenbrock method by ``"auto"`` [-]."""
     rejected: int
     """Rejected steps [-]."""
     stages: int

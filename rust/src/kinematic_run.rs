@@ -50,6 +50,7 @@ impl Recorder<'_> {
             step: f64::NAN,
             last: [1.0, 0.0],
             steps_since_restart: 0,
+            memory: None,
         });
         outcome
     }

@@ -103,6 +103,8 @@ impl Drop for Ring<'_> {
 fn stats_dict<'py>(py: Python<'py>, run: &Trajectory) -> PyResult<Bound<'py, PyDict>> {
     let stats = PyDict::new(py);
     stats.set_item("steps", run.stats.steps)?;
+    stats.set_item("explicit_steps", run.stats.explicit_steps)?;
+    stats.set_item("switches", run.stats.switches)?;
     stats.set_item("rejected", run.stats.rejected)?;
     stats.set_item("stages", run.stats.stages)?;
     stats.set_item("evaluations", run.stats.evaluations)?;

@@ -6,7 +6,7 @@ use crate::clearance::Phase;
 use crate::contacts::{Contact, OpenContact};
 use crate::dynamics::ContactLoss;
 use crate::error::{Problem, SceneError};
-use crate::integrators::Checkpoint;
+use crate::integrators::{Checkpoint, MethodMemory};
 use crate::json::{Node, Problems};
 use crate::turns::Turns;
 use crate::work::Work;
@@ -53,7 +53,10 @@ fn numbers<'a>(values: impl IntoIterator<Item = &'a f64>) -> Value {
 impl Restart {
     /// As JSON.
     pub fn to_json(&self) -> String {
-        let Checkpoint { time, q, v, step, last, steps_since_restart } = &self.checkpoint;
+        let Checkpoint { time, q, v, step, last, steps_since_restart, memory } = &self.checkpoint;
+        let method = memory.map(|MethodMemory { implicit, steps, contradictions, pause, next_pause }| {
+            [u32::from(implicit), steps, contradictions, pause, next_pause]
+        });
         let Memory { phases, contacts, turns, work } = &self.memory;
         let phase = |phase: &Phase| match *phase {
             Phase::Free => Value::Null,
@@ -80,6 +83,7 @@ impl Restart {
                 "step": number(*step),
                 "last": numbers(last),
                 "steps_since_restart": steps_since_restart,
+                "method": method,
             },
             "phases": phases.iter().map(phase).collect::<Vec<_>>(),
             "contacts": contacts.iter().map(contact).collect::<Vec<_>>(),
@@ -119,6 +123,7 @@ fn read(node: Node, problems: &mut Problems) -> Restart {
             step: f64::NAN,
             last: [f64::NAN; 2],
             steps_since_restart: 0,
+            memory: None,
         },
     };
     let contacts = fields.list("contacts", problems, |node, problems| {
@@ -148,9 +153,23 @@ fn read_checkpoint(node: Node, problems: &mut Problems) -> Checkpoint {
         step: fields.number("step", problems),
         last: fields.pair("last", problems),
         steps_since_restart: fields.count_or("steps_since_restart", 0, problems),
+        memory: fields.optional("method").map(|node| read_method(node, problems)),
     };
     fields.finish(problems);
     checkpoint
+}
+
+fn read_method(node: Node, problems: &mut Problems) -> MethodMemory {
+    let numbers: Vec<u32> = node.numbers(problems).into_iter().map(|number| number as u32).collect();
+    match numbers[..] {
+        [implicit, steps, contradictions, pause, next_pause] => {
+            MethodMemory { implicit: implicit != 0, steps, contradictions, pause, next_pause }
+        }
+        _ => {
+            problems.push(Problem::new(&node.path, "must be five whole numbers"));
+            MethodMemory::default()
+        }
+    }
 }
 
 fn read_phase(node: Node, problems: &mut Problems) -> Phase {

@@ -157,7 +157,7 @@ fn run(
         v.copy_from_slice(&checkpoint.v);
         recorder.follow_drives(checkpoint.time, end, &mut q, &mut v)
     } else {
-        let mut method = settings.method.stepper(mechanism.degrees_of_freedom());
+        let mut method = settings.method.stepper(mechanism.degrees_of_freedom(), settings.rtol);
         let limits = recorder.limits();
         resume_with(&mut recorder, &mut *method, limits, &checkpoint, end, &mut q, &mut v)
     };

@@ -5,7 +5,7 @@ use chebclear::contact::{Damping, NormalLaw};
 use chebclear::integrators::Status;
 use chebclear::mechanism::State;
 use chebclear::scene::{Drive, Force, Joint, JointKind, Scene};
-use chebclear::settings::Settings;
+use chebclear::settings::{Method, Settings};
 use chebclear::trajectory::{EventKind, Trajectory, simulate, simulate_from};
 use std::f64::consts::PI;
 
@@ -187,13 +187,14 @@ fn clips_and_unclips_alternate_in_a_strongly_damped_contact() {
     let (scene, start) = shaken(0.05);
     let mechanism = compile(&scene);
     let mut counts = Vec::new();
-    for rtol in [1e-3, 1e-5, 1e-7, 1e-9] {
+    let methods = [Method::Auto, Method::Rodas5P, Method::Dop853];
+    for (method, rtol) in methods.into_iter().flat_map(|m| [1e-3, 1e-5, 1e-7, 1e-9].map(|rtol| (m, rtol))) {
         let mut settings = Settings::new(0.02, 2001);
-        settings.rtol = rtol;
+        (settings.method, settings.rtol) = (method, rtol);
         let run = simulate_from(&mechanism, &start, &settings, &|_| true).unwrap();
         assert_eq!(run.status, Status::Done, "{}", run.message());
         let clipped = clips(&run, 0, true);
-        println!("rtol {rtol:e}: {clipped} clips among {} events", run.events.len());
+        println!("{method:?}, rtol {rtol:e}: {clipped} clips among {} events", run.events.len());
         counts.push((clipped, run.events.len()));
         assert!(column(&run, "bearing.normal_force").iter().all(|force| *force >= 0.0));
         // The phase that is reported is that of the geometry, to the accuracy of a landing.
@@ -260,11 +261,19 @@ fn named_events(scene: &Scene, settings: &Settings) -> Vec<(f64, String, EventKi
 
 #[test]
 fn the_result_does_not_depend_on_the_numbers_of_joints_and_bodies() {
-    for rtol in [1e-4, 1e-8] {
+    // A landing may end anywhere within its overshoot. In flight the explicit method's error estimate is
+    // rounding alone, so the lengths of its steps depend on it, and the ends on them within the tolerance,
+    // which impacts multiply.
+    for (method, rtol, slack) in [
+        (Method::Rodas5P, 1e-4, 1e-3),
+        (Method::Rodas5P, 1e-8, 1e-3),
+        (Method::Auto, 1e-4, 1e-3),
+        (Method::Auto, 1e-8, 1e-2),
+    ] {
         // Long enough for several impacts of every joint; short enough for rounding errors, which
         // every impact multiplies, to stay small.
         let mut settings = Settings::new(0.01, 2);
-        settings.rtol = rtol;
+        (settings.method, settings.rtol) = (method, rtol);
         let original = named_events(&bar([0, 1, 2], false, 0.013, 0.8), &settings);
         println!("rtol {rtol:e}: {} events", original.len());
         assert!(original.len() >= 12, "{original:?}");
@@ -276,8 +285,7 @@ fn the_result_does_not_depend_on_the_numbers_of_joints_and_bodies() {
             for (ours, theirs) in permuted.iter().zip(&original) {
                 assert_eq!((&ours.1, ours.2), (&theirs.1, theirs.2), "{permuted:?}\n{original:?}");
                 let difference = (ours.0 - theirs.0).abs();
-                // A landing may end anywhere within its overshoot.
-                assert!(difference < 1e-3 * rtol, "{difference:e} s at {} s", theirs.0);
+                assert!(difference < slack * rtol, "{difference:e} s at {} s", theirs.0);
             }
         }
     }

@@ -252,7 +252,7 @@ fn resting_journal_sinks_in_by_load_over_stiffness_to_two_thirds() {
         let mechanism = compile(&falling(shaft(mass, normal(stiffness, restitution))));
         // At its place it stays.
         let start = State { q: vec![0.0, -CLEARANCE - depth, 0.0], v: vec![0.0; 3] };
-        let run = run_from(&mechanism, &start, &settings(0.1, 101, 1e-8));
+        let run = run_from(&mechanism, &start, &settings(0.1, 101, 1e-9));
         assert!(largest_deviation(&column(&run, "joint.penetration"), depth) < 1e-7 * depth);
         assert!(run.events.is_empty());
         // Only a law that latches the impact velocity misses one.

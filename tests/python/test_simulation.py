@@ -39,7 +39,7 @@ def run():
         return cc.simulate(cc.mechanisms.slider_crank(), duration=0.004, samples=401)
 
 
-@pytest.mark.parametrize("method", ["rodas5p", "rodas4", "dop853"])
+@pytest.mark.parametrize("method", ["auto", "rodas5p", "rodas4", "dop853"])
 def test_free_fall(method):
     run = cc.simulate(faller(), duration=0.5, samples=51, rtol=1e-9, method=method)
     assert run.status == "done" and run.success and run.end_time == 0.5
@@ -49,6 +49,18 @@ def test_free_fall(method):
     np.testing.assert_allclose(run["block.vy"], -GRAVITY * run.t, atol=1e-9)
     np.testing.assert_allclose(run["block.ay"], -GRAVITY, rtol=1e-12)
     assert np.abs(run["block.x"]).max() < 1e-15
+
+
+@pytest.mark.parametrize("method", [None, "auto", "rodas5p", "rodas4", "dop853"])
+def test_stats_tell_which_method_took_the_steps(method):
+    chosen = {} if method is None else {"method": method}
+    run = cc.simulate(faller(), duration=0.5, samples=3, **chosen)
+    assert run.settings.method == (method or "auto")
+    stats = run.stats
+    implicit = method in ("rodas5p", "rodas4")
+    # A free fall is not stiff.
+    assert stats.explicit_steps == (0 if implicit else stats.steps)
+    assert stats.switches == 0 and (stats.jacobians > 0) == implicit
 
 
 def test_a_driven_crank_turns_as_told():
@@ -108,7 +120,10 @@ def test_events_and_stats_tell_what_happened(run):
     assert set(events.kind) <= {"onset", "separation", "clip", "unclip"} and set(events.joint) == {"wrist"}
     assert np.all(np.diff(events.time) >= 0.0)
     assert np.all(events.normal_velocity[events.kind == "onset"] > 0.0)
-    assert run.stats.steps > 0 and run.stats.factorisations >= run.stats.steps
+    stats = run.stats
+    assert stats.steps >= stats.explicit_steps >= 0 and stats.steps > 0
+    assert stats.factorisations >= stats.steps - stats.explicit_steps
+    assert stats.evaluations >= 12 * stats.explicit_steps
     # In flight until the first onset, in contact just after it.
     contact = run["wrist.contact"]
     first = np.searchsorted(run.t, events.time[0])

@@ -81,6 +81,7 @@ pub fn integrate_with(
         step: f64::NAN,
         last: [1.0, 0.0],
         steps_since_restart: 0,
+        memory: None,
     };
     resume_with(system, method, limits, &checkpoint, end, q, v)
 }
@@ -142,6 +143,9 @@ impl Run<'_> {
         h = h.min(self.limits.max_step);
         self.restart();
         self.steps_since_restart = from.steps_since_restart;
+        if let Some(memory) = from.memory {
+            self.method.recall(memory);
+        }
         while self.t < end {
             if !self.method.begin(self.system, self.t, &self.q, &self.v, &mut self.stats) {
                 let finite = self.q.iter().chain(&self.v).all(|y| y.is_finite());
@@ -158,6 +162,7 @@ impl Run<'_> {
                     step: planned,
                     last: [self.last_error, self.last_step],
                     steps_since_restart: self.steps_since_restart,
+                    memory: Some(self.method.memory()),
                 });
             }
             let (taken, error) = self.attempt(h, end)?;
@@ -166,7 +171,14 @@ impl Run<'_> {
             self.accept(end, cut)?;
             match landed {
                 Some(index) => h = self.change_phase(index)?.min(taken),
-                None => h = self.next_step(taken, error),
+                None => {
+                    h = self.next_step(taken, error);
+                    if self.method.settle(self.system, self.t, &self.q, &self.v, &mut self.stats) {
+                        self.stats.switches += 1;
+                        // The errors of two methods have no trend.
+                        self.steps_since_restart = 0;
+                    }
+                }
             }
         }
         Ok(())
@@ -175,7 +187,7 @@ impl Run<'_> {
     /// Reads tolerances and guards after a change of phase.
     fn restart(&mut self) {
         self.system.tolerances(&mut self.position_tolerance, &mut self.velocity_tolerance);
-        self.method.weigh(&self.velocity_tolerance);
+        self.method.weigh(&self.position_tolerance, &self.velocity_tolerance);
         self.system.guards(self.t, &self.q, &self.v, &mut self.start_guards);
         self.steps_since_restart = 0;
     }
@@ -254,7 +266,7 @@ impl Run<'_> {
             return Ok(None);
         }
         self.read_end_guards();
-        if !self.suspicious()? {
+        if !self.suspicious() {
             return Ok(None);
         }
         self.finish_dense()?;
@@ -309,20 +321,18 @@ impl Run<'_> {
         Ok(Some(event.index))
     }
 
-    /// Whether an event may lie on the step: judged by its ends and, where the dense output costs
-    /// next to nothing, its middle. Ends alone miss a dip between two flat ends.
-    fn suspicious(&mut self) -> Result<bool, Failure> {
-        let h = self.method.step().h;
+    /// Whether an event may lie on the step: judged by its ends and its middle. Ends alone miss a dip
+    /// between two flat ends.
+    fn suspicious(&mut self) -> bool {
+        let step = self.method.step();
+        let (t, h) = (step.t, step.h);
         if EventFinder::suspicious(h, &self.start_guards, &self.end_guards) {
-            return Ok(true);
+            return true;
         }
-        if !self.method.dense_is_free() {
-            return Ok(false);
-        }
-        self.finish_dense()?;
-        self.read_guards_inside(0.5);
-        Ok(EventFinder::suspicious(0.5 * h, &self.start_guards, &self.inner_guards)
-            || EventFinder::suspicious(0.5 * h, &self.inner_guards, &self.end_guards))
+        self.method.glance(0.5, &mut self.inner_q, &mut self.inner_v);
+        self.system.guards(t + 0.5 * h, &self.inner_q, &self.inner_v, &mut self.inner_guards);
+        EventFinder::suspicious(0.5 * h, &self.start_guards, &self.inner_guards)
+            || EventFinder::suspicious(0.5 * h, &self.inner_guards, &self.end_guards)
     }
 
     /// Completes the dense output of the step, once.
@@ -374,6 +384,7 @@ impl Run<'_> {
     fn accept(&mut self, end: f64, cut: bool) -> Result<(), Failure> {
         let h = self.method.step().h;
         self.stats.steps += 1;
+        self.stats.explicit_steps += usize::from(self.method.is_explicit());
         self.steps_since_restart += 1;
         if h > 0.0 {
             self.standing_events = 0;
@@ -435,6 +446,8 @@ impl Run<'_> {
         if self.was_rejected {
             factor = factor.min(1.0);
         }
+        // Not below 1: that is for the error to say.
+        factor = factor.min(self.method.largest_growth().max(1.0));
         self.last_step = h;
         self.last_error = error;
         h * factor

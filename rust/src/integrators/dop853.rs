@@ -1,6 +1,9 @@
 //! The explicit Runge-Kutta method DOP853 of Hairer, Norsett and Wanner, order 8(5,3)
 //! `[HairerNorsettWanner1993]`.
 //!
+//! The error estimate is that of the authors with a second combination of order 5 beside theirs: it must
+//! not vanish by chance where a step crosses a kink of the friction law or a change of contact.
+//!
 //! No Jacobian and no linear equations. While the contacts do not stick it reaches the accuracy
 //! of a Rosenbrock method with a fraction of the work; sticking friction is stiff, and there its
 //! steps shrink to the stability limit, which costs time but not accuracy.
@@ -11,6 +14,13 @@ use crate::integrators::{HybridSystem, Stats, Stepper};
 /// Stages of a step; the 13th slope is that at its end, 3 more serve the dense output only.
 const STAGES: usize = 12;
 const SLOPES: usize = 16;
+
+/// Length of a step times the fastest rate up to which nothing grows, be it damped (6.3) or an
+/// oscillation (5.9).
+const STABLE: f64 = 5.9;
+
+/// Relative difference of two states that may be rounding alone.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// The method with its scratch memory.
 #[derive(Clone, Debug)]
@@ -23,6 +33,10 @@ pub struct Dop853 {
     a: Vec<f64>,
     error: Vec<f64>,
     step: DenseStep,
+    /// State of the last stage, at the end of the step like the solution.
+    last_argument: Vec<f64>,
+    /// What each component of the state is worth against the others.
+    weights: Vec<f64>,
 }
 
 impl Dop853 {
@@ -37,7 +51,25 @@ impl Dop853 {
             a: vec![0.0; d],
             error: vec![0.0; n],
             step: DenseStep::new(n, 6),
+            last_argument: vec![0.0; n],
+            weights: vec![1.0; n],
         }
+    }
+
+    /// Length of the step last taken times the fastest rate of the motion [-]: the change of the slopes
+    /// over that of the states between the last stage and the solution, which differ by little but the
+    /// fastest component. The method is stable up to about 6.
+    pub fn stiffness(&self) -> f64 {
+        let (mut change, mut distance, mut rounding) = (0.0, 0.0, 0.0);
+        let states = self.slopes.iter().zip(&self.step.end).zip(&self.last_argument);
+        for (((slope, end), last), weight) in states.zip(&self.weights) {
+            let (rise, run) = (weight * (slope[STAGES] - slope[STAGES - 1]), weight * (end - last));
+            let noise = weight * ROUNDING * end;
+            change += rise * rise;
+            distance += run * run;
+            rounding += noise * noise;
+        }
+        if distance > rounding { self.step.h * (change / distance).sqrt() } else { 0.0 }
     }
 
     /// Evaluates the slope number `stage` from the ones before it.
@@ -93,12 +125,16 @@ impl Stepper for Dop853 {
             if !self.evaluate(system, stage, stats) {
                 return false;
             }
+            if stage == STAGES - 1 {
+                self.last_argument.copy_from_slice(&self.argument);
+            }
         }
         self.step.end.copy_from_slice(&self.argument);
         for (error, slope) in self.error.iter_mut().zip(&self.slopes) {
-            let (fifth, third) = (dot(&E5, slope), dot(&E3, slope));
-            let size = (fifth * fifth + 0.01 * third * third).sqrt();
-            *error = if size > 0.0 { h * fifth * fifth / size } else { 0.0 * size };
+            let (fifth, other, third) = (dot(&E5, slope), dot(&E5_OTHER, slope), dot(&E3, slope));
+            let square = fifth * fifth + other * other;
+            let size = (square + 0.01 * third * third).sqrt();
+            *error = if size > 0.0 { h * square / size } else { 0.0 * size };
         }
         self.step.end.iter().all(|y| y.is_finite())
     }
@@ -125,8 +161,22 @@ impl Stepper for Dop853 {
         true
     }
 
-    fn dense_is_free(&self) -> bool {
-        false
+    fn glance(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
+        // The cubic through the states and slopes of both ends; the full dense output costs three
+        // evaluations.
+        let (d, h, rest) = (self.d, self.step.h, 1.0 - theta);
+        for (k, slope) in self.slopes.iter().enumerate() {
+            let (start, end) = (self.step.start[k], self.step.end[k]);
+            let change = end - start;
+            let bend = rest * (h * slope[0] - change) - theta * (h * slope[STAGES] - change);
+            let value = rest * start + theta * end + theta * rest * bend;
+            if k < d { q[k] = value } else { v[k - d] = value }
+        }
+    }
+
+    fn largest_growth(&self) -> f64 {
+        let stiffness = self.stiffness();
+        if stiffness > 0.0 { STABLE / stiffness } else { f64::INFINITY }
     }
 
     fn step(&mut self) -> &mut DenseStep {
@@ -140,6 +190,17 @@ impl Stepper for Dop853 {
     fn embedded_order(&self) -> usize {
         // The estimate combines orders 5 and 3 to one that falls with the eighth power of the step.
         7
+    }
+
+    fn weigh(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]) {
+        let tolerances = position_tolerance.iter().chain(velocity_tolerance);
+        for (weight, tolerance) in self.weights.iter_mut().zip(tolerances) {
+            *weight = 1.0 / tolerance;
+        }
+    }
+
+    fn is_explicit(&self) -> bool {
+        true
     }
 }
 
@@ -456,6 +517,28 @@ const E5: [f64; STAGES + 1] = [
     0.08192320648511571,
     -0.022355307863886294,
     0.0,
+];
+
+/// A second error estimate of order 5, independent of the first: both vanish for polynomials, and
+/// seldom both at a kink. The first alone falls below a twentieth of the error for every tenth position of
+/// a kink within the step. The 13 slopes have four independent combinations that fulfil the order
+/// conditions up to order 5; this one keeps the ratio of error to estimate closest to 1 over kinks of
+/// t^1.5 and t² (95 % of them below 4.4) among those that make the estimate of smooth functions at most 1.5 times
+/// as large.
+const E5_OTHER: [f64; STAGES + 1] = [
+    -0.025232620219129302,
+    0.0,
+    0.0,
+    0.0,
+    0.0,
+    -0.16057996746268344,
+    0.6712521954699529,
+    -0.7780218019039703,
+    -2.0258947251136386,
+    2.0749989604626125,
+    0.30760472509783804,
+    -0.13177329840488536,
+    0.06764653205458182,
 ];
 
 /// Weights of the dense output of order 7.

@@ -3,6 +3,7 @@
 //! The integrator knows no mechanism. A [`HybridSystem`] gives accelerations, their exact
 //! derivatives, guard functions whose zeros end the present phase, and the change of phase.
 
+pub mod auto;
 mod control;
 pub mod dense;
 pub mod dop853;
@@ -94,9 +95,13 @@ pub trait Stepper {
     /// Computes the dense output of the step last taken; false where something is not finite.
     fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool;
 
-    /// Whether the dense output needs no further evaluations.
-    fn dense_is_free(&self) -> bool {
-        true
+    /// State at a part of the step last taken, without further evaluations: enough to see whether the
+    /// guards must be looked at more closely.
+    fn glance(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]);
+
+    /// Largest factor by which the next step may be longer without leaving the stable region.
+    fn largest_growth(&self) -> f64 {
+        f64::INFINITY
     }
 
     /// The step last taken.
@@ -108,8 +113,49 @@ pub trait Stepper {
     /// Order of the embedded solution.
     fn embedded_order(&self) -> usize;
 
-    /// Learns what the coordinates are worth against each other.
-    fn weigh(&mut self, _velocity_tolerance: &[f64]) {}
+    /// Learns what positions and velocities are worth against each other, where a phase begins.
+    fn weigh(&mut self, _position_tolerance: &[f64], _velocity_tolerance: &[f64]) {}
+
+    /// Whether the method of the next step is explicit.
+    fn is_explicit(&self) -> bool {
+        false
+    }
+
+    /// Sees that the step last taken was accepted and led to (q, v) at `t`, in the same phase; true
+    /// where another method takes the next one.
+    fn settle(
+        &mut self,
+        _system: &mut dyn HybridSystem,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _stats: &mut Stats,
+    ) -> bool {
+        false
+    }
+
+    /// What the method knows of the steps before, for a run that is to be continued bit for bit.
+    fn memory(&self) -> MethodMemory {
+        MethodMemory::default()
+    }
+
+    /// Takes up what [`Stepper::memory`] gave.
+    fn recall(&mut self, _memory: MethodMemory) {}
+}
+
+/// What a method that switches knows of the steps before the present one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MethodMemory {
+    /// The next step is an implicit one.
+    pub implicit: bool,
+    /// Accepted steps since the last switch.
+    pub steps: u32,
+    /// Last steps in a row whose stiffness spoke for the other method.
+    pub contradictions: u32,
+    /// Steps before which no switch is considered.
+    pub pause: u32,
+    /// Length of the next pause.
+    pub next_pause: u32,
 }
 
 /// How a projection onto the constraints went.
@@ -170,6 +216,10 @@ impl Status {
 pub struct Stats {
     /// Accepted steps, landings included.
     pub steps: usize,
+    /// Accepted steps of an explicit method.
+    pub explicit_steps: usize,
+    /// Changes between an explicit and an implicit method.
+    pub switches: usize,
     /// Rejected attempts.
     pub rejected: usize,
     /// Stages of all attempts.
@@ -194,6 +244,8 @@ impl Default for Stats {
     fn default() -> Self {
         Self {
             steps: 0,
+            explicit_steps: 0,
+            switches: 0,
             rejected: 0,
             stages: 0,
             evaluations: 0,
@@ -242,6 +294,8 @@ pub struct Checkpoint {
     pub last: [f64; 2],
     /// Steps since the last change of phase.
     pub steps_since_restart: usize,
+    /// What the method knew; none at the start of a run.
+    pub memory: Option<MethodMemory>,
 }
 
 /// How an integration ended.

@@ -34,6 +34,8 @@ pub struct Rosenbrock {
     pub error: Vec<f64>,
     /// The step last taken.
     pub step: DenseStep,
+    /// The dense output of that step is complete.
+    dense: bool,
     /// Accelerations and Jacobian at the start of the present step.
     linear: Linearisation,
     /// (t, q, v) there.
@@ -56,6 +58,7 @@ impl Rosenbrock {
             a: vec![0.0; d],
             error: vec![0.0; n],
             step: DenseStep::new(n, tableau.h.len() / tableau.stages),
+            dense: false,
             linear: Linearisation::new(d),
             start: (0.0, vec![0.0; d], vec![0.0; d]),
         }
@@ -90,6 +93,7 @@ impl Rosenbrock {
         if !lu_factor(&mut self.w, d, &mut self.weights, &mut self.pivots) {
             return false;
         }
+        self.dense = false;
         self.step.t = t;
         self.step.h = h;
         self.step.start[..d].copy_from_slice(q);
@@ -141,8 +145,31 @@ impl Rosenbrock {
         self.step.end.iter().all(|y| y.is_finite())
     }
 
+    /// Length of the step last taken times a bound of the fastest rate of the motion [-], by the Jacobian
+    /// at its start.
+    pub fn stiffness(&self) -> f64 {
+        self.step.h * (self.norm(&self.linear.a_v) + self.norm(&self.linear.a_q).sqrt())
+    }
+
+    /// Bound of the rate at which velocities are damped [1/s], by the Jacobian of the last
+    /// [`Stepper::begin`].
+    pub fn damping(&self) -> f64 {
+        self.norm(&self.linear.a_v)
+    }
+
+    /// Largest row sum, rows and columns in tolerances: the norm knows no units.
+    fn norm(&self, matrix: &[f64]) -> f64 {
+        let row_sum = |(row, weight): (&[f64], &f64)| {
+            weight * row.iter().zip(&self.weights).map(|(a, weight)| a.abs() / weight).sum::<f64>()
+        };
+        matrix.chunks_exact(self.d.max(1)).zip(&self.weights).map(row_sum).fold(0.0, f64::max)
+    }
+
     /// Computes the dense output of the step last taken.
     pub fn finish_dense(&mut self) {
+        if std::mem::replace(&mut self.dense, true) {
+            return;
+        }
         let stages = self.tableau.stages;
         // At least 1: without a degree of freedom there are no rows, and no chunks of length zero.
         let rows = self.step.rows.chunks_exact_mut((2 * self.d).max(1));
@@ -189,6 +216,11 @@ impl Stepper for Rosenbrock {
         true
     }
 
+    fn glance(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
+        Rosenbrock::finish_dense(self);
+        self.step.at(theta, q, v);
+    }
+
     fn step(&mut self) -> &mut DenseStep {
         &mut self.step
     }
@@ -201,7 +233,7 @@ impl Stepper for Rosenbrock {
         self.tableau.embedded_order
     }
 
-    fn weigh(&mut self, velocity_tolerance: &[f64]) {
+    fn weigh(&mut self, _position_tolerance: &[f64], velocity_tolerance: &[f64]) {
         for (weight, tolerance) in self.weights.iter_mut().zip(velocity_tolerance) {
             *weight = 1.0 / tolerance;
         }
