@@ -259,7 +259,7 @@ fn named_events(scene: &Scene, settings: &Settings) -> Vec<(f64, String, EventKi
 }
 
 #[test]
-fn the_result_does_not_depend_on_the_numbers_of_joints_and_bodies() {
+fn gate_08_the_result_does_not_depend_on_the_numbers_of_joints_and_bodies() {
     for rtol in [1e-4, 1e-8] {
         // Long enough for several impacts of every joint; short enough for rounding errors, which
         // every impact multiplies, to stay small.
@@ -326,7 +326,7 @@ fn a_failure_in_painleves_paradox_says_so() {
 }
 
 #[test]
-fn a_long_run_may_take_the_steps_that_its_first_impacts_need() {
+fn gate_07_a_long_run_may_take_the_steps_that_its_first_impacts_need() {
     // The impacts last 6e-15 of the run: their steps are below the rounding of its end.
     let mechanism = compile(&journal(1e-7, Damping::Elastic));
     let start = State { q: vec![0.0; 3], v: vec![1.0, 0.0, 0.0] };

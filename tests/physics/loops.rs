@@ -135,7 +135,7 @@ fn ideal_four_bar_follows_freudenstein() {
 }
 
 #[test]
-fn free_four_bar_keeps_its_energy_and_stays_closed() {
+fn gate_12_free_four_bar_keeps_its_energy_and_stays_closed() {
     let mechanism = compile(&four_bar(None));
     assert_eq!((mechanism.degrees_of_freedom(), mechanism.mobility()), (3, 1));
     let run = run(&mechanism, 3.0, 601, 1e-9);
@@ -187,7 +187,7 @@ fn loop_jacobian_agrees_with_differences() {
 }
 
 #[test]
-fn many_revolutions_do_not_open_the_loop() {
+fn gate_12_many_revolutions_do_not_open_the_loop() {
     // 1000 revolutions of the driven four-bar.
     let mechanism = compile(&four_bar(Some(40.0)));
     let run = run(&mechanism, 1e3 * std::f64::consts::TAU / 40.0, 101, 1e-6);
@@ -219,7 +219,7 @@ fn redundant_joints_are_named() {
 }
 
 #[test]
-fn a_drive_through_a_dead_centre_is_a_typed_error() {
+fn gate_04_a_drive_through_a_dead_centre_is_a_typed_error() {
     // Crank longer than the rod: the slider-crank jams where the rod stands on the guide.
     let mut scene = ideal_slider_crank();
     scene.bodies[1].points[1] = point("C", 0.03, 0.0);
