@@ -220,7 +220,7 @@ def _central_inertia(body: cc.Body) -> float:
 
 
 def energy_gain(run: cc.Trajectory) -> float:
-    """Largest rise of the energy above any value before, in tolerances per onset of what has moved and gone."""
+    """Largest rise of the energy above any value before, in tolerances per onset of the energy at play."""
     total, kinetic = energy(run)
     reached = np.isfinite(total)
     total, kinetic = total[reached], kinetic[reached]

@@ -13,7 +13,7 @@
 //! statement of the same mechanism, from which joint reactions follow and against which the
 //! tree is tested.
 
-use crate::kinematics::{Vec2, perp, turned};
+use crate::kinematics::{Vec2, direction, perp, turned};
 use crate::scene::{Attachment, Drive, Joint, JointKind, Scene};
 
 /// Position and velocity of a body: centre of mass and angle.
@@ -114,7 +114,7 @@ pub fn cartesian_constraints(scene: &Scene) -> Result<Vec<CartesianConstraint>, 
         let kind = match *kind {
             JointKind::Revolute => ConstraintKind::Revolute,
             JointKind::Prismatic { axis, angle } => {
-                ConstraintKind::Prismatic { axis: Vec2::from(axis).normalize(), angle }
+                ConstraintKind::Prismatic { axis: direction(Vec2::from(axis)), angle }
             }
             JointKind::Fixed { angle } => ConstraintKind::Fixed { angle },
         };

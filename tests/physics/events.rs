@@ -473,3 +473,21 @@ fn a_landing_is_a_step_like_any_other() {
         assert!((q[0] - (step.t + 0.5 * step.h).cos()).abs() < 1e-6);
     }
 }
+
+#[test]
+fn gate_07_events_do_not_depend_on_the_time_at_which_the_clock_starts() {
+    let law = |_, count: usize| (if count.is_multiple_of(2) { -8.0 } else { 2.0 }, 0.0);
+    for start in [0.0, 1e3, 1e6] {
+        let mut system = Switching::new(law, vec![height()]);
+        let limits = Limits { first_step: Some(0.3), ..Limits::default() };
+        let (outcome, _) = system.run_within(limits, [start, start + 24.0], 1.0, 0.0);
+        assert_eq!(outcome.status, Status::Done);
+        let instants: Vec<(usize, f64)> = (0..10)
+            .map(|k| (0, start + 0.5 + f64::from(k / 2) * 5.0 + if k % 2 == 1 { 4.0 } else { 0.0 }))
+            .filter(|(_, t)| *t < start + 24.0)
+            .collect();
+        // Each of ten landings ends within the shortest step, 16 roundings of the clock; being late
+        // makes it faster, and all later flights longer.
+        system.expect(&instants, 1e-10 + 30.0 * 16.0 * f64::EPSILON * start);
+    }
+}

@@ -1,7 +1,7 @@
 """Independent codes solve the same scenes: hand-derived equations, SciPy's and SUNDIALS' integrators.
 
-The models below are written for their one mechanism, from the laws of the contact alone. They restart at every
-contact change. Trajectories with impacts are chaotic, so they are compared over the first changes.
+The models below are written for their one mechanism, from the laws of the contact alone. They restart at
+every contact change. Trajectories with impacts are chaotic, so they are compared over the first changes.
 """
 
 import itertools
@@ -98,7 +98,7 @@ class SliderCrank:
 
 
 class Pendulum:
-    """A floating link whose end is the journal of a bearing in ground, in the coordinates of its mass centre."""
+    """A floating link whose end is the journal of a bearing in ground, by its mass centre and angle."""
 
     def __init__(self, convention):
         self.mass, self.inertia, self.arm = 0.5, 1e-3, 0.2
@@ -154,7 +154,7 @@ def phase_by_scipy(method, model, t, y, times):
         y / model.units,
         method,
         rtol=1e-13 if method == "DOP853" else 1e-12,
-        # Half a clearance of a flight: no step may pass a contact by.
+        # No step may pass a contact by.
         atol=1e-12,
         max_step=(times[-1] - t) / 50.0,
         dense_output=True,
