@@ -1,6 +1,6 @@
 """Scenes drawn over the far corners of what can be asked for, and how each of them ends; see README.md.
 
-python benchmarks/extremes.py [--scenes N] [--first I] [--seed S] [--csv FILE] [--map FILE]
+python benchmarks/extremes.py [--scenes N] [--first I] [--seed S] [--read CSV] [--csv FILE] [--map PNG]
 """
 
 from __future__ import annotations
@@ -383,31 +383,130 @@ def measure(case: Case) -> dict[str, str]:
     }
 
 
+# ----------------------------------------------------------------------------------------------------
+# The map
+
+
+def outcome(row: dict[str, str]) -> str:
+    """What became of a scene: finished, slowed down (out of steps), or refused with a reason."""
+    return {"done": "finished", "max_steps": "out of steps"}.get(row["status"], "refused")
+
+
+OUTCOMES = ("finished", "out of steps", "refused")
+PANELS = (
+    ("stiffness_factor", "stiffness over Hertz's"),
+    ("clearance", "clearance [m]"),
+    ("stick_velocity", "stick-slip velocity [m/s]"),
+    ("friction", "friction coefficient"),
+    ("restitution", "restitution"),
+    ("speed_rpm", "crank speed [r/min]"),
+    ("mass_ratio", "mass ratio"),
+    ("rtol", "rtol"),
+    ("oscillations", "oscillations of a contact under load"),
+)
+
+
+def draw_map(rows: list[dict[str, str]], path: Path) -> None:
+    """Shares of the outcomes over each parameter."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 7.0), layout="constrained")
+    FigureCanvasAgg(figure)
+    for axes, (name, label) in zip(figure.subplots(3, 3, sharey=True).flat, PANELS, strict=True):
+        # The drive's speed is that of the driven scenes only.
+        chosen = [row for row in rows if name != "speed_rpm" or row["family"] == "driven"]
+        values = np.array([float(row[name]) for row in chosen])
+        linear = name in ("friction", "restitution")
+        positions = values if linear else np.log10(np.maximum(values, 1e-12))
+        edges = np.linspace(positions.min(), positions.max(), 9)
+        bins = np.clip(np.digitize(positions, edges) - 1, 0, 7)
+        bottom = np.zeros(8)
+        for kind, colour in zip(OUTCOMES, ("#4c956c", "#f2c14e", "#b23a48"), strict=True):
+            counts = np.array(
+                [
+                    sum(outcome(row) == kind for row, b in zip(chosen, bins, strict=True) if b == k)
+                    for k in range(8)
+                ]
+            )
+            share = counts / np.maximum(np.bincount(bins, minlength=8), 1)
+            axes.bar(edges[:-1], share, np.diff(edges), bottom, align="edge", color=colour, label=kind)
+            bottom += share
+        axes.set(xlabel=label if linear else f"log10 of {label}", xlim=(edges[0], edges[-1]), ylim=(0.0, 1.0))
+    figure.axes[0].legend(loc="lower left", fontsize="small")
+    figure.supylabel("share of the scenes")
+    figure.savefig(path, dpi=90)
+
+
+def summary(rows: list[dict[str, str]]) -> str:
+    """The table of the outcomes, and what it took, in Markdown."""
+    statuses = [status for status, _ in Counter(row["status"] for row in rows).most_common()]
+    lines = [
+        f"| scene, method | {' | '.join(statuses)} | attempts per oscillation: median, 90 % |",
+        "|---|" + "---|" * (len(statuses) + 1),
+    ]
+    for family in FAMILIES:
+        for method in METHODS:
+            chosen = [row for row in rows if (row["family"], row["method"]) == (family, method)]
+            counts = Counter(row["status"] for row in chosen)
+            spent = [
+                (int(row["steps"]) + int(row["rejected"]))
+                / (float(row["oscillations"]) * float(row["reached"]))
+                for row in chosen
+                if float(row["oscillations"]) * float(row["reached"]) > 10.0
+            ]
+            cost = f"{np.median(spent):.3g}, {np.quantile(spent, 0.9):.3g}" if spent else "-"
+            cells = " | ".join(str(counts[status]) for status in statuses)
+            lines.append(f"| {family}, {method} | {cells} | {cost} |")
+    gains = [float(row["energy_gain"]) for row in rows if row["energy_gain"]]
+    ratios = [float(row["peak_ratio"]) for row in rows if row["peak_converged"] == "1"]
+    lines += [
+        "",
+        f"{len(rows)} scenes, {sum(bool(row['faults']) for row in rows)} with faults; "
+        f"{sum(row['paradox'] == '1' for row in rows)} out of steps in Painlevé's paradox.",
+        f"Energy of {len(gains)} passive scenes: gains up to {max(gains):.3g} tolerances per onset, "
+        f"{sum(gain > 0.1 for gain in gains)} above 0.1.",
+        f"{len(ratios)} converged peaks: the third run moved them by up to {max(ratios):.3g} claims.",
+    ]
+    return "\n".join(lines)
+
+
+def survey(first: int, count: int, seed: int) -> list[dict[str, str]]:
+    """Measure a part of the grid; a scene that hangs ends the process with a traceback."""
+    rows = []
+    for index in range(first, first + count):
+        faulthandler.dump_traceback_later(LONGEST_SCENE, exit=True)
+        rows.append(measure(draw(index, seed)))
+        faulthandler.cancel_dump_traceback_later()
+        if rows[-1]["faults"]:
+            print(", ".join(f"{name} {value}" for name, value in rows[-1].items() if value), flush=True)
+    return rows
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scenes", type=int, default=2000)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--seed", type=int, default=SEED)
-    parser.add_argument("--csv", type=Path)
+    parser.add_argument("--csv", type=Path, help="where to write the scenes")
+    parser.add_argument("--read", type=Path, help="scenes to read instead of running them")
+    parser.add_argument("--map", type=Path, help="where to draw the map")
     options = parser.parse_args()
-    rows, slowest = [], (0.0, -1)
-    begin = time.perf_counter()
-    for index in range(options.first, options.first + options.scenes):
-        faulthandler.dump_traceback_later(LONGEST_SCENE, exit=True)
-        start = time.perf_counter()
-        row = measure(draw(index, options.seed))
-        faulthandler.cancel_dump_traceback_later()
-        slowest = max(slowest, (time.perf_counter() - start, index))
-        rows.append(row)
-        if row["faults"]:
-            print(", ".join(f"{name} {value}" for name, value in row.items() if value), flush=True)
+    if options.read:
+        with options.read.open(newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+    else:
+        begin = time.perf_counter()
+        rows = survey(options.first, options.scenes, options.seed)
+        print(f"{len(rows)} scenes in {time.perf_counter() - begin:.0f} s")
     if options.csv:
         with options.csv.open("w", newline="", encoding="utf-8") as file:
             writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
             writer.writeheader()
             writer.writerows(rows)
-    print(f"{len(rows)} scenes in {time.perf_counter() - begin:.0f} s, the slowest in {slowest[0]:.1f} s")
-    print(dict(Counter(row["status"] for row in rows)))
+    if options.map:
+        draw_map(rows, options.map)
+    print(summary(rows))
 
 
 if __name__ == "__main__":
