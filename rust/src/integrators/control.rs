@@ -377,8 +377,14 @@ impl Run<'_> {
         let mut bound = f64::INFINITY;
         for other in 0..self.start_guards.len() {
             let guard = self.start_guards[other];
-            // Spent to rounding and falling; a guard that rises from zero has just been crossed.
-            let spent = guard.value <= 8.0 * guard.resolution && (guard.rate <= 0.0 || guard.rate.is_nan());
+            // Spent to rounding and falling; a guard that rises from zero has just been crossed. Where the
+            // rate is unknown only the sign can tell: two that both hover at zero would cross each other.
+            let unknown = guard.rate.is_nan();
+            let spent = if unknown {
+                guard.value < -guard.resolution
+            } else {
+                guard.value <= 8.0 * guard.resolution && guard.rate <= 0.0
+            };
             if other == index || spent {
                 if self.stats.events == self.limits.max_events {
                     return Err((Status::MaxEvents, Some(other)));
