@@ -473,7 +473,7 @@ def summary(rows: list[dict[str, str]]) -> str:
     lines += [
         "",
         f"{len(rows)} scenes, {sum(bool(row['faults']) for row in rows)} with faults; "
-        f"{sum(row['paradox'] == '1' for row in rows)} out of steps in Painlevé's paradox.",
+        f"{sum(row['paradox'] == '1' for row in rows)} fail in Painlevé's paradox.",
         f"Energy of {len(gains)} passive scenes: gains up to {max(gains):.3g} tolerances per onset, "
         f"{sum(gain > 0.1 for gain in gains)} above 0.1.",
         f"{len(ratios)} converged peaks: the third run moved them by up to {max(ratios):.3g} claims.",
