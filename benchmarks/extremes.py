@@ -412,7 +412,7 @@ PANELS = (
     ("speed_rpm", "crank speed [r/min]"),
     ("mass_ratio", "mass ratio"),
     ("rtol", "rtol"),
-    ("oscillations", "oscillations of a contact under load"),
+    ("oscillations", "contact oscillations"),
 )
 
 
