@@ -354,7 +354,8 @@ const SINGULAR_VELOCITY: f64 = 1e-6;
 fn least_squares(jacobian: DMatrix<f64>, right: &DVector<f64>, cutoff: f64) -> DVector<f64> {
     let columns = jacobian.ncols();
     let largest = jacobian.amax();
-    if largest == 0.0 || right.is_empty() {
+    // The decomposition panics over what is not a number; the remaining gap will tell.
+    if largest == 0.0 || right.is_empty() || !jacobian.iter().chain(right).all(|x| x.is_finite()) {
         return DVector::zeros(columns);
     }
     jacobian.svd(true, true).solve(right, cutoff * largest).unwrap_or_else(|_| DVector::zeros(columns))

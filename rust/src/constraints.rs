@@ -13,7 +13,7 @@
 //! statement of the same mechanism, from which joint reactions follow and against which the
 //! tree is tested.
 
-use crate::kinematics::{Vec2, perp, turned};
+use crate::kinematics::{Vec2, direction, perp, turned};
 use crate::scene::{Attachment, Joint, JointKind, Scene};
 use crate::time_function::TimeFunction;
 
@@ -120,7 +120,7 @@ pub fn cartesian_constraints(scene: &Scene) -> Result<Vec<CartesianConstraint>, 
         let ideal = match *kind {
             JointKind::Revolute => ConstraintKind::Revolute,
             JointKind::Prismatic { axis, angle } => {
-                ConstraintKind::Prismatic { axis: Vec2::from(axis).normalize(), angle }
+                ConstraintKind::Prismatic { axis: direction(Vec2::from(axis)), angle }
             }
             JointKind::Fixed { angle } => ConstraintKind::Fixed { angle },
         };
@@ -129,7 +129,7 @@ pub fn cartesian_constraints(scene: &Scene) -> Result<Vec<CartesianConstraint>, 
             let motion = drive.motion();
             let driven = match *kind {
                 JointKind::Prismatic { axis, .. } => {
-                    ConstraintKind::Displacement { axis: Vec2::from(axis).normalize(), motion }
+                    ConstraintKind::Displacement { axis: direction(Vec2::from(axis)), motion }
                 }
                 JointKind::Revolute | JointKind::Fixed { .. } => ConstraintKind::Angle { motion },
             };

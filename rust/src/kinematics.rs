@@ -26,6 +26,11 @@ pub fn perp(vector: Vec2) -> Vec2 {
     Vec2::new(-vector.y, vector.x)
 }
 
+/// The direction of `vector`, whose length may be any number above zero, even one whose square is not.
+pub fn direction(vector: Vec2) -> Vec2 {
+    (vector / vector.amax()).normalize()
+}
+
 /// `vector` turned by the angle with the given cosine and sine.
 #[inline(always)]
 pub fn turned(vector: Vec2, cosine: f64, sine: f64) -> Vec2 {

@@ -151,7 +151,8 @@ pub(crate) fn set_contact_scales(
         joint.effective_mass = mass;
         let weightless = joint.law.normal.stiffness
             * (UNLOADED_PENETRATION * joint.law.clearance).powf(joint.law.normal.exponent);
-        let load = load.max(mass * speed * speed / length).max(weightless);
+        let load = load.max(mass * speed * speed / length);
+        let load = if load > 0.0 { load } else { weightless };
         joint.resting_penetration = joint.law.normal.resting_penetration(load);
         joint.resting_speed = joint.resting_penetration * joint.law.normal.contact_frequency(load, mass);
         if joint.impact_velocity_floor.is_nan() {

@@ -39,6 +39,9 @@ impl Method {
 /// sliding journals (`benchmarks/stiffness.rs`) they are level between 1e-7 and 1e-8.
 const TIGHT: f64 = 3e-8;
 
+/// Relative tolerance that a user who does not choose gets [-].
+pub const DEFAULT_RTOL: f64 = 1e-6;
+
 /// Most samples of a run: with all columns of a small mechanism they still fit into memory.
 const MOST_SAMPLES: usize = 10_000_000;
 
@@ -72,7 +75,7 @@ impl Settings {
             duration,
             samples,
             skip: 0.0,
-            rtol: 1e-6,
+            rtol: DEFAULT_RTOL,
             method: Method::Auto,
             outputs: None,
             position_tolerance: None,
@@ -147,7 +150,7 @@ pub fn read_settings(text: &str) -> Result<Settings, SceneError> {
         duration: fields.number("duration", &mut problems),
         samples: fields.count_or("samples", 0, &mut problems),
         skip: fields.number_or("skip", 0.0, &mut problems),
-        rtol: fields.number_or("rtol", 1e-6, &mut problems),
+        rtol: fields.number_or("rtol", DEFAULT_RTOL, &mut problems),
         method: fields.word("method", &methods, &mut problems),
         outputs: fields.optional("outputs").map(|node| node.texts(&mut problems)),
         position_tolerance: fields.optional_number("position_tolerance", &mut problems),

@@ -26,6 +26,8 @@ pub struct Trajectory {
     pub time: f64,
     /// The clearance joint involved in a failure.
     pub joint: Option<String>,
+    /// The clearance joint in which, where a run failed, a normal force drew the surfaces together.
+    pub paradox: Option<String>,
     /// Work done.
     pub stats: Stats,
     /// Onsets whose velocity was below the floor of the latched impact velocity.
@@ -62,7 +64,14 @@ impl Trajectory {
             Status::MaxEvents => "the allowed number of contact changes was used up",
             Status::Cancelled => "the run was cancelled",
         };
-        format!("{why}{place}")
+        let paradox = self.paradox.as_ref().map_or(String::new(), |joint| {
+            format!(
+                "; the friction of joint {joint:?} is so strong there that pressing harder accelerates the surfaces \
+                 towards each other (Painlevé's paradox): no contact law is at rest in it; reduce the friction \
+                 coefficient or make the masses less unequal"
+            )
+        });
+        format!("{why}{place}{paradox}")
     }
 }
 
@@ -167,6 +176,12 @@ fn run(
         .map(|guard| guard / GUARDS)
         .or_else(|| recorder.events.last().map(|event| event.joint).filter(|_| failed))
         .map(|index| mechanism.clearance_joints[index].name.clone());
+    let paradox = if failed && outcome.status != Status::Projection {
+        recorder.dynamics.paradoxical_contact(outcome.time, &q, &v)
+    } else {
+        None
+    };
+    let paradox = paradox.map(|index| mechanism.clearance_joints[index].name.clone());
     let warnings = recorder.warnings();
     let restart = outcome.checkpoint.filter(|_| outcome.status == Status::Done).map(|checkpoint| Restart {
         time: outcome.time,
@@ -183,6 +198,7 @@ fn run(
         status: outcome.status,
         time: outcome.time,
         joint,
+        paradox,
         stats: outcome.stats,
         floored_latches: recorder.floored,
         largest_projection: recorder.largest_projection,

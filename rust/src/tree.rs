@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 
 use crate::clearance::ClearanceLaw;
 use crate::error::{Problem, SceneError};
-use crate::kinematics::{Frame, FrameKind, Vec2, turned};
+use crate::kinematics::{Frame, FrameKind, Vec2, direction, turned};
 use crate::mechanism::{
     AppliedForce, AppliedTorque, BodyPlacement, ClearanceJoint, Closure, DrivenCoordinate, FrameInertia,
     FramePoint, IdealJoint, IdealKind, Link, Mechanism, Path, Realisation, Scales, State, Torsion,
@@ -181,7 +181,7 @@ impl<'a> Builder<'a> {
                 // The line is fixed in body a; both bodies turn together, so it is fixed in either frame.
                 let child_angle = parent.angle + sign * angle;
                 let angle_a = if reversed { child_angle } else { parent.angle };
-                let axis = sign * rotated(Vec2::from(axis).normalize(), angle_a);
+                let axis = sign * rotated(direction(Vec2::from(axis)), angle_a);
                 let kind = FrameKind::Prismatic { axis };
                 let frame = self.add_frame(parent.frame, anchor, kind, name.to_owned());
                 (frame, child_angle, Vec2::zeros())

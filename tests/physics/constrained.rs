@@ -226,14 +226,14 @@ fn check(rates: [(f64, f64); 2], order: f64, dense: f64) {
 }
 
 #[test]
-fn an_index_1_equation_is_solved_with_the_order_of_the_method() {
+fn gate_01_an_index_1_equation_is_solved_with_the_order_of_the_method() {
     for (tableau, steps, order) in [(RODAS4, 32, 4.0), (RODAS5P, 32, 5.0), (RODAS6P, 32, 6.0)] {
         check(orders(&cubic(), &tableau, steps, &cubic_solution), order, order - 1.0);
     }
 }
 
 #[test]
-fn a_pendulum_with_its_constraint_is_solved_with_the_order_of_the_method() {
+fn gate_01_a_pendulum_with_its_constraint_is_solved_with_the_order_of_the_method() {
     let minimal = pendulum().reference(8192);
     let exact = |fraction: f64| {
         let state = &minimal[(8192.0 * fraction) as usize];
@@ -245,7 +245,7 @@ fn a_pendulum_with_its_constraint_is_solved_with_the_order_of_the_method() {
 }
 
 #[test]
-fn robertson_s_kinetics_are_solved_with_the_order_of_the_method() {
+fn gate_01_robertson_s_kinetics_are_solved_with_the_order_of_the_method() {
     let transient = robertson(Vector::from_vec(vec![1.0, 0.0, 0.0]), 0.0, 1.0);
     let start = equal_steps(&transient, &RODAS6P, 1 << 15).pop().expect("the end");
     let problem = robertson(start, 1.0, 20.0);

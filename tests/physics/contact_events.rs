@@ -2,6 +2,7 @@
 
 use chebclear::clearance::SlidingVelocity;
 use chebclear::contact::{Damping, NormalLaw};
+use chebclear::friction::FrictionLaw;
 use chebclear::integrators::Status;
 use chebclear::mechanism::State;
 use chebclear::scene::{Drive, Force, Joint, JointKind, Scene};
@@ -260,7 +261,7 @@ fn named_events(scene: &Scene, settings: &Settings) -> Vec<(f64, String, EventKi
 }
 
 #[test]
-fn the_result_does_not_depend_on_the_numbers_of_joints_and_bodies() {
+fn gate_08_the_result_does_not_depend_on_the_numbers_of_joints_and_bodies() {
     // A landing may end anywhere within its overshoot. In flight the explicit method's error estimate is
     // rounding alone, so the lengths of its steps depend on it, and the ends on them within the tolerance,
     // which impacts multiply.
@@ -306,5 +307,48 @@ fn both_ends_of_a_symmetric_bar_land_at_the_instant_of_free_fall() {
         }
         assert_ne!(events[0].1, events[1].1);
         assert!(events[..2].iter().all(|event| event.1 != "middle"), "{events:?}");
+    }
+}
+
+#[test]
+fn a_failure_in_painleves_paradox_says_so() {
+    // One body, its journal's centre at (0.19, 0.1) from its centre of mass, presses to the right and slides
+    // upwards: a normal force F with its friction moves the journal along the normal by
+    // F (-1/m - y²/I + μ y (x + R) / I), which is towards the bearing from μ = 0.55 on.
+    for (coefficient, paradox) in [(0.54, false), (0.56, true)] {
+        let mut scene = journal(1e-5, Damping::Elastic);
+        scene.bodies = vec![body("journal", 1.0, 1e-3, [0.0, 0.0], vec![point("pin", 0.19, 0.1)])];
+        let mut joint = clearance_joint("bearing", "ground", "journal.pin", 1e-5, Damping::Elastic);
+        if let Joint::Clearance { friction, .. } = &mut joint {
+            *friction = Some(FrictionLaw::SmoothedCoulomb { coefficient, velocity: 1e-3 });
+        }
+        scene.joints = vec![joint];
+        let start = State { q: vec![1.1e-5 - 0.19, -0.1, 0.0], v: vec![0.0, 0.1, 0.0] };
+        let mut settings = Settings::new(1e-3, 2);
+        settings.limits.max_steps = 1;
+        settings.limits.first_step = Some(1e-12);
+        let run = simulate_from(&compile(&scene), &start, &settings, &|_| true).unwrap();
+        assert_eq!(run.status, Status::MaxSteps);
+        assert_eq!(run.paradox.as_deref(), paradox.then_some("bearing"));
+        assert_eq!(run.message().contains("Painlevé"), paradox, "{}", run.message());
+    }
+}
+
+#[test]
+fn gate_07_a_long_run_may_take_the_steps_that_its_first_impacts_need() {
+    // The impacts last 6e-15 of the run: their steps are below the rounding of its end.
+    let mechanism = compile(&journal(1e-7, Damping::Elastic));
+    let start = State { q: vec![0.0; 3], v: vec![1.0, 0.0, 0.0] };
+    let first = |duration: f64| {
+        let mut settings = Settings::new(duration, 2);
+        (settings.rtol, settings.limits.max_events) = (1e-6, 9);
+        // Absolute: that from the scene depends on the duration of a motion without a drive.
+        (settings.position_tolerance, settings.velocity_tolerance) = (Some(1e-13), Some(1e-6));
+        simulate_from(&mechanism, &start, &settings, &|_| true).unwrap()
+    };
+    let (short, long) = (first(1.0), first(1e10));
+    assert_eq!((short.status, long.status), (Status::MaxEvents, Status::MaxEvents), "{}", long.message());
+    for (ours, theirs) in long.events.iter().zip(&short.events) {
+        assert!((ours.time - theirs.time).abs() < 1e-5 * theirs.time, "{ours:?} {theirs:?}");
     }
 }

@@ -139,7 +139,7 @@ fn height() -> GuardLaw {
 }
 
 #[test]
-fn a_ball_that_falls_through_a_surface_and_back_crosses_it_at_the_closed_form_instants() {
+fn gate_08_a_ball_that_falls_through_a_surface_and_back_crosses_it_at_the_closed_form_instants() {
     // Gravity pulls to the surface with 8 from above and with 2 from below: parabolas. From height 1
     // at rest it arrives after 1/2 with the speed 4, stays 4 below and 1 above.
     let law = |_, count: usize| (if count.is_multiple_of(2) { -8.0 } else { 2.0 }, 0.0);
@@ -201,7 +201,7 @@ fn every_landing_ends_behind_the_event_by_no_more_than_allowed() {
 }
 
 #[test]
-fn three_crossings_in_one_step_are_all_found_in_order() {
+fn gate_08_three_crossings_in_one_step_are_all_found_in_order() {
     for rates_known in [true, false] {
         // cos(3πq + 0.7) has its zeros where 3πq + 0.7 is an odd multiple of π/2.
         let roots = [1.0, 3.0, 5.0].map(|odd| (0, (odd * PI / 2.0 - 0.7) / (3.0 * PI)));
@@ -250,7 +250,7 @@ fn a_crossing_and_return_between_two_samples_are_both_found() {
 }
 
 #[test]
-fn a_guard_that_is_zero_at_the_start_is_crossed_once_if_it_falls_and_not_if_it_rises() {
+fn gate_08_a_guard_that_is_zero_at_the_start_is_crossed_once_if_it_falls_and_not_if_it_rises() {
     let mut falling = Switching::clock(vec![of_time(|t| (-t, -1.0))]);
     falling.tick(1.0);
     falling.expect(&[(0, 0.0)], 0.0);
@@ -264,7 +264,7 @@ fn a_guard_that_is_zero_at_the_start_is_crossed_once_if_it_falls_and_not_if_it_r
 }
 
 #[test]
-fn a_guard_that_is_zero_at_the_end_of_a_step_is_crossed_once() {
+fn gate_08_a_guard_that_is_zero_at_the_end_of_a_step_is_crossed_once() {
     for resolution in [0.0, 1e-15] {
         let mut system = Switching::clock(vec![of_time(|t| (0.5 - t, -1.0))]);
         system.resolution = resolution;
@@ -279,7 +279,7 @@ fn a_guard_that_is_zero_at_the_end_of_a_step_is_crossed_once() {
 }
 
 #[test]
-fn a_grazed_guard_ends_in_no_event_or_in_two() {
+fn gate_08_a_grazed_guard_ends_in_no_event_or_in_two() {
     // Depths below the resolution, just beyond it, and clearly beyond it.
     for depth in [0.0, 1e-30, 1e-18, -1e-18, 1.1e-16, 3e-16, 1e-15, 1e-14, 1e-12, -1e-12] {
         for center in [0.5, 0.3, 1.0 / 3.0, 0.123_456] {
@@ -294,7 +294,7 @@ fn a_grazed_guard_ends_in_no_event_or_in_two() {
 }
 
 #[test]
-fn guards_that_fall_at_one_instant_are_all_crossed_whatever_their_numbers() {
+fn gate_08_guards_that_fall_at_one_instant_are_all_crossed_whatever_their_numbers() {
     // All are zero at 1/√2, reached by different roundings.
     let laws: [fn(f64) -> (f64, f64); 3] = [
         |t| (FRAC_1_SQRT_2 - t, -1.0),
@@ -315,7 +315,7 @@ fn guards_that_fall_at_one_instant_are_all_crossed_whatever_their_numbers() {
 }
 
 #[test]
-fn events_of_several_guards_in_one_step_come_in_the_order_of_time() {
+fn gate_08_events_of_several_guards_in_one_step_come_in_the_order_of_time() {
     let instants = [0.3, 0.300_000_01, 0.71, 0.05];
     for rotation in 0..4 {
         let mut numbers = [0, 1, 2, 3];
@@ -330,7 +330,7 @@ fn events_of_several_guards_in_one_step_come_in_the_order_of_time() {
 }
 
 #[test]
-fn a_restart_next_to_an_event_does_not_repeat_it() {
+fn gate_08_a_restart_next_to_an_event_does_not_repeat_it() {
     let law = |_, count: usize| (if count.is_multiple_of(2) { -8.0 } else { 2.0 }, 0.0);
     for nudge in [0.0, 1e-16, 1e-14, -1e-14] {
         // Just below the surface or, by the nudge, still above it, and falling.
@@ -343,7 +343,7 @@ fn a_restart_next_to_an_event_does_not_repeat_it() {
 }
 
 #[test]
-fn a_guard_that_is_not_a_number_ends_the_run_with_its_index() {
+fn gate_06_a_guard_that_is_not_a_number_ends_the_run_with_its_index() {
     for window in [0.0..2.0, 0.4..2.0, 0.45..0.55] {
         for index in 0..3 {
             let mut guards: Vec<GuardLaw> = (0..3).map(|_| of_time(|t| (2.0 + t, 1.0))).collect();
@@ -360,7 +360,7 @@ fn a_guard_that_is_not_a_number_ends_the_run_with_its_index() {
 }
 
 #[test]
-fn too_many_events_end_the_run_with_max_events() {
+fn gate_16_too_many_events_end_the_run_with_max_events() {
     let run = |max_events| {
         let mut system = Switching::new(|q, _| (-q, -1.0), vec![height()]);
         let limits = Limits { max_events, ..Limits::default() };
@@ -374,7 +374,7 @@ fn too_many_events_end_the_run_with_max_events() {
 }
 
 #[test]
-fn events_that_accumulate_end_the_run_with_a_status() {
+fn gate_16_events_that_accumulate_end_the_run_with_a_status() {
     // Gravity doubles at every crossing: the flights halve, all of them last 1/2 + 2.
     let law = |_, count: usize| {
         let gravity = 8.0 * 2_f64.powi(count as i32);
@@ -471,5 +471,23 @@ fn a_landing_is_a_step_like_any_other() {
         let (mut q, mut v) = ([0.0], [0.0]);
         step.at(0.5, &mut q, &mut v);
         assert!((q[0] - (step.t + 0.5 * step.h).cos()).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn gate_07_events_do_not_depend_on_the_time_at_which_the_clock_starts() {
+    let law = |_, count: usize| (if count.is_multiple_of(2) { -8.0 } else { 2.0 }, 0.0);
+    for start in [0.0, 1e3, 1e6] {
+        let mut system = Switching::new(law, vec![height()]);
+        let limits = Limits { first_step: Some(0.3), ..Limits::default() };
+        let (outcome, _) = system.run_within(limits, [start, start + 24.0], 1.0, 0.0);
+        assert_eq!(outcome.status, Status::Done);
+        let instants: Vec<(usize, f64)> = (0..10)
+            .map(|k| (0, start + 0.5 + f64::from(k / 2) * 5.0 + if k % 2 == 1 { 4.0 } else { 0.0 }))
+            .filter(|(_, t)| *t < start + 24.0)
+            .collect();
+        // Each of ten landings ends within the shortest step, 16 roundings of the clock; being late
+        // makes it faster, and all later flights longer.
+        system.expect(&instants, 1e-10 + 30.0 * 16.0 * f64::EPSILON * start);
     }
 }

@@ -47,7 +47,7 @@ fn check_orders(problem: &Problem, tableau: Tableau, steps: usize, order: f64, d
 }
 
 #[test]
-fn the_solution_and_the_dense_output_have_the_order_of_the_method() {
+fn gate_01_the_solution_and_the_dense_output_have_the_order_of_the_method() {
     for (problem, rodas4, rodas5p) in
         [(prothero_robinson(1.0), 64, 32), (van_der_pol(1.0, -0.66), 128, 64), (pendulum(), 128, 64)]
     {
@@ -60,13 +60,13 @@ fn the_solution_and_the_dense_output_have_the_order_of_the_method() {
 }
 
 #[test]
-fn coupled_coordinates_are_integrated_with_the_order_of_the_method() {
+fn gate_01_coupled_coordinates_are_integrated_with_the_order_of_the_method() {
     check_orders(&kepler(), RODAS4, 128, 4.0, 4.0);
     check_orders(&kepler(), RODAS5P, 64, 5.0, 5.0);
 }
 
 #[test]
-fn dop853_is_of_order_8_with_a_dense_output_of_order_7() {
+fn gate_01_dop853_is_of_order_8_with_a_dense_output_of_order_7() {
     let problem = kepler();
     let d = problem.q.len();
     let errors = [8, 16, 32].map(|count| {
@@ -104,7 +104,7 @@ fn dop853_is_of_order_8_with_a_dense_output_of_order_7() {
 }
 
 #[test]
-fn stiff_forcing_is_followed_accurately() {
+fn gate_01_stiff_forcing_is_followed_accurately() {
     // hL between 15 and 125: where methods without Steinebach's conditions fall to order 1.
     let problem = prothero_robinson(1e3);
     let reference = problem.reference(64);

@@ -142,7 +142,7 @@ fn ideal_four_bar_follows_freudenstein() {
 }
 
 #[test]
-fn free_four_bar_keeps_its_energy_and_stays_closed() {
+fn gate_12_free_four_bar_keeps_its_energy_and_stays_closed() {
     let mechanism = compile(&four_bar(None));
     assert_eq!((mechanism.degrees_of_freedom(), mechanism.mobility()), (3, 1));
     let run = run(&mechanism, 3.0, 601, 1e-9);
@@ -210,7 +210,7 @@ fn residuals(mechanism: &Mechanism, duration: f64, rtol: f64) -> (f64, f64, Traj
 }
 
 #[test]
-fn ten_thousand_revolutions_do_not_open_the_loop() {
+fn gate_12_ten_thousand_revolutions_do_not_open_the_loop() {
     let speed = 40.0;
     let mechanism = compile(&four_bar(Some(speed)));
     let (gap, rate, _) = residuals(&mechanism, 1e4 * std::f64::consts::TAU / speed, 1e-6);
@@ -218,7 +218,7 @@ fn ten_thousand_revolutions_do_not_open_the_loop() {
 }
 
 #[test]
-fn an_integrated_loop_stays_closed_and_counts_its_turns() {
+fn gate_12_an_integrated_loop_stays_closed_and_counts_its_turns() {
     // Set off by hand and left alone, without gravity: it turns on with the energy it was given.
     let mut scene = four_bar(None);
     scene.forces.clear();
@@ -253,7 +253,7 @@ fn redundant_joints_are_named() {
 }
 
 #[test]
-fn a_drive_through_a_dead_centre_is_a_typed_error() {
+fn gate_04_a_drive_through_a_dead_centre_is_a_typed_error() {
     // Crank longer than the rod: the slider-crank jams where the rod stands on the guide.
     let mut scene = ideal_slider_crank();
     scene.bodies[1].points[1] = point("C", 0.03, 0.0);

@@ -6,6 +6,7 @@ mod constrained;
 mod contact;
 mod contact_events;
 mod events;
+mod gates;
 mod integrators;
 mod loops;
 mod mechanics;

@@ -112,7 +112,7 @@ fn the_restitution_oracle_has_its_published_values() {
 }
 
 #[test]
-fn lankarani_nikravesh_impacts_rebound_as_the_restitution_equation_says() {
+fn gate_09_lankarani_nikravesh_impacts_rebound_as_the_restitution_equation_says() {
     let mut worst = 0.0_f64;
     for restitution in [0.05, 0.2, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99] {
         for (stiffness, mass, speed) in
@@ -201,7 +201,7 @@ fn elastic_impact_lasts_2_943275_times_peak_penetration_over_speed() {
 }
 
 #[test]
-fn elastic_journal_flies_two_clearances_between_impacts_and_keeps_its_energy() {
+fn gate_09_elastic_journal_flies_two_clearances_between_impacts_and_keeps_its_energy() {
     let (stiffness, mass, speed) = (1e10, 0.5, 1.0);
     let scene = shaft(mass, normal(stiffness, None));
     let period = 2.0 * CLEARANCE / speed + 2.943275 * peak_penetration(mass, stiffness, 1.0, speed) / speed;
@@ -223,7 +223,7 @@ fn elastic_journal_flies_two_clearances_between_impacts_and_keeps_its_energy() {
 }
 
 #[test]
-fn oblique_elastic_impacts_without_friction_keep_energy_and_angular_momentum() {
+fn gate_09_oblique_elastic_impacts_without_friction_keep_energy_and_angular_momentum() {
     let mechanism = compile(&shaft(0.5, normal(1e10, None)));
     let start = State { q: vec![2e-4, 3e-4, 0.0], v: vec![0.9, -0.5, 7.0] };
     let run = run_from(&mechanism, &start, &settings(0.05, 2, 1e-10));
@@ -351,7 +351,7 @@ fn pendulum_has_the_period_of_the_elliptic_integral_and_keeps_its_energy() {
 }
 
 #[test]
-fn double_pendulum_keeps_its_energy() {
+fn gate_09_double_pendulum_keeps_its_energy() {
     let arm = |name: &str, angle: f64| {
         let mut arm = body(name, 0.7, 0.02, [0.25, 0.03], vec![point("tip", 0.6, -0.02)]);
         arm.angle = angle;
@@ -386,7 +386,7 @@ fn double_pendulum_keeps_its_energy() {
 }
 
 #[test]
-fn free_pair_keeps_its_momenta_and_friction_turns_it_by_the_offset_of_the_contact_points() {
+fn gate_09_free_pair_keeps_its_momenta_and_friction_turns_it_by_the_offset_of_the_contact_points() {
     for friction in [None, Some(FRICTION)] {
         let mut scene = shaft(2.0, normal(1e7, Some(0.9)));
         scene.bodies.push(body("housing", 3.0, 1e-2, [0.01, 0.02], vec![point("hole", 0.05, -0.03)]));

@@ -68,7 +68,7 @@ fn with_drive(joint: &str, speed: f64, angle: f64) -> Scene {
 }
 
 #[test]
-fn every_impossible_number_is_refused_at_its_path() {
+fn gate_06_every_impossible_number_is_refused_at_its_path() {
     let (nan, infinite) = (f64::NAN, f64::INFINITY);
     let restitution =
         |c: f64| with_contact(|law| law.damping = Damping::LankaraniNikravesh { restitution: c });
@@ -420,7 +420,7 @@ fn misspelt_missing_and_mistyped_fields_are_refused_at_their_paths() {
 }
 
 #[test]
-fn run_that_fails_says_when_and_at_which_joint() {
+fn gate_04_run_that_fails_says_when_and_at_which_joint() {
     let mechanism = compile(&slider_crank(false));
     let mut settings = Settings::new(0.01, 11);
     settings.limits.max_steps = 200;

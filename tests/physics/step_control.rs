@@ -118,7 +118,7 @@ fn problems() -> [Problem; 6] {
 }
 
 #[test]
-fn the_error_is_proportional_to_the_tolerance() {
+fn gate_02_the_error_is_proportional_to_the_tolerance() {
     for problem in problems() {
         let reference = problem.reference(8192);
         for tableau in [RODAS4, RODAS5P] {
@@ -143,7 +143,7 @@ fn the_error_is_proportional_to_the_tolerance() {
 }
 
 #[test]
-fn a_relaxation_oscillation_is_followed_through_its_jumps() {
+fn gate_02_a_relaxation_oscillation_is_followed_through_its_jumps() {
     // ε = 1e-6, from (2, 0) to t = 2: the reference of the Test Set for IVP Solvers `[MazziaMagherini2008]`.
     let reference = [1.706_167_732_170_483, -0.892_809_701_024_797_5];
     for tableau in [RODAS4, RODAS5P] {
@@ -176,7 +176,7 @@ fn the_end_is_met_exactly_and_the_steps_join() {
 }
 
 #[test]
-fn the_result_does_not_depend_on_the_time_at_which_the_clock_starts() {
+fn gate_07_the_result_does_not_depend_on_the_time_at_which_the_clock_starts() {
     let mut ends = Vec::new();
     for t0 in [0.0, 1e3, 1e6] {
         let mut problem = pendulum();
@@ -214,7 +214,7 @@ fn an_interval_of_a_few_roundings_is_integrated() {
 }
 
 #[test]
-fn too_few_steps_end_the_run_with_max_steps() {
+fn gate_04_too_few_steps_end_the_run_with_max_steps() {
     let problem = pendulum();
     let mut system = Watched::new(&problem, 1e-10);
     let (outcome, end) = system.run(Limits { max_steps: 20, ..Limits::default() });
@@ -227,7 +227,7 @@ fn too_few_steps_end_the_run_with_max_steps() {
 }
 
 #[test]
-fn a_pole_of_the_solution_ends_the_run_in_front_of_it() {
+fn gate_04_a_pole_of_the_solution_ends_the_run_in_front_of_it() {
     // v' = v², v = 1 / (1 - t).
     struct Pole;
     impl HybridSystem for Pole {
@@ -280,7 +280,7 @@ impl HybridSystem for Noise {
 }
 
 #[test]
-fn no_step_is_accepted_because_it_cannot_be_made_shorter() {
+fn gate_05_no_step_is_accepted_because_it_cannot_be_made_shorter() {
     let (mut q, mut v) = ([0.0], [0.0]);
     let outcome = integrate(&mut Noise, RODAS5P, Limits::default(), 1.0, 2.0, &mut q, &mut v);
     assert_eq!((outcome.status, outcome.stats.steps), (Status::StepUnderflow, 0));
@@ -288,7 +288,7 @@ fn no_step_is_accepted_because_it_cannot_be_made_shorter() {
 }
 
 #[test]
-fn one_spoilt_evaluation_costs_a_rejection_or_ends_the_run_honestly() {
+fn gate_06_one_spoilt_evaluation_costs_a_rejection_or_ends_the_run_honestly() {
     let mut random = Random(20);
     for problem in problems() {
         let reference = problem.reference(8192);
@@ -314,7 +314,7 @@ fn one_spoilt_evaluation_costs_a_rejection_or_ends_the_run_honestly() {
 }
 
 #[test]
-fn evaluations_that_stay_spoilt_end_the_run_as_not_finite() {
+fn gate_06_evaluations_that_stay_spoilt_end_the_run_as_not_finite() {
     let mut random = Random(21);
     for problem in problems() {
         let clean = Watched::new(&problem, 1e-6).run(Limits::default()).0.stats.evaluations;
@@ -334,7 +334,7 @@ fn evaluations_that_stay_spoilt_end_the_run_as_not_finite() {
 }
 
 #[test]
-fn a_start_that_is_not_finite_ends_the_run_at_once() {
+fn gate_06_a_start_that_is_not_finite_ends_the_run_at_once() {
     for bad in [f64::NAN, f64::INFINITY] {
         for place in 0..2 {
             let mut problem = pendulum();
@@ -352,7 +352,7 @@ fn a_start_that_is_not_finite_ends_the_run_at_once() {
 }
 
 #[test]
-fn a_run_is_cancelled_after_the_step_that_was_refused() {
+fn gate_16_a_run_is_cancelled_after_the_step_that_was_refused() {
     let problem = pendulum();
     let mut system = Watched::new(&problem, 1e-6);
     system.cancel_after = 7;

@@ -130,7 +130,7 @@ fn there_are_37_rooted_trees_up_to_order_6() {
 }
 
 #[test]
-fn the_order_conditions_hold_up_to_the_claimed_order_and_not_beyond() {
+fn gate_01_the_order_conditions_hold_up_to_the_claimed_order_and_not_beyond() {
     for (tableau, order, ..) in methods() {
         assert_eq!(tableau.order, order);
         let classical = Classical::new(&tableau);
@@ -144,7 +144,7 @@ fn the_order_conditions_hold_up_to_the_claimed_order_and_not_beyond() {
 }
 
 #[test]
-fn the_embedded_solution_is_of_the_claimed_order_and_not_of_the_next() {
+fn gate_01_the_embedded_solution_is_of_the_claimed_order_and_not_of_the_next() {
     for (tableau, _, embedded, _) in methods() {
         assert_eq!(tableau.embedded_order, embedded);
         let classical = Classical::new(&tableau);
@@ -158,7 +158,7 @@ fn the_embedded_solution_is_of_the_claimed_order_and_not_of_the_next() {
 }
 
 #[test]
-fn the_dense_output_is_of_the_claimed_order_everywhere_in_the_step() {
+fn gate_01_the_dense_output_is_of_the_claimed_order_everywhere_in_the_step() {
     for (tableau, _, _, dense) in methods() {
         let classical = Classical::new(&tableau);
         let mut largest = 0.0_f64;

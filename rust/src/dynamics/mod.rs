@@ -502,6 +502,33 @@ impl<'m> Dynamics<'m> {
         columns
     }
 
+    /// The first contact whose normal force, with the friction it brings, accelerates the surfaces
+    /// towards each other: Painlevé's paradox. The friction that slides now is taken to go on.
+    pub fn paradoxical_contact(&mut self, t: f64, q: &[f64], v: &[f64]) -> Option<usize> {
+        let phases = self.phases.clone();
+        let mut a = vec![0.0; q.len()];
+        let found = (0..phases.len()).find(|&index| {
+            // Without and with the elastic force: the accelerations are linear in it.
+            let mut response = |clipped| {
+                self.phases[index] = match phases[index] {
+                    Phase::Contact { .. } => Phase::Contact { hysteresis_factor: 0.0, clipped },
+                    Phase::Free => return f64::NAN,
+                };
+                if !self.acceleration(t, q, v, &mut a) {
+                    return f64::NAN;
+                }
+                self.accelerate(&a);
+                let motion = self.joint_motion(&self.mechanism.clearance_joints[index]);
+                motion.acceleration.dot(&motion.eccentricity.normalize())
+            };
+            let (without, with) = (response(true), response(false));
+            self.phases[index] = phases[index];
+            with > without
+        });
+        self.phases = phases;
+        found
+    }
+
     /// Factor L D Lᵀ (see [`symmetric_factor`]) of the mass matrix of the last evaluation.
     pub fn mass_factor(&self) -> &[f64] {
         &self.mass

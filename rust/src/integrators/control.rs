@@ -14,6 +14,12 @@ const LARGEST_FACTOR: f64 = 5.0;
 /// Accepted steps after a restart that are controlled by the present error alone: the predictive
 /// controller would compare with a step of the phase before.
 const UNPREDICTED_STEPS: usize = 2;
+/// Part of what remains of a run that counts as time already passed where the shortest step is asked
+/// for: at time zero there is no rounding of the time to measure it by.
+const EARLIEST: f64 = 1e-8;
+/// Changes of phase at one instant, beyond one of every guard, before the run is given up: each shortens
+/// the next step by [`FAILURE_FACTOR`], so the last is a rounding of the first.
+const STANDING_EVENTS: usize = 16;
 /// Attempts to land on one event; each is a step taken anew, two are the rule.
 const LANDING_ATTEMPTS: usize = 20;
 
@@ -170,7 +176,12 @@ impl Run<'_> {
             let cut = landed.is_some() || self.t + self.method.step().h >= end;
             self.accept(end, cut)?;
             match landed {
-                Some(index) => h = self.change_phase(index)?.min(taken),
+                Some(index) => {
+                    let bound = self.change_phase(index)?;
+                    // Changes to and fro on the spot: the error of a step too long for either phase.
+                    let repeated = self.standing_events > self.start_guards.len();
+                    h = bound.min(taken * if repeated { FAILURE_FACTOR } else { 1.0 });
+                }
                 None => {
                     h = self.next_step(taken, error);
                     if self.method.settle(self.system, self.t, &self.q, &self.v, &mut self.stats) {
@@ -192,9 +203,11 @@ impl Run<'_> {
         self.steps_since_restart = 0;
     }
 
-    /// Shortest step that still advances the time.
+    /// Shortest step that still advances the time. It belongs to the present time: a contact at the
+    /// start of a run of hours may need steps that the end of the run could not resolve.
     fn shortest(&self, end: f64) -> f64 {
-        (16.0 * f64::EPSILON * self.t.abs().max(end.abs())).max(f64::MIN_POSITIVE)
+        let time = self.t.abs().max(EARLIEST * (end - self.t).abs());
+        (16.0 * f64::EPSILON * time).max(f64::MIN_POSITIVE)
     }
 
     /// Shortest part of a step of length `h` that advances the time.
@@ -364,7 +377,7 @@ impl Run<'_> {
     /// The phase changes where the step began: a step of length zero.
     fn land_on_the_spot(&mut self, guard: usize) -> Result<Option<usize>, Failure> {
         self.standing_events += 1;
-        if self.standing_events > 4 * self.start_guards.len() {
+        if self.standing_events > self.start_guards.len() + STANDING_EVENTS {
             return Err((Status::EventLocation, Some(guard)));
         }
         let step = self.method.step();
@@ -399,7 +412,8 @@ impl Run<'_> {
         let go_on = self.system.accepted(self.method.step());
         let next = self.t + h;
         // The last step has the length that remains; rounding must not leave a sliver.
-        self.t = if (end - next).abs() <= self.shortest(end) { end } else { next };
+        let rounding = 16.0 * f64::EPSILON * next.abs().max(end.abs());
+        self.t = if (end - next).abs() <= rounding { end } else { next };
         let d = self.q.len();
         let step = self.method.step();
         self.q.copy_from_slice(&step.end[..d]);
@@ -419,8 +433,14 @@ impl Run<'_> {
         let mut bound = f64::INFINITY;
         for other in 0..self.start_guards.len() {
             let guard = self.start_guards[other];
-            // Spent to rounding and falling; a guard that rises from zero has just been crossed.
-            let spent = guard.value <= 8.0 * guard.resolution && (guard.rate <= 0.0 || guard.rate.is_nan());
+            // Spent to rounding and falling; a guard that rises from zero has just been crossed. Where the
+            // rate is unknown only the sign can tell: two that both hover at zero would cross each other.
+            let unknown = guard.rate.is_nan();
+            let spent = if unknown {
+                guard.value < -guard.resolution
+            } else {
+                guard.value <= 8.0 * guard.resolution && guard.rate <= 0.0
+            };
             if other == index || spent {
                 if self.stats.events == self.limits.max_events {
                     return Err((Status::MaxEvents, Some(other)));
