@@ -26,7 +26,6 @@ study = cc.Study(
     outputs=["slider.x", "slider.vx"],
     duration=0.06,
     samples=1441,
-    method="dop853",
 )
 result, scan = study.chebyshev(degree=3), study.scan(10)
 print(cc.compare(result, scan, start=0.03))
