@@ -132,6 +132,19 @@ fn eliminate(matrix: &mut [f64], n: usize, weights: &mut [f64], pivots: &mut [us
 /// Solves A x = b in place, with the factor of [`lu_factor`].
 #[inline]
 pub fn lu_solve(factor: &[f64], n: usize, pivots: &[usize], b: &mut [f64]) {
+    match (factor, pivots, b) {
+        ([first, upper, lower, last], [pivot, _], [x, y]) => {
+            if *pivot == 1 {
+                std::mem::swap(x, y);
+            }
+            *y = (*y - lower * *x) * last;
+            *x = (*x - upper * *y) * first;
+        }
+        (factor, pivots, b) => lu_solve_any(factor, n, pivots, b),
+    }
+}
+
+fn lu_solve_any(factor: &[f64], n: usize, pivots: &[usize], b: &mut [f64]) {
     for (i, &pivot) in pivots.iter().enumerate() {
         b.swap(i, pivot);
     }

@@ -101,7 +101,7 @@ impl Composites {
     }
 
     /// Puts the composite bodies together for frames in motion.
-    #[inline]
+    #[inline(always)]
     fn compose(&mut self, states: &[FrameState]) {
         for Part { own, .. } in &self.parts {
             let frame = &states[own.frame];

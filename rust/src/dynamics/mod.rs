@@ -267,7 +267,7 @@ impl<'m> Dynamics<'m> {
     }
 
     /// Adds the generalised force of a force on point b and its reaction on point a, with moments.
-    #[inline]
+    #[inline(always)]
     fn add_pair(
         &self,
         [a, b]: [FramePoint; 2],
