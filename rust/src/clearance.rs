@@ -84,7 +84,7 @@ impl ClearanceLaw {
     ///
     /// At |e| = 0 (a concentric start) the normal does not exist and no force acts: nothing is
     /// divided by |e|, and the rates are reported as zero.
-    #[inline]
+    #[inline(always)]
     pub fn evaluate<S: Scalar>(&self, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
         let zero = S::constant(0.0);
         let [ex, ey] = motion.eccentricity;

@@ -140,12 +140,12 @@ pub struct Coordinate {
 
 /// Moves all frames to the coordinates: `coordinates[k - 1]` belongs to frame k.
 pub fn move_frames(frames: &[Frame], coordinates: &[Coordinate], states: &mut [FrameState]) {
-    for (index, (frame, coordinate)) in frames.iter().skip(1).zip(coordinates).enumerate() {
-        let Coordinate { position: z, velocity, acceleration } = *coordinate;
-        let (placed, rest) = states.split_at_mut(index + 1);
-        let parent = &placed[frame.parent];
+    for index in 1..frames.len().min(coordinates.len() + 1) {
+        let frame = &frames[index];
+        let Coordinate { position: z, velocity, acceleration } = coordinates[index - 1];
+        let parent = &states[frame.parent];
         let (omega, alpha) = (parent.angular_velocity, parent.angular_acceleration);
-        rest[0] = match frame.kind {
+        states[index] = match frame.kind {
             FrameKind::Revolute => {
                 let origin = parent.point(frame.anchor);
                 let angle = parent.angle + z;

@@ -8,6 +8,21 @@
 /// they would not be the same bits.
 #[inline]
 pub fn symmetric_factor(matrix: &mut [f64], n: usize) -> bool {
+    // Most mechanisms have two degrees of freedom, and loops would cost ten times the arithmetic.
+    match matrix {
+        [first, _, lower, last] => {
+            let inverse = 1.0 / *first;
+            let scaled = *lower * inverse;
+            let pivot = *last - *lower * scaled;
+            let regular = is_pivot(*first) && is_pivot(pivot);
+            (*first, *lower, *last) = (inverse, scaled, 1.0 / pivot);
+            regular
+        }
+        _ => symmetric_factor_any(matrix, n),
+    }
+}
+
+fn symmetric_factor_any(matrix: &mut [f64], n: usize) -> bool {
     for i in 0..n {
         let (above, rest) = matrix.split_at_mut(i * n);
         let row = &mut rest[..n];
@@ -21,7 +36,7 @@ pub fn symmetric_factor(matrix: &mut [f64], n: usize) -> bool {
             pivot -= row[j] * scaled;
             row[j] = scaled;
         }
-        if !(pivot > 0.0 && pivot.is_finite()) {
+        if !is_pivot(pivot) {
             return false;
         }
         row[i] = 1.0 / pivot;
@@ -29,9 +44,23 @@ pub fn symmetric_factor(matrix: &mut [f64], n: usize) -> bool {
     true
 }
 
+fn is_pivot(pivot: f64) -> bool {
+    pivot > 0.0 && pivot.is_finite()
+}
+
 /// Solves L D Lᵀ x = b in place, with the factor of [`symmetric_factor`].
 #[inline]
 pub fn symmetric_solve(factor: &[f64], n: usize, b: &mut [f64]) {
+    match (factor, b) {
+        ([first, _, lower, last], [x, y]) => {
+            *y = (*y - lower * *x) * last;
+            *x = *x * first - lower * *y;
+        }
+        (factor, b) => symmetric_solve_any(factor, n, b),
+    }
+}
+
+fn symmetric_solve_any(factor: &[f64], n: usize, b: &mut [f64]) {
     for i in 1..n {
         b[i] -= dot(&factor[i * n..i * n + i], &b[..i]);
     }
@@ -103,6 +132,19 @@ fn eliminate(matrix: &mut [f64], n: usize, weights: &mut [f64], pivots: &mut [us
 /// Solves A x = b in place, with the factor of [`lu_factor`].
 #[inline]
 pub fn lu_solve(factor: &[f64], n: usize, pivots: &[usize], b: &mut [f64]) {
+    match (factor, pivots, b) {
+        ([first, upper, lower, last], [pivot, _], [x, y]) => {
+            if *pivot == 1 {
+                std::mem::swap(x, y);
+            }
+            *y = (*y - lower * *x) * last;
+            *x = (*x - upper * *y) * first;
+        }
+        (factor, pivots, b) => lu_solve_any(factor, n, pivots, b),
+    }
+}
+
+fn lu_solve_any(factor: &[f64], n: usize, pivots: &[usize], b: &mut [f64]) {
     for (i, &pivot) in pivots.iter().enumerate() {
         b.swap(i, pivot);
     }

@@ -72,7 +72,7 @@ pub struct Path {
 }
 
 /// Mass of all bodies rigidly joined on one frame.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameInertia {
     /// The frame.
     pub frame: usize,

@@ -505,7 +505,10 @@ impl HybridSystem for Recorder<'_> {
     }
 
     fn guards(&mut self, t: f64, q: &[f64], v: &[f64], guards: &mut [Guard]) {
-        self.dynamics.move_to(t, q, v);
+        // A method may have ended its step with an evaluation there.
+        if !self.dynamics.is_at(t, q, v) {
+            self.dynamics.move_to(t, q, v);
+        }
         for index in 0..self.dynamics.phases.len() {
             let state = self.dynamics.contact_state(index);
             guards[GUARDS * index] = self.gap_guard(index, &state);

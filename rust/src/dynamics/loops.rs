@@ -190,4 +190,20 @@ impl Dynamics<'_> {
             }
         }
     }
+
+    /// Adds the part of a driven coordinate's third derivative to the rates of the closures'
+    /// accelerations.
+    pub(super) fn add_closure_jerks(&mut self, driven: usize, jerk: f64) {
+        let mechanism = self.mechanism;
+        let d = mechanism.free.len();
+        for (index, closure) in mechanism.closures.iter().enumerate() {
+            for (point, sign) in [(closure.b, 1.0), (closure.a, -1.0)] {
+                if mechanism.paths[point.frame].columns.binary_search(&driven).is_ok() {
+                    let (by, _) = self.column(driven, self.point(point).position);
+                    self.residual_t[d + 2 * index] += sign * by.x * jerk;
+                    self.residual_t[d + 2 * index + 1] += sign * by.y * jerk;
+                }
+            }
+        }
+    }
 }

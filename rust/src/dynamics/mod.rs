@@ -14,18 +14,20 @@
 
 mod energy;
 mod forces;
+mod inertia;
 mod loops;
 mod reactions;
 
 pub use energy::ContactLoss;
+use inertia::Composites;
 use loops::Loops;
 pub use reactions::Wrench;
 
 use crate::clearance::{ContactState, Phase, RelativeMotion};
 use crate::dual::Dual;
 use crate::kinematics::{
-    Coordinate, FrameKind, FrameState, PointState, Vec2, accelerate_frames, acceleration_column,
-    angle_column, move_frames, perp, position_column, velocity_column,
+    Coordinate, FrameKind, FrameState, PointState, Vec2, accelerate_frames, angle_column, move_frames, perp,
+    position_column, velocity_column,
 };
 use crate::linear::{symmetric_factor, symmetric_solve};
 use crate::mechanism::{ClearanceJoint, FramePoint, Mechanism};
@@ -78,6 +80,7 @@ pub struct Dynamics<'m> {
     /// Third derivatives of the driven coordinates.
     jerks: Vec<f64>,
     states: Vec<FrameState>,
+    composites: Composites,
     mass: Vec<f64>,
     /// Derivative of the force residual with respect to (q, v) of every column, d x columns.
     residual_q: Vec<f64>,
@@ -112,10 +115,12 @@ impl<'m> Dynamics<'m> {
             mechanism,
             phases: vec![Phase::Free; mechanism.clearance_joints.len()],
             turns: vec![0.0; columns],
-            t: 0.0,
+            // Equal to no time: the frames have not been moved yet.
+            t: f64::NAN,
             jerks: vec![0.0; mechanism.driven.len()],
             coordinates: vec![Coordinate::default(); columns],
             states,
+            composites: Composites::new(mechanism),
             mass: vec![0.0; d * d],
             residual_q: vec![0.0; d * columns],
             residual_v: vec![0.0; d * columns],
@@ -130,14 +135,26 @@ impl<'m> Dynamics<'m> {
 
     /// Moves all frames to a state, with the free coordinates not accelerated.
     pub fn move_to(&mut self, t: f64, q: &[f64], v: &[f64]) {
-        for (&column, (&position, &velocity)) in self.mechanism.free.iter().zip(q.iter().zip(v)) {
-            self.coordinates[column] = Coordinate { position, velocity, acceleration: 0.0 };
+        let mechanism = self.mechanism;
+        self.t = t;
+        for (freedom, &column) in mechanism.free.iter().enumerate() {
+            self.coordinates[column] =
+                Coordinate { position: q[freedom], velocity: v[freedom], acceleration: 0.0 };
         }
-        for (driven, jerk) in self.mechanism.driven.iter().zip(&mut self.jerks) {
+        for (driven, jerk) in mechanism.driven.iter().zip(&mut self.jerks) {
             (self.coordinates[driven.column], *jerk, self.turns[driven.column]) = driven.at(t);
         }
-        self.t = t;
-        move_frames(&self.mechanism.frames, &self.coordinates, &mut self.states);
+        move_frames(&mechanism.frames, &self.coordinates, &mut self.states);
+    }
+
+    /// Whether the frames have the positions and velocities of this state.
+    #[inline]
+    pub fn is_at(&self, t: f64, q: &[f64], v: &[f64]) -> bool {
+        self.t == t
+            && self.mechanism.free.iter().zip(q.iter().zip(v)).all(|(&column, (&position, &velocity))| {
+                let coordinate = &self.coordinates[column];
+                coordinate.position == position && coordinate.velocity == velocity
+            })
     }
 
     /// Gives the free coordinates accelerations, after [`Dynamics::move_to`].
@@ -208,22 +225,7 @@ impl<'m> Dynamics<'m> {
         self.move_to(t, q, v);
         let d = a.len();
         a.fill(0.0);
-        self.mass.fill(0.0);
-        for body in &self.mechanism.inertias {
-            let frame = &self.states[body.frame];
-            let center = frame.point(body.center);
-            let inertial_moment = body.inertia * frame.angular_acceleration;
-            let free = &self.mechanism.paths[body.frame].free;
-            for (place, &(column, i)) in free.iter().enumerate() {
-                let (b_i, turn_i) = self.column(column, center.position);
-                a[i] -= body.mass * b_i.dot(&center.acceleration) + turn_i * inertial_moment;
-                for &(other, j) in &free[..=place] {
-                    let (b_j, turn_j) = self.column(other, center.position);
-                    // Columns of a path ascend, so j <= i: the lower triangle.
-                    self.mass[i * d + j] += body.mass * b_i.dot(&b_j) + turn_i * turn_j * body.inertia;
-                }
-            }
-        }
+        self.composites.assemble(self.mechanism, &self.states, &mut self.mass, a);
         for index in 0..self.phases.len() {
             if let Phase::Contact { clipped: false, .. } = self.phases[index] {
                 self.add_contact(index, a);
@@ -265,7 +267,7 @@ impl<'m> Dynamics<'m> {
     }
 
     /// Adds the generalised force of a force on point b and its reaction on point a, with moments.
-    #[inline]
+    #[inline(always)]
     fn add_pair(
         &self,
         [a, b]: [FramePoint; 2],
@@ -358,58 +360,6 @@ impl<'m> Dynamics<'m> {
         }
         if rows > 0 {
             self.loops.correct(out);
-        }
-    }
-
-    /// Adds ∂R/∂z̈ d³z/dt³ of the driven coordinates whose speed changes.
-    fn add_jerks(&mut self) {
-        let mechanism = self.mechanism;
-        let d = mechanism.free.len();
-        for &index in &mechanism.accelerated {
-            let (column, jerk) = (mechanism.driven[index].column, self.jerks[index]);
-            for body in &mechanism.inertias {
-                let path = &mechanism.paths[body.frame];
-                if path.columns.contains(&column) {
-                    let center = self.states[body.frame].point(body.center).position;
-                    let (by, turn) = self.column(column, center);
-                    for &(other, i) in &path.free {
-                        let (by_i, turn_i) = self.column(other, center);
-                        self.residual_t[i] +=
-                            (body.mass * by.dot(&by_i) + body.inertia * turn * turn_i) * jerk;
-                    }
-                }
-            }
-            for (closure, ends) in mechanism.closures.iter().enumerate() {
-                for (point, sign) in [(ends.b, 1.0), (ends.a, -1.0)] {
-                    if mechanism.paths[point.frame].columns.contains(&column) {
-                        let (by, _) = self.column(column, self.point(point).position);
-                        self.residual_t[d + 2 * closure] += sign * by.x * jerk;
-                        self.residual_t[d + 2 * closure + 1] += sign * by.y * jerk;
-                    }
-                }
-            }
-        }
-    }
-
-    fn add_inertia_derivatives(&mut self) {
-        let columns = self.coordinates.len();
-        for body in &self.mechanism.inertias {
-            let path = &self.mechanism.paths[body.frame];
-            let center = self.states[body.frame].point(body.center);
-            let force = body.mass * center.acceleration;
-            for &column in &path.columns {
-                let kind = self.mechanism.frames[column + 1].kind;
-                let frame = &self.states[column + 1];
-                let by_position = body.mass * acceleration_column(kind, frame, center.acceleration);
-                let by_velocity = 2.0 * body.mass * velocity_column(kind, frame, center.velocity);
-                for &(other, i) in &path.free {
-                    let (b, _) = self.column(other, center.position);
-                    let place = i * columns + column;
-                    self.residual_q[place] +=
-                        b.dot(&by_position) + self.second_column(other, column, center.position).dot(&force);
-                    self.residual_v[place] += b.dot(&by_velocity);
-                }
-            }
         }
     }
 

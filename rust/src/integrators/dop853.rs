@@ -9,6 +9,7 @@
 //! steps shrink to the stability limit, which costs time but not accuracy.
 
 use crate::integrators::dense::DenseStep;
+use crate::integrators::stages::Stages;
 use crate::integrators::{HybridSystem, Stats, Stepper};
 
 /// Stages of a step; the 13th slope is that at its end, 3 more serve the dense output only.
@@ -27,11 +28,12 @@ const ROUNDING: f64 = 8.0 * f64::EPSILON;
 pub struct Dop853 {
     d: usize,
     t: f64,
-    /// Slopes (v, a): one row a component, one column a stage.
-    slopes: Vec<[f64; SLOPES]>,
+    /// Slopes (v, a).
+    slopes: Stages,
     argument: Vec<f64>,
-    a: Vec<f64>,
     error: Vec<f64>,
+    /// The second of the two combinations of order 5.
+    other_error: Vec<f64>,
     step: DenseStep,
     /// State of the last stage, at the end of the step like the solution.
     last_argument: Vec<f64>,
@@ -46,10 +48,10 @@ impl Dop853 {
         Self {
             d,
             t: 0.0,
-            slopes: vec![[0.0; SLOPES]; n],
+            slopes: Stages::new(SLOPES, n),
             argument: vec![0.0; n],
-            a: vec![0.0; d],
             error: vec![0.0; n],
+            other_error: vec![0.0; n],
             step: DenseStep::new(n, 6),
             last_argument: vec![0.0; n],
             weights: vec![1.0; n],
@@ -61,9 +63,10 @@ impl Dop853 {
     /// fastest component. The method is stable up to about 6.
     pub fn stiffness(&self) -> f64 {
         let (mut change, mut distance, mut rounding) = (0.0, 0.0, 0.0);
-        let states = self.slopes.iter().zip(&self.step.end).zip(&self.last_argument);
-        for (((slope, end), last), weight) in states.zip(&self.weights) {
-            let (rise, run) = (weight * (slope[STAGES] - slope[STAGES - 1]), weight * (end - last));
+        let states = self.step.end.iter().zip(&self.last_argument).zip(&self.weights);
+        for (k, ((end, last), weight)) in states.enumerate() {
+            let slopes = self.slopes.at(STAGES, k) - self.slopes.at(STAGES - 1, k);
+            let (rise, run) = (weight * slopes, weight * (end - last));
             let noise = weight * ROUNDING * end;
             change += rise * rise;
             distance += run * run;
@@ -76,24 +79,13 @@ impl Dop853 {
     fn evaluate(&mut self, system: &mut dyn HybridSystem, stage: usize, stats: &mut Stats) -> bool {
         let d = self.d;
         let h = self.step.h;
-        let weights = &A[stage][..stage];
-        let components = self.argument.iter_mut().zip(&self.step.start).zip(&self.slopes);
-        for ((argument, start), slope) in components {
-            *argument = start + h * dot(weights, slope);
-        }
+        let start = &self.step.start[..];
+        self.slopes.combine(&A[stage][..stage], &mut self.argument, |k, sum| start[k] + h * sum);
         stats.evaluations += 1;
         let (q, v) = self.argument.split_at(d);
-        let exists = system.acceleration(self.t + C[stage] * h, q, v, &mut self.a);
-        self.store(stage);
-        exists
-    }
-
-    /// Stores the slope of the state in `argument`: its velocities and `a`.
-    fn store(&mut self, stage: usize) {
-        let derivatives = self.argument[self.d..].iter().chain(&self.a);
-        for (slope, derivative) in self.slopes.iter_mut().zip(derivatives) {
-            slope[stage] = *derivative;
-        }
+        let (slope_q, slope_v) = self.slopes.row_mut(stage).split_at_mut(d);
+        slope_q.copy_from_slice(v);
+        system.acceleration(self.t + C[stage] * h, q, v, slope_v)
     }
 }
 
@@ -111,9 +103,9 @@ impl Stepper for Dop853 {
         self.argument[..self.d].copy_from_slice(q);
         self.argument[self.d..].copy_from_slice(v);
         self.step.start.copy_from_slice(&self.argument);
-        let exists = system.begin(t, q, v, &mut self.a);
-        self.store(0);
-        exists
+        let (slope_q, slope_v) = self.slopes.row_mut(0).split_at_mut(self.d);
+        slope_q.copy_from_slice(v);
+        system.begin(t, q, v, slope_v)
     }
 
     fn attempt(&mut self, system: &mut dyn HybridSystem, h: f64, stats: &mut Stats) -> bool {
@@ -130,9 +122,12 @@ impl Stepper for Dop853 {
             }
         }
         self.step.end.copy_from_slice(&self.argument);
-        for (error, slope) in self.error.iter_mut().zip(&self.slopes) {
-            let (fifth, other, third) = (dot(&E5, slope), dot(&E5_OTHER, slope), dot(&E3, slope));
-            let square = fifth * fifth + other * other;
+        self.slopes.combine(&E5, &mut self.error, |_, sum| sum);
+        self.slopes.combine(&E5_OTHER, &mut self.other_error, |_, sum| sum);
+        self.slopes.combine(&E3, &mut self.argument, |_, sum| sum);
+        let others = self.other_error.iter().zip(&self.argument);
+        for (error, (other, third)) in self.error.iter_mut().zip(others) {
+            let square = *error * *error + other * other;
             let size = (square + 0.01 * third * third).sqrt();
             *error = if size > 0.0 { h * square / size } else { 0.0 * size };
         }
@@ -147,11 +142,15 @@ impl Stepper for Dop853 {
         }
         let n = 2 * self.d;
         let h = self.step.h;
-        for (k, slope) in self.slopes.iter().enumerate() {
+        for (weights, row) in D.iter().zip(self.step.rows.chunks_exact_mut(n.max(1))) {
+            self.slopes.combine(weights, row, |_, sum| h * sum);
+        }
+        for k in 0..n {
             let change = self.step.end[k] - self.step.start[k];
-            let f1 = h * slope[0] - change;
-            let f2 = 2.0 * change - h * (slope[STAGES] + slope[0]);
-            let [f3, f4, f5, f6] = D.map(|weights| h * dot(&weights, slope));
+            let slope = |stage: usize| self.slopes.at(stage, k);
+            let f1 = h * slope(0) - change;
+            let f2 = 2.0 * change - h * (slope(STAGES) + slope(0));
+            let [f3, f4, f5, f6] = [0, 1, 2, 3].map(|row| self.step.rows[row * n + k]);
             // Hairer's nested form in the powers that all methods share.
             let rows = [f1, f2 + f3, f4 + f5 - f3, f6 - 2.0 * f5 - f4, f5 - 2.0 * f6, f6];
             for (row, value) in rows.into_iter().enumerate() {
@@ -165,10 +164,10 @@ impl Stepper for Dop853 {
         // The cubic through the states and slopes of both ends; the full dense output costs three
         // evaluations.
         let (d, h, rest) = (self.d, self.step.h, 1.0 - theta);
-        for (k, slope) in self.slopes.iter().enumerate() {
+        for k in 0..2 * d {
             let (start, end) = (self.step.start[k], self.step.end[k]);
-            let change = end - start;
-            let bend = rest * (h * slope[0] - change) - theta * (h * slope[STAGES] - change);
+            let (change, slopes) = (end - start, [0, STAGES].map(|stage| h * self.slopes.at(stage, k)));
+            let bend = rest * (slopes[0] - change) - theta * (slopes[1] - change);
             let value = rest * start + theta * end + theta * rest * bend;
             if k < d { q[k] = value } else { v[k - d] = value }
         }
@@ -202,11 +201,6 @@ impl Stepper for Dop853 {
     fn is_explicit(&self) -> bool {
         true
     }
-}
-
-#[inline]
-fn dot(weights: &[f64], slopes: &[f64]) -> f64 {
-    weights.iter().zip(slopes).map(|(w, k)| w * k).sum()
 }
 
 /// Instants of the slopes.

@@ -9,6 +9,7 @@ pub mod dense;
 pub mod dop853;
 pub mod events;
 pub mod rosenbrock;
+mod stages;
 pub mod tableaus;
 
 use crate::dynamics::Linearisation;

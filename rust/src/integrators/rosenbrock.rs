@@ -10,6 +10,7 @@
 
 use crate::dynamics::Linearisation;
 pub use crate::integrators::dense::DenseStep;
+use crate::integrators::stages::Stages;
 use crate::integrators::tableaus::Tableau;
 use crate::integrators::{HybridSystem, Stats, Stepper};
 use crate::linear::{lu_factor, lu_solve};
@@ -19,8 +20,8 @@ use crate::linear::{lu_factor, lu_solve};
 pub struct Rosenbrock {
     tableau: Tableau,
     d: usize,
-    /// Stage vectors u_i as (u_q, u_v): one row a component, one column a stage.
-    stages: Vec<f64>,
+    /// Stage vectors u_i as (u_q, u_v).
+    stages: Stages,
     w: Vec<f64>,
     pivots: Vec<usize>,
     /// What an acceleration of each coordinate is worth against the others, for the choice of pivots.
@@ -49,7 +50,7 @@ impl Rosenbrock {
         Self {
             tableau,
             d,
-            stages: vec![0.0; tableau.stages * n],
+            stages: Stages::new(tableau.stages, n),
             w: vec![0.0; d * d],
             pivots: vec![0; d],
             weights: vec![1.0; d],
@@ -102,18 +103,9 @@ impl Rosenbrock {
         for i in 0..stages {
             let a_row = &a_coefficients[i * stages..i * stages + i];
             let c_row = &c_coefficients[i * stages..i * stages + i];
-            let components = self.stages.chunks_exact(stages).zip(&self.step.start);
-            for ((argument, residual), (u, start)) in
-                self.argument.iter_mut().zip(&mut self.residual).zip(components)
-            {
-                let (mut by_a, mut by_c) = (*start, 0.0);
-                for (u, (a, c)) in u.iter().zip(a_row.iter().zip(c_row)) {
-                    by_a += a * u;
-                    by_c += c * u;
-                }
-                *argument = by_a;
-                *residual = by_c * inverse;
-            }
+            self.argument.copy_from_slice(&self.step.start);
+            self.stages.add(a_row, &mut self.argument);
+            self.stages.combine(c_row, &mut self.residual, |_, sum| sum * inverse);
             if i == 0 {
                 self.a.copy_from_slice(&linear.a);
             } else {
@@ -132,16 +124,15 @@ impl Rosenbrock {
                 *r_v += self.a[k] + by_time * linear.a_t[k] + diagonal * coupling;
             }
             lu_solve(&self.w, d, &self.pivots, r_v);
-            for (k, (u_v, r_q)) in r_v.iter().zip(&*r_q).enumerate() {
-                self.stages[k * stages + i] = diagonal * (u_v + r_q);
-                self.stages[(d + k) * stages + i] = *u_v;
+            let (u_q, u_v) = self.stages.row_mut(i).split_at_mut(d);
+            u_v.copy_from_slice(r_v);
+            for ((u_q, u_v), r_q) in u_q.iter_mut().zip(&*u_v).zip(&*r_q) {
+                *u_q = diagonal * (u_v + r_q);
             }
         }
-        let components = self.stages.chunks_exact(stages).zip(&self.step.start);
-        for ((end, error), (u, start)) in self.step.end.iter_mut().zip(&mut self.error).zip(components) {
-            *end = start + weighted(self.tableau.m, u);
-            *error = weighted(self.tableau.e, u);
-        }
+        let start = &self.step.start[..];
+        self.stages.combine(self.tableau.m, &mut self.step.end, |k, sum| start[k] + sum);
+        self.stages.combine(self.tableau.e, &mut self.error, |_, sum| sum);
         self.step.end.iter().all(|y| y.is_finite())
     }
 
@@ -174,9 +165,7 @@ impl Rosenbrock {
         // At least 1: without a degree of freedom there are no rows, and no chunks of length zero.
         let rows = self.step.rows.chunks_exact_mut((2 * self.d).max(1));
         for (row, weights) in rows.zip(self.tableau.h.chunks_exact(stages)) {
-            for (value, u) in row.iter_mut().zip(self.stages.chunks_exact(stages)) {
-                *value = weighted(weights, u);
-            }
+            self.stages.combine(weights, row, |_, sum| sum);
         }
     }
 }
@@ -238,10 +227,4 @@ impl Stepper for Rosenbrock {
             *weight = 1.0 / tolerance;
         }
     }
-}
-
-/// Σ w_i u_i over the stages.
-#[inline]
-fn weighted(weights: &[f64], stages: &[f64]) -> f64 {
-    weights.iter().zip(stages).map(|(w, u)| w * u).sum()
 }
