@@ -81,7 +81,7 @@ pub(crate) struct Recorder<'a> {
     v: Vec<f64>,
     a: Vec<f64>,
     pub(crate) events: Vec<Event>,
-    work: Work,
+    pub(crate) work: Work,
     /// The work up to the present step, while `work` goes to a sample in it.
     work_of_steps: Work,
     /// The contact of every clearance joint, while it lasts.
@@ -123,9 +123,9 @@ impl<'a> Recorder<'a> {
         let position_tolerance = (settings.rtol * position_scale).min(resting_position).max(finest);
         let start_speed = start.v.iter().zip(&scales.levers).map(|(v, lever)| (v * lever).abs());
         let speed = start_speed.fold(scales.speed, f64::max);
-        // A scene that starts at rest and undriven: the speed that crosses the position scale in
-        // the whole run.
-        let speed_scale = (SPEED_PART * speed).max(position_scale / settings.duration);
+        // Where nothing moves, falls or is driven: the speed that crosses the position scale in the
+        // whole run. Elsewhere the duration must not change the steps: a run may be continued.
+        let speed_scale = if speed > 0.0 { SPEED_PART * speed } else { position_scale / settings.duration };
         Self {
             dynamics: Dynamics::new(mechanism),
             settings,
