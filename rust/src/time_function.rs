@@ -180,7 +180,8 @@ impl Spline {
     }
 
     fn next_break(&self, t: f64) -> f64 {
-        self.times.get(self.piece(t) + 1).copied().filter(|&knot| knot > t).unwrap_or(f64::INFINITY)
+        let inner = &self.times[..self.times.len() - 1];
+        inner.get(self.piece(t) + 1).copied().unwrap_or(f64::INFINITY)
     }
 }
 
