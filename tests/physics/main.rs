@@ -1,6 +1,7 @@
 //! Tests of the core physics: closed forms, identities, independent references.
 
 mod assembly;
+mod bad_elements;
 mod chebyshev;
 mod constrained;
 mod contact;
