@@ -138,7 +138,8 @@ def _write_records(
     if value is None and annotation.endswith("| None"):
         return None
     if annotation.startswith(_EITHER) and not isinstance(value, Part):
-        return _write_number(value, path, problems)
+        names = " or ".join(choice.__name__ for choice in accepted)
+        return _write_number(value, path, problems, f"a number or a {names}")
     if not annotation.startswith("Sequence"):
         return write(value, accepted, path, problems)
     if isinstance(value, tuple):
@@ -178,9 +179,9 @@ def _write_vector(value: Any, path: str, problems: list[Problem]) -> list[float 
     return [_write_number(item, f"{path}[{index}]", problems) for index, item in enumerate(value)]
 
 
-def _write_number(value: Any, path: str, problems: list[Problem]) -> float | str:
+def _write_number(value: Any, path: str, problems: list[Problem], wanted: str = "a number") -> float | str:
     if not isinstance(value, float):
-        problems.append(Problem(path, f"must be a number, got {value!r}"))
+        problems.append(Problem(path, f"must be {wanted}, got {value!r}"))
         return "NaN"
     if math.isfinite(value):
         return value
