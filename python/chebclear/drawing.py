@@ -16,7 +16,22 @@ from numpy.typing import NDArray
 from .checks import Checks
 from .plane import Clutter, hull
 from .plot import _axes
-from .scene import Body, ClearanceRevolute, Fixed, Gravity, Prismatic, Revolute, Scene
+from .scene import (
+    Body,
+    ClearanceRevolute,
+    Damper,
+    Fixed,
+    Force,
+    Gravity,
+    Prismatic,
+    Revolute,
+    Scene,
+    Spring,
+    Torque,
+    TorsionDamper,
+    TorsionSpring,
+)
+from .symbols import along, arc, beside, dashpot, drum, spiral, typical, varies, zigzag
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,6 +48,9 @@ _BAR = 0.016  # half the width of a bar
 _PIN = 0.011  # radius of an ideal pin
 _BLOCK = (0.055, 0.034)  # half length and half width of a sliding block
 _SUPPORT = 0.055  # height of a support on ground
+_COIL = 0.018  # half the width of a spring or damper
+_ARROW = 0.16  # length of the arrow of a force
+_HEAD = 0.022  # length of the head of an arrow
 _LETTER = (0.013, 0.032)  # width and height of a letter in a picture about four inches wide
 
 
@@ -41,8 +59,9 @@ def plot_scene(scene: Scene, ax: Axes | None = None, *, exaggerate: float = 1.0,
 
     Bodies are bars or plates through their points, with a cross at the centre of mass; ground is hatched.
     Ideal pins are small circles, guides are rails with a block, welds are squares. A pin with clearance is a
-    journal (a disc in the colour of its body) in a bearing of true radius. Drives are curved arrows, gravity
-    is a straight one.
+    journal (a disc in the colour of its body) in a bearing of true radius. Springs are zigzags or spirals,
+    dampers are cylinders with a piston or drums with shoes. Drives, given forces and torques are arrows, straight
+    or curved, with two heads if they change direction; gravity is an arrow in the corner.
 
     Parameters
     ----------
@@ -54,7 +73,7 @@ def plot_scene(scene: Scene, ax: Axes | None = None, *, exaggerate: float = 1.0,
         Factor by which clearances, and eccentricities, are drawn larger than they are [-]; the picture states
         it.
     labels : bool
-        Write the names of bodies and joints.
+        Write the names of bodies, joints and forces.
 
     Returns
     -------
@@ -87,6 +106,8 @@ def plot_scene(scene: Scene, ax: Axes | None = None, *, exaggerate: float = 1.0,
         pen.joint(joint)
     for drive in scene.drives:
         pen.drive(drive)
+    for force in scene.forces:
+        pen.force(force)
     gravity = sum(
         (np.array(force.acceleration) for force in scene.forces if isinstance(force, Gravity)), np.zeros(2)
     )
@@ -113,6 +134,12 @@ class _Pose:
         for joint in scene.joints:
             for end in _ends(joint):
                 self._note(end)
+        for force in scene.forces:
+            if isinstance(force, (Spring, Damper)):
+                self._note(force.a)
+                self._note(force.b)
+            elif isinstance(force, Force):
+                self._note(force.point)
         for body in scene.bodies:
             if len(self.points[body.name]) < 2:
                 self._note(f"{body.name}.center_of_mass")
@@ -271,8 +298,8 @@ class _Pen:
     def _guide(self, joint: Prismatic) -> None:
         """Rail on body a along the axis, and a block on body b."""
         rail, block = _owner(joint.a), _owner(joint.b)
-        along = self.pose.direction(joint.axis, rail)
-        across = np.array([-along[1], along[0]])
+        way = self.pose.direction(joint.axis, rail)
+        across = np.array([-way[1], way[0]])
         start, place = self.pose.at(joint.a), self.pose.at(joint.b)
         half_length, half_width = self._block(joint)
         if _GROUND in (rail, block):
@@ -280,17 +307,17 @@ class _Pen:
             reach = 1.8 * half_length
             side = -1.0 if across[1] > 1e-9 or (abs(across[1]) <= 1e-9 and across[0] > 0.0) else 1.0
             foot = place + side * half_width * across
-            ends = [foot - reach * along, foot + reach * along]
+            ends = [foot - reach * way, foot + reach * way]
             self._hatched(*(ends if side < 0.0 else ends[::-1]))
         else:
-            far = float((place - start) @ along)
+            far = float((place - start) @ way)
             low, high = min(0.0, far - 1.8 * half_length), max(0.0, far + 1.8 * half_length)
             for offset in (-0.55 * _BAR * self.unit, 0.55 * _BAR * self.unit):
-                beside = start + offset * across
-                self._line([beside + low * along, beside + high * along], self.pose.colours[rail], 0.9, 3)
+                offside = start + offset * across
+                self._line([offside + low * way, offside + high * way], self.pose.colours[rail], 0.9, 3)
         moving = block if block != _GROUND else rail
         corners = [
-            place + x * half_length * along + y * half_width * across
+            place + x * half_length * way + y * half_width * across
             for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))
         ]
         # Behind the bodies: a pin in the block stays in sight.
@@ -299,25 +326,114 @@ class _Pen:
     # Drives
 
     def drive(self, drive: Any) -> None:
-        """A curved arrow around a driven pin; clockwise if the speed is negative."""
+        """An arrow around a driven pin or along a driven guide; it points where the drive starts to go."""
         joint = next((joint for joint in self.pose.scene.joints if joint.name == drive.joint), None)
         if joint is None:
             return
+        motion = getattr(drive, "motion", None)
+        both = varies(motion) if motion is not None else False
         place = self.pose.at(_ends(joint)[1])
-        speed = float(getattr(drive, "speed", 1.0))
+        if isinstance(joint, Prismatic):
+            way = self.pose.direction(joint.axis, _owner(joint.a))
+            half_length, half_width = self._block(joint)
+            side = np.array([-way[1], way[0]]) * (half_width + 0.03 * self.unit)
+            self._arrow(place + side - half_length * way, place + side + half_length * way, "0.1", both)
+            self.clutter.add(place + side - half_length * way, place + side + half_length * way, 0.0)
+            return
+        sign = drive.speed if motion is None else typical(motion)
         radius = max(0.06 * self.unit, 1.7 * self._radius(joint))
-        self.clutter.add(place, place, radius)
         self.named = [(at, name, radius if name == joint.name else clear) for at, name, clear in self.named]
-        turn = np.radians(np.linspace(35.0, 290.0, 60)[:: 1 if speed >= 0.0 else -1])
-        path = place + radius * np.column_stack((np.cos(turn), np.sin(turn)))
-        self._line(path, "0.1", 1.3, 8)
-        self._arrow_head(path[-1], path[-1] - path[-4], 0.022 * self.unit)
+        self._curved_arrow(place, radius, sign < 0.0, "0.1", both)
 
-    def _arrow_head(self, tip: Array, way: Array, size: float) -> None:
-        along = way / np.hypot(*way)
-        across = np.array([-along[1], along[0]])
-        corners = [tip + size * along, tip + 0.45 * size * across, tip - 0.45 * size * across]
-        self._polygon(np.array(corners), "0.1", 8, alpha=1.0)
+    def _curved_arrow(self, place: Array, radius: float, clockwise: bool, colour: str, both: bool) -> None:
+        path = arc(place, radius, 35.0, 290.0)[:: -1 if clockwise else 1]
+        self.clutter.add(place, place, radius)
+        self._line(path, colour, 1.3, 8)
+        self._arrow_head(path[-1], path[-1] - path[-4], colour)
+        if both:
+            self._arrow_head(path[0], path[0] - path[3], colour)
+
+    def _arrow(self, start: Array, tip: Array, colour: str, both: bool) -> None:
+        way, _, _ = along(start, tip)
+        head = _HEAD * self.unit * way
+        self._line([start + head if both else start, tip - head], colour, 1.3, 8)
+        self._arrow_head(tip - head, way, colour)
+        if both:
+            self._arrow_head(start + head, -way, colour)
+
+    # Forces
+
+    def force(self, force: Any) -> None:
+        """The symbol of a spring, a damper, a given force or a torque; gravity is drawn in the end."""
+        if isinstance(force, (Spring, Damper)):
+            self._link(force)
+        elif isinstance(force, (TorsionSpring, TorsionDamper)):
+            place, radius = self._between(force.a, force.b)
+            lines = []
+            if isinstance(force, TorsionSpring) and force.stiffness:
+                lines += spiral(place, 1.2 * radius, 2.4 * radius)
+            if force.damping:
+                lines += drum(place, 2.7 * radius)
+            self._symbol(lines, place, 3.4 * radius, force.name)
+        elif isinstance(force, Torque) and typical(force.torque):
+            place, radius = self._between(force.reaction, force.body)
+            colour = self.pose.colours[force.body]
+            self._curved_arrow(place, 3.8 * radius, typical(force.torque) < 0.0, colour, varies(force.torque))
+            self.named.append((place, force.name, 3.8 * radius))
+        elif isinstance(force, Force):
+            self._given(force)
+
+    def _link(self, force: Spring | Damper) -> None:
+        start, end = self.pose.at(force.a), self.pose.at(force.b)
+        way, _, length = along(start, end)
+        width = min(_COIL * self.unit, 0.2 * length)
+        spring = isinstance(force, Spring) and force.stiffness > 0.0
+        if spring and force.damping:
+            lead, shift = 0.1 * length, 1.4 * width
+            inner = start + lead * way, end - lead * way
+            both = [(shift, zigzag(*inner, width)), (-shift, dashpot(*inner, width))]
+            lines = beside(start, end, lead, both)
+        else:
+            lines = zigzag(start, end, width) if spring else dashpot(start, end, width)
+        for name, place, inwards in ((force.a, start, way), (force.b, end, -way)):
+            if _owner(name) == _GROUND:
+                across = 1.8 * width * np.array([-inwards[1], inwards[0]])
+                self._hatched(place + across, place - across)
+        self.clutter.add(start, end, 2.5 * width)
+        self._symbol(lines, 0.5 * (start + end), 2.5 * width, force.name)
+
+    def _symbol(self, lines: Sequence[Array], place: Array, radius: float, name: str) -> None:
+        for line in lines:
+            self._line(line, "0.2", 1.1, 6.5)
+        self.clutter.add(place, place, radius)
+        self.named.append((place, name, radius))
+
+    def _between(self, first: str, second: str) -> tuple[Array, float]:
+        """Where something turns one body against another, and the radius of what stands there."""
+        for joint in self.pose.scene.joints:
+            if {first, second} == set(map(_owner, _ends(joint))):
+                return self.pose.at(_ends(joint)[1]), max(_PIN * self.unit, 0.6 * self._radius(joint))
+        body = second if second != _GROUND else first
+        return self.pose.at(f"{body}.center_of_mass"), _PIN * self.unit
+
+    def _given(self, force: Force) -> None:
+        """An arrow that points at where the force acts."""
+        components = (typical(force.x), typical(force.y))
+        if not any(components):
+            return
+        owner = _owner(force.point)
+        way = self.pose.direction(components, owner if force.frame == "body" else _GROUND)
+        tip = self.pose.at(force.point) - 0.5 * _HEAD * self.unit * way
+        tail = tip - _ARROW * self.unit * way
+        self._arrow(tail, tip, self.pose.colours[owner], varies(force.x) or varies(force.y))
+        self.clutter.add(tail, tip, 0.0)
+        self.named.append((tail, force.name, 0.0))
+
+    def _arrow_head(self, foot: Array, direction: Array, colour: str) -> None:
+        way, across, _ = along(np.zeros(2), direction)
+        size = _HEAD * self.unit
+        corners = [foot + size * way, foot + 0.45 * size * across, foot - 0.45 * size * across]
+        self._polygon(np.array(corners), colour, 8, alpha=1.0)
 
     # Frame and text
 

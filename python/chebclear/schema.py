@@ -83,7 +83,7 @@ def _fields(part: type[Part]) -> tuple[dataclasses.Field[Any], ...]:
 
 
 def _as_vector(value: Any) -> Any:
-    if not isinstance(value, (list, tuple, np.ndarray)) or np.ndim(value) != 1:
+    if not isinstance(value, (list, tuple, range, np.ndarray)) or np.ndim(value) != 1:
         return value
     numbers = [as_number(item) for item in value]
     return tuple(item if number is None else number for item, number in zip(value, numbers, strict=True))
