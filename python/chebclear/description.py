@@ -263,8 +263,8 @@ def _mobility(scene: Scene, facts: Inspection) -> list[str]:
     if closures:
         lines.append("redundant constraints: none, the loop equations are independent at the start")
     lines.append(
-        f"outputs: {len(facts.columns)} columns, see check().columns; {len(facts.further_columns)} further ones "
-        "by name, see check().further_columns"
+        f"outputs: {len(facts.columns)} columns, see check().columns; "
+        f"{len(facts.further_columns)} further ones by name, see check().further_columns"
     )
     return lines
 

@@ -6,7 +6,6 @@ All sizes are in metres of the drawing and scale with the mechanism, so the pict
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from .checks import Checks
 from .plane import Clutter, hull
 from .plot import _axes
+from .pose import GROUND, GROUND_COLOUR, Pose, ends_of, owner_of
 from .scene import (
     Body,
     ClearanceRevolute,
@@ -38,10 +38,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_GROUND = "ground"
-_GROUND_COLOUR = "0.45"
-# Paul Tol's bright scheme: told apart by colour-blind readers too.
-_COLOURS = ("#4477AA", "#EE6677", "#228833", "#CCBB44", "#AA3377", "#66CCEE")
 
 # Sizes relative to the diagonal of the mechanism, chosen by eye on the ready-made mechanisms.
 _BAR = 0.016  # half the width of a bar
@@ -60,8 +56,8 @@ def plot_scene(scene: Scene, ax: Axes | None = None, *, exaggerate: float = 1.0,
     Bodies are bars or plates through their points, with a cross at the centre of mass; ground is hatched.
     Ideal pins are small circles, guides are rails with a block, welds are squares. A pin with clearance is a
     journal (a disc in the colour of its body) in a bearing of true radius. Springs are zigzags or spirals,
-    dampers are cylinders with a piston or drums with shoes. Drives, given forces and torques are arrows, straight
-    or curved, with two heads if they change direction; gravity is an arrow in the corner.
+    dampers are cylinders with a piston or drums with shoes. Drives, given forces and torques are arrows,
+    straight or curved, with two heads if they change direction; gravity is an arrow in the corner.
 
     Parameters
     ----------
@@ -95,7 +91,7 @@ def plot_scene(scene: Scene, ax: Axes | None = None, *, exaggerate: float = 1.0,
     checks = Checks()
     checks.real("exaggerate", exaggerate, "-", above=0.0)
     checks.finish()
-    pose = _Pose(scene)
+    pose = Pose(scene)
     ax = _axes(ax)
     pen = _Pen(ax, pose, float(exaggerate))
     for joint in scene.joints:
@@ -115,79 +111,10 @@ def plot_scene(scene: Scene, ax: Axes | None = None, *, exaggerate: float = 1.0,
     return ax
 
 
-class _Pose:
-    """Where everything is: points of bodies in ground's frame, and the size of the mechanism."""
-
-    def __init__(self, scene: Scene) -> None:
-        facts = scene.check()
-        self.scene = scene
-        self.bodies = {body.name: body for body in scene.bodies}
-        self.places = dict(zip(facts.bodies, facts.poses, strict=True))
-        self.colours = {name: _COLOURS[index % len(_COLOURS)] for index, name in enumerate(self.bodies)} | {
-            _GROUND: _GROUND_COLOUR
-        }
-        # The points of each body that a joint uses or the user named; ground counts where it is used.
-        self.points: dict[str, list[Array]] = {name: [] for name in (*self.bodies, _GROUND)}
-        for body in scene.bodies:
-            for name in body.points:
-                self._note(f"{body.name}.{name}")
-        for joint in scene.joints:
-            for end in _ends(joint):
-                self._note(end)
-        for force in scene.forces:
-            if isinstance(force, (Spring, Damper)):
-                self._note(force.a)
-                self._note(force.b)
-            elif isinstance(force, Force):
-                self._note(force.point)
-        for body in scene.bodies:
-            if len(self.points[body.name]) < 2:
-                self._note(f"{body.name}.center_of_mass")
-        everything = np.array([point for points in self.points.values() for point in points])
-        radii = [joint.journal_radius for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
-        span = float(np.hypot(*np.ptp(everything, axis=0))) if len(everything) else 0.0
-        # A lone body in a bearing has no extent but its journal's.
-        self.size = max([span, *(4.0 * radius for radius in radii)]) or 1.0
-        self.centre: Array = (
-            0.5 * (everything.min(axis=0) + everything.max(axis=0)) if len(everything) else np.zeros(2)
-        )
-
-    def _note(self, end: str) -> None:
-        name, point = _owner(end), self.at(end)
-        if not any(np.allclose(point, other, rtol=0.0, atol=1e-12) for other in self.points[name]):
-            self.points[name].append(point)
-
-    def at(self, end: str) -> Array:
-        """Position of ``"body.point"``."""
-        name, _, label = end.partition(".")
-        if name == _GROUND:
-            return np.array(self.scene.ground[label] if label else (0.0, 0.0))
-        body = self.bodies[name]
-        if label == "":
-            local = (0.0, 0.0)
-        elif label == "center_of_mass":
-            local = body.center_of_mass
-        else:
-            local = body.points[label]
-        x, y, angle = self.places[name]
-        return np.array([x, y]) + self._rotated(local, angle)
-
-    def direction(self, vector: tuple[float, float], name: str) -> Array:
-        """Unit vector fixed in a body."""
-        turned = self._rotated(vector, self.places[name][2] if name != _GROUND else 0.0)
-        unit: Array = turned / np.hypot(*turned)
-        return unit
-
-    @staticmethod
-    def _rotated(vector: Sequence[float], angle: float) -> Array:
-        sine, cosine = math.sin(angle), math.cos(angle)
-        return np.array([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]])
-
-
 class _Pen:
     """Draws on axes; notes what labels have to keep clear of."""
 
-    def __init__(self, ax: Axes, pose: _Pose, exaggerate: float) -> None:
+    def __init__(self, ax: Axes, pose: Pose, exaggerate: float) -> None:
         self.ax, self.pose, self.exaggerate = ax, pose, exaggerate
         self.unit = pose.size
         self.clutter = Clutter()
@@ -196,23 +123,23 @@ class _Pen:
         for joint in pose.scene.joints:
             if isinstance(joint, ClearanceRevolute):
                 radius = joint.journal_radius + exaggerate * joint.clearance
-                self.lugs.setdefault(_owner(joint.bearing), []).append((pose.at(joint.bearing), radius))
+                self.lugs.setdefault(owner_of(joint.bearing), []).append((pose.at(joint.bearing), radius))
 
     # Ground
 
     def ground(self, joint: Any) -> None:
         """What stands under a joint on ground: a support, or a hatched rail."""
-        ends = _ends(joint)
-        if _GROUND not in map(_owner, ends):
+        ends = ends_of(joint)
+        if GROUND not in map(owner_of, ends):
             return
         if isinstance(joint, Prismatic):
             return  # drawn with its block
-        point = self.pose.at(next(end for end in ends if _owner(end) == _GROUND))
+        point = self.pose.at(next(end for end in ends if owner_of(end) == GROUND))
         radius = self._radius(joint)
         height = max(_SUPPORT * self.unit, 1.8 * radius)
         half = max(0.6 * height, 1.15 * radius)
         corners = np.array([(-half, -height), (-0.55 * half, 0.0), (0.55 * half, 0.0), (half, -height)])
-        self._polygon(point + corners, _GROUND_COLOUR, 1, alpha=0.2)
+        self._polygon(point + corners, GROUND_COLOUR, 1, alpha=0.2)
         foot, reach = point - np.array([0.0, height]), np.array([1.5 * half, 0.0])
         self.clutter.add(point, foot, 0.8 * half)
         self._hatched(foot - reach, foot + reach)
@@ -223,10 +150,10 @@ class _Pen:
         below = np.array([way[1], -way[0]])
         pitch = 0.014 * self.unit
         self.clutter.add(start, end, pitch)
-        self._line([start, end], _GROUND_COLOUR, 1.4, 1)
+        self._line([start, end], GROUND_COLOUR, 1.4, 1)
         for place in np.arange(0.5 * pitch, np.hypot(*(end - start)), pitch):
             top = start + place * way
-            self._line([top, top + pitch * (below - way)], _GROUND_COLOUR, 0.7, 1)
+            self._line([top, top + pitch * (below - way)], GROUND_COLOUR, 0.7, 1)
 
     # Bodies
 
@@ -252,9 +179,9 @@ class _Pen:
 
     def joint(self, joint: Any) -> None:
         """The symbol of a joint."""
-        ends = _ends(joint)
+        ends = ends_of(joint)
         place = self.pose.at(ends[1])
-        lug = isinstance(joint, ClearanceRevolute) and _owner(joint.bearing) != _GROUND
+        lug = isinstance(joint, ClearanceRevolute) and owner_of(joint.bearing) != GROUND
         keep = self._radius(joint) * (1.25 if lug else 1.0)
         self.named.append((place, joint.name, keep))
         self.clutter.add(place, place, keep)
@@ -280,7 +207,7 @@ class _Pen:
         place = self.pose.at(joint.b)
         held = [0.0]
         for pin in self.pose.scene.joints:
-            if isinstance(pin, ClearanceRevolute) and _owner(joint.b) in map(_owner, _ends(pin)):
+            if isinstance(pin, ClearanceRevolute) and owner_of(joint.b) in map(owner_of, ends_of(pin)):
                 radius = self._radius(pin)
                 if np.hypot(*(self.pose.at(pin.journal) - place)) < radius:
                     held.append(radius)
@@ -288,8 +215,8 @@ class _Pen:
         return max(length, 1.8 * max(held)), max(width, 1.5 * max(held))
 
     def _clearance(self, joint: ClearanceRevolute) -> None:
-        bearing, journal = (self.pose.at(end) for end in _ends(joint))
-        outer, inner = (self.pose.colours[_owner(end)] for end in _ends(joint))
+        bearing, journal = (self.pose.at(end) for end in ends_of(joint))
+        outer, inner = (self.pose.colours[owner_of(end)] for end in ends_of(joint))
         self._disc(bearing, self._radius(joint), "white", outer, 4, width=1.6)
         shown = bearing + self.exaggerate * (journal - bearing)
         self._disc(shown, joint.journal_radius, inner, inner, 5, alpha=0.75)
@@ -297,12 +224,12 @@ class _Pen:
 
     def _guide(self, joint: Prismatic) -> None:
         """Rail on body a along the axis, and a block on body b."""
-        rail, block = _owner(joint.a), _owner(joint.b)
+        rail, block = owner_of(joint.a), owner_of(joint.b)
         way = self.pose.direction(joint.axis, rail)
         across = np.array([-way[1], way[0]])
         start, place = self.pose.at(joint.a), self.pose.at(joint.b)
         half_length, half_width = self._block(joint)
-        if _GROUND in (rail, block):
+        if GROUND in (rail, block):
             # The rail passes under the block, whichever side it lies on.
             reach = 1.8 * half_length
             side = -1.0 if across[1] > 1e-9 or (abs(across[1]) <= 1e-9 and across[0] > 0.0) else 1.0
@@ -315,7 +242,7 @@ class _Pen:
             for offset in (-0.55 * _BAR * self.unit, 0.55 * _BAR * self.unit):
                 offside = start + offset * across
                 self._line([offside + low * way, offside + high * way], self.pose.colours[rail], 0.9, 3)
-        moving = block if block != _GROUND else rail
+        moving = block if block != GROUND else rail
         corners = [
             place + x * half_length * way + y * half_width * across
             for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))
@@ -326,15 +253,15 @@ class _Pen:
     # Drives
 
     def drive(self, drive: Any) -> None:
-        """An arrow around a driven pin or along a driven guide; it points where the drive starts to go."""
+        """An arrow around a driven pin or along a driven guide; it points where the drive goes first."""
         joint = next((joint for joint in self.pose.scene.joints if joint.name == drive.joint), None)
         if joint is None:
             return
         motion = getattr(drive, "motion", None)
         both = varies(motion) if motion is not None else False
-        place = self.pose.at(_ends(joint)[1])
+        place = self.pose.at(ends_of(joint)[1])
         if isinstance(joint, Prismatic):
-            way = self.pose.direction(joint.axis, _owner(joint.a))
+            way = self.pose.direction(joint.axis, owner_of(joint.a))
             half_length, half_width = self._block(joint)
             side = np.array([-way[1], way[0]]) * (half_width + 0.03 * self.unit)
             self._arrow(place + side - half_length * way, place + side + half_length * way, "0.1", both)
@@ -396,7 +323,7 @@ class _Pen:
         else:
             lines = zigzag(start, end, width) if spring else dashpot(start, end, width)
         for name, place, inwards in ((force.a, start, way), (force.b, end, -way)):
-            if _owner(name) == _GROUND:
+            if owner_of(name) == GROUND:
                 across = 1.8 * width * np.array([-inwards[1], inwards[0]])
                 self._hatched(place + across, place - across)
         self.clutter.add(start, end, 2.5 * width)
@@ -411,9 +338,9 @@ class _Pen:
     def _between(self, first: str, second: str) -> tuple[Array, float]:
         """Where something turns one body against another, and the radius of what stands there."""
         for joint in self.pose.scene.joints:
-            if {first, second} == set(map(_owner, _ends(joint))):
-                return self.pose.at(_ends(joint)[1]), max(_PIN * self.unit, 0.6 * self._radius(joint))
-        body = second if second != _GROUND else first
+            if {first, second} == set(map(owner_of, ends_of(joint))):
+                return self.pose.at(ends_of(joint)[1]), max(_PIN * self.unit, 0.6 * self._radius(joint))
+        body = second if second != GROUND else first
         return self.pose.at(f"{body}.center_of_mass"), _PIN * self.unit
 
     def _given(self, force: Force) -> None:
@@ -421,8 +348,8 @@ class _Pen:
         components = (typical(force.x), typical(force.y))
         if not any(components):
             return
-        owner = _owner(force.point)
-        way = self.pose.direction(components, owner if force.frame == "body" else _GROUND)
+        owner = owner_of(force.point)
+        way = self.pose.direction(components, owner if force.frame == "body" else GROUND)
         tip = self.pose.at(force.point) - 0.5 * _HEAD * self.unit * way
         tail = tip - _ARROW * self.unit * way
         self._arrow(tail, tip, self.pose.colours[owner], varies(force.x) or varies(force.y))
@@ -571,14 +498,3 @@ class _Pen:
     def _line(self, points: Sequence[Array] | Array, colour: str, width: float, layer: float) -> None:
         x, y = np.array(points).T
         self.ax.plot(x, y, color=colour, linewidth=width, zorder=layer, solid_capstyle="round")
-
-
-def _ends(joint: Any) -> tuple[str, str]:
-    """The two points of a joint."""
-    if isinstance(joint, ClearanceRevolute):
-        return joint.bearing, joint.journal
-    return joint.a, joint.b
-
-
-def _owner(end: str) -> str:
-    return end.partition(".")[0]

@@ -407,7 +407,7 @@ def _further_problems(text: str, known: Sequence[Problem]) -> list[Problem]:
 
 
 def _within(problem: Problem, known: Problem) -> bool:
-    """Whether a problem follows from a known one: at its path or below it; ``a[10]`` is not below ``a[1]``."""
+    """Whether a problem follows from a known one: at its path, or below; ``a[10]`` is not below ``a[1]``."""
     if problem.path == known.path or problem.path.startswith((f"{known.path}.", f"{known.path}[")):
         return True
     # The points of a table are judged together, at its times.

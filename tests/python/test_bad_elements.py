@@ -133,22 +133,57 @@ def test_negative_numbers(path):
         ("forces[0].name", "a.b", None, "must be a non-empty name without a dot"),
         ("forces[0].name", "energy", None, '"energy" is the name of the outputs of the whole mechanism'),
         ("drives[0].name", "coil", None, 'the name "coil" is already taken'),
-        ("drives[0].joint", "eye", None, 'joint "eye" must be a revolute or prismatic joint without clearance'),
+        (
+            "drives[0].joint",
+            "eye",
+            None,
+            'joint "eye" must be a revolute or prismatic joint without clearance',
+        ),
         ("drives[0].joint", "pivt", None, 'unknown joint "pivt"; did you mean "pivot"?'),
-        ("forces[4].y", "strong", None, "must be a number or a Polynomial or Harmonic or Table, got 'strong'"),
+        (
+            "forces[4].y",
+            "strong",
+            None,
+            "must be a number or a Polynomial or Harmonic or Table, got 'strong'",
+        ),
         ("forces[4].y", cc.Hertz(1.0), None, "must be a Polynomial or Harmonic or Table"),
         ("forces[4].y.coefficients", [], None, "must not be empty"),
         ("forces[4].y.coefficients", 3.0, None, "must be a sequence of numbers, got 3.0"),
         ("forces[4].y.coefficients", ["x", 1.0], "forces[4].y.coefficients[0]", "must be a number, got 'x'"),
         ("forces[4].y.coefficients", [math.nan], "forces[4].y.coefficients[0]", "must be a finite number"),
-        ("forces[5].torque.times", [0.0, 1.0], None, "as many times as values, at least two; got 2 times and 3"),
+        (
+            "forces[5].torque.times",
+            [0.0, 1.0],
+            None,
+            "as many times as values, at least two; got 2 times and 3",
+        ),
         ("forces[5].torque.times", [0.0, 1.0, 1.0], None, "times must increase, got 1 [s] after 1 [s]"),
         ("forces[5].torque.times", [0.0, math.nan, 1.0], None, "point 1 of a table must be finite"),
-        ("forces[5].torque.values", [0.0, math.inf, 1.0], "forces[5].torque.times", "point 1 of a table must be finite"),
+        (
+            "forces[5].torque.values",
+            [0.0, math.inf, 1.0],
+            "forces[5].torque.times",
+            "point 1 of a table must be finite",
+        ),
         ("forces[5].torque.values", "abc", None, "must be a sequence of numbers, got 'abc'"),
-        ("forces[5].torque.values", [1.0, "x", 2.0], "forces[5].torque.values[1]", "must be a number, got 'x'"),
-        ("forces[5].torque", cc.Table([], []), "forces[5].torque.times", "at least two; got 0 times and 0 values"),
-        ("start[0].joint", "eye", None, 'joint "eye" must be a revolute or prismatic joint without clearance'),
+        (
+            "forces[5].torque.values",
+            [1.0, "x", 2.0],
+            "forces[5].torque.values[1]",
+            "must be a number, got 'x'",
+        ),
+        (
+            "forces[5].torque",
+            cc.Table([], []),
+            "forces[5].torque.times",
+            "at least two; got 0 times and 0 values",
+        ),
+        (
+            "start[0].joint",
+            "eye",
+            None,
+            'joint "eye" must be a revolute or prismatic joint without clearance',
+        ),
         ("start[0].joint", "rail", None, 'joint "rail" starts where its drive "shaker" puts it'),
         ("start[1].body", "ground", None, "ground does not move"),
         ("start[1].body", "foot", None, 'unknown body "foot"'),
@@ -161,7 +196,7 @@ def test_negative_numbers(path):
         ("start", [SCENE.drives[0]], "start[0]", "must be a JointStart or BodyStart or ClearanceStart"),
         ("start", 3, None, "must be a sequence, got 3"),
     ],
-)  # fmt: skip
+)
 def test_names_references_words_and_functions(path, value, where, words):
     found = problems(changed(path, value))
     assert [place for place, _ in found] == [where or path]

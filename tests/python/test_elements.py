@@ -1,4 +1,4 @@
-"""Springs, dampers, given forces and motions against closed forms; reactions against Newton and Euler by hand."""
+"""Springs, dampers, given forces and motions against closed forms; reactions against Newton and Euler."""
 
 import dataclasses
 import itertools

@@ -1,7 +1,7 @@
 """The balance of energies closes: in every ready-made mechanism, with every element, law and drive.
 
-``energy.balance`` is what the stored energy has more than start + input - losses explain; it measures the errors
-of the integration, of the quadratures and of every formula of a force or a loss at once.
+``energy.balance`` is what the stored energy has more than start + input - losses explain; it measures the
+errors of the integration, of the quadratures and of every formula of a force or a loss at once.
 """
 
 import dataclasses
@@ -171,7 +171,7 @@ def test_laws(law, friction):
 
 
 def test_the_printed_sliding_velocity_balances_too():
-    """Its friction force does not act against the sliding of the surfaces, and may give energy; it is counted."""
+    """Its friction does not act against the sliding of the surfaces, and may give energy; it is counted."""
     part, _ = imbalance(wrist(LAWS[0], FRICTIONS[1], sliding="contact_point"), 0.01)
     assert part < 1e-6
 

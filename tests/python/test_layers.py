@@ -34,6 +34,7 @@ PYTHON_ORDER = [
     "study",
     "plot",
     "plane",
+    "pose",
     "symbols",
     "drawing",
     "plot_costs",
