@@ -7,7 +7,7 @@ or drive is described without a line here.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
 from .checks import as_number
@@ -16,6 +16,8 @@ from .scene import Body, ClearanceRevolute, Inspection, Prismatic, Scene
 from .schema import Part, Points
 
 _GROUND = "ground"
+# Most numbers of a table that are shown.
+_LONG = 8
 
 
 def describe_scene(scene: Scene) -> str:
@@ -43,10 +45,11 @@ def describe_scene(scene: Scene) -> str:
         lines += ["", f"ground: points [m] {_points(scene.ground)}"]
     lines += ["", "bodies", *_bodies(parts["bodies"], facts)]
     floors = _floors(parts["joints"], facts)
-    lines += ["", "joints", *_records(parts["joints"], floors)]
+    slides = {joint.name for joint in parts["joints"] if isinstance(joint, Prismatic)}
+    lines += ["", "joints", *_records(parts["joints"], floors, slides)]
     for name, found in parts.items():
         if found and name not in ("bodies", "joints"):
-            lines += ["", name, *_records(found, {})]
+            lines += ["", name, *_records(found, {}, slides)]
     lines.append("")
     if facts is None:
         lines += ["This scene cannot be simulated:", *(f"  {problem}" for problem in problems)]
@@ -102,7 +105,12 @@ def _number(value: Any) -> str:
 
 
 def _vector(value: Any) -> str:
-    return f"({', '.join(map(_number, value))})" if isinstance(value, tuple) else _number(value)
+    if not isinstance(value, tuple):
+        return _number(value)
+    shown = [_number(item) for item in value]
+    if len(shown) > _LONG:
+        shown = [*shown[: _LONG - 2], f"... {len(shown) - _LONG + 1} more ...", shown[-1]]
+    return f"({', '.join(shown)})"
 
 
 def _points(points: Points) -> str:
@@ -162,8 +170,8 @@ def _floors(joints: Iterable[Any], facts: Inspection | None) -> dict[str, str]:
     }
 
 
-def _records(records: Iterable[Any], floors: dict[str, str]) -> list[str]:
-    """One line a record, and one more for each record that it holds."""
+def _records(records: Iterable[Any], floors: dict[str, str], slides: Collection[str]) -> list[str]:
+    """One line a record, and one more for each record that it holds; `slides` names the prismatic joints."""
     rows: list[list[str]] = []
     inner: list[list[str]] = []
     for record in records:
@@ -177,10 +185,11 @@ def _records(records: Iterable[Any], floors: dict[str, str]) -> list[str]:
         if fields.get("impact_velocity_floor", "") is None:
             fields["impact_velocity_floor"] = floors.get(str(name), "from the scales of the scene")
         kind = _kind(record)
+        unit = _units_at(record, slides)
         rows.append(
-            [kind if name is None else str(name), "" if name is None else kind, _fields(record, fields)]
+            [kind if name is None else str(name), "" if name is None else kind, _fields(fields, unit)]
         )
-        inner.append([f"{key}: {_law(law)}" for key, law in held.items()])
+        inner.append([f"{key}: {_held(value, unit.get(key, '?'))}" for key, value in held.items()])
     if not rows:
         return ["  none"]
     lines = []
@@ -189,18 +198,29 @@ def _records(records: Iterable[Any], floors: dict[str, str]) -> list[str]:
     return lines
 
 
-def _law(law: Any) -> str:
-    if not isinstance(law, Part):
-        return "none" if law is None else repr(law)
-    return f"{_kind(law)}, {_fields(law, vars(law))}"
+def _units_at(record: Part, slides: Collection[str]) -> dict[str, str]:
+    """Units of a record; of what depends on its joint, such as ``"rad or m"``, the one that applies."""
+    choice = -1 if getattr(record, "joint", None) in slides else 0
+    return {name: unit.split(" or ")[choice] for name, unit in units(type(record)).items()}
+
+
+def _held(value: Any, unit: str) -> str:
+    """A law, or a number or function of time with the unit of its owner."""
+    if value is None:
+        return "none"
+    if as_number(value) is not None:
+        return f"{_number(value)} [{unit}]"
+    if not isinstance(value, Part):
+        return repr(value)
+    inner = {name: re.sub(r"\bunit\b", unit, own) for name, own in units(type(value)).items()}
+    return f"{_kind(value)}, {_fields(vars(value), inner)}"
 
 
 def _kind(record: Part) -> str:
     return type(record).__name__ if record._tag is None else record._tag[1].replace("_", " ")
 
 
-def _fields(record: Part, fields: dict[str, Any]) -> str:
-    unit = units(type(record))
+def _fields(fields: dict[str, Any], unit: dict[str, str]) -> str:
     shown = []
     for name, value in fields.items():
         if value is None:
@@ -242,7 +262,10 @@ def _mobility(scene: Scene, facts: Inspection) -> list[str]:
     ]
     if closures:
         lines.append("redundant constraints: none, the loop equations are independent at the start")
-    lines.append(f"outputs: {len(facts.columns)} columns, see check().columns")
+    lines.append(
+        f"outputs: {len(facts.columns)} columns, see check().columns; "
+        f"{len(facts.further_columns)} further ones by name, see check().further_columns"
+    )
     return lines
 
 

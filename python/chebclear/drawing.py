@@ -6,7 +6,6 @@ All sizes are in metres of the drawing and scale with the mechanism, so the pict
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -16,23 +15,38 @@ from numpy.typing import NDArray
 from .checks import Checks
 from .plane import Clutter, hull
 from .plot import _axes
-from .scene import Body, ClearanceRevolute, Fixed, Gravity, Prismatic, Revolute, Scene
+from .pose import GROUND, GROUND_COLOUR, Pose, ends_of, owner_of
+from .scene import (
+    Body,
+    ClearanceRevolute,
+    Damper,
+    Fixed,
+    Force,
+    Gravity,
+    Prismatic,
+    Revolute,
+    Scene,
+    Spring,
+    Torque,
+    TorsionDamper,
+    TorsionSpring,
+)
+from .symbols import along, arc, beside, dashpot, drum, spiral, typical, varies, zigzag
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
-_GROUND = "ground"
-_GROUND_COLOUR = "0.45"
-# Paul Tol's bright scheme: told apart by colour-blind readers too.
-_COLOURS = ("#4477AA", "#EE6677", "#228833", "#CCBB44", "#AA3377", "#66CCEE")
 
 # Sizes relative to the diagonal of the mechanism, chosen by eye on the ready-made mechanisms.
 _BAR = 0.016  # half the width of a bar
 _PIN = 0.011  # radius of an ideal pin
 _BLOCK = (0.055, 0.034)  # half length and half width of a sliding block
 _SUPPORT = 0.055  # height of a support on ground
+_COIL = 0.018  # half the width of a spring or damper
+_ARROW = 0.16  # length of the arrow of a force
+_HEAD = 0.022  # length of the head of an arrow
 _LETTER = (0.013, 0.032)  # width and height of a letter in a picture about four inches wide
 
 
@@ -41,8 +55,9 @@ def plot_scene(scene: Scene, ax: Axes | None = None, *, exaggerate: float = 1.0,
 
     Bodies are bars or plates through their points, with a cross at the centre of mass; ground is hatched.
     Ideal pins are small circles, guides are rails with a block, welds are squares. A pin with clearance is a
-    journal (a disc in the colour of its body) in a bearing of true radius. Drives are curved arrows, gravity
-    is a straight one.
+    journal (a disc in the colour of its body) in a bearing of true radius. Springs are zigzags or spirals,
+    dampers are cylinders with a piston or drums with shoes. Drives, given forces and torques are arrows,
+    straight or curved, with two heads if they change direction; gravity is an arrow in the corner.
 
     Parameters
     ----------
@@ -54,7 +69,7 @@ def plot_scene(scene: Scene, ax: Axes | None = None, *, exaggerate: float = 1.0,
         Factor by which clearances, and eccentricities, are drawn larger than they are [-]; the picture states
         it.
     labels : bool
-        Write the names of bodies and joints.
+        Write the names of bodies, joints and forces.
 
     Returns
     -------
@@ -76,7 +91,7 @@ def plot_scene(scene: Scene, ax: Axes | None = None, *, exaggerate: float = 1.0,
     checks = Checks()
     checks.real("exaggerate", exaggerate, "-", above=0.0)
     checks.finish()
-    pose = _Pose(scene)
+    pose = Pose(scene)
     ax = _axes(ax)
     pen = _Pen(ax, pose, float(exaggerate))
     for joint in scene.joints:
@@ -87,6 +102,8 @@ def plot_scene(scene: Scene, ax: Axes | None = None, *, exaggerate: float = 1.0,
         pen.joint(joint)
     for drive in scene.drives:
         pen.drive(drive)
+    for force in scene.forces:
+        pen.force(force)
     gravity = sum(
         (np.array(force.acceleration) for force in scene.forces if isinstance(force, Gravity)), np.zeros(2)
     )
@@ -94,73 +111,10 @@ def plot_scene(scene: Scene, ax: Axes | None = None, *, exaggerate: float = 1.0,
     return ax
 
 
-class _Pose:
-    """Where everything is: points of bodies in ground's frame, and the size of the mechanism."""
-
-    def __init__(self, scene: Scene) -> None:
-        facts = scene.check()
-        self.scene = scene
-        self.bodies = {body.name: body for body in scene.bodies}
-        self.places = dict(zip(facts.bodies, facts.poses, strict=True))
-        self.colours = {name: _COLOURS[index % len(_COLOURS)] for index, name in enumerate(self.bodies)} | {
-            _GROUND: _GROUND_COLOUR
-        }
-        # The points of each body that a joint uses or the user named; ground counts where it is used.
-        self.points: dict[str, list[Array]] = {name: [] for name in (*self.bodies, _GROUND)}
-        for body in scene.bodies:
-            for name in body.points:
-                self._note(f"{body.name}.{name}")
-        for joint in scene.joints:
-            for end in _ends(joint):
-                self._note(end)
-        for body in scene.bodies:
-            if len(self.points[body.name]) < 2:
-                self._note(f"{body.name}.center_of_mass")
-        everything = np.array([point for points in self.points.values() for point in points])
-        radii = [joint.journal_radius for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
-        span = float(np.hypot(*np.ptp(everything, axis=0))) if len(everything) else 0.0
-        # A lone body in a bearing has no extent but its journal's.
-        self.size = max([span, *(4.0 * radius for radius in radii)]) or 1.0
-        self.centre: Array = (
-            0.5 * (everything.min(axis=0) + everything.max(axis=0)) if len(everything) else np.zeros(2)
-        )
-
-    def _note(self, end: str) -> None:
-        name, point = _owner(end), self.at(end)
-        if not any(np.allclose(point, other, rtol=0.0, atol=1e-12) for other in self.points[name]):
-            self.points[name].append(point)
-
-    def at(self, end: str) -> Array:
-        """Position of ``"body.point"``."""
-        name, _, label = end.partition(".")
-        if name == _GROUND:
-            return np.array(self.scene.ground[label] if label else (0.0, 0.0))
-        body = self.bodies[name]
-        if label == "":
-            local = (0.0, 0.0)
-        elif label == "center_of_mass":
-            local = body.center_of_mass
-        else:
-            local = body.points[label]
-        x, y, angle = self.places[name]
-        return np.array([x, y]) + self._rotated(local, angle)
-
-    def direction(self, vector: tuple[float, float], name: str) -> Array:
-        """Unit vector fixed in a body."""
-        turned = self._rotated(vector, self.places[name][2] if name != _GROUND else 0.0)
-        unit: Array = turned / np.hypot(*turned)
-        return unit
-
-    @staticmethod
-    def _rotated(vector: Sequence[float], angle: float) -> Array:
-        sine, cosine = math.sin(angle), math.cos(angle)
-        return np.array([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]])
-
-
 class _Pen:
     """Draws on axes; notes what labels have to keep clear of."""
 
-    def __init__(self, ax: Axes, pose: _Pose, exaggerate: float) -> None:
+    def __init__(self, ax: Axes, pose: Pose, exaggerate: float) -> None:
         self.ax, self.pose, self.exaggerate = ax, pose, exaggerate
         self.unit = pose.size
         self.clutter = Clutter()
@@ -169,23 +123,23 @@ class _Pen:
         for joint in pose.scene.joints:
             if isinstance(joint, ClearanceRevolute):
                 radius = joint.journal_radius + exaggerate * joint.clearance
-                self.lugs.setdefault(_owner(joint.bearing), []).append((pose.at(joint.bearing), radius))
+                self.lugs.setdefault(owner_of(joint.bearing), []).append((pose.at(joint.bearing), radius))
 
     # Ground
 
     def ground(self, joint: Any) -> None:
         """What stands under a joint on ground: a support, or a hatched rail."""
-        ends = _ends(joint)
-        if _GROUND not in map(_owner, ends):
+        ends = ends_of(joint)
+        if GROUND not in map(owner_of, ends):
             return
         if isinstance(joint, Prismatic):
             return  # drawn with its block
-        point = self.pose.at(next(end for end in ends if _owner(end) == _GROUND))
+        point = self.pose.at(next(end for end in ends if owner_of(end) == GROUND))
         radius = self._radius(joint)
         height = max(_SUPPORT * self.unit, 1.8 * radius)
         half = max(0.6 * height, 1.15 * radius)
         corners = np.array([(-half, -height), (-0.55 * half, 0.0), (0.55 * half, 0.0), (half, -height)])
-        self._polygon(point + corners, _GROUND_COLOUR, 1, alpha=0.2)
+        self._polygon(point + corners, GROUND_COLOUR, 1, alpha=0.2)
         foot, reach = point - np.array([0.0, height]), np.array([1.5 * half, 0.0])
         self.clutter.add(point, foot, 0.8 * half)
         self._hatched(foot - reach, foot + reach)
@@ -196,10 +150,10 @@ class _Pen:
         below = np.array([way[1], -way[0]])
         pitch = 0.014 * self.unit
         self.clutter.add(start, end, pitch)
-        self._line([start, end], _GROUND_COLOUR, 1.4, 1)
+        self._line([start, end], GROUND_COLOUR, 1.4, 1)
         for place in np.arange(0.5 * pitch, np.hypot(*(end - start)), pitch):
             top = start + place * way
-            self._line([top, top + pitch * (below - way)], _GROUND_COLOUR, 0.7, 1)
+            self._line([top, top + pitch * (below - way)], GROUND_COLOUR, 0.7, 1)
 
     # Bodies
 
@@ -225,9 +179,9 @@ class _Pen:
 
     def joint(self, joint: Any) -> None:
         """The symbol of a joint."""
-        ends = _ends(joint)
+        ends = ends_of(joint)
         place = self.pose.at(ends[1])
-        lug = isinstance(joint, ClearanceRevolute) and _owner(joint.bearing) != _GROUND
+        lug = isinstance(joint, ClearanceRevolute) and owner_of(joint.bearing) != GROUND
         keep = self._radius(joint) * (1.25 if lug else 1.0)
         self.named.append((place, joint.name, keep))
         self.clutter.add(place, place, keep)
@@ -253,7 +207,7 @@ class _Pen:
         place = self.pose.at(joint.b)
         held = [0.0]
         for pin in self.pose.scene.joints:
-            if isinstance(pin, ClearanceRevolute) and _owner(joint.b) in map(_owner, _ends(pin)):
+            if isinstance(pin, ClearanceRevolute) and owner_of(joint.b) in map(owner_of, ends_of(pin)):
                 radius = self._radius(pin)
                 if np.hypot(*(self.pose.at(pin.journal) - place)) < radius:
                     held.append(radius)
@@ -261,8 +215,8 @@ class _Pen:
         return max(length, 1.8 * max(held)), max(width, 1.5 * max(held))
 
     def _clearance(self, joint: ClearanceRevolute) -> None:
-        bearing, journal = (self.pose.at(end) for end in _ends(joint))
-        outer, inner = (self.pose.colours[_owner(end)] for end in _ends(joint))
+        bearing, journal = (self.pose.at(end) for end in ends_of(joint))
+        outer, inner = (self.pose.colours[owner_of(end)] for end in ends_of(joint))
         self._disc(bearing, self._radius(joint), "white", outer, 4, width=1.6)
         shown = bearing + self.exaggerate * (journal - bearing)
         self._disc(shown, joint.journal_radius, inner, inner, 5, alpha=0.75)
@@ -270,27 +224,27 @@ class _Pen:
 
     def _guide(self, joint: Prismatic) -> None:
         """Rail on body a along the axis, and a block on body b."""
-        rail, block = _owner(joint.a), _owner(joint.b)
-        along = self.pose.direction(joint.axis, rail)
-        across = np.array([-along[1], along[0]])
+        rail, block = owner_of(joint.a), owner_of(joint.b)
+        way = self.pose.direction(joint.axis, rail)
+        across = np.array([-way[1], way[0]])
         start, place = self.pose.at(joint.a), self.pose.at(joint.b)
         half_length, half_width = self._block(joint)
-        if _GROUND in (rail, block):
+        if GROUND in (rail, block):
             # The rail passes under the block, whichever side it lies on.
             reach = 1.8 * half_length
             side = -1.0 if across[1] > 1e-9 or (abs(across[1]) <= 1e-9 and across[0] > 0.0) else 1.0
             foot = place + side * half_width * across
-            ends = [foot - reach * along, foot + reach * along]
+            ends = [foot - reach * way, foot + reach * way]
             self._hatched(*(ends if side < 0.0 else ends[::-1]))
         else:
-            far = float((place - start) @ along)
+            far = float((place - start) @ way)
             low, high = min(0.0, far - 1.8 * half_length), max(0.0, far + 1.8 * half_length)
             for offset in (-0.55 * _BAR * self.unit, 0.55 * _BAR * self.unit):
-                beside = start + offset * across
-                self._line([beside + low * along, beside + high * along], self.pose.colours[rail], 0.9, 3)
-        moving = block if block != _GROUND else rail
+                offside = start + offset * across
+                self._line([offside + low * way, offside + high * way], self.pose.colours[rail], 0.9, 3)
+        moving = block if block != GROUND else rail
         corners = [
-            place + x * half_length * along + y * half_width * across
+            place + x * half_length * way + y * half_width * across
             for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))
         ]
         # Behind the bodies: a pin in the block stays in sight.
@@ -299,25 +253,114 @@ class _Pen:
     # Drives
 
     def drive(self, drive: Any) -> None:
-        """A curved arrow around a driven pin; clockwise if the speed is negative."""
+        """An arrow around a driven pin or along a driven guide; it points where the drive goes first."""
         joint = next((joint for joint in self.pose.scene.joints if joint.name == drive.joint), None)
         if joint is None:
             return
-        place = self.pose.at(_ends(joint)[1])
-        speed = float(getattr(drive, "speed", 1.0))
+        motion = getattr(drive, "motion", None)
+        both = varies(motion) if motion is not None else False
+        place = self.pose.at(ends_of(joint)[1])
+        if isinstance(joint, Prismatic):
+            way = self.pose.direction(joint.axis, owner_of(joint.a))
+            half_length, half_width = self._block(joint)
+            side = np.array([-way[1], way[0]]) * (half_width + 0.03 * self.unit)
+            self._arrow(place + side - half_length * way, place + side + half_length * way, "0.1", both)
+            self.clutter.add(place + side - half_length * way, place + side + half_length * way, 0.0)
+            return
+        sign = drive.speed if motion is None else typical(motion)
         radius = max(0.06 * self.unit, 1.7 * self._radius(joint))
-        self.clutter.add(place, place, radius)
         self.named = [(at, name, radius if name == joint.name else clear) for at, name, clear in self.named]
-        turn = np.radians(np.linspace(35.0, 290.0, 60)[:: 1 if speed >= 0.0 else -1])
-        path = place + radius * np.column_stack((np.cos(turn), np.sin(turn)))
-        self._line(path, "0.1", 1.3, 8)
-        self._arrow_head(path[-1], path[-1] - path[-4], 0.022 * self.unit)
+        self._curved_arrow(place, radius, sign < 0.0, "0.1", both)
 
-    def _arrow_head(self, tip: Array, way: Array, size: float) -> None:
-        along = way / np.hypot(*way)
-        across = np.array([-along[1], along[0]])
-        corners = [tip + size * along, tip + 0.45 * size * across, tip - 0.45 * size * across]
-        self._polygon(np.array(corners), "0.1", 8, alpha=1.0)
+    def _curved_arrow(self, place: Array, radius: float, clockwise: bool, colour: str, both: bool) -> None:
+        path = arc(place, radius, 35.0, 290.0)[:: -1 if clockwise else 1]
+        self.clutter.add(place, place, radius)
+        self._line(path, colour, 1.3, 8)
+        self._arrow_head(path[-1], path[-1] - path[-4], colour)
+        if both:
+            self._arrow_head(path[0], path[0] - path[3], colour)
+
+    def _arrow(self, start: Array, tip: Array, colour: str, both: bool) -> None:
+        way, _, _ = along(start, tip)
+        head = _HEAD * self.unit * way
+        self._line([start + head if both else start, tip - head], colour, 1.3, 8)
+        self._arrow_head(tip - head, way, colour)
+        if both:
+            self._arrow_head(start + head, -way, colour)
+
+    # Forces
+
+    def force(self, force: Any) -> None:
+        """The symbol of a spring, a damper, a given force or a torque; gravity is drawn in the end."""
+        if isinstance(force, (Spring, Damper)):
+            self._link(force)
+        elif isinstance(force, (TorsionSpring, TorsionDamper)):
+            place, radius = self._between(force.a, force.b)
+            lines = []
+            if isinstance(force, TorsionSpring) and force.stiffness:
+                lines += spiral(place, 1.2 * radius, 2.4 * radius)
+            if force.damping:
+                lines += drum(place, 2.7 * radius)
+            self._symbol(lines, place, 3.4 * radius, force.name)
+        elif isinstance(force, Torque) and typical(force.torque):
+            place, radius = self._between(force.reaction, force.body)
+            colour = self.pose.colours[force.body]
+            self._curved_arrow(place, 3.8 * radius, typical(force.torque) < 0.0, colour, varies(force.torque))
+            self.named.append((place, force.name, 3.8 * radius))
+        elif isinstance(force, Force):
+            self._given(force)
+
+    def _link(self, force: Spring | Damper) -> None:
+        start, end = self.pose.at(force.a), self.pose.at(force.b)
+        way, _, length = along(start, end)
+        width = min(_COIL * self.unit, 0.2 * length)
+        spring = isinstance(force, Spring) and force.stiffness > 0.0
+        if spring and force.damping:
+            lead, shift = 0.1 * length, 1.4 * width
+            inner = start + lead * way, end - lead * way
+            both = [(shift, zigzag(*inner, width)), (-shift, dashpot(*inner, width))]
+            lines = beside(start, end, lead, both)
+        else:
+            lines = zigzag(start, end, width) if spring else dashpot(start, end, width)
+        for name, place, inwards in ((force.a, start, way), (force.b, end, -way)):
+            if owner_of(name) == GROUND:
+                across = 1.8 * width * np.array([-inwards[1], inwards[0]])
+                self._hatched(place + across, place - across)
+        self.clutter.add(start, end, 2.5 * width)
+        self._symbol(lines, 0.5 * (start + end), 2.5 * width, force.name)
+
+    def _symbol(self, lines: Sequence[Array], place: Array, radius: float, name: str) -> None:
+        for line in lines:
+            self._line(line, "0.2", 1.1, 6.5)
+        self.clutter.add(place, place, radius)
+        self.named.append((place, name, radius))
+
+    def _between(self, first: str, second: str) -> tuple[Array, float]:
+        """Where something turns one body against another, and the radius of what stands there."""
+        for joint in self.pose.scene.joints:
+            if {first, second} == set(map(owner_of, ends_of(joint))):
+                return self.pose.at(ends_of(joint)[1]), max(_PIN * self.unit, 0.6 * self._radius(joint))
+        body = second if second != GROUND else first
+        return self.pose.at(f"{body}.center_of_mass"), _PIN * self.unit
+
+    def _given(self, force: Force) -> None:
+        """An arrow that points at where the force acts."""
+        components = (typical(force.x), typical(force.y))
+        if not any(components):
+            return
+        owner = owner_of(force.point)
+        way = self.pose.direction(components, owner if force.frame == "body" else GROUND)
+        tip = self.pose.at(force.point) - 0.5 * _HEAD * self.unit * way
+        tail = tip - _ARROW * self.unit * way
+        self._arrow(tail, tip, self.pose.colours[owner], varies(force.x) or varies(force.y))
+        self.clutter.add(tail, tip, 0.0)
+        self.named.append((tail, force.name, 0.0))
+
+    def _arrow_head(self, foot: Array, direction: Array, colour: str) -> None:
+        way, across, _ = along(np.zeros(2), direction)
+        size = _HEAD * self.unit
+        corners = [foot + size * way, foot + 0.45 * size * across, foot - 0.45 * size * across]
+        self._polygon(np.array(corners), colour, 8, alpha=1.0)
 
     # Frame and text
 
@@ -455,14 +498,3 @@ class _Pen:
     def _line(self, points: Sequence[Array] | Array, colour: str, width: float, layer: float) -> None:
         x, y = np.array(points).T
         self.ax.plot(x, y, color=colour, linewidth=width, zorder=layer, solid_capstyle="round")
-
-
-def _ends(joint: Any) -> tuple[str, str]:
-    """The two points of a joint."""
-    if isinstance(joint, ClearanceRevolute):
-        return joint.bearing, joint.journal
-    return joint.a, joint.b
-
-
-def _owner(end: str) -> str:
-    return end.partition(".")[0]

@@ -48,7 +48,7 @@ class Motion(Part):
     joint : str
         Name of the joint.
     motion : float, Polynomial, Harmonic or Table
-        Angle [rad] or displacement [m] of body b relative to body a; a number holds the joint.
+        Angle or displacement of body b relative to body a [rad or m]; a number holds the joint.
     """
 
     _tag = ("type", "motion")
@@ -70,7 +70,7 @@ class JointStart(Part):
     joint : str
         Name of the revolute or prismatic joint; it must have no drive.
     position : float, optional
-        Angle [rad] or displacement [m] of body b relative to body a.
+        Angle or displacement of body b relative to body a [rad or m].
     velocity : float, optional
         Its rate [rad/s or m/s].
     """

@@ -14,6 +14,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, TypeAlias
@@ -406,5 +407,9 @@ def _further_problems(text: str, known: Sequence[Problem]) -> list[Problem]:
 
 
 def _within(problem: Problem, known: Problem) -> bool:
-    """Whether a problem is at the path of a known one or below it; ``a[10]`` is not below ``a[1]``."""
-    return problem.path == known.path or problem.path.startswith((f"{known.path}.", f"{known.path}["))
+    """Whether a problem follows from a known one: at its path, or below; ``a[10]`` is not below ``a[1]``."""
+    if problem.path == known.path or problem.path.startswith((f"{known.path}.", f"{known.path}[")):
+        return True
+    # The points of a table are judged together, at its times.
+    table = re.fullmatch(r"(.*)\.(times|values)(\[\d+\])?", known.path)
+    return table is not None and problem.path == f"{table[1]}.times"

@@ -83,7 +83,7 @@ def _fields(part: type[Part]) -> tuple[dataclasses.Field[Any], ...]:
 
 
 def _as_vector(value: Any) -> Any:
-    if not isinstance(value, (list, tuple, np.ndarray)) or np.ndim(value) != 1:
+    if not isinstance(value, (list, tuple, range, np.ndarray)) or np.ndim(value) != 1:
         return value
     numbers = [as_number(item) for item in value]
     return tuple(item if number is None else number for item, number in zip(value, numbers, strict=True))
@@ -138,7 +138,8 @@ def _write_records(
     if value is None and annotation.endswith("| None"):
         return None
     if annotation.startswith(_EITHER) and not isinstance(value, Part):
-        return _write_number(value, path, problems)
+        names = " or ".join(choice.__name__ for choice in accepted)
+        return _write_number(value, path, problems, f"a number or a {names}")
     if not annotation.startswith("Sequence"):
         return write(value, accepted, path, problems)
     if isinstance(value, tuple):
@@ -178,9 +179,9 @@ def _write_vector(value: Any, path: str, problems: list[Problem]) -> list[float 
     return [_write_number(item, f"{path}[{index}]", problems) for index, item in enumerate(value)]
 
 
-def _write_number(value: Any, path: str, problems: list[Problem]) -> float | str:
+def _write_number(value: Any, path: str, problems: list[Problem], wanted: str = "a number") -> float | str:
     if not isinstance(value, float):
-        problems.append(Problem(path, f"must be a number, got {value!r}"))
+        problems.append(Problem(path, f"must be {wanted}, got {value!r}"))
         return "NaN"
     if math.isfinite(value):
         return value

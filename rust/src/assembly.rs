@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::dynamics::Dynamics;
-use crate::error::SceneError;
+use crate::error::{Problem, SceneError};
 use crate::kinematics::{FrameKind, Vec2, angle_column};
 use crate::mechanism::{FramePoint, IdealKind, Mechanism, Realisation, State};
 use crate::scales::{
@@ -64,6 +64,7 @@ fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> 
     }
     let (v, gap_rate) = close_velocities(&mut dynamics, &conditions, &q, length);
     dynamics.move_to(0.0, &q, &v);
+    check_directions(mechanism, &dynamics)?;
     let speed = speed_scale(mechanism, &dynamics, length);
     // The least-squares velocity leaves a rate only where no velocity closes the joints: the pose
     // is singular and the drive pushes against it.
@@ -93,6 +94,23 @@ fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> 
     mechanism.scales.speed = speed;
     mechanism.scales.levers = levers;
     Ok(())
+}
+
+/// A spring with a length, or a damper, has no direction between points that coincide.
+fn check_directions(mechanism: &Mechanism, dynamics: &Dynamics) -> Result<(), SceneError> {
+    let lost = mechanism.links.iter().filter(|link| !dynamics.link_force(link).norm().is_finite());
+    let problems: Vec<Problem> = lost
+        .map(|link| {
+            Problem::new(
+                "forces",
+                format!(
+                    "the two points of {:?} coincide at the start: its force has no direction there; start elsewhere",
+                    link.name
+                ),
+            )
+        })
+        .collect();
+    if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
 }
 
 /// Every closure must restrict the motion by two more equations: otherwise a joint is redundant

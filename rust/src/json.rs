@@ -20,6 +20,8 @@ pub(crate) struct Fields<'a> {
     object: Option<&'a Map<String, Value>>,
     path: String,
     taken: Vec<&'static str>,
+    /// The tag that says which fields there are was unreadable: nothing is missing or unknown.
+    unknown_kind: bool,
 }
 
 impl<'a> Node<'a> {
@@ -28,7 +30,7 @@ impl<'a> Node<'a> {
         if object.is_none() {
             problems.push(Problem::new(&self.path, format!("must be an object, got {}", self.value)));
         }
-        Fields { object, path: self.path.clone(), taken: Vec::new() }
+        Fields { object, path: self.path.clone(), taken: Vec::new(), unknown_kind: false }
     }
 
     /// A number; NaN and the infinities arrive as words, which JSON has no numbers for.
@@ -106,7 +108,7 @@ impl<'a> Fields<'a> {
 
     pub(crate) fn required(&mut self, name: &'static str, problems: &mut Problems) -> Option<Node<'a>> {
         let node = self.optional(name);
-        if node.is_none() && self.object.is_some() {
+        if node.is_none() && self.object.is_some() && !self.unknown_kind {
             problems.push(Problem::new(self.path_of(name), "is missing"));
         }
         node
@@ -175,6 +177,20 @@ impl<'a> Fields<'a> {
         words[0].1
     }
 
+    /// The word that says of which kind an object is; after a problem with it, what the fields should
+    /// be is not known, and none is called missing or unknown.
+    pub(crate) fn tag<T: Copy>(
+        &mut self,
+        name: &'static str,
+        words: &[(&'static str, T)],
+        problems: &mut Problems,
+    ) -> T {
+        let before = problems.len();
+        let value = self.word(name, words, problems);
+        self.unknown_kind = problems.len() > before;
+        value
+    }
+
     pub(crate) fn list<T>(
         &mut self,
         name: &'static str,
@@ -213,7 +229,7 @@ impl<'a> Fields<'a> {
 
     /// Notes every field that nobody asked for.
     pub(crate) fn finish(self, problems: &mut Problems) {
-        let Some(object) = self.object else { return };
+        let Some(object) = self.object.filter(|_| !self.unknown_kind) else { return };
         for name in object.keys() {
             if !self.taken.contains(&name.as_str()) {
                 let hint = did_you_mean(name, self.taken.iter().copied());

@@ -5,6 +5,7 @@ use crate::dynamics::Dynamics;
 use crate::error::{Problem, SceneError, did_you_mean};
 use crate::kinematics::PointState;
 use crate::mechanism::{IdealKind, Mechanism, Realisation};
+use crate::scene;
 use crate::work::Work;
 
 /// Quantities of a body; x and y are those of its centre of mass.
@@ -141,7 +142,7 @@ fn further_columns(mechanism: &Mechanism) -> Vec<Named> {
     for (index, torsion) in mechanism.torsions.iter().enumerate() {
         columns.extend(named(&torsion.name, &TORSION, |k| Column::Torsion(index, k)));
     }
-    columns.extend(named("energy", &ENERGY, Column::Energy));
+    columns.extend(named(scene::ENERGY, &ENERGY, Column::Energy));
     columns
 }
 

@@ -82,7 +82,7 @@ pub(crate) struct Recorder<'a> {
     v: Vec<f64>,
     a: Vec<f64>,
     pub(crate) events: Vec<Event>,
-    work: Work,
+    pub(crate) work: Work,
     /// The work up to the present step, while `work` goes to a sample in it.
     work_of_steps: Work,
     /// The contact of every clearance joint, while it lasts.
@@ -126,9 +126,9 @@ impl<'a> Recorder<'a> {
         let position_tolerance = (settings.rtol * position_scale).min(resting_position).max(finest);
         let start_speed = start.v.iter().zip(&scales.levers).map(|(v, lever)| (v * lever).abs());
         let speed = start_speed.fold(scales.speed, f64::max);
-        // A scene that starts at rest and undriven: the speed that crosses the position scale in
-        // the whole run.
-        let speed_scale = (SPEED_PART * speed).max(position_scale / settings.duration);
+        // Where nothing moves, falls or is driven: the speed that crosses the position scale in the
+        // whole run. Elsewhere the duration must not change the steps: a run may be continued.
+        let speed_scale = if speed > 0.0 { SPEED_PART * speed } else { position_scale / settings.duration };
         Self {
             dynamics: Dynamics::new(mechanism),
             settings,
@@ -168,6 +168,11 @@ impl<'a> Recorder<'a> {
     /// Instant of the next sample [s], unless all are taken.
     pub(crate) fn next_due(&self) -> Option<f64> {
         (self.next_sample < self.settings.samples).then(|| self.sample_time(self.next_sample))
+    }
+
+    /// Instant of the last sample taken [s]; minus infinity before the first.
+    pub(crate) fn last_sampled(&self) -> f64 {
+        self.next_sample.checked_sub(1).map_or(f64::NEG_INFINITY, |index| self.sample_time(index))
     }
 
     /// Takes the next sample in a given state.
@@ -368,7 +373,8 @@ impl<'a> Recorder<'a> {
                         let relative = relative_motion(&motion);
                         let acceleration = motion.acceleration.into();
                         let [force, rate] = joint.law.normal_force_with_rate(&relative, acceleration, phase);
-                        open.watch(ForceSample { time: t, force, rate });
+                        let sample = ForceSample { time: t, motion: relative, acceleration, force, rate };
+                        open.watch(sample, |motion| joint.law.evaluate(motion, phase).normal_force);
                     }
                 }
             }

@@ -15,6 +15,9 @@ pub const GROUND: &str = "ground";
 /// The point every body has besides the user's: its centre of mass.
 pub const CENTER_OF_MASS: &str = "center_of_mass";
 
+/// The name under which the energies of the whole mechanism are found.
+pub const ENERGY: &str = "energy";
+
 /// A point with a name, in the frame of its body [m].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {

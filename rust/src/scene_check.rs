@@ -3,7 +3,9 @@
 use crate::contact::Damping;
 use crate::error::{Problem, SceneError, did_you_mean};
 use crate::friction::FrictionLaw;
-use crate::scene::{Body, CENTER_OF_MASS, Drive, Force, GROUND, Joint, JointKind, Point, Scene, Start};
+use crate::scene::{
+    Body, CENTER_OF_MASS, Drive, ENERGY, Force, GROUND, Joint, JointKind, Point, Scene, Start,
+};
 use crate::time_function::TimeFunction;
 
 impl Scene {
@@ -34,7 +36,7 @@ impl Scene {
 
     fn check_body(&self, checker: &mut Checker, path: &str, index: usize, body: &Body) {
         let earlier = self.bodies[..index].iter().any(|other| other.name == body.name);
-        checker.name(&format!("{path}.name"), &body.name, earlier);
+        checker.owner(&format!("{path}.name"), &body.name, earlier);
         if body.name == GROUND {
             checker.add(format!("{path}.name"), "\"ground\" is the name of the fixed body");
         }
@@ -66,7 +68,7 @@ impl Scene {
 
     fn check_joint(&self, checker: &mut Checker, path: &str, index: usize, joint: &Joint) {
         let earlier = self.joints[..index].iter().any(|other| other.name() == joint.name());
-        checker.name(&format!("{path}.name"), joint.name(), earlier);
+        checker.owner(&format!("{path}.name"), joint.name(), earlier);
         if self.bodies.iter().any(|body| body.name == joint.name()) {
             checker.add(
                 format!("{path}.name"),
@@ -127,7 +129,7 @@ impl Scene {
     fn check_name(&self, checker: &mut Checker, path: &str, name: &str, earlier: bool) {
         let taken = self.bodies.iter().any(|body| body.name == *name)
             || self.joints.iter().any(|other| other.name() == name);
-        checker.name(&format!("{path}.name"), name, earlier || taken);
+        checker.owner(&format!("{path}.name"), name, earlier || taken);
     }
 
     fn check_force(&self, checker: &mut Checker, path: &str, index: usize, force: &Force) {
@@ -352,6 +354,14 @@ impl Checker {
         }
         if taken {
             self.add(path, format!("the name {name:?} is already taken"));
+        }
+    }
+
+    /// A name under which outputs are found.
+    fn owner(&mut self, path: &str, name: &str, taken: bool) {
+        self.name(path, name, taken);
+        if name == ENERGY {
+            self.add(path, format!("{ENERGY:?} is the name of the outputs of the whole mechanism"));
         }
     }
 

@@ -14,10 +14,15 @@ use crate::json::{Fields, Node, Problems};
 use crate::scene::{Body, CENTER_OF_MASS, Drive, Force, ForceFrame, GROUND, Joint, JointKind, Scene, Start};
 use crate::time_function::{Spline, TimeFunction};
 
-/// Whether a path is another one or leads to something inside it.
-fn is_at_or_below(path: &str, other: &str) -> bool {
-    let rest = path.strip_prefix(other);
-    rest.is_some_and(|rest| other.is_empty() || rest.is_empty() || rest.starts_with(['.', '[']))
+/// The fields that say of which kind an object is; without them it cannot be judged at all.
+const TAGS: [&str; 3] = [".type", ".law", ".function"];
+
+/// Whether a problem at a path follows from a known one: at the same place, inside it, or inside an
+/// object of unknown kind.
+fn follows(path: &str, known: &str) -> bool {
+    let place = TAGS.iter().find_map(|tag| known.strip_suffix(tag)).unwrap_or(known);
+    let rest = path.strip_prefix(place);
+    rest.is_some_and(|rest| place.is_empty() || rest.is_empty() || rest.starts_with(['.', '[']))
 }
 
 /// The scene written in `text`, checked.
@@ -30,7 +35,7 @@ pub fn read_scene(text: &str) -> Result<Scene, SceneError> {
         // A field that could not be read stands in the scene as NaN or an empty name: its physical
         // check would only repeat the problem.
         for problem in error.problems {
-            let known = problems.iter().any(|other: &Problem| is_at_or_below(&problem.path, &other.path));
+            let known = problems.iter().any(|other: &Problem| follows(&problem.path, &other.path));
             if !known {
                 problems.push(problem);
             }
@@ -86,7 +91,7 @@ fn joint(node: Node, problems: &mut Problems) -> Joint {
         ("fixed", JointType::Fixed),
         ("clearance_revolute", JointType::Clearance),
     ];
-    let kind = fields.word("type", &types, problems);
+    let kind = fields.tag("type", &types, problems);
     let name = fields.text("name", problems);
     let joint = if let JointType::Clearance = kind {
         let conventions =
@@ -141,7 +146,7 @@ fn normal_law(node: Node, problems: &mut Problems) -> NormalLaw {
         ("hunt_crossley", NormalLawName::HuntCrossley),
         ("hertz", NormalLawName::Hertz),
     ];
-    let name = fields.word("law", &names, problems);
+    let name = fields.tag("law", &names, problems);
     let law = NormalLaw {
         stiffness: fields.number("stiffness", problems),
         exponent: fields.number_or("exponent", 1.5, problems),
@@ -162,7 +167,7 @@ fn normal_law(node: Node, problems: &mut Problems) -> NormalLaw {
 
 fn friction_law(node: Node, problems: &mut Problems) -> FrictionLaw {
     let mut fields = node.fields(problems);
-    let smoothed = fields.word("law", &[("modified_coulomb", false), ("smoothed_coulomb", true)], problems);
+    let smoothed = fields.tag("law", &[("modified_coulomb", false), ("smoothed_coulomb", true)], problems);
     let law = if smoothed {
         FrictionLaw::SmoothedCoulomb {
             coefficient: fields.number("coefficient", problems),
@@ -202,7 +207,7 @@ fn force(node: Node, problems: &mut Problems) -> Force {
         ("force", ForceType::Applied),
         ("torque", ForceType::Torque),
     ];
-    let kind = fields.word("type", &types, problems);
+    let kind = fields.tag("type", &types, problems);
 
     let force = match kind {
         ForceType::Gravity => Force::Gravity { acceleration: fields.pair("acceleration", problems) },
@@ -268,6 +273,9 @@ enum FunctionName {
     Table,
 }
 
+/// Stands for a function that could not be read; the problem is noted where it happened.
+const UNREADABLE_FUNCTION: TimeFunction = TimeFunction::Polynomial(Vec::new());
+
 /// A number, or an object that says which function of time.
 fn time_function(fields: &mut Fields, name: &'static str, problems: &mut Problems) -> TimeFunction {
     let Some(node) = fields.required(name, problems) else { return TimeFunction::constant(f64::NAN) };
@@ -280,11 +288,16 @@ fn time_function(fields: &mut Fields, name: &'static str, problems: &mut Problem
         ("harmonic", FunctionName::Harmonic),
         ("table", FunctionName::Table),
     ];
-    let function = match fields.word("function", &names, problems) {
+    let function = match fields.tag("function", &names, problems) {
         FunctionName::Polynomial => {
-            let coefficients = fields.numbers("coefficients", problems);
-            if coefficients.is_empty() {
+            let before = problems.len();
+            let mut coefficients = fields.numbers("coefficients", problems);
+            if coefficients.is_empty() && problems.len() == before {
                 problems.push(Problem::new(fields.path_of("coefficients"), "must not be empty"));
+            }
+            if coefficients.len() == 1 {
+                // One coefficient would stand for a plain number, and be blamed at its path.
+                coefficients.push(0.0);
             }
             TimeFunction::Polynomial(coefficients)
         }
@@ -295,13 +308,16 @@ fn time_function(fields: &mut Fields, name: &'static str, problems: &mut Problem
             phase: fields.number_or("phase", 0.0, problems),
         },
         FunctionName::Table => {
+            let before = problems.len();
             let times = fields.numbers("times", problems);
             let values = fields.numbers("values", problems);
             match Spline::new(&times, &values) {
+                // What could not be read is told already.
+                Err(_) if problems.len() > before => UNREADABLE_FUNCTION,
                 Ok(spline) => TimeFunction::Table(spline),
                 Err(message) => {
                     problems.push(Problem::new(fields.path_of("times"), message));
-                    TimeFunction::constant(f64::NAN)
+                    UNREADABLE_FUNCTION
                 }
             }
         }
@@ -312,7 +328,7 @@ fn time_function(fields: &mut Fields, name: &'static str, problems: &mut Problem
 
 fn drive(node: Node, problems: &mut Problems) -> Drive {
     let mut fields = node.fields(problems);
-    let by_function = fields.word("type", &[("speed", false), ("motion", true)], problems);
+    let by_function = fields.tag("type", &[("speed", false), ("motion", true)], problems);
     let name = fields.text("name", problems);
     let joint = fields.text("joint", problems);
     let drive = if by_function {
@@ -339,7 +355,7 @@ enum StartType {
 fn start(node: Node, problems: &mut Problems) -> Start {
     let mut fields = node.fields(problems);
     let types = [("joint", StartType::Joint), ("body", StartType::Body), ("clearance", StartType::Clearance)];
-    let kind = fields.word("type", &types, problems);
+    let kind = fields.tag("type", &types, problems);
     let start = match kind {
         StartType::Joint => Start::Joint {
             joint: fields.text("joint", problems),

@@ -162,9 +162,7 @@ fn run(
         None => recorder.begin(&q, &v),
     };
     let outcome = if mechanism.mobility() == 0 && mechanism.clearance_joints.is_empty() {
-        q.copy_from_slice(&checkpoint.q);
-        v.copy_from_slice(&checkpoint.v);
-        recorder.follow_drives(checkpoint.time, end, &mut q, &mut v)
+        recorder.follow_drives(&checkpoint, end, &mut q, &mut v)
     } else {
         let mut method = settings.method.stepper(mechanism.degrees_of_freedom(), settings.rtol);
         let limits = recorder.limits();
@@ -183,15 +181,17 @@ fn run(
     };
     let paradox = paradox.map(|index| mechanism.clearance_joints[index].name.clone());
     let warnings = recorder.warnings();
-    let restart = outcome.checkpoint.filter(|_| outcome.status == Status::Done).map(|checkpoint| Restart {
-        time: outcome.time,
-        checkpoint,
-        memory: std::mem::take(&mut recorder.kept),
+    let next_start = outcome.checkpoint.filter(|_| outcome.status == Status::Done).map(|checkpoint| {
+        Restart { time: outcome.time, checkpoint, memory: std::mem::take(&mut recorder.kept) }
     });
     recorder.rewind(&mut q);
+    // What lies between the checkpoint and the start was reported by the run before.
+    let mut contacts = recorder.finished_contacts();
+    contacts.retain(|contact| restart.is_none() || contact.separation.is_nan() || contact.separation > from);
+    recorder.events.retain(|event| restart.is_none() || event.time > from);
     Ok(Trajectory {
         t: (0..settings.samples).map(|index| recorder.sample_time(index)).collect(),
-        contacts: recorder.finished_contacts(),
+        contacts,
         values: recorder.values,
         columns: names,
         events: recorder.events,
@@ -204,7 +204,7 @@ fn run(
         largest_projection: recorder.largest_projection,
         warnings,
         end: State { q, v },
-        restart,
+        restart: next_start,
     })
 }
 

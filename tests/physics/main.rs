@@ -1,10 +1,13 @@
 //! Tests of the core physics: closed forms, identities, independent references.
 
 mod assembly;
+mod bad_elements;
 mod chebyshev;
 mod constrained;
 mod contact;
 mod contact_events;
+mod elements;
+mod energy;
 mod events;
 mod gates;
 mod integrators;
@@ -15,6 +18,7 @@ mod problems;
 mod random_trees;
 mod rattle;
 mod reference;
+mod restart;
 mod rodas6p;
 mod scaling;
 mod scenes;
@@ -22,3 +26,4 @@ mod step_control;
 mod stiffness;
 mod support;
 mod tableaus;
+mod time_functions;

@@ -238,7 +238,7 @@ fn mu(law: FrictionLaw, v: f64) -> f64 {
 }
 
 /// The random cases with friction set to their regimes.
-fn moving_cases() -> Vec<Case> {
+pub(crate) fn moving_cases() -> Vec<Case> {
     let (mut cases, _) = cases(COUNT);
     for case in &mut cases {
         let states = states_at(case, case.t, &case.q, &case.v);
@@ -250,13 +250,13 @@ fn moving_cases() -> Vec<Case> {
     cases
 }
 
-fn dynamics_of(case: &Case) -> Dynamics<'_> {
+pub(crate) fn dynamics_of(case: &Case) -> Dynamics<'_> {
     let mut dynamics = Dynamics::new(&case.mechanism);
     dynamics.phases.clone_from(&case.phases);
     dynamics
 }
 
-fn acceleration(case: &Case, t: f64, q: &[f64], v: &[f64]) -> Vec<f64> {
+pub(crate) fn acceleration(case: &Case, t: f64, q: &[f64], v: &[f64]) -> Vec<f64> {
     let mut a = vec![0.0; q.len()];
     assert!(dynamics_of(case).acceleration(t, q, v, &mut a));
     a
@@ -270,7 +270,7 @@ fn gravity(case: &Case) -> Vec2 {
     case.scene.forces.iter().map(of).sum()
 }
 
-fn added(base: &[f64], s: f64, direction: &[f64]) -> Vec<f64> {
+pub(crate) fn added(base: &[f64], s: f64, direction: &[f64]) -> Vec<f64> {
     base.iter().zip(direction).map(|(x, d)| x + s * d).collect()
 }
 

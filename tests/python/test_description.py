@@ -121,3 +121,30 @@ def test_redundant_joints_and_structures_are_named():
     assert "degrees of freedom: 0" in two.describe()
     frame = cc.Scene([plate], [cc.Fixed("foot", "ground.A", "plate.P")], ground=ground)
     assert "the scene is a structure" in frame.describe()
+
+
+def test_functions_and_starts_have_the_units_of_what_they_belong_to():
+    scene = cc.Scene(
+        [cc.Body("cart", 1.0, 1.0), cc.Body("arm", 1.0, 1.0)],
+        [cc.Prismatic("rail", "ground", "cart", (1.0, 0.0)), cc.Revolute("pin", "cart", "arm")],
+        [
+            cc.Force("push", "arm", cc.Harmonic(6.0, 7.0), 3.0),
+            cc.Torque("motor", "arm", cc.Table(range(40), range(40))),
+        ],
+        [cc.Motion("shaker", "rail", cc.Polynomial([1.0, 2.0]))],
+        start=[cc.JointStart("pin", 0.5, 16.0)],
+    )
+    text = scene.describe()
+    for words in (
+        "x: harmonic, amplitude 6 [N], angular frequency 7 [rad/s], phase 0 [rad], mean 0 [N]",
+        "y: 3 [N]",
+        "torque: table, times (0, 1, 2, 3, 4, 5, ... 33 more ..., 39) [s]",
+        "motion: polynomial, coefficients (1, 2) [m / s^k]",
+        "joint pin, position 0.5 [rad], velocity 16 [rad/s]",
+        "further ones by name",
+    ):
+        assert words in text, words
+    turned = dataclasses.replace(
+        scene, drives=[cc.Motion("shaker", "pin", 0.25)], start=[cc.JointStart("rail", 0.5, 16.0)]
+    ).describe()
+    assert "motion: 0.25 [rad]" in turned and "position 0.5 [m], velocity 16 [m/s]" in turned

@@ -189,3 +189,135 @@ def test_scenes_that_cannot_be_assembled_and_wrong_factors_are_refused(ax):
     for factor, error in ((0.0, ValueError), (math.inf, ValueError), ("10", TypeError)):
         with pytest.raises(error, match="exaggerate must be a finite number > 0"):
             cc.plot_scene(cc.mechanisms.slider_crank(), exaggerate=factor)
+
+
+RODS = [
+    cc.Body(
+        name, 1.0, 0.01, center_of_mass=(0.15, 0.0), points={"P": (0.0, 0.0), "Q": (0.3, 0.0)}, angle=angle
+    )
+    for name, angle in (("upper", -1.0), ("lower", 0.2))
+]
+ELBOW = 0.3 * np.array([math.cos(-1.0), math.sin(-1.0)])
+TIP = ELBOW + 0.3 * np.array([math.cos(0.2), math.sin(0.2)])
+WALL = np.array([0.4, 0.5])
+
+
+def with_force(*forces, drives=()):
+    pins = [cc.Revolute("shoulder", "ground", "upper.P"), cc.Revolute("elbow", "upper.Q", "lower.P")]
+    return cc.Scene(RODS, pins, forces, drives, {"W": tuple(WALL)})
+
+
+def added(*forces, drives=()):
+    """Lines and filled shapes that a scene has more with forces than without; names that are written."""
+    bare, full = Figure().subplots(), Figure().subplots()
+    cc.plot_scene(with_force(), ax=bare, labels=False)
+    cc.plot_scene(with_force(*forces, drives=drives), ax=full, labels=False)
+    named = Figure().subplots()
+    cc.plot_scene(with_force(*forces, drives=drives), ax=named)
+    lines = [np.array(line.get_data()).T for line in full.lines[len(bare.lines) :]]
+    shapes = [patch.get_xy() for patch in full.patches[len(bare.patches) :] if isinstance(patch, Polygon)]
+    return lines, shapes, " ".join(texts(named))
+
+
+def ends(line):
+    return line[0], line[-1]
+
+
+@pytest.mark.parametrize(
+    "force, pieces",
+    [
+        (cc.Spring("s", "ground.W", "lower.Q", 9.0, 0.1), 1),
+        (cc.Damper("s", "ground.W", "lower.Q", 2.0), 4),
+        (cc.Spring("s", "ground.W", "lower.Q", 9.0, 0.1, 2.0), 9),
+        (cc.Spring("s", "ground.W", "lower.Q", 0.0, 0.1, 2.0), 4),
+    ],
+    ids=["spring", "damper", "both", "spring without stiffness"],
+)
+def test_springs_and_dampers_reach_from_point_to_point(force, pieces):
+    lines, _, words = added(force)
+    assert "s" in words.split()
+    # The rest is the hatched wall at their end on ground.
+    drawn = [line for line in lines if not np.allclose(line.mean(axis=0), WALL, rtol=0.0, atol=0.03)]
+    touching = [point for line in lines for point in line]
+    for place in (WALL, TIP):
+        assert min(np.hypot(*(point - place)) for point in touching) < 1e-9
+    assert len(drawn) == pieces
+    way = (TIP - WALL) / np.hypot(*(TIP - WALL))
+    across = np.abs([way[0] * (p - WALL)[1] - way[1] * (p - WALL)[0] for line in drawn for p in line])
+    assert 0.005 < across.max() < 0.08
+
+
+def test_the_wall_of_a_spring_is_hatched_away_from_it():
+    lines, _, _ = added(cc.Spring("s", "ground.W", "lower.Q", 9.0, 0.1))
+    way = (TIP - WALL) / np.hypot(*(TIP - WALL))
+    hatches = [line for line in lines if len(line) == 2]
+    beyond = [(line - WALL) @ way for line in hatches]
+    assert len(hatches) > 3 and all(side.max() < 1e-9 for side in beyond) and min(map(min, beyond)) < -1e-3
+
+
+@pytest.mark.parametrize(
+    "force, pieces",
+    [
+        (cc.TorsionSpring("s", "upper", "lower", 9.0), 1),
+        (cc.TorsionDamper("s", "lower", "upper", 9.0), 3),
+        (cc.TorsionSpring("s", "upper", "lower", 9.0, 0.0, 1.0), 4),
+    ],
+)
+def test_torsion_springs_and_dampers_stand_around_the_joint(force, pieces):
+    lines, _, words = added(force)
+    assert len(lines) == pieces and "elbow, s" in words
+    for line in lines:
+        assert np.hypot(*(line - ELBOW).T).max() < 0.05
+
+
+@pytest.mark.parametrize(
+    "x, y, frame, direction, heads",
+    [
+        (3.0, 4.0, "ground", (0.6, 0.8), 1),
+        (0.0, cc.Polynomial([0.0, -2.0]), "ground", (0.0, -1.0), 1),
+        (cc.Harmonic(2.0, 5.0), 0.0, "ground", (1.0, 0.0), 2),
+        (cc.Table([0.0, 1.0, 2.0], [0.0, -3.0, 1.0]), 0.0, "ground", (-1.0, 0.0), 2),
+        (1.0, 0.0, "body", (math.cos(0.2), math.sin(0.2)), 1),
+    ],
+)
+def test_a_force_points_at_where_it_acts(x, y, frame, direction, heads):
+    lines, shapes, words = added(cc.Force("push", "lower.Q", x, y, frame))
+    assert "push" in words.split() and len(shapes) == heads and len(lines) == 1
+    start, end = ends(lines[0])
+    np.testing.assert_allclose((end - start) / np.hypot(*(end - start)), direction, atol=1e-12)
+    tip = shapes[0][0]
+    assert np.hypot(*(tip - TIP)) < 0.02 and (TIP - tip) @ np.array(direction) > 0.0
+
+
+@pytest.mark.parametrize(
+    "torque, clockwise", [(2.0, False), (-2.0, True), (cc.Polynomial([0.0, -1.0]), True)]
+)
+def test_a_torque_turns_its_way(torque, clockwise):
+    lines, shapes, words = added(cc.Torque("motor", "lower", torque, reaction="upper"))
+    assert len(lines) == 1 and len(shapes) == 1 and "motor" in words
+    around = lines[0] - ELBOW
+    turn = np.sum(around[:-1, 0] * around[1:, 1] - around[:-1, 1] * around[1:, 0])
+    assert (turn < 0.0) == clockwise
+
+
+def test_forces_that_are_zero_are_not_drawn():
+    lines, shapes, _ = added(
+        cc.Force("f", "lower.Q", 0.0, 0.0), cc.Torque("t", "lower", cc.Polynomial([0.0]))
+    )
+    assert not lines and not shapes
+
+
+def test_a_motion_that_comes_back_has_two_heads():
+    for motion, heads in ((cc.Polynomial([0.0, 2.0]), 1), (cc.Harmonic(1.0, 2.0, mean=-1.0), 2)):
+        assert len(added(drives=[cc.Motion("d", "elbow", motion)])[1]) == heads
+    slide = cc.Scene(
+        [cc.Body("cart", 1.0, 1.0)],
+        [cc.Prismatic("rail", "ground", "cart", (3.0, 4.0))],
+        drives=[cc.Motion("d", "rail", cc.Harmonic(0.1, 2.0))],
+    )
+    ax = Figure().subplots()
+    cc.plot_scene(slide, ax=ax)
+    arrows = [np.array(line.get_data()).T for line in ax.lines if line.get_color() == "0.1"]
+    assert len(arrows) == 1
+    start, end = ends(arrows[0])
+    np.testing.assert_allclose((end - start) / np.hypot(*(end - start)), (0.6, 0.8), atol=1e-12)

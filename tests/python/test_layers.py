@@ -34,6 +34,8 @@ PYTHON_ORDER = [
     "study",
     "plot",
     "plane",
+    "pose",
+    "symbols",
     "drawing",
     "plot_costs",
     "report",

@@ -1,0 +1,200 @@
+//! The balance of energies: an identity on random mechanisms, and over whole runs.
+
+use chebclear::clearance::{Phase, SlidingVelocity};
+use chebclear::contact::Damping;
+use chebclear::friction::FrictionLaw;
+use chebclear::scene::{Drive, Force, ForceFrame, Joint, JointKind, Scene};
+use chebclear::settings::Method;
+use chebclear::time_function::{Spline, TimeFunction};
+use chebclear::trajectory::{Settings, simulate};
+
+use crate::mechanics::{acceleration, added, dynamics_of, moving_cases};
+use crate::support::{compile, derivative, ideal, slider_crank};
+
+#[test]
+fn energy_changes_by_the_powers_that_are_named() {
+    // d/dt (kinetic + potential + contact) = input - impact, friction and damping losses: along the motion
+    // with its accelerations, for every force, law and drive of the random mechanisms.
+    let (mut sliding, mut damped) = (0, 0);
+    for (index, case) in moving_cases().iter().enumerate() {
+        let a = acceleration(case, case.t, &case.q, &case.v);
+        let energy = |s: f64| {
+            let mut dynamics = dynamics_of(case);
+            let q: Vec<f64> = added(&added(&case.q, s, &case.v), 0.5 * s * s, &a);
+            dynamics.move_to(case.t + s, &q, &added(&case.v, s, &a));
+            let contacts: f64 = (0..case.phases.len()).map(|joint| dynamics.contact_energy(joint)).sum();
+            vec![dynamics.kinetic_energy() + dynamics.potential_energy() + contacts]
+        };
+        let rate = derivative(energy)[0];
+        let mut dynamics = dynamics_of(case);
+        let mut again = a.clone();
+        assert!(dynamics.acceleration(case.t, &case.q, &case.v, &mut again));
+        dynamics.accelerate(&a);
+        dynamics.find_reactions();
+        let mut powers = vec![dynamics.input_power(), -dynamics.damping_loss()];
+        assert!(dynamics.damping_loss() >= 0.0);
+        damped += usize::from(dynamics.damping_loss() > 0.0);
+        for (joint, phase) in case.phases.iter().enumerate() {
+            let loss = dynamics.contact_loss(joint);
+            powers.extend([-loss.impact, -loss.friction]);
+            let law = &case.mechanism.clearance_joints[joint].law;
+            if law.sliding == SlidingVelocity::Surface
+                && matches!(phase, Phase::Contact { clipped: false, .. })
+            {
+                // Friction only takes; so does damping while the force does not pull.
+                let state = dynamics.contact_state(joint);
+                if state.normal_force >= 0.0 {
+                    assert!(loss.friction >= 0.0, "case {index}: friction gives {:e} W", -loss.friction);
+                    assert!(loss.wear >= 0.0 && loss.impact >= 0.0, "case {index}: {loss:?}");
+                    sliding += usize::from(loss.friction > 0.0);
+                }
+            }
+        }
+        let sum: f64 = powers.iter().sum();
+        // The difference has the rounding of the energy: 9 kJ in a contact that is 3 m deep.
+        let rounding = 1e-2 * energy(0.0)[0].abs();
+        let scale = powers.iter().fold(rounding.max(1.0), |largest, power| largest.max(power.abs()));
+        assert!((rate - sum).abs() < 1e-7 * scale, "case {index}: {rate} is not {sum}, {powers:?}");
+    }
+    assert!(sliding > 30 && damped > 30, "{sliding} sliding contacts, {damped} mechanisms with dampers");
+}
+
+/// The paper's mechanism with something changed.
+fn changed(change: impl FnOnce(&mut Scene)) -> Scene {
+    let mut scene = slider_crank(false);
+    change(&mut scene);
+    scene
+}
+
+fn wrist(damping: Damping, friction: Option<FrictionLaw>, convention: SlidingVelocity) -> Scene {
+    changed(|scene| {
+        let Joint::Clearance { contact, friction: law, sliding, .. } = &mut scene.joints[3] else {
+            panic!("the wrist has clearance")
+        };
+        (contact.damping, *law, *sliding) = (damping, friction, convention);
+    })
+}
+
+/// Largest `energy.balance` over the largest energy.
+fn imbalance(scene: &Scene, duration: f64, rtol: f64, method: Method) -> f64 {
+    let settings = Settings {
+        rtol,
+        method,
+        outputs: Some(
+            [
+                "balance",
+                "kinetic",
+                "potential",
+                "contact",
+                "input",
+                "impact_loss",
+                "friction_loss",
+                "damping_loss",
+            ]
+            .map(|name| format!("energy.{name}"))
+            .to_vec(),
+        ),
+        ..Settings::new(duration, 101)
+    };
+    let run = simulate(&compile(scene), &settings, &|_| true).unwrap();
+    assert_eq!(run.status.word(), "done", "{}", run.message());
+    let largest = |columns: std::ops::Range<usize>| {
+        let rows = run.values.chunks_exact(8).flat_map(|row| row[columns.clone()].to_vec());
+        rows.fold(0.0_f64, |largest, value| largest.max(value.abs()))
+    };
+    largest(0..1) / largest(1..8)
+}
+
+#[test]
+fn the_balance_closes_for_every_law_and_method() {
+    let stribeck = FrictionLaw::ModifiedCoulomb {
+        static_coefficient: 0.2,
+        sliding_coefficient: 0.1,
+        stick_slip_velocity: 1e-2,
+        static_sliding_velocity: 2e-2,
+    };
+    let smooth = FrictionLaw::SmoothedCoulomb { coefficient: 0.1, velocity: 1e-2 };
+    let mut scenes = Vec::new();
+    for damping in [
+        Damping::LankaraniNikravesh { restitution: 0.9 },
+        Damping::Flores { restitution: 0.4 },
+        Damping::HuntCrossley { hysteresis_factor: 0.5 },
+        Damping::Elastic,
+    ] {
+        for friction in [None, Some(stribeck), Some(smooth)] {
+            scenes.push(wrist(damping, friction, SlidingVelocity::Surface));
+        }
+    }
+    scenes.push(slider_crank(true));
+    for (index, scene) in scenes.iter().enumerate() {
+        for method in [Method::Rodas4, Method::Rodas5P, Method::Dop853] {
+            let error = imbalance(scene, 3e-3, 1e-8, method);
+            assert!(error < 1e-6, "scene {index}, {method:?}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn the_balance_closes_with_every_element_around_a_loop_with_clearance() {
+    let table = Spline::new(&[0.0, 1e-3, 2e-3, 4e-3, 5e-3], &[0.0, 200.0, -100.0, 300.0, 0.0]).unwrap();
+    let scene = changed(|scene| {
+        scene.drives[0] = Drive::Motion {
+            name: "drive".into(),
+            joint: "crank_bearing".into(),
+            motion: TimeFunction::Polynomial(vec![0.2, 180.0, 4e3]),
+        };
+        scene.forces = vec![
+            Force::Gravity { acceleration: [1.0, -9.81] },
+            Force::Spring {
+                name: "spring".into(),
+                a: "ground".into(),
+                b: "slider".into(),
+                stiffness: 2e4,
+                length: 0.15,
+                damping: 30.0,
+            },
+            Force::TorsionSpring {
+                name: "coil".into(),
+                a: "crank".into(),
+                b: "rod".into(),
+                stiffness: 5.0,
+                angle: 0.1,
+                damping: 0.01,
+            },
+            Force::Applied {
+                name: "load".into(),
+                point: "slider".into(),
+                x: TimeFunction::Table(table),
+                y: TimeFunction::Harmonic {
+                    mean: 0.0,
+                    amplitude: 50.0,
+                    angular_frequency: 900.0,
+                    phase: 0.3,
+                },
+                frame: ForceFrame::Body,
+            },
+            Force::Torque {
+                name: "motor".into(),
+                body: "rod".into(),
+                reaction: "crank".into(),
+                torque: TimeFunction::Harmonic {
+                    mean: 1.0,
+                    amplitude: 3.0,
+                    angular_frequency: 700.0,
+                    phase: 0.0,
+                },
+            },
+        ];
+    });
+    for method in [Method::Rodas4, Method::Rodas5P, Method::Dop853] {
+        let error = imbalance(&scene, 5e-3, 1e-8, method);
+        assert!(error < 1e-6, "{method:?}: {error:e}");
+    }
+    // Without play the drive prescribes everything: the quadrature alone is left.
+    let ideal_wrist = Scene {
+        joints: [&scene.joints[..3], &[ideal("wrist", "rod.C", "slider", JointKind::Revolute)]].concat(),
+        ..scene
+    };
+    let error = imbalance(&ideal_wrist, 5e-3, 1e-8, Method::Rodas5P);
+    assert!(error < 1e-12, "prescribed: {error:e}");
+}

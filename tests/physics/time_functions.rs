@@ -1,0 +1,239 @@
+//! Functions of time against differences, the polynomials a spline must reproduce, and the steps of
+//! runs that use them.
+
+use chebclear::scene::{Drive, Force, ForceFrame, JointKind, Scene};
+use chebclear::settings::Method;
+use chebclear::time_function::{Spline, TimeFunction};
+use chebclear::trajectory::{Settings, simulate};
+use std::cell::RefCell;
+
+use crate::support::{Random, body, compile, derivative, ideal, point};
+
+fn table(times: &[f64], values: &[f64]) -> TimeFunction {
+    TimeFunction::Table(Spline::new(times, values).expect("the points are good"))
+}
+
+/// Uneven increasing times from `start` on.
+fn uneven(random: &mut Random, start: f64, count: usize) -> Vec<f64> {
+    let mut t = start;
+    (0..count)
+        .map(|_| {
+            t += random.within(0.1, 1.0);
+            t
+        })
+        .collect()
+}
+
+#[test]
+fn derivatives_are_those_of_the_value() {
+    let mut random = Random(1);
+    let times = uneven(&mut random, -2.0, 9);
+    let values: Vec<f64> = times.iter().map(|_| random.within(-1.0, 1.0)).collect();
+    let harmonic = TimeFunction::Harmonic { mean: 0.3, amplitude: 1.2, angular_frequency: 2.5, phase: 0.7 };
+    let polynomial = TimeFunction::Polynomial(vec![0.3, -1.0, 0.5, 0.7, -0.2]);
+    for function in [harmonic, polynomial, table(&times, &values)] {
+        for k in 0..8 {
+            // In the middle of a piece of the table, where no difference reaches a knot.
+            let t = 0.5 * (times[k] + times[k + 1]);
+            let exact = function.at(t);
+            for order in 0..3 {
+                let by_difference = derivative(|s| vec![function.at(t + s)[order]])[0];
+                let scale = 1.0 + exact[order + 1].abs();
+                assert!(
+                    (by_difference - exact[order + 1]).abs() < 1e-8 * scale,
+                    "{function:?}: derivative {} at {t}: {by_difference} {}",
+                    order + 1,
+                    exact[order + 1]
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_spline_reproduces_the_polynomials_it_can() {
+    let mut random = Random(2);
+    for count in 2..12 {
+        // A line through two points, a parabola through three, else every cubic.
+        let degree = 3.min(count - 1);
+        for _ in 0..20 {
+            let coefficients: Vec<f64> = (0..=degree).map(|_| random.within(-1.0, 1.0)).collect();
+            let truth = TimeFunction::Polynomial(coefficients);
+            let times = uneven(&mut random, -3.0, count);
+            let values: Vec<f64> = times.iter().map(|&t| truth.at(t)[0]).collect();
+            let spline = table(&times, &values);
+            // Its ends go on beyond the table.
+            for t in [times[0] - 0.1, times[0], 0.3 * times[0] + 0.7 * times[1], times[count - 1] + 0.1] {
+                let (is, ought) = (spline.at(t), truth.at(t));
+                for order in 0..4 {
+                    let error = (is[order] - ought[order]).abs();
+                    assert!(error < 1e-9, "{count} points, derivative {order}: off by {error:e}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_spline_meets_its_points_smoothly_and_has_no_knot_next_to_its_ends() {
+    let mut random = Random(3);
+    for count in 4..15 {
+        let times = uneven(&mut random, 0.0, count);
+        let values: Vec<f64> = times.iter().map(|_| random.within(-1.0, 1.0)).collect();
+        let spline = table(&times, &values);
+        for (k, (&t, &value)) in times.iter().zip(&values).enumerate() {
+            assert!((spline.at(t)[0] - value).abs() < 1e-13);
+            if k == 0 || k + 1 == count {
+                continue;
+            }
+            // Taylor's series of the piece before, at the knot.
+            let h = 0.5 * (t - times[k - 1]);
+            let [p, v, a, j] = spline.at(t - h);
+            let before = [p + h * (v + h * (a / 2.0 + h * j / 6.0)), v + h * (a + h * j / 2.0), a + h * j, j];
+            let after = spline.at(t);
+            let continuous = if k == 1 || k + 2 == count { 4 } else { 3 };
+            for order in 0..continuous {
+                let error = (before[order] - after[order]).abs();
+                assert!(error < 1e-10, "derivative {order} jumps by {error:e} at knot {k} of {count}");
+            }
+            if continuous == 3 {
+                assert!((before[3] - after[3]).abs() > 1e-6, "the third derivative jumps at knot {k}");
+            }
+        }
+    }
+}
+
+#[test]
+fn breaks_are_the_inner_knots_and_a_knot_met_to_rounding_is_passed() {
+    let times = [0.0, 0.1, 0.7, 1.0 / 3.0 + 1.0, 2.0];
+    let function = table(&times, &[0.0, 1.0, 0.0, 2.0, 1.0]);
+    assert_eq!(function.domain(), [0.0, 2.0]);
+    let mut t = -1.0;
+    let mut met = Vec::new();
+    while function.next_break(t).is_finite() {
+        t = function.next_break(t) * (1.0 - 1e-15);
+        met.push(t);
+    }
+    assert_eq!(met.len(), times.len() - 2, "{met:?}");
+    // The jump of the third derivative shows from there on.
+    let [.., before] = function.at(0.7 - 1e-6);
+    let [.., at] = function.at(0.7 * (1.0 - 1e-15));
+    let [.., after] = function.at(0.7 + 1e-6);
+    assert!(before != after && at == after);
+}
+
+#[test]
+fn bad_points_are_refused_in_words() {
+    for (times, values, words) in [
+        (vec![], vec![], "at least two; got 0 times and 0 values"),
+        (vec![0.0], vec![1.0], "at least two; got 1 times and 1 values"),
+        (vec![0.0, 1.0], vec![1.0], "got 2 times and 1 values"),
+        (vec![0.0, f64::NAN], vec![1.0, 2.0], "point 1 of a table must be finite"),
+        (vec![0.0, 1.0], vec![f64::INFINITY, 2.0], "point 0 of a table must be finite"),
+        (vec![0.0, 1.0, 1.0], vec![0.0; 3], "times must increase, got 1 [s] after 1 [s]"),
+        (vec![0.0, 1.0, 0.5], vec![0.0; 3], "times must increase, got 0.5 [s] after 1 [s]"),
+    ] {
+        let message = Spline::new(&times, &values).expect_err("the points are bad");
+        assert!(message.contains(words), "{message:?} should contain {words:?}");
+    }
+}
+
+const TIMES: [f64; 6] = [0.0, 0.13, 0.4, 0.45, 0.9, 1.0];
+const VALUES: [f64; 6] = [0.0, 1.0, -2.0, 1.5, 0.5, -1.0];
+
+/// A wheel that a table turns by its torque.
+fn wheel(inertia: f64, torque: TimeFunction) -> Scene {
+    Scene {
+        bodies: vec![body("wheel", 1.0, inertia, [0.0, 0.0], Vec::new())],
+        joints: vec![ideal("axle", "ground", "wheel", JointKind::Revolute)],
+        forces: vec![Force::Torque {
+            name: "motor".into(),
+            body: "wheel".into(),
+            reaction: "ground".into(),
+            torque,
+        }],
+        ..Scene::default()
+    }
+}
+
+/// Angle and angular velocity of the wheel at the end of the table, from rest: the cubic pieces,
+/// found from the spline's own derivatives, integrated twice.
+fn turned_by_pieces(inertia: f64, function: &TimeFunction) -> [f64; 2] {
+    let (mut angle, mut rate) = (0.0, 0.0);
+    for pair in TIMES.windows(2) {
+        let h = pair[1] - pair[0];
+        let [p, v, a, j] = function.at(pair[0]).map(|value| value / inertia);
+        angle += rate * h + h * h * (p / 2.0 + h * (v / 6.0 + h * (a / 24.0 + h * j / 120.0)));
+        rate += h * (p + h * (v / 2.0 + h * (a / 6.0 + h * j / 24.0)));
+    }
+    [angle, rate]
+}
+
+#[test]
+fn steps_end_at_knots_so_polynomial_pieces_cost_no_accuracy() {
+    let function = table(&TIMES, &VALUES);
+    let mechanism = compile(&wheel(0.7, function.clone()));
+    let exact = turned_by_pieces(0.7, &function);
+    // Angles are polynomials of degree 5 between the knots: both methods integrate them exactly, but
+    // only if no step goes over a knot.
+    for method in [Method::Rodas5P, Method::Dop853] {
+        let ends = RefCell::new(Vec::new());
+        let settings = Settings { rtol: 1e-3, method, ..Settings::new(1.0, 2) };
+        let run = simulate(&mechanism, &settings, &|t| {
+            ends.borrow_mut().push(t);
+            true
+        })
+        .unwrap();
+        assert_eq!(run.status.word(), "done");
+        for knot in &TIMES[1..] {
+            let nearest = ends.borrow().iter().map(|t| (t - knot).abs()).fold(f64::INFINITY, f64::min);
+            assert!(nearest < 1e-12, "{method:?}: the nearest step ends {nearest:e} s from {knot}");
+        }
+        let error = (run.end.q[0] - exact[0]).abs().max((run.end.v[0] - exact[1]).abs());
+        assert!(error < 1e-13, "{method:?}: off by {error:e} at rtol 1e-3");
+    }
+}
+
+#[test]
+fn a_motion_by_a_table_keeps_the_order_of_the_method() {
+    // A rod hangs on a wheel that the table turns: its jerk jumps at the knots.
+    let points = vec![point("A", 0.0, 0.0), point("B", 0.2, 0.0)];
+    let scene = Scene {
+        bodies: vec![
+            body("crank", 1.0, 0.1, [0.0, 0.0], points.clone()),
+            body("rod", 1.0, 0.02, [0.1, 0.0], points),
+        ],
+        joints: vec![
+            ideal("axle", "ground", "crank.A", JointKind::Revolute),
+            ideal("pin", "crank.B", "rod.A", JointKind::Revolute),
+        ],
+        forces: vec![Force::Applied {
+            name: "wind".into(),
+            point: "rod.B".into(),
+            x: TimeFunction::constant(1.0),
+            y: table(&TIMES, &VALUES),
+            frame: ForceFrame::Ground,
+        }],
+        drives: vec![Drive::Motion {
+            name: "drive".into(),
+            joint: "axle".into(),
+            motion: table(&TIMES, &VALUES),
+        }],
+        ..Scene::default()
+    };
+    let mechanism = compile(&scene);
+    let end = |method, rtol| {
+        let settings = Settings { rtol, method, ..Settings::new(1.0, 2) };
+        let run = simulate(&mechanism, &settings, &|_| true).unwrap();
+        (run.end.q[0], run.stats.steps)
+    };
+    let (exact, _) = end(Method::Rodas4, 1e-13);
+    for (method, order) in [(Method::Rodas4, 4.0), (Method::Rodas5P, 5.0), (Method::Dop853, 8.0)] {
+        let (coarse, fine) = (end(method, 1e-5), end(method, 1e-10));
+        let [e1, e2] = [coarse, fine].map(|(q, _)| (q - exact).abs().max(1e-14));
+        let gained = (e1 / e2).ln() / (fine.1 as f64 / coarse.1 as f64).ln();
+        assert!(e2 < 1e-8, "{method:?}: {e2:e}");
+        // Order 3 or less would be lost at the knots.
+        assert!(gained > order - 1.5, "{method:?}: order {gained:.1}, errors {e1:e} {e2:e}");
+    }
+}

@@ -1,0 +1,255 @@
+"""Every field of springs, dampers, given forces, motions and starts with something wrong in it."""
+
+import dataclasses
+import math
+
+import chebclear as cc
+import pytest
+
+SCENE = cc.Scene(
+    [
+        cc.Body("cart", 1.0, 1.0),
+        cc.Body("arm", 1.0, 1.0, center_of_mass=(0.5, 0.0), points={"A": (0.0, 0.0), "B": (1.0, 0.0)}),
+        cc.Body("hand", 1.0, 1.0, points={"A": (0.0, 0.0), "B": (1.0, 0.0)}, angle=-1.0),
+        cc.Body("ring", 1.0, 1.0),
+    ],
+    [
+        cc.Prismatic("rail", "ground.O", "cart", (1.0, 0.0)),
+        cc.Revolute("pivot", "cart", "arm.A"),
+        cc.Revolute("wrist", "arm.B", "hand.A"),
+        cc.ClearanceRevolute("eye", "hand.B", "ring", 0.01, 1e-3, cc.Hertz(1e9)),
+    ],
+    [
+        cc.Spring("coil", "ground.W", "cart", 10.0, 0.5, 1.0),
+        cc.Damper("dashpot", "ground.W", "arm.B", 2.0),
+        cc.TorsionSpring("twist", "cart", "arm", 3.0, 0.25, 4.0),
+        cc.TorsionDamper("drag", "ground", "hand", 5.0),
+        cc.Force("push", "arm.B", cc.Harmonic(6.0, 7.0, 8.0, 9.0), cc.Polynomial([10.0, 11.0]), frame="body"),
+        cc.Torque("motor", "hand", cc.Table([0.0, 1.0, 2.0], [12.0, 13.0, 14.0]), reaction="arm"),
+    ],
+    [cc.Motion("shaker", "rail", cc.Harmonic(0.1, 15.0))],
+    ground={"O": (0.0, 0.0), "W": (-1.0, 0.0)},
+    start=[
+        cc.JointStart("pivot", 0.5, 16.0),
+        cc.BodyStart("hand", -0.75, 17.0),
+        cc.ClearanceStart("eye", (1e-4, 2e-4), (0.125, 18.0)),
+    ],
+)
+
+
+def changed(part, value):
+    """The scene with one field, at a path such as ``forces[4].x.mean``, replaced."""
+
+    def put(record, steps):
+        if not steps:
+            return value
+        head, *rest = steps
+        if isinstance(record, tuple):
+            return tuple(put(item, rest) if index == int(head) else item for index, item in enumerate(record))
+        return dataclasses.replace(record, **{head: put(getattr(record, head), rest)})
+
+    return put(SCENE, part.replace("[", ".").replace("]", "").split("."))
+
+
+def problems(scene):
+    with pytest.raises(cc.SceneError) as caught:
+        scene.check()
+    return [tuple(problem) for problem in caught.value.problems]
+
+
+def number_fields():
+    """Path and least value of every number of the elements."""
+    for kind in ("forces", "drives", "start"):
+        for index, part in enumerate(getattr(SCENE, kind)):
+            for field in dataclasses.fields(part):
+                value = getattr(part, field.name)
+                if isinstance(value, float):
+                    yield f"{kind}[{index}].{field.name}"
+                elif isinstance(value, cc.Harmonic):
+                    yield from (
+                        f"{kind}[{index}].{field.name}.{inner.name}" for inner in dataclasses.fields(value)
+                    )
+
+
+NUMBERS = list(number_fields())
+NOT_NEGATIVE = ("stiffness", "damping", "length")
+
+
+def test_the_scene_is_good():
+    assert SCENE.check().degrees_of_freedom == 5
+    assert cc.Scene.from_json(SCENE.to_json()) == SCENE
+    assert cc.simulate(SCENE, 0.01, 2).success
+    assert len(NUMBERS) == 20
+
+
+@pytest.mark.parametrize("path", NUMBERS)
+@pytest.mark.parametrize("value", ["much", [1.0], None, {}, 1j, True], ids=repr)
+def test_numbers_of_the_wrong_type(path, value):
+    if value is None and path.startswith("start["):
+        assert changed(path, value).check()  # optional
+        return
+    found = problems(changed(path, value))
+    assert [where for where, _ in found] == [path]
+    assert found[0][1].startswith("must be a number, got")
+
+
+@pytest.mark.parametrize("path", NUMBERS)
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_numbers_that_are_not_finite(path, value):
+    found = problems(changed(path, value))
+    assert [where for where, _ in found] == [path]
+    assert found[0][1].startswith("must be a finite number [")
+
+
+@pytest.mark.parametrize("path", NUMBERS)
+def test_negative_numbers(path):
+    scene = changed(path, -1.0)
+    if path.endswith(NOT_NEGATIVE):
+        [(where, message)] = problems(scene)
+        assert where == path and message.startswith("must be >= 0 [") and message.endswith("got -1")
+    elif (
+        path != "drives[0].motion.mean"
+    ):  # the cart would start at the wall, where the spring has no direction
+        assert scene.check()
+
+
+@pytest.mark.parametrize(
+    "path, value, where, words",
+    [
+        ("forces[0].a", "ground.X", None, 'unknown point "X" of "ground"'),
+        ("forces[0].b", "crat", None, 'unknown body "crat"; did you mean "cart"?'),
+        ("forces[0].b", "ground.O", "forces[0]", "joins a body to itself"),
+        ("forces[1].b", 3, None, "must be a text, got 3"),
+        ("forces[2].a", "arm", "forces[2]", "joins a body to itself"),
+        ("forces[2].a", "arm.A", None, 'unknown body "arm.A"'),
+        ("forces[3].a", "grund", None, 'unknown body "grund"; did you mean "ground"?'),
+        ("forces[4].point", "arm.C", None, 'unknown point "C" of "arm"'),
+        ("forces[4].frame", "world", None, 'must be one of "ground", "body", got "world"'),
+        ("forces[4].frame", 0, None, "must be a text, got 0"),
+        ("forces[5].body", "arm", "forces[5]", "joins a body to itself"),
+        ("forces[5].reaction", "nobody", None, 'unknown body "nobody"'),
+        ("forces[0].name", "dashpot", "forces[1].name", 'the name "dashpot" is already taken'),
+        ("forces[0].name", "wrist", None, 'the name "wrist" is already taken'),
+        ("forces[0].name", "a.b", None, "must be a non-empty name without a dot"),
+        ("forces[0].name", "energy", None, '"energy" is the name of the outputs of the whole mechanism'),
+        ("drives[0].name", "coil", None, 'the name "coil" is already taken'),
+        (
+            "drives[0].joint",
+            "eye",
+            None,
+            'joint "eye" must be a revolute or prismatic joint without clearance',
+        ),
+        ("drives[0].joint", "pivt", None, 'unknown joint "pivt"; did you mean "pivot"?'),
+        (
+            "forces[4].y",
+            "strong",
+            None,
+            "must be a number or a Polynomial or Harmonic or Table, got 'strong'",
+        ),
+        ("forces[4].y", cc.Hertz(1.0), None, "must be a Polynomial or Harmonic or Table"),
+        ("forces[4].y.coefficients", [], None, "must not be empty"),
+        ("forces[4].y.coefficients", 3.0, None, "must be a sequence of numbers, got 3.0"),
+        ("forces[4].y.coefficients", ["x", 1.0], "forces[4].y.coefficients[0]", "must be a number, got 'x'"),
+        ("forces[4].y.coefficients", [math.nan], "forces[4].y.coefficients[0]", "must be a finite number"),
+        (
+            "forces[5].torque.times",
+            [0.0, 1.0],
+            None,
+            "as many times as values, at least two; got 2 times and 3",
+        ),
+        ("forces[5].torque.times", [0.0, 1.0, 1.0], None, "times must increase, got 1 [s] after 1 [s]"),
+        ("forces[5].torque.times", [0.0, math.nan, 1.0], None, "point 1 of a table must be finite"),
+        (
+            "forces[5].torque.values",
+            [0.0, math.inf, 1.0],
+            "forces[5].torque.times",
+            "point 1 of a table must be finite",
+        ),
+        ("forces[5].torque.values", "abc", None, "must be a sequence of numbers, got 'abc'"),
+        (
+            "forces[5].torque.values",
+            [1.0, "x", 2.0],
+            "forces[5].torque.values[1]",
+            "must be a number, got 'x'",
+        ),
+        (
+            "forces[5].torque",
+            cc.Table([], []),
+            "forces[5].torque.times",
+            "at least two; got 0 times and 0 values",
+        ),
+        (
+            "start[0].joint",
+            "eye",
+            None,
+            'joint "eye" must be a revolute or prismatic joint without clearance',
+        ),
+        ("start[0].joint", "rail", None, 'joint "rail" starts where its drive "shaker" puts it'),
+        ("start[1].body", "ground", None, "ground does not move"),
+        ("start[1].body", "foot", None, 'unknown body "foot"'),
+        ("start[2].joint", "pivot", None, 'joint "pivot" must be a joint with clearance'),
+        ("start[2].eccentricity", (1.0,), None, "must be a pair of numbers (x, y)"),
+        ("start[2].eccentricity", (1.0, math.nan), "start[2].eccentricity[1]", "must be a finite number [m]"),
+        ("start[2].rate", (0.0, "fast"), "start[2].rate[1]", "must be a number, got 'fast'"),
+        ("forces", [3], "forces[0]", "must be a Gravity or Spring or Damper"),
+        ("drives", [SCENE.forces[0]], "drives[0]", "must be a Speed or Motion"),
+        ("start", [SCENE.drives[0]], "start[0]", "must be a JointStart or BodyStart or ClearanceStart"),
+        ("start", 3, None, "must be a sequence, got 3"),
+    ],
+)
+def test_names_references_words_and_functions(path, value, where, words):
+    found = problems(changed(path, value))
+    assert [place for place, _ in found] == [where or path]
+    assert words in found[0][1]
+
+
+def test_all_problems_are_told_together():
+    scene = SCENE
+    wrong = {
+        "forces[0].stiffness": -10.0,
+        "forces[1].damping": "hard",
+        "forces[2].a": "carta",
+        "forces[4].x.amplitude": math.nan,
+        "forces[5].torque.times": [0.0, 2.0, 1.0],
+        "drives[0].motion.phase": None,
+        "start[0].joint": "nothing",
+        "start[2].rate": (1.0,),
+    }
+    parts = {kind: list(getattr(scene, kind)) for kind in ("forces", "drives", "start")}
+    for path, value in wrong.items():
+        kind, index = path.split("[")[0], int(path.split("[")[1].split("]")[0])
+        parts[kind][index] = getattr(changed(path, value), kind)[index]
+    found = problems(dataclasses.replace(scene, **parts))
+    assert sorted(where for where, _ in found) == sorted(wrong)
+
+
+def test_unknown_kinds_and_fields_of_a_file_are_told_once():
+    text = SCENE.to_json()
+    for old, new, path in [
+        ('"type": "damper"', '"type": "dampr"', "forces[1].type"),
+        ('"function": "table"', '"function": "tabel"', "forces[5].torque.function"),
+        ('"type": "clearance",', '"type": "gap",', "start[2].type"),
+        ('"coefficients"', '"coefficient"', "forces[4].y.coefficient"),
+    ]:
+        assert text.count(old) == 1
+        with pytest.raises(cc.SceneError) as caught:
+            cc.Scene.from_json(text.replace(old, new))
+        assert path in [where for where, _ in caught.value.problems]
+
+
+def test_points_of_a_spring_that_coincide_are_refused():
+    with pytest.raises(cc.SceneError, match='the two points of "dashpot" coincide at the start'):
+        changed("forces[1]", cc.Damper("dashpot", "arm.B", "hand.A", 2.0)).check()
+    assert changed("forces[1]", cc.Spring("dashpot", "arm.B", "hand.A", 2.0, 0.0)).check()
+
+
+@pytest.mark.parametrize("options", [{"duration": 2.5}, {"duration": 1.0, "skip": 1.25}])
+def test_runs_must_stay_within_their_tables(options):
+    with pytest.raises(cc.SceneError, match=r'leaves the table of "motor", from 0 to 2 \[s\]'):
+        cc.simulate(SCENE, samples=2, **options)
+
+
+@pytest.mark.parametrize("skip", [-1.0, math.nan, math.inf, "long", None])
+def test_wrong_skips(skip):
+    with pytest.raises((ValueError, TypeError), match="skip must be"):
+        cc.simulate(SCENE, 1.0, 2, skip=skip)

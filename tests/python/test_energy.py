@@ -1,0 +1,304 @@
+"""The balance of energies closes: in every ready-made mechanism, with every element, law and drive.
+
+``energy.balance`` is what the stored energy has more than start + input - losses explain; it measures the
+errors of the integration, of the quadratures and of every formula of a force or a loss at once.
+"""
+
+import dataclasses
+import math
+
+import chebclear as cc
+import numpy as np
+import pytest
+
+pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+
+RTOL = 1e-8
+ENERGIES = [
+    "kinetic",
+    "potential",
+    "contact",
+    "total",
+    "input",
+    "impact_loss",
+    "friction_loss",
+    "damping_loss",
+]
+METHODS = ["rodas5p", "rodas4", "dop853"]
+
+
+def imbalance(scene, duration, method="rodas5p", rtol=RTOL):
+    """Largest balance, as a part of the largest energy, and the run."""
+    run = cc.simulate(scene, duration, 101, rtol, method, outputs=["*"])
+    largest = max(abs(run[f"energy.{name}"]).max() for name in ENERGIES)
+    return abs(run["energy.balance"]).max() / largest, run
+
+
+MADE = {
+    "slider-crank": (cc.mechanisms.slider_crank(), 0.03),
+    "slider-crank, two clearances": (cc.mechanisms.slider_crank(clearance_at=("crank_pin", "wrist")), 0.01),
+    "slider-crank, ideal": (cc.mechanisms.slider_crank(clearance_at=()), 0.03),
+    "slider-crank of Flores": (cc.mechanisms.flores_slider_crank(), 0.012),
+    "four-bar": (cc.mechanisms.four_bar(), 0.03),
+    "four-bar, ideal": (cc.mechanisms.four_bar(clearance_at=()), 0.1),
+    "six-bar": (cc.mechanisms.six_bar(), 0.03),
+    "quick return": (cc.mechanisms.quick_return(), 0.05),
+    "pendulum": (cc.mechanisms.pendulum_in_bearing(), 0.1),
+    "free journal": (cc.mechanisms.free_journal(), 0.02),
+}
+
+
+def scene_with(*forces, drives=(), start=()):
+    """A double pendulum under gravity, at named points."""
+    rods = [
+        cc.Body(
+            name,
+            1.0,
+            0.01,
+            center_of_mass=(0.15, 0.0),
+            points={"P": (0.0, 0.0), "Q": (0.3, 0.0)},
+            angle=angle,
+        )
+        for name, angle in (("upper", -1.0), ("lower", 0.2))
+    ]
+    pins = [cc.Revolute("shoulder", "ground", "upper.P"), cc.Revolute("elbow", "upper.Q", "lower.P")]
+    return cc.Scene(rods, pins, [cc.Gravity((0.0, -9.81)), *forces], drives, {"W": (0.4, 0.5)}, start)
+
+
+def loop_with(*forces, drives=()):
+    """The ready-made four-bar without clearance and without its drive, under gravity."""
+    scene = cc.mechanisms.four_bar(clearance_at=())
+    return dataclasses.replace(scene, forces=[cc.Gravity((0.0, -9.81)), *forces], drives=drives)
+
+
+TABLE = cc.Table([0.0, 0.1, 0.3, 0.35, 0.6, 1.0], [0.0, 1.0, -2.0, 1.5, 0.5, 0.0])
+HARMONIC = cc.Harmonic(2.0, 11.0, 0.3, mean=0.5)
+ELEMENTS = {
+    "gravity": scene_with(),
+    "spring": scene_with(cc.Spring("s", "ground.W", "lower.Q", 200.0, 0.2)),
+    "spring with damper": scene_with(cc.Spring("s", "ground.W", "lower.Q", 200.0, 0.2, 3.0)),
+    "spring without length": scene_with(cc.Spring("s", "ground.W", "lower.Q", 50.0, 0.0)),
+    "damper": scene_with(cc.Damper("s", "ground.W", "lower.Q", 3.0)),
+    "torsion spring": scene_with(cc.TorsionSpring("s", "upper", "lower", 3.0, 0.5, 0.05)),
+    "torsion damper": scene_with(cc.TorsionDamper("s", "upper", "lower", 0.2)),
+    "force": scene_with(cc.Force("f", "lower.Q", 3.0, HARMONIC)),
+    "force by a table": scene_with(cc.Force("f", "lower.Q", TABLE, cc.Polynomial([1.0, -2.0, 3.0]))),
+    "follower force": scene_with(cc.Force("f", "lower.Q", HARMONIC, TABLE, frame="body")),
+    "torque": scene_with(cc.Torque("t", "upper", HARMONIC)),
+    "inner torque": scene_with(cc.Torque("t", "lower", TABLE, reaction="upper")),
+    "constant speed": scene_with(drives=[cc.Speed("d", "shoulder", 9.0, -1.0)]),
+    "harmonic motion": scene_with(drives=[cc.Motion("d", "elbow", HARMONIC)]),
+    "motion by a polynomial": scene_with(
+        drives=[cc.Motion("d", "shoulder", cc.Polynomial([-1.0, 0.0, 4.0]))]
+    ),
+    "motion by a table": scene_with(drives=[cc.Motion("d", "shoulder", TABLE)]),
+    "motions of all joints": scene_with(
+        cc.Spring("s", "ground.W", "lower.Q", 200.0, 0.2, 3.0),
+        drives=[cc.Motion("d", "shoulder", TABLE), cc.Motion("e", "elbow", HARMONIC)],
+    ),
+    "start": scene_with(start=[cc.JointStart("elbow", 0.5, 10.0), cc.BodyStart("upper", 1.0, -3.0)]),
+    "loop": loop_with(),
+    "loop with torque": loop_with(
+        cc.Torque("t", "crank", HARMONIC), cc.TorsionDamper("d", "ground", "rocker", 0.01)
+    ),
+    "loop with a driven rocker": loop_with(
+        drives=[cc.Motion("d", "rocker_bearing", cc.Harmonic(0.2, 9.0, mean=1.8))]
+    ),
+    "prescribed loop by a table": loop_with(drives=[cc.Motion("d", "crank_bearing", TABLE)]),
+}
+LAWS = [
+    cc.LankaraniNikravesh(1e10, 0.9),
+    cc.LankaraniNikravesh(1e10, 0.3),
+    cc.Flores(1e10, 0.9),
+    cc.Flores(1e10, 0.1),
+    cc.HuntCrossley(1e10, 0.5),
+    cc.Hertz(1e10),
+    cc.Hertz(1e8, exponent=1.2),
+]
+FRICTIONS = [
+    None,
+    cc.ModifiedCoulomb(0.1, 0.05, 1e-3, 1.5e-3),
+    cc.ModifiedCoulomb(0.4, 0.4, 1e-2, 2e-2),
+    cc.SmoothedCoulomb(0.1, 5e-3),
+]
+
+
+def wrist(law, friction, sliding="surface"):
+    scene = cc.mechanisms.slider_crank(clearance=2e-5)
+    joints = [
+        dataclasses.replace(joint, contact=law, friction=friction, sliding=sliding)
+        if isinstance(joint, cc.ClearanceRevolute)
+        else joint
+        for joint in scene.joints
+    ]
+    return dataclasses.replace(scene, joints=joints)
+
+
+@pytest.mark.parametrize("name", MADE)
+@pytest.mark.parametrize("method", METHODS)
+def test_ready_made_mechanisms(name, method):
+    scene, duration = MADE[name]
+    assert imbalance(scene, duration, method)[0] < 1e-6
+
+
+@pytest.mark.parametrize("name", ELEMENTS)
+@pytest.mark.parametrize("method", METHODS)
+def test_elements(name, method):
+    assert imbalance(ELEMENTS[name], 1.0, method)[0] < 1e-6
+
+
+@pytest.mark.parametrize("convention", ["as_printed", "corrected"])
+def test_the_papers_mechanism(convention):
+    scene = cc.mechanisms.slider_crank(convention=convention)
+    assert imbalance(scene, 0.03)[0] < 1e-6
+
+
+@pytest.mark.parametrize("law", LAWS, ids=repr)
+@pytest.mark.parametrize("friction", FRICTIONS, ids=repr)
+def test_laws(law, friction):
+    part, run = imbalance(wrist(law, friction), 0.005)
+    assert part < 1e-6
+    assert len(run.contacts) > 0
+    for column in ("wrist.friction_loss", "wrist.wear"):
+        assert np.all(np.diff(run[column]) >= 0.0)
+    if friction is None:
+        assert not run["wrist.friction_loss"].any()
+    # Where the damping never pulls it only takes; up to the clip of a strong damping and rounding.
+    size = max(run["wrist.impact_loss"].max(), 1e-12 * run["energy.total"].max())
+    assert np.diff(run["wrist.impact_loss"]).min() > -1e-6 * size
+    if isinstance(law, cc.Hertz):
+        assert not run["wrist.impact_loss"].any()
+
+
+def test_the_printed_sliding_velocity_balances_too():
+    """Its friction does not act against the sliding of the surfaces, and may give energy; it is counted."""
+    part, _ = imbalance(wrist(LAWS[0], FRICTIONS[1], sliding="contact_point"), 0.01)
+    assert part < 1e-6
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8, 1e-10])
+def test_the_balance_measures_the_error_of_a_run(rtol):
+    scene = ELEMENTS["spring with damper"]
+    run = cc.simulate(scene, 1.0, 101, rtol, outputs=["energy.*", "lower.angle"])
+    truth = cc.simulate(scene, 1.0, 101, 1e-13, "dop853", outputs=["lower.angle"])
+    error = abs(run["lower.angle"] - truth["lower.angle"]).max()
+    balance = abs(run["energy.balance"]).max()
+    assert balance < 300.0 * rtol
+    assert error < 1e3 * rtol
+    assert balance < 100.0 * error, "the sum of the errors is not far above the error"
+
+
+@pytest.mark.parametrize("name", ["slider-crank", "four-bar, ideal"])
+def test_power_of_the_drive_adds_up_to_the_input(name):
+    scene, duration = MADE[name]
+    drive = scene.drives[0].name
+    run = cc.simulate(scene, duration, 20001, 1e-9, "dop853", outputs=[f"{drive}.*", "energy.input"])
+    power = run[f"{drive}.power"]
+    np.testing.assert_allclose(power, run[f"{drive}.torque"] * scene.drives[0].speed, rtol=1e-14)
+    work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(run.t))])
+    # The trapezium rule at the samples; impacts are short against their spacing.
+    assert abs(work - run["energy.input"]).max() < 2e-4 * abs(run["energy.input"]).max()
+
+
+def test_losses_of_the_joints_add_up():
+    run = imbalance(*MADE["slider-crank, two clearances"])[1]
+    for loss in ("impact_loss", "friction_loss"):
+        np.testing.assert_allclose(
+            run[f"crank_pin.{loss}"] + run[f"wrist.{loss}"], run[f"energy.{loss}"], rtol=1e-12, atol=1e-18
+        )
+
+
+def test_wear_is_friction_over_its_coefficient():
+    """With one friction coefficient, wear (force times sliding) is the loss over the coefficient."""
+    friction = cc.ModifiedCoulomb(0.05, 0.05, 1e-9, 1e-8)
+    run = imbalance(wrist(cc.Flores(1e10, 0.9), friction), 1e-3, "dop853", 1e-6)[1]
+    assert run["wrist.wear"][-1] > 0.0
+    np.testing.assert_allclose(0.05 * run["wrist.wear"], run["wrist.friction_loss"], rtol=1e-5, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "law, ratio",
+    [
+        (cc.Hertz(1e9), 1.0),
+        (cc.LankaraniNikravesh(1e9, 0.9), 0.913),
+        (cc.LankaraniNikravesh(1e9, 0.5), 0.725),
+        (cc.Flores(1e9, 0.9), 0.894),
+        (cc.Flores(1e9, 0.5), 0.470),
+    ],
+    ids=repr,
+)
+class TestHeadOnImpact:
+    """A journal of 0.3 kg flies at 0.4 m/s head-on into its bearing, without weight."""
+
+    MASS, SPEED, CLEARANCE = 0.3, 0.4, 1e-3
+
+    def run(self, law, **options):
+        scene = cc.Scene(
+            [cc.Body("journal", self.MASS, 1e-4)],
+            [cc.ClearanceRevolute("bearing", "ground", "journal", 0.01, self.CLEARANCE, law)],
+            start=[cc.ClearanceStart("bearing", (0.0, 0.0), (0.6 * self.SPEED, -0.8 * self.SPEED))],
+        )
+        return cc.simulate(scene, 4e-3, 401, 1e-10, outputs=["*"], **options)
+
+    def test_contacts_are_those_of_the_events(self, law, ratio):
+        run = self.run(law)
+        events = {kind: run.events.time[run.events.kind == kind] for kind in ("onset", "separation")}
+        assert len(run.contacts) == 1
+        assert np.array_equal(run.contacts.onset, events["onset"])
+        assert np.array_equal(run.contacts.separation, events["separation"])
+        assert run.contacts.onset[0] == pytest.approx(self.CLEARANCE / self.SPEED, rel=1e-9)
+        assert run.contacts.impact_velocity[0] == pytest.approx(self.SPEED, rel=1e-9)
+        assert run.contacts.onset[0] < run.contacts.peak_time[0] < run.contacts.separation[0]
+        assert run.contacts.duration[0] == run.contacts.separation[0] - run.contacts.onset[0]
+
+    def test_rebound_and_loss(self, law, ratio):
+        run = self.run(law)
+        speed = math.hypot(run["journal.vx"][-1], run["journal.vy"][-1])
+        assert speed / self.SPEED == pytest.approx(ratio, abs=5.1e-4)
+        loss = 0.5 * self.MASS * (self.SPEED**2 - speed**2)
+        assert run["bearing.impact_loss"][-1] == pytest.approx(loss, abs=1e-9 * self.MASS * self.SPEED**2)
+
+    def test_peak_and_duration(self, law, ratio):
+        """Hertz in closed form; damped laws by quadrature of the phase curve δ̇(δ).
+
+        With x = χ δ̇ the equation m δ̈ = -K δ^n (1 + x) separates: the penetration at speed v is the integral
+        K δ^(n+1) / (n+1) = m / χ² (χ v₀ - χ v - ln((1 + χ v₀) / (1 + χ v))).
+        """
+        run = self.run(law)
+        k, n, m, v = 1e9, 1.5, self.MASS, self.SPEED
+        chi = {
+            cc.Hertz: 0.0,
+            cc.LankaraniNikravesh: 0.75 * (1.0 - getattr(law, "restitution", 1.0) ** 2) / v,
+            cc.Flores: 1.6
+            * (1.0 - getattr(law, "restitution", 1.0))
+            / (getattr(law, "restitution", 1.0) * v),
+        }[type(law)]
+        speeds = np.linspace(-ratio * v * 1.002, v, 400_001)
+        energy = (
+            0.5 * m * (v**2 - speeds**2)
+            if chi == 0.0
+            else m / chi**2 * (chi * (v - speeds) - np.log((1.0 + chi * v) / (1.0 + chi * speeds)))
+        )
+        penetration = ((n + 1.0) / k * np.maximum(energy, 0.0)) ** (1.0 / (n + 1.0))
+        peak = (k * penetration**n * (1.0 + chi * speeds)).max()
+        assert run.contacts.peak_force[0] == pytest.approx(peak, rel=1e-6)
+        if chi == 0.0:
+            deepest = (5.0 * m * v**2 / (4.0 * k)) ** 0.4
+            lasts = 2.0 * math.sqrt(math.pi) * math.gamma(1.4) / math.gamma(0.9) * deepest / v
+            assert lasts * v / deepest == pytest.approx(2.943, abs=1e-3)
+            assert run.contacts.peak_force[0] == pytest.approx(k * deepest**1.5, rel=1e-6)
+            assert run.contacts.duration[0] == pytest.approx(lasts, rel=1e-6)
+            middle = run.contacts.onset[0] + 0.5 * lasts
+            assert run.contacts.peak_time[0] == pytest.approx(middle, abs=1e-3 * lasts)
+
+    def test_a_contact_that_lasts_to_the_end_has_no_separation(self, law, ratio):
+        whole = self.run(law)
+        middle = whole.contacts.peak_time[0]
+        run = cc.simulate(whole.scene, middle, 11, 1e-10)
+        assert (
+            len(run.contacts) == 1
+            and np.isnan(run.contacts.separation[0])
+            and np.isnan(run.contacts.duration[0])
+        )
+        assert run.contacts.onset[0] == pytest.approx(whole.contacts.onset[0], rel=1e-9)
+        assert run.contacts.peak_force[0] <= whole.contacts.peak_force[0] * (1.0 + 1e-9)

@@ -1,0 +1,189 @@
+"""Outputs by name: what there is, patterns, and that rates are those of what they belong to."""
+
+import dataclasses
+import math
+
+import chebclear as cc
+import numpy as np
+import pytest
+
+pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+
+RODS = [
+    cc.Body(
+        name, 1.0, 0.01, center_of_mass=(0.1, 0.02), points={"P": (0.0, 0.0), "Q": (0.3, 0.1)}, angle=angle
+    )
+    for name, angle in (("upper", -1.0), ("lower", 0.2))
+]
+SCENE = cc.Scene(
+    [*RODS, cc.Body("ring", 0.2, 1e-3), cc.Body("cart", 1.0, 1.0, points={"R": (0.1, 0.1)})],
+    [
+        cc.Revolute("shoulder", "cart.R", "upper.P"),
+        cc.Revolute("elbow", "upper.Q", "lower.P"),
+        cc.Prismatic("rail", "ground.O", "cart", (2.0, 1.0)),
+        cc.ClearanceRevolute(
+            "eye", "lower.Q", "ring", 0.02, 1e-3, cc.Flores(1e8, 0.8), cc.SmoothedCoulomb(0.1, 0.01)
+        ),
+    ],
+    [
+        cc.Gravity((0.0, -9.81)),
+        cc.Spring("spring", "ground.O", "lower.Q", 30.0, 0.2, 1.0),
+        cc.Damper("damper", "cart", "upper.Q", 2.0),
+        cc.TorsionSpring("coil", "upper", "lower", 1.0, 0.1, 0.01),
+    ],
+    [cc.Motion("shaker", "rail", cc.Harmonic(0.05, 8.0)), cc.Speed("motor", "shoulder", 3.0, -1.0)],
+    ground={"O": (0.1, 0.2)},
+)
+
+
+@pytest.fixture(scope="module")
+def run():
+    return cc.simulate(SCENE, 0.2, 20001, 1e-9, "dop853", outputs=["*"])
+
+
+def test_every_part_has_its_outputs(run):
+    facts = SCENE.check()
+    assert run.columns == facts.columns + facts.further_columns
+    assert len(set(run.columns)) == len(run.columns)
+    expected = {
+        f"{body}.{q}"
+        for body in ("upper", "lower", "ring", "cart")
+        for q in ("x", "vy", "angular_acceleration")
+    }
+    expected |= {
+        f"{point}.{q}"
+        for point in ("upper.P", "lower.Q", "cart.R")
+        for q in ("x", "y", "vx", "vy", "ax", "ay")
+    }
+    expected |= {
+        f"{pin}.{q}"
+        for pin in ("shoulder", "elbow")
+        for q in ("angle", "angular_velocity", "reaction_torque")
+    }
+    expected |= {"rail.displacement", "rail.velocity", "rail.acceleration", "rail.reaction_x"}
+    expected |= {f"eye.{q}" for q in ("penetration", "normal_force", "impact_loss", "friction_loss", "wear")}
+    expected |= {
+        "spring.length",
+        "spring.lengthening",
+        "spring.force",
+        "damper.force",
+        "coil.angle",
+        "coil.torque",
+    }
+    expected |= {
+        "shaker.force",
+        "shaker.power",
+        "motor.torque",
+        "motor.power",
+        "energy.total",
+        "energy.balance",
+    }
+    assert expected <= set(run.columns)
+    assert "shaker.torque" not in run.columns and "motor.force" not in run.columns
+
+
+@pytest.mark.parametrize(
+    "value, rate",
+    [
+        ("upper.x", "upper.vx"),
+        ("lower.Q.y", "lower.Q.vy"),
+        ("cart.R.x", "cart.R.vx"),
+        ("lower.angle", "lower.angular_velocity"),
+        ("elbow.angle", "elbow.angular_velocity"),
+        ("rail.displacement", "rail.velocity"),
+        ("rail.velocity", "rail.acceleration"),
+        ("shoulder.angle", "shoulder.angular_velocity"),
+        ("spring.length", "spring.lengthening"),
+        ("damper.length", "damper.lengthening"),
+        ("eye.penetration", "eye.penetration_rate"),
+    ],
+)
+def test_rates_are_derivatives(run, value, rate):
+    # Central differences of the samples; in free flight and contact alike these are continuous.
+    difference = (run[value][2:] - run[value][:-2]) / (run.t[2] - run.t[0])
+    scale = abs(run[rate]).max()
+    np.testing.assert_allclose(difference, run[rate][1:-1], rtol=0.0, atol=2e-3 * scale)
+    assert np.median(abs(difference - run[rate][1:-1])) < 1e-6 * scale
+
+
+def test_points_and_joints_move_with_their_bodies(run):
+    angle = run["lower.angle"]
+    arm = np.array([0.3 - 0.1, 0.1 - 0.02])
+    x = run["lower.x"] + arm[0] * np.cos(angle) - arm[1] * np.sin(angle)
+    np.testing.assert_allclose(run["lower.Q.x"], x, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(run["elbow.angle"], angle - run["upper.angle"], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(run["shoulder.angle"], -1.0 + 3.0 * run.t, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(run["rail.displacement"], 0.05 * np.sin(8.0 * run.t), rtol=0.0, atol=1e-15)
+    along = np.array([2.0, 1.0]) / math.sqrt(5.0)
+    np.testing.assert_allclose(run["cart.x"], 0.1 + run["rail.displacement"] * along[0], rtol=0.0, atol=1e-14)
+    q, o = np.column_stack((run["lower.Q.x"], run["lower.Q.y"])), np.array([0.1, 0.2])
+    np.testing.assert_allclose(run["spring.length"], np.linalg.norm(q - o, axis=1), rtol=1e-12)
+    pull = 30.0 * (run["spring.length"] - 0.2) + 1.0 * run["spring.lengthening"]
+    np.testing.assert_allclose(run["spring.force"], pull, rtol=0.0, atol=1e-11)
+    np.testing.assert_allclose(run["damper.force"], 2.0 * run["damper.lengthening"], rtol=0.0, atol=1e-12)
+    torque = -1.0 * (run["elbow.angle"] - 0.1) - 0.01 * run["elbow.angular_velocity"]
+    np.testing.assert_allclose(run["coil.torque"], torque, rtol=0.0, atol=1e-12)
+
+
+def test_energies_are_those_of_the_bodies(run):
+    kinetic = potential = 0.0
+    for body in SCENE.bodies:
+        square = run[f"{body.name}.vx"] ** 2 + run[f"{body.name}.vy"] ** 2
+        kinetic = kinetic + 0.5 * (
+            body.mass * square + body.inertia * run[f"{body.name}.angular_velocity"] ** 2
+        )
+        potential = potential + 9.81 * body.mass * run[f"{body.name}.y"]
+    potential = potential + 15.0 * (run["spring.length"] - 0.2) ** 2 + 0.5 * (run["coil.angle"] - 0.1) ** 2
+    contact = 0.4 * 1e8 * np.maximum(run["eye.penetration"], 0.0) ** 2.5 * run["eye.contact"]
+    for name, truth in (("kinetic", kinetic), ("potential", potential), ("contact", contact)):
+        np.testing.assert_allclose(run[f"energy.{name}"], truth, rtol=0.0, atol=1e-11, err_msg=name)
+    np.testing.assert_allclose(run["energy.total"], kinetic + potential + contact, rtol=0.0, atol=1e-11)
+    assert contact.max() > 0.0 and run["energy.damping_loss"][-1] > 0.0
+
+
+def test_patterns_choose_columns(run):
+    def columns(*outputs):
+        return cc.simulate(SCENE, 1e-3, 2, outputs=outputs).columns
+
+    assert columns("energy.*") == tuple(name for name in run.columns if name.startswith("energy."))
+    assert columns("*.wear") == ("eye.wear",)
+    assert columns("cart.R.v?", "cart.x") == ("cart.R.vx", "cart.R.vy", "cart.x")
+    # What is named and matched as well comes once, where it comes first.
+    assert columns("cart.R.vy", "cart.R.v*") == ("cart.R.vy", "cart.R.vx")
+    assert columns("shaker.[fp]*") == ("shaker.force", "shaker.power")
+
+
+def test_unknown_names_and_patterns_are_listed_together():
+    with pytest.raises(ValueError) as caught:
+        cc.simulate(SCENE, 1e-3, 2, outputs=["spring.lenght", "engine.*", "cart.x"])
+    text = str(caught.value)
+    assert 'unknown output "spring.lenght"; did you mean "spring.length"?' in text
+    assert 'unknown output "engine.*"' in text and "cart.x" not in text
+
+
+@pytest.mark.parametrize("name", ["energy", "rod.energy", ""])
+def test_the_name_of_the_energies_is_no_name_of_a_part(name):
+    bodies = [cc.Body(name, 1.0, 1.0)]
+    with pytest.raises(cc.SceneError, match=r"bodies\[0\].name"):
+        cc.Scene(bodies, [cc.Revolute("pin", "ground", name)]).check()
+    scene = dataclasses.replace(SCENE, forces=[*SCENE.forces, cc.Torque("energy", "cart", 1.0)])
+    with pytest.raises(cc.SceneError, match=r'forces\[4\].name: "energy" is the name of the outputs'):
+        scene.check()
+    # A point may have it: its outputs are "body.energy.x".
+    point = dataclasses.replace(SCENE.bodies[3], points={"R": (0.1, 0.1), "energy": (0.0, 0.0)})
+    assert (
+        "cart.energy.vx"
+        in dataclasses.replace(SCENE, bodies=[*SCENE.bodies[:3], point]).check().further_columns
+    )
+
+
+def test_outputs_of_a_study_may_be_further_columns():
+    study = cc.Study(
+        cc.mechanisms.slider_crank,
+        {"rod_length": cc.interval(0.12, rel=0.05)},
+        outputs=["slider.vx", "energy.kinetic", "drive.power"],
+        duration=1e-3,
+        samples=11,
+    )
+    band = study.chebyshev(degree=2)["energy.kinetic"]
+    assert np.all(np.isfinite(band.max_width)) and band.max_width > 0.0

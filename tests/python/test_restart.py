@@ -1,0 +1,128 @@
+"""A run that goes on where another ended is that of a single run, to the last bit."""
+
+import copy
+import dataclasses
+import json
+import pickle
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear.settings import METHODS
+
+pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+
+
+def table(duration, size=1.0):
+    times = np.linspace(0.0, duration, 9)
+    return cc.Table(times, 0.4 + size * np.sin(12.0 * times / duration))
+
+
+def with_drive(scene, motion):
+    joint = scene.drives[0].joint
+    return dataclasses.replace(scene, drives=[cc.Motion("drive", joint, motion)])
+
+
+MECHANISMS = cc.mechanisms
+IDEAL = MECHANISMS.four_bar(clearance_at=())
+PLAY = MECHANISMS.slider_crank(clearance=5e-5)
+SCENES = {
+    "friction": (PLAY, 1 / 64),
+    "two clearances": (MECHANISMS.slider_crank(clearance_at=("crank_pin", "wrist")), 1 / 128),
+    "four-bar": (MECHANISMS.four_bar(), 1 / 64),
+    "six-bar": (MECHANISMS.six_bar(), 1 / 64),
+    "journal at rest": (MECHANISMS.free_journal(), 1 / 32),
+    "driven by a table": (with_drive(PLAY, table(1 / 64, 3.0)), 1 / 64),
+    "prescribed loop": (IDEAL, 1 / 4),
+    "prescribed loop by a table": (with_drive(IDEAL, table(1.0)), 1.0),
+    "free loop": (dataclasses.replace(IDEAL, drives=(), forces=[cc.Gravity((0.0, -9.81))]), 0.5),
+    "loop, torque by a table": (
+        dataclasses.replace(IDEAL, drives=(), forces=[cc.Torque("motor", "crank", table(0.5))]),
+        0.5,
+    ),
+}
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", SCENES)
+def test_three_runs_are_one(name, method):
+    scene, duration = SCENES[name]
+    whole = cc.simulate(scene, duration, 33, method=method)
+    parts, start = [], None
+    for share, samples in ((0.25, 9), (0.5, 17), (0.25, 9)):
+        parts.append(cc.simulate(scene, share * duration, samples, method=method, start=start))
+        start = parts[-1].end
+    assert start == whole.end
+    assert np.array_equal(np.concatenate([parts[0].t, parts[1].t[1:], parts[2].t[1:]]), whole.t)
+    assert np.array_equal(parts[2].values[-1], whole.values[-1])
+    assert np.array_equal(parts[2].values[1:], whole.values[25:])
+    assert sum(len(part.events) for part in parts) == len(whole.events)
+    assert np.array_equal(parts[2].events.time, whole.events.time[len(whole.events) - len(parts[2].events) :])
+
+
+def test_energies_and_turns_are_counted_from_the_first_start():
+    scene = IDEAL
+    whole = cc.simulate(scene, 1.0, 3, outputs=["crank.angle", "energy.*"])
+    first = cc.simulate(scene, 0.5, 3, outputs=["crank.angle", "energy.*"])
+    second = cc.simulate(scene, 0.5, 3, outputs=["crank.angle", "energy.*"], start=first.end)
+    assert np.array_equal(second.values[-1], whole.values[-1])
+    assert whole["crank.angle"][-1] > 4.0 * np.pi
+
+
+def test_what_is_asked_for_may_change_on_the_way():
+    scene = PLAY
+    first = cc.simulate(scene, 1 / 128, 3, outputs=["slider.x"])
+    second = cc.simulate(scene, 1 / 128, 9, outputs=["slider.vx", "wrist.*"], start=first.end, rtol=1e-8)
+    assert second.t[0] == 1 / 128 and second.success
+    skipped = cc.simulate(scene, 1 / 256, 5, start=first.end, skip=1 / 256)
+    assert np.array_equal(skipped.t, [1 / 128 + 1 / 256 * (1 + k / 4) for k in range(5)])
+    whole = cc.simulate(scene, 1 / 64, 17)
+    assert np.array_equal(skipped.values, whole.values[12:])
+
+
+def test_ends_are_values_and_survive_pickles_and_files(tmp_path):
+    run = cc.simulate(PLAY, 1 / 128, 3)
+    end = run.end
+    assert end.time == 1 / 128 == run.end_time
+    loaded = cc.Trajectory.load(run.save(tmp_path / "run"))
+    for twin in (copy.copy(end), copy.deepcopy(end), pickle.loads(pickle.dumps(end)), loaded.end):
+        assert twin == end and hash(twin) == hash(end)
+        again = cc.simulate(PLAY, 1 / 128, 3, start=twin)
+        assert np.array_equal(again.values[-1], cc.simulate(PLAY, 1 / 64, 3).values[-1])
+    pickled = pickle.loads(pickle.dumps(run))
+    assert pickled == run and pickled.end == end
+
+
+def test_a_failed_run_has_no_end(tmp_path):
+    failed = cc.simulate(PLAY, 0.01, 3, max_steps=50, on_failure="return")
+    assert failed.end is None
+    assert cc.Trajectory.load(failed.save(tmp_path / "failed")).end is None
+    with pytest.raises(cc.SimulationError) as caught:
+        cc.simulate(PLAY, 0.01, 3, max_steps=50)
+    assert caught.value.trajectory.end is None
+
+
+@pytest.mark.parametrize("other", [IDEAL, MECHANISMS.slider_crank(clearance_at=("crank_pin", "wrist"))])
+def test_the_end_of_another_mechanism_is_refused(other):
+    end = cc.simulate(PLAY, 1e-3, 2).end
+    with pytest.raises(cc.SceneError, match="start: belongs to another mechanism"):
+        cc.simulate(other, 1e-3, 2, start=end)
+
+
+def test_what_is_no_end_is_refused():
+    end = cc.simulate(PLAY, 1e-3, 2).end
+    for start in (3, "end", end.memory, PLAY):
+        with pytest.raises(TypeError, match="start must be the end of a run"):
+            cc.simulate(PLAY, 1e-3, 2, start=start)
+    damaged = json.loads(end.memory)
+    del damaged["turns"]
+    damaged["checkpoint"]["q"] = "here"
+    with pytest.raises(cc.SceneError) as caught:
+        cc.simulate(PLAY, 1e-3, 2, start=type(end)(json.dumps(damaged)))
+    assert {path for path, _ in caught.value.problems} == {"start.turns", "start.checkpoint.q"}
+
+
+def test_errors_are_estimated_of_a_continued_run_too():
+    first = cc.simulate(PLAY, 1 / 128, 3, rtol=1e-5)
+    run = cc.simulate(PLAY, 1 / 256, 9, rtol=1e-5, start=first.end, error="estimate", outputs=["slider.vx"])
+    assert 0.0 < run.error["slider.vx"].max_difference < 1.0
