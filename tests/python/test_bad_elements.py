@@ -75,6 +75,7 @@ NUMBERS = list(number_fields())
 NOT_NEGATIVE = ("stiffness", "damping", "length")
 
 
+@pytest.mark.filterwarnings("ignore:joint .* the penetration reached")
 def test_the_scene_is_good():
     assert SCENE.check().degrees_of_freedom == 5
     assert cc.Scene.from_json(SCENE.to_json()) == SCENE

@@ -267,6 +267,7 @@ impl<'m> Dynamics<'m> {
     }
 
     /// Adds the generalised force of a force on point b and its reaction on point a, with moments.
+    // In line: contacts do this at every evaluation, 1 % of a run.
     #[inline(always)]
     fn add_pair(
         &self,
