@@ -41,7 +41,7 @@ import numpy as np
 from numba import njit
 from scipy.integrate import DOP853, LSODA, Radau, ode, odeint, solve_ivp
 
-CONVENTIONS = ("as_printed", "corrected")
+CONVENTIONS = ("as_printed", "corrected", "frictionless")
 
 # Positions of the numbers in the parameter array.
 _R, _L, _W, _PIN_INERTIA, _HALF_MOMENT, _SLIDER_MASS, _RJ, _C, _K, _MU_S, _MU_D, _VS, _VD = range(13)
@@ -68,6 +68,7 @@ def parameters(convention: str = "as_printed", impact_velocity_floor: float = 1e
 
     ``as_printed``: sliding velocity of the geometric contact point, stiffness with pi, rod inertia m l^2/3
     about its mass centre. ``corrected``: sliding velocity of the surfaces, Hertz stiffness, inertia m l^2/12.
+    ``frictionless``: as corrected, without friction.
     """
     if convention not in CONVENTIONS:
         raise ValueError(f"convention: {convention!r} is none of {CONVENTIONS}")
@@ -85,7 +86,8 @@ def parameters(convention: str = "as_printed", impact_velocity_floor: float = 1e
     p[_SLIDER_MASS] = slider_mass
     p[_RJ], p[_C] = journal_radius, clearance
     p[_K] = 4 / (3 * 2 * sigma) * math.sqrt(journal_radius * bearing_radius / clearance)
-    p[_MU_S], p[_MU_D], p[_VS], p[_VD] = 0.04, 0.03, 1e-3, 1.5e-3
+    p[_MU_S], p[_MU_D] = (0.0, 0.0) if convention == "frictionless" else (0.04, 0.03)
+    p[_VS], p[_VD] = 1e-3, 1.5e-3
     p[_SURFACE] = not printed
     p[_DAMPING] = 3 * (1 - restitution**2) / 4
     p[_FLOOR] = impact_velocity_floor

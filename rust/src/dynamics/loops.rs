@@ -91,7 +91,8 @@ impl Dynamics<'_> {
             symmetric_solve(&self.mass, d, row);
         }
         for r in 0..rows {
-            for c in 0..rows {
+            // The lower triangle: S is symmetric.
+            for c in 0..=r {
                 let (e, y) = (&loops.e[r * d..(r + 1) * d], &loops.y[c * d..(c + 1) * d]);
                 loops.s[r * rows + c] = e.iter().zip(y).map(|(e, y)| e * y).sum();
             }

@@ -97,7 +97,7 @@ pub struct Dynamics<'m> {
     demands: Vec<Wrench>,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct JointColumn {
     eccentricity: Vec2,
     rate: Vec2,
@@ -402,7 +402,10 @@ impl<'m> Dynamics<'m> {
         let columns = self.coordinates.len();
         let force = Vec2::new(force_x.value, force_y.value);
         let ends = [(b, radius_b, 1.0), (a, radius_a, -1.0)];
-        self.joint_columns.fill(JointColumn::default());
+        // Columns below both points do not move them.
+        let last = ends.iter().filter_map(|(point, ..)| mechanism.paths[point.frame].columns.last()).max();
+        let Some(moving) = last.map(|last| last + 1) else { return };
+        self.joint_columns[..moving].fill(JointColumn::default());
         for (point, radius, sign) in ends {
             let state = self.point(point);
             for &column in &mechanism.paths[point.frame].columns {
@@ -415,12 +418,19 @@ impl<'m> Dynamics<'m> {
             }
         }
         // -∂/∂z_k of E_iᵀ F + S_i F_t, first through the force, then through E_i.
-        for k in 0..columns {
+        for k in 0..moving {
             let by = self.joint_columns[k];
+            if by == JointColumn::default() {
+                // On another branch of the tree.
+                continue;
+            }
             let (fx_q, fx_v) = directional(&force_x, &by);
             let (fy_q, fy_v) = directional(&force_y, &by);
             let (ft_q, ft_v) = directional(&moment, &by);
             for (i, &column) in mechanism.free.iter().enumerate() {
+                if column >= moving {
+                    break;
+                }
                 let of = &self.joint_columns[column];
                 let place = i * columns + k;
                 self.residual_q[place] -=
