@@ -196,7 +196,23 @@ impl<'a> Recorder<'a> {
         self.dynamics.phases.clone_from(&memory.phases);
         self.dynamics.turns.clone_from(&memory.turns);
         self.open_contacts.clone_from(&memory.contacts);
-        self.work.clone_from(&memory.work);
+        match &memory.work {
+            Some(work) => self.work.clone_from(work),
+            None => self.forget_work(),
+        }
+    }
+
+    /// Work and losses count from the first start on: where a run on the way did not count them, nobody
+    /// knows them.
+    fn forget_work(&mut self) {
+        self.work = Work::unknown(self.open_contacts.len());
+        if self.needs.work {
+            self.warnings.push(
+                "work and losses count from the first start on, and the run that ended at the given start did \
+                 not count them: they are NaN; name one of them in the outputs of that run too"
+                    .to_owned(),
+            );
+        }
     }
 
     /// All that the user should know about the run.
@@ -588,7 +604,7 @@ impl HybridSystem for Recorder<'_> {
             phases: self.dynamics.phases.clone(),
             contacts: self.open_contacts.clone(),
             turns: self.dynamics.turns.clone(),
-            work: self.work.clone(),
+            work: (self.needs.work && !self.work.input.is_nan()).then(|| self.work.clone()),
         };
     }
 
