@@ -1,5 +1,6 @@
 """Given starts: what the user says of joints and bodies is what the run begins with."""
 
+import dataclasses
 import math
 
 import chebclear as cc
@@ -47,3 +48,21 @@ def test_a_start_that_contradicts_the_drive_is_said_to():
     )
     with pytest.raises(cc.SceneError, match="the start may also contradict itself or the drives"):
         scene.check()
+
+
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+def test_a_journal_that_touches_may_lie_on_either_side_by_rounding():
+    scene = cc.mechanisms.free_journal(gravity=0.0)
+    runs = []
+    for side in (-1e-9, 1e-9):
+        eccentricity = scene.joints[0].clearance * (1.0 + side)
+        given = dataclasses.replace(
+            scene, start=[cc.ClearanceStart("bearing", (eccentricity, 0.0), (1.0, 0.0))]
+        )
+        runs.append(cc.simulate(given, 2e-4, 101, rtol=1e-9))
+    apart, touching = runs
+    assert np.isnan(touching.contacts.impact_velocity[0])
+    assert apart.contacts.impact_velocity[0] == pytest.approx(1.0, rel=1e-9)
+    rebounds = [run.events.normal_velocity[run.events.kind == "separation"][0] for run in runs]
+    assert rebounds[0] == pytest.approx(-0.913, abs=1e-3)  # of the law, for a restitution of 0.9
+    assert rebounds[1] == pytest.approx(rebounds[0], rel=1e-6)
