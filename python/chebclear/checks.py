@@ -13,8 +13,10 @@ import numpy as np
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
     """``'; did you mean "..."?'`` with the known name nearest to a wrong one, or nothing."""
-    nearest = difflib.get_close_matches(str(name), list(known), n=1)
-    return f'; did you mean "{nearest[0]}"?' if nearest else ""
+    # A wrong case is the smallest of mistakes: "Slider.X" means "slider.x" rather than "slider.y".
+    same = {other.lower(): other for other in known}
+    nearest = difflib.get_close_matches(str(name).lower(), list(same), n=1)
+    return f'; did you mean "{same[nearest[0]]}"?' if nearest else ""
 
 
 def as_number(value: object) -> float | None:

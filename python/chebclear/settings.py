@@ -7,18 +7,10 @@ import fnmatch
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
 from .checks import Checks, did_you_mean
 from .scene import Scene
-
-if TYPE_CHECKING:
-    pass
-
-Array = NDArray[np.float64]
 
 METHODS = ("auto", "rodas5p", "rodas4", "dop853")
 MAX_STEPS = 10_000_000
@@ -132,10 +124,10 @@ def _checked_names(checks: Checks, outputs: object) -> tuple[str, ...] | None:
         checks.add(f"outputs must be a list of column names, got {outputs!r}", wrong_type=True)
         return None
     names = tuple(outputs)
-    for name in names:
+    for index, name in enumerate(names):
         if not isinstance(name, str):
             checks.add(f"outputs must be column names, got {name!r}", wrong_type=True)
-        elif names.count(name) > 1:
+        elif names.index(name) == index and names.count(name) > 1:
             checks.add(f'outputs names "{name}" more than once')
     if not names:
         checks.add("outputs must name at least one column; None stands for all")

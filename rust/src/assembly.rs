@@ -56,8 +56,13 @@ fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> 
             format!(
                 "the mechanism cannot be assembled with its loops closed and its clearance joints {}: from the \
                  given angles a gap of {residual:.3e} m remains; check the lengths and the rough angles of the \
-                 bodies{}",
+                 bodies{}{}",
                 if scene.start.is_empty() { "concentric" } else { "as the start says" },
+                if scene.start.is_empty() {
+                    ""
+                } else {
+                    "; the start may also contradict itself or the drives"
+                },
                 excess(mechanism)
             ),
         ));
@@ -166,7 +171,8 @@ fn excess(mechanism: &Mechanism) -> String {
     )
 }
 
-/// Free coordinates that give the bodies their rough angles.
+/// Free coordinates that give the bodies their rough angles, or those that the start gives with all their
+/// turns: springs count them, and what follows meets them up to full turns only.
 fn rough_coordinates(mechanism: &Mechanism, scene: &Scene) -> Vec<f64> {
     let mut angles = vec![0.0; mechanism.frames.len()];
     let mut coordinates = vec![0.0; mechanism.frames.len()];
@@ -183,12 +189,32 @@ fn rough_coordinates(mechanism: &Mechanism, scene: &Scene) -> Vec<f64> {
             // The body hung on the joint: bodies welded to it have their origin elsewhere.
             .filter(|(placed, _)| placed.frame == index)
             .min_by_key(|(placed, _)| !placed.hung)
-            .map_or(angles[index], |(placed, body)| body.angle - placed.angle);
-        coordinates[index] =
-            driven.map_or(wanted - angles[index], |driven| driven.sign * driven.motion.at(0.0)[0]);
+            .map_or(angles[index], |(placed, body)| {
+                let given = scene.start.iter().find_map(|start| match start {
+                    Start::Body { body: name, angle, .. } if *name == body.name => *angle,
+                    _ => None,
+                });
+                given.unwrap_or(body.angle) - placed.angle
+            });
+        coordinates[index] = match driven {
+            Some(driven) => driven.sign * driven.motion.at(0.0)[0],
+            None => given_turn(mechanism, scene, index - 1).unwrap_or(wanted - angles[index]),
+        };
         angles[index] += coordinates[index];
     }
     mechanism.free.iter().map(|&column| coordinates[column + 1]).collect()
+}
+
+/// The coordinate that the start gives to the revolute joint of a column, if any.
+fn given_turn(mechanism: &Mechanism, scene: &Scene, column: usize) -> Option<f64> {
+    scene.start.iter().find_map(|start| {
+        let Start::Joint { joint: name, position: Some(position), .. } = start else { return None };
+        let joint = mechanism.ideal_joints.iter().find(|joint| joint.name == *name)?;
+        match joint.realisation {
+            Realisation::Tree { column: Some(own), sign, .. } if own == column => Some(sign * position),
+            _ => None,
+        }
+    })
 }
 
 /// Unit of each free coordinate for least squares: 1 rad, and the size of the mechanism as a

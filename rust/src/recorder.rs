@@ -196,7 +196,23 @@ impl<'a> Recorder<'a> {
         self.dynamics.phases.clone_from(&memory.phases);
         self.dynamics.turns.clone_from(&memory.turns);
         self.open_contacts.clone_from(&memory.contacts);
-        self.work.clone_from(&memory.work);
+        match &memory.work {
+            Some(work) => self.work.clone_from(work),
+            None => self.forget_work(),
+        }
+    }
+
+    /// Work and losses count from the first start on: where a run on the way did not count them, nobody
+    /// knows them.
+    fn forget_work(&mut self) {
+        self.work = Work::unknown(self.open_contacts.len());
+        if self.needs.work {
+            self.warnings.push(
+                "work and losses count from the first start on, and the run that ended at the given start did \
+                 not count them: they are NaN; name one of them in the outputs of that run too"
+                    .to_owned(),
+            );
+        }
     }
 
     /// All that the user should know about the run.
@@ -264,17 +280,23 @@ impl<'a> Recorder<'a> {
         };
         self.dynamics.move_to(0.0, q, v);
         for index in 0..self.dynamics.phases.len() {
-            if self.dynamics.contact_state(index).penetration > 0.0 {
+            let state = self.dynamics.contact_state(index);
+            if state.penetration > 0.0 {
                 let joint = &self.dynamics.mechanism.clearance_joints[index];
                 let law = &joint.law.normal;
+                // The impact that would have come so far without loss. A journal that is given as touching
+                // lies on either side of the surface by rounding: the limit must be that of an onset.
+                let elastic =
+                    law.normal_force(state.penetration, 0.0, 0.0) * state.penetration / (law.exponent + 1.0);
+                let arrival = (state.penetration_rate.powi(2) + 2.0 * elastic / joint.effective_mass).sqrt();
                 let phase = Phase::Contact {
-                    hysteresis_factor: law.hysteresis_factor(joint.impact_velocity_floor),
+                    hysteresis_factor: law.hysteresis_factor(arrival.max(joint.impact_velocity_floor)),
                     clipped: false,
                 };
                 if law.is_latched() {
                     self.warnings.push(format!(
-                        "joint {:?} starts in contact: it has no impact velocity and is damped as an impact at \
-                         the floor",
+                        "joint {:?} starts in contact: it has no impact velocity and is damped as the impact at \
+                         {arrival:.3e} m/s that would have brought it there without loss",
                         joint.name
                     ));
                 }
@@ -588,7 +610,7 @@ impl HybridSystem for Recorder<'_> {
             phases: self.dynamics.phases.clone(),
             contacts: self.open_contacts.clone(),
             turns: self.dynamics.turns.clone(),
-            work: self.work.clone(),
+            work: (self.needs.work && !self.work.input.is_nan()).then(|| self.work.clone()),
         };
     }
 

@@ -20,8 +20,8 @@ pub struct Memory {
     pub contacts: Vec<Option<OpenContact>>,
     /// Full turns of every column that the coordinates leave out.
     pub turns: Vec<Turns>,
-    /// Work and losses so far.
-    pub work: Work,
+    /// Work and losses so far, if the run counted them.
+    pub work: Option<Work>,
 }
 
 /// Where a run can be continued.
@@ -29,6 +29,8 @@ pub struct Memory {
 pub struct Restart {
     /// End of the run [s]: where the samples of the next one start.
     pub time: f64,
+    /// Names of the coordinates and clearance joints of the mechanism, by which another one is told.
+    pub parts: Vec<String>,
     /// The last state that the end did not influence.
     pub checkpoint: Checkpoint,
     /// What the run remembered there.
@@ -74,8 +76,17 @@ impl Restart {
             }),
         };
         let loss = |loss: &ContactLoss| numbers(&[loss.impact, loss.friction, loss.wear]);
+        let work = work.as_ref().map(|work| {
+            json!({
+                "start_energy": number(work.start_energy),
+                "input": number(work.input),
+                "damping": number(work.damping),
+                "contacts": work.contacts.iter().map(loss).collect::<Vec<_>>(),
+            })
+        });
         json!({
             "time": self.time,
+            "parts": self.parts,
             "checkpoint": {
                 "time": time,
                 "q": numbers(q),
@@ -88,12 +99,7 @@ impl Restart {
             "phases": phases.iter().map(phase).collect::<Vec<_>>(),
             "contacts": contacts.iter().map(contact).collect::<Vec<_>>(),
             "turns": numbers(turns),
-            "work": {
-                "start_energy": number(work.start_energy),
-                "input": number(work.input),
-                "damping": number(work.damping),
-                "contacts": work.contacts.iter().map(loss).collect::<Vec<_>>(),
-            },
+            "work": work,
         })
         .to_string()
     }
@@ -114,6 +120,7 @@ impl Restart {
 fn read(node: Node, problems: &mut Problems) -> Restart {
     let mut fields = node.fields(problems);
     let time = fields.number("time", problems);
+    let parts = fields.required("parts", problems).map_or_else(Vec::new, |node| node.texts(problems));
     let checkpoint = match fields.required("checkpoint", problems) {
         Some(node) => read_checkpoint(node, problems),
         None => Checkpoint {
@@ -138,10 +145,10 @@ fn read(node: Node, problems: &mut Problems) -> Restart {
         phases: fields.list("phases", problems, read_phase),
         contacts: contacts.collect(),
         turns: fields.numbers("turns", problems),
-        work: fields.required("work", problems).map_or_else(Work::default, |node| read_work(node, problems)),
+        work: fields.optional("work").map(|node| read_work(node, problems)),
     };
     fields.finish(problems);
-    Restart { time, checkpoint, memory }
+    Restart { time, parts, checkpoint, memory }
 }
 
 fn read_checkpoint(node: Node, problems: &mut Problems) -> Checkpoint {

@@ -117,7 +117,8 @@ pub fn resume(
     let joints = mechanism.clearance_joints.len();
     let fits = restart.checkpoint.q.len() == d
         && restart.checkpoint.v.len() == d
-        && [phases.len(), contacts.len(), work.contacts.len()] == [joints; 3]
+        && [phases.len(), contacts.len()] == [joints; 2]
+        && work.as_ref().is_none_or(|work| work.contacts.len() == joints)
         && turns.len() == mechanism.frames.len() - 1;
     if !fits {
         return Err(SceneError::single(
@@ -130,7 +131,23 @@ pub fn resume(
             ),
         ));
     }
+    if restart.parts != parts(mechanism) {
+        return Err(SceneError::single(
+            "start",
+            format!(
+                "belongs to another mechanism: this one has {}, got {}",
+                parts(mechanism).join(", "),
+                restart.parts.join(", ")
+            ),
+        ));
+    }
     run(mechanism, &mechanism.start, Some(restart), settings, monitor)
+}
+
+/// What tells mechanisms of the same size apart: their coordinates and clearance joints.
+fn parts(mechanism: &Mechanism) -> Vec<String> {
+    let joints = mechanism.clearance_joints.iter().map(|joint| &joint.name);
+    mechanism.coordinate_names.iter().chain(joints).cloned().collect()
 }
 
 fn run(
@@ -181,9 +198,13 @@ fn run(
     };
     let paradox = paradox.map(|index| mechanism.clearance_joints[index].name.clone());
     let warnings = recorder.warnings();
-    let next_start = outcome.checkpoint.filter(|_| outcome.status == Status::Done).map(|checkpoint| {
-        Restart { time: outcome.time, checkpoint, memory: std::mem::take(&mut recorder.kept) }
-    });
+    let next_start =
+        outcome.checkpoint.filter(|_| outcome.status == Status::Done).map(|checkpoint| Restart {
+            time: outcome.time,
+            parts: parts(mechanism),
+            checkpoint,
+            memory: std::mem::take(&mut recorder.kept),
+        });
     recorder.rewind(&mut q);
     // What lies between the checkpoint and the start was reported by the run before.
     let mut contacts = recorder.finished_contacts();

@@ -31,6 +31,12 @@ impl Work {
         Self { contacts: vec![ContactLoss::default(); joints], ..Self::default() }
     }
 
+    /// What is not known, for `joints` clearance joints.
+    pub fn unknown(joints: usize) -> Self {
+        let loss = ContactLoss { impact: f64::NAN, friction: f64::NAN, wear: f64::NAN };
+        Self { start_energy: f64::NAN, input: f64::NAN, damping: f64::NAN, contacts: vec![loss; joints] }
+    }
+
     /// Takes the energy of the state the dynamics was moved to for that of the start.
     pub fn begin(&mut self, dynamics: &Dynamics) {
         let contacts: f64 = (0..self.contacts.len()).map(|joint| dynamics.contact_energy(joint)).sum();

@@ -87,3 +87,4 @@ def test_checks_refuse_what_is_no_finite_number(value):
 def test_the_nearest_name_is_offered_only_if_it_is_near():
     assert did_you_mean("slider.xv", ["slider.vx", "rod.angle"]) == '; did you mean "slider.vx"?'
     assert did_you_mean("banana", ["slider.vx", "rod.angle"]) == ""
+    assert did_you_mean("Slider.X", ["slider.y", "slider.x", "slider.vx"]) == '; did you mean "slider.x"?'

@@ -69,6 +69,21 @@ def test_energies_and_turns_are_counted_from_the_first_start():
     assert whole["crank.angle"][-1] > 4.0 * np.pi
 
 
+def test_work_that_was_not_counted_from_the_first_start_is_unknown():
+    counted = cc.simulate(PLAY, 1 / 128, 3, outputs=["wrist.wear"])
+    uncounted = cc.simulate(PLAY, 1 / 128, 3, start=counted.end, outputs=["energy.kinetic"])
+    for _ in range(2):
+        run = cc.simulate(PLAY, 1 / 128, 3, start=uncounted.end, outputs=["energy.*", "wrist.*"])
+        assert any("count from the first start on" in warning for warning in run.warnings)
+        unknown = {"impact_loss", "friction_loss", "damping_loss", "wear", "input", "balance"}
+        for name in run.columns:
+            assert np.isnan(run[name]).all() == (name.partition(".")[2] in unknown), name
+        uncounted = run
+    whole = cc.simulate(PLAY, 1 / 64, 3, outputs=["energy.*"])
+    rest = cc.simulate(PLAY, 1 / 128, 3, start=counted.end, outputs=["energy.*"])
+    assert np.array_equal(rest.values[-1], whole.values[-1])
+
+
 def test_what_is_asked_for_may_change_on_the_way():
     scene = PLAY
     first = cc.simulate(scene, 1 / 128, 3, outputs=["slider.x"])
@@ -106,6 +121,14 @@ def test_a_failed_run_has_no_end(tmp_path):
 def test_the_end_of_another_mechanism_is_refused(other):
     end = cc.simulate(PLAY, 1e-3, 2).end
     with pytest.raises(cc.SceneError, match="start: belongs to another mechanism"):
+        cc.simulate(other, 1e-3, 2, start=end)
+
+
+def test_a_mechanism_of_the_same_size_is_told_by_its_names():
+    end = cc.simulate(PLAY, 1e-3, 2).end
+    other = MECHANISMS.four_bar()
+    assert other.check().degrees_of_freedom == PLAY.check().degrees_of_freedom
+    with pytest.raises(cc.SceneError, match=r"this one has crank_bearing, .*rocker_pin, got .*wrist"):
         cc.simulate(other, 1e-3, 2, start=end)
 
 
