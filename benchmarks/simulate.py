@@ -1,4 +1,4 @@
-"""Time per simulation against error, chebclear beside SciPy and Exudyn, on the paper's case study; see README.md.
+"""Time per simulation against error, chebclear beside SciPy and Exudyn, on the paper's case; see README.md.
 
 python benchmarks/simulate.py [--quick] [--json FILE]
 """
@@ -287,7 +287,8 @@ def _no_worse(
     pairs = [
         (theirs, mine)
         for theirs in group
-        if theirs.times and (mine := _fastest([s for s in ours if getattr(s, error) <= getattr(theirs, error)]))
+        if theirs.times
+        and (mine := _fastest([s for s in ours if getattr(s, error) <= getattr(theirs, error)]))
     ]
     rows = []
     for which, key in (

@@ -217,19 +217,15 @@ impl Dynamics<'_> {
                 let frame = part.own.frame;
                 let body = &self.composites.bodies[frame];
                 let path = &mechanism.paths[frame];
-                let (by, turn) = match part.freedom {
-                    // The free frame is the lower one ...
+                // Of the driven column and a free one, the lower says which composite both move.
+                let free = match part.freedom {
                     Some(_) if path.columns.binary_search(&driven).is_ok() => {
-                        self.column(driven, body.center)
+                        &path.free[path.free.len() - 1..]
                     }
-                    // ... or the driven one.
-                    None if frame == driven + 1 => self.column(driven, body.center),
+                    None if frame == driven + 1 => &path.free[..],
                     _ => continue,
                 };
-                let free = match part.freedom {
-                    Some(_) => &path.free[path.free.len() - 1..],
-                    None => &path.free[..],
-                };
+                let (by, turn) = self.column(driven, body.center);
                 for &(other, i) in free {
                     let (by_other, turn_other) = self.column(other, body.center);
                     self.residual_t[i] +=
