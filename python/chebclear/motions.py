@@ -73,6 +73,11 @@ class JointStart(Part):
         Angle or displacement of body b relative to body a [rad or m].
     velocity : float, optional
         Its rate [rad/s or m/s].
+
+    Notes
+    -----
+    Full turns of the position count for torsion springs, but at a joint where a loop is cut
+    (``scene.check().cut_joints``): there give the turns to a body, with `BodyStart`.
     """
 
     _tag = ("type", "joint")

@@ -23,6 +23,10 @@ from .tradeoff_result import Tradeoff as Tradeoff
 from .tradeoff_result import TradeoffPoint as TradeoffPoint
 from .trajectory import Trajectory
 
+# Steps after which a measured run is given up unless told otherwise: a second or two. A setting that needs
+# more is no candidate, and twenty of them would take the user's morning.
+MOST_MEASURED_STEPS = 1_000_000
+
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
@@ -47,7 +51,7 @@ def tradeoff(
     reference_rtol: float = REFERENCE_RTOL,
     skip: float = 0.0,
     repeats: int = 3,
-    max_steps: int = MAX_STEPS,
+    max_steps: int = MOST_MEASURED_STEPS,
     max_events: int = MAX_EVENTS,
     progress: bool | Progress | None = None,
 ) -> Tradeoff:
@@ -171,8 +175,14 @@ def tradeoff(
         points = [measured(*run(choice)) for choice in choices]
         # In rounds, so that a machine that is busy for a while does not spoil all repeats of one setting.
         seconds = [point.seconds for point in points]
+        # A run that failed costs what its limits allow; its time is no price of an accuracy.
+        finished = [point.status == "done" for point in points]
         for _ in range(count - 1):
-            seconds = [min(best, run(choice)[1]) for best, choice in zip(seconds, choices, strict=True)]
+            for index, choice in enumerate(choices):
+                if finished[index]:
+                    seconds[index] = min(seconds[index], run(choice)[1])
+                elif report is not None:
+                    report(next(done), total)
         points = [
             dataclasses.replace(point, seconds=best) for point, best in zip(points, seconds, strict=True)
         ]

@@ -134,9 +134,9 @@ class Trajectory(records.ArrayRecord):
     values: Array
     """All columns in SI units, shape (samples, columns); NaN after a failure."""
     events: Events
-    """Changes of contact."""
+    """Changes of contact, those of the time skipped before the first sample included."""
     contacts: Contacts
-    """Contacts with their durations and peak forces."""
+    """Contacts with their durations and peak forces, likewise."""
     end: EndState | None
     """Where it ended, for another simulation to start from; None after a failure."""
     stats: Stats

@@ -56,6 +56,8 @@ const LARGEST_PROJECTION: f64 = 10.0;
 /// that swing in a bearing; 0.11 at 10 r/min, 0.11 to 0.19 and 0.47 with friction coefficients of 0.4
 /// and 1, where it sticks.
 const CREEPING: f64 = 0.1;
+/// Creep as a part of the clearance below which nobody would notice it.
+const NOTICEABLE: f64 = 0.01;
 
 /// First step of a run, as a part of the time in which the mechanism crosses its own size: too long is
 /// cut by rejections, too short grows fivefold a step.
@@ -238,6 +240,7 @@ impl<'a> Recorder<'a> {
         for (joint, stick) in self.dynamics.mechanism.clearance_joints.iter().zip(&self.sticks) {
             if let Some(slow) = joint.law.stick_velocity()
                 && stick.crept > CREEPING * stick.pressed
+                && slow * stick.crept > NOTICEABLE * joint.law.clearance
             {
                 warnings.push(format!(
                     "joint {:?}: for {:.0} % of its time in contact it slides slower than {slow:.1e} m/s, where the \

@@ -7,7 +7,7 @@ use crate::contacts::{Contact, OpenContact};
 use crate::dynamics::ContactLoss;
 use crate::error::{Problem, SceneError};
 use crate::integrators::{Checkpoint, MethodMemory};
-use crate::json::{Node, Problems};
+use crate::json::{Fields, Node, Problems};
 use crate::turns::Turns;
 use crate::work::Work;
 
@@ -119,7 +119,7 @@ impl Restart {
 
 fn read(node: Node, problems: &mut Problems) -> Restart {
     let mut fields = node.fields(problems);
-    let time = fields.number("time", problems);
+    let time = instant(&mut fields, problems);
     let parts = fields.required("parts", problems).map_or_else(Vec::new, |node| node.texts(problems));
     let checkpoint = match fields.required("checkpoint", problems) {
         Some(node) => read_checkpoint(node, problems),
@@ -154,10 +154,17 @@ fn read(node: Node, problems: &mut Problems) -> Restart {
 fn read_checkpoint(node: Node, problems: &mut Problems) -> Checkpoint {
     let mut fields = node.fields(problems);
     let checkpoint = Checkpoint {
-        time: fields.number("time", problems),
+        time: instant(&mut fields, problems),
         q: fields.numbers("q", problems),
         v: fields.numbers("v", problems),
-        step: fields.number("step", problems),
+        // NaN where the next run finds its first step itself.
+        step: match fields.number("step", problems) {
+            step if step <= 0.0 || step == f64::INFINITY => {
+                problems.push(Problem::new(fields.path_of("step"), format!("must be > 0 [s], got {step}")));
+                f64::NAN
+            }
+            step => step,
+        },
         last: fields.pair("last", problems),
         steps_since_restart: fields.count_or("steps_since_restart", 0, problems),
         memory: fields.optional("method").map(|node| read_method(node, problems)),
@@ -166,8 +173,17 @@ fn read_checkpoint(node: Node, problems: &mut Problems) -> Checkpoint {
     checkpoint
 }
 
+fn instant(fields: &mut Fields, problems: &mut Problems) -> f64 {
+    let time = fields.number("time", problems);
+    if !(time >= 0.0 && time.is_finite()) {
+        problems.push(Problem::new(fields.path_of("time"), format!("must be >= 0 [s], got {time}")));
+    }
+    time
+}
+
 fn read_method(node: Node, problems: &mut Problems) -> MethodMemory {
-    let numbers: Vec<u32> = node.numbers(problems).into_iter().map(|number| number as u32).collect();
+    let whole = |number: f64| (number >= 0.0 && number <= f64::from(u32::MAX)).then_some(number as u32);
+    let numbers: Vec<u32> = node.numbers(problems).into_iter().filter_map(whole).collect();
     match numbers[..] {
         [implicit, steps, contradictions, pause, next_pause] => {
             MethodMemory { implicit: implicit != 0, steps, contradictions, pause, next_pause }
