@@ -1,5 +1,6 @@
 """Promises of the program as a whole; the numbers are the rows of docs/reliability.md."""
 
+import dataclasses
 import hashlib
 import importlib.util
 import json
@@ -244,6 +245,33 @@ def test_gate_15_extreme_scenes_end_honestly(part):
         case = extremes.draw(index)
         run = extremes.simulate(case, max_steps=15_000)
         assert not extremes.faults(case, run), case
+
+
+def test_gate_15_the_checks_of_extreme_scenes_see_what_they_look_for():
+    case = next(case for case in map(extremes.draw, range(100)) if case.family == "held" and case.passive)
+    run = extremes.simulate(case, duration=1e-3)
+    case = dataclasses.replace(case, duration=1e-3)
+    assert run.success and not extremes.faults(case, run)
+
+    def spoilt(name, value):
+        values = run.values.copy()
+        values[150, list(run).index(name)] = value
+        return extremes.faults(case, dataclasses.replace(run, values=values))
+
+    assert "not finite" in spoilt("slider.x", math.nan)[0]
+    assert "energy grew" in spoilt("energy.total", run["energy.total"][149] + 0.1)[0]
+    assert "at play" in spoilt("energy.balance", 0.1)[0]
+
+
+def test_gate_15_starts_in_contact_are_drawn_and_are_in_contact():
+    cases = [case for case in map(extremes.draw, range(40)) if case.start == "contact"]
+    assert {case.family for case in cases} >= {"driven", "held", "pendulum", "chain"}
+    for case in cases:
+        run = extremes.simulate(case, duration=1e-15, samples=2)
+        for joint in run.scene.joints:
+            if isinstance(joint, cc.ClearanceRevolute):
+                assert run[f"{joint.name}.contact"][0] == 1.0
+                assert 0.0 < run[f"{joint.name}.penetration"][0] <= 1.01 * joint.clearance
 
 
 def test_gate_15_a_converged_peak_moves_no_more_than_it_claims():
