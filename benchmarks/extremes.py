@@ -473,7 +473,8 @@ def draw_map(rows: list[dict[str, str]], path: Path) -> None:
             axes.bar(edges[:-1], share, np.diff(edges), bottom, align="edge", color=colour, label=kind)
             bottom += share
         axes.set(xlabel=label if linear else f"log10 of {label}", xlim=(edges[0], edges[-1]), ylim=(0.0, 1.0))
-    figure.axes[0].legend(loc="lower left", fontsize="small")
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=3, fontsize="small")
     figure.supylabel("share of the scenes")
     figure.savefig(path, dpi=90)
 

@@ -294,7 +294,8 @@ def breakaway(method, rtol, velocity_tolerance=None):
         velocity_tolerance=velocity_tolerance,
     )
     late = run.t > 0.95 * until
-    slides = late & (run["wrist.sliding_velocity"] < -case.stick_velocity)
+    # Far beyond the stick-slip velocity: inside a stiff step the velocity may swing past it and back.
+    slides = late & (run["wrist.sliding_velocity"] < -1e3 * case.stick_velocity)
     return run.t[slides][0] / until
 
 
