@@ -520,7 +520,9 @@ impl HybridSystem for Recorder<'_> {
             .filter(|(_, phase)| **phase != Phase::Free)
             .filter_map(|(joint, _)| joint.law.stick_velocity())
             .fold(f64::INFINITY, f64::min);
-        let velocity_tolerance = self.velocity_tolerance.min(STICK_PART * stick);
+        // Below the default tolerance in proportion, as in a resting contact.
+        let part = STICK_PART * (self.settings.rtol / DEFAULT_RTOL).min(1.0);
+        let velocity_tolerance = self.velocity_tolerance.min(part * stick);
         for (k, lever) in mechanism.scales.levers.iter().enumerate() {
             position[k] = self.position_tolerance / lever;
             velocity[k] = velocity_tolerance / lever;
