@@ -309,7 +309,7 @@ def test_gate_15_a_stuck_contact_breaks_away_on_time():
 
 @pytest.mark.parametrize("method", ["rodas5p", "rodas4", "auto"])
 def test_gate_15_a_tight_tolerance_finds_the_breakaway(method):
-    # Below the default tolerance that of a sticking velocity follows rtol: before, Rodas5P let go early at any.
+    # Below the default tolerance that of a sticking velocity follows rtol; before, Rodas5P let go early.
     assert breakaway(method, 2e-9) == pytest.approx(breakaway("rodas4", 1e-11), abs=1e-4)
 
 
