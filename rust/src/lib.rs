@@ -31,6 +31,7 @@ pub mod mechanism;
 pub mod outputs;
 mod recorder;
 pub mod restart;
+mod run_warnings;
 mod scales;
 pub mod scene;
 mod scene_check;

@@ -89,6 +89,7 @@ PHYSICS_ORDER = [
     "settings",
     "restart",
     "recorder",
+    "run_warnings",
     "kinematic_run",
     "trajectory",
     "sweep",
