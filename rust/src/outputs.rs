@@ -228,8 +228,7 @@ impl Column {
             }
             Column::Torsion(index, quantity) => {
                 let torsion = &mechanism.torsions[index];
-                let [b, a] = [1, 0].map(|end| torsion_angle(dynamics, torsion.bodies[end]));
-                [b - a, dynamics.torsion_torque(torsion)][quantity]
+                [relative_turning(dynamics, torsion.bodies, 0), dynamics.torsion_torque(torsion)][quantity]
             }
             Column::Loss(index, quantity) => {
                 let loss = work.contacts[index];
@@ -240,8 +239,15 @@ impl Column {
     }
 }
 
-fn torsion_angle(dynamics: &Dynamics, body: Option<usize>) -> f64 {
-    body.map_or(0.0, |body| dynamics.body_angle(body))
+/// Angle, angular velocity or angular acceleration of the second body relative to the first.
+fn relative_turning(dynamics: &Dynamics, bodies: [Option<usize>; 2], quantity: usize) -> f64 {
+    let [a, b] = bodies.map(|body| {
+        body.map_or([0.0; 3], |body| {
+            let frame = dynamics.frame(dynamics.mechanism.bodies[body].frame);
+            [dynamics.body_angle(body), frame.angular_velocity, frame.angular_acceleration]
+        })
+    });
+    b[quantity] - a[quantity]
 }
 
 /// Of x, y, vx, vy, ax, ay; the frames accelerate relative to free fall.
@@ -263,37 +269,28 @@ fn body_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
 }
 
 fn coordinate_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
-    let mechanism = dynamics.mechanism;
-    let joint = &mechanism.ideal_joints[index];
+    let joint = &dynamics.mechanism.ideal_joints[index];
     if let (IdealKind::Prismatic, Realisation::Tree { column: Some(column), .. }) =
         (joint.kind, joint.realisation)
     {
         let coordinate = dynamics.coordinate(column);
         return [coordinate.position, coordinate.velocity, coordinate.acceleration][quantity];
     }
-    let [a, b] = joint.bodies.map(|body| {
-        body.map_or([0.0; 3], |body| {
-            let frame = dynamics.frame(mechanism.bodies[body].frame);
-            [dynamics.body_angle(body), frame.angular_velocity, frame.angular_acceleration]
-        })
-    });
-    b[quantity] - a[quantity]
+    relative_turning(dynamics, joint.bodies, quantity)
 }
 
 fn energy_value(dynamics: &Dynamics, work: &Work, quantity: usize) -> f64 {
-    let contact = || -> f64 { (0..dynamics.phases.len()).map(|joint| dynamics.contact_energy(joint)).sum() };
-    let total = || dynamics.kinetic_energy() + dynamics.potential_energy() + contact();
     let losses = || -> f64 { work.contacts.iter().map(|loss| loss.impact + loss.friction).sum() };
     match quantity {
         0 => dynamics.kinetic_energy(),
         1 => dynamics.potential_energy(),
-        2 => contact(),
-        3 => total(),
+        2 => dynamics.contact_energies(),
+        3 => dynamics.total_energy(),
         4 => work.input,
         5 => work.contacts.iter().map(|loss| loss.impact).sum(),
         6 => work.contacts.iter().map(|loss| loss.friction).sum(),
         7 => work.damping,
-        _ => total() - work.start_energy - work.input + losses() + work.damping,
+        _ => dynamics.total_energy() - work.start_energy - work.input + losses() + work.damping,
     }
 }
 

@@ -39,8 +39,7 @@ impl Work {
 
     /// Takes the energy of the state the dynamics was moved to for that of the start.
     pub fn begin(&mut self, dynamics: &Dynamics) {
-        let contacts: f64 = (0..self.contacts.len()).map(|joint| dynamics.contact_energy(joint)).sum();
-        self.start_energy = dynamics.kinetic_energy() + dynamics.potential_energy() + contacts;
+        self.start_energy = dynamics.total_energy();
     }
 
     /// Adds the powers of the present state over a time `dt` [s]; after

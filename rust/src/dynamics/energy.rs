@@ -68,6 +68,16 @@ impl Dynamics<'_> {
         joint.law.normal.normal_force(penetration, 0.0, 0.0) * penetration / (joint.law.normal.exponent + 1.0)
     }
 
+    /// Elastic energy of all contacts [J].
+    pub fn contact_energies(&self) -> f64 {
+        (0..self.phases.len()).map(|index| self.contact_energy(index)).sum()
+    }
+
+    /// Kinetic, potential and elastic contact energy together [J].
+    pub fn total_energy(&self) -> f64 {
+        self.kinetic_energy() + self.potential_energy() + self.contact_energies()
+    }
+
     /// What a contact dissipates.
     pub fn contact_loss(&self, index: usize) -> ContactLoss {
         let joint = &self.mechanism.clearance_joints[index];
