@@ -417,21 +417,16 @@ impl HybridSystem for Recorder<'_> {
         self.dynamics.acceleration(t, q, v, a)
     }
 
-    fn begin(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        if !self.dynamics.acceleration(t, q, v, a) {
-            return false;
+    fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
+        self.dynamics.linearise(t, q, v, linear)
+    }
+
+    fn begin(&mut self, t: f64, q: &[f64], v: &[f64], a: &[f64]) {
+        if !self.dynamics.is_at(t, q, v) {
+            self.dynamics.move_to(t, q, v);
         }
         self.dynamics.accelerate(a);
         self.watch(t);
-        true
-    }
-
-    fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
-        if !self.dynamics.linearise(t, q, v, linear) {
-            return false;
-        }
-        self.watch(t);
-        true
     }
 
     fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {

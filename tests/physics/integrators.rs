@@ -76,8 +76,8 @@ fn gate_01_dop853_is_of_order_8_with_a_dense_output_of_order_7() {
         let (mut q, mut v) = (problem.q.clone(), problem.v.clone());
         let h = problem.duration / count as f64;
         let (mut ends, mut inside) = (0.0_f64, 0.0_f64);
-        for index in 0..count {
-            let t = problem.t0 + h * index as f64;
+        let mut t = problem.t0;
+        for _ in 0..count {
             assert!(method.begin(&mut system, t, &q, &v, &mut stats));
             assert!(method.attempt(&mut system, h, &mut stats));
             assert!(method.finish_dense(&mut system, &mut stats));
@@ -88,10 +88,12 @@ fn gate_01_dop853_is_of_order_8_with_a_dense_output_of_order_7() {
             }
             q.copy_from_slice(&method.step().end[..d]);
             v.copy_from_slice(&method.step().end[d..]);
-            ends = ends.max(distance(&method.step().end, &problem.solution(t + h).unwrap()));
+            t = method.step().end_time();
+            ends = ends.max(distance(&method.step().end, &problem.solution(t).unwrap()));
         }
-        // 12 stages and the start of each step, 3 more evaluations for its dense output.
-        assert_eq!(stats.evaluations, 16 * count);
+        // 12 stages and 3 more evaluations for the dense output; the slope at the start is known from the
+        // step before, but for the first.
+        assert_eq!(stats.evaluations, 15 * count + 1);
         (ends, inside)
     });
     for pair in errors.windows(2) {

@@ -140,17 +140,12 @@ impl HybridSystem for Rattle {
         a.iter().all(|a| a.is_finite())
     }
 
-    fn begin(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        let exists = self.acceleration(t, q, v, a);
+    fn begin(&mut self, _t: f64, _q: &[f64], v: &[f64], a: &[f64]) {
         self.bound_step(v, a);
-        exists
     }
 
     fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
         let exists = self.acceleration(t, q, v, &mut linear.a);
-        let a = std::mem::take(&mut linear.a);
-        self.bound_step(v, &a);
-        linear.a = a;
         let forces = self.law.force_gradient(&self.motion(t, q, v), self.phase);
         let (sin, cos) = (SPEED * t).sin_cos();
         let spin_rate = self.swing * SPEED * sin * self.law.bearing_radius;

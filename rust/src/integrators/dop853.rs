@@ -39,6 +39,8 @@ pub struct Dop853 {
     last_argument: Vec<f64>,
     /// What each component of the state is worth against the others.
     weights: Vec<f64>,
+    /// The slope at the end of the step last taken is one of the present phase.
+    end_slope_holds: bool,
 }
 
 impl Dop853 {
@@ -55,7 +57,15 @@ impl Dop853 {
             step: DenseStep::new(n, 6),
             last_argument: vec![0.0; n],
             weights: vec![1.0; n],
+            end_slope_holds: false,
         }
+    }
+
+    /// Whether the step last taken ended in this state of the present phase: its last slope is then the
+    /// first of the next step.
+    fn ended_at(&self, t: f64, q: &[f64], v: &[f64]) -> bool {
+        let (end_q, end_v) = self.step.end.split_at(self.d);
+        self.end_slope_holds && self.step.end_time() == t && end_q == q && end_v == v
     }
 
     /// Length of the step last taken times the fastest rate of the motion [-]: the change of the slopes
@@ -98,19 +108,28 @@ impl Stepper for Dop853 {
         v: &[f64],
         stats: &mut Stats,
     ) -> bool {
-        stats.evaluations += 1;
+        let known = self.ended_at(t, q, v);
         self.t = t;
-        self.argument[..self.d].copy_from_slice(q);
-        self.argument[self.d..].copy_from_slice(v);
-        self.step.start.copy_from_slice(&self.argument);
-        let (slope_q, slope_v) = self.slopes.row_mut(0).split_at_mut(self.d);
-        slope_q.copy_from_slice(v);
-        system.begin(t, q, v, slope_v)
+        self.step.start[..self.d].copy_from_slice(q);
+        self.step.start[self.d..].copy_from_slice(v);
+        if known {
+            self.slopes.copy_row(STAGES, 0);
+        } else {
+            stats.evaluations += 1;
+            let (slope_q, slope_v) = self.slopes.row_mut(0).split_at_mut(self.d);
+            slope_q.copy_from_slice(v);
+            if !system.acceleration(t, q, v, slope_v) {
+                return false;
+            }
+        }
+        system.begin(t, q, v, &self.slopes.row_mut(0)[self.d..]);
+        true
     }
 
     fn attempt(&mut self, system: &mut dyn HybridSystem, h: f64, stats: &mut Stats) -> bool {
         self.step.t = self.t;
         self.step.h = h;
+        self.end_slope_holds = false;
         stats.stages += STAGES;
         // Row 12 of A holds the weights of the solution.
         for stage in 1..=STAGES {
@@ -131,7 +150,8 @@ impl Stepper for Dop853 {
             let size = (square + 0.01 * third * third).sqrt();
             *error = if size > 0.0 { h * square / size } else { 0.0 * size };
         }
-        self.step.end.iter().all(|y| y.is_finite())
+        self.end_slope_holds = self.step.end.iter().all(|y| y.is_finite());
+        self.end_slope_holds
     }
 
     fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool {
@@ -192,6 +212,8 @@ impl Stepper for Dop853 {
     }
 
     fn weigh(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]) {
+        // A phase begins: other forces act in the same state.
+        self.end_slope_holds = false;
         let tolerances = position_tolerance.iter().chain(velocity_tolerance);
         for (weight, tolerance) in self.weights.iter_mut().zip(tolerances) {
             *weight = 1.0 / tolerance;

@@ -26,20 +26,16 @@ pub trait HybridSystem {
     /// Accelerations; false where they do not exist.
     fn acceleration(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool;
 
-    /// Accelerations and their derivatives at the start of a step; false where they do not exist.
+    /// Accelerations and their derivatives; false where they do not exist.
     fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool;
 
-    /// Accelerations at the start of a step of an explicit method, in place of
-    /// [`HybridSystem::linearise`]; false where they do not exist.
-    fn begin(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        self.acceleration(t, q, v, a)
-    }
+    /// Sees the state and its accelerations from which the coming attempts start.
+    fn begin(&mut self, _t: f64, _q: &[f64], _v: &[f64], _a: &[f64]) {}
 
     /// Absolute local error each coordinate and velocity may have in the present phase.
     fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]);
 
-    /// Longest step that cannot jump over an event, from the last [`HybridSystem::linearise`]
-    /// or [`HybridSystem::begin`].
+    /// Longest step that cannot jump over an event, from the last [`HybridSystem::begin`].
     fn step_bound(&self) -> f64 {
         f64::INFINITY
     }

@@ -184,7 +184,11 @@ impl Stepper for Rosenbrock {
         self.start.0 = t;
         self.start.1.copy_from_slice(q);
         self.start.2.copy_from_slice(v);
-        system.linearise(t, q, v, &mut self.linear)
+        if !system.linearise(t, q, v, &mut self.linear) {
+            return false;
+        }
+        system.begin(t, q, v, &self.linear.a);
+        true
     }
 
     fn attempt(&mut self, system: &mut dyn HybridSystem, h: f64, stats: &mut Stats) -> bool {

@@ -22,6 +22,11 @@ impl Stages {
         &mut self.rows[stage * self.n..(stage + 1) * self.n]
     }
 
+    /// Copies the row of a stage to another.
+    pub(super) fn copy_row(&mut self, from: usize, to: usize) {
+        self.rows.copy_within(from * self.n..(from + 1) * self.n, to * self.n);
+    }
+
     /// A component of a stage.
     #[inline]
     pub(super) fn at(&self, stage: usize, component: usize) -> f64 {
