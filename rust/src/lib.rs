@@ -22,6 +22,7 @@ pub mod dual;
 pub mod dynamics;
 pub mod error;
 pub mod friction;
+pub mod instant;
 pub mod integrators;
 mod json;
 mod kinematic_run;

@@ -7,9 +7,10 @@
 //! grown stands in `tree.rs`.
 
 use crate::clearance::ClearanceLaw;
+use crate::instant::Instant;
 use crate::kinematics::{Coordinate, Frame, Vec2};
 use crate::time_function::TimeFunction;
-use crate::turns::{Turns, unwind};
+use crate::turns::Turns;
 
 /// A coordinate that is a function of time.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,13 +30,13 @@ pub struct DrivenCoordinate {
 }
 
 impl DrivenCoordinate {
-    /// Value and rates at time `t` [s], and the third derivative. An angle is given within half a
+    /// Value and rates at an instant, and the third derivative. An angle is given within half a
     /// turn, with the full turns beside it.
-    #[inline]
-    pub fn at(&self, t: f64) -> (Coordinate, f64, Turns) {
-        let [position, velocity, acceleration, jerk] = self.motion.at(t).map(|value| self.sign * value);
-        let (position, turns) = if self.turns { unwind(position) } else { (position, 0.0) };
-        (Coordinate { position, velocity, acceleration }, jerk, turns)
+    #[inline(always)]
+    pub fn at(&self, t: Instant) -> (Coordinate, f64, Turns) {
+        let (motion, turns) = if self.turns { self.motion.angle_at(t) } else { (self.motion.at(t), 0.0) };
+        let [position, velocity, acceleration, jerk] = motion.map(|value| self.sign * value);
+        (Coordinate { position, velocity, acceleration }, jerk, self.sign * turns)
     }
 }
 

@@ -4,6 +4,7 @@
 use crate::clearance::{ClearanceLaw, ContactState, Phase};
 use crate::contacts::{Contact, Event, EventKind, ForceSample, OpenContact, Stick};
 use crate::dynamics::{Dynamics, Linearisation, relative_motion};
+use crate::instant::Instant;
 use crate::integrators::dense::DenseStep;
 use crate::integrators::events::Guard;
 use crate::integrators::{Checkpoint, HybridSystem, Limits, Projection};
@@ -413,7 +414,7 @@ impl HybridSystem for Recorder<'_> {
         self.q.len()
     }
 
-    fn acceleration(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn acceleration(&mut self, t: Instant, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         self.dynamics.acceleration(t, q, v, a)
     }
 
@@ -422,7 +423,7 @@ impl HybridSystem for Recorder<'_> {
     }
 
     fn begin(&mut self, t: f64, q: &[f64], v: &[f64], a: &[f64]) {
-        if !self.dynamics.is_at(t, q, v) {
+        if !self.dynamics.is_at(t.into(), q, v) {
             self.dynamics.move_to(t, q, v);
         }
         self.dynamics.accelerate(a);
@@ -455,7 +456,7 @@ impl HybridSystem for Recorder<'_> {
         GUARDS * self.dynamics.phases.len()
     }
 
-    fn guards(&mut self, t: f64, q: &[f64], v: &[f64], guards: &mut [Guard]) {
+    fn guards(&mut self, t: Instant, q: &[f64], v: &[f64], guards: &mut [Guard]) {
         // A method may have ended its step with an evaluation there.
         if !self.dynamics.is_at(t, q, v) {
             self.dynamics.move_to(t, q, v);

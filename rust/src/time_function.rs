@@ -1,7 +1,11 @@
 //! Functions of time with their first three derivatives: drives, forces and torques.
 //!
 //! A prescribed motion enters the accelerations by its second derivative and the Jacobian with
-//! respect to time by its third, so all of them are exact.
+//! respect to time by its third, so all of them are exact. Late in a long run the value is as smooth as at its
+//! start: what rounding takes from large angles and times is carried along.
+
+use crate::instant::{Instant, exact_product, exact_sum};
+use crate::turns::{Turns, unwind_sum};
 
 /// A function of time.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,33 +33,52 @@ impl TimeFunction {
         TimeFunction::Polynomial(vec![value])
     }
 
-    /// Value and first three derivatives at time `t` [s].
-    #[inline]
-    pub fn at(&self, t: f64) -> [f64; 4] {
+    /// Value and first three derivatives at an instant.
+    #[inline(always)]
+    pub fn at(&self, t: impl Into<Instant>) -> [f64; 4] {
+        let ([value, first, second, third], rest) = self.with_rest(t.into());
+        [value + rest, first, second, third]
+    }
+
+    /// The same where the value is an angle [rad]: within half a turn, with the full turns beside it.
+    #[inline(always)]
+    pub fn angle_at(&self, t: impl Into<Instant>) -> ([f64; 4], Turns) {
+        let ([angle, rates @ ..], rest) = self.with_rest(t.into());
+        let (angle, turns) = unwind_sum(angle, rest);
+        let [speed, acceleration, jerk] = rates;
+        ([angle, speed, acceleration, jerk], turns)
+    }
+
+    /// Value and derivatives, and what rounding took from the value.
+    #[inline(always)]
+    fn with_rest(&self, t: Instant) -> ([f64; 4], f64) {
         if let TimeFunction::Polynomial(coefficients) = self
             && let [position, speed] = coefficients[..]
         {
             // Constant speed, the usual drive, should cost next to nothing.
-            return [speed * t + position, speed, 0.0, 0.0];
+            return line(position, speed, t);
         }
-        self.at_any(t)
+        self.with_rest_of_any(t)
     }
 
     #[inline(never)]
-    fn at_any(&self, t: f64) -> [f64; 4] {
+    fn with_rest_of_any(&self, t: Instant) -> ([f64; 4], f64) {
         match self {
             TimeFunction::Polynomial(coefficients) => polynomial(coefficients, t),
             &TimeFunction::Harmonic { mean, amplitude, angular_frequency, phase } => {
-                let (sine, cosine) = (angular_frequency * t + phase).sin_cos();
+                let ([angle, ..], rest) = line(phase, angular_frequency, t);
+                let (sine, cosine) = unwind_sum(angle, rest).0.sin_cos();
                 let square = angular_frequency * angular_frequency;
-                [
-                    mean + amplitude * sine,
+                let (value, rest) = exact_sum(mean, amplitude * sine);
+                let derivatives = [
+                    value,
                     amplitude * angular_frequency * cosine,
                     -amplitude * square * sine,
                     -amplitude * square * angular_frequency * cosine,
-                ]
+                ];
+                (derivatives, rest)
             }
-            TimeFunction::Table(spline) => spline.at(t),
+            TimeFunction::Table(spline) => spline.with_rest(t),
         }
     }
 
@@ -76,7 +99,7 @@ impl TimeFunction {
                 [mean.abs() + amplitude.abs(), (amplitude * angular_frequency).abs()]
             }
             TimeFunction::Table(spline) => spline.times.iter().fold([0.0, 0.0], |[value, rate], &t| {
-                let [v, r, ..] = spline.at(t);
+                let [v, r, ..] = spline.with_rest(t.into()).0;
                 [v.abs().max(value), r.abs().max(rate)]
             }),
         }
@@ -122,21 +145,30 @@ impl TimeFunction {
     }
 }
 
+/// `start + rate t` and its derivatives, and what rounding took from the value.
 #[inline]
-fn polynomial(coefficients: &[f64], t: f64) -> [f64; 4] {
-    if let &[start, rate] = coefficients {
-        // Constant speed, in most mechanisms at every evaluation: the same numbers in fewer steps.
-        return [rate * t + start, rate, 0.0, 0.0];
-    }
-    // Horner's scheme for the Taylor coefficients, which are the derivatives over 1, 1, 2, 6.
+fn line(start: f64, rate: f64, t: Instant) -> ([f64; 4], f64) {
+    let (product, of_product) = exact_product(rate, t.time);
+    let (value, of_sum) = exact_sum(product, start);
+    ([value, rate, 0.0, 0.0], of_product + of_sum + rate * t.rest)
+}
+
+/// A polynomial and its derivatives by Horner's scheme, and what rounding took from the value: the scheme
+/// for its own errors beside it `[GraillatLangloisLouvet2009]`.
+fn polynomial(coefficients: &[f64], t: Instant) -> ([f64; 4], f64) {
+    // Taylor coefficients, which are the derivatives over 1, 1, 2, 6.
     let mut value = [0.0; 4];
+    let mut rest = 0.0;
     for &coefficient in coefficients.iter().rev() {
-        value[3] = value[3] * t + value[2];
-        value[2] = value[2] * t + value[1];
-        value[1] = value[1] * t + value[0];
-        value[0] = value[0] * t + coefficient;
+        value[3] = value[3] * t.time + value[2];
+        value[2] = value[2] * t.time + value[1];
+        value[1] = value[1] * t.time + value[0];
+        let (product, of_product) = exact_product(value[0], t.time);
+        let (sum, of_sum) = exact_sum(product, coefficient);
+        value[0] = sum;
+        rest = rest * t.time + (of_product + of_sum);
     }
-    [value[0], value[1], 2.0 * value[2], 6.0 * value[3]]
+    ([value[0], value[1], 2.0 * value[2], 6.0 * value[3]], rest + value[1] * t.rest)
 }
 
 /// The cubic spline through points with the not-a-knot end condition (the first two and the last
@@ -182,9 +214,10 @@ impl Spline {
         Ok(Self { times: times.to_vec(), pieces })
     }
 
-    fn at(&self, t: f64) -> [f64; 4] {
-        let piece = self.piece(t);
-        polynomial(&self.pieces[piece], t - self.times[piece])
+    fn with_rest(&self, t: Instant) -> ([f64; 4], f64) {
+        let piece = self.piece(t.time);
+        let passed = t.time - self.times[piece] + t.rest;
+        polynomial(&self.pieces[piece], passed.into())
     }
 
     /// The piece that holds from `t` on.

@@ -16,15 +16,22 @@ const TAU_TAIL: f64 = TAU - TAU_HEAD + 2.449_293_598_294_706_4e-16;
 /// An angle [rad] as one within half a turn and full turns.
 #[inline]
 pub fn unwind(angle: f64) -> (f64, Turns) {
+    unwind_sum(angle, 0.0)
+}
+
+/// The same for an angle and the rest that its rounding left: of 1000 turns only the angle within half
+/// a turn keeps it.
+#[inline]
+pub fn unwind_sum(angle: f64, rest: f64) -> (f64, Turns) {
     if angle.abs() <= PI {
-        return (angle, 0.0);
+        return (angle + rest, 0.0);
     }
     let turns = (angle / TAU).round();
-    (angle - turns * TAU_HEAD - turns * TAU_TAIL, turns)
+    (angle - turns * TAU_HEAD - (turns * TAU_TAIL - rest), turns)
 }
 
 /// The angle [rad] with its full turns.
 #[inline]
 pub fn rewind(angle: f64, turns: Turns) -> f64 {
-    angle + turns * TAU_HEAD + turns * TAU_TAIL
+    turns * TAU_HEAD + (angle + turns * TAU_TAIL)
 }

@@ -1,6 +1,7 @@
 //! Events of systems whose motion, and so every instant of an event, is known in closed form.
 
 use chebclear::dynamics::Linearisation;
+use chebclear::instant::Instant;
 use chebclear::integrators::events::Guard;
 use chebclear::integrators::rosenbrock::{DenseStep, Rosenbrock};
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P};
@@ -79,7 +80,7 @@ impl HybridSystem for Switching {
         1
     }
 
-    fn acceleration(&mut self, _: f64, q: &[f64], _: &[f64], a: &mut [f64]) -> bool {
+    fn acceleration(&mut self, _: Instant, q: &[f64], _: &[f64], a: &mut [f64]) -> bool {
         a[0] = (self.law)(q[0], self.counts[0]).0;
         true
     }
@@ -98,12 +99,12 @@ impl HybridSystem for Switching {
         self.guards.len()
     }
 
-    fn guards(&mut self, t: f64, q: &[f64], v: &[f64], guards: &mut [Guard]) {
+    fn guards(&mut self, t: Instant, q: &[f64], v: &[f64], guards: &mut [Guard]) {
         self.evaluations += 1;
         assert!(self.evaluations < 1_000_000, "the run does not end");
         for ((out, guard), count) in guards.iter_mut().zip(&self.guards).zip(&self.counts) {
             let sign = if count % 2 == 0 { 1.0 } else { -1.0 };
-            let (value, rate) = guard(t, q[0], v[0]);
+            let (value, rate) = guard(t.time, q[0], v[0]);
             *out = Guard {
                 value: sign * value,
                 rate: if self.rates_known { sign * rate } else { f64::NAN },
@@ -435,7 +436,7 @@ fn a_landing_is_a_step_like_any_other() {
         fn dimension(&self) -> usize {
             1
         }
-        fn acceleration(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        fn acceleration(&mut self, t: Instant, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
             self.0.acceleration(t, q, v, a)
         }
         fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
@@ -447,7 +448,7 @@ fn a_landing_is_a_step_like_any_other() {
         fn guard_count(&self) -> usize {
             self.0.guard_count()
         }
-        fn guards(&mut self, t: f64, q: &[f64], v: &[f64], guards: &mut [Guard]) {
+        fn guards(&mut self, t: Instant, q: &[f64], v: &[f64], guards: &mut [Guard]) {
             self.0.guards(t, q, v, guards);
         }
         fn cross(&mut self, index: usize, t: f64, q: &[f64], v: &[f64]) -> f64 {

@@ -1,6 +1,7 @@
 //! Smooth initial value problems `q̈ = a(q, q̇, t)` for the integrator, with exact derivatives.
 
 use chebclear::dynamics::Linearisation;
+use chebclear::instant::Instant;
 use chebclear::integrators::rosenbrock::{DenseStep, Rosenbrock};
 use chebclear::integrators::tableaus::Tableau;
 use chebclear::integrators::{HybridSystem, Limits, Outcome, integrate};
@@ -259,8 +260,8 @@ impl HybridSystem for SmoothSystem<'_> {
         self.problem.q.len()
     }
 
-    fn acceleration(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        (self.problem.law)(self.problem.parameter, t - self.problem.t0, q, v, a);
+    fn acceleration(&mut self, t: Instant, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        (self.problem.law)(self.problem.parameter, t.time - self.problem.t0, q, v, a);
         true
     }
 

@@ -7,6 +7,7 @@ use chebclear::clearance::{ClearanceLaw, Phase, RelativeMotion, SlidingVelocity}
 use chebclear::contact::{Damping, NormalLaw};
 use chebclear::dynamics::Linearisation;
 use chebclear::friction::FrictionLaw;
+use chebclear::instant::Instant;
 use chebclear::integrators::events::Guard;
 use chebclear::integrators::{HybridSystem, Limits, Outcome, Stepper, integrate_with};
 
@@ -131,9 +132,9 @@ impl HybridSystem for Rattle {
         3
     }
 
-    fn acceleration(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        let state = self.law.evaluate(&self.motion(t, q, v), self.phase);
-        let (sin, cos) = (SPEED * t).sin_cos();
+    fn acceleration(&mut self, t: Instant, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        let state = self.law.evaluate(&self.motion(t.time, q, v), self.phase);
+        let (sin, cos) = (SPEED * t.time).sin_cos();
         a[0] = (self.load[0] * cos + state.force[0]) / MASS;
         a[1] = (self.load[1] * sin + state.force[1]) / MASS;
         a[2] = self.law.journal_radius * state.friction_force / INERTIA;
@@ -145,7 +146,7 @@ impl HybridSystem for Rattle {
     }
 
     fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
-        let exists = self.acceleration(t, q, v, &mut linear.a);
+        let exists = self.acceleration(t.into(), q, v, &mut linear.a);
         let forces = self.law.force_gradient(&self.motion(t, q, v), self.phase);
         let (sin, cos) = (SPEED * t).sin_cos();
         let spin_rate = self.swing * SPEED * sin * self.law.bearing_radius;
@@ -184,8 +185,8 @@ impl HybridSystem for Rattle {
         2
     }
 
-    fn guards(&mut self, t: f64, q: &[f64], v: &[f64], guards: &mut [Guard]) {
-        let state = self.law.evaluate(&self.motion(t, q, v), self.phase);
+    fn guards(&mut self, t: Instant, q: &[f64], v: &[f64], guards: &mut [Guard]) {
+        let state = self.law.evaluate(&self.motion(t.time, q, v), self.phase);
         let sign = if self.phase == Phase::Free { -1.0 } else { 1.0 };
         let resolution = 4.0 * f64::EPSILON * 4e-5;
         guards[0] = Guard {

@@ -1,6 +1,7 @@
 //! Adaptive integration: error against tolerance, and how a run ends when something goes wrong.
 
 use chebclear::dynamics::Linearisation;
+use chebclear::instant::Instant;
 use chebclear::integrators::rosenbrock::DenseStep;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P, Tableau};
 use chebclear::integrators::{HybridSystem, Limits, Outcome, Status, integrate};
@@ -77,7 +78,7 @@ impl HybridSystem for Watched<'_> {
         self.inner.dimension()
     }
 
-    fn acceleration(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    fn acceleration(&mut self, t: Instant, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         self.inner.acceleration(t, q, v, a) && self.spoil(a)
     }
 
@@ -234,7 +235,7 @@ fn gate_04_a_pole_of_the_solution_ends_the_run_in_front_of_it() {
         fn dimension(&self) -> usize {
             1
         }
-        fn acceleration(&mut self, _: f64, _: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        fn acceleration(&mut self, _: Instant, _: &[f64], v: &[f64], a: &mut [f64]) -> bool {
             a[0] = v[0] * v[0];
             true
         }
@@ -263,14 +264,14 @@ impl HybridSystem for Noise {
         1
     }
 
-    fn acceleration(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        let seed = t.to_bits() ^ q[0].to_bits().rotate_left(21) ^ v[0].to_bits().rotate_left(42);
+    fn acceleration(&mut self, t: Instant, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        let seed = t.time.to_bits() ^ q[0].to_bits().rotate_left(21) ^ v[0].to_bits().rotate_left(42);
         a[0] = Random(seed).within(-1e12, 1e12);
         true
     }
 
     fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
-        self.acceleration(t, q, v, &mut linear.a)
+        self.acceleration(t.into(), q, v, &mut linear.a)
     }
 
     fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {

@@ -1,6 +1,7 @@
 //! Contacts that stick: what tolerances cost there, and how the automatic choice finds its method.
 
 use chebclear::dynamics::Linearisation;
+use chebclear::instant::Instant;
 use chebclear::integrators::dop853::Dop853;
 use chebclear::integrators::rosenbrock::Rosenbrock;
 use chebclear::integrators::tableaus::RODAS4;
@@ -193,14 +194,14 @@ impl HybridSystem for Oscillator {
         1
     }
 
-    fn acceleration(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        a[0] = -self.stiffness * q[0] - self.damping * v[0] + t.cos();
+    fn acceleration(&mut self, t: Instant, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        a[0] = -self.stiffness * q[0] - self.damping * v[0] + t.time.cos();
         true
     }
 
     fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
         (linear.a_q[0], linear.a_v[0], linear.a_t[0]) = (-self.stiffness, -self.damping, -t.sin());
-        self.acceleration(t, q, v, &mut linear.a)
+        self.acceleration(t.into(), q, v, &mut linear.a)
     }
 
     fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
@@ -242,8 +243,8 @@ fn the_explicit_error_estimate_does_not_vanish_where_a_step_crosses_a_kink() {
         fn dimension(&self) -> usize {
             1
         }
-        fn acceleration(&mut self, t: f64, _: &[f64], _: &[f64], a: &mut [f64]) -> bool {
-            a[0] = (t - self.0).max(0.0).powf(self.1);
+        fn acceleration(&mut self, t: Instant, _: &[f64], _: &[f64], a: &mut [f64]) -> bool {
+            a[0] = (t.time - self.0).max(0.0).powf(self.1);
             true
         }
         fn linearise(&mut self, _: f64, _: &[f64], _: &[f64], _: &mut Linearisation) -> bool {

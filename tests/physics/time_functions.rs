@@ -1,10 +1,12 @@
 //! Functions of time against differences, the polynomials a spline must reproduce, and the steps of
 //! runs that use them.
 
+use chebclear::instant::{Instant, exact_product, exact_sum};
 use chebclear::scene::{Drive, Force, ForceFrame, JointKind, Scene};
 use chebclear::settings::Method;
 use chebclear::time_function::{Spline, TimeFunction};
 use chebclear::trajectory::{Settings, simulate};
+use chebclear::turns::unwind;
 use std::cell::RefCell;
 
 use crate::support::{Random, body, compile, derivative, ideal, point};
@@ -235,5 +237,63 @@ fn a_motion_by_a_table_keeps_the_order_of_the_method() {
         assert!(e2 < 1e-8, "{method:?}: {e2:e}");
         // Order 3 or less would be lost at the knots.
         assert!(gained > order - 1.5, "{method:?}: order {gained:.1}, errors {e1:e} {e2:e}");
+    }
+}
+
+/// A random integer of 53 bits, as exact as a double can be long.
+fn digits(random: &mut Random) -> i64 {
+    (random.within(-1.0, 1.0) * 9.0e15) as i64
+}
+
+#[test]
+fn sums_and_products_lose_nothing() {
+    let mut random = Random(4);
+    let integer = |value: f64| value as i128;
+    for _ in 0..10_000 {
+        let (a, b) = (digits(&mut random), digits(&mut random));
+        let (sum, rest) = exact_sum(a as f64, 16.0 * b as f64);
+        assert_eq!(integer(sum) + integer(rest), i128::from(a) + 16 * i128::from(b));
+        let (product, rest) = exact_product(a as f64, b as f64);
+        assert_eq!(integer(product) + integer(rest), i128::from(a) * i128::from(b));
+    }
+    // Numbers too large for halves have a product, and nothing is known of its rest.
+    assert_eq!(exact_product(1e305, 2.0), (2e305, 0.0));
+    assert_eq!(exact_product(1e200, 1e200).0, f64::INFINITY);
+}
+
+#[test]
+fn late_in_a_run_functions_are_as_smooth_as_at_its_start() {
+    let mut random = Random(5);
+    let speed = 209.439_510_239_319_54;
+    let late = table(&[0.0, 1e4, 1.1e4, 1.2e4, 2e4], &[0.0, 1.0, 2.0, 3.0, 2.0]);
+    for _ in 0..1000 {
+        let start = random.within(0.0, 2e4);
+        let h = random.within(0.0, 1e-3);
+        let instants = [Instant::from(start), Instant::after(start, h)];
+        assert!(instants[1].rest != 0.0);
+
+        // The angle of a drive that turns 1000 or 600 000 times, by Taylor's series.
+        for coefficients in [vec![0.3, speed], vec![0.3, -speed, 0.01], vec![1.0, 2.0, 0.1, -1e-6]] {
+            let function = TimeFunction::Polynomial(coefficients);
+            let [([angle, rate, second, third], _), ([later, ..], _)] =
+                instants.map(|t| function.angle_at(t));
+            let turned = h * (rate + h * (0.5 * second + h * third / 6.0));
+            // Rates of 1e3 rad/s are rounded themselves; the angles have half a turn at most.
+            let difference = unwind(later - angle - turned).0.abs();
+            assert!(difference < 4e-16 * (4.0 + h * rate.abs()), "{function:?} at {start}: {difference:e}");
+        }
+
+        // The addition theorem.
+        let function =
+            TimeFunction::Harmonic { mean: 0.5, amplitude: 2.0, angular_frequency: speed, phase: 0.7 };
+        let [[value, rate, ..], [later, ..]] = instants.map(|t| function.at(t));
+        let (sine, cosine) = (speed * h).sin_cos();
+        let expected = 0.5 + (value - 0.5) * cosine + rate / speed * sine;
+        assert!((later - expected).abs() < 4e-15, "at {start}: {:e}", later - expected);
+
+        // Within one piece of a table, again by Taylor's series; each number has its own rounding.
+        let [[value, rate, second, third], [later, ..]] = instants.map(|t| late.at(t));
+        let expected = value + h * (rate + h * (0.5 * second + h * third / 6.0));
+        assert!((later - expected).abs() < 1e-15 * (1.0 + value.abs()), "at {start}: {:e}", later - expected);
     }
 }

@@ -67,6 +67,7 @@ PHYSICS_ORDER = [
     "dual",
     "linear",
     "turns",
+    "instant",
     "time_function",
     "contact",
     "friction",

@@ -25,6 +25,7 @@ pub use reactions::Wrench;
 
 use crate::clearance::{ContactState, Phase, RelativeMotion};
 use crate::dual::Dual;
+use crate::instant::Instant;
 use crate::kinematics::{
     Coordinate, FrameKind, FrameState, PointState, Vec2, accelerate_frames, angle_column, move_frames, perp,
     position_column, velocity_column,
@@ -75,7 +76,7 @@ pub struct Dynamics<'m> {
     pub phases: Vec<Phase>,
     /// Full turns of every column that the coordinates leave out.
     pub turns: Vec<Turns>,
-    t: f64,
+    t: Instant,
     coordinates: Vec<Coordinate>,
     /// Third derivatives of the driven coordinates.
     jerks: Vec<f64>,
@@ -116,7 +117,7 @@ impl<'m> Dynamics<'m> {
             phases: vec![Phase::Free; mechanism.clearance_joints.len()],
             turns: vec![0.0; columns],
             // Equal to no time: the frames have not been moved yet.
-            t: f64::NAN,
+            t: f64::NAN.into(),
             jerks: vec![0.0; mechanism.driven.len()],
             coordinates: vec![Coordinate::default(); columns],
             states,
@@ -134,8 +135,9 @@ impl<'m> Dynamics<'m> {
     }
 
     /// Moves all frames to a state, with the free coordinates not accelerated.
-    pub fn move_to(&mut self, t: f64, q: &[f64], v: &[f64]) {
+    pub fn move_to(&mut self, t: impl Into<Instant>, q: &[f64], v: &[f64]) {
         let mechanism = self.mechanism;
+        let t = t.into();
         self.t = t;
         for (freedom, &column) in mechanism.free.iter().enumerate() {
             self.coordinates[column] =
@@ -149,7 +151,7 @@ impl<'m> Dynamics<'m> {
 
     /// Whether the frames have the positions and velocities of this state.
     #[inline]
-    pub fn is_at(&self, t: f64, q: &[f64], v: &[f64]) -> bool {
+    pub fn is_at(&self, t: Instant, q: &[f64], v: &[f64]) -> bool {
         self.t == t
             && self.mechanism.free.iter().zip(q.iter().zip(v)).all(|(&column, (&position, &velocity))| {
                 let coordinate = &self.coordinates[column];
@@ -221,7 +223,7 @@ impl<'m> Dynamics<'m> {
 
     /// Accelerations of the degrees of freedom. Returns false where the mass matrix is singular
     /// or something is not a number.
-    pub fn acceleration(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    pub fn acceleration(&mut self, t: impl Into<Instant>, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         self.move_to(t, q, v);
         let d = a.len();
         a.fill(0.0);

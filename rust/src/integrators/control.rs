@@ -199,7 +199,7 @@ impl Run<'_> {
     fn restart(&mut self) {
         self.system.tolerances(&mut self.position_tolerance, &mut self.velocity_tolerance);
         self.method.weigh(&self.position_tolerance, &self.velocity_tolerance);
-        self.system.guards(self.t, &self.q, &self.v, &mut self.start_guards);
+        self.system.guards(self.t.into(), &self.q, &self.v, &mut self.start_guards);
         self.steps_since_restart = 0;
     }
 
@@ -217,6 +217,8 @@ impl Run<'_> {
 
     fn take(&mut self, h: f64) -> bool {
         self.dense = false;
+        // To the next number: the step after this one begins where this one ended, to the last bit.
+        let h = (self.t + h) - self.t;
         self.method.attempt(self.system, h, &mut self.stats)
     }
 
@@ -338,12 +340,12 @@ impl Run<'_> {
     /// between two flat ends.
     fn suspicious(&mut self) -> bool {
         let step = self.method.step();
-        let (t, h) = (step.t, step.h);
+        let (middle, h) = (step.instant(0.5), step.h);
         if EventFinder::suspicious(h, &self.start_guards, &self.end_guards) {
             return true;
         }
         self.method.glance(0.5, &mut self.inner_q, &mut self.inner_v);
-        self.system.guards(t + 0.5 * h, &self.inner_q, &self.inner_v, &mut self.inner_guards);
+        self.system.guards(middle, &self.inner_q, &self.inner_v, &mut self.inner_guards);
         EventFinder::suspicious(0.5 * h, &self.start_guards, &self.inner_guards)
             || EventFinder::suspicious(0.5 * h, &self.inner_guards, &self.end_guards)
     }
@@ -361,7 +363,7 @@ impl Run<'_> {
     fn read_guards_inside(&mut self, theta: f64) {
         let step = self.method.step();
         step.at(theta, &mut self.inner_q, &mut self.inner_v);
-        self.system.guards(step.t + theta * step.h, &self.inner_q, &self.inner_v, &mut self.inner_guards);
+        self.system.guards(step.instant(theta), &self.inner_q, &self.inner_v, &mut self.inner_guards);
     }
 
     /// Takes the step again with another length, for a landing.
@@ -390,7 +392,7 @@ impl Run<'_> {
     fn read_end_guards(&mut self) {
         let step = self.method.step();
         let (q, v) = step.end.split_at(step.end.len() / 2);
-        self.system.guards(step.t + step.h, q, v, &mut self.end_guards);
+        self.system.guards(step.instant(1.0), q, v, &mut self.end_guards);
     }
 
     /// Moves to the end of the step.
@@ -421,7 +423,7 @@ impl Run<'_> {
         std::mem::swap(&mut self.start_guards, &mut self.end_guards);
         match self.system.project(self.t, &mut self.q, &mut self.v) {
             Projection::Unneeded => {}
-            Projection::Done => self.system.guards(self.t, &self.q, &self.v, &mut self.start_guards),
+            Projection::Done => self.system.guards(self.t.into(), &self.q, &self.v, &mut self.start_guards),
             Projection::TooLarge => return Err((Status::Projection, None)),
             Projection::Singular => return Err((Status::SingularMechanism, None)),
         }

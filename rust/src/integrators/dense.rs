@@ -4,6 +4,8 @@
 //! y(t + θh) = (1-θ) y₀ + θ (y₁ + (1-θ) (K₁ + θ K₂ + θ² K₃ + ...))
 //! ```
 
+use crate::instant::Instant;
+
 /// A step `t .. t + h` and the polynomial through it.
 #[derive(Clone, Debug, Default)]
 pub struct DenseStep {
@@ -41,6 +43,11 @@ impl DenseStep {
             let value = rest * self.start[k] + theta * (self.end[k] + rest * sum);
             if k < n / 2 { q[k] = value } else { v[k - n / 2] = value }
         }
+    }
+
+    /// The instant `t + theta h`.
+    pub fn instant(&self, theta: f64) -> Instant {
+        Instant::after(self.t, theta * self.h)
     }
 
     /// End of the step [s].

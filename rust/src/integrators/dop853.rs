@@ -8,6 +8,7 @@
 //! of a Rosenbrock method with a fraction of the work; sticking friction is stiff, and there its
 //! steps shrink to the stability limit, which costs time but not accuracy.
 
+use crate::instant::Instant;
 use crate::integrators::dense::DenseStep;
 use crate::integrators::stages::Stages;
 use crate::integrators::{HybridSystem, Stats, Stepper};
@@ -65,7 +66,7 @@ impl Dop853 {
     /// first of the next step.
     fn ended_at(&self, t: f64, q: &[f64], v: &[f64]) -> bool {
         let (end_q, end_v) = self.step.end.split_at(self.d);
-        self.end_slope_holds && self.step.end_time() == t && end_q == q && end_v == v
+        self.end_slope_holds && self.step.instant(1.0) == t.into() && end_q == q && end_v == v
     }
 
     /// Length of the step last taken times the fastest rate of the motion [-]: the change of the slopes
@@ -95,7 +96,7 @@ impl Dop853 {
         let (q, v) = self.argument.split_at(d);
         let (slope_q, slope_v) = self.slopes.row_mut(stage).split_at_mut(d);
         slope_q.copy_from_slice(v);
-        system.acceleration(self.t + C[stage] * h, q, v, slope_v)
+        system.acceleration(Instant::after(self.t, C[stage] * h), q, v, slope_v)
     }
 }
 
@@ -118,7 +119,7 @@ impl Stepper for Dop853 {
             stats.evaluations += 1;
             let (slope_q, slope_v) = self.slopes.row_mut(0).split_at_mut(self.d);
             slope_q.copy_from_slice(v);
-            if !system.acceleration(t, q, v, slope_v) {
+            if !system.acceleration(t.into(), q, v, slope_v) {
                 return false;
             }
         }

@@ -107,7 +107,7 @@ impl EventFinder {
             let theta = piece as f64 / PIECES as f64;
             step.at(theta, &mut self.q, &mut self.v);
             let range = piece * count..(piece + 1) * count;
-            system.guards(step.t + theta * step.h, &self.q, &self.v, &mut self.samples[range]);
+            system.guards(step.instant(theta), &self.q, &self.v, &mut self.samples[range]);
         }
         self.samples[PIECES * count..].copy_from_slice(end);
         let mut first: Option<Located> = None;
@@ -179,7 +179,7 @@ impl EventFinder {
         theta: f64,
     ) -> Guard {
         step.at(theta, &mut self.q, &mut self.v);
-        system.guards(step.t + theta * step.h, &self.q, &self.v, &mut self.trial);
+        system.guards(step.instant(theta), &self.q, &self.v, &mut self.trial);
         self.trial[index]
     }
 

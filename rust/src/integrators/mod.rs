@@ -13,6 +13,7 @@ mod stages;
 pub mod tableaus;
 
 use crate::dynamics::Linearisation;
+use crate::instant::Instant;
 use dense::DenseStep;
 use events::Guard;
 
@@ -24,7 +25,7 @@ pub trait HybridSystem {
     fn dimension(&self) -> usize;
 
     /// Accelerations; false where they do not exist.
-    fn acceleration(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool;
+    fn acceleration(&mut self, t: Instant, q: &[f64], v: &[f64], a: &mut [f64]) -> bool;
 
     /// Accelerations and their derivatives; false where they do not exist.
     fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool;
@@ -46,7 +47,7 @@ pub trait HybridSystem {
     }
 
     /// Guards of the present phase.
-    fn guards(&mut self, _t: f64, _q: &[f64], _v: &[f64], _guards: &mut [Guard]) {}
+    fn guards(&mut self, _t: Instant, _q: &[f64], _v: &[f64], _guards: &mut [Guard]) {}
 
     /// Ends the phase that a guard watches; returns a bound for the next step, or infinity.
     fn cross(&mut self, _index: usize, _t: f64, _q: &[f64], _v: &[f64]) -> f64 {

@@ -9,6 +9,7 @@
 //! so that a d x d matrix is factored instead of 2d x 2d `[SanduNegrut2003]`.
 
 use crate::dynamics::Linearisation;
+use crate::instant::Instant;
 pub use crate::integrators::dense::DenseStep;
 use crate::integrators::stages::Stages;
 use crate::integrators::tableaus::Tableau;
@@ -110,7 +111,7 @@ impl Rosenbrock {
                 self.a.copy_from_slice(&linear.a);
             } else {
                 let (stage_q, stage_v) = self.argument.split_at(d);
-                if !system.acceleration(t + alpha[i] * h, stage_q, stage_v, &mut self.a) {
+                if !system.acceleration(Instant::after(t, alpha[i] * h), stage_q, stage_v, &mut self.a) {
                     return false;
                 }
             }
