@@ -26,8 +26,7 @@ pub use reactions::Wrench;
 use crate::clearance::{ContactState, Phase, RelativeMotion};
 use crate::dual::Dual;
 use crate::kinematics::{
-    Coordinate, FrameKind, FrameState, PointState, Vec2, accelerate_frames, angle_column, move_frames, perp,
-    position_column, velocity_column,
+    Coordinate, FrameState, PointState, Vec2, accelerate_frames, frames_at_rest, move_frames, perp,
 };
 use crate::linear::{symmetric_factor, symmetric_solve};
 use crate::mechanism::{ClearanceJoint, FramePoint, Mechanism};
@@ -109,8 +108,6 @@ impl<'m> Dynamics<'m> {
     pub fn new(mechanism: &'m Mechanism) -> Self {
         let d = mechanism.degrees_of_freedom();
         let columns = mechanism.frames.len() - 1;
-        let mut states = vec![FrameState::GROUND; mechanism.frames.len()];
-        states[0].acceleration = -mechanism.gravity;
         Self {
             mechanism,
             phases: vec![Phase::Free; mechanism.clearance_joints.len()],
@@ -119,7 +116,7 @@ impl<'m> Dynamics<'m> {
             t: f64::NAN,
             jerks: vec![0.0; mechanism.driven.len()],
             coordinates: vec![Coordinate::default(); columns],
-            states,
+            states: frames_at_rest(&mechanism.frames, -mechanism.gravity),
             composites: Composites::new(mechanism),
             mass: vec![0.0; d * d],
             residual_q: vec![0.0; d * columns],
@@ -137,9 +134,8 @@ impl<'m> Dynamics<'m> {
     pub fn move_to(&mut self, t: f64, q: &[f64], v: &[f64]) {
         let mechanism = self.mechanism;
         self.t = t;
-        for (freedom, &column) in mechanism.free.iter().enumerate() {
-            self.coordinates[column] =
-                Coordinate { position: q[freedom], velocity: v[freedom], acceleration: 0.0 };
+        for (&column, (&position, &velocity)) in mechanism.free.iter().zip(q.iter().zip(v)) {
+            self.coordinates[column] = Coordinate { position, velocity, acceleration: 0.0 };
         }
         for (driven, jerk) in mechanism.driven.iter().zip(&mut self.jerks) {
             (self.coordinates[driven.column], *jerk, self.turns[driven.column]) = driven.at(t);
@@ -224,8 +220,7 @@ impl<'m> Dynamics<'m> {
     pub fn acceleration(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         self.move_to(t, q, v);
         let d = a.len();
-        a.fill(0.0);
-        self.composites.assemble(self.mechanism, &self.states, &mut self.mass, a);
+        self.composites.assemble(&self.states, &mut self.mass, a);
         for index in 0..self.phases.len() {
             if let Phase::Contact { clipped: false, .. } = self.phases[index] {
                 self.add_contact(index, a);
@@ -242,8 +237,8 @@ impl<'m> Dynamics<'m> {
     /// Column of the velocity transformation of a point on a frame at or below the column's.
     #[inline]
     fn column(&self, column: usize, point: Vec2) -> (Vec2, f64) {
-        let kind = self.mechanism.frames[column + 1].kind;
-        (position_column(kind, &self.states[column + 1], point), angle_column(kind))
+        let frame = &self.states[column + 1];
+        (frame.column(point), frame.turn)
     }
 
     /// Adds the generalised force of a contact.
@@ -368,10 +363,7 @@ impl<'m> Dynamics<'m> {
     #[inline]
     fn second_column(&self, j: usize, k: usize, point: Vec2) -> Vec2 {
         let (upper, lower) = (j.min(k), j.max(k));
-        match self.mechanism.frames[upper + 1].kind {
-            FrameKind::Revolute => perp(self.column(lower, point).0),
-            FrameKind::Prismatic { .. } => Vec2::zeros(),
-        }
+        self.states[upper + 1].turn * perp(self.states[lower + 1].column(point))
     }
 
     fn add_contact_derivatives(&mut self, index: usize) {
@@ -409,12 +401,11 @@ impl<'m> Dynamics<'m> {
         for (point, radius, sign) in ends {
             let state = self.point(point);
             for &column in &mechanism.paths[point.frame].columns {
-                let kind = mechanism.frames[column + 1].kind;
                 let frame = &self.states[column + 1];
                 let entry = &mut self.joint_columns[column];
-                entry.eccentricity += sign * position_column(kind, frame, state.position);
-                entry.rate += sign * velocity_column(kind, frame, state.velocity);
-                entry.spin += sign * angle_column(kind) * radius;
+                entry.eccentricity += sign * frame.column(state.position);
+                entry.rate += sign * frame.velocity_column(state.velocity);
+                entry.spin += sign * frame.turn * radius;
             }
         }
         // -∂/∂z_k of E_iᵀ F + S_i F_t, first through the force, then through E_i.
