@@ -45,7 +45,7 @@ fn symmetric_factor_any(matrix: &mut [f64], n: usize) -> bool {
 }
 
 fn is_pivot(pivot: f64) -> bool {
-    pivot > 0.0 && pivot.is_finite()
+    0.0 < pivot && pivot < f64::INFINITY
 }
 
 /// Solves L D Lᵀ x = b in place, with the factor of [`symmetric_factor`].

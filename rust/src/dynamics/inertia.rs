@@ -43,6 +43,37 @@ struct Part {
     above: Vec<(usize, usize)>,
 }
 
+impl Part {
+    /// The composite body on its frame in motion; `bodies` are those of the parts before, which hold
+    /// what hangs on it.
+    #[inline(always)]
+    fn compose(&self, frame: &FrameState, bodies: &[Composite]) -> Composite {
+        let center = frame.point(self.own.center);
+        let mut body = Composite {
+            mass: self.mass,
+            inertia: self.own.inertia,
+            center: center.position,
+            velocity: center.velocity,
+            acceleration: center.acceleration,
+            moment: self.own.inertia * frame.angular_acceleration,
+            spread: 0.0,
+        };
+        for merge in &self.merges {
+            let child = &bodies[merge.child];
+            let arm = child.center - body.center;
+            let (rate, acceleration) =
+                (child.velocity - body.velocity, child.acceleration - body.acceleration);
+            body.inertia += child.inertia + merge.reduced_mass * arm.norm_squared();
+            body.moment += child.moment + merge.reduced_mass * arm.perp(&acceleration);
+            body.spread += child.spread + merge.reduced_mass * arm.dot(&rate);
+            body.center += merge.fraction * arm;
+            body.velocity += merge.fraction * rate;
+            body.acceleration += merge.fraction * acceleration;
+        }
+        body
+    }
+}
+
 /// A composite body becomes a part of the one above it.
 #[derive(Clone, Copy, Debug)]
 struct Merge {
@@ -116,46 +147,15 @@ impl Composites {
         Self { bodies: vec![still; parts.len()], parts, uncoupled }
     }
 
-    /// Puts a composite body together for frames in motion, after those that hang on it.
-    #[inline(always)]
-    fn compose(&mut self, place: usize, states: &[FrameState]) -> Composite {
-        let part = &self.parts[place];
-        let frame = &states[part.own.frame];
-        let center = frame.point(part.own.center);
-        let mut body = Composite {
-            mass: part.mass,
-            inertia: part.own.inertia,
-            center: center.position,
-            velocity: center.velocity,
-            acceleration: center.acceleration,
-            moment: part.own.inertia * frame.angular_acceleration,
-            spread: 0.0,
-        };
-        for merge in &part.merges {
-            let child = &self.bodies[merge.child];
-            let arm = child.center - body.center;
-            let (rate, acceleration) =
-                (child.velocity - body.velocity, child.acceleration - body.acceleration);
-            body.inertia += child.inertia + merge.reduced_mass * arm.norm_squared();
-            body.moment += child.moment + merge.reduced_mass * arm.perp(&acceleration);
-            body.spread += child.spread + merge.reduced_mass * arm.dot(&rate);
-            body.center += merge.fraction * arm;
-            body.velocity += merge.fraction * rate;
-            body.acceleration += merge.fraction * acceleration;
-        }
-        self.bodies[place] = body;
-        body
-    }
-
     /// The lower triangle of the mass matrix, and the inertial forces with opposite sign.
     #[inline]
     pub(super) fn assemble(&mut self, states: &[FrameState], mass: &mut [f64], forces: &mut [f64]) {
         let d = forces.len();
-        for place in 0..self.parts.len() {
-            let body = self.compose(place, states);
-            let part = &self.parts[place];
-            let Some(i) = part.freedom else { continue };
+        for (place, part) in self.parts.iter().enumerate() {
             let frame = &states[part.own.frame];
+            let body = part.compose(frame, &self.bodies);
+            self.bodies[place] = body;
+            let Some(i) = part.freedom else { continue };
             let by = frame.column(body.center);
             forces[i] = -(body.mass * by.dot(&body.acceleration) + frame.turn * body.moment);
             mass[i * d + i] = body.mass * by.norm_squared() + frame.turn * body.inertia;
@@ -178,8 +178,10 @@ impl Dynamics<'_> {
         let mechanism = self.mechanism;
         let columns = self.coordinates.len();
         for place in 0..self.composites.parts.len() {
-            let body = self.composites.compose(place, &self.states);
-            let Part { own, freedom, .. } = self.composites.parts[place];
+            let part = &self.composites.parts[place];
+            let Part { own, freedom, .. } = *part;
+            let body = part.compose(&self.states[own.frame], &self.composites.bodies);
+            self.composites.bodies[place] = body;
             let path = &mechanism.paths[own.frame];
             let lower = own.frame - 1;
             // Of two columns the lower one says which composite body both move.

@@ -221,9 +221,9 @@ impl<'m> Dynamics<'m> {
         self.move_to(t, q, v);
         let d = a.len();
         self.composites.assemble(&self.states, &mut self.mass, a);
-        for index in 0..self.phases.len() {
-            if let Phase::Contact { clipped: false, .. } = self.phases[index] {
-                self.add_contact(index, a);
+        for (joint, phase) in self.mechanism.clearance_joints.iter().zip(&self.phases) {
+            if let Phase::Contact { clipped: false, .. } = phase {
+                self.add_contact(joint, *phase, a);
             }
         }
         self.add_forces(a);
@@ -243,8 +243,7 @@ impl<'m> Dynamics<'m> {
 
     /// Adds the generalised force of a contact.
     #[inline]
-    fn add_contact(&self, index: usize, forces: &mut [f64]) {
-        let joint = &self.mechanism.clearance_joints[index];
+    fn add_contact(&self, joint: &ClearanceJoint, phase: Phase, forces: &mut [f64]) {
         let journal = self.point(joint.journal);
         let bearing = self.point(joint.bearing);
         let motion = RelativeMotion {
@@ -252,7 +251,7 @@ impl<'m> Dynamics<'m> {
             rate: (journal.velocity - bearing.velocity).into(),
             spin: self.spin(joint),
         };
-        let state = joint.law.evaluate(&motion, self.phases[index]);
+        let state = joint.law.evaluate(&motion, phase);
         let moments = [
             joint.law.bearing_radius * state.friction_force,
             joint.law.journal_radius * state.friction_force,
