@@ -67,12 +67,25 @@ impl Stages {
     }
 
     #[inline(always)]
-    fn sum_of_block(&self, block: usize, weights: &[f64], mut sum: [f64; BLOCK]) -> [f64; BLOCK] {
-        for (weight, row) in weights.iter().zip(self.rows.chunks_exact(self.width)) {
-            for (sum, k) in sum.iter_mut().zip(&row[block]) {
-                *sum += weight * k;
-            }
+    fn sum_of_block(&self, block: usize, weights: &[f64], sum: [f64; BLOCK]) -> [f64; BLOCK] {
+        match self.width {
+            // Two degrees of freedom: most mechanisms have no more.
+            1 => weighted_sum(weights, self.rows.iter(), sum),
+            width => weighted_sum(weights, self.rows.chunks_exact(width).map(|row| &row[block]), sum),
         }
-        sum
     }
+}
+
+#[inline(always)]
+fn weighted_sum<'a>(
+    weights: &[f64],
+    rows: impl Iterator<Item = &'a [f64; BLOCK]>,
+    mut sum: [f64; BLOCK],
+) -> [f64; BLOCK] {
+    for (weight, row) in weights.iter().zip(rows) {
+        for (sum, k) in sum.iter_mut().zip(row) {
+            *sum += weight * k;
+        }
+    }
+    sum
 }
