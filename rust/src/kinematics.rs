@@ -109,6 +109,12 @@ impl FrameState {
         turned(vector, self.cosine, self.sine)
     }
 
+    /// Motion of the origin.
+    #[inline]
+    pub fn origin(&self) -> PointState {
+        PointState { position: self.position, velocity: self.velocity, acceleration: self.acceleration }
+    }
+
     /// Motion of a point fixed in this frame at `offset` [m].
     #[inline(always)]
     pub fn point(&self, offset: Vec2) -> PointState {

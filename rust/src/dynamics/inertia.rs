@@ -33,6 +33,8 @@ struct Composite {
 struct Part {
     /// What sits on the frame itself.
     own: FrameInertia,
+    /// Its mass centre is the origin of the frame.
+    centered: bool,
     /// The parts that hang on the frame.
     merges: Vec<Merge>,
     /// Mass of all [kg].
@@ -48,7 +50,8 @@ impl Part {
     /// what hangs on it.
     #[inline(always)]
     fn compose(&self, frame: &FrameState, bodies: &[Composite]) -> Composite {
-        let center = frame.point(self.own.center);
+        // Sliders and what floats: their mass centre is the origin.
+        let center = if self.centered { frame.origin() } else { frame.point(self.own.center) };
         let mut body = Composite {
             mass: self.mass,
             inertia: self.own.inertia,
@@ -127,6 +130,7 @@ impl Composites {
             }
             parts.push(Part {
                 own: own[frame],
+                centered: own[frame].center == Vec2::zeros(),
                 merges: std::mem::take(&mut merges[frame]),
                 mass: masses[frame],
                 freedom,
