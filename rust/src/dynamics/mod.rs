@@ -203,6 +203,17 @@ impl<'m> Dynamics<'m> {
         }
     }
 
+    /// The part of it that the force law needs, without accelerations.
+    #[inline(always)]
+    fn contact_motion(&self, joint: &ClearanceJoint) -> RelativeMotion<f64> {
+        let (journal, bearing) = (self.point(joint.journal), self.point(joint.bearing));
+        RelativeMotion {
+            eccentricity: (journal.position - bearing.position).into(),
+            rate: (journal.velocity - bearing.velocity).into(),
+            spin: self.spin(joint),
+        }
+    }
+
     #[inline]
     fn spin(&self, joint: &ClearanceJoint) -> f64 {
         self.states[joint.journal.frame].angular_velocity * joint.law.journal_radius
@@ -212,7 +223,7 @@ impl<'m> Dynamics<'m> {
     /// State of the contact of a clearance joint after [`Dynamics::move_to`].
     pub fn contact_state(&self, index: usize) -> ContactState<f64> {
         let joint = &self.mechanism.clearance_joints[index];
-        joint.law.evaluate(&relative_motion(&self.joint_motion(joint)), self.phases[index])
+        joint.law.evaluate(&self.contact_motion(joint), self.phases[index])
     }
 
     /// Accelerations of the degrees of freedom. Returns false where the mass matrix is singular
@@ -244,19 +255,12 @@ impl<'m> Dynamics<'m> {
     /// Adds the generalised force of a contact.
     #[inline]
     fn add_contact(&self, joint: &ClearanceJoint, phase: Phase, forces: &mut [f64]) {
-        let journal = self.point(joint.journal);
-        let bearing = self.point(joint.bearing);
-        let motion = RelativeMotion {
-            eccentricity: (journal.position - bearing.position).into(),
-            rate: (journal.velocity - bearing.velocity).into(),
-            spin: self.spin(joint),
-        };
-        let state = joint.law.evaluate(&motion, phase);
+        let state = joint.law.evaluate(&self.contact_motion(joint), phase);
         let moments = [
             joint.law.bearing_radius * state.friction_force,
             joint.law.journal_radius * state.friction_force,
         ];
-        let positions = [bearing.position, journal.position];
+        let positions = [self.point(joint.bearing).position, self.point(joint.journal).position];
         self.add_pair([joint.bearing, joint.journal], positions, state.force.into(), moments, forces);
     }
 
@@ -367,8 +371,7 @@ impl<'m> Dynamics<'m> {
 
     fn add_contact_derivatives(&mut self, index: usize) {
         let joint = &self.mechanism.clearance_joints[index];
-        let motion = relative_motion(&self.joint_motion(joint));
-        let gradient = joint.law.force_gradient(&motion, self.phases[index]);
+        let gradient = joint.law.force_gradient(&self.contact_motion(joint), self.phases[index]);
         if gradient[0].value == 0.0 && gradient[1].value == 0.0 {
             // Touching only in name (δ ≤ 0 to rounding): the derivatives vanish with the force.
             return;
