@@ -71,6 +71,8 @@ pub struct FrameState {
     pub acceleration: Vec2,
     /// Sliding axis in the world frame [-]; zero for a revolute frame.
     pub axis: Vec2,
+    /// ∂θ/∂z: 1 for a revolute, 0 for a prismatic frame.
+    pub turn: f64,
     /// Angle [rad].
     pub angle: f64,
     /// Cosine of the angle.
@@ -84,23 +86,33 @@ pub struct FrameState {
 }
 
 impl FrameState {
-    /// Ground, and the value of frames not computed yet.
-    pub const GROUND: FrameState = FrameState {
-        position: Vec2::new(0.0, 0.0),
-        velocity: Vec2::new(0.0, 0.0),
-        acceleration: Vec2::new(0.0, 0.0),
-        axis: Vec2::new(0.0, 0.0),
-        angle: 0.0,
-        cosine: 1.0,
-        sine: 0.0,
-        angular_velocity: 0.0,
-        angular_acceleration: 0.0,
-    };
+    /// A frame on a parent, with its coordinate and its rates all zero.
+    fn at_rest(frame: &Frame, parent: &FrameState) -> Self {
+        let origin = parent.point(frame.anchor);
+        let (axis, turn) = match frame.kind {
+            FrameKind::Revolute => (Vec2::zeros(), 1.0),
+            FrameKind::Prismatic { axis } => (parent.to_world(axis), 0.0),
+        };
+        Self {
+            position: origin.position,
+            velocity: origin.velocity,
+            acceleration: origin.acceleration,
+            axis,
+            turn,
+            ..*parent
+        }
+    }
 
     /// `vector`, given in this frame, in the world frame.
     #[inline]
     pub fn to_world(&self, vector: Vec2) -> Vec2 {
         turned(vector, self.cosine, self.sine)
+    }
+
+    /// Motion of the origin.
+    #[inline]
+    pub fn origin(&self) -> PointState {
+        PointState { position: self.position, velocity: self.velocity, acceleration: self.acceleration }
     }
 
     /// Motion of a point fixed in this frame at `offset` [m].
@@ -113,6 +125,28 @@ impl FrameState {
             acceleration: self.acceleration + self.angular_acceleration * perp(arm)
                 - self.angular_velocity * self.angular_velocity * arm,
         }
+    }
+
+    /// Column of the velocity transformation of a point at or below the frame: ∂r/∂z.
+    #[inline(always)]
+    pub fn column(&self, point: Vec2) -> Vec2 {
+        // Without a branch: one of the two terms is zero.
+        self.axis + self.turn * perp(point - self.position)
+    }
+
+    /// ∂ṙ/∂z with ż fixed.
+    #[inline]
+    pub fn velocity_column(&self, velocity: Vec2) -> Vec2 {
+        // The frame of a prismatic joint turns with its parent.
+        self.angular_velocity * perp(self.axis) + self.turn * perp(velocity - self.velocity)
+    }
+
+    /// ∂r̈/∂z with ż and z̈ fixed.
+    #[inline]
+    pub fn acceleration_column(&self, acceleration: Vec2) -> Vec2 {
+        self.angular_acceleration * perp(self.axis)
+            - self.angular_velocity * self.angular_velocity * self.axis
+            + self.turn * perp(acceleration - self.acceleration)
     }
 }
 
@@ -138,34 +172,60 @@ pub struct Coordinate {
     pub acceleration: f64,
 }
 
-/// Moves all frames to the coordinates: `coordinates[k - 1]` belongs to frame k.
+/// All frames at rest with their coordinates zero, on ground that accelerates [m/s²].
+pub fn frames_at_rest(frames: &[Frame], ground_acceleration: Vec2) -> Vec<FrameState> {
+    let ground = FrameState {
+        position: Vec2::zeros(),
+        velocity: Vec2::zeros(),
+        acceleration: ground_acceleration,
+        axis: Vec2::zeros(),
+        turn: 0.0,
+        angle: 0.0,
+        cosine: 1.0,
+        sine: 0.0,
+        angular_velocity: 0.0,
+        angular_acceleration: 0.0,
+    };
+    let mut states = vec![ground];
+    for frame in frames.iter().skip(1) {
+        states.push(FrameState::at_rest(frame, &states[frame.parent]));
+    }
+    states
+}
+
+/// Moves all frames to the coordinates: `coordinates[k - 1]` belongs to frame k. What never changes is
+/// left as [`frames_at_rest`] put it: kinds, and on ground pivots and axes.
+#[inline]
 pub fn move_frames(frames: &[Frame], coordinates: &[Coordinate], states: &mut [FrameState]) {
-    for index in 1..frames.len().min(coordinates.len() + 1) {
-        let frame = &frames[index];
-        let Coordinate { position: z, velocity, acceleration } = coordinates[index - 1];
-        let parent = &states[frame.parent];
-        let (omega, alpha) = (parent.angular_velocity, parent.angular_acceleration);
-        states[index] = match frame.kind {
-            FrameKind::Revolute => {
-                let origin = parent.point(frame.anchor);
-                let angle = parent.angle + z;
-                let (sine, cosine) = angle.sin_cos();
-                FrameState {
-                    position: origin.position,
-                    velocity: origin.velocity,
-                    acceleration: origin.acceleration,
-                    axis: Vec2::zeros(),
-                    angle,
-                    cosine,
-                    sine,
-                    angular_velocity: omega + velocity,
-                    angular_acceleration: alpha + acceleration,
-                }
+    for (index, (frame, coordinate)) in frames[1..].iter().zip(coordinates).enumerate() {
+        let Coordinate { position: z, velocity, acceleration } = *coordinate;
+        let (placed, rest) = states.split_at_mut(index + 1);
+        let (parent, state) = (&placed[frame.parent], &mut rest[0]);
+        match (frame.parent, frame.kind) {
+            (0, FrameKind::Revolute) => {
+                (state.sine, state.cosine) = z.sin_cos();
+                (state.angle, state.angular_velocity, state.angular_acceleration) =
+                    (z, velocity, acceleration);
             }
-            FrameKind::Prismatic { axis } => {
+            (0, FrameKind::Prismatic { axis }) => {
+                state.position = frame.anchor + z * axis;
+                state.velocity = velocity * axis;
+                state.acceleration = parent.acceleration + acceleration * axis;
+            }
+            (_, FrameKind::Revolute) => {
+                let origin = parent.point(frame.anchor);
+                state.position = origin.position;
+                state.velocity = origin.velocity;
+                state.acceleration = origin.acceleration;
+                state.angle = parent.angle + z;
+                (state.sine, state.cosine) = state.angle.sin_cos();
+                state.angular_velocity = parent.angular_velocity + velocity;
+                state.angular_acceleration = parent.angular_acceleration + acceleration;
+            }
+            (_, FrameKind::Prismatic { axis }) => {
                 let origin = parent.point(frame.anchor + z * axis);
-                let axis = parent.to_world(axis);
-                FrameState {
+                let (omega, axis) = (parent.angular_velocity, parent.to_world(axis));
+                *state = FrameState {
                     position: origin.position,
                     velocity: origin.velocity + velocity * axis,
                     // Coriolis term of the sliding, and the sliding itself.
@@ -173,16 +233,17 @@ pub fn move_frames(frames: &[Frame], coordinates: &[Coordinate], states: &mut [F
                         + 2.0 * omega * velocity * perp(axis)
                         + acceleration * axis,
                     axis,
+                    turn: 0.0,
                     ..*parent
-                }
+                };
             }
-        };
+        }
     }
 }
 
 /// Gives frames that have been moved other accelerations: those of the coordinates.
 pub fn accelerate_frames(frames: &[Frame], coordinates: &[Coordinate], states: &mut [FrameState]) {
-    for (index, (frame, coordinate)) in frames.iter().skip(1).zip(coordinates).enumerate() {
+    for (index, (frame, coordinate)) in frames[1..].iter().zip(coordinates).enumerate() {
         let Coordinate { velocity, acceleration, .. } = *coordinate;
         let (placed, rest) = states.split_at_mut(index + 1);
         let (parent, state) = (&placed[frame.parent], &mut rest[0]);
@@ -199,39 +260,7 @@ pub fn accelerate_frames(frames: &[Frame], coordinates: &[Coordinate], states: &
     }
 }
 
-/// Column of the velocity transformation of a point: ∂r/∂z_k, frame k at or above the point.
-#[inline(always)]
-pub fn position_column(kind: FrameKind, frame: &FrameState, point: Vec2) -> Vec2 {
-    match kind {
-        FrameKind::Revolute => perp(point - frame.position),
-        FrameKind::Prismatic { .. } => frame.axis,
-    }
-}
-
-/// ∂ṙ/∂z_k with ż fixed.
-#[inline]
-pub fn velocity_column(kind: FrameKind, frame: &FrameState, velocity: Vec2) -> Vec2 {
-    match kind {
-        FrameKind::Revolute => perp(velocity - frame.velocity),
-        // The frame of a prismatic joint turns with its parent.
-        FrameKind::Prismatic { .. } => frame.angular_velocity * perp(frame.axis),
-    }
-}
-
-/// ∂r̈/∂z_k with ż and z̈ fixed.
-#[inline]
-pub fn acceleration_column(kind: FrameKind, frame: &FrameState, acceleration: Vec2) -> Vec2 {
-    match kind {
-        FrameKind::Revolute => perp(acceleration - frame.acceleration),
-        FrameKind::Prismatic { .. } => {
-            frame.angular_acceleration * perp(frame.axis)
-                - frame.angular_velocity * frame.angular_velocity * frame.axis
-        }
-    }
-}
-
 /// ∂θ/∂z_k: 1 for a revolute, 0 for a prismatic coordinate.
-#[inline]
 pub fn angle_column(kind: FrameKind) -> f64 {
     match kind {
         FrameKind::Revolute => 1.0,

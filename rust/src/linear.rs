@@ -14,7 +14,8 @@ pub fn symmetric_factor(matrix: &mut [f64], n: usize) -> bool {
             let inverse = 1.0 / *first;
             let scaled = *lower * inverse;
             let pivot = *last - *lower * scaled;
-            let regular = is_pivot(*first) && is_pivot(pivot);
+            // Positive numbers with a finite sum are finite.
+            let regular = *first > 0.0 && pivot > 0.0 && *first + pivot < f64::INFINITY;
             (*first, *lower, *last) = (inverse, scaled, 1.0 / pivot);
             regular
         }

@@ -2,7 +2,7 @@
 
 use super::Dynamics;
 use crate::dual::{Dual, Scalar};
-use crate::kinematics::{Vec2, angle_column, perp, turned};
+use crate::kinematics::{Vec2, perp, turned};
 use crate::mechanism::{AppliedForce, Link, Torsion};
 
 impl Link {
@@ -53,7 +53,7 @@ impl Dynamics<'_> {
     fn add_couple(&self, frames: [usize; 2], torque: f64, forces: &mut [f64]) {
         for (frame, sign) in frames.into_iter().zip([-1.0, 1.0]) {
             for &(column, i) in &self.mechanism.paths[frame].free {
-                forces[i] += sign * angle_column(self.mechanism.frames[column + 1].kind) * torque;
+                forces[i] += sign * self.states[column + 1].turn * torque;
             }
         }
     }
@@ -115,10 +115,10 @@ impl Dynamics<'_> {
             let ends = || torsion.frames.into_iter().zip([-1.0, 1.0]);
             for (frame, sign) in ends() {
                 for &(column, i) in &mechanism.paths[frame].free {
-                    let turn = sign * angle_column(mechanism.frames[column + 1].kind);
+                    let turn = sign * self.states[column + 1].turn;
                     for (other, other_sign) in ends() {
                         for &k in &mechanism.paths[other].columns {
-                            let by = turn * other_sign * angle_column(mechanism.frames[k + 1].kind);
+                            let by = turn * other_sign * self.states[k + 1].turn;
                             self.residual_q[i * columns + k] += torsion.stiffness * by;
                             self.residual_v[i * columns + k] += torsion.damping * by;
                         }
@@ -134,7 +134,7 @@ impl Dynamics<'_> {
                 let (by, _) = self.column(column, position);
                 self.residual_t[i] -= by.dot(&rate);
                 for &k in &path.columns {
-                    let turn = angle_column(mechanism.frames[k + 1].kind);
+                    let turn = self.states[k + 1].turn;
                     let turning = if applied.turned.is_some() { turn * by.dot(&perp(force)) } else { 0.0 };
                     self.residual_q[i * columns + k] -=
                         self.second_column(column, k, position).dot(&force) + turning;
@@ -145,7 +145,7 @@ impl Dynamics<'_> {
             let rate = applied.torque.at(self.t)[1];
             for (frame, sign) in applied.frames.into_iter().zip([-1.0, 1.0]) {
                 for &(column, i) in &mechanism.paths[frame].free {
-                    let turn = sign * angle_column(mechanism.frames[column + 1].kind);
+                    let turn = sign * self.states[column + 1].turn;
                     self.residual_t[i] -= turn * rate;
                 }
             }

@@ -6,9 +6,7 @@
 //! its mass centre, the motion of that, its moment of inertia and two scalars more.
 
 use super::Dynamics;
-use crate::kinematics::{
-    Frame, FrameState, Vec2, acceleration_column, angle_column, position_column, velocity_column,
-};
+use crate::kinematics::{FrameState, Vec2};
 use crate::mechanism::{FrameInertia, Mechanism};
 
 /// All that hangs on a frame, in motion.
@@ -31,92 +29,40 @@ struct Composite {
 }
 
 /// A composite body that the degrees of freedom move.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Part {
     /// What sits on the frame itself.
     own: FrameInertia,
+    /// Its mass centre is the origin of the frame.
+    centered: bool,
+    /// The parts that hang on the frame.
+    merges: Vec<Merge>,
+    /// Mass of all [kg].
+    mass: f64,
     /// The degree of freedom of the frame, if it is not driven.
     freedom: Option<usize>,
+    /// The degrees of freedom above it: their frames and indices.
+    above: Vec<(usize, usize)>,
 }
 
-/// A composite body becomes a part of the one above it.
-#[derive(Clone, Copy, Debug)]
-struct Merge {
-    child: usize,
-    parent: usize,
-    /// Mass of the child relative to the mass of both.
-    fraction: f64,
-    /// Product of the masses over their sum [kg].
-    reduced_mass: f64,
-}
-
-/// The composite bodies of a mechanism.
-#[derive(Clone, Debug)]
-pub(super) struct Composites {
-    parts: Vec<Part>,
-    /// From the leaves to the root.
-    merges: Vec<Merge>,
-    /// One a frame; those that only drives move stay empty.
-    bodies: Vec<Composite>,
-}
-
-impl Composites {
-    pub(super) fn new(mechanism: &Mechanism) -> Self {
-        let count = mechanism.frames.len();
-        let nothing = |frame| FrameInertia { frame, mass: 0.0, center: Vec2::zeros(), inertia: 0.0 };
-        let mut own: Vec<FrameInertia> = (0..count).map(nothing).collect();
-        for body in &mechanism.inertias {
-            own[body.frame] = *body;
-        }
-        let mut masses: Vec<f64> = own.iter().map(|body| body.mass).collect();
-        let mut merges = Vec::new();
-        for child in (1..count).rev() {
-            let parent = mechanism.frames[child].parent;
-            if masses[child] > 0.0 && !mechanism.paths[parent].free.is_empty() {
-                let sum = masses[parent] + masses[child];
-                let fraction = masses[child] / sum;
-                merges.push(Merge { child, parent, fraction, reduced_mass: masses[parent] * fraction });
-                masses[parent] = sum;
-            }
-        }
-        let freedom = |frame: usize| {
-            let last = mechanism.paths[frame].free.last();
-            last.filter(|&&(column, _)| column + 1 == frame).map(|&(_, freedom)| freedom)
-        };
-        let parts = (1..count)
-            .filter(|&frame| masses[frame] > 0.0)
-            .map(|frame| Part { own: own[frame], freedom: freedom(frame) })
-            .collect();
-        let still = Composite {
-            mass: 0.0,
-            inertia: 0.0,
-            center: Vec2::zeros(),
-            velocity: Vec2::zeros(),
-            acceleration: Vec2::zeros(),
-            moment: 0.0,
+impl Part {
+    /// The composite body on its frame in motion; `bodies` are those of the parts before, which hold
+    /// what hangs on it.
+    #[inline(always)]
+    fn compose(&self, frame: &FrameState, bodies: &[Composite]) -> Composite {
+        // Sliders and what floats: their mass centre is the origin.
+        let center = if self.centered { frame.origin() } else { frame.point(self.own.center) };
+        let mut body = Composite {
+            mass: self.mass,
+            inertia: self.own.inertia,
+            center: center.position,
+            velocity: center.velocity,
+            acceleration: center.acceleration,
+            moment: self.own.inertia * frame.angular_acceleration,
             spread: 0.0,
         };
-        let bodies = masses.iter().map(|&mass| Composite { mass, ..still }).collect();
-        Self { parts, merges, bodies }
-    }
-
-    /// Puts the composite bodies together for frames in motion.
-    #[inline(always)]
-    fn compose(&mut self, states: &[FrameState]) {
-        for Part { own, .. } in &self.parts {
-            let frame = &states[own.frame];
-            let center = frame.point(own.center);
-            let body = &mut self.bodies[own.frame];
-            body.inertia = own.inertia;
-            body.center = center.position;
-            body.velocity = center.velocity;
-            body.acceleration = center.acceleration;
-            body.moment = own.inertia * frame.angular_acceleration;
-            body.spread = 0.0;
-        }
         for merge in &self.merges {
-            let child = self.bodies[merge.child];
-            let body = &mut self.bodies[merge.parent];
+            let child = &bodies[merge.child];
             let arm = child.center - body.center;
             let (rate, acceleration) =
                 (child.velocity - body.velocity, child.acceleration - body.acceleration);
@@ -127,52 +73,119 @@ impl Composites {
             body.velocity += merge.fraction * rate;
             body.acceleration += merge.fraction * acceleration;
         }
-    }
-
-    /// The lower triangle of the mass matrix, and the inertial forces taken from `forces`.
-    #[inline]
-    pub(super) fn assemble(
-        &mut self,
-        mechanism: &Mechanism,
-        states: &[FrameState],
-        mass: &mut [f64],
-        forces: &mut [f64],
-    ) {
-        self.compose(states);
-        let d = forces.len();
-        let frames = &mechanism.frames[..];
-        mass.fill(0.0);
-        for part in &self.parts {
-            let Some(i) = part.freedom else { continue };
-            let body = &self.bodies[part.own.frame];
-            let (by, turn) = column(frames, states, part.own.frame, body.center);
-            forces[i] -= body.mass * by.dot(&body.acceleration) + turn * body.moment;
-            let row = &mut mass[i * d..(i + 1) * d];
-            for &(other, j) in &mechanism.paths[part.own.frame].free {
-                let (by_other, turn_other) = column(frames, states, other + 1, body.center);
-                row[j] = body.mass * by.dot(&by_other) + turn * turn_other * body.inertia;
-            }
-        }
+        body
     }
 }
 
-/// Column of the velocity transformation of a point that hangs on a frame.
-#[inline]
-fn column(frames: &[Frame], states: &[FrameState], frame: usize, point: Vec2) -> (Vec2, f64) {
-    let kind = frames[frame].kind;
-    (position_column(kind, &states[frame], point), angle_column(kind))
+/// A composite body becomes a part of the one above it.
+#[derive(Clone, Copy, Debug)]
+struct Merge {
+    /// Place of the child among the parts.
+    child: usize,
+    /// Mass of the child relative to the mass of both.
+    fraction: f64,
+    /// Product of the masses over their sum [kg].
+    reduced_mass: f64,
+}
+
+/// The composite bodies of a mechanism.
+#[derive(Clone, Debug)]
+pub(super) struct Composites {
+    /// From the leaves to the root.
+    parts: Vec<Part>,
+    /// One a part.
+    bodies: Vec<Composite>,
+    /// Entries of the lower triangle of the mass matrix, row-major, that no body couples.
+    uncoupled: Vec<usize>,
+}
+
+impl Composites {
+    pub(super) fn new(mechanism: &Mechanism) -> Self {
+        let (count, d) = (mechanism.frames.len(), mechanism.free.len());
+        let nothing = |frame| FrameInertia { frame, mass: 0.0, center: Vec2::zeros(), inertia: 0.0 };
+        let mut own: Vec<FrameInertia> = (0..count).map(nothing).collect();
+        for body in &mechanism.inertias {
+            own[body.frame] = *body;
+        }
+        let mut masses: Vec<f64> = own.iter().map(|body| body.mass).collect();
+        let mut merges = vec![Vec::new(); count];
+        let mut parts: Vec<Part> = Vec::new();
+        let mut coupled = vec![false; d * d];
+        // Children come after their parents: what hangs on a frame is known when its turn comes.
+        for frame in (1..count).rev().filter(|&frame| !mechanism.paths[frame].free.is_empty()) {
+            if masses[frame] == 0.0 {
+                continue;
+            }
+            let parent = mechanism.frames[frame].parent;
+            let sum = masses[parent] + masses[frame];
+            let fraction = masses[frame] / sum;
+            let reduced_mass = masses[parent] * fraction;
+            merges[parent].push(Merge { child: parts.len(), fraction, reduced_mass });
+            masses[parent] = sum;
+            let mut above = mechanism.paths[frame].free.clone();
+            let freedom = above.pop_if(|(column, _)| *column + 1 == frame).map(|(_, freedom)| freedom);
+            if let Some(i) = freedom {
+                coupled[i * d + i] = true;
+                above.iter().for_each(|&(_, j)| coupled[i * d + j] = true);
+            }
+            parts.push(Part {
+                own: own[frame],
+                centered: own[frame].center == Vec2::zeros(),
+                merges: std::mem::take(&mut merges[frame]),
+                mass: masses[frame],
+                freedom,
+                above: above.into_iter().map(|(column, j)| (column + 1, j)).collect(),
+            });
+        }
+        let still = Composite {
+            mass: 0.0,
+            inertia: 0.0,
+            center: Vec2::zeros(),
+            velocity: Vec2::zeros(),
+            acceleration: Vec2::zeros(),
+            moment: 0.0,
+            spread: 0.0,
+        };
+        let lower = (0..d).flat_map(|i| (0..=i).map(move |j| i * d + j));
+        let uncoupled = lower.filter(|&entry| !coupled[entry]).collect();
+        Self { bodies: vec![still; parts.len()], parts, uncoupled }
+    }
+
+    /// The lower triangle of the mass matrix, and the inertial forces with opposite sign.
+    #[inline]
+    pub(super) fn assemble(&mut self, states: &[FrameState], mass: &mut [f64], forces: &mut [f64]) {
+        let d = forces.len();
+        for (place, part) in self.parts.iter().enumerate() {
+            let frame = &states[part.own.frame];
+            let body = part.compose(frame, &self.bodies);
+            self.bodies[place] = body;
+            let Some(i) = part.freedom else { continue };
+            let by = frame.column(body.center);
+            forces[i] = -(body.mass * by.dot(&body.acceleration) + frame.turn * body.moment);
+            mass[i * d + i] = body.mass * by.norm_squared() + frame.turn * body.inertia;
+            for &(other, j) in &part.above {
+                let other = &states[other];
+                mass[i * d + j] = body.mass * by.dot(&other.column(body.center))
+                    + frame.turn * other.turn * body.inertia;
+            }
+        }
+        for &entry in &self.uncoupled {
+            mass[entry] = 0.0;
+        }
+    }
 }
 
 impl Dynamics<'_> {
     /// Adds the derivatives of the inertial forces to those of the residual; frames in motion with
     /// their accelerations.
     pub(super) fn add_inertia_derivatives(&mut self) {
-        self.composites.compose(&self.states);
         let mechanism = self.mechanism;
         let columns = self.coordinates.len();
         for place in 0..self.composites.parts.len() {
-            let Part { own, freedom } = self.composites.parts[place];
-            let body = self.composites.bodies[own.frame];
+            let part = &self.composites.parts[place];
+            let Part { own, freedom, .. } = *part;
+            let body = part.compose(&self.states[own.frame], &self.composites.bodies);
+            self.composites.bodies[place] = body;
             let path = &mechanism.paths[own.frame];
             let lower = own.frame - 1;
             // Of two columns the lower one says which composite body both move.
@@ -196,14 +209,13 @@ impl Dynamics<'_> {
         column: usize,
         columns: usize,
     ) {
-        let kind = self.mechanism.frames[column + 1].kind;
         let frame = &self.states[column + 1];
         let (by, turn) = self.column(other, body.center);
         // The spread of the accelerations enters twice, with opposite signs.
-        let by_position = by.dot(&acceleration_column(kind, frame, body.acceleration))
+        let by_position = by.dot(&frame.acceleration_column(body.acceleration))
             + self.second_column(other, column, body.center).dot(&body.acceleration);
-        let by_velocity = body.mass * by.dot(&velocity_column(kind, frame, body.velocity))
-            + turn * angle_column(kind) * body.spread;
+        let by_velocity =
+            body.mass * by.dot(&frame.velocity_column(body.velocity)) + turn * frame.turn * body.spread;
         self.residual_q[i * columns + column] += body.mass * by_position;
         self.residual_v[i * columns + column] += 2.0 * by_velocity;
     }
@@ -213,9 +225,8 @@ impl Dynamics<'_> {
         let mechanism = self.mechanism;
         for &index in &mechanism.accelerated {
             let (driven, jerk) = (mechanism.driven[index].column, self.jerks[index]);
-            for part in &self.composites.parts {
+            for (part, body) in self.composites.parts.iter().zip(&self.composites.bodies) {
                 let frame = part.own.frame;
-                let body = &self.composites.bodies[frame];
                 let path = &mechanism.paths[frame];
                 // Of the driven column and a free one, the lower says which composite both move.
                 let free = match part.freedom {

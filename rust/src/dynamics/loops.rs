@@ -1,7 +1,7 @@
 //! Closed loops: multipliers by a Schur complement, projection, derivatives.
 
 use super::Dynamics;
-use crate::kinematics::{Vec2, acceleration_column, velocity_column};
+use crate::kinematics::Vec2;
 use crate::linear::{symmetric_factor, symmetric_solve};
 
 /// Newton steps of a projection: two are the rule, ten close a step of a kinematic run.
@@ -174,10 +174,9 @@ impl Dynamics<'_> {
                 let state = self.point(point);
                 let path = &mechanism.paths[point.frame];
                 for &k in &path.columns {
-                    let kind = mechanism.frames[k + 1].kind;
                     let frame = &self.states[k + 1];
-                    let by_position = sign * acceleration_column(kind, frame, state.acceleration);
-                    let by_velocity = 2.0 * sign * velocity_column(kind, frame, state.velocity);
+                    let by_position = sign * frame.acceleration_column(state.acceleration);
+                    let by_velocity = 2.0 * sign * frame.velocity_column(state.velocity);
                     for axis in 0..2 {
                         let place = (2 * index + axis) * columns + k;
                         self.loops.acceleration_q[place] += by_position[axis];

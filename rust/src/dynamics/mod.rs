@@ -27,8 +27,7 @@ use crate::clearance::{ContactState, Phase, RelativeMotion};
 use crate::dual::Dual;
 use crate::instant::Instant;
 use crate::kinematics::{
-    Coordinate, FrameKind, FrameState, PointState, Vec2, accelerate_frames, angle_column, move_frames, perp,
-    position_column, velocity_column,
+    Coordinate, FrameState, PointState, Vec2, accelerate_frames, frames_at_rest, move_frames, perp,
 };
 use crate::linear::{symmetric_factor, symmetric_solve};
 use crate::mechanism::{ClearanceJoint, FramePoint, Mechanism};
@@ -110,8 +109,6 @@ impl<'m> Dynamics<'m> {
     pub fn new(mechanism: &'m Mechanism) -> Self {
         let d = mechanism.degrees_of_freedom();
         let columns = mechanism.frames.len() - 1;
-        let mut states = vec![FrameState::GROUND; mechanism.frames.len()];
-        states[0].acceleration = -mechanism.gravity;
         Self {
             mechanism,
             phases: vec![Phase::Free; mechanism.clearance_joints.len()],
@@ -120,7 +117,7 @@ impl<'m> Dynamics<'m> {
             t: f64::NAN.into(),
             jerks: vec![0.0; mechanism.driven.len()],
             coordinates: vec![Coordinate::default(); columns],
-            states,
+            states: frames_at_rest(&mechanism.frames, -mechanism.gravity),
             composites: Composites::new(mechanism),
             mass: vec![0.0; d * d],
             residual_q: vec![0.0; d * columns],
@@ -139,9 +136,8 @@ impl<'m> Dynamics<'m> {
         let mechanism = self.mechanism;
         let t = t.into();
         self.t = t;
-        for (freedom, &column) in mechanism.free.iter().enumerate() {
-            self.coordinates[column] =
-                Coordinate { position: q[freedom], velocity: v[freedom], acceleration: 0.0 };
+        for (&column, (&position, &velocity)) in mechanism.free.iter().zip(q.iter().zip(v)) {
+            self.coordinates[column] = Coordinate { position, velocity, acceleration: 0.0 };
         }
         for (driven, jerk) in mechanism.driven.iter().zip(&mut self.jerks) {
             (self.coordinates[driven.column], *jerk, self.turns[driven.column]) = driven.at(t);
@@ -209,6 +205,17 @@ impl<'m> Dynamics<'m> {
         }
     }
 
+    /// The part of it that the force law needs, without accelerations.
+    #[inline(always)]
+    fn contact_motion(&self, joint: &ClearanceJoint) -> RelativeMotion<f64> {
+        let (journal, bearing) = (self.point(joint.journal), self.point(joint.bearing));
+        RelativeMotion {
+            eccentricity: (journal.position - bearing.position).into(),
+            rate: (journal.velocity - bearing.velocity).into(),
+            spin: self.spin(joint),
+        }
+    }
+
     #[inline]
     fn spin(&self, joint: &ClearanceJoint) -> f64 {
         self.states[joint.journal.frame].angular_velocity * joint.law.journal_radius
@@ -218,7 +225,7 @@ impl<'m> Dynamics<'m> {
     /// State of the contact of a clearance joint after [`Dynamics::move_to`].
     pub fn contact_state(&self, index: usize) -> ContactState<f64> {
         let joint = &self.mechanism.clearance_joints[index];
-        joint.law.evaluate(&relative_motion(&self.joint_motion(joint)), self.phases[index])
+        joint.law.evaluate(&self.contact_motion(joint), self.phases[index])
     }
 
     /// Accelerations of the degrees of freedom. Returns false where the mass matrix is singular
@@ -226,11 +233,10 @@ impl<'m> Dynamics<'m> {
     pub fn acceleration(&mut self, t: impl Into<Instant>, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         self.move_to(t, q, v);
         let d = a.len();
-        a.fill(0.0);
-        self.composites.assemble(self.mechanism, &self.states, &mut self.mass, a);
-        for index in 0..self.phases.len() {
-            if let Phase::Contact { clipped: false, .. } = self.phases[index] {
-                self.add_contact(index, a);
+        self.composites.assemble(&self.states, &mut self.mass, a);
+        for (joint, phase) in self.mechanism.clearance_joints.iter().zip(&self.phases) {
+            if let Phase::Contact { clipped: false, .. } = phase {
+                self.add_contact(joint, *phase, a);
             }
         }
         self.add_forces(a);
@@ -244,27 +250,19 @@ impl<'m> Dynamics<'m> {
     /// Column of the velocity transformation of a point on a frame at or below the column's.
     #[inline]
     fn column(&self, column: usize, point: Vec2) -> (Vec2, f64) {
-        let kind = self.mechanism.frames[column + 1].kind;
-        (position_column(kind, &self.states[column + 1], point), angle_column(kind))
+        let frame = &self.states[column + 1];
+        (frame.column(point), frame.turn)
     }
 
     /// Adds the generalised force of a contact.
     #[inline]
-    fn add_contact(&self, index: usize, forces: &mut [f64]) {
-        let joint = &self.mechanism.clearance_joints[index];
-        let journal = self.point(joint.journal);
-        let bearing = self.point(joint.bearing);
-        let motion = RelativeMotion {
-            eccentricity: (journal.position - bearing.position).into(),
-            rate: (journal.velocity - bearing.velocity).into(),
-            spin: self.spin(joint),
-        };
-        let state = joint.law.evaluate(&motion, self.phases[index]);
+    fn add_contact(&self, joint: &ClearanceJoint, phase: Phase, forces: &mut [f64]) {
+        let state = joint.law.evaluate(&self.contact_motion(joint), phase);
         let moments = [
             joint.law.bearing_radius * state.friction_force,
             joint.law.journal_radius * state.friction_force,
         ];
-        let positions = [bearing.position, journal.position];
+        let positions = [self.point(joint.bearing).position, self.point(joint.journal).position];
         self.add_pair([joint.bearing, joint.journal], positions, state.force.into(), moments, forces);
     }
 
@@ -370,16 +368,12 @@ impl<'m> Dynamics<'m> {
     #[inline]
     fn second_column(&self, j: usize, k: usize, point: Vec2) -> Vec2 {
         let (upper, lower) = (j.min(k), j.max(k));
-        match self.mechanism.frames[upper + 1].kind {
-            FrameKind::Revolute => perp(self.column(lower, point).0),
-            FrameKind::Prismatic { .. } => Vec2::zeros(),
-        }
+        self.states[upper + 1].turn * perp(self.states[lower + 1].column(point))
     }
 
     fn add_contact_derivatives(&mut self, index: usize) {
         let joint = &self.mechanism.clearance_joints[index];
-        let motion = relative_motion(&self.joint_motion(joint));
-        let gradient = joint.law.force_gradient(&motion, self.phases[index]);
+        let gradient = joint.law.force_gradient(&self.contact_motion(joint), self.phases[index]);
         if gradient[0].value == 0.0 && gradient[1].value == 0.0 {
             // Touching only in name (δ ≤ 0 to rounding): the derivatives vanish with the force.
             return;
@@ -411,12 +405,11 @@ impl<'m> Dynamics<'m> {
         for (point, radius, sign) in ends {
             let state = self.point(point);
             for &column in &mechanism.paths[point.frame].columns {
-                let kind = mechanism.frames[column + 1].kind;
                 let frame = &self.states[column + 1];
                 let entry = &mut self.joint_columns[column];
-                entry.eccentricity += sign * position_column(kind, frame, state.position);
-                entry.rate += sign * velocity_column(kind, frame, state.velocity);
-                entry.spin += sign * angle_column(kind) * radius;
+                entry.eccentricity += sign * frame.column(state.position);
+                entry.rate += sign * frame.velocity_column(state.velocity);
+                entry.spin += sign * frame.turn * radius;
             }
         }
         // -∂/∂z_k of E_iᵀ F + S_i F_t, first through the force, then through E_i.

@@ -3,34 +3,37 @@
 /// Components that are summed together, in vector registers.
 const BLOCK: usize = 4;
 
-/// One row of components a stage.
+/// One row of components a stage, in whole blocks.
 #[derive(Clone, Debug)]
 pub(super) struct Stages {
     n: usize,
-    rows: Vec<f64>,
+    /// Blocks of a row, at least one.
+    width: usize,
+    rows: Vec<[f64; BLOCK]>,
 }
 
 impl Stages {
     /// Zeros for `stages` stages of `n` components.
     pub(super) fn new(stages: usize, n: usize) -> Self {
-        Self { n, rows: vec![0.0; stages * n] }
+        let width = n.div_ceil(BLOCK).max(1);
+        Self { n, width, rows: vec![[0.0; BLOCK]; stages * width] }
     }
 
     /// The row of a stage.
     #[inline]
     pub(super) fn row_mut(&mut self, stage: usize) -> &mut [f64] {
-        &mut self.rows[stage * self.n..(stage + 1) * self.n]
+        &mut self.rows[stage * self.width..].as_flattened_mut()[..self.n]
     }
 
     /// Copies the row of a stage to another.
     pub(super) fn copy_row(&mut self, from: usize, to: usize) {
-        self.rows.copy_within(from * self.n..(from + 1) * self.n, to * self.n);
+        self.rows.copy_within(from * self.width..(from + 1) * self.width, to * self.width);
     }
 
     /// A component of a stage.
     #[inline]
     pub(super) fn at(&self, stage: usize, component: usize) -> f64 {
-        self.rows[stage * self.n + component]
+        self.rows[stage * self.width + component / BLOCK][component % BLOCK]
     }
 
     /// Adds Σ w_j k_j over the first stages, one for each weight, in their order.
@@ -54,22 +57,40 @@ impl Stages {
         finish: impl Fn(usize, f64) -> f64,
     ) {
         let (blocks, rest) = out.as_chunks_mut::<BLOCK>();
-        let whole = blocks.len() * BLOCK;
+        let first_of_rest = blocks.len() * BLOCK;
         for (block, out) in blocks.iter_mut().enumerate() {
-            let first = block * BLOCK;
-            let mut sum = std::array::from_fn::<f64, BLOCK, _>(|k| begin(out[k]));
-            let mut rows = &self.rows[first..];
-            for weight in weights {
-                for (sum, k) in sum.iter_mut().zip(&rows[..BLOCK]) {
-                    *sum += weight * k;
-                }
-                rows = rows.get(self.n..).unwrap_or_default();
-            }
-            *out = std::array::from_fn(|k| finish(first + k, sum[k]));
+            let sum = self.sum_of_block(block, weights, out.map(&begin));
+            *out = std::array::from_fn(|k| finish(block * BLOCK + k, sum[k]));
         }
-        for (k, out) in (whole..).zip(rest) {
-            let products = weights.iter().enumerate().map(|(stage, weight)| weight * self.at(stage, k));
-            *out = finish(k, products.fold(begin(*out), |sum, product| sum + product));
+        if !rest.is_empty() {
+            let begun = std::array::from_fn(|k| rest.get(k).map_or(0.0, |&out| begin(out)));
+            let sum = self.sum_of_block(first_of_rest / BLOCK, weights, begun);
+            for (k, out) in rest.iter_mut().enumerate() {
+                *out = finish(first_of_rest + k, sum[k]);
+            }
         }
     }
+
+    #[inline(always)]
+    fn sum_of_block(&self, block: usize, weights: &[f64], sum: [f64; BLOCK]) -> [f64; BLOCK] {
+        match self.width {
+            // Two degrees of freedom: most mechanisms have no more.
+            1 => weighted_sum(weights, self.rows.iter(), sum),
+            width => weighted_sum(weights, self.rows.chunks_exact(width).map(|row| &row[block]), sum),
+        }
+    }
+}
+
+#[inline(always)]
+fn weighted_sum<'a>(
+    weights: &[f64],
+    rows: impl Iterator<Item = &'a [f64; BLOCK]>,
+    mut sum: [f64; BLOCK],
+) -> [f64; BLOCK] {
+    for (weight, row) in weights.iter().zip(rows) {
+        for (sum, k) in sum.iter_mut().zip(row) {
+            *sum += weight * k;
+        }
+    }
+    sum
 }
