@@ -12,6 +12,7 @@ exists, as does the fixed body ``"ground"``.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import json
 import math
 import re
@@ -310,9 +311,13 @@ class Scene(Part):
         SceneError
             If a field has the wrong type; all problems of the scene are then reported together.
         """
+        return self._line if indent is None else json.dumps(json.loads(self._line), indent=indent)
+
+    @functools.cached_property
+    def _line(self) -> str:
+        # Kept: nothing in a scene changes, and every simulation wants the text, some of them twice.
         problems: list[Problem] = []
-        plain = write(self, (Scene,), "", problems)
-        text = json.dumps(plain, indent=indent, allow_nan=False)
+        text = json.dumps(write(self, (Scene,), "", problems), allow_nan=False)
         if problems:
             raise SceneError(problems + _further_problems(text, problems))
         return text
