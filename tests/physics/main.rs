@@ -11,6 +11,7 @@ mod energy;
 mod events;
 mod gates;
 mod integrators;
+mod kinematics;
 mod loops;
 mod mechanics;
 mod oracles;

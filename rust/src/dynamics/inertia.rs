@@ -165,8 +165,8 @@ impl Composites {
             mass[i * d + i] = body.mass * by.norm_squared() + frame.turn * body.inertia;
             for &(other, j) in &part.above {
                 let other = &states[other];
-                mass[i * d + j] = body.mass * by.dot(&other.column(body.center))
-                    + frame.turn * other.turn * body.inertia;
+                mass[i * d + j] =
+                    body.mass * by.dot(&other.column(body.center)) + frame.turn * other.turn * body.inertia;
             }
         }
         for &entry in &self.uncoupled {

@@ -1,0 +1,75 @@
+//! Frames on ground take a shorter way than others: it must lead to the same place.
+
+use chebclear::kinematics::{
+    Coordinate, Frame, FrameKind, FrameState, Vec2, accelerate_frames, frames_at_rest, move_frames,
+};
+
+const GROUND_ACCELERATION: Vec2 = Vec2::new(0.3, 9.81);
+
+fn frame(parent: usize, anchor: [f64; 2], kind: FrameKind) -> Frame {
+    Frame { parent, anchor: Vec2::from(anchor), kind }
+}
+
+fn coordinate(position: f64, velocity: f64, acceleration: f64) -> Coordinate {
+    Coordinate { position, velocity, acceleration }
+}
+
+/// The second of two frames, the first without motion, and the same frame on ground itself; moved twice, so
+/// that nothing of a motion before may stay.
+fn on_rest_and_on_ground(kind: FrameKind, motion: Coordinate, then: f64) -> [FrameState; 2] {
+    let still = FrameKind::Prismatic { axis: Vec2::x() };
+    let upper = [frame(0, [0.0; 2], FrameKind::Revolute), frame(0, [0.0; 2], still)];
+    let chain = [upper[0], upper[1], frame(1, [0.2, -0.1], kind)];
+    let alone = [upper[0], frame(0, [0.2, -0.1], kind)];
+    let rest = Coordinate::default();
+    let before = coordinate(0.7, -3.0, 11.0);
+    let moved = |frames: &[Frame], before: &[Coordinate], motion: &[Coordinate], then: &[Coordinate]| {
+        let mut states = frames_at_rest(frames, GROUND_ACCELERATION);
+        move_frames(frames, before, &mut states);
+        accelerate_frames(frames, before, &mut states);
+        move_frames(frames, motion, &mut states);
+        accelerate_frames(frames, then, &mut states);
+        states[frames.len() - 1]
+    };
+    let then = Coordinate { acceleration: then, ..motion };
+    [
+        moved(&chain, &[rest, before], &[rest, motion], &[rest, then]),
+        moved(&alone, &[before], &[motion], &[then]),
+    ]
+}
+
+#[test]
+fn a_frame_on_ground_moves_as_on_a_frame_at_rest() {
+    let axis = Vec2::new(0.6, 0.8);
+    for kind in [FrameKind::Revolute, FrameKind::Prismatic { axis }] {
+        let [rest, ground] = on_rest_and_on_ground(kind, coordinate(-2.3, 4.0, 5.0), 6.0);
+        assert_eq!(rest, ground, "{kind:?}");
+    }
+}
+
+#[test]
+fn a_slider_on_ground_has_the_motion_of_its_coordinate() {
+    let axis = Vec2::new(0.6, 0.8);
+    let [_, slider] = on_rest_and_on_ground(FrameKind::Prismatic { axis }, coordinate(-2.5, 4.0, 5.0), 5.0);
+    let tip = slider.point(Vec2::new(1.0, 0.0));
+    assert!((tip.position - Vec2::new(1.2 - 1.5, -0.1 - 2.0)).norm() < 1e-15);
+    assert_eq!(tip.velocity, 4.0 * axis);
+    assert!((tip.acceleration - GROUND_ACCELERATION - 5.0 * axis).norm() < 1e-14);
+    assert_eq!(slider.column(tip.position), axis);
+    assert_eq!(slider.turn, 0.0);
+}
+
+#[test]
+fn a_crank_on_ground_moves_a_point_on_a_circle() {
+    let (angle, omega, alpha, radius) = (0.4_f64, 3.0, -7.0, 0.5);
+    let [_, crank] = on_rest_and_on_ground(FrameKind::Revolute, coordinate(angle, omega, alpha), alpha);
+    let tip = crank.point(Vec2::new(radius, 0.0));
+    let (sine, cosine) = angle.sin_cos();
+    let (along, across) = (Vec2::new(cosine, sine), Vec2::new(-sine, cosine));
+    let close = |found: Vec2, expected: Vec2| (found - expected).norm() < 1e-14;
+    assert!(close(tip.position, Vec2::new(0.2, -0.1) + radius * along));
+    assert!(close(tip.velocity, radius * omega * across));
+    let acceleration = radius * alpha * across - radius * omega * omega * along;
+    assert!(close(tip.acceleration - GROUND_ACCELERATION, acceleration));
+    assert!(close(crank.column(tip.position), radius * across));
+}
