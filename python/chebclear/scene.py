@@ -378,6 +378,10 @@ class Scene(Part):
         SceneError
             With every problem that was found.
         """
+        return self._inspection
+
+    @functools.cached_property
+    def _inspection(self) -> Inspection:
         from . import _core  # here only: writing down a scene needs no core
 
         facts = json.loads(_core.inspect(self.to_json()))
