@@ -492,3 +492,18 @@ fn gate_07_events_do_not_depend_on_the_time_at_which_the_clock_starts() {
         system.expect(&instants, 1e-10 + 30.0 * 16.0 * f64::EPSILON * start);
     }
 }
+
+#[test]
+fn gate_05_a_step_cut_by_an_event_is_as_accurate_as_any_other() {
+    // q'' = q grows, by so little that the whole run in one step is within the tolerance. The event ends a
+    // step where γh = 1 makes the linear equations all but singular.
+    let (gamma, small, end) = (RODAS5P.gamma, 1e-15, 6.0);
+    let instant = 1.0 / gamma;
+    let mut system = Switching::new(|q, _| (q, 1.0), vec![Box::new(move |t, _, _| (instant - t, -1.0))]);
+    let (outcome, state) = system.run([0.0, end], small, small);
+    assert_eq!((outcome.status, outcome.stats.events), (Status::Done, 1));
+    system.expect(&[(0, instant)], 1e-14);
+    let exact = small * end.exp();
+    println!("{state:?} instead of {exact}, {:?}", outcome.stats);
+    assert!(state.iter().all(|y| (y - exact).abs() < 1e-9), "{state:?} instead of {exact}");
+}

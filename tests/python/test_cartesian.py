@@ -97,8 +97,9 @@ def assert_same_motion(scene, duration, samples, least_events, tolerance=2e-6):
         print(f"{method}: {len(events)} events to {end:.2e} s, at most {errors[worst]:.1e} ({worst})")
         seen = range(len(events))
         assert [(run.events.joint[k], run.events.kind[k]) for k in seen] == [event[1:] for event in events]
+        # A clip is located where the damping has taken all but 1e-4 of the force, whatever the tolerance.
         np.testing.assert_allclose(
-            run.events.time[seen], [event[0] for event in events], atol=1e-5 * duration
+            run.events.time[seen], [event[0] for event in events], atol=2e-5 * duration
         )
         assert errors[worst] < tolerance, worst
     return events

@@ -171,8 +171,7 @@ impl Run<'_> {
                     memory: Some(self.method.memory()),
                 });
             }
-            let (taken, error) = self.attempt(h, end)?;
-            let landed = self.land()?;
+            let (taken, error, landed) = self.attempt_and_land(h, end)?;
             let cut = landed.is_some() || self.t + self.method.step().h >= end;
             self.accept(end, cut)?;
             match landed {
@@ -271,6 +270,27 @@ impl Run<'_> {
             broken = !finite || !error.is_finite();
             self.was_rejected = true;
             h = length * if broken { FAILURE_FACTOR } else { self.factor(error).min(SAFETY) };
+        }
+    }
+
+    /// Takes a step of at most `h` with an acceptable error, or the part of it up to its first event: its
+    /// length, its error and the guard. The part has an error of its own: where the motion grows at a rate r,
+    /// a linearly implicit step is the worse the closer its length is to 1/(γr), be it a shorter one.
+    fn attempt_and_land(&mut self, mut h: f64, end: f64) -> Result<(f64, f64, Option<usize>), Failure> {
+        let mut was_refused = false;
+        loop {
+            let (taken, error) = self.attempt(h, end)?;
+            let landed = self.land()?;
+            let landing_error = self.error_norm();
+            if landing_error <= 1.0 {
+                self.was_rejected |= was_refused;
+                return Ok((taken, error, landed));
+            }
+            was_refused = true;
+            self.stats.rejected += 1;
+            let broken = !landing_error.is_finite();
+            let factor = if broken { FAILURE_FACTOR } else { self.factor(landing_error).min(SAFETY) };
+            h = factor * self.method.step().h;
         }
     }
 

@@ -149,6 +149,17 @@ impl Rosenbrock {
         self.norm(&self.linear.a_v)
     }
 
+    /// What the rounding of the positions does to the velocities within a step of length `h`, in
+    /// tolerances, by the Jacobian of the last [`Stepper::begin`].
+    pub fn noise(&self, h: f64) -> f64 {
+        let row_sum = |(row, weight): (&[f64], &f64)| {
+            weight * row.iter().zip(&self.start.1).map(|(a, q)| (a * q).abs()).sum::<f64>()
+        };
+        let largest =
+            self.linear.a_q.chunks_exact(self.d.max(1)).zip(&self.weights).map(row_sum).fold(0.0, f64::max);
+        h * f64::EPSILON * largest
+    }
+
     /// Largest row sum, rows and columns in tolerances: the norm knows no units.
     fn norm(&self, matrix: &[f64]) -> f64 {
         let row_sum = |(row, weight): (&[f64], &f64)| {
