@@ -280,8 +280,8 @@ fn the_explicit_error_estimate_vanishes_for_polynomials_that_the_method_integrat
         fn dimension(&self) -> usize {
             1
         }
-        fn acceleration(&mut self, t: f64, _: &[f64], _: &[f64], a: &mut [f64]) -> bool {
-            a[0] = t.powi(self.0);
+        fn acceleration(&mut self, t: Instant, _: &[f64], _: &[f64], a: &mut [f64]) -> bool {
+            a[0] = t.time.powi(self.0);
             true
         }
         fn linearise(&mut self, _: f64, _: &[f64], _: &[f64], _: &mut Linearisation) -> bool {
