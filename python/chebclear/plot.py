@@ -44,6 +44,19 @@ _UNITS = {
     "friction_force": "N",
     "contact": "-",
     "torque": "N m",
+    "force": "N",
+    "power": "W",
+    "reaction_x": "N",
+    "reaction_y": "N",
+    "reaction_torque": "N m",
+    "displacement": "m",
+    "velocity": "m/s",
+    "acceleration": "m/s²",
+    "length": "m",
+    "lengthening": "m/s",
+    "impact_loss": "J",
+    "friction_loss": "J",
+    "wear": "N m",
 }
 
 # (unit asked for, SI unit) -> what one SI unit is in the unit asked for.
@@ -73,9 +86,11 @@ def column_unit(name: str) -> str:
 
     Examples
     --------
-    >>> column_unit("slider.vx")
-    'm/s'
+    >>> column_unit("slider.vx"), column_unit("energy.total")
+    ('m/s', 'J')
     """
+    if name.startswith("energy."):  # the only owner of that name
+        return "J"
     return _UNITS.get(name.rpartition(".")[2], "")
 
 

@@ -153,8 +153,10 @@ class Arguments:
         """
         listed = isinstance(chosen, Iterable) and not isinstance(chosen, (str, Mapping))
         names: list[object] = list(chosen) if listed else [chosen]  # type: ignore[call-overload]
-        for name in names:
+        for index, name in enumerate(names):
             if name in pins:
+                if name in names[:index]:
+                    self.problems.append(Problem("clearance_at", f'has the pin "{name}" more than once'))
                 continue
             if driven is not None and name == driven:
                 what = f'"{driven}" is turned at a prescribed speed and so cannot have clearance: where the '
