@@ -133,7 +133,7 @@ def plot_tradeoff(
 def plot_study_tradeoff(
     result: StudyTradeoff, output: str | None = None, *, ax: Axes | None = None, **line: Any
 ) -> Axes:
-    """Draw the error of the width of a band against the number of runs, one line a way of bounding.
+    """Draw the relative error of the mean width against the number of runs, one line a way of bounding.
 
     Filled markers are too wide, hollow ones too narrow; both axes are logarithmic.
 
@@ -170,7 +170,7 @@ def plot_study_tradeoff(
             if error < 0.0:
                 ax.plot(count, size, **{**style, "markerfacecolor": "white", "label": None})
     ax.set_xlabel("runs [-]")
-    ax.set_ylabel(f"error of the mean width of {name}, relative [-]")
+    ax.set_ylabel(f"width error of {name} [-]")
     _plain_ticks(ax.xaxis)
     _legend_above(ax, title="bounds; hollow: too narrow", columns=2)
     return ax

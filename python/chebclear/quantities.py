@@ -96,6 +96,16 @@ def interval(
 def rpm(revolutions_per_minute: float) -> float:
     """Angular velocity [rad/s] of a speed in revolutions per minute [1/min].
 
+    Parameters
+    ----------
+    revolutions_per_minute : float
+        The speed [1/min].
+
+    Returns
+    -------
+    float
+        In rad/s.
+
     Raises
     ------
     ValueError, TypeError

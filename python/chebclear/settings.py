@@ -21,6 +21,8 @@ MAX_EVENTS = 1_000_000
 LEAST_RTOL, MOST_RTOL = 1e-13, 0.1
 MOST_SAMPLES = 10_000_000
 MOST_COUNT = 2**53
+# Samples of all columns that surely fit into the memory: for fewer the columns need not be counted.
+_MANY_SAMPLES = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -103,10 +105,11 @@ class Settings:
         ValueError
             If an output is no column of the scene, or the samples of so many runs would fill the memory.
         """
-        facts = scene.check()
         if self.outputs is None:
-            _require_room(runs, self.samples, len(facts.columns))
+            if runs * self.samples > _MANY_SAMPLES:
+                _require_room(runs, self.samples, len(scene.check().columns))
             return self
+        facts = scene.check()
         columns = facts.columns + facts.further_columns
         checks = Checks()
         names: dict[str, None] = {}

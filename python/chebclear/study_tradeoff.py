@@ -148,8 +148,14 @@ class StudyTradeoff(records.ArrayRecord):
             text = f"no bounds measured have {limits} for every output"
             done = [point for point in self.points if point.status == "done"]
             if done:
-                nearest = max(done, key=lambda point: (float(np.min(point.containment)), -point.runs))
-                text += f"; the most inside has {self._in_words(nearest)}"
+
+                def excess(point: StudyTradeoffPoint) -> float:
+                    """How many times one of the limits is missed."""
+                    outside = 1.0 - float(np.min(point.containment))
+                    allowed = max(1.0 - containment, 1.0 / self.holdout)
+                    return max(float(np.max(_sizes(point.width_error))) / width_error, outside / allowed)
+
+                text += f"; the nearest: {self._in_words(min(done, key=excess))}"
             return StudyRecommendation(None, text)
         best = min(good, key=lambda point: (point.runs, float(np.max(_sizes(point.width_error)))))
         return StudyRecommendation(best, self._in_words(best))

@@ -135,7 +135,20 @@ class Tradeoff(records.ArrayRecord):
         return float(largest_error(self.t, point.growth, until)[column_index(self.outputs, output)])
 
     def uncertainty(self, output: str, until: float | None = None) -> float:
-        """Largest difference of the two tight runs; see `error`."""
+        """Largest difference of the two tight runs, by which the reference is uncertain.
+
+        Parameters
+        ----------
+        output : str
+            Name of the output.
+        until : float, optional
+            End of the time that counts [s]; all of it if not given.
+
+        Returns
+        -------
+        float
+            In the unit of the output.
+        """
         return self.error(self.check, output, until)
 
     def recommendation(

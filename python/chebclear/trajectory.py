@@ -107,14 +107,17 @@ class Contacts(records.ArrayRecord):
         return self.separation - self.onset
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class EndState:
     """Where a simulation ended, for another one to start from: `simulate(scene, ..., start=run.end)`."""
 
     memory: str
     """What the core must know to go on bit for bit, as JSON."""
-    scene: Scene | None = None
+    scene: Scene | None = dataclasses.field(default=None, hash=False)
     """What was simulated, to tell another scene by; None if that is not known."""
+
+    def __repr__(self) -> str:
+        return f"<EndState: t = {self.time:g} s>"
 
     @property
     def time(self) -> float:

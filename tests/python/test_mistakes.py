@@ -1,7 +1,10 @@
 """What a user gets wrong is said at once, by a typed error or a warning that names it."""
 
+import copy
 import dataclasses
+import json
 import math
+import pickle
 import sys
 
 import chebclear as cc
@@ -27,6 +30,16 @@ QUIET = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 def test_a_pin_named_twice(build, pin):
     with pytest.raises(cc.SceneError, match=f'clearance_at: has the pin "{pin}" more than once'):
         build(clearance_at=(pin, pin))
+
+
+@pytest.mark.parametrize("clearance", [0.0, np.float64(0.0), -1e-5, math.nan, math.inf, {"wrist": 0.0}])
+def test_a_clearance_that_is_none_is_one_problem(clearance):
+    # And not a second one of the stiffness that Hertz makes of it.
+    with pytest.raises(
+        cc.SceneError, match=r"^clearance(\.wrist)?: must be a finite number > 0 \[m\]"
+    ) as raised:
+        MECHANISMS.slider_crank(clearance=clearance)
+    assert len(raised.value.problems) == 1
 
 
 def test_a_clearance_larger_than_its_journal():
@@ -99,6 +112,19 @@ def test_no_column_lacks_its_unit():
     assert run.plot("spring.force").get_ylabel() == "spring.force [N]"
     with pytest.raises(ValueError, match="share a unit"):
         run.plot(["spring.force", "energy.total"])
+
+
+def test_a_plot_shows_that_a_run_ended_early():
+    run = cc.simulate(MECHANISMS.slider_crank(), 0.06, 61, max_steps=500, on_failure="return")
+    known = np.isfinite(run["slider.vx"])
+    assert known[run.t <= run.end_time].all() and not known[run.t > run.end_time].any()
+    for x, until, end in ((None, 0.06, run.end_time), (1e3 * run.t, 60.0, 1e3 * run.end_time)):
+        ax = run.plot("slider.vx", x=x)
+        assert ax.get_xlim() == (0.0, pytest.approx(until))
+        (mark,) = [line for line in ax.get_lines() if "ended early: max_steps" in line.get_label()]
+        assert mark.get_xdata()[0] == pytest.approx(end) and "max_steps" in str(
+            [text.get_text() for text in ax.get_legend().get_texts()]
+        )
 
 
 # --- files ----------------------------------------------------------------------------------------------
@@ -236,6 +262,19 @@ def test_a_worn_bearing_is_no_other_mechanism():
     with pytest.warns(cc.ChebclearWarning, match=r"joints\[3\].clearance: 2e-05, now 2.1e-05"):
         worn = cc.simulate(MECHANISMS.slider_crank(clearance=2.1e-5), 1e-3, 11, start=run.end)
     assert worn["slider.x"][0] == pytest.approx(run["slider.x"][-1], abs=2e-6)
+
+
+def test_an_end_is_a_value():
+    end = cc.simulate(block(10.0), 0.5, 11).end
+    assert end == pickle.loads(pickle.dumps(end)) and hash(end) == hash(copy.deepcopy(end))
+    assert repr(end) == "<EndState: t = 0.5 s>"
+    # Files written before ends were told apart know neither the scene nor the very end.
+    memory = {name: value for name, value in json.loads(end.memory).items() if name != "end"}
+    old = cc.EndState(json.dumps(memory))
+    more = cc.simulate(block(10.0), 0.5, 11, start=old)
+    np.testing.assert_allclose(more["block.y"], -5.0 * more.t**2, atol=1e-12)
+    with pytest.raises(cc.SceneError, match="only its own scene"):
+        cc.simulate(block(2.0), 0.5, 11, start=cc.EndState(old.memory, end.scene))
 
 
 # --- the error of one run -------------------------------------------------------------------------------

@@ -625,7 +625,9 @@ def test_the_cheapest_bounds_that_are_good_enough_are_taken(fall):
     sampled = replace(fall, points=tuple(point for point in fall if point.bounds == "sampled"))
     assert sampled.recommendation(0.01).point is None
     assert sampled.recommendation(0.2, containment=0.5).point.degree == 2
-    assert "the most inside has sampled bounds of degree 2 with" in str(sampled.recommendation(0.01))
+    # Too narrow by 1 - cos(pi / 6) and 1 - cos(pi / 4).
+    text = str(sampled.recommendation(0.01, containment=0.5))
+    assert "; the nearest: sampled bounds of degree 2 with 4 runs" in text and "13 % too narrow" in text
     with pytest.raises(ValueError, match="containment must be"):
         fall.recommendation(containment=1.5)
 

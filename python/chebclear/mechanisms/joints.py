@@ -167,7 +167,10 @@ class Arguments:
             self.problems.append(Problem("clearance_at", f"{what}; choose from {choice}, or () for none"))
         known = [name for name in names if isinstance(name, str) and name in pins]
         if not isinstance(clearance, Mapping):
-            self.numbers(clearance=clearance)
+            if known:
+                self.positive(clearance=(clearance, "m"))
+            else:
+                self.numbers(clearance=clearance)
             return {name: as_number(clearance) or 0.0 for name in known}
         given = dict(clearance)
         for name in known:
@@ -179,7 +182,7 @@ class Arguments:
                     Problem(f"clearance.{name}", f"has no place in clearance_at{did_you_mean(name, known)}")
                 )
             else:
-                self.numbers(**{f"clearance.{name}": value})
+                self.positive(**{f"clearance.{name}": (value, "m")})
         return {name: as_number(given.get(name)) or 0.0 for name in known}
 
     def finish(self) -> None:
