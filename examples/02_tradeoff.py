@@ -24,7 +24,7 @@ result = cc.tradeoff(
 print(result)
 print(result.recommendation({"slider.vx": 3e-3}))
 print(result.recommendation(0.001, cost="stages"))
-figure = Figure(figsize=(10, 4), layout="constrained")
+figure = Figure(figsize=(10, 5), layout="constrained")
 for place, output in enumerate(result.outputs, start=1):
     result.plot(output, ax=figure.add_subplot(1, 2, place))
 figure.savefig(folder / "tradeoff.png")
@@ -33,9 +33,7 @@ figure.savefig(folder / "tradeoff.png")
 run = cc.simulate(scene, duration=0.03, samples=721, rtol=1e-4, error="estimate")
 for name in result.outputs:
     estimate = run.error[name]
-    print(
-        f"{name}: off by {100.0 * estimate.relative:.2g} % of its range, parted at {estimate.horizon:.4g} s"
-    )
+    print(f"{name}: off by {100.0 * estimate.relative:.2g} % of its range; {estimate.in_words()}")
 
 # The bounds of a study have a price as well: degrees, scan points, and how the polynomial is bounded.
 study = cc.Study(

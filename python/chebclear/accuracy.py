@@ -106,6 +106,12 @@ class OutputError(NamedTuple):
         """Largest difference relative to the range [-]; NaN for a constant output."""
         return self.max_difference / self.range if self.range > 0.0 else math.nan
 
+    def in_words(self) -> str:
+        """Whether and when the runs parted, such as ``"parted at 0.0125 s"``."""
+        if math.isnan(self.max_difference):
+            return "not known"
+        return "did not part" if math.isinf(self.horizon) else f"parted at {self.horizon:.4g} s"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ErrorEstimate(records.ArrayRecord):

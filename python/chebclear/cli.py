@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from .errors import ChebclearError, SceneError
+from .recommend import MOST_ACCURACY
 from .records import package_version
 from .settings import LEAST_RTOL, METHODS, MOST_RTOL
 from .study import MOST_THREADS
@@ -134,11 +135,11 @@ def _add_tradeoff(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     )
     command.add_argument(
         "--accuracy",
-        type=_positive,
+        type=_accuracy,
         default=1e-3,
         metavar="X",
         help="error that the recommended setting may have, relative to the range of each output "
-        "(default: %(default)g)",
+        "(default: %(default)g; at most 1)",
     )
     command.add_argument(
         "--until",
@@ -163,8 +164,10 @@ def _paper(options: argparse.Namespace) -> int:
     # Imported here so that Ctrl-C on the way is answered as at any other time.
     from . import paper, paper_output
 
-    study = paper.case_study(rtol=options.rtol, threads=options.threads)
     out = options.out if options.out is not None or options.json else Path("paper_results")
+    if not _can_write(out):
+        return EXIT_BAD_INPUT
+    study = paper.case_study(rtol=options.rtol, threads=options.threads)
     drawing = 0.0
     if out is not None:
         start = time.perf_counter()
@@ -196,10 +199,16 @@ def _tradeoff(options: argparse.Namespace) -> int:
     else:
         scene = Scene.from_json(options.scene.read_text(encoding="utf-8", errors="replace"))
         duration, samples, outputs = options.duration, 1001, None
+    duration = options.duration or duration
+    # What would be refused after the runs is refused before them.
+    if options.until is not None and options.until > duration:
+        options.usage_error(f"argument --until: must be <= the duration, {duration:g} s")
+    if not _can_write(options.out):
+        return EXIT_BAD_INPUT
     try:
         result = tradeoff(
             scene,
-            options.duration or duration,
+            duration,
             samples if options.samples is None else options.samples,
             outputs if options.outputs is None else options.outputs,
             methods=options.methods,
@@ -224,7 +233,25 @@ def _tradeoff(options: argparse.Namespace) -> int:
     return EXIT_OK
 
 
+def _can_write(directory: Path | None) -> bool:
+    """Whether files can be written there, said on standard error if not: before a long computation."""
+    from .records import complete_folder
+
+    if directory is None:
+        return True
+    try:
+        with complete_folder(directory):
+            pass
+    except OSError as error:
+        reason = error.strerror or error
+        print(f"chebclear: cannot write to {str(directory)!r}: {reason}", file=sys.stderr)
+        return False
+    return True
+
+
 def _directory(text: str) -> Path:
+    if not text:
+        raise argparse.ArgumentTypeError("must be a directory, got an empty name")
     path = Path(text)
     if path.exists() and not path.is_dir():
         raise argparse.ArgumentTypeError(f"must be a directory, {text!r} is a file")
@@ -253,6 +280,15 @@ def _positive(text: str) -> float:
         number = math.nan
     if not (math.isfinite(number) and number > 0.0):
         raise argparse.ArgumentTypeError(f"must be a finite number > 0, got {text!r}")
+    return number
+
+
+def _accuracy(text: str) -> float:
+    number = _positive(text)
+    if number > MOST_ACCURACY:
+        raise argparse.ArgumentTypeError(
+            f"must be a part of the range, <= {MOST_ACCURACY:g}, got {text!r}: larger errors have no meaning"
+        )
     return number
 
 

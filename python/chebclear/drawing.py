@@ -90,6 +90,8 @@ def plot_scene(scene: Scene, ax: Axes | None = None, *, exaggerate: float = 1.0,
     """
     checks = Checks()
     checks.real("exaggerate", exaggerate, "-", above=0.0)
+    if not isinstance(scene, Scene):
+        checks.add(f"scene must be a Scene, got {scene!r}", wrong_type=True)
     checks.finish()
     pose = Pose(scene)
     ax = _axes(ax)

@@ -44,6 +44,19 @@ _UNITS = {
     "friction_force": "N",
     "contact": "-",
     "torque": "N m",
+    "force": "N",
+    "power": "W",
+    "reaction_x": "N",
+    "reaction_y": "N",
+    "reaction_torque": "N m",
+    "displacement": "m",
+    "velocity": "m/s",
+    "acceleration": "m/s²",
+    "length": "m",
+    "lengthening": "m/s",
+    "impact_loss": "J",
+    "friction_loss": "J",
+    "wear": "N m",
 }
 
 # (unit asked for, SI unit) -> what one SI unit is in the unit asked for.
@@ -73,9 +86,11 @@ def column_unit(name: str) -> str:
 
     Examples
     --------
-    >>> column_unit("slider.vx")
-    'm/s'
+    >>> column_unit("slider.vx"), column_unit("energy.total")
+    ('m/s', 'J')
     """
+    if name.startswith("energy."):  # the only owner of that name
+        return "J"
     return _UNITS.get(name.rpartition(".")[2], "")
 
 
@@ -89,7 +104,7 @@ def plot_trajectory(
     x_label: str = "time [s]",
     **line: Any,
 ) -> Axes:
-    """Draw columns of one simulation against time.
+    """Draw columns of one simulation against time; a dotted line marks where a run ended early.
 
     Parameters
     ----------
@@ -127,9 +142,15 @@ def plot_trajectory(
     for name, curve in zip(names, curves, strict=True):
         style = _line_style(line, linewidth=0.9, label=name)
         ax.plot(run.t if x is None else x, curve, **style)
+    if not run.success:
+        # A curve that just stops looks like the whole of it.
+        end = run.end_time if x is None else float(np.interp(run.end_time, run.t, x))
+        words = f"the run ended early: {run.status}"
+        ax.axvline(end, color="tab:red", linewidth=0.9, linestyle=":", label=words)
+        ax.set_xlim(*((run.t if x is None else x)[[0, -1]]))
     ax.set_xlabel(x_label)
     ax.set_ylabel(_label(names[0] if len(names) == 1 else ", ".join(names), shown))
-    if len(names) > 1:
+    if len(names) > 1 or not run.success:
         ax.legend(loc="best", fontsize="small")
     return ax
 

@@ -12,13 +12,14 @@ from .plot import _axes, _line_style, column_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
 
     from .study_tradeoff import StudyTradeoff
     from .tradeoff_result import Tradeoff
 
 _MARKERS = "osD^vP*X"
 _COSTS = {
-    "seconds": "time of a run on this machine [s]",
+    "seconds": "time of a run on this machine [ms]",
     "steps": "steps [-]",
     "stages": "stages [-]",
     "evaluations": "evaluations of the accelerations [-]",
@@ -87,7 +88,7 @@ def plot_tradeoff(
         for point in result.points:
             if point.method != method:
                 continue
-            price = point.seconds if cost == "seconds" else float(getattr(point.stats, cost))
+            price = 1e3 * point.seconds if cost == "seconds" else float(getattr(point.stats, cost))
             error = result.error(point, name, until)
             if not point.success or math.isnan(error):
                 failures.setdefault((method, point.status, colour), []).append(price)
@@ -124,14 +125,15 @@ def plot_tradeoff(
     span = result.duration if until is None else until
     ax.set_xlabel(f"largest error of {name} to {1e3 * span:.3g} ms" + (f" [{unit}]" if unit else ""))
     ax.set_ylabel(_COSTS[cost])
-    ax.legend(loc="best", fontsize="small")
+    _plain_ticks(ax.yaxis)
+    _legend_above(ax)
     return ax
 
 
 def plot_study_tradeoff(
     result: StudyTradeoff, output: str | None = None, *, ax: Axes | None = None, **line: Any
 ) -> Axes:
-    """Draw the error of the width of a band against the number of runs, one line a way of bounding.
+    """Draw the relative error of the mean width against the number of runs, one line a way of bounding.
 
     Filled markers are too wide, hollow ones too narrow; both axes are logarithmic.
 
@@ -168,6 +170,22 @@ def plot_study_tradeoff(
             if error < 0.0:
                 ax.plot(count, size, **{**style, "markerfacecolor": "white", "label": None})
     ax.set_xlabel("runs [-]")
-    ax.set_ylabel(f"error of the mean width of {name}, relative [-]")
-    ax.legend(loc="best", fontsize="small", title="bounds; hollow: too narrow")
+    ax.set_ylabel(f"width error of {name} [-]")
+    _plain_ticks(ax.xaxis)
+    _legend_above(ax, title="bounds; hollow: too narrow", columns=2)
     return ax
+
+
+def _plain_ticks(axis: Axis) -> None:
+    """Plain numbers on a logarithmic axis that may span less than a decade: 6 and 20, not 2 x 10^1."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _legend_above(ax: Axes, title: str | None = None, columns: int = 1) -> None:
+    """A legend above the axes, where it can cover no point."""
+    style = {"fontsize": "small", "frameon": False, "title_fontsize": "small", "borderaxespad": 0.0}
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.01), title=title, ncols=columns, **style)

@@ -96,9 +96,27 @@ def interval(
 def rpm(revolutions_per_minute: float) -> float:
     """Angular velocity [rad/s] of a speed in revolutions per minute [1/min].
 
+    Parameters
+    ----------
+    revolutions_per_minute : float
+        The speed [1/min].
+
+    Returns
+    -------
+    float
+        In rad/s.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If the speed is no finite number.
+
     Examples
     --------
     >>> rpm(30.0) == math.pi
     True
     """
-    return revolutions_per_minute * (2.0 * math.pi / 60.0)
+    checks = Checks()
+    speed = checks.real("revolutions_per_minute", revolutions_per_minute, "1/min")
+    checks.finish()
+    return speed * (2.0 * math.pi / 60.0)

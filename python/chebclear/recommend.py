@@ -20,11 +20,16 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+MOST_ACCURACY = 1.0
+"""Largest error that may be asked for, as a part of the range of an output [-]."""
 COSTS = ("seconds", "steps", "stages", "evaluations")
 # The reference must be known this many times better than what it is to judge.
 _MARGIN = 4.0
 # Outputs named one by one in a sentence; of more only the one nearest to its limit.
 _NAMED = 3
+# Part of its range below which an output is rounding: two runs may agree to the last bit, as in free flight
+# before the first impact, and are still not known better than this.
+_ROUNDING = 1e-14
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -107,25 +112,26 @@ def recommendation(
     checks.finish()
     bound = np.array([limits[name] for name in result.outputs])
 
-    known = np.all(_MARGIN * result.check.growth <= bound[:, None], axis=0)
+    known = np.all(_MARGIN * _with_rounding(result, result.check.growth) <= bound[:, None], axis=0)
     # Differences up to an instant only grow, so what is known is known from the start on.
     trusted = float(result.t[np.count_nonzero(known) - 1]) if known[0] else 0.0
     span = trusted if until is None else until
-    uncertain = largest_error(result.t, result.check.growth, span)
+    uncertain = _uncertainty(result, span)
 
-    def errors(point: TradeoffPoint, span: float = span) -> Array:
-        return largest_error(result.t, point.growth, span) + largest_error(
-            result.t, result.check.growth, span
-        )
+    def errors(point: TradeoffPoint) -> Array:
+        return largest_error(result.t, point.growth, span) + uncertain
 
     def answer(point: TradeoffPoint | None, shown: Array, text: str) -> Recommendation:
         by_name = dict(zip(result.outputs, map(float, shown), strict=True))
         return Recommendation(point, span, cost, limits, by_name, text)
 
     if span <= result.t[0] or not np.all(uncertain <= bound):
-        worst = _nearest(result.check.growth[:, -1] if span <= result.t[0] else uncertain, bound)
+        if span <= result.t[0]:  # not known well enough at any time: say how well it is known at all
+            span = result.duration
+            uncertain = _uncertainty(result, span)
+        worst = _nearest(uncertain, bound)
         text = (
-            f"no setting: over {_span(result, span or result.duration)} the reference itself is known "
+            f"no setting: over {_span(result, span)} the reference itself is known "
             f"only with {_amounts(result, uncertain, [worst])}"
         )
         if until is not None and trusted > result.t[0]:
@@ -139,6 +145,11 @@ def recommendation(
             f"rtol {power(best.rtol)} with {best.method}: {_shown_amounts(result, errors(best), bound)} over "
             f"{_span(result, span)}, {_price(best, cost)} a run"
         )
+        parted = float(best.horizon[np.isfinite(bound)].min(initial=math.inf))
+        if parted <= span:
+            text += f", but off by more than 1 % of a range from {in_words(parted)} on"
+        if len(good) == len(result.points) > 1:
+            text += "; all settings measured are accurate enough, cheaper ones may be too"
         if until is None and span < result.duration:
             text += "; beyond, the reference itself is not known well enough"
         return answer(best, errors(best), text)
@@ -167,7 +178,7 @@ def recommendation(
 
 def _settings_within(result: Tradeoff, bound: Array, span: float) -> list[TradeoffPoint]:
     """Settings that keep the bound with every finished tighter one of their method."""
-    uncertain = largest_error(result.t, result.check.growth, span)
+    uncertain = _uncertainty(result, span)
     good: list[TradeoffPoint] = []
     for method in dict.fromkeys(point.method for point in result.points):
         of_method = [point for point in result.points if point.method == method]
@@ -181,12 +192,23 @@ def _settings_within(result: Tradeoff, bound: Array, span: float) -> list[Tradeo
     return good
 
 
+def _uncertainty(result: Tradeoff, span: float) -> Array:
+    """How well the reference is known up to a time, in the units of the outputs."""
+    return _with_rounding(result, largest_error(result.t, result.check.growth, span)[:, None])[:, 0]
+
+
+def _with_rounding(result: Tradeoff, growth: Array) -> Array:
+    """Differences of the two tight runs, shape (outputs, instants), at least what rounding leaves."""
+    return np.maximum(growth, _ROUNDING * result.ranges[:, None])
+
+
 def _checked_limits(
     checks: Checks, result: Tradeoff, accuracy: float | Mapping[str, float]
 ) -> dict[str, float]:
     """Largest admissible error of every output in its unit."""
     if not isinstance(accuracy, Mapping):
-        part = checks.real("accuracy", accuracy, "-", above=0.0)
+        # An error as large as all of the motion is none to ask for: any run has it.
+        part = checks.real("accuracy", accuracy, "-", above=0.0, most=MOST_ACCURACY)
         scales = zip(result.outputs, result.ranges, strict=True)
         return {name: float(part * scale) if scale > 0.0 else math.inf for name, scale in scales}
     limits = dict.fromkeys(result.outputs, math.inf)
@@ -196,7 +218,9 @@ def _checked_limits(
         if name not in limits:
             checks.add(f'accuracy has the unknown output "{name}"{did_you_mean(name, limits)}')
         else:
-            limits[name] = checks.real(f'accuracy["{name}"]', value, column_unit(name), above=0.0)
+            span = float(result.ranges[result.outputs.index(name)])
+            most = MOST_ACCURACY * span if span > 0.0 else None
+            limits[name] = checks.real(f'accuracy["{name}"]', value, column_unit(name), above=0.0, most=most)
     return limits
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 from zipfile import BadZipFile
+from zlib import error as ZlibError
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,16 +76,14 @@ def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any
         If the file holds something else, or was written by a later version.
     """
     stranger = ValueError(f"{os.fspath(path)} was not written by chebclear")
-    try:
-        archive = np.load(path, allow_pickle=False)
-    except (ValueError, EOFError, BadZipFile):
-        raise stranger from None
-    if not isinstance(archive, np.lib.npyio.NpzFile):  # a single array
-        raise stranger
-    with archive:
+    # Opened here, since numpy leaves a file open that turns out to be no archive.
+    with Path(path).open("rb") as file:
         try:
+            archive = np.load(file, allow_pickle=False)
+            if not isinstance(archive, np.lib.npyio.NpzFile):  # a single array
+                raise stranger
             facts = json.loads(str(archive["metadata"]))
-        except (KeyError, ValueError):
+        except (KeyError, ValueError, EOFError, BadZipFile, ZlibError):
             raise stranger from None
         if not (isinstance(facts, dict) and isinstance(facts.get("format"), int) and "kind" in facts):
             raise stranger
@@ -94,7 +93,10 @@ def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any
             )
         if facts["kind"] != kind:
             raise ValueError(f"{os.fspath(path)} holds a {facts['kind']}, not a {kind}")
-        return {name: archive[name] for name in archive.files if name != "metadata"}, facts
+        try:
+            return {name: archive[name] for name in archive.files if name != "metadata"}, facts
+        except (ValueError, EOFError, BadZipFile, ZlibError) as error:
+            raise ValueError(f"{os.fspath(path)} is damaged: {error}") from None
 
 
 @contextmanager
@@ -106,14 +108,14 @@ def complete_folder(directory: Path) -> Iterator[Path]:
     Parameters
     ----------
     directory : Path
-        Where to; made if it does not exist, as are its parents, and removed again if nothing gets into it.
+        Where to; made if it does not exist, as are its parents, and all removed again if nothing gets in.
 
     Yields
     ------
     Path
         The folder to write to.
     """
-    made = not directory.exists()
+    made = [each for each in (directory, *directory.parents) if not each.exists()]
     directory.mkdir(parents=True, exist_ok=True)
     try:
         # Inside the directory, not beside it: surely writable and on the same file system.
@@ -123,10 +125,11 @@ def complete_folder(directory: Path) -> Iterator[Path]:
                 target = directory / source.relative_to(folder)
                 target.parent.mkdir(exist_ok=True)
                 source.replace(target)
-    except BaseException:
-        if made and not any(directory.iterdir()):
-            directory.rmdir()
-        raise
+    finally:
+        for new in made:
+            if not new.is_dir() or any(new.iterdir()):
+                break
+            new.rmdir()
 
 
 def same(first: Any, second: Any) -> bool:

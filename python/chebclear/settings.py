@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import fnmatch
 import json
+import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -20,6 +21,8 @@ MAX_EVENTS = 1_000_000
 LEAST_RTOL, MOST_RTOL = 1e-13, 0.1
 MOST_SAMPLES = 10_000_000
 MOST_COUNT = 2**53
+# Samples of all columns that surely fit into the memory: for fewer the columns need not be counted.
+_MANY_SAMPLES = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -94,15 +97,17 @@ class Settings:
         # Files of the first version know no skip.
         return cls(**{"skip": 0.0, **plain, "outputs": None if outputs is None else tuple(outputs)})
 
-    def for_scene(self, scene: Scene) -> Settings:
+    def for_scene(self, scene: Scene, runs: int = 1) -> Settings:
         """The settings with patterns such as ``"energy.*"`` replaced by the columns of the scene.
 
         Raises
         ------
         ValueError
-            If an output is no column of the scene.
+            If an output is no column of the scene, or the samples of so many runs would fill the memory.
         """
         if self.outputs is None:
+            if runs * self.samples > _MANY_SAMPLES:
+                _require_room(runs, self.samples, len(scene.check().columns))
             return self
         facts = scene.check()
         columns = facts.columns + facts.further_columns
@@ -114,7 +119,22 @@ class Settings:
                 checks.add(f'unknown output "{name}"{did_you_mean(name, columns)}')
             names |= dict.fromkeys(found)
         checks.finish()
+        _require_room(runs, self.samples, len(names))
         return dataclasses.replace(self, outputs=tuple(names))
+
+
+def _require_room(runs: int, samples: int, columns: int) -> None:
+    """Refuse results that fill more than half of the memory: what is made of them needs room as well."""
+    try:
+        memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):  # a system that does not tell
+        return
+    needed = 8 * runs * samples * columns
+    if needed > memory // 2:
+        raise ValueError(
+            f"{runs} runs of {samples} samples and {columns} outputs would take {needed / 1e9:.3g} GB of the "
+            f"{memory / 1e9:.3g} GB of this machine: ask for fewer samples, outputs or runs"
+        )
 
 
 def _checked_names(checks: Checks, outputs: object) -> tuple[str, ...] | None:

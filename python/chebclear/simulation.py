@@ -13,7 +13,9 @@ import numpy as np
 from . import _core
 from .accuracy import ErrorEstimate
 from .checks import Checks
+from .continuation import continuation
 from .errors import ChebclearWarning, SimulationError
+from .plausibility import scene_warnings
 from .progress import bar, is_request
 from .scene import Scene
 from .settings import LEAST_RTOL, MAX_EVENTS, MAX_STEPS, Settings
@@ -70,7 +72,9 @@ def simulate(
         Time to simulate before the first sample [s], such as ``10 * scene.period`` for a mechanism to settle.
     start : EndState, optional
         The end of an earlier run of the scene, `Trajectory.end`, to continue from: time goes on, and the
-        steps are those of a single run, bit for bit.
+        steps are those of a single run, bit for bit. A scene whose numbers differ takes over the coordinates
+        and velocities of the joints, and a warning names the differences; one that this would tear apart is
+        refused.
     max_steps, max_events : int
         Accepted steps and changes of contact after which the run is given up [-].
     position_tolerance, velocity_tolerance : float, optional
@@ -127,10 +131,14 @@ def simulate(
             )
     checks.finish()
     settings = settings.for_scene(scene)
+    changes: tuple[str, ...] = ()
+    if start is not None:
+        start, changes = continuation(scene, start, settings)
 
     with _reporter(progress) as report:
         own = _share(report, 0.0, 1.0 if error is None else _OWN_SHARE)
         trajectory = run_scene(scene, settings, own, start)
+        trajectory = dataclasses.replace(trajectory, warnings=changes + trajectory.warnings)
         if error is not None and (trajectory.success or on_failure == "return"):
             companion = _companion(trajectory, start, _share(report, _OWN_SHARE, 1.0))
             trajectory = dataclasses.replace(trajectory, error=_estimate(trajectory, companion))
@@ -193,13 +201,13 @@ def run_scene(
             peak_force=contacts["peak_force"],
             peak_time=contacts["peak_time"],
         ),
-        end=None if run["end"] is None else EndState(run["end"]),
+        end=None if run["end"] is None else EndState(run["end"], scene),
         stats=Stats(**run["stats"]),
         status=run["status"],
         message=run["message"],
         end_time=run["time"],
         joint=run["joint"],
-        warnings=tuple(run["warnings"]),
+        warnings=scene_warnings(scene) + tuple(run["warnings"]),
         settings=settings,
         scene=scene,
     )

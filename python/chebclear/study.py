@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import math
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -13,28 +12,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _core
 from .checks import Checks, did_you_mean
-from .errors import Problem, SceneError, SimulationError, describe
+from .errors import SceneError, describe
+from .plausibility import scene_warnings
 from .progress import bar, is_request
 from .results import StudyResult as StudyResult
 from .results import compare as compare
 from .scene import Interval, Scene
 from .settings import MAX_EVENTS, MAX_STEPS, Settings
 from .simulation import warn_once
+from .study_runs import gathered_warnings, located, require_success, scene_text, simulate_all, with_parameters
 from .surrogate import chebyshev_grid, tensor_grid
 from .trajectory import Stats
 
 if TYPE_CHECKING:
-    from ._core import _Runs
     from .study_tradeoff import StudyTradeoff
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
-
-# Pieces an executor gets at most: enough to keep a few dozen workers busy to the end, few enough that sending
-# them costs little beside the runs.
-_CHUNKS = 64
 
 MOST_THREADS = 1024
 MOST_NODES = 10_000
@@ -313,18 +308,19 @@ class Study:
         midpoint = [side.midpoint for side in self.intervals.values()]
         given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in [*points, midpoint]]
         scenes = [self._scene(parameters) for parameters in given]
-        texts = [_text(scene, parameters) for scene, parameters in zip(scenes, given, strict=True)]
+        texts = [scene_text(scene, parameters) for scene, parameters in zip(scenes, given, strict=True)]
         try:
-            settings = self.settings.for_scene(scenes[-1])
+            settings = self.settings.for_scene(scenes[-1], runs=len(scenes))
         except SceneError as error:
-            raise SceneError(_at(given[-1], error.problems)) from None
+            raise SceneError(located(given[-1], error.problems)) from None
         with _reporter(self.progress) as report:
             try:
-                runs = self._simulate(texts, settings.to_json(), report)
+                runs = simulate_all(texts, settings.to_json(), self.threads, self.executor, report)
             except SceneError as error:
-                raise _with_parameters(error, given) from None
-        _require_success(runs, given)
-        messages = _gathered_warnings(runs["warnings"])
+                raise with_parameters(error, given) from None
+        require_success(runs, given)
+        told = zip(map(scene_warnings, scenes), runs["warnings"], strict=True)
+        messages = gathered_warnings([[*of_scene, *of_run] for of_scene, of_run in told])
         return StudyResult.from_runs(
             runs["t"],
             runs["columns"],
@@ -343,50 +339,13 @@ class Study:
         try:
             scene = self.build(**parameters, **self.fixed)
         except SceneError as error:
-            raise SceneError(_at(parameters, error.problems)) from error
+            raise SceneError(located(parameters, error.problems)) from error
         except Exception as error:
             error.add_note(f"in build with {describe(parameters)}")
             raise
         if not isinstance(scene, Scene):
             raise TypeError(f"build must return a Scene, got {scene!r} for {describe(parameters)}")
         return scene
-
-    def _simulate(self, texts: list[str], settings: str, report: Progress | None) -> _Runs:
-        if self.executor is None:
-            return _core.sweep(texts, settings, self.threads, report)
-        size = -(-len(texts) // _CHUNKS)
-        chunks = [texts[start : start + size] for start in range(0, len(texts), size)]
-        futures = [
-            self.executor.submit(simulate_chunk, chunk, settings, self.threads or 1) for chunk in chunks
-        ]
-        parts: list[_Runs] = []
-        try:
-            for index, future in enumerate(futures):
-                try:
-                    parts.append(future.result())
-                except SceneError as error:
-                    raise _shifted(error, index * size) from None
-                if report is not None:
-                    report(min((index + 1) * size, len(texts)), len(texts))
-        finally:
-            for future in futures:
-                future.cancel()
-        return _joined(parts)
-
-
-def simulate_chunk(scenes: list[str], settings: str, threads: int) -> _Runs:
-    """Simulate some of the scenes of a study, wherever an executor has sent them.
-
-    Parameters
-    ----------
-    scenes : list of str
-        Scenes as JSON text.
-    settings : str
-        Settings as JSON text.
-    threads : int
-        Threads to simulate on [-].
-    """
-    return _core.sweep(scenes, settings, threads, None)
 
 
 def _checked_intervals(checks: Checks, parameters: object) -> dict[str, Interval]:
@@ -442,101 +401,6 @@ def _check_keywords(checks: Checks, build: object, intervals: Iterable[str], fix
     for name in needed:
         if name not in given:
             checks.add(f'build needs a value for "{name}": give it in parameters or fixed')
-
-
-def _text(scene: Scene, parameters: Mapping[str, float]) -> str:
-    try:
-        return scene.to_json()
-    except SceneError as error:
-        raise SceneError(_at(parameters, error.problems)) from None
-
-
-def _at(parameters: Mapping[str, float], problems: Iterable[Problem]) -> list[Problem]:
-    """Problems of the scene that was built with these parameters."""
-    return [Problem(f"scene with {describe(parameters)}: {path}", message) for path, message in problems]
-
-
-# The core says which scene of a sweep has a problem by this start of the path; a problem of the settings
-# belongs to none.
-_SCENE_PATH = re.compile(r"^scenes\[(\d+)\]\.?")
-
-
-def _scene_index(problem: Problem) -> int | None:
-    found = _SCENE_PATH.match(problem.path)
-    return int(found[1]) if found else None
-
-
-def _shifted(error: SceneError, offset: int) -> SceneError:
-    """The error of a chunk of scenes, with the numbers the scenes have in the study."""
-    return SceneError(
-        (_SCENE_PATH.sub(lambda found: f"scenes[{int(found[1]) + offset}].", problem.path), problem.message)
-        for problem in error.problems
-    )
-
-
-def _with_parameters(error: SceneError, given: Sequence[Mapping[str, float]]) -> SceneError:
-    """The problems of no scene and of the first wrong one, with its parameters; others mostly repeat them."""
-    indices = [_scene_index(problem) for problem in error.problems]
-    problems = [problem for problem, index in zip(error.problems, indices, strict=True) if index is None]
-    wrong = sorted({index for index in indices if index is not None})
-    if not wrong:
-        return SceneError(problems)
-    first = [
-        Problem(_SCENE_PATH.sub("", problem.path), problem.message)
-        for problem, index in zip(error.problems, indices, strict=True)
-        if index == wrong[0]
-    ]
-    problems += _at(given[wrong[0]], first)
-    if len(wrong) > 1:
-        problems.append(Problem("study", f"{len(wrong) - 1} more of {len(given)} scenes have problems"))
-    return SceneError(problems)
-
-
-def _require_success(runs: _Runs, given: Sequence[Mapping[str, float]]) -> None:
-    """Raise for the first run that failed, if any: a grid with a hole gives no bounds."""
-    failed = [index for index, status in enumerate(runs["status"]) if status != "done"]
-    if not failed:
-        return
-    first = failed[0]
-    raise SimulationError(
-        runs["status"][first],
-        runs["time"][first],
-        runs["joint"][first],
-        given[first],
-        f"{runs['message'][first]} ({len(failed)} of {len(given)} runs of the study failed)",
-    )
-
-
-def _gathered_warnings(runs: Sequence[Sequence[str]]) -> tuple[str, ...]:
-    """Each warning once, although its numbers may differ from run to run."""
-    first: dict[str, str] = {}
-    count: dict[str, int] = {}
-    for messages in runs:
-        for message in messages:
-            kind = re.sub(r"[0-9]+", "#", message)
-            first.setdefault(kind, message)
-            count[kind] = count.get(kind, 0) + 1
-    return tuple(f"{message} (in {count[kind]} of {len(runs)} runs)" for kind, message in first.items())
-
-
-def _joined(parts: Sequence[_Runs]) -> _Runs:
-    """The runs of several sweeps as those of one."""
-    columns = parts[0]["columns"]
-    if any(part["columns"] != columns for part in parts):
-        raise ValueError(
-            "some scenes have other outputs than the first: all scenes of a study need the same parts"
-        )
-    return {
-        "t": parts[0]["t"],
-        "values": np.concatenate([part["values"] for part in parts]),
-        "columns": columns,
-        "status": [status for part in parts for status in part["status"]],
-        "message": [message for part in parts for message in part["message"]],
-        "time": [time for part in parts for time in part["time"]],
-        "joint": [joint for part in parts for joint in part["joint"]],
-        "stats": [stats for part in parts for stats in part["stats"]],
-        "warnings": [messages for part in parts for messages in part["warnings"]],
-    }
 
 
 @contextmanager

@@ -145,16 +145,30 @@ class StudyTradeoff(records.ArrayRecord):
         ]
         if not good:
             limits = f"widths within {100.0 * width_error:.3g} % and {100.0 * containment:.4g} % inside"
-            return StudyRecommendation(None, f"no bounds measured have {limits} for every output")
+            text = f"no bounds measured have {limits} for every output"
+            done = [point for point in self.points if point.status == "done"]
+            if done:
+
+                def excess(point: StudyTradeoffPoint) -> float:
+                    """How many times one of the limits is missed."""
+                    outside = 1.0 - float(np.min(point.containment))
+                    allowed = max(1.0 - containment, 1.0 / self.holdout)
+                    return max(float(np.max(_sizes(point.width_error))) / width_error, outside / allowed)
+
+                text += f"; the nearest: {self._in_words(min(done, key=excess))}"
+            return StudyRecommendation(None, text)
         best = min(good, key=lambda point: (point.runs, float(np.max(_sizes(point.width_error)))))
-        worst = int(np.argmax(_sizes(best.width_error)))
-        kind = "narrow" if best.width_error[worst] < 0.0 else "wide"
-        error = 100.0 * float(_sizes(best.width_error)[worst])
-        inside = 100.0 * float(np.min(best.containment))
-        return StudyRecommendation(
-            best,
-            f"{best} with {best.runs} runs: {self.outputs[worst]} {error:.2g} % too {kind} on average, "
-            f"{inside:.4g} % of {self.holdout} hold-out runs inside, {format_number(best.seconds, 2)} s",
+        return StudyRecommendation(best, self._in_words(best))
+
+    def _in_words(self, point: StudyTradeoffPoint) -> str:
+        """Bounds with their price and what they deliver for the output that they bound worst."""
+        worst = int(np.argmax(_sizes(point.width_error)))
+        kind = "narrow" if point.width_error[worst] < 0.0 else "wide"
+        error = 100.0 * float(_sizes(point.width_error)[worst])
+        inside = 100.0 * float(np.min(point.containment))
+        return (
+            f"{point} with {point.runs} runs: {self.outputs[worst]} {error:.2g} % too {kind} on average, "
+            f"{inside:.4g} % of {self.holdout} hold-out runs inside, {format_number(point.seconds, 2)} s"
         )
 
     def table(self) -> str:

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DPI = 150
-_PANEL = (5.0, 4.0)  # [inch]
+_PANEL = (5.0, 5.0)  # [inch]
 _COLUMNS = 2
+_PANELS = 4
 
 
 def write(result: Tradeoff, recommendation: Recommendation, directory: Path) -> None:
@@ -48,10 +49,10 @@ def markdown(result: Tradeoff, recommendation: Recommendation) -> str:
 
 
 def figure(result: Tradeoff) -> Figure:
-    """The work-precision plots of up to four outputs; of more, those of the first four."""
+    """The work-precision plots of up to four outputs; of more, the four with the largest errors."""
     from matplotlib.figure import Figure
 
-    names = result.outputs[:4]
+    names = result.hardest_outputs(_PANELS)
     columns = min(_COLUMNS, len(names))
     rows = -(-len(names) // columns)
     made = Figure(figsize=(_PANEL[0] * columns, _PANEL[1] * rows), layout="constrained")

@@ -135,7 +135,20 @@ class Tradeoff(records.ArrayRecord):
         return float(largest_error(self.t, point.growth, until)[column_index(self.outputs, output)])
 
     def uncertainty(self, output: str, until: float | None = None) -> float:
-        """Largest difference of the two tight runs; see `error`."""
+        """Largest difference of the two tight runs, by which the reference is uncertain.
+
+        Parameters
+        ----------
+        output : str
+            Name of the output.
+        until : float, optional
+            End of the time that counts [s]; all of it if not given.
+
+        Returns
+        -------
+        float
+            In the unit of the output.
+        """
         return self.error(self.check, output, until)
 
     def recommendation(
@@ -154,8 +167,8 @@ class Tradeoff(records.ArrayRecord):
         Parameters
         ----------
         accuracy : float or mapping of str to float
-            Largest error relative to the range of each output [-], constant outputs aside; or the largest
-            error of the outputs by name, in their units.
+            Largest error relative to the range of each output [-], at most 1, constant outputs aside; or the
+            largest error of the outputs by name, in their units, at most their ranges.
         until : float, optional
             End of the time that counts [s]; if not given, as far as the reference itself is known to a
             quarter of the accuracy.
@@ -202,6 +215,26 @@ class Tradeoff(records.ArrayRecord):
         )
         return f"Reference: {pair} agree {until}; they differ in {differences}."
 
+    def hardest_outputs(self, most: int) -> list[str]:
+        """Outputs whose errors are the largest for their ranges, in their order.
+
+        Parameters
+        ----------
+        most : int
+            Number of outputs at most [-].
+
+        Returns
+        -------
+        list of str
+        """
+        finished = [point.growth[:, -1] for point in self.points if np.all(np.isfinite(point.growth[:, -1]))]
+        # The geometric mean over the runs, in which a loose tolerance counts no more than a tight one.
+        errors = np.array(finished or [self.check.growth[:, -1]])
+        scale = np.where(self.ranges > 0.0, self.ranges, math.inf)
+        sizes = np.mean(np.log(np.maximum(errors / scale, np.finfo(float).tiny)), axis=0)
+        chosen = sorted(np.argsort(-sizes, kind="stable")[:most])
+        return [self.outputs[index] for index in chosen]
+
     def _shown_outputs(self) -> list[str]:
         """All outputs, or of many the one in which the tight runs differ most for its range."""
         if len(self.outputs) <= _SHOWN:
@@ -221,6 +254,8 @@ class Tradeoff(records.ArrayRecord):
             if few:
                 head += [f"{name} [{column_unit(name)}]{when}" for name in self.outputs]
             head.append(f"worst [% of range]{when}")
+            if not few:
+                head.append("which is")
         head += ["horizon [ms]", *(["status"] if failures else [])]
         return head, [self._row(point, spans, few, failures) for point in self.points]
 
@@ -236,6 +271,8 @@ class Tradeoff(records.ArrayRecord):
             worst = _worst(errors, self.ranges)
             scale = self.ranges[worst] / 100.0 or math.nan
             row.append(format_error(errors[worst] / scale, uncertain[worst] / scale))
+            if not few:
+                row.append("-" if math.isnan(errors[worst]) else self.outputs[worst])
         least = float(point.horizon.min())
         row.append(f"> {1e3 * point.end_time:.3g}" if math.isinf(least) else f"{1e3 * least:.3g}")
         if failures:

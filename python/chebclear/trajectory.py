@@ -107,12 +107,17 @@ class Contacts(records.ArrayRecord):
         return self.separation - self.onset
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class EndState:
     """Where a simulation ended, for another one to start from: `simulate(scene, ..., start=run.end)`."""
 
     memory: str
     """What the core must know to go on bit for bit, as JSON."""
+    scene: Scene | None = dataclasses.field(default=None, hash=False)
+    """What was simulated, to tell another scene by; None if that is not known."""
+
+    def __repr__(self) -> str:
+        return f"<EndState: t = {self.time:g} s>"
 
     @property
     def time(self) -> float:
@@ -150,7 +155,7 @@ class Trajectory(records.ArrayRecord):
     joint: str | None
     """The joint that was concerned by a failure."""
     warnings: tuple[str, ...]
-    """What the core warned of."""
+    """What the user was warned of."""
     settings: Settings
     """How the simulation was run."""
     scene: Scene
@@ -258,6 +263,7 @@ class Trajectory(records.ArrayRecord):
             If the file holds something else.
         """
         arrays, facts = records.load(path, "trajectory")
+        scene = Scene.from_json(json.dumps(facts["scene"]))
         columns, error = tuple(facts["columns"]), None
         if "error" in facts:
             known = {name: arrays[f"error_{name}"] for name in _ERROR_ARRAYS}
@@ -272,7 +278,7 @@ class Trajectory(records.ArrayRecord):
             values=arrays["values"],
             events=table(Events, "events"),
             contacts=table(Contacts, "contacts"),
-            end=None if facts["end"] is None else EndState(facts["end"]),
+            end=None if facts["end"] is None else EndState(facts["end"], scene),
             stats=Stats(**facts["stats"]),
             status=facts["status"],
             message=facts["message"],
@@ -280,7 +286,7 @@ class Trajectory(records.ArrayRecord):
             joint=facts["joint"],
             warnings=tuple(facts["warnings"]),
             settings=Settings.from_dict(facts["settings"]),
-            scene=Scene.from_json(json.dumps(facts["scene"])),
+            scene=scene,
             error=error,
         )
 

@@ -35,6 +35,20 @@ pub struct Restart {
     pub checkpoint: Checkpoint,
     /// What the run remembered there.
     pub memory: Memory,
+    /// The end itself. The checkpoint lies before it, and what follows it depends on the mechanism: another
+    /// one must go on from here.
+    pub end: Option<End>,
+}
+
+/// State and memory of a run at its end.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct End {
+    /// Position.
+    pub q: Vec<f64>,
+    /// Velocity.
+    pub v: Vec<f64>,
+    /// What the run remembered.
+    pub memory: Memory,
 }
 
 /// JSON has no numbers that are not finite.
@@ -59,49 +73,24 @@ impl Restart {
         let method = memory.map(|MethodMemory { implicit, steps, contradictions, pause, next_pause }| {
             [u32::from(implicit), steps, contradictions, pause, next_pause]
         });
-        let Memory { phases, contacts, turns, work } = &self.memory;
-        let phase = |phase: &Phase| match *phase {
-            Phase::Free => Value::Null,
-            Phase::Contact { hysteresis_factor, clipped } => {
-                json!({ "hysteresis_factor": hysteresis_factor, "clipped": f64::from(clipped) })
-            }
-        };
-        let contact = |open: &Option<OpenContact>| match open {
-            None => Value::Null,
-            Some(OpenContact { contact, .. }) => json!({
-                "onset": number(contact.onset),
-                "impact_velocity": number(contact.impact_velocity),
-                "peak_force": number(contact.peak_force),
-                "peak_time": number(contact.peak_time),
-            }),
-        };
-        let loss = |loss: &ContactLoss| numbers(&[loss.impact, loss.friction, loss.wear]);
-        let work = work.as_ref().map(|work| {
-            json!({
-                "start_energy": number(work.start_energy),
-                "input": number(work.input),
-                "damping": number(work.damping),
-                "contacts": work.contacts.iter().map(loss).collect::<Vec<_>>(),
-            })
+        let mut text = write_memory(&self.memory);
+        text["time"] = json!(self.time);
+        text["parts"] = json!(self.parts);
+        text["checkpoint"] = json!({
+            "time": time,
+            "q": numbers(q),
+            "v": numbers(v),
+            "step": number(*step),
+            "last": numbers(last),
+            "steps_since_restart": steps_since_restart,
+            "method": method,
         });
-        json!({
-            "time": self.time,
-            "parts": self.parts,
-            "checkpoint": {
-                "time": time,
-                "q": numbers(q),
-                "v": numbers(v),
-                "step": number(*step),
-                "last": numbers(last),
-                "steps_since_restart": steps_since_restart,
-                "method": method,
-            },
-            "phases": phases.iter().map(phase).collect::<Vec<_>>(),
-            "contacts": contacts.iter().map(contact).collect::<Vec<_>>(),
-            "turns": numbers(turns),
-            "work": work,
-        })
-        .to_string()
+        if let Some(end) = &self.end {
+            text["end"] = write_memory(&end.memory);
+            text["end"]["q"] = numbers(&end.q);
+            text["end"]["v"] = numbers(&end.v);
+        }
+        text.to_string()
     }
 
     /// What [`Restart::to_json`] wrote.
@@ -115,6 +104,40 @@ impl Restart {
         let restart = read(Node { value: &value, path: "start".to_owned() }, &mut problems);
         if problems.is_empty() { Ok(restart) } else { Err(SceneError { problems }) }
     }
+}
+
+fn write_memory(memory: &Memory) -> Value {
+    let Memory { phases, contacts, turns, work } = memory;
+    let phase = |phase: &Phase| match *phase {
+        Phase::Free => Value::Null,
+        Phase::Contact { hysteresis_factor, clipped } => {
+            json!({ "hysteresis_factor": hysteresis_factor, "clipped": f64::from(clipped) })
+        }
+    };
+    let contact = |open: &Option<OpenContact>| match open {
+        None => Value::Null,
+        Some(OpenContact { contact, .. }) => json!({
+            "onset": number(contact.onset),
+            "impact_velocity": number(contact.impact_velocity),
+            "peak_force": number(contact.peak_force),
+            "peak_time": number(contact.peak_time),
+        }),
+    };
+    let loss = |loss: &ContactLoss| numbers(&[loss.impact, loss.friction, loss.wear]);
+    let work = work.as_ref().map(|work| {
+        json!({
+            "start_energy": number(work.start_energy),
+            "input": number(work.input),
+            "damping": number(work.damping),
+            "contacts": work.contacts.iter().map(loss).collect::<Vec<_>>(),
+        })
+    });
+    json!({
+        "phases": phases.iter().map(phase).collect::<Vec<_>>(),
+        "contacts": contacts.iter().map(contact).collect::<Vec<_>>(),
+        "turns": numbers(turns),
+        "work": work,
+    })
 }
 
 fn read(node: Node, problems: &mut Problems) -> Restart {
@@ -133,6 +156,22 @@ fn read(node: Node, problems: &mut Problems) -> Restart {
             memory: None,
         },
     };
+    let memory = read_memory(&mut fields, problems);
+    let end = fields.optional("end").map(|node| {
+        let mut fields = node.fields(problems);
+        let end = End {
+            q: fields.numbers("q", problems),
+            v: fields.numbers("v", problems),
+            memory: read_memory(&mut fields, problems),
+        };
+        fields.finish(problems);
+        end
+    });
+    fields.finish(problems);
+    Restart { time, parts, checkpoint, memory, end }
+}
+
+fn read_memory(fields: &mut Fields, problems: &mut Problems) -> Memory {
     let contacts = fields.list("contacts", problems, |node, problems| {
         let open = !node.value.is_null();
         open.then(|| read_contact(node, problems))
@@ -141,14 +180,12 @@ fn read(node: Node, problems: &mut Problems) -> Restart {
     let contacts = contacts.into_iter().enumerate().map(|(joint, open)| {
         open.map(|open| OpenContact { contact: Contact { joint, ..open.contact }, ..open })
     });
-    let memory = Memory {
+    Memory {
         phases: fields.list("phases", problems, read_phase),
         contacts: contacts.collect(),
         turns: fields.numbers("turns", problems),
         work: fields.optional("work").map(|node| read_work(node, problems)),
-    };
-    fields.finish(problems);
-    Restart { time, parts, checkpoint, memory }
+    }
 }
 
 fn read_checkpoint(node: Node, problems: &mut Problems) -> Checkpoint {

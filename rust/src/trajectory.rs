@@ -2,11 +2,11 @@
 
 pub use crate::contacts::{Contact, Event, EventKind};
 use crate::error::{Problem, SceneError};
-use crate::integrators::{Stats, Status, resume_with};
+use crate::integrators::{HybridSystem, Stats, Status, resume_with};
 use crate::mechanism::{Mechanism, State};
 use crate::outputs::{column_names, parse_columns};
 use crate::recorder::{GUARDS, Recorder};
-use crate::restart::{Memory, Restart};
+use crate::restart::{End, Memory, Restart};
 pub use crate::settings::{Method, Settings};
 
 /// The result of one run.
@@ -198,13 +198,12 @@ fn run(
     };
     let paradox = paradox.map(|index| mechanism.clearance_joints[index].name.clone());
     let warnings = recorder.warnings();
-    let next_start =
-        outcome.checkpoint.filter(|_| outcome.status == Status::Done).map(|checkpoint| Restart {
-            time: outcome.time,
-            parts: parts(mechanism),
-            checkpoint,
-            memory: std::mem::take(&mut recorder.kept),
-        });
+    let next_start = outcome.checkpoint.filter(|_| outcome.status == Status::Done).map(|checkpoint| {
+        let memory = std::mem::take(&mut recorder.kept);
+        recorder.keep();
+        let end = End { q: q.clone(), v: v.clone(), memory: std::mem::take(&mut recorder.kept) };
+        Restart { time: outcome.time, parts: parts(mechanism), checkpoint, memory, end: Some(end) }
+    });
     recorder.rewind(&mut q);
     // What lies between the checkpoint and the start was reported by the run before.
     let mut contacts = recorder.finished_contacts();

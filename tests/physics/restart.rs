@@ -189,8 +189,10 @@ fn an_end_fits_its_own_mechanism_only_and_a_failure_has_none() {
 
 #[test]
 fn a_damaged_end_is_refused_with_every_problem() {
-    let good =
-        run(&compile(&slider_crank(false)), &settings(Method::Rodas5P, 1e-3, 2)).restart.unwrap().to_json();
+    let whole = run(&compile(&slider_crank(false)), &settings(Method::Rodas5P, 1e-3, 2)).restart.unwrap();
+    let with_end = whole.to_json();
+    assert_eq!(Restart::from_json(&with_end).unwrap().to_json(), with_end);
+    let good = Restart { end: None, ..whole }.to_json();
     assert!(Restart::from_json(&good).is_ok());
     for (text, path) in [
         ("{", "start: is not valid JSON"),
@@ -198,6 +200,8 @@ fn a_damaged_end_is_refused_with_every_problem() {
         (&good.replacen("\"turns\"", "\"turn\"", 1), "start.turn: unknown field"),
         (&good.replacen("\"q\":[", "\"q\":[\"far\",", 1), "start.checkpoint.q[0]: must be a number"),
         (&good.replacen("\"time\":", "\"tme\":", 2), "start.time: is missing"),
+        (&with_end.replacen("\"turns\"", "\"turn\"", 1), "start.end.turns: is missing"),
+        (&with_end.replacen("\"q\":[", "\"q\":[\"far\",", 2), "start.end.q[0]: must be a number"),
     ] {
         let problems = Restart::from_json(text).unwrap_err().problems;
         let told: Vec<String> = problems.iter().map(ToString::to_string).collect();

@@ -29,8 +29,11 @@ PYTHON_ORDER = [
     "surrogate",
     "settings",
     "trajectory",
+    "continuation",
+    "plausibility",
     "simulation",
     "results",
+    "study_runs",
     "study",
     "plot",
     "plane",
@@ -58,8 +61,8 @@ PYTHON_EXCEPTIONS = {
     ("surrogate", "plot"),
     ("study", "study_tradeoff"),
 }
-USES_CORE = {"simulation", "surrogate", "study"}
-USES_MATPLOTLIB = {"plot", "drawing", "paper_figures", "tradeoff_output"}
+USES_CORE = {"simulation", "surrogate", "continuation", "study_runs"}
+USES_MATPLOTLIB = {"plot", "plot_costs", "drawing", "paper_figures", "tradeoff_output"}
 
 # A Rust module may import only those that stand before it in its own chain; the chains meet in python.rs.
 PHYSICS_ORDER = [

@@ -5,7 +5,7 @@ import math
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear import study as study_module
+from chebclear import study_runs
 from chebclear.checks import Checks
 
 TIME = {"duration": 0.1, "samples": 11}
@@ -92,7 +92,7 @@ def test_problems_of_no_scene_are_not_blamed_on_the_first(monkeypatch, executor)
     def sweep(*arguments):
         raise cc.SceneError(problems)
 
-    monkeypatch.setattr(study_module._core, "sweep", sweep)
+    monkeypatch.setattr(study_runs._core, "sweep", sweep)
     study = cc.Study(faller, {"mass": cc.interval(1.0, 2.0)}, executor=executor, **TIME)
     with pytest.raises(cc.SceneError) as caught:
         study.scan(2)

@@ -336,13 +336,6 @@ def test_options_of_the_slider_crank():
     assert [problem.path for problem in caught.value.problems] == ["crank_length", "rod_mass"]
 
 
-@pytest.mark.parametrize("clearance", [0.0, -1e-5, np.float64(0.0), math.nan, math.inf])
-def test_a_wrong_clearance_is_reported_by_the_check(clearance):
-    with pytest.raises(cc.SceneError) as caught:
-        cc.mechanisms.slider_crank(clearance=clearance).check()
-    assert "joints[3].clearance" in dict(caught.value.problems)
-
-
 @pytest.mark.parametrize(
     "contact",
     [cc.Flores(1e10, 0.5), cc.HuntCrossley(1e10, 0.3), cc.Hertz(1e10), cc.LankaraniNikravesh(1e10, 0.9)],

@@ -472,6 +472,33 @@ def test_nothing_is_recommended_beyond_what_the_reference_knows():
     assert advice.point is None and "the reference itself is known only" in str(advice)
 
 
+def test_a_demand_that_everything_meets_is_refused_or_said():
+    errors = {("rodas4", 1e-4): 0.3, ("rodas4", 1e-6): 0.2}
+    result = made_up(errors, seconds={("rodas4", 1e-6): 2.0})  # of a range of 10
+    for vain in (1.5, {"slider.vx": 11.0}):
+        with pytest.raises(ValueError, match=r"accuracy.* and <= 1"):
+            result.recommendation(vain)
+    advice = result.recommendation(0.05)
+    assert advice.point.rtol == 1e-4
+    assert "but off by more than 1 % of a range from 0 s on" in str(advice)
+    assert "all settings measured are accurate enough" in str(advice)
+    assert "all settings" not in str(result.recommendation(0.025))
+    assert "off by more" not in str(made_up({("rodas4", 1e-4): 0.09}).recommendation(0.05))
+
+
+def test_a_demand_that_nobody_can_meet_is_no_zero():
+    errors = {("rodas4", 1e-4): [0.0, 0.0, 1e-3, 1e-3]}
+    result = made_up(errors, uncertainty=[0.0, 0.0, 1e-6, 1e-5])
+    advice = result.recommendation(1e-20)
+    assert advice.point is None and advice.errors["slider.vx"] == 1e-5
+    assert str(advice) == (
+        "no setting: over all 30 ms the reference itself is known only with slider.vx within 1.0e-05 m/s"
+    )
+    # Until the first impact all runs are the same to the last bit: known to rounding, of a range of 10.
+    early = result.recommendation(1e-12)
+    assert early.until == 0.01 and early.errors["slider.vx"] == pytest.approx(1e-13)
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -598,6 +625,9 @@ def test_the_cheapest_bounds_that_are_good_enough_are_taken(fall):
     sampled = replace(fall, points=tuple(point for point in fall if point.bounds == "sampled"))
     assert sampled.recommendation(0.01).point is None
     assert sampled.recommendation(0.2, containment=0.5).point.degree == 2
+    # Too narrow by 1 - cos(pi / 6) and 1 - cos(pi / 4).
+    text = str(sampled.recommendation(0.01, containment=0.5))
+    assert "; the nearest: sampled bounds of degree 2 with 4 runs" in text and "13 % too narrow" in text
     with pytest.raises(ValueError, match="containment must be"):
         fall.recommendation(containment=1.5)
 
@@ -733,6 +763,7 @@ def test_bad_arguments_of_the_command(scene_file, tmp_path, capsys):
         [str(tmp_path / "none.json"), *WORDS],
         [scene_file, *WORDS, "--rtols", "1e-4,loose"],
         [scene_file, *WORDS, "--accuracy", "-1"],
+        [scene_file, *WORDS, "--until", "2.0"],
         [scene_file, *WORDS, "--paper", "improved"],
     ):
         with pytest.raises(SystemExit) as stopped:
@@ -742,7 +773,6 @@ def test_bad_arguments_of_the_command(scene_file, tmp_path, capsys):
         ([scene_file, *WORDS, "--outputs", "bob.angel"], 'did you mean "bob.angle"'),
         ([scene_file, *WORDS, "--methods", "euler"], "methods must be one of"),
         ([scene_file, *WORDS, "--samples", "1"], "samples must be"),
-        ([scene_file, *WORDS, "--until", "2.0"], "until must be"),
         ([str(empty), *WORDS], "is not valid JSON"),
     ):
         assert cli.main(["tradeoff", *words]) == 2

@@ -153,8 +153,10 @@ class Arguments:
         """
         listed = isinstance(chosen, Iterable) and not isinstance(chosen, (str, Mapping))
         names: list[object] = list(chosen) if listed else [chosen]  # type: ignore[call-overload]
-        for name in names:
+        for index, name in enumerate(names):
             if name in pins:
+                if name in names[:index]:
+                    self.problems.append(Problem("clearance_at", f'has the pin "{name}" more than once'))
                 continue
             if driven is not None and name == driven:
                 what = f'"{driven}" is turned at a prescribed speed and so cannot have clearance: where the '
@@ -165,7 +167,10 @@ class Arguments:
             self.problems.append(Problem("clearance_at", f"{what}; choose from {choice}, or () for none"))
         known = [name for name in names if isinstance(name, str) and name in pins]
         if not isinstance(clearance, Mapping):
-            self.numbers(clearance=clearance)
+            if known:
+                self.positive(clearance=(clearance, "m"))
+            else:
+                self.numbers(clearance=clearance)
             return {name: as_number(clearance) or 0.0 for name in known}
         given = dict(clearance)
         for name in known:
@@ -177,7 +182,7 @@ class Arguments:
                     Problem(f"clearance.{name}", f"has no place in clearance_at{did_you_mean(name, known)}")
                 )
             else:
-                self.numbers(**{f"clearance.{name}": value})
+                self.positive(**{f"clearance.{name}": (value, "m")})
         return {name: as_number(given.get(name)) or 0.0 for name in known}
 
     def finish(self) -> None:

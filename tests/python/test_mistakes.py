@@ -1,0 +1,289 @@
+"""What a user gets wrong is said at once, by a typed error or a warning that names it."""
+
+import copy
+import dataclasses
+import json
+import math
+import pickle
+import sys
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear import cli, paper, settings, tradeoff_output
+
+MECHANISMS = cc.mechanisms
+QUIET = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+
+# --- scenes ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("build", "pin"),
+    [
+        (MECHANISMS.slider_crank, "wrist"),
+        (MECHANISMS.four_bar, "rocker_pin"),
+        (MECHANISMS.six_bar, "output_pin"),
+        (MECHANISMS.quick_return, "crank_pin"),
+    ],
+)
+def test_a_pin_named_twice(build, pin):
+    with pytest.raises(cc.SceneError, match=f'clearance_at: has the pin "{pin}" more than once'):
+        build(clearance_at=(pin, pin))
+
+
+@pytest.mark.parametrize("clearance", [0.0, np.float64(0.0), -1e-5, math.nan, math.inf, {"wrist": 0.0}])
+def test_a_clearance_that_is_none_is_one_problem(clearance):
+    # And not a second one of the stiffness that Hertz makes of it.
+    with pytest.raises(
+        cc.SceneError, match=r"^clearance(\.wrist)?: must be a finite number > 0 \[m\]"
+    ) as raised:
+        MECHANISMS.slider_crank(clearance=clearance)
+    assert len(raised.value.problems) == 1
+
+
+def test_a_clearance_larger_than_its_journal():
+    with pytest.warns(cc.ChebclearWarning, match="0.02 m, is larger than the journal, of radius 0.0098 m"):
+        run = cc.simulate(MECHANISMS.slider_crank(clearance=0.02), 1e-4, 3)
+    assert len(run.warnings) == 1
+    study = cc.Study(
+        MECHANISMS.slider_crank,
+        {"clearance": cc.interval(0.009, 0.011)},
+        ["slider.x"],
+        duration=1e-4,
+        samples=3,
+    )
+    # 0.009, 0.010 and 0.011 m, and 0.010 m once more as the midpoint.
+    with pytest.warns(cc.ChebclearWarning, match=r"larger than the journal.*\(in 3 of 4 runs\)"):
+        study.scan(3)
+
+
+def test_a_ball_may_be_smaller_than_its_box():
+    ball = cc.Scene(
+        bodies=[cc.Body("ball", mass=0.1, inertia=1e-6, points={"P": (0.0, 0.0)})],
+        joints=[
+            cc.ClearanceRevolute(
+                "box", "ground", "ball.P", 0.005, clearance=0.05, contact=cc.Hertz(stiffness=1e8)
+            )
+        ],
+        forces=[cc.Gravity((0.0, -9.81))],
+    )
+    with pytest.warns(cc.ChebclearWarning, match="larger than the journal"):
+        run = cc.simulate(ball, 0.05, 11, outputs=["ball.y"])
+    np.testing.assert_allclose(run["ball.y"], -0.5 * 9.81 * run.t**2, atol=1e-12)
+
+
+# --- outputs and memory ---------------------------------------------------------------------------------
+
+
+def test_results_that_do_not_fit_into_the_memory():
+    study = cc.Study(
+        MECHANISMS.slider_crank,
+        {"rod_length": cc.interval(0.12, rel=0.1)},
+        ["slider.vx"],
+        duration=1e-3,
+        samples=settings.MOST_SAMPLES,
+    )
+    # 10 000 runs of 1e7 samples of 8 bytes each.
+    with pytest.raises(ValueError, match=r"would take 800 GB of the .* GB of this machine"):
+        study.scan(9999)
+
+
+def test_no_column_lacks_its_unit():
+    arm = cc.Body(
+        "arm", mass=0.5, inertia=1e-3, center_of_mass=(0.1, 0.0), points={"A": (0.0, 0.0), "B": (0.2, 0.0)}
+    )
+    swing = cc.Scene(
+        bodies=[arm],
+        joints=[cc.Revolute("pivot", "ground", "arm.A")],
+        forces=[
+            cc.Spring("spring", "ground.hook", "arm.B", stiffness=80.0, length=0.1),
+            cc.TorsionSpring("coil", "ground", "arm", stiffness=1.0),
+        ],
+        ground={"hook": (0.2, 0.25)},
+    )
+    for scene in (swing, MECHANISMS.quick_return(), MECHANISMS.slider_crank()):
+        facts = scene.check()
+        columns = facts.columns + facts.further_columns
+        assert not [name for name in columns if not cc.plot.column_unit(name)]
+    # Both end in "contact": an energy, and a yes or no.
+    assert (cc.plot.column_unit("energy.contact"), cc.plot.column_unit("wrist.contact")) == ("J", "-")
+    run = cc.simulate(swing, 0.1, 11, outputs=["spring.force", "energy.total"])
+    assert run.plot("spring.force").get_ylabel() == "spring.force [N]"
+    with pytest.raises(ValueError, match="share a unit"):
+        run.plot(["spring.force", "energy.total"])
+
+
+def test_a_plot_shows_that_a_run_ended_early():
+    run = cc.simulate(MECHANISMS.slider_crank(), 0.06, 61, max_steps=500, on_failure="return")
+    known = np.isfinite(run["slider.vx"])
+    assert known[run.t <= run.end_time].all() and not known[run.t > run.end_time].any()
+    for x, until, end in ((None, 0.06, run.end_time), (1e3 * run.t, 60.0, 1e3 * run.end_time)):
+        ax = run.plot("slider.vx", x=x)
+        assert ax.get_xlim() == (0.0, pytest.approx(until))
+        (mark,) = [line for line in ax.get_lines() if "ended early: max_steps" in line.get_label()]
+        assert mark.get_xdata()[0] == pytest.approx(end) and "max_steps" in str(
+            [text.get_text() for text in ax.get_legend().get_texts()]
+        )
+
+
+# --- files ----------------------------------------------------------------------------------------------
+
+
+def test_a_damaged_file(tmp_path):
+    file = cc.simulate(MECHANISMS.slider_crank(), 1e-4, 201).save(tmp_path / "run")
+    whole = file.read_bytes()
+    for start in range(0, len(whole), max(1, len(whole) // 60)):
+        damaged = bytearray(whole)
+        for index in range(start, min(start + 40, len(whole))):
+            damaged[index] ^= 0x5A
+        file.write_bytes(damaged)
+        with pytest.raises(ValueError, match=r"damaged|not written by chebclear"):
+            cc.Trajectory.load(file)
+        file.write_bytes(whole[:start])
+        with pytest.raises(ValueError, match=r"damaged|not written by chebclear"):
+            cc.Trajectory.load(file)
+
+
+@pytest.mark.parametrize("command", [["paper"], ["tradeoff", "--rtols", "1e-3"]])
+def test_a_directory_that_cannot_be_written_is_found_before_the_runs(command, tmp_path, monkeypatch, capsys):
+    def never(*given, **options):
+        raise AssertionError("computed in vain")
+
+    monkeypatch.setattr(paper, "case_study", never)
+    monkeypatch.setattr(sys.modules["chebclear.tradeoff"], "tradeoff", never)
+    (tmp_path / "file").write_text("")
+    assert cli.main([*command, "--out", str(tmp_path / "file" / "results")]) == cli.EXIT_BAD_INPUT
+    assert "cannot write to" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        cli.main([*command, "--out", ""])
+    assert "empty name" in capsys.readouterr().err
+    # What is tried leaves nothing behind.
+    with pytest.raises(AssertionError, match="in vain"):
+        cli.main([*command, "--out", str(tmp_path / "new" / "results")])
+    assert [entry.name for entry in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.parametrize(
+    ("words", "problem"),
+    [
+        (["--accuracy", "2"], "must be a part of the range, <= 1"),
+        (["--until", "0.07"], "must be <= the duration, 0.06 s"),
+    ],
+)
+def test_a_demand_without_meaning_is_found_before_the_runs(words, problem, monkeypatch, capsys):
+    def never(*given, **options):
+        raise AssertionError("computed in vain")
+
+    monkeypatch.setattr(sys.modules["chebclear.tradeoff"], "tradeoff", never)
+    with pytest.raises(SystemExit) as raised:
+        cli.main(["tradeoff", *words])
+    assert raised.value.code == cli.EXIT_BAD_INPUT
+    assert problem in capsys.readouterr().err
+
+
+def test_figures_show_the_outputs_that_are_hard(tmp_path):
+    result = cc.tradeoff(MECHANISMS.four_bar(), 5e-3, 101, rtols=[1e-4, 1e-6], repeats=1)
+    figure = tradeoff_output.figure(result)
+    shown = [ax.get_xlabel().split()[3] for ax in figure.axes]
+    errors = {
+        name: max(result.error(point, name) / scale for point in result)
+        for name, scale in zip(result.outputs, result.ranges, strict=True)
+        if scale > 0.0
+    }
+    # The crank is driven and known exactly; accelerations and forces are what a contact makes uncertain.
+    assert len(shown) == 4 and min(errors[name] for name in shown) > 100.0 * errors["crank.x"]
+    assert max(errors, key=errors.get) in shown
+    figure.savefig(tmp_path / "figure.png")
+    for ax in figure.axes:
+        legend = ax.get_legend().get_window_extent()
+        assert not legend.overlaps(ax.get_window_extent()), "the legend covers the points"
+
+
+# --- going on with another scene ------------------------------------------------------------------------
+
+
+def block(gravity, speed=0.0):
+    """A block in a vertical guide."""
+    return cc.Scene(
+        bodies=[cc.Body("block", mass=2.0, inertia=1.0)],
+        joints=[cc.Prismatic("guide", "ground", "block", axis=(0.0, 1.0))],
+        forces=[cc.Gravity((0.0, -gravity))],
+        start=[cc.JointStart("guide", velocity=speed)],
+    )
+
+
+def test_another_load_acts_from_there_on():
+    up = cc.simulate(block(10.0, speed=6.0), 0.5, 11)
+    with pytest.warns(cc.ChebclearWarning, match=r"acceleration\[1\]: -10, now -2"):
+        down = cc.simulate(block(2.0), 1.0, 21, start=up.end)
+    since = down.t - 0.5
+    height, speed = 6.0 * 0.5 - 10.0 * 0.5**2 / 2.0, 6.0 - 10.0 * 0.5
+    np.testing.assert_allclose(down["block.y"], height + speed * since - since**2, atol=1e-12)
+    assert [message for message in down.warnings if "now -2" in message]
+
+
+def test_the_same_scene_goes_on_without_a_word(recwarn):
+    run = cc.simulate(block(10.0), 0.5, 11)
+    cc.simulate(block(10.0, speed=3.0), 0.5, 11, start=run.end)  # where it starts no longer matters
+    assert not recwarn.list
+
+
+@QUIET
+def test_another_speed_would_turn_the_crank_at_once(tmp_path):
+    run = cc.simulate(MECHANISMS.slider_crank(crank_speed=200.0), 0.01, 11)
+    for end in (run.end, cc.Trajectory.load(run.save(tmp_path / "run")).end):
+        with pytest.raises(cc.SceneError, match="would make it jump from 2 to 1 rad") as raised:
+            cc.simulate(MECHANISMS.slider_crank(crank_speed=100.0), 0.01, 11, start=end)
+        assert len(raised.value.problems) == 2 and "deep in its bearing" in str(raised.value)
+
+
+def test_another_speed_that_goes_on_from_there():
+    run = cc.simulate(MECHANISMS.four_bar(clearance_at=(), crank_speed=50.0), 0.01, 11)
+    faster = MECHANISMS.four_bar(clearance_at=(), crank_speed=80.0)
+    (drive,) = faster.drives
+    # 50 t until 0.01 s, from there on 80 rad/s.
+    drive = dataclasses.replace(drive, angle=drive.angle + (50.0 - 80.0) * 0.01)
+    with pytest.warns(cc.ChebclearWarning, match=r"drives\[0\].speed: 50, now 80"):
+        more = cc.simulate(dataclasses.replace(faster, drives=[drive]), 0.01, 11, start=run.end)
+    turned = more["crank.angle"] - run["crank.angle"][-1]
+    np.testing.assert_allclose(turned, 80.0 * (more.t - 0.01), atol=1e-12)
+
+
+@QUIET
+def test_another_length_would_tear_the_mechanism_apart():
+    run = cc.simulate(MECHANISMS.slider_crank(), 0.01, 11)
+    with pytest.raises(cc.SceneError, match="m deep in its bearing, deeper than its clearance of 2e-05 m"):
+        cc.simulate(MECHANISMS.slider_crank(rod_length=0.13), 0.01, 11, start=run.end)
+
+
+def test_a_worn_bearing_is_no_other_mechanism():
+    run = cc.simulate(MECHANISMS.slider_crank(clearance=2e-5), 0.01, 11)
+    with pytest.warns(cc.ChebclearWarning, match=r"joints\[3\].clearance: 2e-05, now 2.1e-05"):
+        worn = cc.simulate(MECHANISMS.slider_crank(clearance=2.1e-5), 1e-3, 11, start=run.end)
+    assert worn["slider.x"][0] == pytest.approx(run["slider.x"][-1], abs=2e-6)
+
+
+def test_an_end_is_a_value():
+    end = cc.simulate(block(10.0), 0.5, 11).end
+    assert end == pickle.loads(pickle.dumps(end)) and hash(end) == hash(copy.deepcopy(end))
+    assert repr(end) == "<EndState: t = 0.5 s>"
+    # Files written before ends were told apart know neither the scene nor the very end.
+    memory = {name: value for name, value in json.loads(end.memory).items() if name != "end"}
+    old = cc.EndState(json.dumps(memory))
+    more = cc.simulate(block(10.0), 0.5, 11, start=old)
+    np.testing.assert_allclose(more["block.y"], -5.0 * more.t**2, atol=1e-12)
+    with pytest.raises(cc.SceneError, match="only its own scene"):
+        cc.simulate(block(2.0), 0.5, 11, start=cc.EndState(old.memory, end.scene))
+
+
+# --- the error of one run -------------------------------------------------------------------------------
+
+
+def test_an_estimate_in_words():
+    run = cc.simulate(MECHANISMS.slider_crank(), 1e-3, 11, error="estimate")
+    assert run.error["slider.vx"].in_words() == "did not part"
+    assert dataclasses.asdict(run.error)["status"] == "done"
+    parted = run.error["slider.vx"]._replace(horizon=0.0125)
+    assert parted.in_words() == "parted at 0.0125 s"
+    assert parted._replace(max_difference=math.nan).in_words() == "not known"
