@@ -12,6 +12,7 @@ __all__ = [
     "chebyshev_nodes",
     "inspect",
     "interval_bounds",
+    "restart_at_end",
     "simulate",
     "sweep",
 ]
@@ -88,6 +89,7 @@ def sweep(
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> _Runs: ...
+def restart_at_end(end: str) -> str: ...
 def inspect(scene: str) -> str: ...
 def chebyshev_nodes(count: int) -> NDArray[np.float64]: ...
 def chebyshev_fit(

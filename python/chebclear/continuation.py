@@ -58,7 +58,7 @@ def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[End
     changes = list(_changes("", before, after))
     if not changes:
         return start, ()
-    start = _end_itself(start)
+    start = EndState(_core.restart_at_end(start.memory), start.scene)
     _require_whole(scene, start, settings)
     named = "; ".join(changes[:_NAMED])
     if len(changes) > _NAMED:
@@ -106,23 +106,6 @@ def _require_whole(scene: Scene, start: EndState, settings: Settings) -> None:
             problems.append(Problem("start", message))
     if problems:
         raise SceneError(problems)
-
-
-def _end_itself(start: EndState) -> EndState:
-    memory = json.loads(start.memory)
-    if "end" not in memory:
-        raise SceneError([Problem("start", "is too old to tell its very end: only its own scene can go on")])
-    end = memory.pop("end")
-    memory["checkpoint"] = {
-        "time": memory["time"],
-        "q": end.pop("q"),
-        "v": end.pop("v"),
-        "step": "NaN",  # the first step is found anew
-        "last": [1.0, 0.0],
-        "steps_since_restart": 0,
-        "method": None,
-    }
-    return EndState(json.dumps(memory | end), start.scene)
 
 
 def _look(scene: Scene, start: EndState, settings: Settings, columns: list[str]) -> list[float]:

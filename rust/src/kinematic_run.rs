@@ -39,15 +39,7 @@ impl Recorder<'_> {
             if next >= end {
                 self.dynamics.move_to(t, q, v);
                 self.keep();
-                outcome.checkpoint = Some(Checkpoint {
-                    time: t,
-                    q: q.to_vec(),
-                    v: v.to_vec(),
-                    step: last,
-                    last: [1.0, 0.0],
-                    steps_since_restart: 0,
-                    memory: None,
-                });
+                outcome.checkpoint = Some(Checkpoint { step: last, ..Checkpoint::at(t, q, v) });
             }
             let next = next.min(end);
             if !self.sample_until(t, next, q, v) || !self.go_on(t, next, q, v) {

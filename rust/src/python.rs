@@ -119,6 +119,13 @@ fn stats_dict<'py>(py: Python<'py>, run: &Trajectory) -> PyResult<Bound<'py, PyD
     Ok(stats)
 }
 
+/// The end of a run (JSON) as the start (JSON) of another scene, which must not act before it.
+#[pyfunction]
+fn restart_at_end(py: Python<'_>, end: &str) -> PyResult<String> {
+    let start = Restart::from_json(end).and_then(Restart::at_end);
+    start.map(|start| start.to_json()).map_err(|error| scene_error(py, error))
+}
+
 /// Simulates one scene (JSON) with settings (JSON), from the end of another run (JSON) if one is given.
 #[pyfunction]
 #[pyo3(signature = (scene, settings, progress=None, start=None))]
@@ -383,6 +390,7 @@ fn interval_bounds<'py>(
 /// Numerical core of chebclear; use the package, not this module.
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(restart_at_end, module)?)?;
     module.add_function(wrap_pyfunction!(simulate, module)?)?;
     module.add_function(wrap_pyfunction!(sweep, module)?)?;
     module.add_function(wrap_pyfunction!(inspect, module)?)?;

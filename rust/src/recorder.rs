@@ -217,15 +217,7 @@ impl<'a> Recorder<'a> {
     /// Sets the phases of the start and takes the first sample, if it is due.
     pub(crate) fn begin(&mut self, q: &[f64], v: &[f64]) -> Checkpoint {
         self.warn_of_scene();
-        let mut start = Checkpoint {
-            time: 0.0,
-            q: q.to_vec(),
-            v: v.to_vec(),
-            step: f64::NAN,
-            last: [1.0, 0.0],
-            steps_since_restart: 0,
-            memory: None,
-        };
+        let mut start = Checkpoint::at(0.0, q, v);
         self.dynamics.move_to(0.0, q, v);
         for index in 0..self.dynamics.phases.len() {
             let state = self.dynamics.contact_state(index);

@@ -104,6 +104,23 @@ impl Restart {
         let restart = read(Node { value: &value, path: "start".to_owned() }, &mut problems);
         if problems.is_empty() { Ok(restart) } else { Err(SceneError { problems }) }
     }
+
+    /// For another mechanism, which must not act before the end: a start from the end itself, with a first
+    /// step found anew.
+    ///
+    /// # Errors
+    /// If the end was not noted.
+    pub fn at_end(self) -> Result<Restart, SceneError> {
+        let Restart { time, parts, end, .. } = self;
+        let Some(End { q, v, memory }) = end else {
+            return Err(SceneError::single(
+                "start",
+                "is too old to tell its very end: only its own scene can go on".to_owned(),
+            ));
+        };
+        let checkpoint = Checkpoint::at(time, &q, &v);
+        Ok(Restart { time, parts, checkpoint, memory, end: None })
+    }
 }
 
 fn write_memory(memory: &Memory) -> Value {
@@ -146,15 +163,7 @@ fn read(node: Node, problems: &mut Problems) -> Restart {
     let parts = fields.required("parts", problems).map_or_else(Vec::new, |node| node.texts(problems));
     let checkpoint = match fields.required("checkpoint", problems) {
         Some(node) => read_checkpoint(node, problems),
-        None => Checkpoint {
-            time: f64::NAN,
-            q: Vec::new(),
-            v: Vec::new(),
-            step: f64::NAN,
-            last: [f64::NAN; 2],
-            steps_since_restart: 0,
-            memory: None,
-        },
+        None => Checkpoint::at(f64::NAN, &[], &[]),
     };
     let memory = read_memory(&mut fields, problems);
     let end = fields.optional("end").map(|node| {

@@ -80,15 +80,7 @@ pub fn integrate_with(
     q: &mut [f64],
     v: &mut [f64],
 ) -> Outcome {
-    let checkpoint = Checkpoint {
-        time: t,
-        q: q.to_vec(),
-        v: v.to_vec(),
-        step: f64::NAN,
-        last: [1.0, 0.0],
-        steps_since_restart: 0,
-        memory: None,
-    };
+    let checkpoint = Checkpoint::at(t, q, v);
     resume_with(system, method, limits, &checkpoint, end, q, v)
 }
 

@@ -296,6 +296,21 @@ pub struct Checkpoint {
     pub memory: Option<MethodMemory>,
 }
 
+impl Checkpoint {
+    /// A state with nothing before it: the first step is found anew.
+    pub fn at(time: f64, q: &[f64], v: &[f64]) -> Self {
+        Self {
+            time,
+            q: q.to_vec(),
+            v: v.to_vec(),
+            step: f64::NAN,
+            last: [1.0, 0.0],
+            steps_since_restart: 0,
+            memory: None,
+        }
+    }
+}
+
 /// How an integration ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
