@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 MOST_ACCURACY = 1.0
 """Largest error that may be asked for, as a part of the range of an output [-]."""
 COSTS = ("seconds", "steps", "stages", "evaluations")
+# Costs this close count as equal: best times of two runs scatter by as much.
+_LEVEL = 1.1
 # The reference must be known this many times better than what it is to judge.
 _MARGIN = 4.0
 # Outputs named one by one in a sentence; of more only the one nearest to its limit.
@@ -140,7 +142,7 @@ def recommendation(
 
     good = _settings_within(result, bound, span)
     if good:
-        best = min(good, key=lambda point: (_cost(point, cost), point.rtol))
+        best = _cheapest(good, cost)
         text = (
             f"rtol {power(best.rtol)} with {best.method}: {_shown_amounts(result, errors(best), bound)} over "
             f"{_span(result, span)}, {_price(best, cost)} a run"
@@ -168,7 +170,7 @@ def recommendation(
     for instant in result.t[-1:0:-1]:
         shorter = _settings_within(result, bound, instant) if instant < span else []
         if shorter:
-            best = min(shorter, key=lambda point: (_cost(point, cost), point.rtol))
+            best = _cheapest(shorter, cost)
             text += (
                 f"; over the first {in_words(instant)} rtol {power(best.rtol)} with {best.method} is enough"
             )
@@ -222,6 +224,13 @@ def _checked_limits(
             most = MOST_ACCURACY * span if span > 0.0 else None
             limits[name] = checks.real(f'accuracy["{name}"]', value, column_unit(name), above=0.0, most=most)
     return limits
+
+
+def _cheapest(points: list[TradeoffPoint], cost: str) -> TradeoffPoint:
+    """The cheapest setting; ``"auto"`` if it is level with it, since it is safe where contacts stick."""
+    cheapest = min(points, key=lambda point: (_cost(point, cost), point.rtol))
+    level = [point for point in points if _cost(point, cost) <= _LEVEL * _cost(cheapest, cost)]
+    return next((point for point in level if point.method == "auto"), cheapest)
 
 
 def _cost(point: TradeoffPoint, cost: str) -> float:

@@ -158,7 +158,7 @@ class Tradeoff(records.ArrayRecord):
         until: float | None = None,
         cost: str = "seconds",
     ) -> Recommendation:
-        """The cheapest setting that is accurate enough.
+        """The cheapest setting that is accurate enough; ``"auto"`` where it is level with it.
 
         A setting counts if its difference from the reference and the uncertainty of the reference together
         are within the accuracy for every output, and if that holds for every tighter tolerance of the same

@@ -419,6 +419,15 @@ def test_the_cheapest_setting_that_is_good_enough_is_taken():
     assert str(stages).endswith("2 stages a run")
 
 
+def test_auto_is_taken_where_it_is_level_with_the_cheapest():
+    # Both costs are within 10 % of each other: what is faster is chance.
+    errors = {("dop853", 1e-6): 0.005, ("auto", 1e-6): 0.005, ("auto", 1e-8): 0.001}
+    prices = {("dop853", 1e-6): 2e-3, ("auto", 1e-8): 4e-3}
+    for price, method in [(2.1e-3, "auto"), (2.3e-3, "dop853")]:
+        advice = made_up(errors, seconds={**prices, ("auto", 1e-6): price}).recommendation(1e-3)
+        assert (advice.point.method, advice.point.rtol) == (method, 1e-6)
+
+
 def test_the_uncertainty_of_the_reference_counts_as_error():
     # 0.0085 + 0.002 is above 0.01, and the reference is known well enough to say so.
     errors = {("rodas4", 1e-4): 0.0085, ("rodas4", 1e-6): 0.0005}
