@@ -502,16 +502,17 @@ def summary(rows: list[dict[str, str]]) -> str:
     gains = [float(row["energy_gain"]) for row in rows if row["energy_gain"]]
     gaps = [float(row["imbalance"]) for row in rows]
     ratios = [float(row["peak_ratio"]) for row in rows if row["peak_converged"] == "1"]
+    # A part of the grid may hold none of either.
+    gain, ratio = max(gains, default=0.0), max(ratios, default=0.0)
     lines += [
         "",
         f"{len(rows)} scenes, {sum(bool(row['faults']) for row in rows)} with faults; "
         f"{sum(row['paradox'] == '1' for row in rows)} fail in Painlevé's paradox.",
-        f"Energy of {len(gains)} passive scenes: gains up to {max(gains, default=0.0):.3g} tolerances "
-        f"per onset, {sum(gain > 0.1 for gain in gains)} above 0.1.",
+        f"Energy of {len(gains)} passive scenes: gains up to {gain:.3g} tolerances per onset, "
+        f"{sum(gain > 0.1 for gain in gains)} above 0.1.",
         f"Books of energy: off by up to {max(gaps):.3g} of what is at play, {np.median(gaps):.3g} in the "
         f"median, {sum(gap > 1e-3 for gap in gaps)} above 1e-3.",
-        f"{len(ratios)} converged peaks: the third run moved them by up to "
-        f"{max(ratios, default=0.0):.3g} claims.",
+        f"{len(ratios)} converged peaks: the third run moved them by up to {ratio:.3g} claims.",
     ]
     return "\n".join(lines)
 

@@ -79,6 +79,10 @@ pub(crate) struct Recorder<'a> {
     pub(crate) deepest: Vec<f64>,
     /// Time that every clearance joint spends below the stick velocity of its friction law.
     pub(crate) sticks: Vec<Stick>,
+    /// Whether every clearance joint stuck under load at the start of the step.
+    stuck: Vec<bool>,
+    /// Whether one of those slides where the guards were last asked for.
+    breaks_away: bool,
     pub(crate) warnings: Vec<String>,
     /// What belongs to the checkpoint of the integration.
     pub(crate) kept: Memory,
@@ -139,6 +143,8 @@ impl<'a> Recorder<'a> {
             largest_projection: 0.0,
             deepest: vec![0.0; mechanism.clearance_joints.len()],
             sticks: vec![Stick::default(); mechanism.clearance_joints.len()],
+            stuck: vec![false; mechanism.clearance_joints.len()],
+            breaks_away: false,
             warnings: Vec::new(),
             kept: Memory::default(),
         }
@@ -298,7 +304,8 @@ impl<'a> Recorder<'a> {
                 let presses = matches!(phase, Phase::Contact { clipped: false, .. });
                 // Without its force: only the sliding velocity is wanted.
                 let sliding = || joint.law.evaluate(&relative_motion(&motion), Phase::Free).sliding_velocity;
-                self.sticks[index].advance(t, presses, presses && sliding().abs() < steep);
+                self.stuck[index] = presses && sliding().abs() < steep;
+                self.sticks[index].advance(t, presses, self.stuck[index]);
             }
             match self.dynamics.phases[index] {
                 Phase::Free => {
@@ -453,11 +460,19 @@ impl HybridSystem for Recorder<'_> {
         if !self.dynamics.is_at(t, q, v) {
             self.dynamics.move_to(t, q, v);
         }
+        self.breaks_away = false;
         for index in 0..self.dynamics.phases.len() {
             let state = self.dynamics.contact_state(index);
+            let steep = self.dynamics.mechanism.clearance_joints[index].law.stick_velocity();
+            self.breaks_away |=
+                self.stuck[index] && steep.is_some_and(|steep| state.sliding_velocity.abs() > steep);
             guards[GUARDS * index] = self.gap_guard(index, &state);
             guards[GUARDS * index + 1] = self.bracket_guard(index, &state);
         }
+    }
+
+    fn breaks_away(&self) -> bool {
+        self.breaks_away
     }
 
     fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> f64 {

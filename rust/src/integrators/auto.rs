@@ -106,6 +106,10 @@ impl Stepper for Auto {
         self.active().largest_growth()
     }
 
+    fn reliance(&self) -> f64 {
+        self.active().reliance()
+    }
+
     fn step(&mut self) -> &mut DenseStep {
         self.active_mut().step()
     }

@@ -49,6 +49,12 @@ pub trait HybridSystem {
     /// Guards of the present phase.
     fn guards(&mut self, _t: Instant, _q: &[f64], _v: &[f64], _guards: &mut [Guard]) {}
 
+    /// Whether a contact that stuck at the start of the step slides in the state that the guards were last
+    /// asked for.
+    fn breaks_away(&self) -> bool {
+        false
+    }
+
     /// Ends the phase that a guard watches; returns a bound for the next step, or infinity.
     fn cross(&mut self, _index: usize, _t: f64, _q: &[f64], _v: &[f64]) -> f64 {
         f64::INFINITY
@@ -100,6 +106,12 @@ pub trait Stepper {
     /// Largest factor by which the next step may be longer without leaving the stable region.
     fn largest_growth(&self) -> f64 {
         f64::INFINITY
+    }
+
+    /// Length of the step last taken times the rate at which the velocities were taken to be damped [-]: how
+    /// much more the method relies on its Jacobian than on the accelerations.
+    fn reliance(&self) -> f64 {
+        0.0
     }
 
     /// The step last taken.

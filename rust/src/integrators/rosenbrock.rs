@@ -226,6 +226,10 @@ impl Stepper for Rosenbrock {
         self.step.at(theta, q, v);
     }
 
+    fn reliance(&self) -> f64 {
+        self.step.h * self.damping()
+    }
+
     fn step(&mut self) -> &mut DenseStep {
         &mut self.step
     }
