@@ -98,8 +98,9 @@ def _settle(value: Any, annotation: str) -> Any:
         return _as_vector(value)
     if annotation == _POINTS and isinstance(value, Mapping):
         return Points(value)
-    listed = isinstance(value, Iterable) and not isinstance(value, (str, Mapping))
-    return tuple(value) if annotation.startswith("Sequence") and listed else value
+    if annotation.startswith("Sequence") and isinstance(value, Iterable):
+        return value if isinstance(value, (str, Mapping)) else tuple(value)
+    return value
 
 
 def write(part: Any, accepted: tuple[type[Part], ...], path: str, problems: list[Problem]) -> Any:

@@ -218,10 +218,7 @@ fn sweep<'py>(
     }
     let cancel = AtomicBool::new(false);
     let finished = AtomicUsize::new(0);
-    let monitor = |count: usize| {
-        finished.fetch_max(count, Ordering::Relaxed);
-        !cancel.load(Ordering::Relaxed)
-    };
+    let monitor = || !cancel.load(Ordering::Relaxed);
     let total = scenes.len();
     let tell = |py: Python<'_>, count: usize| match &progress {
         Some(callback) => callback.call1(py, (count, total)).map(|_| ()),
@@ -230,7 +227,7 @@ fn sweep<'py>(
     let runs = wait_for(
         py,
         &cancel,
-        || sweeps::sweep(&scenes, &settings, threads, &monitor),
+        || sweeps::sweep(&scenes, &settings, threads, &finished, &monitor),
         |py| tell(py, finished.load(Ordering::Relaxed)),
     )?
     .map_err(|error| scene_error(py, error))?;
