@@ -47,7 +47,8 @@ PEAK_EVENTS = 6
 # part of it.
 CONVERGED = 0.01
 # A third run, again ten times tighter, may then move it by this many times what the two differed by (in the
-# largest difference of the two curves, not of their peaks, which may agree by chance).
+# largest difference of the two curves, not of their peaks, which may agree by chance), or by as many
+# tolerances of the second.
 CLAIM = 3.0
 
 
@@ -344,10 +345,12 @@ def tighten(case: Case, run: cc.Trajectory) -> Peak | None:
     first, second, third = curves
     size = float(second.max())
     # What a tolerance is of a force: the stiffness makes it as steep as it likes, so only the runs can say.
-    claim = float(np.abs(first - second).max())
-    if not size > 0.0 or claim == 0.0:
+    apart_by = float(np.abs(first - second).max())
+    if not size > 0.0 or apart_by == 0.0:
         # A slow mechanism's tolerances are those of its resting contacts, whatever is asked for.
         return None
+    # There two runs may also agree to more digits than either was asked for.
+    claim = max(apart_by, 0.1 * case.rtol * size)
     # Rounding errors, magnified by the stiffness, are no fault of the tolerance.
     moved = max(abs(float(third.max()) - size) - 1e-9 * size, 0.0)
     return Peak(claim <= CONVERGED * size, moved / claim)

@@ -40,6 +40,7 @@ pub mod scene_reader;
 pub mod settings;
 pub mod sweep;
 pub mod time_function;
+mod tolerances;
 pub mod trajectory;
 mod tree;
 pub mod turns;

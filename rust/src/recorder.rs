@@ -9,30 +9,14 @@ use crate::integrators::dense::DenseStep;
 use crate::integrators::events::Guard;
 use crate::integrators::{Checkpoint, HybridSystem, Limits, Projection};
 use crate::kinematics::FrameKind;
-use crate::mechanism::{ClearanceJoint, Mechanism, State};
+use crate::mechanism::{Mechanism, State};
 use crate::outputs::{Column, Needs};
 use crate::restart::Memory;
-use crate::settings::{DEFAULT_RTOL, Settings};
+use crate::settings::Settings;
+use crate::tolerances::Tolerances;
 use crate::turns::{rewind, unwind};
 use crate::work::{GAUSS, Work};
 
-/// Position tolerance of a scene with clearance: `rtol` times this part of the smallest
-/// clearance. 0.5 is the scale on which the methods were compared (1e-5 m at 0.02 mm).
-const CLEARANCE_PART: f64 = 0.5;
-/// Largest tolerances as a part of the oscillation about a contact that rests under the load of
-/// the start: wider, a slow mechanism's resting contact cannot be told from free flight, and it
-/// chatters. Tuned on the paper's mechanism at 0.01 to 2000 r/min with Rodas5P: 0.1 leaves 4807
-/// contact changes in a revolution at 0.1 r/min, 0.01 407, 0.003 189, tight tolerances 161; from
-/// 100 r/min on it changes nothing.
-const RESTING_PART: f64 = 0.003;
-/// Velocity tolerance: `rtol` times this part of the speed of the mechanism. For the paper's
-/// crank (10.5 m/s) it is the 1 m/s on which the methods were compared.
-const SPEED_PART: f64 = 0.1;
-/// Velocity tolerance in a contact with friction, as a part of the velocity at which the friction
-/// law is steep. Wider, a linearly implicit step hops across the kink: 15 times more steps at
-/// rtol 1e-4 than at 1e-5 in a sticking contact. Over the ensembles of `benchmarks/stiffness.rs` 0.3 is as
-/// good, and with 1 a loose tolerance costs more than a tight one.
-const STICK_PART: f64 = 0.1;
 /// First step after an onset: this times `rtol`^0.4 times the time scale of the impact. The force
 /// begins as δ^1.5, which caps the order at 2.5 until the step has grown away from the onset.
 /// Measured on the paper's mechanism and the ensembles of `benchmarks/stiffness.rs`: flat between 0.3 and 3.
@@ -54,8 +38,7 @@ pub(crate) struct Recorder<'a> {
     settings: &'a Settings,
     columns: Vec<Column>,
     pub(crate) monitor: &'a dyn Fn(f64) -> bool,
-    position_tolerance: f64,
-    velocity_tolerance: f64,
+    tolerances: Tolerances,
     step_bound: f64,
     /// Instant from which the samples count [s]; the settings may skip some time first.
     from: f64,
@@ -99,24 +82,6 @@ impl<'a> Recorder<'a> {
         from: f64,
     ) -> Self {
         let d = mechanism.degrees_of_freedom();
-        let scales = &mechanism.scales;
-        let smallest = mechanism.clearance_joints.iter().map(|joint| joint.law.clearance).reduce(f64::min);
-        let position_scale = smallest.map_or(scales.length, |clearance| CLEARANCE_PART * clearance);
-        // The oscillation about a resting contact must be resolved, however slow the mechanism.
-        let resting = |of: fn(&ClearanceJoint) -> f64| {
-            // Below the default tolerance in proportion: a tighter one must tell something new.
-            let part = RESTING_PART * (settings.rtol / DEFAULT_RTOL).min(1.0);
-            part * mechanism.clearance_joints.iter().map(of).fold(f64::INFINITY, f64::min)
-        };
-        let resting_position = resting(|joint| joint.resting_penetration);
-        let resting_velocity = resting(|joint| joint.resting_speed);
-        let finest = 4.0 * f64::EPSILON * scales.length;
-        let position_tolerance = (settings.rtol * position_scale).min(resting_position).max(finest);
-        let start_speed = start.v.iter().zip(&scales.levers).map(|(v, lever)| (v * lever).abs());
-        let speed = start_speed.fold(scales.speed, f64::max);
-        // Where nothing moves, falls or is driven: the speed that crosses the position scale in the
-        // whole run. Elsewhere the duration must not change the steps: a run may be continued.
-        let speed_scale = if speed > 0.0 { SPEED_PART * speed } else { position_scale / settings.duration };
         Self {
             dynamics: Dynamics::new(mechanism),
             settings,
@@ -125,10 +90,7 @@ impl<'a> Recorder<'a> {
             values,
             columns,
             monitor,
-            position_tolerance: settings.position_tolerance.unwrap_or(position_tolerance),
-            velocity_tolerance: settings
-                .velocity_tolerance
-                .unwrap_or((settings.rtol * speed_scale).min(resting_velocity)),
+            tolerances: Tolerances::new(mechanism, start, settings),
             step_bound: f64::INFINITY,
             next_sample: 0,
             q: vec![0.0; d],
@@ -370,7 +332,7 @@ impl<'a> Recorder<'a> {
             value: sign * state.penetration,
             rate: sign * state.penetration_rate,
             resolution,
-            overshoot: (8.0 * resolution).max(LANDING_PART * self.position_tolerance),
+            overshoot: (8.0 * resolution).max(LANDING_PART * self.tolerances.position),
         }
     }
 
@@ -389,7 +351,7 @@ impl<'a> Recorder<'a> {
         let bearing = self.dynamics.point(joint.bearing).velocity;
         let rounding = 4.0 * f64::EPSILON * (journal.abs().sum() + bearing.abs().sum());
         let resolution =
-            64.0 * f64::EPSILON + hysteresis_factor * (rounding + BRACKET_PART * self.velocity_tolerance);
+            64.0 * f64::EPSILON + hysteresis_factor * (rounding + BRACKET_PART * self.tolerances.velocity);
         Guard {
             value: if clipped { -bracket } else { bracket },
             rate: f64::NAN,
@@ -430,21 +392,7 @@ impl HybridSystem for Recorder<'_> {
     }
 
     fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
-        let mechanism = self.dynamics.mechanism;
-        let stick = mechanism
-            .clearance_joints
-            .iter()
-            .zip(&self.dynamics.phases)
-            .filter(|(_, phase)| **phase != Phase::Free)
-            .filter_map(|(joint, _)| joint.law.stick_velocity())
-            .fold(f64::INFINITY, f64::min);
-        // Below the default tolerance in proportion, as in a resting contact.
-        let part = STICK_PART * (self.settings.rtol / DEFAULT_RTOL).min(1.0);
-        let velocity_tolerance = self.velocity_tolerance.min(part * stick);
-        for (k, lever) in mechanism.scales.levers.iter().enumerate() {
-            position[k] = self.position_tolerance / lever;
-            velocity[k] = velocity_tolerance / lever;
-        }
+        self.tolerances.in_phases(self.dynamics.mechanism, &self.dynamics.phases, position, velocity);
     }
 
     fn step_bound(&self) -> f64 {
@@ -531,8 +479,8 @@ impl HybridSystem for Recorder<'_> {
             return Projection::Singular;
         };
         self.largest_projection = self.largest_projection.max(moved);
-        let fine = moved <= LARGEST_PROJECTION * self.position_tolerance
-            && turned <= LARGEST_PROJECTION * self.velocity_tolerance;
+        let fine = moved <= LARGEST_PROJECTION * self.tolerances.position
+            && turned <= LARGEST_PROJECTION * self.tolerances.velocity;
         if fine { Projection::Done } else { Projection::TooLarge }
     }
 

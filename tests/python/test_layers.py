@@ -92,6 +92,7 @@ PHYSICS_ORDER = [
     "integrators",
     "settings",
     "restart",
+    "tolerances",
     "recorder",
     "run_warnings",
     "kinematic_run",

@@ -7,6 +7,7 @@ pub mod auto;
 mod control;
 pub mod dense;
 pub mod dop853;
+mod dop853_coefficients;
 pub mod events;
 pub mod rosenbrock;
 mod stages;
