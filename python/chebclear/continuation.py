@@ -5,13 +5,16 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import _core
 from .errors import Problem, SceneError
-from .scene import ClearanceRevolute, Scene
+from .scene import ClearanceRevolute, Scene, Table
 from .settings import Settings
 from .trajectory import EndState
+
+if TYPE_CHECKING:
+    from ._core import _Run
 
 # Changes named one by one in a warning.
 _NAMED = 5
@@ -48,7 +51,8 @@ def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[End
     Raises
     ------
     SceneError
-        If a driven joint would jump or a journal start deeper in its bearing than the clearance is wide.
+        If a joint is of another kind, a driven joint would jump, a journal would start deeper in its bearing
+        than the clearance is wide, or loops of ideal joints would not close.
     """
     if start.scene is None or start.scene == scene:
         return start, ()
@@ -58,6 +62,7 @@ def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[End
     changes = list(_changes("", before, after))
     if not changes:
         return start, ()
+    _require_kinds(start.scene, scene)
     start = EndState(_core.restart_at_end(start.memory), start.scene)
     _require_whole(scene, start, settings)
     named = "; ".join(changes[:_NAMED])
@@ -65,9 +70,24 @@ def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[End
         named += f"; and {len(changes) - _NAMED} more"
     warning = (
         f"the run goes on with another scene than it ended with: {named}. Coordinates and velocities of the "
-        "joints are kept; energy.balance has a step"
+        "joints are kept, but for what drives prescribe; energy.balance has a step"
     )
     return start, (warning,)
+
+
+def _require_kinds(before: Scene, after: Scene) -> None:
+    """Refuse joints that kept their names only: the angle of a pin is no displacement of a guide."""
+    kinds = {joint.name: type(joint).__name__ for joint in before.joints}
+    problems = []
+    for joint in after.joints:
+        now = type(joint).__name__
+        if kinds.get(joint.name, now) != now:
+            message = (
+                f'belongs to another mechanism: joint "{joint.name}" is a {now}, was a {kinds[joint.name]}'
+            )
+            problems.append(Problem("start", message))
+    if problems:
+        raise SceneError(problems)
 
 
 def _require_whole(scene: Scene, start: EndState, settings: Settings) -> None:
@@ -81,12 +101,15 @@ def _require_whole(scene: Scene, start: EndState, settings: Settings) -> None:
     ]
     joints = [joint for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
     columns += [f"{joint.name}.penetration" for joint in joints]
-    if not columns:
+    if not columns and not scene.check().cut_joints:
         return
     new = _look(scene, start, settings, columns)
-    old = _look(start.scene, start, settings, columns)
+    old = _look(_prolonged(start.scene, (1.0 + _INSTANT) * start.time), start, settings, columns)
     problems = []
-    for name, before, after in zip(columns, old, new, strict=True):
+    if new["status"] == "projection" != old["status"]:
+        message = "the loops do not close in the state in which the run ended: lengths do not fit"
+        problems.append(Problem("start", message))
+    for name, before, after in zip(columns, old["values"][0], new["values"][0], strict=False):
         owner, _, quantity = name.rpartition(".")
         if quantity == "penetration":
             (clearance,) = (joint.clearance for joint in joints if joint.name == owner)
@@ -108,12 +131,33 @@ def _require_whole(scene: Scene, start: EndState, settings: Settings) -> None:
         raise SceneError(problems)
 
 
-def _look(scene: Scene, start: EndState, settings: Settings, columns: list[str]) -> list[float]:
-    """Columns of a scene in the state from which the run goes on; NaN if not even a step is possible."""
+def _prolonged(scene: Scene, until: float) -> Scene:
+    """The scene with a further point in every table that ends before; at its own points a spline is exact."""
+
+    def longer(part: Any) -> Any:
+        tables = {item.name: getattr(part, item.name) for item in dataclasses.fields(part)}
+        changed = {
+            name: Table(
+                (*table.times, 2.0 * table.times[-1] - table.times[0]), (*table.values, table.values[-1])
+            )
+            for name, table in tables.items()
+            if isinstance(table, Table) and table.times[-1] < until
+        }
+        return dataclasses.replace(part, **changed)
+
+    return dataclasses.replace(
+        scene,
+        drives=[longer(drive) for drive in scene.drives],
+        forces=[longer(force) for force in scene.forces],
+    )
+
+
+def _look(scene: Scene, start: EndState, settings: Settings, columns: list[str]) -> _Run:
+    """A scene in the state from which the run goes on; NaN if not even a step is possible."""
     instant = _INSTANT * start.time
-    short = dataclasses.replace(settings, duration=instant, skip=0.0, samples=2, outputs=tuple(columns))
-    run = _core.simulate(scene.to_json(), short.to_json(), None, start.memory)
-    return [float(value) for value in run["values"][0]]
+    outputs = tuple(columns) or None
+    short = dataclasses.replace(settings, duration=instant, skip=0.0, samples=2, outputs=outputs)
+    return _core.simulate(scene.to_json(), short.to_json(), None, start.memory)
 
 
 def _changes(path: str, before: Any, after: Any) -> Iterator[str]:

@@ -138,16 +138,20 @@ def plot_trajectory(
         raise ValueError(f"columns on one axis must share a unit, got {names} in {sorted(units)}")
     scale, shown = _scale(units.pop(), unit)
     curves = [scale * run[name] for name in names]
+    abscissa = run.t if x is None else np.asarray(x, dtype=float)
     ax = _axes(ax)
     for name, curve in zip(names, curves, strict=True):
         style = _line_style(line, linewidth=0.9, label=name)
-        ax.plot(run.t if x is None else x, curve, **style)
-    if not run.success:
+        ax.plot(abscissa, curve, **style)
+    # A column of the run as abscissa is no more known after the end than the curves are.
+    known = np.isfinite(abscissa)
+    if not run.success and known.any():
         # A curve that just stops looks like the whole of it.
-        end = run.end_time if x is None else float(np.interp(run.end_time, run.t, x))
+        end = float(np.interp(run.end_time, run.t[known], abscissa[known]))
         words = f"the run ended early: {run.status}"
         ax.axvline(end, color="tab:red", linewidth=0.9, linestyle=":", label=words)
-        ax.set_xlim(*((run.t if x is None else x)[[0, -1]]))
+        if known.all():
+            ax.set_xlim(abscissa.min(), abscissa.max())
     ax.set_xlabel(x_label)
     ax.set_ylabel(_label(names[0] if len(names) == 1 else ", ".join(names), shown))
     if len(names) > 1 or not run.success:

@@ -229,8 +229,9 @@ def _checked_limits(
 def _cheapest(points: list[TradeoffPoint], cost: str) -> TradeoffPoint:
     """The cheapest setting; ``"auto"`` if it is level with it, since it is safe where contacts stick."""
     cheapest = min(points, key=lambda point: (_cost(point, cost), point.rtol))
-    level = [point for point in points if _cost(point, cost) <= _LEVEL * _cost(cheapest, cost)]
-    return next((point for point in level if point.method == "auto"), cheapest)
+    auto = [point for point in points if point.method == "auto"]
+    best = min(auto, key=lambda point: (_cost(point, cost), point.rtol), default=cheapest)
+    return best if _cost(best, cost) <= _LEVEL * _cost(cheapest, cost) else cheapest
 
 
 def _cost(point: TradeoffPoint, cost: str) -> float:

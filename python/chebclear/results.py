@@ -42,7 +42,7 @@ class StudyResult(records.ArrayRecord):
     stats: tuple[Stats, ...]
     """What each run cost; the last one is the nominal run."""
     warnings: tuple[str, ...]
-    """What the core warned of, each text once."""
+    """What the user was warned of, each text once."""
     settings: Settings
     """How the runs were simulated."""
     scene: Scene

@@ -313,6 +313,10 @@ class Scene(Part):
         """
         return self._line if indent is None else json.dumps(json.loads(self._line), indent=indent)
 
+    def __getstate__(self) -> dict[str, Any]:
+        # What is kept is no part of the scene: its pickle must not tell whether it was simulated.
+        return {item.name: getattr(self, item.name) for item in dataclasses.fields(self)}
+
     @functools.cached_property
     def _line(self) -> str:
         # Kept: nothing in a scene changes, and every simulation wants the text, some of them twice.

@@ -82,8 +82,15 @@ def _fields(part: type[Part]) -> tuple[dataclasses.Field[Any], ...]:
     return dataclasses.fields(part)  # type: ignore[arg-type]
 
 
+def _is_flat(value: Any) -> bool:
+    try:
+        return np.ndim(value) == 1
+    except ValueError:  # lists among the numbers
+        return False
+
+
 def _as_vector(value: Any) -> Any:
-    if not isinstance(value, (list, tuple, range, np.ndarray)) or np.ndim(value) != 1:
+    if not isinstance(value, (list, tuple, range, np.ndarray)) or not _is_flat(value):
         return value
     numbers = [as_number(item) for item in value]
     return tuple(item if number is None else number for item, number in zip(value, numbers, strict=True))

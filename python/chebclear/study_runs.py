@@ -151,7 +151,7 @@ def gathered_warnings(runs: Sequence[Sequence[str]]) -> tuple[str, ...]:
     count: dict[str, int] = {}
     for messages in runs:
         for message in messages:
-            kind = re.sub(r"[0-9]+", "#", message)
+            kind = re.sub(r"\d+(\.\d+)?(e[+-]?\d+)?", "#", message)
             first.setdefault(kind, message)
             count[kind] = count.get(kind, 0) + 1
     return tuple(f"{message} (in {count[kind]} of {len(runs)} runs)" for kind, message in first.items())

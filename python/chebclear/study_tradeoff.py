@@ -101,7 +101,7 @@ class StudyTradeoff(records.ArrayRecord):
     """How much narrower half of these runs is, drawn at random [-], shape (outputs,): large if the runs are
     too few to know the range."""
     warnings: tuple[str, ...]
-    """What the core warned of in the hold-out runs."""
+    """What the user was warned of in the hold-out runs."""
 
     def __repr__(self) -> str:
         return f"<StudyTradeoff: {len(self.points)} settings, {', '.join(self.outputs)}>"

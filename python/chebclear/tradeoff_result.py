@@ -83,7 +83,7 @@ class Tradeoff(records.ArrayRecord):
     check: TradeoffPoint
     """The run that checks it; its differences are the uncertainty of the reference."""
     warnings: tuple[str, ...]
-    """What the core warned of in the reference run."""
+    """What the user was warned of in the reference run."""
     settings: Settings
     """How the reference was simulated."""
     scene: Scene

@@ -56,6 +56,16 @@ def test_a_clearance_larger_than_its_journal():
     # 0.009, 0.010 and 0.011 m, and 0.010 m once more as the midpoint.
     with pytest.warns(cc.ChebclearWarning, match=r"larger than the journal.*\(in 3 of 4 runs\)"):
         study.scan(3)
+    # One warning, although the numbers are written in different ways.
+    study = cc.Study(
+        lambda size: MECHANISMS.slider_crank(clearance=2.0 * size, journal_radius=size),
+        {"size": cc.interval(1e-5, 1e-3)},
+        ["slider.x"],
+        duration=1e-9,
+        samples=3,
+    )
+    with pytest.warns(cc.ChebclearWarning, match=r"larger than the journal.*\(in 4 of 4 runs\)"):
+        study.scan(3)
 
 
 def test_a_ball_may_be_smaller_than_its_box():
@@ -125,6 +135,17 @@ def test_a_plot_shows_that_a_run_ended_early():
         assert mark.get_xdata()[0] == pytest.approx(end) and "max_steps" in str(
             [text.get_text() for text in ax.get_legend().get_texts()]
         )
+
+
+def test_a_plot_over_another_column_shows_it_too():
+    run = cc.simulate(MECHANISMS.slider_crank(), 0.06, 61, max_steps=500, on_failure="return")
+    turned = run["crank.angle"]
+    ax = run.plot("slider.vx", x=turned, x_label="crank angle [rad]")
+    (mark,) = [line for line in ax.get_lines() if "ended early" in line.get_label()]
+    last = turned[np.isfinite(turned)].max()
+    assert mark.get_xdata()[0] == last and ax.get_xlim()[1] < 1.1 * last
+    ax = run.plot("slider.vx", x=list(np.cos(100.0 * run.t)))  # to and fro
+    assert ax.get_xlim() == pytest.approx((-1.0, 1.0), abs=0.01)
 
 
 # --- files ----------------------------------------------------------------------------------------------
@@ -251,10 +272,51 @@ def test_another_speed_that_goes_on_from_there():
 
 
 @QUIET
+def test_a_scene_goes_on_where_the_table_of_its_drive_ends():
+    def driven(motion):
+        block = cc.Body("block", mass=1.0, inertia=1.0)
+        guide = cc.Prismatic("guide", "ground", "block", axis=(1.0, 0.0))
+        return cc.Scene([block], [guide], drives=[cc.Motion("drive", "guide", motion)])
+
+    times = np.linspace(0.0, 1.0, 6)
+    run = cc.simulate(driven(cc.Table(times, np.sin(times))), 1.0, 11)
+    for motion in (cc.Table(1.0 + times, np.sin(1.0 + times)), cc.Polynomial((math.sin(1.0),))):
+        more = cc.simulate(driven(motion), 1.0, 6, start=run.end)
+        expected = motion.values if isinstance(motion, cc.Table) else math.sin(1.0)
+        np.testing.assert_allclose(more["block.x"], expected, atol=1e-12)
+    with pytest.raises(cc.SceneError, match=r"would make it jump from 0\.841471 to 0\.9 m"):
+        cc.simulate(driven(cc.Polynomial((0.9,))), 1.0, 6, start=run.end)
+
+
+@QUIET
 def test_another_length_would_tear_the_mechanism_apart():
     run = cc.simulate(MECHANISMS.slider_crank(), 0.01, 11)
     with pytest.raises(cc.SceneError, match="m deep in its bearing, deeper than its clearance of 2e-05 m"):
         cc.simulate(MECHANISMS.slider_crank(rod_length=0.13), 0.01, 11, start=run.end)
+
+
+@QUIET
+def test_loops_that_would_not_close():
+    def hanging(**lengths):
+        bars = MECHANISMS.four_bar(clearance_at=(), **lengths)
+        return dataclasses.replace(bars, drives=[], forces=[cc.Gravity((0.0, -9.81))])
+
+    run = cc.simulate(hanging(), 0.01, 11)
+    for length in ("ground_length", "rocker_length"):
+        with pytest.raises(cc.SceneError, match="the loops do not close"):
+            cc.simulate(hanging(**{length: 0.101}), 0.01, 11, start=run.end)
+    assert cc.simulate(hanging(rocker_mass=0.3), 0.01, 11, start=run.end).success
+
+
+def test_the_angle_of_a_pin_is_no_displacement():
+    bob = cc.Body("bob", mass=1.0, inertia=0.01, points={"A": (0.0, 0.5)})
+    pinned = cc.Scene([bob], [cc.Revolute("joint", "ground", "bob.A")], [cc.Gravity((1.0, -9.81))])
+    guided = dataclasses.replace(pinned, joints=[cc.Prismatic("joint", "ground", "bob.A", axis=(1.0, 0.0))])
+    run = cc.simulate(pinned, 0.5, 11)
+    with pytest.raises(
+        cc.SceneError, match='another mechanism: joint "joint" is a Prismatic, was a Revolute'
+    ):
+        cc.simulate(guided, 0.5, 11, start=run.end)
 
 
 def test_a_worn_bearing_is_no_other_mechanism():

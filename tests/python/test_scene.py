@@ -322,6 +322,34 @@ def test_the_conventions_of_the_slider_crank(convention, sliding, stiffness, div
     assert not scene.forces
 
 
+def test_a_pickle_does_not_tell_what_was_done_with_a_scene():
+    fresh, used = cc.mechanisms.slider_crank(), cc.mechanisms.slider_crank()
+    before = pickle.dumps(fresh)
+    used.check()
+    assert pickle.dumps(used) == before and pickle.loads(before).check() == used.check()
+
+
+def test_arrays_changed_later_leave_a_scene_alone():
+    place, times = np.array([0.0, 1.0]), np.linspace(0.0, 1.0, 5)
+    force = cc.Force("push", "block", cc.Table(times, times**2), 0.0)
+    block = cc.Body("block", mass=1.0, inertia=1.0, points={"A": place})
+    scene = cc.Scene([block], [cc.Prismatic("guide", "ground", "block", axis=place)], [force])
+    text = scene.to_json()
+    place[:], times[:] = 7.0, 7.0
+    assert scene.to_json() == dataclasses.replace(scene).to_json() == text
+
+
+@pytest.mark.parametrize("place", [[[1.0, 2.0], 3.0], [0.0, [1.0]], [[0.0, 1.0], [1.0, 0.0]]])
+def test_lists_among_numbers_are_reported_like_any_other_mistake(place):
+    body = cc.Body("block", mass=-1.0, inertia=1.0, center_of_mass=place)
+    with pytest.raises(cc.SceneError) as caught:
+        cc.Scene([body], [cc.Prismatic("guide", "ground", "block", axis=(1.0, 0.0))]).check()
+    assert [problem.path for problem in caught.value.problems] == [
+        "bodies[0].center_of_mass",
+        "bodies[0].mass",
+    ]
+
+
 def test_options_of_the_slider_crank():
     scene = cc.mechanisms.slider_crank(
         gravity=9.81, friction=None, convention="as_printed", sliding="surface", impact_velocity_floor=1e-6

@@ -428,6 +428,12 @@ def test_auto_is_taken_where_it_is_level_with_the_cheapest():
         assert (advice.point.method, advice.point.rtol) == (method, 1e-6)
 
 
+def test_of_two_level_settings_of_auto_the_cheaper_is_taken():
+    errors = {("auto", 1e-4): 0.005, ("auto", 1e-6): 0.001, ("dop853", 1e-6): 0.005}
+    prices = {("auto", 1e-4): 2.15e-3, ("auto", 1e-6): 2.05e-3, ("dop853", 1e-6): 2e-3}
+    assert made_up(errors, seconds=prices).recommendation(1e-3).point.rtol == 1e-6
+
+
 def test_the_uncertainty_of_the_reference_counts_as_error():
     # 0.0085 + 0.002 is above 0.01, and the reference is known well enough to say so.
     errors = {("rodas4", 1e-4): 0.0085, ("rodas4", 1e-6): 0.0005}
