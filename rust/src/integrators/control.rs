@@ -283,8 +283,11 @@ impl Run<'_> {
         let mut was_refused = false;
         loop {
             let (taken, error) = self.attempt(h, end)?;
-            let landed = self.land()?;
-            let landing_error = self.error_norm();
+            let landed = self.land();
+            // A singular W may lie between a step that was possible and shorter ones that are.
+            let failed = matches!(landed, Err((Status::NonFinite, _)));
+            let (landed, landing_error) =
+                if failed { (None, f64::INFINITY) } else { (landed?, self.error_norm()) };
             let blind = self.breaks_away && self.method.reliance() > LARGEST_RELIANCE;
             if landing_error <= 1.0 && !blind {
                 self.was_rejected |= was_refused;
