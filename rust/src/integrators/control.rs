@@ -218,7 +218,8 @@ impl Run<'_> {
 
     fn take(&mut self, h: f64) -> bool {
         self.dense = false;
-        // To the next number: the step after this one begins where this one ended, to the last bit.
+        // To the next number: the step after this one begins where this one ended, to the last bit. The first
+        // few may miss it, which multiply the time: then their difference is rounded as well.
         let h = (self.t + h) - self.t;
         self.method.attempt(self.system, h, &mut self.stats)
     }
