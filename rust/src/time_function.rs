@@ -216,8 +216,8 @@ impl Spline {
 
     fn with_rest(&self, t: Instant) -> ([f64; 4], f64) {
         let piece = self.piece(t.time);
-        let passed = t.time - self.times[piece] + t.rest;
-        polynomial(&self.pieces[piece], passed.into())
+        let (time, rest) = exact_sum(t.time, -self.times[piece]);
+        polynomial(&self.pieces[piece], Instant { time, rest: rest + t.rest })
     }
 
     /// The piece that holds from `t` on.

@@ -507,3 +507,19 @@ fn gate_05_a_step_cut_by_an_event_is_as_accurate_as_any_other() {
     println!("{state:?} instead of {exact}, {:?}", outcome.stats);
     assert!(state.iter().all(|y| (y - exact).abs() < 1e-9), "{state:?} instead of {exact}");
 }
+
+#[test]
+fn a_landing_whose_equations_are_singular_is_refused_and_not_the_end() {
+    // As above, with landings of RODAS4 where its linear equations, those of hγ = 1, have no solution at all.
+    let (small, end) = (1e-15, 6.0);
+    for ulps in -8..=8 {
+        let instant = 4.0 + f64::from(ulps) * 2.0 * f64::EPSILON;
+        let mut system = Switching::new(|q, _| (q, 1.0), vec![Box::new(move |t, _, _| (instant - t, -1.0))]);
+        let limits = Limits { first_step: Some(end), ..Limits::default() };
+        let (mut q, mut v) = ([small], [small]);
+        let outcome = integrate(&mut system, RODAS4, limits, 0.0, end, &mut q, &mut v);
+        assert_eq!((outcome.status, outcome.stats.events), (Status::Done, 1), "{ulps}");
+        system.expect(&[(0, instant)], 1e-14);
+        assert!((q[0] - small * end.exp()).abs() < 1e-9, "{q:?}");
+    }
+}

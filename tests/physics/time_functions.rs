@@ -297,3 +297,20 @@ fn late_in_a_run_functions_are_as_smooth_as_at_its_start() {
         assert!((later - expected).abs() < 1e-15 * (1.0 + value.abs()), "at {start}: {:e}", later - expected);
     }
 }
+
+#[test]
+fn a_table_with_long_pieces_is_as_smooth_late_in_a_piece_as_at_its_start() {
+    // A straight line, which the spline keeps; the rests below would fill the digits of a rate of 512 ten
+    // thousand times over, were they left out.
+    let knots = [-0.1, 5e3, 1e4, 1.5e4];
+    let line = table(&knots, &knots.map(|t| 512.0 * t));
+    let mut random = Random(6);
+    for _ in 0..1000 {
+        let start = random.within(0.0, 1.5e4);
+        let h = random.within(0.0, 1e-3);
+        let [(early, _), (late, _)] =
+            [Instant::from(start), Instant::after(start, h)].map(|t| line.angle_at(t));
+        let difference = unwind(late[0] - early[0] - 512.0 * h).0.abs();
+        assert!(difference < 2e-15, "at {start}: {difference:e}");
+    }
+}

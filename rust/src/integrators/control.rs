@@ -218,7 +218,8 @@ impl Run<'_> {
 
     fn take(&mut self, h: f64) -> bool {
         self.dense = false;
-        // To the next number: the step after this one begins where this one ended, to the last bit.
+        // To the next number: the step after this one begins where this one ended, to the last bit. The first
+        // few may miss it, which multiply the time: then their difference is rounded as well.
         let h = (self.t + h) - self.t;
         self.method.attempt(self.system, h, &mut self.stats)
     }
@@ -283,8 +284,11 @@ impl Run<'_> {
         let mut was_refused = false;
         loop {
             let (taken, error) = self.attempt(h, end)?;
-            let landed = self.land()?;
-            let landing_error = self.error_norm();
+            let landed = self.land();
+            // A singular W may lie between a step that was possible and shorter ones that are.
+            let failed = matches!(landed, Err((Status::NonFinite, _)));
+            let (landed, landing_error) =
+                if failed { (None, f64::INFINITY) } else { (landed?, self.error_norm()) };
             let blind = self.breaks_away && self.method.reliance() > LARGEST_RELIANCE;
             if landing_error <= 1.0 && !blind {
                 self.was_rejected |= was_refused;
