@@ -34,7 +34,7 @@ impl Recorder<'_> {
         let mut last = from.step;
         let followed = loop {
             let t = outcome.time;
-            let step = self.continued(t, last);
+            let step = self.continued(t, last, LARGEST_TURN);
             let next = (t + step).min(self.dynamics.mechanism.next_break(t));
             if next >= end {
                 self.dynamics.move_to(t, q, v);
@@ -97,10 +97,10 @@ impl Recorder<'_> {
     }
 
     /// How long [s] the drives may go on at once after a step of length `last` (NaN for none): until
-    /// one has turned by [`LARGEST_TURN`], or slid by as much of the size of the mechanism.
-    fn continued(&self, t: f64, last: f64) -> f64 {
+    /// one has turned by `largest_turn` [rad], or slid by as much of the size of the mechanism.
+    pub(crate) fn continued(&self, t: f64, last: f64, largest_turn: f64) -> f64 {
         let mechanism = self.dynamics.mechanism;
-        let largest = |turns: bool| LARGEST_TURN * if turns { 1.0 } else { mechanism.scales.length };
+        let largest = |turns: bool| largest_turn * if turns { 1.0 } else { mechanism.scales.length };
         let mut step =
             mechanism.time_functions().map(|(_, function)| function.pace()).fold(f64::INFINITY, f64::min);
         if last.is_nan() {

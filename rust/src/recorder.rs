@@ -29,6 +29,9 @@ const LARGEST_PROJECTION: f64 = 10.0;
 /// cut by rejections, too short grows fivefold a step.
 const FIRST_STEP: f64 = 1e-3;
 
+/// Turn of a drive [rad] over which Gauss's quadrature with four points adds its work to rounding.
+const WORK_TURN: f64 = 0.5;
+
 /// Guards of a clearance joint: the gap, and the bracket of the damping.
 pub(crate) const GUARDS: usize = 2;
 
@@ -301,17 +304,23 @@ impl<'a> Recorder<'a> {
         self.work.add(&self.dynamics, dt);
     }
 
-    /// Adds the work from the start of a step to the instant `to` in it.
+    /// Adds the work from the start of a step to the instant `to` in it, in pieces that the drives allow: a
+    /// step is as long as what moves freely lets it be, and a crank may have turned many times in it.
     fn add_work_of(&mut self, step: &DenseStep, to: f64) {
-        let from = step.t;
-        if to <= from {
-            return;
-        }
         let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
-        for (place, weight) in GAUSS {
-            let t = from + place * (to - from);
-            step.at((t - step.t) / step.h, &mut q, &mut v);
-            self.add_work(t, &q, &v, weight * (to - from));
+        let mut from = step.t;
+        while from < to {
+            let next = (from + self.continued(from, f64::NAN, WORK_TURN)).min(to);
+            for (place, weight) in GAUSS {
+                let t = from + place * (next - from);
+                step.at((t - step.t) / step.h, &mut q, &mut v);
+                self.add_work(t, &q, &v, weight * (next - from));
+            }
+            from = next;
+            if from < to && !(self.monitor)(step.t) {
+                // Cancelled: the step is the last.
+                break;
+            }
         }
         (self.q, self.v) = (q, v);
     }
