@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 MOST_ACCURACY = 1.0
 """Largest error that may be asked for, as a part of the range of an output [-]."""
 COSTS = ("seconds", "steps", "stages", "evaluations")
-# Costs this close count as equal: best times of two runs scatter by as much.
+# Times this close count as equal: best times of two runs scatter by as much.
 _LEVEL = 1.1
 # The reference must be known this many times better than what it is to judge.
 _MARGIN = 4.0
@@ -228,10 +228,11 @@ def _checked_limits(
 
 def _cheapest(points: list[TradeoffPoint], cost: str) -> TradeoffPoint:
     """The cheapest setting; ``"auto"`` if it is level with it, since it is safe where contacts stick."""
+    level = _LEVEL if cost == "seconds" else 1.0
     cheapest = min(points, key=lambda point: (_cost(point, cost), point.rtol))
     auto = [point for point in points if point.method == "auto"]
     best = min(auto, key=lambda point: (_cost(point, cost), point.rtol), default=cheapest)
-    return best if _cost(best, cost) <= _LEVEL * _cost(cheapest, cost) else cheapest
+    return best if _cost(best, cost) <= level * _cost(cheapest, cost) else cheapest
 
 
 def _cost(point: TradeoffPoint, cost: str) -> float:

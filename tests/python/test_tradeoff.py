@@ -428,6 +428,15 @@ def test_auto_is_taken_where_it_is_level_with_the_cheapest():
         assert (advice.point.method, advice.point.rtol) == (method, 1e-6)
 
 
+def test_counters_do_not_scatter():
+    # One over the price: 500 and 526 stages, so a setting of auto that is 5 % dearer is dearer.
+    errors = {("dop853", 1e-6): 0.005, ("auto", 1e-6): 0.005}
+    prices = {("dop853", 1e-6): 2e-3, ("auto", 1e-6): 1.9e-3}
+    result = made_up(errors, seconds=prices)
+    assert result.recommendation(1e-3, cost="stages").point.method == "dop853"
+    assert result.recommendation(1e-3).point.method == "auto"
+
+
 def test_of_two_level_settings_of_auto_the_cheaper_is_taken():
     errors = {("auto", 1e-4): 0.005, ("auto", 1e-6): 0.001, ("dop853", 1e-6): 0.005}
     prices = {("auto", 1e-4): 2.15e-3, ("auto", 1e-6): 2.05e-3, ("dop853", 1e-6): 2e-3}
