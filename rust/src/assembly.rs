@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::dynamics::Dynamics;
 use crate::error::{Problem, SceneError};
-use crate::kinematics::{FrameKind, Vec2, angle_column};
+use crate::kinematics::{FrameKind, Vec2};
 use crate::mechanism::{FramePoint, IdealKind, Mechanism, Realisation, State};
 use crate::scales::{
     effective_masses, length_scale, levers, set_contact_scales, speed_from_rest, speed_scale,
@@ -362,7 +362,7 @@ fn given_coordinate(mechanism: &Mechanism, start: &Start) -> Option<GivenCoordin
             let Some(placed) = body.map(|body| &mechanism.bodies[body]) else { continue };
             zero += sign * placed.angle;
             for &column in &mechanism.paths[placed.frame].columns {
-                columns[column] += sign * angle_column(mechanism.frames[column + 1].kind);
+                columns[column] += sign * mechanism.frames[column + 1].kind.turn();
             }
         }
         Some(GivenCoordinate { columns, turns: true, zero, position, velocity })

@@ -49,6 +49,16 @@ pub enum FrameKind {
     },
 }
 
+impl FrameKind {
+    /// ∂θ/∂z: 1 for a revolute, 0 for a prismatic coordinate.
+    pub fn turn(self) -> f64 {
+        match self {
+            FrameKind::Revolute => 1.0,
+            FrameKind::Prismatic { .. } => 0.0,
+        }
+    }
+}
+
 /// A frame of the tree and how it hangs on its parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
@@ -89,16 +99,16 @@ impl FrameState {
     /// A frame on a parent, with its coordinate and its rates all zero.
     fn at_rest(frame: &Frame, parent: &FrameState) -> Self {
         let origin = parent.point(frame.anchor);
-        let (axis, turn) = match frame.kind {
-            FrameKind::Revolute => (Vec2::zeros(), 1.0),
-            FrameKind::Prismatic { axis } => (parent.to_world(axis), 0.0),
+        let axis = match frame.kind {
+            FrameKind::Revolute => Vec2::zeros(),
+            FrameKind::Prismatic { axis } => parent.to_world(axis),
         };
         Self {
             position: origin.position,
             velocity: origin.velocity,
             acceleration: origin.acceleration,
             axis,
-            turn,
+            turn: frame.kind.turn(),
             ..*parent
         }
     }
@@ -257,13 +267,5 @@ pub fn accelerate_frames(frames: &[Frame], coordinates: &[Coordinate], states: &
                 state.angular_acceleration = alpha;
             }
         }
-    }
-}
-
-/// ∂θ/∂z_k: 1 for a revolute, 0 for a prismatic coordinate.
-pub fn angle_column(kind: FrameKind) -> f64 {
-    match kind {
-        FrameKind::Revolute => 1.0,
-        FrameKind::Prismatic { .. } => 0.0,
     }
 }
