@@ -5,10 +5,10 @@
 
 use std::time::Instant;
 
-use chebclear::mechanism::Mechanism;
-use chebclear::scene_reader::read_scene;
-use chebclear::settings::{Settings, read_settings};
-use chebclear::trajectory::{Trajectory, simulate};
+use chebclear::mechanism::compiled::Mechanism;
+use chebclear::run::settings::{Settings, read_settings};
+use chebclear::run::trajectory::{Trajectory, simulate};
+use chebclear::scene::reader::read_scene;
 
 /// The part that is measured, under a name of its own.
 #[inline(never)]

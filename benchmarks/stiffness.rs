@@ -10,13 +10,13 @@ mod rodas6p;
 #[allow(dead_code)]
 mod support;
 
-use chebclear::friction::FrictionLaw;
+use chebclear::contact::friction::FrictionLaw;
 use chebclear::integrators::rosenbrock::Rosenbrock;
 use chebclear::integrators::{Stats, Status};
-use chebclear::mechanism::Mechanism;
-use chebclear::scene::Joint;
-use chebclear::settings::{Method, Settings};
-use chebclear::trajectory::simulate;
+use chebclear::mechanism::compiled::Mechanism;
+use chebclear::run::settings::{Method, Settings};
+use chebclear::run::trajectory::simulate;
+use chebclear::scene::parts::Joint;
 use rattle::Rattle;
 use rodas6p::RODAS6P;
 use std::time::Instant;

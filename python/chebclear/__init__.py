@@ -5,23 +5,24 @@ every output when parameters are only known to lie in intervals. Units are SI wi
 """
 
 from . import mechanisms
-from .accuracy import ErrorEstimate
-from .drawing import plot_scene
+from .base.files import package_version
+from .base.quantities import Interval, interval, rpm
 from .errors import ChebclearError, ChebclearWarning, Problem, SceneError, SimulationError
 from .mechanisms import hertz_stiffness
-from .plot import (
+from .plots.costs import plot_study_tradeoff, plot_tradeoff
+from .plots.drawing.scene import plot_scene
+from .plots.results import (
     plot_band,
     plot_orbit,
     plot_sensitivity,
     plot_spectrogram,
     plot_trajectory,
 )
-from .plot_costs import plot_study_tradeoff, plot_tradeoff
-from .quantities import Interval, interval, rpm
-from .recommend import Recommendation
-from .records import package_version
-from .results import BoundErrors, Comparison, StudyResult, compare
-from .scene import (
+from .run.accuracy import ErrorEstimate
+from .run.settings import Settings
+from .run.simulation import simulate
+from .run.trajectory import Contacts, EndState, Events, Stats, Trajectory
+from .scene.scene import (
     Body,
     BodyStart,
     ClearanceRevolute,
@@ -51,14 +52,13 @@ from .scene import (
     TorsionDamper,
     TorsionSpring,
 )
-from .settings import Settings
-from .simulation import simulate
-from .study import Study
-from .study_tradeoff import StudyTradeoff, StudyTradeoffPoint
-from .surrogate import Band, Surrogate
-from .tradeoff import tradeoff
-from .tradeoff_result import Tradeoff, TradeoffPoint
-from .trajectory import Contacts, EndState, Events, Stats, Trajectory
+from .study.results import BoundErrors, Comparison, StudyResult, compare
+from .study.study import Study
+from .study.surrogate import Band, Surrogate
+from .tradeoffs.of_scene import tradeoff
+from .tradeoffs.of_study import StudyTradeoff, StudyTradeoffPoint
+from .tradeoffs.recommendation import Recommendation
+from .tradeoffs.result import Tradeoff, TradeoffPoint
 
 __version__ = package_version()
 

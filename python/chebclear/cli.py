@@ -10,11 +10,11 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from .base.files import package_version
 from .errors import ChebclearError, SceneError
-from .recommend import MOST_ACCURACY
-from .records import package_version
-from .settings import LEAST_RTOL, METHODS, MOST_RTOL
-from .study import MOST_THREADS
+from .run.settings import LEAST_RTOL, METHODS, MOST_RTOL
+from .study.study import MOST_THREADS
+from .tradeoffs.recommendation import MOST_ACCURACY
 
 EXIT_OK = 0
 EXIT_FAILED = 1
@@ -62,7 +62,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _add_paper(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    from . import paper
+    from .paper import case_study as paper
 
     command = commands.add_parser(
         "paper",
@@ -92,8 +92,8 @@ def _add_paper(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
 
 
 def _add_tradeoff(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    from . import paper
-    from .recommend import COSTS
+    from .paper import case_study as paper
+    from .tradeoffs.recommendation import COSTS
 
     command = commands.add_parser(
         "tradeoff",
@@ -162,7 +162,8 @@ def _add_tradeoff(commands: argparse._SubParsersAction[argparse.ArgumentParser])
 def _paper(options: argparse.Namespace) -> int:
     """``chebclear paper``."""
     # Imported here so that Ctrl-C on the way is answered as at any other time.
-    from . import paper, paper_output
+    from .paper import case_study as paper
+    from .paper import output as paper_output
 
     out = options.out if options.out is not None or options.json else Path("paper_results")
     if not _can_write(out):
@@ -184,10 +185,11 @@ def _paper(options: argparse.Namespace) -> int:
 
 def _tradeoff(options: argparse.Namespace) -> int:
     """``chebclear tradeoff``."""
-    from . import paper, tradeoff_output
     from .mechanisms import slider_crank
-    from .scene import Scene
-    from .tradeoff import RTOLS, tradeoff
+    from .paper import case_study as paper
+    from .scene.scene import Scene
+    from .tradeoffs import output as tradeoff_output
+    from .tradeoffs.of_scene import RTOLS, tradeoff
 
     if options.scene is None:
         scene = slider_crank(convention=options.paper or paper.CONVENTIONS[0])
@@ -235,7 +237,7 @@ def _tradeoff(options: argparse.Namespace) -> int:
 
 def _can_write(directory: Path | None) -> bool:
     """Whether files can be written there, said on standard error if not: before a long computation."""
-    from .records import complete_folder
+    from .base.files import complete_folder
 
     if directory is None:
         return True

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from .trajectory import Trajectory
+    from .run.trajectory import Trajectory
 
 
 class Problem(NamedTuple):

@@ -1,9 +1,9 @@
 //! Assembly: which starts exist, and that they are the closed forms of the ideal mechanism.
 
-use chebclear::mechanism::Mechanism;
-use chebclear::scene::{Body, Drive, Joint, JointKind, Scene};
-use chebclear::settings::Settings;
-use chebclear::trajectory::simulate;
+use chebclear::mechanism::compiled::Mechanism;
+use chebclear::run::settings::Settings;
+use chebclear::run::trajectory::simulate;
+use chebclear::scene::parts::{Body, Drive, Joint, JointKind, Scene};
 use nalgebra::Vector2;
 
 use crate::support::{Random, body, compile, ideal, point, slider_crank};

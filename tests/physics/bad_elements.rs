@@ -1,11 +1,11 @@
 //! Springs, dampers, given forces, motions and starts with something wrong: refused at their paths.
 
-use chebclear::mechanism::Mechanism;
-use chebclear::scene::{Force, ForceFrame, Scene, Start};
-use chebclear::scene_reader::read_scene;
-use chebclear::settings::Settings;
-use chebclear::time_function::{Spline, TimeFunction};
-use chebclear::trajectory::simulate;
+use chebclear::mechanism::compiled::Mechanism;
+use chebclear::run::settings::Settings;
+use chebclear::run::trajectory::simulate;
+use chebclear::scene::parts::{Force, ForceFrame, Scene, Start};
+use chebclear::scene::reader::read_scene;
+use chebclear::scene::time_function::{Spline, TimeFunction};
 
 use crate::support::compile;
 

@@ -1,7 +1,7 @@
 //! Chebyshev surrogates on tensor grids, and the bounds of Eq. (31).
 
-use chebclear::bounds::interval_bounds;
-use chebclear::chebyshev::{GridError, derivative, evaluate, fit, root_nodes};
+use chebclear::study::bounds::interval_bounds;
+use chebclear::study::chebyshev::{GridError, derivative, evaluate, fit, root_nodes};
 use std::f64::consts::{PI, TAU};
 
 const EPS: f64 = f64::EPSILON;

@@ -1,14 +1,14 @@
 //! Force laws and force geometry of a clearance joint against numbers worked by hand.
 
-use chebclear::clearance::{ClearanceLaw, Phase, RelativeMotion, SlidingVelocity};
-use chebclear::contact::{Damping, NormalLaw};
-use chebclear::dual::{Dual, Scalar};
+use chebclear::contact::clearance::{ClearanceLaw, Phase, RelativeMotion, SlidingVelocity};
+use chebclear::contact::friction::FrictionLaw;
+use chebclear::contact::normal::{Damping, NormalLaw};
 use chebclear::dynamics::Dynamics;
-use chebclear::friction::FrictionLaw;
-use chebclear::mechanism::State;
-use chebclear::scene::{Joint, Scene};
-use chebclear::settings::Settings;
-use chebclear::trajectory::{simulate, simulate_from};
+use chebclear::mechanism::compiled::State;
+use chebclear::numerics::dual::{Dual, Scalar};
+use chebclear::run::settings::Settings;
+use chebclear::run::trajectory::{simulate, simulate_from};
+use chebclear::scene::parts::{Joint, Scene};
 
 use crate::support::{Random, body, compile, derivative, paper_friction};
 

@@ -1,13 +1,13 @@
 //! Events of mechanisms: contacts begin, end and are clipped as the physics says.
 
-use chebclear::clearance::SlidingVelocity;
-use chebclear::contact::{Damping, NormalLaw};
-use chebclear::friction::FrictionLaw;
+use chebclear::contact::clearance::SlidingVelocity;
+use chebclear::contact::friction::FrictionLaw;
+use chebclear::contact::normal::{Damping, NormalLaw};
 use chebclear::integrators::Status;
-use chebclear::mechanism::State;
-use chebclear::scene::{Drive, Force, Joint, JointKind, Scene};
-use chebclear::settings::{Method, Settings};
-use chebclear::trajectory::{EventKind, Trajectory, simulate, simulate_from};
+use chebclear::mechanism::compiled::State;
+use chebclear::run::settings::{Method, Settings};
+use chebclear::run::trajectory::{EventKind, Trajectory, simulate, simulate_from};
+use chebclear::scene::parts::{Drive, Force, Joint, JointKind, Scene};
 use std::f64::consts::PI;
 
 use crate::support::{body, compile, ideal, paper_friction, point};

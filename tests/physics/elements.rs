@@ -1,9 +1,9 @@
 //! Springs, dampers, given forces and motions against closed forms.
 
-use chebclear::scene::{Body, Drive, Force, ForceFrame, JointKind, Point, Scene, Start};
-use chebclear::settings::Method;
-use chebclear::time_function::TimeFunction;
-use chebclear::trajectory::{Settings, Trajectory, simulate};
+use chebclear::run::settings::Method;
+use chebclear::run::trajectory::{Settings, Trajectory, simulate};
+use chebclear::scene::parts::{Body, Drive, Force, ForceFrame, JointKind, Point, Scene, Start};
+use chebclear::scene::time_function::TimeFunction;
 
 use crate::problems::driven_pendulum;
 use crate::rodas6p::RODAS6P;

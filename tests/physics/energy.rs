@@ -1,12 +1,12 @@
 //! The balance of energies: an identity on random mechanisms, and over whole runs.
 
-use chebclear::clearance::{Phase, SlidingVelocity};
-use chebclear::contact::Damping;
-use chebclear::friction::FrictionLaw;
-use chebclear::scene::{Drive, Force, ForceFrame, Joint, JointKind, Scene};
-use chebclear::settings::Method;
-use chebclear::time_function::{Spline, TimeFunction};
-use chebclear::trajectory::{Settings, simulate};
+use chebclear::contact::clearance::{Phase, SlidingVelocity};
+use chebclear::contact::friction::FrictionLaw;
+use chebclear::contact::normal::Damping;
+use chebclear::run::settings::Method;
+use chebclear::run::trajectory::{Settings, simulate};
+use chebclear::scene::parts::{Drive, Force, ForceFrame, Joint, JointKind, Scene};
+use chebclear::scene::time_function::{Spline, TimeFunction};
 
 use crate::mechanics::{acceleration, added, dynamics_of, moving_cases};
 use crate::support::{body, compile, derivative, ideal, point, slider_crank};

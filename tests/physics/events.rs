@@ -1,11 +1,11 @@
 //! Events of systems whose motion, and so every instant of an event, is known in closed form.
 
 use chebclear::dynamics::Linearisation;
-use chebclear::instant::Instant;
 use chebclear::integrators::events::Guard;
 use chebclear::integrators::rosenbrock::{DenseStep, Rosenbrock};
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P};
 use chebclear::integrators::{HybridSystem, Limits, Outcome, Status, integrate};
+use chebclear::numerics::instant::Instant;
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 /// Value and rate of a guard in its first phase: of t, q, v.

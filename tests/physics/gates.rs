@@ -1,15 +1,15 @@
 //! Promises of the integrator that belong to no single part of it. The number in a name is that of the
 //! row in docs/reliability.md, here and wherever else a test is called `gate_...`.
 
-use chebclear::clearance::SlidingVelocity;
-use chebclear::contact::{Damping, NormalLaw};
-use chebclear::friction::FrictionLaw;
+use chebclear::contact::clearance::SlidingVelocity;
+use chebclear::contact::friction::FrictionLaw;
+use chebclear::contact::normal::{Damping, NormalLaw};
 use chebclear::integrators::Status;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P};
-use chebclear::mechanism::State;
-use chebclear::scene::{Joint, Scene};
-use chebclear::settings::{Method, Settings};
-use chebclear::trajectory::{Trajectory, resume, simulate, simulate_from};
+use chebclear::mechanism::compiled::State;
+use chebclear::run::settings::{Method, Settings};
+use chebclear::run::trajectory::{Trajectory, resume, simulate, simulate_from};
+use chebclear::scene::parts::{Joint, Scene};
 
 use crate::problems::{distance, kepler, van_der_pol};
 use crate::support::{Random, body, compile, slider_crank};

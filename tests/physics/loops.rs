@@ -1,9 +1,9 @@
 //! Closed loops of ideal joints, against closed forms and the Cartesian system.
 
 use chebclear::dynamics::{Dynamics, Linearisation};
-use chebclear::mechanism::Mechanism;
-use chebclear::scene::{Body, Drive, Force, Joint, JointKind, Scene, Start};
-use chebclear::trajectory::{Settings, Trajectory, simulate};
+use chebclear::mechanism::compiled::Mechanism;
+use chebclear::run::trajectory::{Settings, Trajectory, simulate};
+use chebclear::scene::parts::{Body, Drive, Force, Joint, JointKind, Scene, Start};
 
 use crate::support::{body, compile, derivative, ideal, point, slider_crank};
 
@@ -98,7 +98,7 @@ fn ideal_slider_crank_is_solved_without_integration() {
             dynamics.project(t * step as f64 / steps as f64, &mut q, &mut v, &[1.0, 1.0]).unwrap();
         }
         dynamics.move_to(t, &q, &v);
-        let energy = |body: &chebclear::mechanism::BodyPlacement| {
+        let energy = |body: &chebclear::mechanism::compiled::BodyPlacement| {
             let frame = dynamics.frame(body.frame);
             0.5 * body.mass * frame.point(body.center).velocity.norm_squared()
                 + 0.5 * body.inertia * frame.angular_velocity.powi(2)

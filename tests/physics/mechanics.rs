@@ -3,12 +3,14 @@
 //! The Cartesian side of each identity (bodies with three coordinates, constraints, forces at the
 //! contact points) is written here from the printed equations, not from the joint-coordinate core.
 
-use chebclear::clearance::{Phase, SlidingVelocity};
-use chebclear::constraints::{CartesianConstraint, CartesianState, Equation, cartesian_constraints};
-use chebclear::contact::Damping;
+use chebclear::contact::clearance::{Phase, SlidingVelocity};
+use chebclear::contact::friction::FrictionLaw;
+use chebclear::contact::normal::Damping;
 use chebclear::dynamics::{Dynamics, Linearisation};
-use chebclear::friction::FrictionLaw;
-use chebclear::scene::{Force, ForceFrame, Joint};
+use chebclear::mechanism::constraints::{
+    CartesianConstraint, CartesianState, Equation, cartesian_constraints,
+};
+use chebclear::scene::parts::{Force, ForceFrame, Joint};
 use nalgebra::{DMatrix, DVector, Rotation2, Vector2};
 
 use crate::random_trees::{Case, REGIMES, cases};

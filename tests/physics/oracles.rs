@@ -1,12 +1,12 @@
 //! Simulations whose result has a closed form or a conservation law.
 
-use chebclear::clearance::SlidingVelocity;
-use chebclear::contact::{Damping, NormalLaw};
-use chebclear::friction::FrictionLaw;
-use chebclear::mechanism::{Mechanism, State};
-use chebclear::scene::{Drive, Force, Joint, JointKind, Scene};
-use chebclear::settings::Settings;
-use chebclear::trajectory::{EventKind, Trajectory, simulate, simulate_from};
+use chebclear::contact::clearance::SlidingVelocity;
+use chebclear::contact::friction::FrictionLaw;
+use chebclear::contact::normal::{Damping, NormalLaw};
+use chebclear::mechanism::compiled::{Mechanism, State};
+use chebclear::run::settings::Settings;
+use chebclear::run::trajectory::{EventKind, Trajectory, simulate, simulate_from};
+use chebclear::scene::parts::{Drive, Force, Joint, JointKind, Scene};
 
 use crate::support::{body, compile, ideal, point, slider_crank};
 

@@ -1,10 +1,10 @@
 //! Smooth initial value problems `q̈ = a(q, q̇, t)` for the integrator, with exact derivatives.
 
 use chebclear::dynamics::Linearisation;
-use chebclear::instant::Instant;
 use chebclear::integrators::rosenbrock::{DenseStep, Rosenbrock};
 use chebclear::integrators::tableaus::Tableau;
 use chebclear::integrators::{HybridSystem, Limits, Outcome, integrate};
+use chebclear::numerics::instant::Instant;
 use std::f64::consts::FRAC_PI_4;
 
 use crate::rodas6p::RODAS6P;

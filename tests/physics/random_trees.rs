@@ -1,11 +1,13 @@
 //! Random tree mechanisms for the identities that must hold for every mechanism.
 
-use chebclear::clearance::{Phase, SlidingVelocity};
-use chebclear::contact::{Damping, NormalLaw};
-use chebclear::friction::FrictionLaw;
-use chebclear::mechanism::Mechanism;
-use chebclear::scene::{Body, CENTER_OF_MASS, Drive, Force, ForceFrame, Joint, JointKind, Point, Scene};
-use chebclear::time_function::{Spline, TimeFunction};
+use chebclear::contact::clearance::{Phase, SlidingVelocity};
+use chebclear::contact::friction::FrictionLaw;
+use chebclear::contact::normal::{Damping, NormalLaw};
+use chebclear::mechanism::compiled::Mechanism;
+use chebclear::scene::parts::{
+    Body, CENTER_OF_MASS, Drive, Force, ForceFrame, Joint, JointKind, Point, Scene,
+};
+use chebclear::scene::time_function::{Spline, TimeFunction};
 use nalgebra::{Rotation2, Vector2};
 
 use crate::support::{Random, ideal, point};

@@ -3,13 +3,13 @@
 //! The smallest system with everything that makes a clearance joint hard to integrate, drawn at random
 //! so that methods are compared over an ensemble: the error of a single scene scatters by a factor of 4.
 
-use chebclear::clearance::{ClearanceLaw, Phase, RelativeMotion, SlidingVelocity};
-use chebclear::contact::{Damping, NormalLaw};
+use chebclear::contact::clearance::{ClearanceLaw, Phase, RelativeMotion, SlidingVelocity};
+use chebclear::contact::friction::FrictionLaw;
+use chebclear::contact::normal::{Damping, NormalLaw};
 use chebclear::dynamics::Linearisation;
-use chebclear::friction::FrictionLaw;
-use chebclear::instant::Instant;
 use chebclear::integrators::events::Guard;
 use chebclear::integrators::{HybridSystem, Limits, Outcome, Stepper, integrate_with};
+use chebclear::numerics::instant::Instant;
 
 use crate::support::Random;
 

@@ -1,6 +1,6 @@
 //! The paper's mechanism against reference trajectories of an independent two-coordinate model.
 
-use chebclear::trajectory::{Method, Settings, Trajectory, simulate};
+use chebclear::run::trajectory::{Method, Settings, Trajectory, simulate};
 
 use crate::support::{compile, slider_crank};
 

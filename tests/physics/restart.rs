@@ -1,12 +1,12 @@
 //! A run that goes on where another ended is that of a single run, to the last bit.
 
-use chebclear::contacts::Contact;
-use chebclear::mechanism::Mechanism;
-use chebclear::restart::Restart;
-use chebclear::scene::{Body, Drive, Force, Joint, JointKind, Scene};
-use chebclear::settings::Method;
-use chebclear::time_function::{Spline, TimeFunction};
-use chebclear::trajectory::{Settings, Trajectory, resume, simulate};
+use chebclear::mechanism::compiled::Mechanism;
+use chebclear::run::contacts::Contact;
+use chebclear::run::restart::Restart;
+use chebclear::run::settings::Method;
+use chebclear::run::trajectory::{Settings, Trajectory, resume, simulate};
+use chebclear::scene::parts::{Body, Drive, Force, Joint, JointKind, Scene};
+use chebclear::scene::time_function::{Spline, TimeFunction};
 
 use crate::support::{body, compile, ideal, point, slider_crank};
 

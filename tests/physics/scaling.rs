@@ -1,13 +1,13 @@
 //! Units are the user's choice: lengths, masses and times scaled by powers of two must give the
 //! same results to the last bit, so nothing in the core may know an absolute size.
 
-use chebclear::contact::{Damping, NormalLaw};
-use chebclear::friction::FrictionLaw;
-use chebclear::outputs::{column_names, further_column_names};
-use chebclear::scene::{Drive, Force, ForceFrame, Joint, JointKind, Point, Scene, Start};
-use chebclear::settings::{Method, Settings};
-use chebclear::time_function::{Spline, TimeFunction};
-use chebclear::trajectory::{Trajectory, simulate};
+use chebclear::contact::friction::FrictionLaw;
+use chebclear::contact::normal::{Damping, NormalLaw};
+use chebclear::run::outputs::{column_names, further_column_names};
+use chebclear::run::settings::{Method, Settings};
+use chebclear::run::trajectory::{Trajectory, simulate};
+use chebclear::scene::parts::{Drive, Force, ForceFrame, Joint, JointKind, Point, Scene, Start};
+use chebclear::scene::time_function::{Spline, TimeFunction};
 
 use crate::support::{body, compile, ideal, point, slider_crank};
 
@@ -218,7 +218,7 @@ fn mixed() -> Scene {
         clearance: 1e-4,
         contact: NormalLaw { stiffness: 1e9, exponent: 1.5, damping: Damping::Elastic },
         friction: None,
-        sliding: chebclear::clearance::SlidingVelocity::Surface,
+        sliding: chebclear::contact::clearance::SlidingVelocity::Surface,
         impact_velocity_floor: None,
     });
     scene

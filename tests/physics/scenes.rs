@@ -1,14 +1,14 @@
 //! What is refused, all at once and with paths; what is read; how a failed run says so.
 
-use chebclear::clearance::SlidingVelocity;
-use chebclear::contact::{Damping, NormalLaw};
+use chebclear::contact::clearance::SlidingVelocity;
+use chebclear::contact::friction::FrictionLaw;
+use chebclear::contact::normal::{Damping, NormalLaw};
 use chebclear::error::SceneError;
-use chebclear::friction::FrictionLaw;
-use chebclear::mechanism::Mechanism;
-use chebclear::scene::{Body, CENTER_OF_MASS, Drive, Force, Joint, JointKind, Scene};
-use chebclear::scene_reader::read_scene;
-use chebclear::settings::Settings;
-use chebclear::trajectory::{EventKind, simulate};
+use chebclear::mechanism::compiled::Mechanism;
+use chebclear::run::settings::Settings;
+use chebclear::run::trajectory::{EventKind, simulate};
+use chebclear::scene::parts::{Body, CENTER_OF_MASS, Drive, Force, Joint, JointKind, Scene};
+use chebclear::scene::reader::read_scene;
 
 use crate::support::{body, compile, ideal, paper_friction, point, slider_crank};
 

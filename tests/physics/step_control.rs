@@ -1,10 +1,10 @@
 //! Adaptive integration: error against tolerance, and how a run ends when something goes wrong.
 
 use chebclear::dynamics::Linearisation;
-use chebclear::instant::Instant;
 use chebclear::integrators::rosenbrock::DenseStep;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P, Tableau};
 use chebclear::integrators::{HybridSystem, Limits, Outcome, Status, integrate};
+use chebclear::numerics::instant::Instant;
 
 use crate::problems::{Problem, SmoothSystem, distance, kepler, pendulum, prothero_robinson, van_der_pol};
 use crate::support::Random;

@@ -1,15 +1,15 @@
 //! Contacts that stick: what tolerances cost there, and how the automatic choice finds its method.
 
 use chebclear::dynamics::Linearisation;
-use chebclear::instant::Instant;
 use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::dop853::Dop853;
 use chebclear::integrators::rosenbrock::Rosenbrock;
 use chebclear::integrators::tableaus::RODAS4;
 use chebclear::integrators::{HybridSystem, Limits, MethodMemory, Stats, Status, Stepper, integrate_with};
-use chebclear::scene::{Drive, Joint};
-use chebclear::settings::{Method, Settings};
-use chebclear::trajectory::simulate;
+use chebclear::numerics::instant::Instant;
+use chebclear::run::settings::{Method, Settings};
+use chebclear::run::trajectory::simulate;
+use chebclear::scene::parts::{Drive, Joint};
 
 use crate::problems::{self, SmoothSystem, van_der_pol};
 use crate::rattle::{Rattle, distance};

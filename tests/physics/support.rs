@@ -1,10 +1,10 @@
 //! Scenes and helpers shared by the tests.
 
-use chebclear::clearance::SlidingVelocity;
-use chebclear::contact::{Damping, NormalLaw};
-use chebclear::friction::FrictionLaw;
-use chebclear::mechanism::Mechanism;
-use chebclear::scene::{Body, CENTER_OF_MASS, Drive, Joint, JointKind, Point, Scene};
+use chebclear::contact::clearance::SlidingVelocity;
+use chebclear::contact::friction::FrictionLaw;
+use chebclear::contact::normal::{Damping, NormalLaw};
+use chebclear::mechanism::compiled::Mechanism;
+use chebclear::scene::parts::{Body, CENTER_OF_MASS, Drive, Joint, JointKind, Point, Scene};
 
 /// A point with a name.
 pub fn point(name: &str, x: f64, y: f64) -> Point {

@@ -1,12 +1,12 @@
 //! Functions of time against differences, the polynomials a spline must reproduce, and the steps of
 //! runs that use them.
 
-use chebclear::instant::{Instant, exact_product, exact_sum};
-use chebclear::scene::{Drive, Force, ForceFrame, JointKind, Scene};
-use chebclear::settings::Method;
-use chebclear::time_function::{Spline, TimeFunction};
-use chebclear::trajectory::{Settings, simulate};
-use chebclear::turns::unwind;
+use chebclear::numerics::instant::{Instant, exact_product, exact_sum};
+use chebclear::numerics::turns::unwind;
+use chebclear::run::settings::Method;
+use chebclear::run::trajectory::{Settings, simulate};
+use chebclear::scene::parts::{Drive, Force, ForceFrame, JointKind, Scene};
+use chebclear::scene::time_function::{Spline, TimeFunction};
 use std::cell::RefCell;
 
 use crate::support::{Random, body, compile, derivative, ideal, point};

@@ -5,9 +5,9 @@ import re
 
 import chebclear as cc
 import pytest
-from chebclear import laws, scene
-from chebclear.description import units
-from chebclear.schema import Part
+from chebclear.scene import laws, scene
+from chebclear.scene.description import units
+from chebclear.scene.schema import Part
 
 RECORDS = [
     record

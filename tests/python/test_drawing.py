@@ -6,7 +6,7 @@ import chebclear as cc
 import matplotlib as mpl
 import numpy as np
 import pytest
-from chebclear.plane import Clutter
+from chebclear.plots.drawing.plane import Clutter
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 

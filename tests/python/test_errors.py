@@ -6,7 +6,7 @@ import pickle
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.checks import Checks, did_you_mean
+from chebclear.base.arguments import Checks, did_you_mean
 
 PROBLEMS = [("bodies[0].mass", "must be > 0 [kg], got -1"), ("joints[2]", "is missing")]
 

@@ -146,7 +146,7 @@ SWEEP = {
 
 
 def swept(scenes, threads):
-    runs = cc.simulation._core.sweep([scene.to_json() for scene in scenes], json.dumps(SWEEP), threads)
+    runs = cc.run.simulation._core.sweep([scene.to_json() for scene in scenes], json.dumps(SWEEP), threads)
     return [fingerprint(values) for values in runs["values"]], [stats["steps"] for stats in runs["stats"]]
 
 

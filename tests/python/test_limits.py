@@ -5,8 +5,8 @@ import math
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear import study_runs
-from chebclear.checks import Checks
+from chebclear.base.arguments import Checks
+from chebclear.study import runs as study_runs
 
 TIME = {"duration": 0.1, "samples": 11}
 SIDES = {"gravity": cc.interval(8.0, 11.0), "mass": cc.interval(1.0, 2.0)}

@@ -10,7 +10,10 @@ import sys
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear import cli, paper, settings, tradeoff_output
+from chebclear import cli
+from chebclear.paper import case_study as paper
+from chebclear.run import settings
+from chebclear.tradeoffs import output as tradeoff_output
 
 MECHANISMS = cc.mechanisms
 QUIET = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
@@ -115,9 +118,12 @@ def test_no_column_lacks_its_unit():
     for scene in (swing, MECHANISMS.quick_return(), MECHANISMS.slider_crank()):
         facts = scene.check()
         columns = facts.columns + facts.further_columns
-        assert not [name for name in columns if not cc.plot.column_unit(name)]
+        assert not [name for name in columns if not cc.plots.results.column_unit(name)]
     # Both end in "contact": an energy, and a yes or no.
-    assert (cc.plot.column_unit("energy.contact"), cc.plot.column_unit("wrist.contact")) == ("J", "-")
+    assert (
+        cc.plots.results.column_unit("energy.contact"),
+        cc.plots.results.column_unit("wrist.contact"),
+    ) == ("J", "-")
     run = cc.simulate(swing, 0.1, 11, outputs=["spring.force", "energy.total"])
     assert run.plot("spring.force").get_ylabel() == "spring.force [N]"
     with pytest.raises(ValueError, match="share a unit"):
@@ -172,7 +178,7 @@ def test_a_directory_that_cannot_be_written_is_found_before_the_runs(command, tm
         raise AssertionError("computed in vain")
 
     monkeypatch.setattr(paper, "case_study", never)
-    monkeypatch.setattr(sys.modules["chebclear.tradeoff"], "tradeoff", never)
+    monkeypatch.setattr(sys.modules["chebclear.tradeoffs.of_scene"], "tradeoff", never)
     (tmp_path / "file").write_text("")
     assert cli.main([*command, "--out", str(tmp_path / "file" / "results")]) == cli.EXIT_BAD_INPUT
     assert "cannot write to" in capsys.readouterr().err
@@ -196,7 +202,7 @@ def test_a_demand_without_meaning_is_found_before_the_runs(words, problem, monke
     def never(*given, **options):
         raise AssertionError("computed in vain")
 
-    monkeypatch.setattr(sys.modules["chebclear.tradeoff"], "tradeoff", never)
+    monkeypatch.setattr(sys.modules["chebclear.tradeoffs.of_scene"], "tradeoff", never)
     with pytest.raises(SystemExit) as raised:
         cli.main(["tradeoff", *words])
     assert raised.value.code == cli.EXIT_BAD_INPUT

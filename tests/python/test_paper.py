@@ -4,7 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from chebclear import mechanisms, paper, paper_output, simulate
+from chebclear import mechanisms, simulate
+from chebclear.paper import case_study as paper
+from chebclear.paper import output as paper_output
 
 
 @pytest.fixture(scope="module")
@@ -165,7 +167,7 @@ class TestCaseStudy:
 
 class TestFigures:
     def test_every_axis_has_a_unit(self, study):
-        from chebclear import paper_figures
+        from chebclear.paper import figures as paper_figures
 
         drawn = paper_figures.figures(study.conventions["as_printed"])
         assert list(drawn) == [f"fig{number:02d}" for number in range(4, 13)]

@@ -7,7 +7,8 @@ import chebclear as cc
 import matplotlib as mpl
 import numpy as np
 import pytest
-from chebclear import plot, report
+from chebclear.plots import results as plot
+from chebclear.report import tables as report
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -73,7 +74,7 @@ def test_new_axes_labels_and_untouched_settings(draw):
 
 def test_pyplot_is_not_imported():
     code = (
-        "import sys, numpy as np, chebclear.plot as p\n"
+        "import sys, numpy as np, chebclear.plots.results as p\n"
         "assert 'matplotlib' not in sys.modules, 'importing the package must not import matplotlib'\n"
         "t = np.linspace(0.0, 1.0, 200)\n"
         "p.plot_spectrogram(t, np.sin(300.0 * t))\n"

@@ -8,7 +8,7 @@ import pickle
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.settings import METHODS
+from chebclear.run.settings import METHODS
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 

@@ -372,7 +372,7 @@ def test_options_of_the_slider_crank():
     "friction", [None, cc.SmoothedCoulomb(0.1, 1e-3), cc.ModifiedCoulomb(0.1, 0.05, 1e-3, 2e-3)]
 )
 def test_every_law_crosses_into_the_core_and_runs(
-    contact: cc.scene.ContactLaw, friction: cc.scene.FrictionLaw | None
+    contact: cc.scene.laws.ContactLaw, friction: cc.scene.laws.FrictionLaw | None
 ) -> None:
     crank = cc.mechanisms.slider_crank()
     wrist = cc.ClearanceRevolute(

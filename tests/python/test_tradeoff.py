@@ -12,12 +12,14 @@ import chebclear as cc
 import matplotlib as mpl
 import numpy as np
 import pytest
-from chebclear import cli, plot_costs, tradeoff_output
-from chebclear.accuracy import chaos_horizon, output_ranges
+from chebclear import cli
 from chebclear.errors import SimulationError
-from chebclear.settings import METHODS
-from chebclear.tradeoff_result import format_error
-from chebclear.trajectory import Stats
+from chebclear.plots import costs as plot_costs
+from chebclear.run.accuracy import chaos_horizon, output_ranges
+from chebclear.run.settings import METHODS
+from chebclear.run.trajectory import Stats
+from chebclear.tradeoffs import output as tradeoff_output
+from chebclear.tradeoffs.result import format_error
 from matplotlib.figure import Figure
 
 GRAVITY, LENGTH = 9.81, 0.3  # [m/s^2], [m]
@@ -182,8 +184,8 @@ def test_progress_of_both_runs_grows_from_0_to_1(monkeypatch):
         simulated.append(json.loads(settings)["rtol"])
         return core_simulate(scene, settings, None)
 
-    core_simulate = cc.simulation._core.simulate
-    monkeypatch.setattr(cc.simulation._core, "simulate", simulate)
+    core_simulate = cc.run.simulation._core.simulate
+    monkeypatch.setattr(cc.run.simulation._core, "simulate", simulate)
     shares = []
     cc.simulate(pendulum(), 0.5, 11, error="estimate", progress=shares.append)
     assert shares == sorted(shares) and (shares[0], shares[-1]) == (0.0, 1.0) and len(shares) == 6
@@ -299,7 +301,7 @@ def test_runs_that_fail_stay_in_the_table():
 
 
 def test_a_reference_that_fails_is_an_error(monkeypatch):
-    monkeypatch.setattr(sys.modules["chebclear.tradeoff"], "MAX_STEPS", 100)
+    monkeypatch.setattr(sys.modules["chebclear.tradeoffs.of_scene"], "MAX_STEPS", 100)
     with pytest.raises(SimulationError, match="in the reference run") as caught:
         cc.tradeoff(pendulum(), 1.0, 11, OUTPUTS)
     assert caught.value.reason == "max_steps" and not caught.value.trajectory.success
@@ -805,7 +807,7 @@ def test_bad_arguments_of_the_command(scene_file, tmp_path, capsys):
 
 
 def test_a_reference_that_fails_ends_the_command(scene_file, monkeypatch, capsys):
-    monkeypatch.setattr(sys.modules["chebclear.tradeoff"], "MAX_STEPS", 20)
+    monkeypatch.setattr(sys.modules["chebclear.tradeoffs.of_scene"], "MAX_STEPS", 20)
     assert cli.main(["tradeoff", scene_file, *WORDS]) == 1
     captured = capsys.readouterr()
     assert "in the reference run" in captured.err and captured.out == ""

@@ -7,9 +7,9 @@ import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from ..checks import Checks, as_number, did_you_mean
+from ..base.arguments import Checks, as_number, did_you_mean
 from ..errors import ChebclearWarning, Problem, SceneError
-from ..scene import (
+from ..scene.scene import (
     Body,
     ClearanceRevolute,
     ContactLaw,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from ..checks import as_number
-from ..scene import Body, ContactLaw, FrictionLaw, Gravity, Scene
+from ..base.arguments import as_number
+from ..scene.scene import Body, ContactLaw, FrictionLaw, Gravity, Scene
 from .joints import TABLE_2_FRICTION, Arguments, Play
 
 

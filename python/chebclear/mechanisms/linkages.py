@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from ..checks import as_number
-from ..scene import Body, ContactLaw, FrictionLaw, Gravity, Revolute, Scene, Speed, rpm
+from ..base.arguments import as_number
+from ..scene.scene import Body, ContactLaw, FrictionLaw, Gravity, Revolute, Scene, Speed, rpm
 from .joints import TABLE_2_FRICTION, Arguments, Play, bar, direction, elbow, on_circle, warn_of_a_jam
 
 _BRANCHES = ("open", "crossed")

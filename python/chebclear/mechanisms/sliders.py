@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..checks import as_number
-from ..scene import Body, ContactLaw, FrictionLaw, Gravity, Prismatic, Revolute, Scene, Speed, rpm
+from ..base.arguments import as_number
+from ..scene.scene import Body, ContactLaw, FrictionLaw, Gravity, Prismatic, Revolute, Scene, Speed, rpm
 from .joints import TABLE_2_FRICTION, Arguments, Play, bar, direction, on_circle
 
 _TABLE_2_SPEED = rpm(2000.0)

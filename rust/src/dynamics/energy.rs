@@ -7,7 +7,7 @@
 //! holds exactly for exact solutions of the equations of motion, whatever the laws.
 
 use super::{Dynamics, relative_motion};
-use crate::clearance::{Phase, SlidingVelocity};
+use crate::contact::clearance::{Phase, SlidingVelocity};
 
 /// What a clearance joint takes from the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,9 +1,9 @@
 //! Springs, dampers, given forces and torques: generalised forces and their exact derivatives.
 
 use super::Dynamics;
-use crate::dual::{Dual, Scalar};
-use crate::kinematics::{Vec2, perp, turned};
-use crate::mechanism::{AppliedForce, Link, Torsion};
+use crate::mechanism::compiled::{AppliedForce, Link, Torsion};
+use crate::mechanism::kinematics::{Vec2, perp, turned};
+use crate::numerics::dual::{Dual, Scalar};
 
 impl Link {
     /// Force on the second point, where `e` is that point seen from the first and `rate` its rate.

@@ -6,8 +6,8 @@
 //! its mass centre, the motion of that, its moment of inertia and two scalars more.
 
 use super::Dynamics;
-use crate::kinematics::{FrameState, Vec2};
-use crate::mechanism::{FrameInertia, Mechanism};
+use crate::mechanism::compiled::{FrameInertia, Mechanism};
+use crate::mechanism::kinematics::{FrameState, Vec2};
 
 /// All that hangs on a frame, in motion.
 #[derive(Clone, Copy, Debug)]

@@ -1,8 +1,8 @@
 //! Closed loops: multipliers by a Schur complement, projection, derivatives.
 
 use super::Dynamics;
-use crate::kinematics::Vec2;
-use crate::linear::{symmetric_factor, symmetric_solve};
+use crate::mechanism::kinematics::Vec2;
+use crate::numerics::linear::{symmetric_factor, symmetric_solve};
 
 /// Newton steps of a projection: two are the rule, ten close a step of a kinematic run.
 const PROJECTIONS: usize = 20;

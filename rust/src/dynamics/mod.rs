@@ -23,15 +23,15 @@ use inertia::Composites;
 use loops::Loops;
 pub use reactions::Wrench;
 
-use crate::clearance::{ContactState, Phase, RelativeMotion};
-use crate::dual::Dual;
-use crate::instant::Instant;
-use crate::kinematics::{
+use crate::contact::clearance::{ContactState, Phase, RelativeMotion};
+use crate::mechanism::compiled::{ClearanceJoint, FramePoint, Mechanism};
+use crate::mechanism::kinematics::{
     Coordinate, FrameState, PointState, Vec2, accelerate_frames, frames_at_rest, move_frames, perp,
 };
-use crate::linear::{symmetric_factor, symmetric_solve};
-use crate::mechanism::{ClearanceJoint, FramePoint, Mechanism};
-use crate::turns::{Turns, rewind};
+use crate::numerics::dual::Dual;
+use crate::numerics::instant::Instant;
+use crate::numerics::linear::{symmetric_factor, symmetric_solve};
+use crate::numerics::turns::{Turns, rewind};
 
 /// Derivatives of the accelerations a(t, q, v): row-major d x d matrices and a vector.
 #[derive(Clone, Debug, Default, PartialEq)]

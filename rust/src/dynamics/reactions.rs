@@ -5,9 +5,9 @@
 //! for. The result is the multipliers of Eq. (14) of `[Xiang2020]`, without solving for them.
 
 use super::Dynamics;
-use crate::clearance::Phase;
-use crate::kinematics::Vec2;
-use crate::mechanism::Realisation;
+use crate::contact::clearance::Phase;
+use crate::mechanism::compiled::Realisation;
+use crate::mechanism::kinematics::Vec2;
 
 /// A force and a moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

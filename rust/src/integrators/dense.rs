@@ -4,7 +4,7 @@
 //! y(t + θh) = (1-θ) y₀ + θ (y₁ + (1-θ) (K₁ + θ K₂ + θ² K₃ + ...))
 //! ```
 
-use crate::instant::Instant;
+use crate::numerics::instant::Instant;
 
 /// A step `t .. t + h` and the polynomial through it.
 #[derive(Clone, Debug, Default)]

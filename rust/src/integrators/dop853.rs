@@ -8,11 +8,11 @@
 //! of a Rosenbrock method with a fraction of the work; sticking friction is stiff, and there its
 //! steps shrink to the stability limit, which costs time but not accuracy.
 
-use crate::instant::Instant;
 use crate::integrators::dense::DenseStep;
 use crate::integrators::dop853_coefficients::{A, C, D, E3, E5, E5_OTHER, SLOPES, STAGES};
 use crate::integrators::stages::Stages;
 use crate::integrators::{HybridSystem, Stats, Stepper};
+use crate::numerics::instant::Instant;
 
 /// Length of a step times the fastest rate up to which nothing grows, be it damped (6.3) or an
 /// oscillation (5.9).

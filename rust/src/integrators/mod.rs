@@ -14,7 +14,7 @@ mod stages;
 pub mod tableaus;
 
 use crate::dynamics::Linearisation;
-use crate::instant::Instant;
+use crate::numerics::instant::Instant;
 use dense::DenseStep;
 use events::Guard;
 

@@ -9,12 +9,12 @@
 //! so that a d x d matrix is factored instead of 2d x 2d `[SanduNegrut2003]`.
 
 use crate::dynamics::Linearisation;
-use crate::instant::Instant;
 pub use crate::integrators::dense::DenseStep;
 use crate::integrators::stages::Stages;
 use crate::integrators::tableaus::Tableau;
 use crate::integrators::{HybridSystem, Stats, Stepper};
-use crate::linear::{lu_factor, lu_solve};
+use crate::numerics::instant::Instant;
+use crate::numerics::linear::{lu_factor, lu_solve};
 
 /// A Rosenbrock method with its scratch memory.
 #[derive(Clone, Debug)]

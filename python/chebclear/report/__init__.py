@@ -1,0 +1,4 @@
+"""Tables that a person reads.
+
+In: results; out: text and Markdown.
+"""

@@ -1,0 +1,162 @@
+"""Results as Markdown tables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from ..plots.results import column_unit
+
+if TYPE_CHECKING:
+    from ..study.results import Comparison, StudyResult
+
+
+def format_number(value: float, digits: int = 3) -> str:
+    """A number with a fixed count of significant digits.
+
+    Parameters
+    ----------
+    value : float
+        The number, in any unit.
+    digits : int
+        Significant digits, trailing zeros included.
+
+    Returns
+    -------
+    str
+        Plain decimal notation from 1e-4 to 1e6, powers of ten outside; ``"-"`` if there is no number (NaN).
+
+    Examples
+    --------
+    >>> format_number(0.07803), format_number(14.23, 4), format_number(3.0e-7), format_number(float("nan"))
+    ('0.0780', '14.23', '3.00e-07', '-')
+    """
+    if math.isnan(value):
+        return "-"
+    if value == 0.0 or math.isinf(value):
+        return f"{value:g}"
+    scientific = f"{value:.{digits - 1}e}"
+    exponent = int(scientific.partition("e")[2])  # after rounding: 9.999 to two digits is 10
+    if not -4 <= exponent < 6:
+        return scientific
+    return f"{value:.{max(0, digits - 1 - exponent)}f}"
+
+
+def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A Markdown table: the first column to the left, the others to the right.
+
+    Parameters
+    ----------
+    header : sequence of str
+        Titles of the columns, with units.
+    rows : iterable of sequence of str
+        Cells; every row as long as the header.
+
+    Returns
+    -------
+    str
+        The table, padded to be legible as plain text, without a final line break.
+
+    Raises
+    ------
+    ValueError
+        If a row is not as long as the header.
+    """
+    table = [[cell.replace("|", "\\|") for cell in row] for row in [header, *rows]]
+    for row in table:
+        if len(row) != len(header):
+            raise ValueError(f"every row must have {len(header)} cells, got {row}")
+    widths = [max(3, *(len(row[column]) for row in table)) for column in range(len(header))]
+
+    def line(cells: Sequence[str]) -> str:
+        padded = [cells[0].ljust(widths[0])]
+        padded += [cell.rjust(width) for cell, width in zip(cells[1:], widths[1:], strict=True)]
+        return f"| {' | '.join(padded)} |"
+
+    rule = ["-" * widths[0]] + ["-" * (width - 1) + ":" for width in widths[1:]]
+    return "\n".join([line(table[0]), line(rule), *(line(row) for row in table[1:])])
+
+
+def format_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table of plain text: the first column to the left, the others to the right.
+
+    Parameters
+    ----------
+    header : sequence of str
+        Titles of the columns, with units.
+    rows : iterable of sequence of str
+        Cells; every row as long as the header.
+
+    Returns
+    -------
+    str
+        The table without a final line break.
+
+    Examples
+    --------
+    >>> print(format_table(["method", "steps"], [["rodas4", "12"]]))
+    method  steps
+    rodas4     12
+    """
+    table = [header, *rows]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    return "\n".join(
+        "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip() for row in table
+    )
+
+
+def bands_table(result: StudyResult, *, digits: int = 4) -> str:
+    """The bands of a study: extreme bounds and largest width of every output.
+
+    Parameters
+    ----------
+    result : StudyResult
+        What a study returned.
+    digits : int
+        Significant digits.
+
+    Returns
+    -------
+    str
+        A Markdown table with the columns output, unit, smallest lower bound, largest upper bound, largest
+        width and the time of the largest width [s].
+    """
+    rows = []
+    for name in result.outputs:
+        band = result[name]
+        widest = int(band.width.argmax())
+        numbers = (band.lower.min(), band.upper.max(), band.width[widest], band.t[widest])
+        rows.append([name, column_unit(name), *(format_number(float(number), digits) for number in numbers)])
+    header = ["output", "unit", "smallest lower bound", "largest upper bound", "largest width", "at time [s]"]
+    return markdown_table(header, rows)
+
+
+def comparison_table(comparison: Comparison, *, digits: int = 3) -> str:
+    """The comparison of two studies: errors of the bounds and the largest widths of every output.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        What `compare` returned.
+    digits : int
+        Significant digits.
+
+    Returns
+    -------
+    str
+        A Markdown table with the columns output, unit, errors of the lower and the upper bound [%], largest
+        width, that of the reference and by how much the one exceeds the other [%].
+    """
+    rows = []
+    for name, errors in comparison.errors.items():
+        numbers = (
+            100.0 * errors.lower,
+            100.0 * errors.upper,
+            errors.width,
+            errors.reference_width,
+            100.0 * errors.slack,
+        )
+        rows.append([name, column_unit(name), *(format_number(number, digits) for number in numbers)])
+    header = ["output", "unit", "lower [%]", "upper [%]", "width", "reference width", "slack [%]"]
+    return markdown_table(header, rows)

@@ -1,0 +1,187 @@
+"""How far two runs of one scene differ, and until when they agree.
+
+Impacts amplify errors until two runs have nothing in common but their size. A difference says something of
+accuracy only up to the *chaos horizon*: the first instant at which the runs differ by more than 1 % of the
+range that the output has in the whole run.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base import files as records
+from ..base.arguments import did_you_mean
+
+Array = NDArray[np.float64]
+
+HORIZON_PART = 0.01
+"""Difference at which runs have parted, as a part of the range of the output [-]."""
+ROUNDING_PART = 1e-10
+"""An output that moves by less than this part of the largest output of its kind is constant [-].
+
+Sums of some 1e6 rounded steps leave 1e-13; an output of interest is far above."""
+
+
+def output_ranges(columns: Sequence[str], values: Array) -> tuple[Array, Array]:
+    """Range of every output, and the difference at which two runs of it have parted.
+
+    Parameters
+    ----------
+    columns : sequence of str
+        Names of the outputs.
+    values : ndarray, shape (samples, columns)
+        The outputs in their units; samples that are NaN do not count.
+
+    Returns
+    -------
+    ranges : ndarray, shape (columns,)
+        Largest minus smallest value in the unit of the output; 0 for one that is constant but for rounding,
+        seen from the largest value among the outputs of its kind (``"slider.y"`` beside ``"crank.x"``).
+    thresholds : ndarray, shape (columns,)
+        1 % of the range, or what is rounding if that is more, in the unit of the output.
+    """
+    finite = np.where(np.isfinite(values), values, np.nan)
+    known = ~np.all(np.isnan(finite), axis=0)
+    ranges, sizes = np.zeros(len(columns)), np.zeros(len(columns))
+    ranges[known] = np.nanmax(finite[:, known], axis=0) - np.nanmin(finite[:, known], axis=0)
+    sizes[known] = np.nanmax(np.abs(finite[:, known]), axis=0)
+    kinds = [_kind(name) for name in columns]
+    largest = {
+        kind: max(sizes[index] for index, other in enumerate(kinds) if other == kind) for kind in kinds
+    }
+    rounding = ROUNDING_PART * np.array([largest[kind] for kind in kinds])
+    ranges = np.where(ranges > rounding, ranges, 0.0)
+    return ranges, np.maximum(HORIZON_PART * ranges, rounding)
+
+
+def _kind(column: str) -> str:
+    """What a column is, whatever its body and direction: the same for ``"rod.vx"`` and ``"slider.vy"``."""
+    return column.rpartition(".")[2].rstrip("xy").rstrip("_")
+
+
+def chaos_horizon(t: Array, difference: Array, threshold: Array | float) -> Array:
+    """First instant at which two runs have parted.
+
+    Parameters
+    ----------
+    t : ndarray, shape (samples,)
+        Instants [s].
+    difference : ndarray, shape (samples, ...)
+        One run minus the other, in the unit of the output; a NaN is not counted as a difference.
+    threshold : float or ndarray, shape (...)
+        Largest difference of runs that agree, in the unit of the output.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Instants [s]; infinity where the runs agree to the end.
+
+    Examples
+    --------
+    >>> chaos_horizon(np.array([0.0, 0.1, 0.2]), np.array([0.0, -0.02, 0.005]), 0.01)
+    array(0.1)
+    """
+    parted = np.abs(difference) > threshold
+    return np.where(parted.any(axis=0), t[np.argmax(parted, axis=0)], math.inf)
+
+
+class OutputError(NamedTuple):
+    """The estimated error of one output."""
+
+    max_difference: float
+    """Largest difference from the companion run in the unit of the output."""
+    range: float
+    """Range of the output in its unit; 0 if it is constant."""
+    horizon: float
+    """First sample that differs by more than 1 % of the range [s]; infinity if none does."""
+
+    @property
+    def relative(self) -> float:
+        """Largest difference relative to the range [-]; NaN for a constant output."""
+        return self.max_difference / self.range if self.range > 0.0 else math.nan
+
+    def in_words(self) -> str:
+        """Whether and when the runs parted, such as ``"parted at 0.0125 s"``."""
+        if math.isnan(self.max_difference):
+            return "not known"
+        return "did not part" if math.isinf(self.horizon) else f"parted at {self.horizon:.4g} s"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ErrorEstimate(records.ArrayRecord):
+    """What a companion run at a tenth of the tolerance tells of the errors of a run.
+
+    ``estimate["slider.vx"]`` is the `OutputError` of that output. Beyond the horizon the difference is the
+    distance of two unrelated motions and no longer estimates an error.
+    """
+
+    columns: tuple[str, ...]
+    """Names of the outputs."""
+    max_difference: Array
+    """Largest difference of both runs in the unit of each output, shape (columns,); NaN if not known."""
+    ranges: Array
+    """Range of each output in its unit, shape (columns,); 0 for one that is constant."""
+    horizon: Array
+    """First sample that differs by more than 1 % of the range [s], shape (columns,); infinity if none."""
+    rtol: float
+    """Relative tolerance of the companion run [-]: a tenth of the run's, or less if that changed no step."""
+    status: str
+    """``"done"``, or the word for why the companion run ended early."""
+    compared_until: float
+    """End of the time that both runs have reached [s]."""
+
+    def __getitem__(self, column: str) -> OutputError:
+        if column not in self.columns:
+            raise KeyError(f'unknown column "{column}"{did_you_mean(column, self.columns)}')
+        index = self.columns.index(column)
+        return OutputError(
+            float(self.max_difference[index]), float(self.ranges[index]), float(self.horizon[index])
+        )
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.columns)
+
+    @classmethod
+    def between(
+        cls,
+        columns: tuple[str, ...],
+        t: Array,
+        values: Array,
+        companion: Array,
+        *,
+        rtol: float,
+        status: str,
+        compared_until: float,
+    ) -> ErrorEstimate:
+        """The estimate from the samples of a run and its companion.
+
+        Parameters
+        ----------
+        columns : tuple of str
+            Names of the outputs.
+        t : ndarray, shape (samples,)
+            Instants [s].
+        values, companion : ndarray, shape (samples, columns)
+            Both runs in the units of the outputs; NaN after a failure.
+        rtol, status, compared_until
+            The fields of those names.
+        """
+        ranges, thresholds = output_ranges(columns, companion)
+        difference = values - companion
+        known = np.isfinite(difference)
+        largest = np.where(known, np.abs(difference), -math.inf).max(axis=0)
+        return cls(
+            columns=columns,
+            max_difference=np.where(known.any(axis=0), largest, math.nan),
+            ranges=ranges,
+            horizon=chaos_horizon(t, difference, thresholds),
+            rtol=rtol,
+            status=status,
+            compared_until=compared_until,
+        )

@@ -1,0 +1,281 @@
+"""One simulation: settings in, trajectory out."""
+
+from __future__ import annotations
+
+import dataclasses
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Literal
+
+import numpy as np
+
+from .. import _core
+from ..base.arguments import Checks
+from ..base.progress import bar, is_request
+from ..errors import ChebclearWarning, SimulationError
+from ..scene.plausibility import scene_warnings
+from ..scene.scene import Scene
+from .accuracy import ErrorEstimate
+from .continuation import continuation
+from .settings import LEAST_RTOL, MAX_EVENTS, MAX_STEPS, Settings
+from .trajectory import Contacts, EndState, Events, Stats, Trajectory
+
+# The companion run of an error estimate has the tolerance of the run divided by this.
+_COMPANION = 10.0
+# Share of the work that is the run itself; a tenth of the tolerance costs about 1.6 times as much.
+_OWN_SHARE = 0.4
+
+
+def simulate(
+    scene: Scene,
+    duration: float,
+    samples: int,
+    rtol: float = 1e-6,
+    method: str = "auto",
+    outputs: Sequence[str] | None = None,
+    *,
+    skip: float = 0.0,
+    start: EndState | None = None,
+    max_steps: int = MAX_STEPS,
+    max_events: int = MAX_EVENTS,
+    position_tolerance: float | None = None,
+    velocity_tolerance: float | None = None,
+    progress: bool | Callable[[float], None] | None = None,
+    on_failure: Literal["raise", "return"] = "raise",
+    error: Literal["estimate"] | None = None,
+) -> Trajectory:
+    """Simulate a scene from its assembled position.
+
+    Contacts make trajectories chaotic: the error doubles every few changes of contact, so a tolerance buys
+    accuracy over a limited time only. ``error="estimate"`` tells how much and how long.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to simulate.
+    duration : float
+        Simulated time [s], above 0.
+    samples : int
+        Number of equally spaced samples, both ends included [-]; 2 to 10 000 000. Does not change the
+        steps.
+    rtol : float
+        Relative tolerance of the integrator [-], from 1e-13 to 0.1.
+    method : {"auto", "rodas5p", "rodas4", "dop853"}
+        The explicit method of order 8 (DOP853) and a Rosenbrock method (Rodas4, Rodas5P at an rtol below
+        3e-8), changing places with the stiffness of the motion; or one of them throughout. DOP853 alone is
+        much dearer, though no less accurate, where a contact sticks.
+    outputs : sequence of str, optional
+        Names of the columns to return, or patterns such as ``"energy.*"``; all quantities of bodies,
+        clearance joints and drives if not given. ``scene.check()`` lists them, and further ones.
+    skip : float
+        Time to simulate before the first sample [s], such as ``10 * scene.period`` for a mechanism to settle.
+    start : EndState, optional
+        The end of an earlier run of the scene, `Trajectory.end`, to continue from: time goes on, and the
+        steps are those of a single run, bit for bit. A scene whose numbers differ takes over the coordinates
+        and velocities of the joints, and a warning names the differences; one that this would tear apart is
+        refused.
+    max_steps, max_events : int
+        Accepted steps and changes of contact after which the run is given up [-].
+    position_tolerance, velocity_tolerance : float, optional
+        Absolute tolerances [m], [m/s]; from `rtol` and the scales of the scene if not given.
+    progress : True or callable, optional
+        True shows a bar if standard error is a terminal; a callable gets the share that is done, from 0 to 1.
+    on_failure : {"raise", "return"}
+        Whether a run that fails raises or returns what it has, with its `Trajectory.status`.
+    error : {"estimate"}, optional
+        Simulate once more at a tenth of all tolerances and say in `Trajectory.error` how far each output
+        differs, and from when on by more than 1 % of its range. Costs about 1.6 times the run itself. Where a
+        tenth changes not one step, the tolerances are tightened further.
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    SceneError
+        If the scene is wrong; all problems are listed.
+    SimulationError
+        If the run fails; the exception has what was computed as `SimulationError.trajectory`.
+    ValueError, TypeError
+        If another argument is wrong; all problems are listed.
+    """
+    checks = Checks()
+    if not isinstance(scene, Scene):
+        checks.add(f"scene must be a Scene, got {scene!r}", wrong_type=True)
+    settings = Settings.checked(
+        checks,
+        duration=duration,
+        samples=samples,
+        skip=skip,
+        rtol=rtol,
+        method=method,
+        outputs=outputs,
+        max_steps=max_steps,
+        max_events=max_events,
+        position_tolerance=position_tolerance,
+        velocity_tolerance=velocity_tolerance,
+    )
+    if start is not None and not isinstance(start, EndState):
+        checks.add(f"start must be the end of a run, got {start!r}", wrong_type=True)
+    if not is_request(progress):
+        checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
+    checks.word("on_failure", on_failure, ("raise", "return"))
+    if error is not None:
+        checks.word("error", error, ("estimate",))
+        if settings.rtol < _COMPANION * LEAST_RTOL:
+            checks.add(
+                f'error="estimate" needs an rtol >= {_COMPANION * LEAST_RTOL:g} for its companion run, '
+                f"got {rtol!r}"
+            )
+    checks.finish()
+    settings = settings.for_scene(scene)
+    changes: tuple[str, ...] = ()
+    if start is not None:
+        start, changes = continuation(scene, start, settings)
+
+    with _reporter(progress) as report:
+        own = _share(report, 0.0, 1.0 if error is None else _OWN_SHARE)
+        trajectory = run_scene(scene, settings, own, start)
+        trajectory = dataclasses.replace(trajectory, warnings=changes + trajectory.warnings)
+        if error is not None and (trajectory.success or on_failure == "return"):
+            companion = _companion(trajectory, start, _share(report, _OWN_SHARE, 1.0))
+            trajectory = dataclasses.replace(trajectory, error=_estimate(trajectory, companion))
+    warn_once(trajectory.warnings, stacklevel=3)
+    if not trajectory.success and on_failure == "raise":
+        failure = SimulationError(
+            trajectory.status, trajectory.end_time, trajectory.joint, message=trajectory.message
+        )
+        failure.trajectory = trajectory
+        raise failure
+    return trajectory
+
+
+def run_scene(
+    scene: Scene,
+    settings: Settings,
+    report: Callable[[float], None] | None = None,
+    start: EndState | None = None,
+) -> Trajectory:
+    """Simulate with settings that were checked; neither warns nor raises when the run fails.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to simulate.
+    settings : Settings
+        How.
+    report : callable, optional
+        Gets the share that is done, from 0 to 1.
+    start : EndState, optional
+        The end of another run, to continue from.
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    SceneError
+        If the scene is wrong.
+    """
+    memory = None if start is None else start.memory
+    run = _core.simulate(scene.to_json(), settings.to_json(), report, memory)
+    events, contacts = run["events"], run["contacts"]
+    return Trajectory(
+        t=run["t"],
+        columns=tuple(run["columns"]),
+        values=run["values"],
+        events=Events(
+            time=events["time"],
+            joint=np.array(events["joint"], dtype=np.str_),
+            kind=np.array(events["kind"], dtype=np.str_),
+            normal_velocity=events["normal_velocity"],
+        ),
+        contacts=Contacts(
+            joint=np.array(contacts["joint"], dtype=np.str_),
+            onset=contacts["onset"],
+            separation=contacts["separation"],
+            impact_velocity=contacts["impact_velocity"],
+            peak_force=contacts["peak_force"],
+            peak_time=contacts["peak_time"],
+        ),
+        end=None if run["end"] is None else EndState(run["end"], scene),
+        stats=Stats(**run["stats"]),
+        status=run["status"],
+        message=run["message"],
+        end_time=run["time"],
+        joint=run["joint"],
+        warnings=scene_warnings(scene) + tuple(run["warnings"]),
+        settings=settings,
+        scene=scene,
+    )
+
+
+def _companion(run: Trajectory, start: EndState | None, report: Callable[[float], None] | None) -> Trajectory:
+    """A run at a tenth of the tolerances, or less where that takes the very same steps.
+
+    A short smooth run of the method of order 8 consists of the growth of its first step: two tolerances may
+    then give the same bits, which is no estimate of the error.
+    """
+    settings = _tightened(run.settings)
+    companion = run_scene(run.scene, settings, report, start)
+    while (
+        companion.stats == run.stats
+        and companion.stats.stages > 0
+        and settings.rtol >= _COMPANION * LEAST_RTOL
+    ):
+        settings = _tightened(settings)
+        companion = run_scene(run.scene, settings, start=start)
+    return companion
+
+
+def _tightened(settings: Settings) -> Settings:
+    """The settings of a companion run: a tenth of all tolerances."""
+
+    def tenth(tolerance: float | None) -> float | None:
+        return None if tolerance is None else tolerance / _COMPANION
+
+    return dataclasses.replace(
+        settings,
+        rtol=settings.rtol / _COMPANION,
+        position_tolerance=tenth(settings.position_tolerance),
+        velocity_tolerance=tenth(settings.velocity_tolerance),
+    )
+
+
+def _estimate(run: Trajectory, companion: Trajectory) -> ErrorEstimate:
+    return ErrorEstimate.between(
+        run.columns,
+        run.t,
+        run.values,
+        companion.values,
+        rtol=companion.settings.rtol,
+        status=companion.status,
+        compared_until=min(run.end_time, companion.end_time),
+    )
+
+
+def _share(
+    report: Callable[[float], None] | None, start: float, end: float
+) -> Callable[[float], None] | None:
+    """A report of the part of the work that goes from one share of all to another."""
+    return None if report is None else lambda share: report(start + (end - start) * share)
+
+
+def warn_once(messages: Iterable[str], stacklevel: int) -> None:
+    """Pass on the warnings of the core, each text once; for `stacklevel`, this function is level 1."""
+    for message in dict.fromkeys(messages):
+        warnings.warn(message, ChebclearWarning, stacklevel=stacklevel)
+
+
+@contextmanager
+def _reporter(progress: bool | Callable[[float], None] | None) -> Iterator[Callable[[float], None] | None]:
+    if callable(progress):
+        yield progress
+    elif progress:
+        with bar("simulation", "") as report:
+            yield None if report is None else lambda share: report(share, 1.0)
+    else:
+        yield None

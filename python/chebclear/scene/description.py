@@ -1,0 +1,281 @@
+"""A scene in words: what it is made of, in which units, what can move, and what is cut and why.
+
+The units are read from the docstrings of the records, where each field states its own: a new kind of force
+or drive is described without a line here.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable, Sequence
+from typing import Any
+
+from ..base.arguments import as_number
+from ..errors import SceneError
+from .scene import Body, ClearanceRevolute, Inspection, Prismatic, Scene
+from .schema import Part, Points
+
+_GROUND = "ground"
+# Most numbers of a table that are shown.
+_LONG = 8
+
+
+def describe_scene(scene: Scene) -> str:
+    """The text of `Scene.describe`.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene, right or wrong.
+
+    Returns
+    -------
+    str
+    """
+    try:
+        facts, problems = scene.check(), []
+    except SceneError as error:
+        facts, problems = None, error.problems
+    parts = {name: _parts(getattr(scene, name)) for name in scene._choices}
+    # A scene need not say how it starts.
+    counted = {name: found for name, found in parts.items() if found or name != "start"}
+    counts = ", ".join(f"{len(found)} {_plural(name, len(found))}" for name, found in counted.items())
+    lines = [counts]
+    if isinstance(scene.ground, Points) and scene.ground:
+        lines += ["", f"ground: points [m] {_points(scene.ground)}"]
+    lines += ["", "bodies", *_bodies(parts["bodies"], facts)]
+    floors = _floors(parts["joints"], facts)
+    slides = {joint.name for joint in parts["joints"] if isinstance(joint, Prismatic)}
+    lines += ["", "joints", *_records(parts["joints"], floors, slides)]
+    for name, found in parts.items():
+        if found and name not in ("bodies", "joints"):
+            lines += ["", name, *_records(found, {}, slides)]
+    lines.append("")
+    if facts is None:
+        lines += ["This scene cannot be simulated:", *(f"  {problem}" for problem in problems)]
+    else:
+        lines += _mobility(scene, facts)
+    return "\n".join(lines)
+
+
+def units(part: type[Part]) -> dict[str, str]:
+    """The unit of every field of a record, from its docstring; fields without one are left out.
+
+    Parameters
+    ----------
+    part : type
+        Class of the record.
+
+    Returns
+    -------
+    dict of str to str
+
+    Examples
+    --------
+    >>> units(Body)["inertia"]
+    'kg m²'
+    """
+    found: dict[str, str] = {}
+    fields: list[str] = []
+    for line in (part.__doc__ or "").splitlines():
+        heading = re.match(r"^ {4}(\w[\w, ]*) : ", line)
+        if heading:
+            fields = heading.group(1).split(", ")
+        unit = re.search(r"\[([^\[\]]+)\]", line)
+        if unit and not heading:
+            found |= {name: unit.group(1) for name in fields if name not in found}
+    return found
+
+
+def _parts(value: Any) -> tuple[Any, ...]:
+    return value if isinstance(value, tuple) else ()
+
+
+def _plural(name: str, count: int) -> str:
+    if name == "start":
+        name = "start conditions"
+    if count != 1:
+        return name
+    return "body" if name == "bodies" else name.removesuffix("s")
+
+
+def _number(value: Any) -> str:
+    number = as_number(value)
+    return repr(value) if number is None else f"{number:.6g}"
+
+
+def _vector(value: Any) -> str:
+    if not isinstance(value, tuple):
+        return _number(value)
+    shown = [_number(item) for item in value]
+    if len(shown) > _LONG:
+        shown = [*shown[: _LONG - 2], f"... {len(shown) - _LONG + 1} more ...", shown[-1]]
+    return f"({', '.join(shown)})"
+
+
+def _points(points: Points) -> str:
+    return ", ".join(f"{name} {_vector(position)}" for name, position in points.items())
+
+
+def _table(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Rows with aligned columns."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+
+
+def _bodies(bodies: Iterable[Any], facts: Inspection | None) -> list[str]:
+    unit = units(Body)
+    rows = [
+        [
+            "name",
+            f"mass [{unit.get('mass', '')}]",
+            f"inertia [{unit.get('inertia', '')}]",
+            "about",
+            f"centre of mass [{unit.get('center_of_mass', '')}]",
+            f"points [{unit.get('points', '')}]",
+        ]
+    ]
+    if facts is not None:
+        rows[0] += ["assembled at x, y [m]", "angle [rad]"]
+        size = max((abs(number) for pose in facts.poses for number in pose[:2]), default=0.0) or 1.0
+    odd = []
+    for index, body in enumerate(bodies):
+        if not isinstance(body, Body):
+            odd.append(f"  {body!r}")
+            continue
+        points = _points(body.points) if isinstance(body.points, Points) else repr(body.points)
+        about = str(body.inertia_about).replace("_", " ").replace("center", "centre")
+        row = [str(body.name), _number(body.mass), _number(body.inertia), about]
+        row += [_vector(body.center_of_mass), points or "-"]
+        if facts is not None:
+            x, y, angle = facts.poses[index]
+            # Rounding errors of the assembly would look like positions.
+            row += [_vector((round(x / size, 12) * size, round(y / size, 12) * size)), _number(angle)]
+        rows.append(row)
+    return _table(rows) + odd
+
+
+def _floors(joints: Iterable[Any], facts: Inspection | None) -> dict[str, str]:
+    """For each clearance joint that leaves it to the scene, the least impact velocity that was chosen."""
+    if facts is None:
+        return {}
+    clearance = [joint for joint in joints if isinstance(joint, ClearanceRevolute)]
+    return {
+        joint.name: f"{floor:.3g} m/s, from the scales of the scene"
+        for joint, floor in zip(clearance, facts.impact_velocity_floors, strict=True)
+        if joint.impact_velocity_floor is None
+    }
+
+
+def _records(records: Iterable[Any], floors: dict[str, str], slides: Collection[str]) -> list[str]:
+    """One line a record, and one more for each record that it holds; `slides` names the prismatic joints."""
+    rows: list[list[str]] = []
+    inner: list[list[str]] = []
+    for record in records:
+        if not isinstance(record, Part):
+            rows.append([repr(record), "", ""])
+            inner.append([])
+            continue
+        fields = dict(vars(record))
+        name = fields.pop("name", None)
+        held = {key: fields.pop(key) for key in record._choices}
+        if fields.get("impact_velocity_floor", "") is None:
+            fields["impact_velocity_floor"] = floors.get(str(name), "from the scales of the scene")
+        kind = _kind(record)
+        unit = _units_at(record, slides)
+        rows.append(
+            [kind if name is None else str(name), "" if name is None else kind, _fields(fields, unit)]
+        )
+        inner.append([f"{key}: {_held(value, unit.get(key, '?'))}" for key, value in held.items()])
+    if not rows:
+        return ["  none"]
+    lines = []
+    for line, more in zip(_table(rows), inner, strict=True):
+        lines += [line, *(f"      {text}" for text in more)]
+    return lines
+
+
+def _units_at(record: Part, slides: Collection[str]) -> dict[str, str]:
+    """Units of a record; of what depends on its joint, such as ``"rad or m"``, the one that applies."""
+    choice = -1 if getattr(record, "joint", None) in slides else 0
+    return {name: unit.split(" or ")[choice] for name, unit in units(type(record)).items()}
+
+
+def _held(value: Any, unit: str) -> str:
+    """A law, or a number or function of time with the unit of its owner."""
+    if value is None:
+        return "none"
+    if as_number(value) is not None:
+        return f"{_number(value)} [{unit}]"
+    if not isinstance(value, Part):
+        return repr(value)
+    inner = {name: re.sub(r"\bunit\b", unit, own) for name, own in units(type(value)).items()}
+    return f"{_kind(value)}, {_fields(vars(value), inner)}"
+
+
+def _kind(record: Part) -> str:
+    return type(record).__name__ if record._tag is None else record._tag[1].replace("_", " ")
+
+
+def _fields(fields: dict[str, Any], unit: dict[str, str]) -> str:
+    shown = []
+    for name, value in fields.items():
+        if value is None:
+            continue
+        words = name.replace("_", " ")
+        if isinstance(value, str):
+            shown.append(f"{words} {value}")
+        elif as_number(value) is not None or isinstance(value, tuple):
+            of = unit.get(name, "?").replace("exponent", _number(fields.get("exponent", "exponent")))
+            shown.append(f"{words} {_vector(value)} [{of}]")
+        else:
+            shown.append(f"{words} {value!r}")
+    return ", ".join(shown)
+
+
+def _mobility(scene: Scene, facts: Inspection) -> list[str]:
+    """Degrees of freedom, coordinates, loops and cut joints."""
+    joints = {joint.name: joint for joint in scene.joints}
+    clearance = [name for name in facts.cut_joints if isinstance(joints[name], ClearanceRevolute)]
+    closures = [name for name in facts.cut_joints if name not in clearance]
+    freedom = facts.degrees_of_freedom
+    reason = f"{len(facts.coordinates)} {_plural('coordinates', len(facts.coordinates))}"
+    if closures:
+        reason += f" less {2 * len(closures)} equations of {len(closures)} {_plural('loops', len(closures))} "
+        reason += "of ideal joints"
+    lines = [f"degrees of freedom: {freedom} ({reason})"]
+    if freedom == 0:
+        lines.append("  the drives prescribe the whole motion: it is solved at each instant, not integrated")
+    if facts.coordinates:
+        named = ", ".join(f"{name} [{_coordinate_unit(name, joints)}]" for name in facts.coordinates)
+        lines.append(f"coordinates: {named}")
+    ends = {end.partition(".")[0] for joint in scene.joints for end in _ends(joint)}
+    loops = len(scene.joints) - len(facts.bodies) + (0 if _GROUND in ends else 1)
+    lines.append(f"independent loops: {loops}")
+    lines += ["cut joints" if facts.cut_joints else "cut joints: none"]
+    lines += [f"  {name}: it has clearance, and acts by a contact force" for name in clearance]
+    lines += [
+        f"  {name}: it closes a loop of ideal joints, and is held by two multipliers" for name in closures
+    ]
+    if closures:
+        lines.append("redundant constraints: none, the loop equations are independent at the start")
+    lines.append(
+        f"outputs: {len(facts.columns)} columns, see check().columns; "
+        f"{len(facts.further_columns)} further ones by name, see check().further_columns"
+    )
+    return lines
+
+
+def _ends(joint: Any) -> tuple[str, str]:
+    """The two points of a joint."""
+    return (joint.bearing, joint.journal) if isinstance(joint, ClearanceRevolute) else (joint.a, joint.b)
+
+
+def _coordinate_unit(name: str, joints: dict[str, Any]) -> str:
+    """A coordinate is named by its joint, or by a floating body and its direction."""
+    if name in joints:
+        return "m" if isinstance(joints[name], Prismatic) else "rad"
+    return "rad" if name.endswith(".angle") else "m"

@@ -1,0 +1,428 @@
+"""The scene: bodies, joints, forces and drives as the user writes them.
+
+Everything here is an immutable record of names and numbers: scenes compare, hash, copy, pickle and make the
+round trip through JSON without losing a bit. Whether a scene makes sense is decided by the core when it is
+checked or simulated; every problem is then reported at once, with its path.
+
+Units are SI with angles in radians. Positions are in the frame of the body they belong to. A point of a body
+is written ``"body.point"``; ``"body"`` alone is the origin of its frame and ``"body.center_of_mass"`` always
+exists, as does the fixed body ``"ground"``.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import json
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, TypeAlias
+
+from ..base.arguments import did_you_mean
+from ..base.quantities import Interval as Interval
+from ..base.quantities import interval as interval
+from ..base.quantities import rpm as rpm
+from ..errors import Problem, SceneError
+from .forces import Damper as Damper
+from .forces import Force as Force
+from .forces import Gravity as Gravity
+from .forces import Spring as Spring
+from .forces import Torque as Torque
+from .forces import TorsionDamper as TorsionDamper
+from .forces import TorsionSpring as TorsionSpring
+from .functions import Harmonic as Harmonic
+from .functions import Polynomial as Polynomial
+from .functions import Table as Table
+from .laws import ContactLaw as ContactLaw
+from .laws import Flores as Flores
+from .laws import FrictionLaw as FrictionLaw
+from .laws import Hertz as Hertz
+from .laws import HuntCrossley as HuntCrossley
+from .laws import LankaraniNikravesh as LankaraniNikravesh
+from .laws import ModifiedCoulomb as ModifiedCoulomb
+from .laws import SmoothedCoulomb as SmoothedCoulomb
+from .motions import BodyStart as BodyStart
+from .motions import ClearanceStart as ClearanceStart
+from .motions import JointStart as JointStart
+from .motions import Motion as Motion
+from .motions import Speed as Speed
+from .schema import Part, Points, Vector, read, write
+
+
+@dataclass(frozen=True)
+class Body(Part):
+    """A rigid body.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    mass : float
+        Mass [kg].
+    inertia : float
+        Moment of inertia about the point `inertia_about` [kg m²].
+    center_of_mass : (float, float)
+        Centre of mass in the frame of the body [m].
+    inertia_about : str
+        Name of the point of the body that `inertia` refers to.
+    points : mapping of str to (float, float)
+        Named points in the frame of the body [m].
+    angle : float
+        Rough angle of the body's frame at the start [rad]; chooses between the ways to assemble a mechanism.
+    """
+
+    name: str
+    mass: float
+    inertia: float
+    center_of_mass: Vector = (0.0, 0.0)
+    inertia_about: str = "center_of_mass"
+    points: Mapping[str, Vector] = field(default_factory=lambda: Points({}))
+    angle: float = 0.0
+
+
+@dataclass(frozen=True)
+class Revolute(Part):
+    """A pin without play: the points coincide, the bodies turn.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    a, b : str
+        The two points, as ``"body.point"``.
+    """
+
+    _tag = ("type", "revolute")
+
+    name: str
+    a: str
+    b: str
+
+
+@dataclass(frozen=True)
+class Prismatic(Part):
+    """A guide without play: point b slides along the line through point a, the bodies do not turn.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    a, b : str
+        The two points, as ``"body.point"``.
+    axis : (float, float)
+        Direction of the line in the frame of body a [-], of any length.
+    angle : float
+        Angle of body b relative to body a [rad].
+    """
+
+    _tag = ("type", "prismatic")
+
+    name: str
+    a: str
+    b: str
+    axis: Vector
+    angle: float = 0.0
+
+
+@dataclass(frozen=True)
+class Fixed(Part):
+    """A weld: the points coincide, the bodies do not turn.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    a, b : str
+        The two points, as ``"body.point"``.
+    angle : float
+        Angle of body b relative to body a [rad].
+    """
+
+    _tag = ("type", "fixed")
+
+    name: str
+    a: str
+    b: str
+    angle: float = 0.0
+
+
+@dataclass(frozen=True)
+class ClearanceRevolute(Part):
+    """A pin with play: a journal moves freely in a larger bearing until it touches.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    bearing, journal : str
+        Centres of bearing and journal, as ``"body.point"``.
+    journal_radius : float
+        Radius of the journal [m].
+    clearance : float
+        Radial clearance, bearing radius minus journal radius [m].
+    contact : LankaraniNikravesh, Flores, HuntCrossley or Hertz
+        Law of the normal force.
+    friction : ModifiedCoulomb or SmoothedCoulomb, optional
+        Law of the friction force; none if not given.
+    sliding : {"surface", "contact_point"}
+        Sliding velocity that friction sees: of the two material surfaces, or of the geometric contact point
+        as in the paper's Eqs. (5) and (6), which misses the rotation of the bodies.
+    impact_velocity_floor : float, optional
+        Least impact velocity that the contact law latches [m/s]; from the scales of the scene if not given.
+    """
+
+    _tag = ("type", "clearance_revolute")
+    _choices: ClassVar = {
+        "contact": (LankaraniNikravesh, Flores, HuntCrossley, Hertz),
+        "friction": (ModifiedCoulomb, SmoothedCoulomb),
+    }
+
+    name: str
+    bearing: str
+    journal: str
+    journal_radius: float
+    clearance: float
+    contact: ContactLaw
+    friction: FrictionLaw | None = None
+    sliding: str = "surface"
+    impact_velocity_floor: float | None = None
+
+
+Joint: TypeAlias = Revolute | Prismatic | Fixed | ClearanceRevolute
+AnyForce: TypeAlias = Gravity | Spring | Damper | TorsionSpring | TorsionDamper | Force | Torque
+Drive: TypeAlias = Speed | Motion
+Start: TypeAlias = JointStart | BodyStart | ClearanceStart
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What the core made of a scene; see `Scene.check`."""
+
+    degrees_of_freedom: int
+    """Number of coordinates that are integrated [-]."""
+    coordinates: tuple[str, ...]
+    """Names of those coordinates."""
+    columns: tuple[str, ...]
+    """Names of the outputs of a simulation that does not choose: bodies, clearance joints, drives."""
+    further_columns: tuple[str, ...]
+    """Names of the outputs that it can choose besides: points, joint coordinates, reactions, energies."""
+    bodies: tuple[str, ...]
+    """Names of the bodies."""
+    poses: tuple[tuple[float, float, float], ...]
+    """Position x, y [m] and angle [rad] of the frame of each body in the assembled start."""
+    cut_joints: tuple[str, ...]
+    """Names of the joints at which loops were cut."""
+    impact_velocity_floors: tuple[float, ...]
+    """Least impact velocity that the contact law latches at each clearance joint [m/s]."""
+
+
+@dataclass(frozen=True)
+class Scene(Part):
+    """A mechanism as the user describes it.
+
+    Parameters
+    ----------
+    bodies : sequence of Body
+        The moving bodies.
+    joints : sequence of Revolute, Prismatic, Fixed or ClearanceRevolute
+        The joints.
+    forces : sequence of Gravity, Spring, Damper, TorsionSpring, TorsionDamper, Force or Torque
+        The forces.
+    drives : sequence of Speed or Motion
+        The prescribed motions.
+    ground : mapping of str to (float, float)
+        Named points of the fixed body ``"ground"`` [m].
+    start : sequence of JointStart, BodyStart or ClearanceStart
+        How a run starts, where that is not left to the joints, the drives and the rough angles of the bodies.
+    angles : mapping of str to float, optional
+        Rough angles of bodies at the start by name [rad]; a shorthand that sets `Body.angle`.
+
+    Examples
+    --------
+    A pendulum:
+
+    >>> bob = Body("bob", mass=1.0, inertia=0.01, points={"pivot": (0.0, 0.5)}, angle=0.3)
+    >>> pin = Revolute("pin", "ground.pivot", "bob.pivot")
+    >>> scene = Scene([bob], [pin], [Gravity((0.0, -9.81))], ground={"pivot": (0.0, 0.0)})
+    >>> Scene.from_json(scene.to_json()) == scene
+    True
+    """
+
+    _choices: ClassVar = {
+        "bodies": (Body,),
+        "joints": (Revolute, Prismatic, Fixed, ClearanceRevolute),
+        "forces": (Gravity, Spring, Damper, TorsionSpring, TorsionDamper, Force, Torque),
+        "drives": (Speed, Motion),
+        "start": (JointStart, BodyStart, ClearanceStart),
+    }
+
+    bodies: Sequence[Body]
+    joints: Sequence[Joint]
+    forces: Sequence[AnyForce] = ()
+    drives: Sequence[Drive] = ()
+    ground: Mapping[str, Vector] = field(default_factory=lambda: Points({}))
+    start: Sequence[Start] = ()
+    angles: dataclasses.InitVar[Mapping[str, float] | None] = None
+
+    def __post_init__(self, angles: Mapping[str, float] | None) -> None:
+        super().__post_init__()
+        if angles is None:
+            return
+        if not isinstance(angles, Mapping):
+            raise SceneError([("angles", f"must be a mapping of names of bodies to angles, got {angles!r}")])
+        # What is no body, or has no text for a name, is reported when the scene is written.
+        bodies = self.bodies if isinstance(self.bodies, tuple) else ()
+        names = [body.name for body in bodies if isinstance(body, Body) and isinstance(body.name, str)]
+        unknown = [
+            Problem(f"angles.{name}", f'unknown body "{name}"{did_you_mean(name, names)}')
+            for name in angles
+            if name not in names
+        ]
+        if unknown:
+            raise SceneError(unknown)
+        turned = [
+            dataclasses.replace(body, angle=angles[body.name])
+            if isinstance(body, Body) and isinstance(body.name, str) and body.name in angles
+            else body
+            for body in bodies
+        ]
+        if turned:
+            object.__setattr__(self, "bodies", tuple(turned))
+
+    def to_json(self, indent: int | None = None) -> str:
+        """The scene as JSON text; `from_json` reads the same scene back, bit for bit.
+
+        JSON has no numbers that are not finite: they are written as ``"NaN"``, ``"Infinity"`` and
+        ``"-Infinity"``.
+
+        Parameters
+        ----------
+        indent : int, optional
+            Spaces to indent by [-]; one line if not given.
+
+        Returns
+        -------
+        str
+
+        Raises
+        ------
+        SceneError
+            If a field has the wrong type; all problems of the scene are then reported together.
+        """
+        return self._line if indent is None else json.dumps(json.loads(self._line), indent=indent)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # What is kept is no part of the scene: its pickle must not tell whether it was simulated.
+        return {item.name: getattr(self, item.name) for item in dataclasses.fields(self)}
+
+    @functools.cached_property
+    def _line(self) -> str:
+        # Kept: nothing in a scene changes, and every simulation wants the text, some of them twice.
+        problems: list[Problem] = []
+        text = json.dumps(write(self, (Scene,), "", problems), allow_nan=False)
+        if problems:
+            raise SceneError(problems + _further_problems(text, problems))
+        return text
+
+    @classmethod
+    def from_json(cls, text: str) -> Scene:
+        """Read a scene that `to_json` wrote.
+
+        Parameters
+        ----------
+        text : str
+            JSON text.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        SceneError
+            If the text is no JSON, or names unknown or misses fields.
+        """
+        try:
+            plain = json.loads(text)
+        except ValueError as error:
+            raise SceneError([("scene", f"is not valid JSON: {error}")]) from None
+        problems: list[Problem] = []
+        scene = read(plain, (Scene,), "", problems)
+        if problems:
+            raise SceneError(problems)
+        assert isinstance(scene, Scene)
+        return scene
+
+    @property
+    def period(self) -> float:
+        """Time of one revolution of the drive at constant speed [s], the slowest one if there are several.
+
+        Raises
+        ------
+        ValueError
+            If nothing is driven at constant speed.
+        """
+        speeds = [abs(drive.speed) for drive in self.drives if isinstance(drive, Speed)]
+        if not any(speeds):
+            raise ValueError("no drive of the scene turns at constant speed: it has no period")
+        return 2.0 * math.pi / min(speed for speed in speeds if speed)
+
+    def check(self) -> Inspection:
+        """Check the scene and assemble its mechanism, without simulating it.
+
+        Returns
+        -------
+        Inspection
+            Degrees of freedom and the names of all outputs.
+
+        Raises
+        ------
+        SceneError
+            With every problem that was found.
+        """
+        return self._inspection
+
+    @functools.cached_property
+    def _inspection(self) -> Inspection:
+        from .. import _core  # here only: writing down a scene needs no core
+
+        facts = json.loads(_core.inspect(self.to_json()))
+        fields: dict[str, Any] = {
+            name: tuple(fact) if isinstance(fact, list) else fact for name, fact in facts.items()
+        }
+        fields["poses"] = tuple((x, y, angle) for x, y, angle in facts["poses"])
+        return Inspection(**fields)
+
+    def describe(self) -> str:
+        """The scene in words: its parts with the units of all numbers, what can move, what is cut and why.
+
+        Returns
+        -------
+        str
+            Text to print. A scene that cannot be simulated is described too, with all its problems.
+        """
+        from .description import describe_scene  # here only: a description reads scenes
+
+        return describe_scene(self)
+
+
+def _further_problems(text: str, known: Sequence[Problem]) -> list[Problem]:
+    """What else is wrong with a scene in which stand-ins were written for fields of wrong type."""
+    from .. import _core
+
+    try:
+        _core.inspect(text)
+    except SceneError as error:
+        return [problem for problem in error.problems if not any(_within(problem, found) for found in known)]
+    return []
+
+
+def _within(problem: Problem, known: Problem) -> bool:
+    """Whether a problem follows from a known one: at its path, or below; ``a[10]`` is not below ``a[1]``."""
+    if problem.path == known.path or problem.path.startswith((f"{known.path}.", f"{known.path}[")):
+        return True
+    # The points of a table are judged together, at its times.
+    table = re.fullmatch(r"(.*)\.(times|values)(\[\d+\])?", known.path)
+    return table is not None and problem.path == f"{table[1]}.times"

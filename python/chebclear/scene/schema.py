@@ -1,0 +1,266 @@
+"""Records of the scene and their JSON: the annotations of a record's fields are its schema.
+
+A record settles its fields when it is made (numbers become floats, pairs and lists become tuples) and never
+complains: what has a wrong type is kept and reported, with its path and together with everything else, when
+the record is written.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, ClassVar, TypeAlias
+
+import numpy as np
+
+from ..base.arguments import as_number, did_you_mean
+from ..errors import Problem
+
+Vector: TypeAlias = tuple[float, float]
+Numbers: TypeAlias = Sequence[float]
+
+# Annotations that stand for plain values, as they are written in the records.
+_NUMBERS = ("float", "float | None")
+_TEXT = "str"
+_VECTOR = "Vector"
+_POINTS = "Mapping[str, Vector]"
+_LIST = "Numbers"
+# A number, or a record in its place.
+_EITHER = "float | "
+
+_NOT_FINITE = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
+
+
+class Points(Mapping[str, Vector]):
+    """Named points: a mapping that cannot be changed, so that what holds it can be hashed.
+
+    Parameters
+    ----------
+    points : mapping of str to (float, float)
+        Position by name [m].
+    """
+
+    __slots__ = ("_points",)
+
+    def __init__(self, points: Mapping[str, Any]) -> None:
+        self._points: dict[str, Vector] = {name: _as_vector(position) for name, position in points.items()}
+
+    def __getitem__(self, name: str) -> Vector:
+        return self._points[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._points)
+
+    def __len__(self) -> int:
+        return len(self._points)
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self._points.items()))
+
+    def __repr__(self) -> str:
+        return repr(self._points)
+
+    def __reduce__(self) -> tuple[type[Points], tuple[dict[str, Vector]]]:
+        return Points, (self._points,)
+
+
+class Part:
+    """Base of the records; a subclass is a frozen dataclass."""
+
+    _tag: ClassVar[tuple[str, str] | None] = None
+    """The JSON key and word that tell this class from its alternatives."""
+    _choices: ClassVar[Mapping[str, tuple[type[Part], ...]]] = {}
+    """For each field that holds other records, or a sequence of them, their classes."""
+
+    def __post_init__(self) -> None:
+        for item in _fields(type(self)):
+            object.__setattr__(self, item.name, _settle(getattr(self, item.name), str(item.type)))
+
+
+def _fields(part: type[Part]) -> tuple[dataclasses.Field[Any], ...]:
+    return dataclasses.fields(part)  # type: ignore[arg-type]
+
+
+def _is_flat(value: Any) -> bool:
+    try:
+        return np.ndim(value) == 1
+    except ValueError:  # lists among the numbers
+        return False
+
+
+def _as_vector(value: Any) -> Any:
+    if not isinstance(value, (list, tuple, range, np.ndarray)) or not _is_flat(value):
+        return value
+    numbers = [as_number(item) for item in value]
+    return tuple(item if number is None else number for item, number in zip(value, numbers, strict=True))
+
+
+def _settle(value: Any, annotation: str) -> Any:
+    """The value in the type that the annotation asks for; as it is if it cannot be."""
+    if annotation in _NUMBERS or annotation.startswith(_EITHER):
+        number = as_number(value)
+        return value if number is None else number
+    if annotation in (_VECTOR, _LIST):
+        return _as_vector(value)
+    if annotation == _POINTS and isinstance(value, Mapping):
+        return Points(value)
+    if annotation.startswith("Sequence") and isinstance(value, Iterable):
+        return value if isinstance(value, (str, Mapping)) else tuple(value)
+    return value
+
+
+def write(part: Any, accepted: tuple[type[Part], ...], path: str, problems: list[Problem]) -> Any:
+    """A record as JSON allows it.
+
+    Parameters
+    ----------
+    part : Part
+        The record.
+    accepted : tuple of type
+        Classes it may have.
+    path : str
+        Where it stands, empty for the outermost one.
+    problems : list of Problem
+        Where wrong types are noted; something readable is written in their place.
+    """
+    if not isinstance(part, accepted):
+        names = " or ".join(choice.__name__ for choice in accepted)
+        problems.append(Problem(path or "scene", f"must be a {names}, got {part!r}"))
+        return None
+    plain: dict[str, Any] = {} if part._tag is None else {part._tag[0]: part._tag[1]}
+    for item in _fields(type(part)):
+        where, value = join(path, item.name), getattr(part, item.name)
+        choices = part._choices.get(item.name)
+        plain[item.name] = (
+            _write_value(value, str(item.type), where, problems)
+            if choices is None
+            else _write_records(value, str(item.type), choices, where, problems)
+        )
+    return plain
+
+
+def _write_records(
+    value: Any, annotation: str, accepted: tuple[type[Part], ...], path: str, problems: list[Problem]
+) -> Any:
+    if value is None and annotation.endswith("| None"):
+        return None
+    if annotation.startswith(_EITHER) and not isinstance(value, Part):
+        names = " or ".join(choice.__name__ for choice in accepted)
+        return _write_number(value, path, problems, f"a number or a {names}")
+    if not annotation.startswith("Sequence"):
+        return write(value, accepted, path, problems)
+    if isinstance(value, tuple):
+        return [write(item, accepted, f"{path}[{index}]", problems) for index, item in enumerate(value)]
+    problems.append(Problem(path, f"must be a sequence, got {value!r}"))
+    return []
+
+
+def _write_value(value: Any, annotation: str, path: str, problems: list[Problem]) -> Any:
+    if value is None and annotation.endswith("| None"):
+        return None
+    if annotation in _NUMBERS:
+        return _write_number(value, path, problems)
+    if annotation == _VECTOR:
+        return _write_vector(value, path, problems)
+    if annotation == _POINTS:
+        if isinstance(value, Points) and all(isinstance(name, str) for name in value):
+            return {name: _write_vector(value[name], join(path, name), problems) for name in value}
+        problems.append(Problem(path, f"must be a mapping of names to positions, got {value!r}"))
+        return {}
+    if annotation == _LIST:
+        if isinstance(value, tuple):
+            return [_write_number(item, f"{path}[{index}]", problems) for index, item in enumerate(value)]
+        problems.append(Problem(path, f"must be a sequence of numbers, got {value!r}"))
+        return []
+    assert annotation == _TEXT, annotation
+    if isinstance(value, str):
+        return str(value)
+    problems.append(Problem(path, f"must be a text, got {value!r}"))
+    return ""
+
+
+def _write_vector(value: Any, path: str, problems: list[Problem]) -> list[float | str]:
+    if not isinstance(value, tuple) or len(value) != 2:
+        problems.append(Problem(path, f"must be a pair of numbers (x, y), got {value!r}"))
+        return ["NaN", "NaN"]
+    return [_write_number(item, f"{path}[{index}]", problems) for index, item in enumerate(value)]
+
+
+def _write_number(value: Any, path: str, problems: list[Problem], wanted: str = "a number") -> float | str:
+    if not isinstance(value, float):
+        problems.append(Problem(path, f"must be {wanted}, got {value!r}"))
+        return "NaN"
+    if math.isfinite(value):
+        return value
+    return "NaN" if math.isnan(value) else "Infinity" if value > 0.0 else "-Infinity"
+
+
+def read(plain: Any, accepted: tuple[type[Part], ...], path: str, problems: list[Problem]) -> Any:
+    """The record that `write` wrote.
+
+    Missing and unknown fields are noted; values of wrong type are left for `write` to report. Parameters are
+    those of `write`.
+    """
+    if not isinstance(plain, dict):
+        problems.append(Problem(path or "scene", f"must be an object, got {plain!r}"))
+        return None
+    left = dict(plain)
+    part = accepted[0]
+    if part._tag is not None:
+        key = part._tag[0]
+        words = {choice._tag[1]: choice for choice in accepted if choice._tag is not None}
+        word = left.pop(key, None)
+        if word not in words:
+            known = ", ".join(f'"{choice}"' for choice in words)
+            hint = did_you_mean(word, words)
+            problems.append(Problem(join(path, key), f"must be one of {known}, got {word!r}{hint}"))
+            return None
+        part = words[word]
+    before = len(problems)
+    values: dict[str, Any] = {}
+    for item in _fields(part):
+        where = join(path, item.name)
+        if item.name in left:
+            value = left.pop(item.name)
+            choices = part._choices.get(item.name)
+            values[item.name] = (
+                _read_value(value, str(item.type))
+                if choices is None
+                else _read_records(value, str(item.type), choices, where, problems)
+            )
+        elif item.default is dataclasses.MISSING and item.default_factory is dataclasses.MISSING:
+            problems.append(Problem(where, "is missing"))
+    names = [item.name for item in _fields(part)]
+    problems += [Problem(join(path, name), f"unknown field{did_you_mean(name, names)}") for name in left]
+    return part(**values) if len(problems) == before else None
+
+
+def _read_records(
+    plain: Any, annotation: str, accepted: tuple[type[Part], ...], path: str, problems: list[Problem]
+) -> Any:
+    if plain is None and annotation.endswith("| None"):
+        return None
+    if annotation.startswith(_EITHER) and not isinstance(plain, dict):
+        return _read_value(plain, "float")
+    if not annotation.startswith("Sequence"):
+        return read(plain, accepted, path, problems)
+    if isinstance(plain, list):
+        return [read(item, accepted, f"{path}[{index}]", problems) for index, item in enumerate(plain)]
+    problems.append(Problem(path, f"must be a list, got {plain!r}"))
+    return []
+
+
+def _read_value(plain: Any, annotation: str) -> Any:
+    if annotation in _NUMBERS and isinstance(plain, str):
+        return _NOT_FINITE.get(plain, plain)
+    if annotation in (_VECTOR, _LIST) and isinstance(plain, list):
+        return [_read_value(item, "float") for item in plain]
+    if annotation == _POINTS and isinstance(plain, dict):
+        return {name: _read_value(item, _VECTOR) for name, item in plain.items()}
+    return plain
+
+
+def join(path: str, name: str) -> str:
+    """Path of a field of the record at `path`."""
+    return f"{path}.{name}" if path else name

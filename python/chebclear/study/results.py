@@ -1,0 +1,353 @@
+"""Results of studies, and the comparison of two of them."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base import files as records
+from ..base.arguments import Checks
+from ..run.settings import Settings
+from ..run.trajectory import Stats, column_index
+from ..scene.scene import Interval, Scene
+from .surrogate import Band, Surrogate
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StudyResult(records.ArrayRecord):
+    """The bands of all outputs of a study; ``result["slider.vx"]`` is the `Band` of that output.
+
+    Results compare (NaN equals NaN), copy, pickle, save and load.
+    """
+
+    kind: str
+    """``"chebyshev"`` or ``"scan"``."""
+    bands: dict[str, Band]
+    """Band of each output by name."""
+    degrees: tuple[int, ...] | None
+    """Degree of the polynomials in each parameter [-]; None for a scan."""
+    nodes: tuple[int, ...]
+    """Number of nodes or scan points on each parameter [-]."""
+    stats: tuple[Stats, ...]
+    """What each run cost; the last one is the nominal run."""
+    warnings: tuple[str, ...]
+    """What the user was warned of, each text once."""
+    settings: Settings
+    """How the runs were simulated."""
+    scene: Scene
+    """The scene at the midpoint of all intervals."""
+
+    def __repr__(self) -> str:
+        how = "scan" if self.degrees is None else f"chebyshev of degree {' x '.join(map(str, self.degrees))}"
+        return f"<StudyResult: {how}, {len(self.parameters)} runs, {', '.join(self.outputs)}>"
+
+    def __getitem__(self, output: str) -> Band:
+        column_index(self.outputs, output)
+        return self.bands[output]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.bands)
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of the outputs."""
+        return tuple(self.bands)
+
+    @property
+    def t(self) -> Array:
+        """Instants [s], shape (samples,)."""
+        return self._any.t
+
+    @property
+    def intervals(self) -> dict[str, Interval]:
+        """Interval of each parameter by name [SI units]."""
+        return self._any.intervals
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        return tuple(self.intervals)
+
+    @property
+    def parameters(self) -> Array:
+        """Parameters of every run [SI units], shape (runs, parameters); without the nominal run."""
+        return self._any.parameters
+
+    def values(self, output: str) -> Array:
+        """Values of an output in every run, in its unit, shape (runs, samples); without the nominal run."""
+        return self[output].runs
+
+    @property
+    def _any(self) -> Band:
+        return next(iter(self.bands.values()))
+
+    @classmethod
+    def from_runs(
+        cls,
+        t: Array,
+        outputs: Sequence[str],
+        values: Array,
+        intervals: dict[str, Interval],
+        parameters: Array,
+        *,
+        degrees: tuple[int, ...] | None,
+        nodes: tuple[int, ...],
+        **facts: Any,
+    ) -> StudyResult:
+        """The result from the values of all runs.
+
+        Parameters
+        ----------
+        t : ndarray, shape (samples,)
+            Instants [s].
+        outputs : sequence of str
+            Names of the outputs.
+        values : ndarray, shape (runs + 1, samples, outputs)
+            All outputs of all runs in their units, the nominal run last.
+        intervals : dict of str to Interval
+            Interval of each parameter [SI units].
+        parameters : ndarray, shape (runs, parameters)
+            Parameters of the runs [SI units], the first one changing slowest.
+        degrees : tuple of int or None
+            Degrees to fit [-]; None takes the extremes of the runs as bounds.
+        nodes : tuple of int
+            Number of nodes or points of each parameter [-].
+        **facts
+            The remaining fields.
+        """
+        bands = {}
+        lowest, highest = values.min(axis=0), values.max(axis=0)
+        for index, name in enumerate(outputs):
+            runs = values[:-1, :, index]
+            surrogate = None
+            if degrees is not None:
+                surrogate = Surrogate.fit(intervals, nodes, degrees, runs)
+            lower, upper = (runs.min(axis=0), runs.max(axis=0)) if surrogate is None else surrogate.bounds()
+            bands[name] = Band(
+                name=name,
+                t=t,
+                lower=lower,
+                upper=upper,
+                nominal=values[-1, :, index],
+                sampled_lower=lowest[:, index],
+                sampled_upper=highest[:, index],
+                intervals=intervals,
+                parameters=parameters,
+                runs=runs,
+                surrogate=surrogate,
+            )
+        kind = "scan" if degrees is None else "chebyshev"
+        return cls(kind=kind, bands=bands, degrees=degrees, nodes=nodes, **facts)
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write everything to one compressed ``.npz`` file.
+
+        Parameters
+        ----------
+        path : path
+            Where to; ``.npz`` is appended if it is missing.
+
+        Returns
+        -------
+        Path
+            The file written.
+        """
+        runs = [np.vstack([band.runs, band.nominal]) for band in self.bands.values()]
+        arrays = {"t": self.t, "values": np.stack(runs, axis=-1), "parameters": self.parameters}
+        facts = {
+            "outputs": self.outputs,
+            "intervals": {name: [side.lower, side.upper] for name, side in self.intervals.items()},
+            "degrees": self.degrees,
+            "nodes": self.nodes,
+            "stats": [dataclasses.asdict(stats) for stats in self.stats],
+            "warnings": self.warnings,
+            "settings": dataclasses.asdict(self.settings),
+            "scene": json.loads(self.scene.to_json()),
+        }
+        return records.save(path, "study", arrays, facts)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> StudyResult:
+        """Read what `save` wrote; the mechanism is not needed.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+
+        Returns
+        -------
+        StudyResult
+
+        Raises
+        ------
+        ValueError
+            If the file holds something else.
+        """
+        arrays, facts = records.load(path, "study")
+        return cls.from_runs(
+            arrays["t"],
+            facts["outputs"],
+            arrays["values"],
+            {name: Interval(*ends) for name, ends in facts["intervals"].items()},
+            arrays["parameters"],
+            degrees=None if facts["degrees"] is None else tuple(facts["degrees"]),
+            nodes=tuple(facts["nodes"]),
+            stats=tuple(Stats(**stats) for stats in facts["stats"]),
+            warnings=tuple(facts["warnings"]),
+            settings=Settings.from_dict(facts["settings"]),
+            scene=Scene.from_json(json.dumps(facts["scene"])),
+        )
+
+
+@dataclass(frozen=True)
+class BoundErrors:
+    """How the bounds of one output differ from reference bounds, over a span of time."""
+
+    lower: float
+    """Relative difference of the root mean squares of the lower bounds [-]."""
+    upper: float
+    """Relative difference of the root mean squares of the upper bounds [-]."""
+    width: float
+    """Largest width of the band in the unit of the output."""
+    reference_width: float
+    """Largest width of the reference band in the unit of the output."""
+    slack: float
+    """How much wider the band is at its widest than the reference at its, relative to the reference [-]."""
+
+    def __getitem__(self, name: str) -> float:
+        names = [item.name for item in dataclasses.fields(self)]
+        column_index(names, name)
+        return float(getattr(self, name))
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Comparison of two studies; ``comparison["slider.vx"]`` holds the `BoundErrors` of that output."""
+
+    errors: dict[str, BoundErrors]
+    """Errors of each output by name."""
+    start: float
+    """First instant compared [s]."""
+    end: float
+    """Last instant compared [s]."""
+
+    def __getitem__(self, output: str) -> BoundErrors:
+        column_index(list(self.errors), output)
+        return self.errors[output]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.errors)
+
+    def __len__(self) -> int:
+        return len(self.errors)
+
+    def to_dict(self) -> dict[str, dict[str, float]]:
+        """Plain numbers: for each output the fields of `BoundErrors`, relative ones as fractions [-]."""
+        return {name: dataclasses.asdict(row) for name, row in self.errors.items()}
+
+    def __str__(self) -> str:
+        head = ("output", "lower [%]", "upper [%]", "width", "reference", "slack [%]")
+        rows = [head] + [
+            (
+                name,
+                f"{100.0 * row.lower:.3f}",
+                f"{100.0 * row.upper:.3f}",
+                f"{row.width:.6g}",
+                f"{row.reference_width:.6g}",
+                f"{100.0 * row.slack:+.2f}",
+            )
+            for name, row in self.errors.items()
+        ]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        lines = [
+            "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip()
+            for row in rows
+        ]
+        return "\n".join([f"bounds from t = {self.start:.6g} s to {self.end:.6g} s", *lines])
+
+
+def compare(
+    result: StudyResult, reference: StudyResult, start: float | None = None, end: float | None = None
+) -> Comparison:
+    """Compare the bounds of two studies as the paper's Table 3 does.
+
+    The relative error of a bound is |RMS(bound) - RMS(reference)| / RMS(reference) with the root mean square
+    over time. It says nothing of where in time the bounds differ.
+
+    Parameters
+    ----------
+    result : StudyResult
+        Usually of `Study.chebyshev`.
+    reference : StudyResult
+        Usually of `Study.scan`; at the same instants.
+    start, end : float, optional
+        Span of time [s], ends included; all of it if not given.
+
+    Returns
+    -------
+    Comparison
+        For the outputs that both have. A relative number is NaN where the reference is zero throughout.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If the instants differ, no output is in both, or no sample is in the span.
+    """
+    checks = Checks()
+    for name, given in (("result", result), ("reference", reference)):
+        if not isinstance(given, StudyResult):
+            checks.add(
+                f"{name} must be a StudyResult, as Study.chebyshev and Study.scan return, got {given!r}",
+                wrong_type=True,
+            )
+    checks.finish()
+    t = result.t
+    first = float(t[0]) if start is None else checks.real("start", start, "s")
+    last = float(t[-1]) if end is None else checks.real("end", end, "s")
+    if first > last:
+        checks.add(f"start must be <= end, got start = {first!r} and end = {last!r}")
+    # Samples at the ends of the span must not be lost to rounding.
+    margin = 1e-9 * float(t[-1] - t[0])
+    span = (t >= first - margin) & (t <= last + margin)
+    if not span.any():
+        checks.add(f"no sample between start and end; the samples are in [{t[0]:.6g}, {t[-1]:.6g}] s")
+    if not (t.shape == reference.t.shape and np.allclose(t, reference.t, rtol=0.0, atol=margin)):
+        checks.add("both results must have the same instants: the same duration and number of samples")
+    shared = [name for name in result if name in reference.outputs]
+    if not shared:
+        checks.add(f"no output is in both results: {list(result.outputs)} and {list(reference.outputs)}")
+    checks.finish()
+
+    errors = {}
+    for name in shared:
+        band, other = result[name], reference[name]
+        width, reference_width = float(band.width[span].max()), float(other.width[span].max())
+        errors[name] = BoundErrors(
+            lower=abs(_relative(root_mean_square(band.lower[span]), root_mean_square(other.lower[span]))),
+            upper=abs(_relative(root_mean_square(band.upper[span]), root_mean_square(other.upper[span]))),
+            width=width,
+            reference_width=reference_width,
+            slack=_relative(width, reference_width),
+        )
+    return Comparison(errors, float(t[span][0]), float(t[span][-1]))
+
+
+def root_mean_square(values: Array) -> float:
+    """Root mean square, in the unit of the values."""
+    return math.sqrt(float(np.mean(values * values)))
+
+
+def _relative(value: float, reference: float) -> float:
+    return (value - reference) / reference if reference else math.nan

@@ -1,0 +1,177 @@
+"""The runs of a study: many scenes simulated, here or by an executor, and what went wrong with which."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .. import _core
+from ..errors import Problem, SceneError, SimulationError, describe
+from ..scene.scene import Scene
+
+if TYPE_CHECKING:
+    from .._core import _Runs
+
+Progress = Callable[[int, int], None]
+
+# Pieces an executor gets at most: enough to keep a few dozen workers busy to the end, few enough that sending
+# them costs little beside the runs.
+_CHUNKS = 64
+
+
+def simulate_all(
+    texts: list[str], settings: str, threads: int | None, executor: Executor | None, report: Progress | None
+) -> _Runs:
+    """Simulate scenes, in their order.
+
+    Parameters
+    ----------
+    texts : list of str
+        Scenes as JSON text.
+    settings : str
+        Settings as JSON text.
+    threads : int or None
+        Threads to simulate on [-]; all processors if None, one for each piece given to an executor.
+    executor : concurrent.futures.Executor or None
+        Where to simulate; on threads of this process if None.
+    report : callable or None
+        Gets the runs done and the runs in all.
+
+    Raises
+    ------
+    SceneError
+        If a scene is wrong; paths begin with ``scenes[index]``.
+    """
+    if executor is None:
+        return _core.sweep(texts, settings, threads, report)
+    size = -(-len(texts) // _CHUNKS)
+    chunks = [texts[start : start + size] for start in range(0, len(texts), size)]
+    futures = [executor.submit(simulate_chunk, chunk, settings, threads or 1) for chunk in chunks]
+    parts: list[_Runs] = []
+    try:
+        for index, future in enumerate(futures):
+            try:
+                parts.append(future.result())
+            except SceneError as error:
+                raise _shifted(error, index * size) from None
+            if report is not None:
+                report(min((index + 1) * size, len(texts)), len(texts))
+    finally:
+        for future in futures:
+            future.cancel()
+    return _joined(parts)
+
+
+def simulate_chunk(scenes: list[str], settings: str, threads: int) -> _Runs:
+    """Simulate some of the scenes of a study, wherever an executor has sent them.
+
+    Parameters
+    ----------
+    scenes : list of str
+        Scenes as JSON text.
+    settings : str
+        Settings as JSON text.
+    threads : int
+        Threads to simulate on [-].
+    """
+    return _core.sweep(scenes, settings, threads, None)
+
+
+def scene_text(scene: Scene, parameters: Mapping[str, float]) -> str:
+    """A scene as the core reads it; a SceneError names the parameters it was built with."""
+    try:
+        return scene.to_json()
+    except SceneError as error:
+        raise SceneError(located(parameters, error.problems)) from None
+
+
+def located(parameters: Mapping[str, float], problems: Iterable[Problem]) -> list[Problem]:
+    """Problems of the scene that was built with these parameters."""
+    return [Problem(f"scene with {describe(parameters)}: {path}", message) for path, message in problems]
+
+
+# The core says which scene of a sweep has a problem by this start of the path; a problem of the settings
+# belongs to none.
+_SCENE_PATH = re.compile(r"^scenes\[(\d+)\]\.?")
+
+
+def _scene_index(problem: Problem) -> int | None:
+    found = _SCENE_PATH.match(problem.path)
+    return int(found[1]) if found else None
+
+
+def _shifted(error: SceneError, offset: int) -> SceneError:
+    """The error of a chunk of scenes, with the numbers the scenes have in the study."""
+    return SceneError(
+        (_SCENE_PATH.sub(lambda found: f"scenes[{int(found[1]) + offset}].", problem.path), problem.message)
+        for problem in error.problems
+    )
+
+
+def with_parameters(error: SceneError, given: Sequence[Mapping[str, float]]) -> SceneError:
+    """The problems of no scene and of the first wrong one, with its parameters; others mostly repeat them."""
+    indices = [_scene_index(problem) for problem in error.problems]
+    problems = [problem for problem, index in zip(error.problems, indices, strict=True) if index is None]
+    wrong = sorted({index for index in indices if index is not None})
+    if not wrong:
+        return SceneError(problems)
+    first = [
+        Problem(_SCENE_PATH.sub("", problem.path), problem.message)
+        for problem, index in zip(error.problems, indices, strict=True)
+        if index == wrong[0]
+    ]
+    problems += located(given[wrong[0]], first)
+    if len(wrong) > 1:
+        problems.append(Problem("study", f"{len(wrong) - 1} more of {len(given)} scenes have problems"))
+    return SceneError(problems)
+
+
+def require_success(runs: _Runs, given: Sequence[Mapping[str, float]]) -> None:
+    """Raise for the first run that failed, if any: a grid with a hole gives no bounds."""
+    failed = [index for index, status in enumerate(runs["status"]) if status != "done"]
+    if not failed:
+        return
+    first = failed[0]
+    raise SimulationError(
+        runs["status"][first],
+        runs["time"][first],
+        runs["joint"][first],
+        given[first],
+        f"{runs['message'][first]} ({len(failed)} of {len(given)} runs of the study failed)",
+    )
+
+
+def gathered_warnings(runs: Sequence[Sequence[str]]) -> tuple[str, ...]:
+    """Each warning once, although its numbers may differ from run to run."""
+    first: dict[str, str] = {}
+    count: dict[str, int] = {}
+    for messages in runs:
+        for message in messages:
+            kind = re.sub(r"\d+(\.\d+)?(e[+-]?\d+)?", "#", message)
+            first.setdefault(kind, message)
+            count[kind] = count.get(kind, 0) + 1
+    return tuple(f"{message} (in {count[kind]} of {len(runs)} runs)" for kind, message in first.items())
+
+
+def _joined(parts: Sequence[_Runs]) -> _Runs:
+    """The runs of several sweeps as those of one."""
+    columns = parts[0]["columns"]
+    if any(part["columns"] != columns for part in parts):
+        raise ValueError(
+            "some scenes have other outputs than the first: all scenes of a study need the same parts"
+        )
+    return {
+        "t": parts[0]["t"],
+        "values": np.concatenate([part["values"] for part in parts]),
+        "columns": columns,
+        "status": [status for part in parts for status in part["status"]],
+        "message": [message for part in parts for message in part["message"]],
+        "time": [time for part in parts for time in part["time"]],
+        "joint": [joint for part in parts for joint in part["joint"]],
+        "stats": [stats for part in parts for stats in part["stats"]],
+        "warnings": [messages for part in parts for messages in part["warnings"]],
+    }

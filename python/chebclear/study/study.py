@@ -1,0 +1,414 @@
+"""Studies: many simulations of a mechanism with interval parameters, and the bands of its outputs."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.arguments import Checks, did_you_mean
+from ..base.progress import bar, is_request
+from ..errors import SceneError, describe
+from ..run.settings import MAX_EVENTS, MAX_STEPS, Settings
+from ..run.simulation import warn_once
+from ..run.trajectory import Stats
+from ..scene.plausibility import scene_warnings
+from ..scene.scene import Interval, Scene
+from .results import StudyResult as StudyResult
+from .results import compare as compare
+from .runs import gathered_warnings, located, require_success, scene_text, simulate_all, with_parameters
+from .surrogate import chebyshev_grid, tensor_grid
+
+if TYPE_CHECKING:
+    from ..tradeoffs.of_study import StudyTradeoff
+
+Array = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+
+MOST_THREADS = 1024
+MOST_NODES = 10_000
+MOST_RUNS = 1_000_000
+
+
+class Study:
+    """A mechanism whose parameters are known to lie in intervals.
+
+    Parameters
+    ----------
+    build : callable
+        Called as ``build(**parameters, **fixed)`` with physical values; returns the scene.
+    parameters : mapping of str to Interval
+        Interval of each uncertain parameter [SI units].
+    outputs : sequence of str, optional
+        Names of the outputs of interest, or patterns such as ``"wrist.*"``; all quantities of bodies,
+        clearance joints and drives if not given.
+    duration : float
+        Simulated time [s], above 0.
+    samples : int
+        Number of equally spaced samples, both ends included [-]; 2 to 10 000 000.
+    skip : float
+        Time to simulate before the first sample [s].
+    rtol : float
+        Relative tolerance of the integrator [-], from 1e-13 to 0.1.
+    method : {"auto", "rodas5p", "rodas4", "dop853"}
+        The explicit method of order 8 (DOP853) and a Rosenbrock method (Rodas4, Rodas5P at an rtol below
+        3e-8), changing places with the stiffness of the motion; or one of them throughout. DOP853 alone is
+        much dearer, though no less accurate, where a contact sticks.
+    fixed : mapping of str to object, optional
+        Further keywords of `build`, the same for all runs.
+    threads : int, optional
+        Threads to simulate on [-], at most 1024; all processors if not given, one for each piece given to an
+        executor. The results are the same bits for any number.
+    progress : True or callable, optional
+        True shows a bar if standard error is a terminal; a callable gets the runs done and the runs in all.
+    executor : concurrent.futures.Executor, optional
+        Where to simulate instead of on threads of this process.
+    max_steps, max_events : int
+        Accepted steps and changes of contact after which a run is given up [-].
+    position_tolerance, velocity_tolerance : float, optional
+        Absolute tolerances [m], [m/s]; from `rtol` and the scales of the scene if not given.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument is wrong; all problems are listed.
+
+    Examples
+    --------
+    >>> from chebclear import Study, interval, mechanisms
+    >>> study = Study(
+    ...     mechanisms.slider_crank,
+    ...     {"crank_length": interval(0.05, rel=0.1)},
+    ...     outputs=["slider.x"],
+    ...     duration=1e-3,
+    ...     samples=11,
+    ... )
+    >>> study.chebyshev(degree=2)["slider.x"].width.shape
+    (11,)
+    """
+
+    def __init__(
+        self,
+        build: Callable[..., Scene],
+        parameters: Mapping[str, Interval],
+        outputs: Sequence[str] | None = None,
+        *,
+        duration: float,
+        samples: int,
+        skip: float = 0.0,
+        rtol: float = 1e-6,
+        method: str = "auto",
+        fixed: Mapping[str, Any] | None = None,
+        threads: int | None = None,
+        progress: bool | Progress | None = None,
+        executor: Executor | None = None,
+        max_steps: int = MAX_STEPS,
+        max_events: int = MAX_EVENTS,
+        position_tolerance: float | None = None,
+        velocity_tolerance: float | None = None,
+    ) -> None:
+        checks = Checks()
+        self.build = build
+        self.intervals = _checked_intervals(checks, parameters)
+        self.fixed = _checked_fixed(checks, fixed)
+        _check_keywords(checks, build, self.intervals, self.fixed)
+        self.settings = Settings.checked(
+            checks,
+            duration=duration,
+            samples=samples,
+            skip=skip,
+            rtol=rtol,
+            method=method,
+            outputs=outputs,
+            max_steps=max_steps,
+            max_events=max_events,
+            position_tolerance=position_tolerance,
+            velocity_tolerance=velocity_tolerance,
+        )
+        self.threads = (
+            None if threads is None else checks.whole("threads", threads, least=1, most=MOST_THREADS)
+        )
+        if not is_request(progress):
+            checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
+        self.progress = progress
+        if executor is not None and not callable(getattr(executor, "submit", None)):
+            checks.add(f"executor must have a method submit, got {executor!r}", wrong_type=True)
+        self.executor = executor
+        checks.finish()
+
+    def __repr__(self) -> str:
+        sides = ", ".join(
+            f"{name} in [{side.lower:g}, {side.upper:g}]" for name, side in self.intervals.items()
+        )
+        return f"<Study of {getattr(self.build, '__name__', self.build)}: {sides}>"
+
+    def chebyshev(
+        self, degree: int | Mapping[str, int] = 3, nodes: int | Mapping[str, int] | None = None
+    ) -> StudyResult:
+        """The paper's method: simulate on Chebyshev roots, fit polynomials, bound them by Eq. (31).
+
+        Parameters
+        ----------
+        degree : int or mapping of str to int
+            Degree of the polynomials [-], at least 1; for all parameters or by name.
+        nodes : int or mapping of str to int, optional
+            Number of roots [-]; one more than the degree if not given, and never fewer. The number of runs is
+            their product, at most 1 000 000, and one at the midpoint.
+
+        Returns
+        -------
+        StudyResult
+
+        Raises
+        ------
+        SceneError
+            If a scene is wrong; the parameters of the run are in the path of each problem.
+        SimulationError
+            If a run fails; names its parameters. No result is made from the others.
+        ValueError, TypeError
+            If an argument is wrong; all problems are listed.
+        """
+        checks = Checks()
+        # One node more than the degree must be possible.
+        degrees = self._per_parameter(checks, "degree", degree, [1] * len(self.intervals), MOST_NODES - 1)
+        least = [degree + 1 for degree in degrees]
+        counts = least if nodes is None else self._per_parameter(checks, "nodes", nodes, least, MOST_NODES)
+        checks.finish()
+        _check_runs(counts)
+        points = chebyshev_grid(list(self.intervals.values()), counts)
+        return self._run(points, tuple(counts), tuple(degrees))
+
+    def scan(self, points: int | Mapping[str, int] = 10) -> StudyResult:
+        """Brute force: simulate on equally spaced points; the bounds are the extremes of the runs.
+
+        Parameters
+        ----------
+        points : int or mapping of str to int
+            Number of points [-], at least 2, both ends included; for all parameters or by name. The number of
+            runs is their product, at most 1 000 000, and one at the midpoint that does not count for the
+            bounds.
+
+        Returns
+        -------
+        StudyResult
+            Its bands are inner bounds and have no polynomial.
+
+        Raises
+        ------
+        SceneError, SimulationError, ValueError, TypeError
+            As `chebyshev`.
+        """
+        checks = Checks()
+        counts = self._per_parameter(checks, "points", points, [2] * len(self.intervals), MOST_NODES)
+        checks.finish()
+        _check_runs(counts)
+        sides = [
+            np.linspace(side.lower, side.upper, count)
+            for side, count in zip(self.intervals.values(), counts, strict=True)
+        ]
+        return self._run(tensor_grid(sides), tuple(counts), None)
+
+    def _per_parameter(
+        self, checks: Checks, name: str, given: object, least: Sequence[int], most: int
+    ) -> list[int]:
+        """One whole number for every parameter."""
+        if not isinstance(given, Mapping):
+            return [checks.whole(name, given, least=max(least, default=1), most=most)] * len(least)
+        for key in given:
+            if key not in self.intervals:
+                checks.add(f'{name} has the unknown parameter "{key}"{did_you_mean(key, self.intervals)}')
+        counts = []
+        for key, bound in zip(self.intervals, least, strict=True):
+            if key in given:
+                counts.append(checks.whole(f'{name}["{key}"]', given[key], least=bound, most=most))
+            else:
+                checks.add(f'{name} misses the parameter "{key}"')
+                counts.append(bound)
+        return counts
+
+    def tradeoff(
+        self,
+        degrees: Sequence[int] = (1, 2, 3, 4, 5),
+        points: Sequence[int] = (5, 10),
+        *,
+        holdout: int = 100,
+        seed: int = 0,
+    ) -> StudyTradeoff:
+        """Measure accuracy against cost of the bounds: degrees, scan points and ways of bounding.
+
+        All bounds are compared with what all runs together reach, hold-out runs at random points and at the
+        corners of the box included. That is an inner bound of the response: a true enclosure is at least as
+        wide.
+
+        Parameters
+        ----------
+        degrees : sequence of int
+            Degrees of Chebyshev studies, the same in every parameter [-].
+        points : sequence of int
+            Points of scans, the same for every parameter [-].
+        holdout : int
+            Number of random points [-], at least 2; the corners come on top, of up to 8 parameters.
+        seed : int
+            Seed of the random points [-].
+
+        Returns
+        -------
+        StudyTradeoff
+            Settings of which a run failed are in it with their status.
+
+        Raises
+        ------
+        SceneError
+            If a scene is wrong.
+        SimulationError
+            If a hold-out run fails: there is nothing to compare with.
+        ValueError, TypeError
+            If an argument is wrong; all problems are listed.
+        """
+        from ..tradeoffs import of_study as study_tradeoff
+
+        result = study_tradeoff.measure(self, degrees, points, holdout=holdout, seed=seed)
+        warn_once(result.warnings, stacklevel=3)
+        return result
+
+    def _run(self, points: Array, counts: tuple[int, ...], degrees: tuple[int, ...] | None) -> StudyResult:
+        result = self.run_points(points, counts, degrees)
+        warn_once(result.warnings, stacklevel=4)
+        return result
+
+    def run_points(
+        self, points: Array, counts: tuple[int, ...], degrees: tuple[int, ...] | None
+    ) -> StudyResult:
+        """Simulate at the points and, last, at the midpoint; does not pass on warnings.
+
+        Parameters
+        ----------
+        points : ndarray, shape (runs, parameters)
+            Parameters of the runs [SI units]; those of `chebyshev_grid` if there are degrees.
+        counts : tuple of int
+            Nodes or points of each parameter [-].
+        degrees : tuple of int or None
+            Degrees to fit [-]; None takes the extremes of the runs as bounds.
+
+        Returns
+        -------
+        StudyResult
+
+        Raises
+        ------
+        SceneError, SimulationError
+            As `chebyshev`.
+        """
+        midpoint = [side.midpoint for side in self.intervals.values()]
+        given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in [*points, midpoint]]
+        scenes = [self._scene(parameters) for parameters in given]
+        texts = [scene_text(scene, parameters) for scene, parameters in zip(scenes, given, strict=True)]
+        try:
+            settings = self.settings.for_scene(scenes[-1], runs=len(scenes))
+        except SceneError as error:
+            raise SceneError(located(given[-1], error.problems)) from None
+        with _reporter(self.progress) as report:
+            try:
+                runs = simulate_all(texts, settings.to_json(), self.threads, self.executor, report)
+            except SceneError as error:
+                raise with_parameters(error, given) from None
+        require_success(runs, given)
+        told = zip(map(scene_warnings, scenes), runs["warnings"], strict=True)
+        messages = gathered_warnings([[*of_scene, *of_run] for of_scene, of_run in told])
+        return StudyResult.from_runs(
+            runs["t"],
+            runs["columns"],
+            runs["values"],
+            self.intervals,
+            points,
+            degrees=degrees,
+            nodes=counts,
+            stats=tuple(Stats(**stats) for stats in runs["stats"]),
+            warnings=messages,
+            settings=settings,
+            scene=scenes[-1],
+        )
+
+    def _scene(self, parameters: dict[str, float]) -> Scene:
+        try:
+            scene = self.build(**parameters, **self.fixed)
+        except SceneError as error:
+            raise SceneError(located(parameters, error.problems)) from error
+        except Exception as error:
+            error.add_note(f"in build with {describe(parameters)}")
+            raise
+        if not isinstance(scene, Scene):
+            raise TypeError(f"build must return a Scene, got {scene!r} for {describe(parameters)}")
+        return scene
+
+
+def _checked_intervals(checks: Checks, parameters: object) -> dict[str, Interval]:
+    if not isinstance(parameters, Mapping):
+        checks.add(f"parameters must map names to intervals, got {parameters!r}", wrong_type=True)
+        return {}
+    if not parameters:
+        checks.add("parameters must name at least one interval")
+    for name, side in parameters.items():
+        if not isinstance(side, Interval):
+            checks.add(
+                f'parameters["{name}"] must be an interval(lower, upper), got {side!r}', wrong_type=True
+            )
+    return {name: side for name, side in parameters.items() if isinstance(side, Interval)}
+
+
+def _checked_fixed(checks: Checks, fixed: object) -> dict[str, Any]:
+    if fixed is None:
+        return {}
+    if not isinstance(fixed, Mapping):
+        checks.add(f"fixed must map names to values, got {fixed!r}", wrong_type=True)
+        return {}
+    return dict(fixed)
+
+
+def _check_runs(counts: Sequence[int]) -> None:
+    """Refuse what would fill the memory before the first run."""
+    runs = math.prod(counts)
+    if runs > MOST_RUNS:
+        grid = " x ".join(map(str, counts))
+        raise ValueError(f"a study must have at most {MOST_RUNS} runs, got {grid} = {runs}")
+
+
+def _check_keywords(checks: Checks, build: object, intervals: Iterable[str], fixed: Iterable[str]) -> None:
+    """Whether `build` can be called with these keywords, as far as its signature tells."""
+    for name in sorted(set(intervals) & set(fixed)):
+        checks.add(f'"{name}" is both a parameter and fixed')
+    if not callable(build):
+        checks.add(f"build must be callable, got {build!r}", wrong_type=True)
+        return
+    try:
+        signature = inspect.signature(build).parameters.values()
+    except (TypeError, ValueError):  # a callable that does not tell, as some compiled ones
+        return
+    by_keyword = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+    known = [item.name for item in signature if item.kind in by_keyword]
+    needed = [item.name for item in signature if item.kind in by_keyword and item.default is item.empty]
+    given = list(dict.fromkeys([*intervals, *fixed]))
+    if not any(item.kind is item.VAR_KEYWORD for item in signature):
+        for name in given:
+            if name not in known:
+                checks.add(f'build has no parameter "{name}"{did_you_mean(name, known)}')
+    for name in needed:
+        if name not in given:
+            checks.add(f'build needs a value for "{name}": give it in parameters or fixed')
+
+
+@contextmanager
+def _reporter(progress: bool | Progress | None) -> Iterator[Progress | None]:
+    if callable(progress):
+        yield progress
+    elif progress:
+        with bar("study", "runs") as report:
+            yield report
+    else:
+        yield None

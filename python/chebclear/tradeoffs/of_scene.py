@@ -1,0 +1,247 @@
+"""Accuracy against cost on a scene of one's own: methods and tolerances against two tight runs."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.arguments import Checks
+from ..base.progress import bar, is_request
+from ..errors import SimulationError
+from ..run.accuracy import chaos_horizon, output_ranges
+from ..run.settings import LEAST_RTOL, MAX_EVENTS, MAX_STEPS, METHODS, MOST_RTOL, Settings
+from ..run.simulation import run_scene, warn_once
+from ..run.trajectory import Trajectory
+from ..scene.scene import Scene
+from .recommendation import power
+from .result import Tradeoff as Tradeoff
+from .result import TradeoffPoint as TradeoffPoint
+
+# Steps after which a measured run is given up unless told otherwise: a second or two. A setting that needs
+# more is no candidate, and twenty of them would take the user's morning.
+MOST_MEASURED_STEPS = 1_000_000
+
+Array = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+
+RTOLS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+REFERENCE_RTOL = 1e-12
+# Two methods of different order and tableau. Both keep their tolerance where a friction law has kinks, which
+# the explicit method does not always (docs/decisions.md), and differ by 4e-10 m/s of 22 m/s on the paper's
+# mechanism as printed and by 2e-7 m/s on the corrected one; tighter tolerances only add rounding.
+REFERENCE_METHODS = ("rodas5p", "rodas4")
+# Instants up to which largest errors are kept: fine enough for a horizon, small beside the samples.
+_INSTANTS = 241
+
+
+def tradeoff(
+    scene: Scene,
+    duration: float,
+    samples: int,
+    outputs: Sequence[str] | None = None,
+    *,
+    methods: Sequence[str] | None = None,
+    rtols: Sequence[float] = RTOLS,
+    reference_rtol: float = REFERENCE_RTOL,
+    skip: float = 0.0,
+    repeats: int = 3,
+    max_steps: int = MOST_MEASURED_STEPS,
+    max_events: int = MAX_EVENTS,
+    progress: bool | Progress | None = None,
+) -> Tradeoff:
+    """Measure accuracy against cost: simulate with many settings and compare with a tight run.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to simulate. For a study see `Study.tradeoff`.
+    duration : float
+        Simulated time [s], above 0.
+    samples : int
+        Number of equally spaced samples, both ends included [-]. Errors are measured at the samples.
+    outputs : sequence of str, optional
+        Names of the outputs of interest; all columns but the contact states if not given.
+    methods : sequence of str, optional
+        Integrators; all of them if not given.
+    rtols : sequence of float
+        Relative tolerances [-], each at least ten times `reference_rtol`.
+    reference_rtol : float
+        Relative tolerance of the reference and of the run that checks it [-].
+    skip : float
+        Time to simulate before the first sample [s].
+    repeats : int
+        How often each setting is run to find its least time [-].
+    max_steps, max_events : int
+        Accepted steps and changes of contact after which a measured run is given up [-]; the two tight runs
+        have the usual limits.
+    progress : True or callable, optional
+        True shows a bar if standard error is a terminal; a callable gets the runs done and the runs in all.
+
+    Returns
+    -------
+    Tradeoff
+        Runs that fail are in it with their status.
+
+    Raises
+    ------
+    SceneError
+        If the scene is wrong; all problems are listed.
+    SimulationError
+        If one of the two tight runs fails: there is nothing to compare with.
+    ValueError, TypeError
+        If another argument is wrong; all problems are listed.
+
+    Examples
+    --------
+    >>> from chebclear import mechanisms, tradeoff
+    >>> result = tradeoff(
+    ...     mechanisms.slider_crank(), 2e-3, 51, ["slider.vx"], rtols=[1e-4, 1e-6], repeats=1
+    ... )
+    >>> result.error(result["rodas4", 1e-6], "slider.vx") < result.error(result["rodas4", 1e-4], "slider.vx")
+    True
+    """
+    checks = Checks()
+    if not isinstance(scene, Scene):
+        checks.add(f"scene must be a Scene, got {scene!r}; a Study has the method tradeoff", wrong_type=True)
+    settings = Settings.checked(
+        checks,
+        duration=duration,
+        samples=samples,
+        skip=skip,
+        rtol=reference_rtol,
+        method=REFERENCE_METHODS[0],
+        outputs=outputs,
+        max_steps=max_steps,
+        max_events=max_events,
+        position_tolerance=None,
+        velocity_tolerance=None,
+    )
+    names = _checked_list(checks, "methods", METHODS if methods is None else methods)
+    names = [checks.word("methods", name, METHODS) for name in names]
+    tolerances = _checked_tolerances(checks, rtols, settings.rtol)
+    count = checks.whole("repeats", repeats, least=1, most=1000)
+    if not is_request(progress):
+        checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
+    checks.finish()
+    settings = settings.for_scene(scene)
+    if settings.outputs is None:
+        # A contact state is a yes or no: its error is 1 as soon as an impact falls between other samples.
+        columns = tuple(name for name in scene.check().columns if not name.endswith(".contact"))
+        settings = dataclasses.replace(settings, outputs=columns)
+
+    choices = [
+        dataclasses.replace(settings, method=method, rtol=rtol) for method in names for rtol in tolerances
+    ]
+    total = 2 + count * len(choices)
+    with _reporter(progress) as report:
+        done = iter(range(1, total + 1))
+
+        def run(choice: Settings) -> tuple[Trajectory, float]:
+            start = time.perf_counter()
+            trajectory = run_scene(scene, choice)
+            seconds = time.perf_counter() - start
+            if report is not None:
+                report(next(done), total)
+            return trajectory, seconds
+
+        tight = dataclasses.replace(settings, max_steps=MAX_STEPS, max_events=MAX_EVENTS)
+        reference, reference_seconds = run(tight)
+        _require_success(reference)
+        check, check_seconds = run(dataclasses.replace(tight, method=REFERENCE_METHODS[1]))
+        _require_success(check)
+        warn_once(reference.warnings, stacklevel=3)
+        ranges, thresholds = output_ranges(reference.columns, reference.values)
+        kept = np.unique(np.linspace(0, len(reference.t) - 1, _INSTANTS).round().astype(int))
+
+        def measured(trajectory: Trajectory, seconds: float) -> TradeoffPoint:
+            difference = trajectory.values - reference.values
+            return TradeoffPoint(
+                method=trajectory.settings.method,
+                rtol=trajectory.settings.rtol,
+                status=trajectory.status,
+                end_time=trajectory.end_time,
+                stats=trajectory.stats,
+                seconds=seconds,
+                horizon=chaos_horizon(reference.t, difference, thresholds),
+                growth=np.maximum.accumulate(np.abs(difference), axis=0)[kept].T.copy(),
+            )
+
+        points = [measured(*run(choice)) for choice in choices]
+        # In rounds, so that a machine that is busy for a while does not spoil all repeats of one setting.
+        seconds = [point.seconds for point in points]
+        # A run that failed costs what its limits allow; its time is no price of an accuracy.
+        finished = [point.status == "done" for point in points]
+        for _ in range(count - 1):
+            for index, choice in enumerate(choices):
+                if finished[index]:
+                    seconds[index] = min(seconds[index], run(choice)[1])
+                elif report is not None:
+                    report(next(done), total)
+        points = [
+            dataclasses.replace(point, seconds=best) for point, best in zip(points, seconds, strict=True)
+        ]
+    return Tradeoff(
+        outputs=reference.columns,
+        ranges=ranges,
+        t=reference.t[kept],
+        points=tuple(points),
+        reference=measured(reference, reference_seconds),
+        check=measured(check, check_seconds),
+        warnings=reference.warnings,
+        settings=settings,
+        scene=scene,
+    )
+
+
+def _checked_list(checks: Checks, name: str, given: object) -> list[Any]:
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        checks.add(f"{name} must be a list, got {given!r}", wrong_type=True)
+        return []
+    values = list(given)
+    if not values:
+        checks.add(f"{name} must not be empty")
+    for index, value in enumerate(values):
+        if value in values[:index]:
+            checks.add(f"{name} has {value!r} more than once")
+    return values
+
+
+def _checked_tolerances(checks: Checks, rtols: object, reference_rtol: float) -> list[float]:
+    """The tolerances, from loose to tight."""
+    tolerances = [
+        checks.real(f"rtols[{index}]", rtol, "-", least=LEAST_RTOL, most=MOST_RTOL)
+        for index, rtol in enumerate(_checked_list(checks, "rtols", rtols))
+    ]
+    # A reference as loose as what it judges judges nothing; 9 and not 10 for the sake of rounding.
+    tight = [rtol for rtol in tolerances if rtol < 9.0 * reference_rtol]
+    if tight:
+        checks.add(f"rtols must be at least 10 times reference_rtol = {power(reference_rtol)}, got {tight}")
+    return sorted(tolerances, reverse=True)
+
+
+def _require_success(run: Trajectory) -> None:
+    if not run.success:
+        message = (
+            f"{run.message}, in the reference run ({run.settings.method}, rtol "
+            f"{power(run.settings.rtol)}); a shorter duration or a looser reference_rtol may help"
+        )
+        error = SimulationError(run.status, run.end_time, run.joint, message=message)
+        error.trajectory = run
+        raise error
+
+
+@contextmanager
+def _reporter(progress: bool | Progress | None) -> Iterator[Callable[[int, int], None] | None]:
+    if callable(progress):
+        yield progress
+    elif progress:
+        with bar("tradeoff", "runs") as report:
+            yield report
+    else:
+        yield None

@@ -1,0 +1,269 @@
+"""Which setting of a trade-off to take: the cheapest one that is accurate enough, or none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base import files as records
+from ..base.arguments import Checks, did_you_mean
+from ..plots.results import column_unit
+from ..report.tables import format_number
+
+if TYPE_CHECKING:
+    from .result import Tradeoff, TradeoffPoint
+
+Array = NDArray[np.float64]
+
+MOST_ACCURACY = 1.0
+"""Largest error that may be asked for, as a part of the range of an output [-]."""
+COSTS = ("seconds", "steps", "stages", "evaluations")
+# Times this close count as equal: best times of two runs scatter by as much.
+_LEVEL = 1.1
+# The reference must be known this many times better than what it is to judge.
+_MARGIN = 4.0
+# Outputs named one by one in a sentence; of more only the one nearest to its limit.
+_NAMED = 3
+# Part of its range below which an output is rounding: two runs may agree to the last bit, as in free flight
+# before the first impact, and are still not known better than this.
+_ROUNDING = 1e-14
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Recommendation(records.ArrayRecord):
+    """The cheapest setting that is accurate enough; its ``str`` is one line."""
+
+    point: TradeoffPoint | None
+    """The setting; None if none of those measured is accurate enough."""
+    until: float
+    """End of the time over which the errors hold [s]."""
+    cost: str
+    """What was to be small, such as ``"seconds"``."""
+    limits: dict[str, float]
+    """Largest admissible error of each output in its unit; infinite for a constant one."""
+    errors: dict[str, float]
+    """Bound of the error of each output in its unit: that of the setting, or of the most accurate one."""
+    text: str
+    """One line."""
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def largest_error(t: Array, growth: Array, until: float | None) -> Array:
+    """Largest difference of each output up to a time.
+
+    Parameters
+    ----------
+    t : ndarray, shape (instants,)
+        Instants [s].
+    growth : ndarray, shape (outputs, instants)
+        Largest difference up to each instant in the unit of the output.
+    until : float or None
+        The time [s]; the end if None. Between two instants the later one counts.
+
+    Returns
+    -------
+    ndarray, shape (outputs,)
+        In the units of the outputs; NaN if the run ended before.
+    """
+    # A time that was computed may lie past its instant by rounding.
+    index = len(t) - 1 if until is None else int(np.searchsorted(t, until * (1.0 - 1e-12)))
+    return growth[:, min(index, len(t) - 1)]
+
+
+def in_words(time: float, digits: int = 3) -> str:
+    """A time [s] with some significant digits and a fitting unit.
+
+    Examples
+    --------
+    >>> in_words(0.0314), in_words(2.0), in_words(5.123e-6, 2)
+    ('31.4 ms', '2 s', '5.1 µs')
+    """
+    if time >= 1.0 or time == 0.0:
+        return f"{time:.{digits}g} s"
+    return f"{1e3 * time:.{digits}g} ms" if time >= 1e-3 else f"{1e6 * time:.{digits}g} µs"
+
+
+def power(number: float) -> str:
+    """A positive number as people write tolerances.
+
+    Examples
+    --------
+    >>> power(1e-3), power(2.5e-10), power(0.02)
+    ('1e-3', '2.5e-10', '2e-2')
+    """
+    digits, exponent = f"{number:.3e}".split("e")
+    return f"{float(digits):g}e{int(exponent)}"
+
+
+def recommendation(
+    result: Tradeoff, accuracy: float | Mapping[str, float], *, until: float | None, cost: str
+) -> Recommendation:
+    """The cheapest setting that is accurate enough; see `Tradeoff.recommendation`."""
+    checks = Checks()
+    limits = _checked_limits(checks, result, accuracy)
+    checks.word("cost", cost, COSTS)
+    if until is not None:
+        checks.real("until", until, "s", above=0.0, most=result.duration * (1.0 + 1e-12))
+    checks.finish()
+    bound = np.array([limits[name] for name in result.outputs])
+
+    known = np.all(_MARGIN * _with_rounding(result, result.check.growth) <= bound[:, None], axis=0)
+    # Differences up to an instant only grow, so what is known is known from the start on.
+    trusted = float(result.t[np.count_nonzero(known) - 1]) if known[0] else 0.0
+    span = trusted if until is None else until
+    uncertain = _uncertainty(result, span)
+
+    def errors(point: TradeoffPoint) -> Array:
+        return largest_error(result.t, point.growth, span) + uncertain
+
+    def answer(point: TradeoffPoint | None, shown: Array, text: str) -> Recommendation:
+        by_name = dict(zip(result.outputs, map(float, shown), strict=True))
+        return Recommendation(point, span, cost, limits, by_name, text)
+
+    if span <= result.t[0] or not np.all(uncertain <= bound):
+        if span <= result.t[0]:  # not known well enough at any time: say how well it is known at all
+            span = result.duration
+            uncertain = _uncertainty(result, span)
+        worst = _nearest(uncertain, bound)
+        text = (
+            f"no setting: over {_span(result, span)} the reference itself is known "
+            f"only with {_amounts(result, uncertain, [worst])}"
+        )
+        if until is not None and trusted > result.t[0]:
+            text += f"; ask for at most {in_words(trusted)}"
+        return answer(None, uncertain, text)
+
+    good = _settings_within(result, bound, span)
+    if good:
+        best = _cheapest(good, cost)
+        text = (
+            f"rtol {power(best.rtol)} with {best.method}: {_shown_amounts(result, errors(best), bound)} over "
+            f"{_span(result, span)}, {_price(best, cost)} a run"
+        )
+        parted = float(best.horizon[np.isfinite(bound)].min(initial=math.inf))
+        if parted <= span:
+            text += f", but off by more than 1 % of a range from {in_words(parted)} on"
+        if len(good) == len(result.points) > 1:
+            text += "; all settings measured are accurate enough, cheaper ones may be too"
+        if until is None and span < result.duration:
+            text += "; beyond, the reference itself is not known well enough"
+        return answer(best, errors(best), text)
+
+    finished = [point for point in result.points if np.all(np.isfinite(errors(point)))]
+    if not finished:
+        return answer(None, np.full(len(bound), math.nan), f"no setting: no run reached {in_words(span)}")
+    closest = min(finished, key=lambda point: float(np.max(errors(point) / bound)))
+    shown = errors(closest)
+    text = (
+        f"no setting measured is accurate enough over {_span(result, span)}; the nearest, rtol "
+        f"{power(closest.rtol)} with {closest.method}, has {_shown_amounts(result, shown, bound)}"
+    )
+    if np.all(shown <= bound):
+        text += ", but a tighter one of the same method has not: that is luck"
+    for instant in result.t[-1:0:-1]:
+        shorter = _settings_within(result, bound, instant) if instant < span else []
+        if shorter:
+            best = _cheapest(shorter, cost)
+            text += (
+                f"; over the first {in_words(instant)} rtol {power(best.rtol)} with {best.method} is enough"
+            )
+            break
+    return answer(None, shown, text)
+
+
+def _settings_within(result: Tradeoff, bound: Array, span: float) -> list[TradeoffPoint]:
+    """Settings that keep the bound with every finished tighter one of their method."""
+    uncertain = _uncertainty(result, span)
+    good: list[TradeoffPoint] = []
+    for method in dict.fromkeys(point.method for point in result.points):
+        of_method = [point for point in result.points if point.method == method]
+        for point in sorted(of_method, key=lambda point: point.rtol):
+            errors = largest_error(result.t, point.growth, span) + uncertain
+            if np.all(errors <= bound):
+                # A run that failed later on is no setting to recommend.
+                good += [point] if point.success else []
+            elif np.all(np.isfinite(errors)):
+                break
+    return good
+
+
+def _uncertainty(result: Tradeoff, span: float) -> Array:
+    """How well the reference is known up to a time, in the units of the outputs."""
+    return _with_rounding(result, largest_error(result.t, result.check.growth, span)[:, None])[:, 0]
+
+
+def _with_rounding(result: Tradeoff, growth: Array) -> Array:
+    """Differences of the two tight runs, shape (outputs, instants), at least what rounding leaves."""
+    return np.maximum(growth, _ROUNDING * result.ranges[:, None])
+
+
+def _checked_limits(
+    checks: Checks, result: Tradeoff, accuracy: float | Mapping[str, float]
+) -> dict[str, float]:
+    """Largest admissible error of every output in its unit."""
+    if not isinstance(accuracy, Mapping):
+        # An error as large as all of the motion is none to ask for: any run has it.
+        part = checks.real("accuracy", accuracy, "-", above=0.0, most=MOST_ACCURACY)
+        scales = zip(result.outputs, result.ranges, strict=True)
+        return {name: float(part * scale) if scale > 0.0 else math.inf for name, scale in scales}
+    limits = dict.fromkeys(result.outputs, math.inf)
+    if not accuracy:
+        checks.add("accuracy must name at least one output")
+    for name, value in accuracy.items():
+        if name not in limits:
+            checks.add(f'accuracy has the unknown output "{name}"{did_you_mean(name, limits)}')
+        else:
+            span = float(result.ranges[result.outputs.index(name)])
+            most = MOST_ACCURACY * span if span > 0.0 else None
+            limits[name] = checks.real(f'accuracy["{name}"]', value, column_unit(name), above=0.0, most=most)
+    return limits
+
+
+def _cheapest(points: list[TradeoffPoint], cost: str) -> TradeoffPoint:
+    """The cheapest setting; ``"auto"`` if it is level with it, since it is safe where contacts stick."""
+    level = _LEVEL if cost == "seconds" else 1.0
+    cheapest = min(points, key=lambda point: (_cost(point, cost), point.rtol))
+    auto = [point for point in points if point.method == "auto"]
+    best = min(auto, key=lambda point: (_cost(point, cost), point.rtol), default=cheapest)
+    return best if _cost(best, cost) <= level * _cost(cheapest, cost) else cheapest
+
+
+def _cost(point: TradeoffPoint, cost: str) -> float:
+    return point.seconds if cost == "seconds" else float(getattr(point.stats, cost))
+
+
+def _price(point: TradeoffPoint, cost: str) -> str:
+    return in_words(point.seconds, 2) if cost == "seconds" else f"{int(_cost(point, cost))} {cost}"
+
+
+def _span(result: Tradeoff, span: float) -> str:
+    whole = span >= result.duration * (1.0 - 1e-9)
+    return f"all {in_words(result.duration)}" if whole else f"the first {in_words(span)}"
+
+
+def _nearest(errors: Array, bound: Array) -> int:
+    """The output that is nearest to its limit, or furthest beyond."""
+    return int(np.argmax(np.where(np.isfinite(errors), errors, math.inf) / bound))
+
+
+def _amounts(result: Tradeoff, errors: Array, chosen: list[int]) -> str:
+    """``"slider.vx within 0.0020 m/s"`` and so on."""
+    words = []
+    for index in chosen:
+        name = result.outputs[index]
+        words.append(f"{name} within {format_number(float(errors[index]), 2)} {column_unit(name)}".rstrip())
+    return ", ".join(words)
+
+
+def _shown_amounts(result: Tradeoff, errors: Array, bound: Array) -> str:
+    chosen = [index for index in range(len(errors)) if math.isfinite(bound[index])]
+    if len(chosen) > _NAMED:
+        chosen = [_nearest(errors, bound)]
+    return _amounts(result, errors, chosen) if chosen else "all outputs constant"

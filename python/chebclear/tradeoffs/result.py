@@ -1,0 +1,420 @@
+"""What a trade-off measured: costs, errors and horizons of every setting, as values, tables and files."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base import files as records
+from ..plots.results import column_unit
+from ..report.tables import format_number, format_table, markdown_table
+from ..run.settings import Settings
+from ..run.trajectory import Stats, column_index
+from ..scene.scene import Scene
+from . import recommendation as recommend
+from .recommendation import Recommendation, in_words, largest_error, power
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+# Outputs shown one by one in a table; of more only the worst.
+_SHOWN = 4
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TradeoffPoint(records.ArrayRecord):
+    """What one method costs and delivers at one tolerance."""
+
+    method: str
+    """Integrator."""
+    rtol: float
+    """Relative tolerance of the integrator [-]."""
+    status: str
+    """``"done"``, or the word for why the run ended early."""
+    end_time: float
+    """Where the run ended [s]."""
+    stats: Stats
+    """What the run cost, in counts that do not depend on the machine."""
+    seconds: float
+    """What the run cost on this machine, the best of the repeats [s]."""
+    horizon: Array
+    """First sample that is off the reference by more than 1 % of the range [s], shape (outputs,)."""
+    growth: Array
+    """Largest difference from the reference up to each instant in the unit of the output.
+
+    The shape is (outputs, instants); NaN after the end of a run that failed.
+    """
+
+    @property
+    def success(self) -> bool:
+        """Whether the run reached its end."""
+        return self.status == "done"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Tradeoff(records.ArrayRecord):
+    """Accuracy against cost of one scene; ``result["rodas4", 1e-6]`` is that `TradeoffPoint`.
+
+    Errors are differences from the run `reference`, which has an error itself: `check`, a run of another
+    method as tight, tells how much. A difference that is not above twice theirs is no measurement of an
+    error, only a bound, shown with "≤". All of it is about the solution of the equations, not of the model.
+    """
+
+    outputs: tuple[str, ...]
+    """Names of the outputs."""
+    ranges: Array
+    """Range of each output in its unit, shape (outputs,); 0 for one that is constant."""
+    t: Array
+    """Instants up to which largest errors are known [s], shape (instants,)."""
+    points: tuple[TradeoffPoint, ...]
+    """What was measured, by method and from loose to tight; failed runs are in it."""
+    reference: TradeoffPoint
+    """The run that stands for the truth; its differences are zero."""
+    check: TradeoffPoint
+    """The run that checks it; its differences are the uncertainty of the reference."""
+    warnings: tuple[str, ...]
+    """What the user was warned of in the reference run."""
+    settings: Settings
+    """How the reference was simulated."""
+    scene: Scene
+    """What was simulated."""
+
+    def __repr__(self) -> str:
+        return f"<Tradeoff: {len(self.points)} runs to t = {self.duration:g} s, {', '.join(self.outputs)}>"
+
+    def __getitem__(self, setting: tuple[str, float]) -> TradeoffPoint:
+        method, rtol = setting
+        for point in self.points:
+            if point.method == method and math.isclose(point.rtol, rtol, rel_tol=1e-9):
+                return point
+        raise KeyError(f"{method} was not run at rtol {rtol!r}")
+
+    def __iter__(self) -> Iterator[TradeoffPoint]:
+        return iter(self.points)
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @property
+    def duration(self) -> float:
+        """Simulated time [s]."""
+        return float(self.t[-1])
+
+    @property
+    def trusted_until(self) -> float:
+        """Until when the two tight runs agree within 1 % of the range of every output [s]."""
+        return min(float(self.check.horizon.min()), self.duration)
+
+    def error(self, point: TradeoffPoint, output: str, until: float | None = None) -> float:
+        """Largest difference of a run from the reference.
+
+        Parameters
+        ----------
+        point : TradeoffPoint
+            One of `points`.
+        output : str
+            Name of the output.
+        until : float, optional
+            End of the time that counts [s]; all of it if not given.
+
+        Returns
+        -------
+        float
+            In the unit of the output; NaN if the run ended before.
+        """
+        return float(largest_error(self.t, point.growth, until)[column_index(self.outputs, output)])
+
+    def uncertainty(self, output: str, until: float | None = None) -> float:
+        """Largest difference of the two tight runs, by which the reference is uncertain.
+
+        Parameters
+        ----------
+        output : str
+            Name of the output.
+        until : float, optional
+            End of the time that counts [s]; all of it if not given.
+
+        Returns
+        -------
+        float
+            In the unit of the output.
+        """
+        return self.error(self.check, output, until)
+
+    def recommendation(
+        self,
+        accuracy: float | Mapping[str, float] = 1e-3,
+        *,
+        until: float | None = None,
+        cost: str = "seconds",
+    ) -> Recommendation:
+        """The cheapest setting that is accurate enough; ``"auto"`` where it is level with it.
+
+        A setting counts if its difference from the reference and the uncertainty of the reference together
+        are within the accuracy for every output, and if that holds for every tighter tolerance of the same
+        method as well: where errors scatter, a single hit is luck.
+
+        Parameters
+        ----------
+        accuracy : float or mapping of str to float
+            Largest error relative to the range of each output [-], at most 1, constant outputs aside; or the
+            largest error of the outputs by name, in their units, at most their ranges.
+        until : float, optional
+            End of the time that counts [s]; if not given, as far as the reference itself is known to a
+            quarter of the accuracy.
+        cost : {"seconds", "steps", "stages", "evaluations"}
+            What is to be small. Seconds depend on the machine; a stage of a Rosenbrock method and one of an
+            explicit method are not the same work.
+
+        Returns
+        -------
+        Recommendation
+            Its ``str`` is one line; its `point` is None if no setting is accurate enough.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If an argument is wrong; all problems are listed.
+        """
+        return recommend.recommendation(self, accuracy, until=until, cost=cost)
+
+    def table(self) -> str:
+        """The results as a Markdown table: one row a run, with costs, errors and horizons.
+
+        Returns
+        -------
+        str
+            Without a final line break. Of more than four outputs only the worst error is shown.
+        """
+        return markdown_table(*self._cells())
+
+    def __str__(self) -> str:
+        return f"{self.describe_reference()}\n{format_table(*self._cells())}"
+
+    def describe_reference(self) -> str:
+        """One sentence on what the errors were measured against and how far that is known."""
+        pair = f"{self.reference.method} and {self.check.method} at rtol {power(self.reference.rtol)}"
+        differences = ", ".join(
+            f"{name} by {_with_unit(self.uncertainty(name), name)}" for name in self._shown_outputs()
+        )
+        least = min(self.check.horizon)
+        until = (
+            "within 1 % of every range to the end"
+            if math.isinf(least)
+            else f"within 1 % of every range up to {in_words(least)}: no error is known beyond"
+        )
+        return f"Reference: {pair} agree {until}; they differ in {differences}."
+
+    def hardest_outputs(self, most: int) -> list[str]:
+        """Outputs whose errors are the largest for their ranges, in their order.
+
+        Parameters
+        ----------
+        most : int
+            Number of outputs at most [-].
+
+        Returns
+        -------
+        list of str
+        """
+        finished = [point.growth[:, -1] for point in self.points if np.all(np.isfinite(point.growth[:, -1]))]
+        # The geometric mean over the runs, in which a loose tolerance counts no more than a tight one.
+        errors = np.array(finished or [self.check.growth[:, -1]])
+        scale = np.where(self.ranges > 0.0, self.ranges, math.inf)
+        sizes = np.mean(np.log(np.maximum(errors / scale, np.finfo(float).tiny)), axis=0)
+        chosen = sorted(np.argsort(-sizes, kind="stable")[:most])
+        return [self.outputs[index] for index in chosen]
+
+    def _shown_outputs(self) -> list[str]:
+        """All outputs, or of many the one in which the tight runs differ most for its range."""
+        if len(self.outputs) <= _SHOWN:
+            return list(self.outputs)
+        return [self.outputs[_worst(largest_error(self.t, self.check.growth, None), self.ranges)]]
+
+    def _cells(self) -> tuple[list[str], list[list[str]]]:
+        """Header and rows of the table."""
+        spans = [self.duration]
+        if self.t[0] < self.trusted_until < self.duration:
+            spans.insert(0, self._instant_before(self.trusted_until))
+        few = len(self.outputs) <= _SHOWN
+        failures = any(not point.success for point in self.points)
+        head = ["method", "rtol", "steps", "rejected", "stages", "evaluations", "events", "time [ms]"]
+        for span in spans:
+            when = "" if span == self.duration else f" to {in_words(span)}"
+            if few:
+                head += [f"{name} [{column_unit(name)}]{when}" for name in self.outputs]
+            head.append(f"worst [% of range]{when}")
+            if not few:
+                head.append("which is")
+        head += ["horizon [ms]", *(["status"] if failures else [])]
+        return head, [self._row(point, spans, few, failures) for point in self.points]
+
+    def _row(self, point: TradeoffPoint, spans: list[float], few: bool, failures: bool) -> list[str]:
+        stats = point.stats
+        counts = (stats.steps, stats.rejected, stats.stages, stats.evaluations, stats.events)
+        row = [point.method, power(point.rtol), *map(str, counts), format_number(1e3 * point.seconds, 2)]
+        for span in spans:
+            errors = largest_error(self.t, point.growth, span)
+            uncertain = largest_error(self.t, self.check.growth, span)
+            if few:
+                row += [format_error(*pair) for pair in zip(errors, uncertain, strict=True)]
+            worst = _worst(errors, self.ranges)
+            scale = self.ranges[worst] / 100.0 or math.nan
+            row.append(format_error(errors[worst] / scale, uncertain[worst] / scale))
+            if not few:
+                row.append("-" if math.isnan(errors[worst]) else self.outputs[worst])
+        least = float(point.horizon.min())
+        row.append(f"> {1e3 * point.end_time:.3g}" if math.isinf(least) else f"{1e3 * least:.3g}")
+        if failures:
+            row.append("done" if point.success else f"{point.status} at {in_words(point.end_time)}")
+        return row
+
+    def _instant_before(self, time: float) -> float:
+        """The last instant at which the outputs still agree, if they part at this time."""
+        return float(self.t[max(int(np.searchsorted(self.t, time)) - 1, 0)])
+
+    def to_dict(self) -> dict[str, list[Any]]:
+        """The table as columns of plain numbers and words, as a data frame wants them.
+
+        Returns
+        -------
+        dict of str to list
+            Method, rtol [-], status, seconds [s], the counters [-] and for each output ``"error NAME"``
+            (largest difference from the reference in its unit) and ``"horizon NAME"`` [s].
+        """
+        columns: dict[str, list[Any]] = {
+            name: [getattr(point, name) for point in self.points]
+            for name in ("method", "rtol", "status", "seconds")
+        }
+        for field in dataclasses.fields(Stats):
+            columns[field.name] = [getattr(point.stats, field.name) for point in self.points]
+        for index, name in enumerate(self.outputs):
+            columns[f"error {name}"] = [float(point.growth[index, -1]) for point in self.points]
+            columns[f"horizon {name}"] = [float(point.horizon[index]) for point in self.points]
+        return columns
+
+    def plot(self, output: str | None = None, *, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw cost against error, one line a method; see `plot_tradeoff` for the options.
+
+        Parameters
+        ----------
+        output : str, optional
+            Name of the output; the first one if not given.
+        ax : Axes, optional
+            Where to draw; a new figure if not given.
+        **options
+            Passed to `plot_tradeoff`.
+
+        Returns
+        -------
+        Axes
+        """
+        from ..plots import costs as plot_costs
+
+        return plot_costs.plot_tradeoff(self, output, ax=ax, **options)
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write everything to one compressed ``.npz`` file.
+
+        Parameters
+        ----------
+        path : path
+            Where to; ``.npz`` is appended if it is missing.
+
+        Returns
+        -------
+        Path
+            The file written.
+        """
+        runs = [*self.points, self.reference, self.check]
+        arrays = {
+            "t": self.t,
+            "ranges": self.ranges,
+            "horizon": np.stack([point.horizon for point in runs]),
+            "growth": np.stack([point.growth for point in runs]),
+        }
+        named = ("method", "rtol", "status", "end_time", "seconds")
+        facts = {
+            "outputs": self.outputs,
+            "runs": [
+                {name: getattr(point, name) for name in named} | {"stats": dataclasses.asdict(point.stats)}
+                for point in runs
+            ],
+            "warnings": self.warnings,
+            "settings": dataclasses.asdict(self.settings),
+            "scene": json.loads(self.scene.to_json()),
+        }
+        return records.save(path, "tradeoff", arrays, facts)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Tradeoff:
+        """Read what `save` wrote.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+
+        Returns
+        -------
+        Tradeoff
+
+        Raises
+        ------
+        ValueError
+            If the file holds something else.
+        """
+        arrays, facts = records.load(path, "tradeoff")
+        *points, reference, check = (
+            TradeoffPoint(
+                **{**run, "stats": Stats(**run["stats"])},
+                horizon=arrays["horizon"][index],
+                growth=arrays["growth"][index],
+            )
+            for index, run in enumerate(facts["runs"])
+        )
+        return cls(
+            outputs=tuple(facts["outputs"]),
+            ranges=arrays["ranges"],
+            t=arrays["t"],
+            points=tuple(points),
+            reference=reference,
+            check=check,
+            warnings=tuple(facts["warnings"]),
+            settings=Settings.from_dict(facts["settings"]),
+            scene=Scene.from_json(json.dumps(facts["scene"])),
+        )
+
+
+def format_error(error: float, uncertainty: float) -> str:
+    """An error with two digits, as a bound if it is not above twice the uncertainty of the reference.
+
+    Examples
+    --------
+    >>> format_error(3.14e-3, 1e-9), format_error(1e-9, 2e-9), format_error(float("nan"), 1e-9)
+    ('0.0031', '≤ 3.0e-09', '-')
+    """
+    if error > 2.0 * uncertainty or math.isnan(error):
+        return format_number(error, 2)
+    return f"≤ {format_number(error + uncertainty, 2)}"
+
+
+def _with_unit(value: float, output: str) -> str:
+    return f"{format_number(value, 2)} {column_unit(output)}".rstrip()
+
+
+def _worst(errors: Array, ranges: Array) -> int:
+    """Where the error is largest for the range of the output; constant outputs come last."""
+    relative = np.divide(errors, ranges, out=np.full(len(errors), -1.0), where=ranges > 0.0)
+    return int(np.argmax(relative))

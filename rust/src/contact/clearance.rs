@@ -1,0 +1,174 @@
+//! Geometry and force of a revolute joint with clearance, section 2 of `[Xiang2020]`.
+//!
+//! The journal (radius R_J) turns inside the bearing (radius R_B = R_J + c). The eccentricity
+//! **e** points from the bearing's centre to the journal's, Eq. (1); the normal **n** = **e**/|**e**|
+//! and the tangent **t** (n turned by +90°) are Eq. (4).
+
+use crate::contact::friction::FrictionLaw;
+use crate::contact::normal::NormalLaw;
+use crate::numerics::dual::{Dual, Scalar};
+
+/// What the sliding velocity of the contact is the velocity of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SlidingVelocity {
+    /// The two material surfaces: v_T = ė·t + ω_J R_J - ω_B R_B.
+    Surface,
+    /// The geometric contact points, as printed in Eq. (5) and (6): v_T = ė·t (1 - c/|e|).
+    ///
+    /// It misses the rotation of the bodies and carries the factor δ/|e|, so friction is
+    /// almost switched off; kept to reproduce published results.
+    ContactPoint,
+}
+
+/// The laws and sizes of one clearance joint: everything the force needs besides the motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClearanceLaw {
+    /// Radial clearance c [m].
+    pub clearance: f64,
+    /// Journal radius R_J [m].
+    pub journal_radius: f64,
+    /// Bearing radius R_B [m].
+    pub bearing_radius: f64,
+    /// Normal force.
+    pub normal: NormalLaw,
+    /// Friction, if the joint has any.
+    pub friction: Option<FrictionLaw>,
+    /// Convention of the sliding velocity.
+    pub sliding: SlidingVelocity,
+}
+
+/// Whether the journal touches the bearing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Phase {
+    /// No contact: no force, whatever the penetration.
+    Free,
+    /// In contact, with the hysteresis factor χ [s/m] latched at its onset.
+    Contact {
+        /// Hysteresis factor χ [s/m].
+        hysteresis_factor: f64,
+        /// The damping would pull (1 + χ δ̇ < 0): a dry joint cannot, the force is clipped to zero.
+        clipped: bool,
+    },
+}
+
+/// Relative motion of journal and bearing, as far as the force depends on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RelativeMotion<S> {
+    /// Eccentricity vector e [m].
+    pub eccentricity: [S; 2],
+    /// Its rate ė [m/s].
+    pub rate: [S; 2],
+    /// Rolling velocity of the surfaces ω_J R_J - ω_B R_B [m/s].
+    pub spin: S,
+}
+
+/// What the contact does, seen from the journal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactState<S> {
+    /// Penetration δ = |e| - c [m], Eq. (2); negative in free flight.
+    pub penetration: S,
+    /// Penetration rate δ̇ = ė·n [m/s].
+    pub penetration_rate: S,
+    /// Sliding velocity v_T [m/s].
+    pub sliding_velocity: S,
+    /// Normal force F_N [N], pressing journal and bearing apart.
+    pub normal_force: S,
+    /// Component of the force on the journal along t [N].
+    pub friction_force: S,
+    /// Force on the journal in the world frame [N].
+    pub force: [S; 2],
+}
+
+impl ClearanceLaw {
+    /// Penetration, velocities and forces of the joint.
+    ///
+    /// At |e| = 0 (a concentric start) the normal does not exist and no force acts: nothing is
+    /// divided by |e|, and the rates are reported as zero.
+    #[inline(always)]
+    pub fn evaluate<S: Scalar>(&self, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
+        let zero = S::constant(0.0);
+        let [ex, ey] = motion.eccentricity;
+        let [vx, vy] = motion.rate;
+        let square = ex * ex + ey * ey;
+        if square.value() == 0.0 {
+            return ContactState {
+                penetration: S::constant(-self.clearance),
+                penetration_rate: zero,
+                sliding_velocity: zero,
+                normal_force: zero,
+                friction_force: zero,
+                force: [zero, zero],
+            };
+        }
+        let eccentricity = square.sqrt();
+        let penetration = eccentricity - self.clearance;
+        let inverse = S::constant(1.0) / eccentricity;
+        let (nx, ny) = (ex * inverse, ey * inverse);
+        let penetration_rate = vx * nx + vy * ny;
+        let tangential_velocity = vy * nx - vx * ny;
+        let sliding_velocity = match self.sliding {
+            SlidingVelocity::Surface => tangential_velocity + motion.spin,
+            SlidingVelocity::ContactPoint => tangential_velocity * penetration * inverse,
+        };
+        let normal_force = match phase {
+            Phase::Contact { hysteresis_factor, clipped: false } => {
+                self.normal.normal_force(penetration, penetration_rate, hysteresis_factor)
+            }
+            _ => zero,
+        };
+        let friction_force = match self.friction {
+            Some(law) => -(law.signed_coefficient(sliding_velocity) * normal_force),
+            None => zero,
+        };
+        // On the journal: the normal force pushes it back inside, friction acts along t = (-ny, nx).
+        let force = [-(normal_force * nx) - friction_force * ny, friction_force * nx - normal_force * ny];
+        ContactState { penetration, penetration_rate, sliding_velocity, normal_force, friction_force, force }
+    }
+
+    /// Force on the journal and friction, with their derivatives with respect to
+    /// (e_x, e_y, ė_x, ė_y, spin): `[force_x, force_y, friction_force]`.
+    pub fn force_gradient(&self, motion: &RelativeMotion<f64>, phase: Phase) -> [Dual<5>; 3] {
+        let dual = RelativeMotion {
+            eccentricity: [Dual::input(motion.eccentricity[0], 0), Dual::input(motion.eccentricity[1], 1)],
+            rate: [Dual::input(motion.rate[0], 2), Dual::input(motion.rate[1], 3)],
+            spin: Dual::input(motion.spin, 4),
+        };
+        let state = self.evaluate(&dual, phase);
+        [state.force[0], state.force[1], state.friction_force]
+    }
+
+    /// Normal force [N] and its rate [N/s] where the relative motion accelerates by `acceleration`
+    /// [m/s²].
+    pub fn normal_force_with_rate(
+        &self,
+        motion: &RelativeMotion<f64>,
+        acceleration: [f64; 2],
+        phase: Phase,
+    ) -> [f64; 2] {
+        let along =
+            |value: [f64; 2], rate: [f64; 2]| [0, 1].map(|k| Dual { value: value[k], gradient: [rate[k]] });
+        let dual = RelativeMotion {
+            eccentricity: along(motion.eccentricity, motion.rate),
+            rate: along(motion.rate, acceleration),
+            spin: Dual::constant(motion.spin),
+        };
+        let force = ClearanceLaw { friction: None, ..*self }.evaluate::<Dual<1>>(&dual, phase).normal_force;
+        [force.value, force.gradient[0]]
+    }
+
+    /// Sliding speed [m/s] the integrator must resolve for the friction law, if that is steep.
+    ///
+    /// The printed sliding velocity is smaller than the relative velocity by δ/|e|, about 0.01: its
+    /// friction law is as much flatter.
+    pub fn stick_velocity(&self) -> Option<f64> {
+        match self.sliding {
+            SlidingVelocity::Surface => self.friction.map(|law| law.stick_velocity()),
+            SlidingVelocity::ContactPoint => None,
+        }
+    }
+
+    /// Whether the latched law would pull at this penetration rate: `1 + χ δ̇` [-].
+    pub fn damping_bracket(penetration_rate: f64, hysteresis_factor: f64) -> f64 {
+        1.0 + hysteresis_factor * penetration_rate
+    }
+}

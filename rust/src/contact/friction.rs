@@ -1,0 +1,77 @@
+//! Friction laws: sliding velocity in, friction coefficient out.
+
+use crate::numerics::dual::Scalar;
+
+/// A law for the friction coefficient.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FrictionLaw {
+    /// Modified Coulomb friction, Eq. (11) of `[Xiang2020]`:
+    ///
+    /// ```text
+    /// μ = μ_s sin(π |v| / (2 V_s))                                      |v| < V_s
+    /// μ = (μ_s+μ_d)/2 + (μ_s-μ_d)/2 cos(π (|v| - V_s) / (V_d - V_s))    V_s ≤ |v| ≤ V_d
+    /// μ = μ_d                                                           |v| > V_d
+    /// ```
+    ///
+    /// The force is zero at rest and grows with the velocity: such a contact creeps under
+    /// load and never truly sticks.
+    ModifiedCoulomb {
+        /// Static friction coefficient μ_s [-].
+        static_coefficient: f64,
+        /// Sliding friction coefficient μ_d [-].
+        sliding_coefficient: f64,
+        /// Stick-slip switch velocity V_s [m/s].
+        stick_slip_velocity: f64,
+        /// Static-sliding friction switch velocity V_d [m/s], above V_s.
+        static_sliding_velocity: f64,
+    },
+    /// Smoothed Coulomb friction, μ tanh(v / V): it creeps as well, and is smooth everywhere.
+    SmoothedCoulomb {
+        /// Friction coefficient μ [-].
+        coefficient: f64,
+        /// Velocity V of the smoothing [m/s]: at 3 V the force is 99.5 % of Coulomb's.
+        velocity: f64,
+    },
+}
+
+impl FrictionLaw {
+    /// Friction coefficient with the sign of the sliding velocity [m/s]: μ(|v|) sign(v) [-].
+    #[inline]
+    pub fn signed_coefficient<S: Scalar>(&self, sliding_velocity: S) -> S {
+        let (static_coefficient, sliding_coefficient, stick_slip_velocity, static_sliding_velocity) =
+            match *self {
+                FrictionLaw::SmoothedCoulomb { coefficient, velocity } => {
+                    return (sliding_velocity * (1.0 / velocity)).tanh() * coefficient;
+                }
+                FrictionLaw::ModifiedCoulomb {
+                    static_coefficient,
+                    sliding_coefficient,
+                    stick_slip_velocity,
+                    static_sliding_velocity,
+                } => (static_coefficient, sliding_coefficient, stick_slip_velocity, static_sliding_velocity),
+            };
+        let half_pi = std::f64::consts::FRAC_PI_2;
+        let speed = sliding_velocity.value().abs();
+        if speed < stick_slip_velocity {
+            // Odd in v, so the sign comes for free and v = 0 is no special case.
+            return (sliding_velocity * (half_pi / stick_slip_velocity)).sin() * static_coefficient;
+        }
+        let sign = sliding_velocity.value().signum();
+        if speed > static_sliding_velocity {
+            return S::constant(sign * sliding_coefficient);
+        }
+        let mean = 0.5 * (static_coefficient + sliding_coefficient);
+        let amplitude = 0.5 * (static_coefficient - sliding_coefficient);
+        let width = static_sliding_velocity - stick_slip_velocity;
+        let phase = (sliding_velocity * sign - stick_slip_velocity) * (2.0 * half_pi / width);
+        (phase.cos() * amplitude + mean) * sign
+    }
+
+    /// Sliding speed [m/s] below which the law is steep: an integrator must resolve it.
+    pub fn stick_velocity(&self) -> f64 {
+        match *self {
+            FrictionLaw::ModifiedCoulomb { stick_slip_velocity, .. } => stick_slip_velocity,
+            FrictionLaw::SmoothedCoulomb { velocity, .. } => velocity,
+        }
+    }
+}

@@ -1,0 +1,6 @@
+//! What happens between a journal and its bearing: geometry, normal-force laws, friction laws, with exact
+//! derivatives. In: relative motion of the two surfaces; out: forces. Uses `numerics`.
+
+pub mod clearance;
+pub mod friction;
+pub mod normal;

@@ -1,0 +1,485 @@
+//! Assembly: from the user's rough angles to a start with every clearance joint concentric in
+//! position and velocity, and the scales by which errors are judged.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::dynamics::Dynamics;
+use crate::error::{Problem, SceneError};
+use crate::mechanism::compiled::{FramePoint, IdealKind, Mechanism, Realisation, State};
+use crate::mechanism::kinematics::{FrameKind, Vec2};
+use crate::mechanism::scales::{
+    effective_masses, length_scale, levers, set_contact_scales, speed_from_rest, speed_scale,
+};
+use crate::numerics::turns::unwind;
+use crate::scene::parts::{Scene, Start};
+
+/// Newton steps before an assembly is given up. A rough guess needs about ten; a hundred only
+/// when it creeps along a singular pose.
+const ITERATIONS: usize = 100;
+
+/// Residual of the closures relative to the size of the mechanism that counts as assembled:
+/// a few hundred rounding errors, far below any clearance that could be simulated.
+const CLOSED: f64 = 1e-13;
+
+impl Mechanism {
+    /// Compiles a scene: checks it, spans the tree, assembles the start.
+    ///
+    /// # Errors
+    /// Every problem of [`Scene::check`]; otherwise bodies that are not connected, a structure, loops
+    /// that prescribe more than can move, or a mechanism that cannot be assembled.
+    pub fn compile(scene: &Scene) -> Result<Mechanism, SceneError> {
+        scene.check()?;
+        let mut mechanism = Mechanism::span(scene)?;
+        assemble(&mut mechanism, scene)?;
+        Ok(mechanism)
+    }
+}
+
+/// Computes `start`, `scales` and the joints' load-dependent constants of a mechanism.
+fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> {
+    let length = length_scale(scene);
+    let rough = rough_coordinates(mechanism, scene);
+    let d = rough.len();
+    let mut dynamics = Dynamics::new(mechanism);
+    let conditions = Conditions::new(mechanism, scene);
+    let mut q = rough.clone();
+    slide_together(&mut dynamics, &conditions, &mut q, length);
+    let mut residual = close_positions(&mut dynamics, &conditions, &mut q, length);
+    if residual.is_nan() || residual > CLOSED * length {
+        // Slid together, a mechanism may stand where turning it does not begin to close it.
+        q = rough;
+        residual = close_positions(&mut dynamics, &conditions, &mut q, length);
+    }
+    if residual.is_nan() || residual > CLOSED * length {
+        return Err(SceneError::single(
+            "bodies",
+            format!(
+                "the mechanism cannot be assembled with its loops closed and its clearance joints {}: from the \
+                 given angles a gap of {residual:.3e} m remains; check the lengths and the rough angles of the \
+                 bodies{}{}",
+                if scene.start.is_empty() { "concentric" } else { "as the start says" },
+                if scene.start.is_empty() {
+                    ""
+                } else {
+                    "; the start may also contradict itself or the drives"
+                },
+                excess(mechanism)
+            ),
+        ));
+    }
+    let (v, gap_rate) = close_velocities(&mut dynamics, &conditions, &q, length);
+    dynamics.move_to(0.0, &q, &v);
+    check_directions(mechanism, &dynamics)?;
+    let speed = speed_scale(mechanism, &dynamics, length);
+    // The least-squares velocity leaves a rate only where no velocity closes the joints: the pose
+    // is singular and the drive pushes against it.
+    if gap_rate.is_nan() || gap_rate > 1e-9 * speed {
+        return Err(SceneError::single(
+            "bodies",
+            format!(
+                "the assembled pose is singular{}: no velocity keeps the joints together \
+                 (remaining rate {gap_rate:.3e} m/s); start the drive at another angle{}",
+                if scene.start.is_empty() { "" } else { ", or the start contradicts itself or the drives" },
+                excess(mechanism)
+            ),
+        ));
+    }
+    check_mobility(mechanism, &dynamics, &conditions, length)?;
+    let levers = levers(mechanism, &dynamics);
+    let mut accelerations = vec![0.0; d];
+    if !dynamics.acceleration(0.0, &q, &v, &mut accelerations) {
+        return Err(SceneError::single("bodies", "the mass matrix is singular in the assembled pose"));
+    }
+    dynamics.accelerate(&accelerations);
+    let speed = if speed > 0.0 { speed } else { speed_from_rest(mechanism, &dynamics, length) };
+    let masses = effective_masses(mechanism, &mut dynamics, &q, &v, &accelerations);
+    set_contact_scales(mechanism, masses, speed, length);
+    mechanism.start = State { q, v };
+    mechanism.scales.length = length;
+    mechanism.scales.speed = speed;
+    mechanism.scales.levers = levers;
+    Ok(())
+}
+
+/// A spring with a length, or a damper, has no direction between points that coincide.
+fn check_directions(mechanism: &Mechanism, dynamics: &Dynamics) -> Result<(), SceneError> {
+    let lost = mechanism.links.iter().filter(|link| !dynamics.link_force(link).norm().is_finite());
+    let problems: Vec<Problem> = lost
+        .map(|link| {
+            Problem::new(
+                "forces",
+                format!(
+                    "the two points of {:?} coincide at the start: its force has no direction there; start elsewhere",
+                    link.name
+                ),
+            )
+        })
+        .collect();
+    if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
+}
+
+/// Every closure must restrict the motion by two more equations: otherwise a joint is redundant
+/// (its forces cannot be known) or the pose is a change point. And something must be able to move.
+fn check_mobility(
+    mechanism: &Mechanism,
+    dynamics: &Dynamics,
+    conditions: &Conditions,
+    length: f64,
+) -> Result<(), SceneError> {
+    let units = column_units(mechanism, length);
+    let (_, jacobian) = conditions.positions(dynamics, &units, length.log2().ceil().exp2());
+    for (index, closure) in mechanism.closures.iter().enumerate() {
+        let rows = 2 * (index + 1);
+        let part = jacobian.rows(0, rows).into_owned();
+        let rank = if part.ncols() == 0 { 0 } else { part.clone().rank(SINGULAR_VELOCITY * part.amax()) };
+        if rank < rows {
+            return Err(SceneError::single(
+                "joints",
+                format!(
+                    "joint {:?} closes a loop that the other joints and drives already hold, in the assembled \
+                     pose: it is redundant (remove it or give it clearance), or the mechanism starts at a \
+                     change point with links in line (start it elsewhere){}",
+                    closure.name,
+                    excess(mechanism)
+                ),
+            ));
+        }
+    }
+    // The closures are independent here, so a count decides.
+    if mechanism.mobility() == 0 && mechanism.driven.is_empty() {
+        return Err(SceneError::single(
+            "joints",
+            "the scene is a structure: its joints hold every body and nothing is driven, so nothing can move; \
+             remove a joint or give one clearance",
+        ));
+    }
+    Ok(())
+}
+
+/// What to add to a problem of the assembly where the loops ask for more than can move.
+fn excess(mechanism: &Mechanism) -> String {
+    let (free, equations) = (mechanism.free.len(), 2 * mechanism.closures.len());
+    if equations <= free {
+        return String::new();
+    }
+    let names: Vec<String> = mechanism.closures.iter().map(|closure| format!("{:?}", closure.name)).collect();
+    format!(
+        "; the loops closed by {} ask for {equations} equations of {free} free coordinate{}: a joint or a drive \
+         is too many",
+        names.join(" and "),
+        if free == 1 { "" } else { "s" }
+    )
+}
+
+/// Free coordinates that give the bodies their rough angles, or those that the start gives with all their
+/// turns: springs count them, and what follows meets them up to full turns only.
+fn rough_coordinates(mechanism: &Mechanism, scene: &Scene) -> Vec<f64> {
+    let mut angles = vec![0.0; mechanism.frames.len()];
+    let mut coordinates = vec![0.0; mechanism.frames.len()];
+    for (index, frame) in mechanism.frames.iter().enumerate().skip(1) {
+        angles[index] = angles[frame.parent];
+        if frame.kind != FrameKind::Revolute {
+            continue;
+        }
+        let driven = mechanism.driven.iter().find(|driven| driven.column == index - 1);
+        let wanted = mechanism
+            .bodies
+            .iter()
+            .zip(&scene.bodies)
+            // The body hung on the joint: bodies welded to it have their origin elsewhere.
+            .filter(|(placed, _)| placed.frame == index)
+            .min_by_key(|(placed, _)| !placed.hung)
+            .map_or(angles[index], |(placed, body)| {
+                let given = scene.start.iter().find_map(|start| match start {
+                    Start::Body { body: name, angle, .. } if *name == body.name => *angle,
+                    _ => None,
+                });
+                given.unwrap_or(body.angle) - placed.angle
+            });
+        coordinates[index] = match driven {
+            Some(driven) => driven.sign * driven.motion.at(0.0)[0],
+            None => given_turn(mechanism, scene, index - 1).unwrap_or(wanted - angles[index]),
+        };
+        angles[index] += coordinates[index];
+    }
+    mechanism.free.iter().map(|&column| coordinates[column + 1]).collect()
+}
+
+/// The coordinate that the start gives to the revolute joint of a column, if any.
+fn given_turn(mechanism: &Mechanism, scene: &Scene, column: usize) -> Option<f64> {
+    scene.start.iter().find_map(|start| {
+        let Start::Joint { joint: name, position: Some(position), .. } = start else { return None };
+        let joint = mechanism.ideal_joints.iter().find(|joint| joint.name == *name)?;
+        match joint.realisation {
+            Realisation::Tree { column: Some(own), sign, .. } if own == column => Some(sign * position),
+            _ => None,
+        }
+    })
+}
+
+/// Unit of each free coordinate for least squares: 1 rad, and the size of the mechanism as a
+/// power of two, so that a scene in other units takes bit for bit the same steps.
+fn column_units(mechanism: &Mechanism, length: f64) -> Vec<f64> {
+    let unit = length.log2().ceil().exp2();
+    mechanism
+        .free
+        .iter()
+        .map(|&column| match mechanism.frames[column + 1].kind {
+            FrameKind::Revolute => 1.0,
+            FrameKind::Prismatic { .. } => unit,
+        })
+        .collect()
+}
+
+/// What must hold at the start.
+struct Conditions {
+    /// Points with the second seen from the first [m] and its rate [m/s]: loop closures, then
+    /// clearance joints.
+    pairs: Vec<([FramePoint; 2], Vec2, Vec2)>,
+    /// Coordinates that the user gave.
+    coordinates: Vec<GivenCoordinate>,
+}
+
+/// A coordinate of a joint or the angle of a body, as far as it is given.
+struct GivenCoordinate {
+    /// Its derivative with respect to the coordinate of every column.
+    columns: Vec<f64>,
+    /// Whether it is an angle.
+    turns: bool,
+    /// Its value [rad or m] where all coordinates are zero.
+    zero: f64,
+    position: Option<f64>,
+    velocity: Option<f64>,
+}
+
+impl Conditions {
+    fn new(mechanism: &Mechanism, scene: &Scene) -> Self {
+        let eccentric = |name: &str| {
+            let given = scene.start.iter().find_map(|start| match start {
+                Start::Clearance { joint, eccentricity, rate } if joint == name => {
+                    Some((Vec2::from(*eccentricity), Vec2::from(*rate)))
+                }
+                _ => None,
+            });
+            given.unwrap_or((Vec2::zeros(), Vec2::zeros()))
+        };
+        let closures =
+            mechanism.closures.iter().map(|closure| ([closure.a, closure.b], Vec2::zeros(), Vec2::zeros()));
+        let joints = mechanism.clearance_joints.iter().map(|joint| {
+            let (eccentricity, rate) = eccentric(&joint.name);
+            ([joint.bearing, joint.journal], eccentricity, rate)
+        });
+        Self {
+            pairs: closures.chain(joints).collect(),
+            coordinates: scene.start.iter().filter_map(|start| given_coordinate(mechanism, start)).collect(),
+        }
+    }
+
+    /// Rows that the pairs and the given coordinates take.
+    fn rows(&self, given: impl Fn(&GivenCoordinate) -> Option<f64>) -> usize {
+        2 * self.pairs.len() + self.coordinates.iter().filter(|one| given(one).is_some()).count()
+    }
+
+    /// What the positions are off by, one below the other, and the Jacobian with respect to the free
+    /// coordinates. Lengths are divided by `unit`, columns multiplied by the coordinates' `units`.
+    fn positions(&self, dynamics: &Dynamics, units: &[f64], unit: f64) -> (DVector<f64>, DMatrix<f64>) {
+        let given = |one: &GivenCoordinate| one.position;
+        let mut residual = DVector::zeros(self.rows(given));
+        for (index, (pair, gap, _)) in self.pairs.iter().enumerate() {
+            let [from, to] = pair.map(|point| dynamics.point(point).position);
+            let off = (to - from - gap) / unit;
+            (residual[2 * index], residual[2 * index + 1]) = (off.x, off.y);
+        }
+        let wanted = self.coordinates.iter().filter_map(|one| Some((one, one.position?)));
+        for (row, (one, wanted)) in wanted.enumerate() {
+            let off = one.zero + one.sum(|column| dynamics.coordinate(column).position) - wanted;
+            // An angle is met where it is met up to full turns.
+            let off = if one.turns { unwind(off).0 } else { off / unit };
+            residual[2 * self.pairs.len() + row] = off;
+        }
+        (residual, self.jacobian(dynamics, units, unit, given))
+    }
+
+    /// The same for the velocities.
+    fn velocities(&self, dynamics: &Dynamics, units: &[f64], unit: f64) -> (DVector<f64>, DMatrix<f64>) {
+        let given = |one: &GivenCoordinate| one.velocity;
+        let mut residual = DVector::zeros(self.rows(given));
+        for (index, (pair, _, rate)) in self.pairs.iter().enumerate() {
+            let [from, to] = pair.map(|point| dynamics.point(point).velocity);
+            let off = (to - from - rate) / unit;
+            (residual[2 * index], residual[2 * index + 1]) = (off.x, off.y);
+        }
+        let wanted = self.coordinates.iter().filter_map(|one| Some((one, one.velocity?)));
+        for (row, (one, wanted)) in wanted.enumerate() {
+            let off = one.sum(|column| dynamics.coordinate(column).velocity) - wanted;
+            residual[2 * self.pairs.len() + row] = if one.turns { off } else { off / unit };
+        }
+        (residual, self.jacobian(dynamics, units, unit, given))
+    }
+
+    fn jacobian(
+        &self,
+        dynamics: &Dynamics,
+        units: &[f64],
+        unit: f64,
+        given: impl Fn(&GivenCoordinate) -> Option<f64>,
+    ) -> DMatrix<f64> {
+        let mechanism = dynamics.mechanism;
+        let mut jacobian = DMatrix::zeros(self.rows(&given), mechanism.free.len());
+        for (index, &(pair, ..)) in self.pairs.iter().enumerate() {
+            let columns = dynamics.gap_columns(pair);
+            for axis in 0..2 {
+                for (freedom, &column) in mechanism.free.iter().enumerate() {
+                    jacobian[(2 * index + axis, freedom)] = columns[column][axis] / unit * units[freedom];
+                }
+            }
+        }
+        for (row, one) in self.coordinates.iter().filter(|one| given(one).is_some()).enumerate() {
+            let scale = if one.turns { 1.0 } else { 1.0 / unit };
+            for (freedom, &column) in mechanism.free.iter().enumerate() {
+                jacobian[(2 * self.pairs.len() + row, freedom)] =
+                    one.columns[column] * scale * units[freedom];
+            }
+        }
+        jacobian
+    }
+}
+
+impl GivenCoordinate {
+    fn sum(&self, of: impl Fn(usize) -> f64) -> f64 {
+        let moving = self.columns.iter().enumerate().filter(|(_, by)| **by != 0.0);
+        moving.map(|(column, by)| by * of(column)).sum()
+    }
+}
+
+fn given_coordinate(mechanism: &Mechanism, start: &Start) -> Option<GivenCoordinate> {
+    // Names were checked with the scene.
+    let index_of = |name: &str| mechanism.bodies.iter().position(|body| body.name == name);
+    let between = |bodies: [Option<usize>; 2], position, velocity| {
+        let mut columns = vec![0.0; mechanism.frames.len() - 1];
+        let mut zero = 0.0;
+        for (body, sign) in bodies.into_iter().zip([-1.0, 1.0]) {
+            let Some(placed) = body.map(|body| &mechanism.bodies[body]) else { continue };
+            zero += sign * placed.angle;
+            for &column in &mechanism.paths[placed.frame].columns {
+                columns[column] += sign * mechanism.frames[column + 1].kind.turn();
+            }
+        }
+        Some(GivenCoordinate { columns, turns: true, zero, position, velocity })
+    };
+    match start {
+        Start::Clearance { .. } => None,
+        Start::Body { body, angle, angular_velocity } => {
+            between([None, index_of(body)], *angle, *angular_velocity)
+        }
+        Start::Joint { joint, position, velocity } => {
+            let joint = mechanism.ideal_joints.iter().find(|other| other.name == *joint)?;
+            match joint.realisation {
+                Realisation::Tree { column: Some(column), .. } if joint.kind == IdealKind::Prismatic => {
+                    let mut columns = vec![0.0; mechanism.frames.len() - 1];
+                    columns[column] = 1.0;
+                    let (position, velocity) = (*position, *velocity);
+                    Some(GivenCoordinate { columns, turns: false, zero: 0.0, position, velocity })
+                }
+                _ => between(joint.bodies, *position, *velocity),
+            }
+        }
+    }
+}
+
+/// Singular values relative to the largest below which a direction counts as immovable.
+const SINGULAR: f64 = 1e-10;
+/// The same for velocities: in a pose that just closes, positions are known to the square root of
+/// rounding only, and so is the singular value that vanishes there.
+const SINGULAR_VELOCITY: f64 = 1e-6;
+
+/// Least-squares solution of smallest norm; directions with a relative singular value below
+/// `cutoff` are left out.
+fn least_squares(jacobian: DMatrix<f64>, right: &DVector<f64>, cutoff: f64) -> DVector<f64> {
+    let columns = jacobian.ncols();
+    let largest = jacobian.amax();
+    // The decomposition panics over what is not a number; the remaining gap will tell.
+    if largest == 0.0 || right.is_empty() || !jacobian.iter().chain(right).all(|x| x.is_finite()) {
+        return DVector::zeros(columns);
+    }
+    jacobian.svd(true, true).solve(right, cutoff * largest).unwrap_or_else(|_| DVector::zeros(columns))
+}
+
+/// Closes the gaps as far as sliding alone can: the user gave angles and no positions, so a body without
+/// ideal joints keeps its angle. Gaps are linear in the slides.
+fn slide_together(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f64], length: f64) {
+    let mechanism = dynamics.mechanism;
+    let units = column_units(mechanism, length);
+    let unit = length.log2().ceil().exp2();
+    dynamics.move_to(0.0, q, &vec![0.0; q.len()]);
+    let (residual, mut jacobian) = conditions.positions(dynamics, &units, unit);
+    for (k, &column) in mechanism.free.iter().enumerate() {
+        if mechanism.frames[column + 1].kind == FrameKind::Revolute {
+            jacobian.column_mut(k).fill(0.0);
+        }
+    }
+    let step = least_squares(jacobian, &residual, SINGULAR);
+    for (k, value) in q.iter_mut().enumerate() {
+        *value -= step[k] * units[k];
+    }
+}
+
+/// Newton's method with halved steps on the conditions; what remains [m].
+fn close_positions(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f64], length: f64) -> f64 {
+    let mechanism = dynamics.mechanism;
+    let at_rest = vec![0.0; q.len()];
+    let units = column_units(mechanism, length);
+    let unit = length.log2().ceil().exp2();
+    dynamics.move_to(0.0, q, &at_rest);
+    let (mut residual, mut jacobian) = conditions.positions(dynamics, &units, unit);
+    for _ in 0..ITERATIONS {
+        let size = residual.norm();
+        if size == 0.0 {
+            break;
+        }
+        let step = least_squares(jacobian, &residual, SINGULAR);
+        let mut trial = q.to_vec();
+        let mut fraction = 1.0;
+        loop {
+            for (k, value) in trial.iter_mut().enumerate() {
+                *value = q[k] - fraction * step[k] * units[k];
+            }
+            dynamics.move_to(0.0, &trial, &at_rest);
+            (residual, jacobian) = conditions.positions(dynamics, &units, unit);
+            if residual.norm() < size {
+                break;
+            }
+            fraction *= 0.5;
+            // No shorter step helps: rounding level, or a gap that cannot be closed.
+            if fraction < 1e-6 {
+                return size * unit;
+            }
+        }
+        q.copy_from_slice(&trial);
+    }
+    residual.norm() * unit
+}
+
+/// Velocities of smallest norm that meet the conditions, and the largest remaining rate [m/s].
+fn close_velocities(
+    dynamics: &mut Dynamics,
+    conditions: &Conditions,
+    q: &[f64],
+    length: f64,
+) -> (Vec<f64>, f64) {
+    let units = column_units(dynamics.mechanism, length);
+    let unit = length.log2().ceil().exp2();
+    let mut v = vec![0.0; q.len()];
+    // The conditions are linear in v: the second pass only removes the rounding of the first.
+    for _ in 0..2 {
+        dynamics.move_to(0.0, q, &v);
+        let (residual, jacobian) = conditions.velocities(dynamics, &units, unit);
+        let step = least_squares(jacobian, &residual, SINGULAR_VELOCITY);
+        for (k, value) in v.iter_mut().enumerate() {
+            *value -= step[k] * units[k];
+        }
+    }
+    dynamics.move_to(0.0, q, &v);
+    let (remaining, _) = conditions.velocities(dynamics, &units, unit);
+    (v, if remaining.is_empty() { 0.0 } else { remaining.amax() * unit })
+}

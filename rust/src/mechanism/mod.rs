@@ -1,0 +1,9 @@
+//! The compiled mechanism: flat, constant, holding only what the scene uses. In: a scene; out: frames, spanning
+//! tree, cut joints, assembled start, scales. Uses `scene`, `contact`, `numerics`.
+
+pub mod assembly;
+pub mod compiled;
+pub mod constraints;
+pub mod kinematics;
+mod scales;
+mod tree;

@@ -1,0 +1,472 @@
+//! From a scene to its tree of frames.
+//!
+//! Joints enter the tree in an order that leaves only revolute joints to be cut; clearance joints
+//! never enter it. A part that only clearance joints hold gets three coordinates of its own.
+
+use std::collections::VecDeque;
+
+use crate::contact::clearance::ClearanceLaw;
+use crate::error::{Problem, SceneError};
+use crate::mechanism::compiled::{
+    AppliedForce, AppliedTorque, BodyPlacement, ClearanceJoint, Closure, DrivenCoordinate, FrameInertia,
+    FramePoint, IdealJoint, IdealKind, Link, Mechanism, Path, Realisation, Scales, State, Torsion,
+};
+use crate::mechanism::kinematics::{Frame, FrameKind, Vec2, direction, turned};
+use crate::scene::parts::{Attachment, Force, ForceFrame, GROUND, Joint, JointKind, Scene};
+
+impl Mechanism {
+    /// The tree of a checked scene, not assembled yet: start and scales are empty.
+    pub(crate) fn span(scene: &Scene) -> Result<Mechanism, SceneError> {
+        let mut builder = Builder::new(scene);
+        builder.span()?;
+        Ok(builder.finish())
+    }
+}
+
+/// Where a body ended up while the tree grows.
+#[derive(Clone, Copy)]
+struct Placement {
+    frame: usize,
+    hung: bool,
+    origin: Vec2,
+    angle: f64,
+}
+
+impl Placement {
+    const GROUND: Placement = Placement { frame: 0, hung: false, origin: Vec2::new(0.0, 0.0), angle: 0.0 };
+
+    /// A point of the body in the coordinates of its frame.
+    fn to_frame(self, point: [f64; 2]) -> Vec2 {
+        self.origin + rotated(Vec2::from(point), self.angle)
+    }
+}
+
+fn rotated(vector: Vec2, angle: f64) -> Vec2 {
+    let (sine, cosine) = angle.sin_cos();
+    turned(vector, cosine, sine)
+}
+
+struct Builder<'a> {
+    scene: &'a Scene,
+    placements: Vec<Option<Placement>>,
+    /// For every joint of the scene whether it is cut.
+    cut: Vec<bool>,
+    frames: Vec<Frame>,
+    coordinate_names: Vec<String>,
+    driven: Vec<DrivenCoordinate>,
+    /// How the tree satisfies each joint of the scene, and the joints in the order of its growth.
+    realisations: Vec<Option<Realisation>>,
+    order: Vec<usize>,
+}
+
+impl<'a> Builder<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        let ground = Frame { parent: 0, anchor: Vec2::zeros(), kind: FrameKind::Revolute };
+        Self {
+            scene,
+            placements: vec![None; scene.bodies.len()],
+            cut: Vec::new(),
+            frames: vec![ground],
+            coordinate_names: Vec::new(),
+            driven: Vec::new(),
+            realisations: vec![None; scene.joints.len()],
+            order: Vec::new(),
+        }
+    }
+
+    /// Ends of a joint; names were checked before.
+    fn ends(&self, joint: &Joint) -> [Attachment; 2] {
+        joint.references().map(|(_, reference)| self.end(reference))
+    }
+
+    fn end(&self, reference: &str) -> Attachment {
+        const CHECKED: Attachment = Attachment { body: None, position: [f64::NAN; 2] };
+        self.scene.attachment(reference).unwrap_or(CHECKED)
+    }
+
+    fn add_frame(&mut self, parent: usize, anchor: Vec2, kind: FrameKind, name: String) -> usize {
+        self.frames.push(Frame { parent, anchor, kind });
+        self.coordinate_names.push(name);
+        self.frames.len() - 1
+    }
+
+    /// Chooses the joints of the tree, grows it from ground, breadth first, then from the first
+    /// body of every part that only clearance joints hold.
+    fn span(&mut self) -> Result<(), SceneError> {
+        self.check_connected()?;
+        self.choose_cuts()?;
+        self.grow(None);
+        for body in 0..self.scene.bodies.len() {
+            if self.placements[body].is_none() {
+                self.float(body);
+                self.grow(Some(body));
+            }
+        }
+        Ok(())
+    }
+
+    /// Joins the bodies by prismatic, fixed and driven joints first; a revolute joint that then
+    /// closes a loop is cut, and becomes a closure.
+    fn choose_cuts(&mut self) -> Result<(), SceneError> {
+        let mut group: Vec<usize> = (0..=self.scene.bodies.len()).collect();
+        let mut problems = Vec::new();
+        let driven = |name: &str| self.scene.drives.iter().any(|drive| drive.joint() == name);
+        let mut cut = vec![false; self.scene.joints.len()];
+        for revolutes in [false, true] {
+            for (index, joint) in self.scene.joints.iter().enumerate() {
+                let Joint::Ideal { name, kind, .. } = joint else { continue };
+                let can_close = *kind == JointKind::Revolute && !driven(name);
+                if can_close != revolutes {
+                    continue;
+                }
+                let [a, b] = self.ends(joint).map(|end| group[end.body.unwrap_or(self.scene.bodies.len())]);
+                if a != b {
+                    group.iter_mut().filter(|g| **g == a).for_each(|g| *g = b);
+                } else if can_close {
+                    cut[index] = true;
+                } else {
+                    problems.push(Problem::new(
+                        format!("joints[{index}]"),
+                        format!(
+                            "joint {name:?} closes a loop of prismatic, fixed and driven joints; a loop needs a \
+                             revolute joint without a drive, or a joint with clearance"
+                        ),
+                    ));
+                }
+            }
+        }
+        self.cut = cut;
+        if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
+    }
+
+    fn grow(&mut self, root: Option<usize>) {
+        let mut queue = VecDeque::from([root]);
+        while let Some(body) = queue.pop_front() {
+            for (index, joint) in self.scene.joints.iter().enumerate() {
+                let Joint::Ideal { name, kind, .. } = joint else { continue };
+                let [a, b] = self.ends(joint);
+                if self.cut[index] || (a.body != body && b.body != body) {
+                    continue;
+                }
+                let reversed = a.body != body;
+                let (parent_end, child_end) = if reversed { (b, a) } else { (a, b) };
+                // Without the cut joints the graph has no loops: a body met again is where we come from.
+                if let Some(child) = child_end.body.filter(|&child| self.placements[child].is_none()) {
+                    self.hang(index, name, kind, [parent_end, child_end], child, reversed);
+                    queue.push_back(Some(child));
+                }
+            }
+        }
+    }
+
+    /// Hangs `child` on the tree through an ideal joint.
+    fn hang(
+        &mut self,
+        joint: usize,
+        name: &str,
+        kind: &JointKind,
+        [parent_end, child_end]: [Attachment; 2],
+        child: usize,
+        reversed: bool,
+    ) {
+        let parent = parent_end.body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND);
+        let anchor = parent.to_frame(parent_end.position);
+        let sign = if reversed { -1.0 } else { 1.0 };
+        let (frame, angle, pivot) = match *kind {
+            JointKind::Revolute => {
+                let frame = self.add_frame(parent.frame, anchor, FrameKind::Revolute, name.to_owned());
+                (frame, parent.angle, Vec2::zeros())
+            }
+            JointKind::Prismatic { axis, angle } => {
+                // The line is fixed in body a; both bodies turn together, so it is fixed in either frame.
+                let child_angle = parent.angle + sign * angle;
+                let angle_a = if reversed { child_angle } else { parent.angle };
+                let axis = sign * rotated(direction(Vec2::from(axis)), angle_a);
+                let kind = FrameKind::Prismatic { axis };
+                let frame = self.add_frame(parent.frame, anchor, kind, name.to_owned());
+                (frame, child_angle, Vec2::zeros())
+            }
+            JointKind::Fixed { angle } => (parent.frame, parent.angle + sign * angle, anchor),
+        };
+        let origin = pivot - rotated(Vec2::from(child_end.position), angle);
+        let hung = !matches!(kind, JointKind::Fixed { .. });
+        self.placements[child] = Some(Placement { frame, hung, origin, angle });
+        let column = hung.then(|| frame - 1);
+        self.realisations[joint] = Some(Realisation::Tree { child, column, sign });
+        self.order.push(joint);
+        for drive in self.scene.drives.iter().filter(|drive| drive.joint() == name) {
+            self.driven.push(DrivenCoordinate {
+                name: drive.name().to_owned(),
+                joint,
+                column: frame - 1,
+                motion: drive.motion(),
+                turns: *kind == JointKind::Revolute,
+                // The axis of a frame already has the sign of its joint.
+                sign: if *kind == JointKind::Revolute { sign } else { 1.0 },
+            });
+        }
+    }
+
+    /// Gives a body that no ideal joint holds its three coordinates, about its centre of mass.
+    fn float(&mut self, body: usize) {
+        let name = &self.scene.bodies[body].name;
+        let mut frame = 0;
+        for (suffix, kind) in [
+            ("x", FrameKind::Prismatic { axis: Vec2::x() }),
+            ("y", FrameKind::Prismatic { axis: Vec2::y() }),
+            ("angle", FrameKind::Revolute),
+        ] {
+            frame = self.add_frame(frame, Vec2::zeros(), kind, format!("{name}.{suffix}"));
+        }
+        let origin = -Vec2::from(self.scene.bodies[body].center_of_mass);
+        self.placements[body] = Some(Placement { frame, hung: true, origin, angle: 0.0 });
+    }
+
+    /// All bodies must hang together; with ground, unless the scene does not use ground at all.
+    fn check_connected(&self) -> Result<(), SceneError> {
+        let count = self.scene.bodies.len();
+        let node = |end: Attachment| end.body.unwrap_or(count);
+        let mut group: Vec<usize> = (0..=count).collect();
+        let joined = self.scene.joints.iter().map(|joint| self.ends(joint).map(node));
+        let sprung = self.scene.forces.iter().filter_map(|force| match force {
+            Force::Spring { a, b, .. } => Some([a, b].map(|reference| node(self.end(reference)))),
+            _ => None,
+        });
+        for [a, b] in joined.chain(sprung) {
+            let (from, to) = (group[a], group[b]);
+            group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
+        }
+        let grounded = group[..count].contains(&group[count]);
+        let main = if grounded { group[count] } else { group[0] };
+        let problems: Vec<Problem> = (0..count)
+            .filter(|&body| group[body] != main)
+            .map(|body| {
+                let to = if grounded { GROUND } else { &self.scene.bodies[0].name };
+                Problem::new(
+                    format!("bodies[{body}]"),
+                    format!(
+                        "body {:?} is not connected to {to:?} by any joint or spring",
+                        self.scene.bodies[body].name
+                    ),
+                )
+            })
+            .collect();
+        if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
+    }
+
+    fn place(&self, end: Attachment) -> FramePoint {
+        let placement = end.body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND);
+        FramePoint { frame: placement.frame, offset: placement.to_frame(end.position) }
+    }
+
+    fn finish(mut self) -> Mechanism {
+        let scene = self.scene;
+        let columns = self.frames.len() - 1;
+        let is_driven = |column: usize| self.driven.iter().any(|driven| driven.column == column);
+        let free: Vec<usize> = (0..columns).filter(|&column| !is_driven(column)).collect();
+        let mut paths = vec![Path::default()];
+        for (index, frame) in self.frames.iter().enumerate().skip(1) {
+            let mut path = paths[frame.parent].clone();
+            path.columns.push(index - 1);
+            if let Ok(freedom) = free.binary_search(&(index - 1)) {
+                path.free.push((index - 1, freedom));
+            }
+            paths.push(path);
+        }
+        let bodies: Vec<BodyPlacement> = scene
+            .bodies
+            .iter()
+            .zip(&self.placements)
+            .map(|(body, placement)| {
+                let placement = placement.unwrap_or(Placement::GROUND);
+                BodyPlacement {
+                    name: body.name.clone(),
+                    mass: body.mass,
+                    inertia: scene.central_inertia(body),
+                    frame: placement.frame,
+                    hung: placement.hung,
+                    origin: placement.origin,
+                    angle: placement.angle,
+                    center: placement.to_frame(body.center_of_mass),
+                    points: body
+                        .points
+                        .iter()
+                        .map(|point| (point.name.clone(), placement.to_frame(point.position)))
+                        .collect(),
+                }
+            })
+            .collect();
+        let (inertias, driven_inertias) = frame_inertias(&bodies, &paths);
+        let clearance_joints = scene
+            .joints
+            .iter()
+            .filter_map(|joint| {
+                let Joint::Clearance {
+                    name,
+                    journal_radius,
+                    clearance,
+                    contact,
+                    friction,
+                    sliding,
+                    impact_velocity_floor,
+                    ..
+                } = joint
+                else {
+                    return None;
+                };
+                let [bearing, journal] = self.ends(joint).map(|end| self.place(end));
+                Some(ClearanceJoint {
+                    name: name.clone(),
+                    bearing,
+                    journal,
+                    bodies: self.ends(joint).map(|end| end.body),
+                    law: ClearanceLaw {
+                        clearance: *clearance,
+                        journal_radius: *journal_radius,
+                        bearing_radius: journal_radius + clearance,
+                        normal: *contact,
+                        friction: *friction,
+                        sliding: *sliding,
+                    },
+                    // NaN asks the assembly for the default from the scales.
+                    impact_velocity_floor: impact_velocity_floor.unwrap_or(f64::NAN),
+                    effective_mass: f64::NAN,
+                    resting_penetration: f64::NAN,
+                    resting_speed: f64::NAN,
+                })
+            })
+            .collect();
+        let mut closures = Vec::new();
+        let mut ideal_joints = Vec::new();
+        let mut index_of = vec![usize::MAX; scene.joints.len()];
+        for (index, joint) in scene.joints.iter().enumerate() {
+            let Joint::Ideal { name, kind, .. } = joint else { continue };
+            let ends = self.ends(joint);
+            let points = ends.map(|end| self.place(end));
+            let bodies = ends.map(|end| end.body);
+            let realisation = self.realisations[index].unwrap_or(Realisation::Cut(closures.len()));
+            if let Realisation::Cut(_) = realisation {
+                let [a, b] = points;
+                closures.push(Closure { name: name.clone(), a, b, bodies });
+            }
+            let kind = match kind {
+                JointKind::Revolute => IdealKind::Revolute,
+                JointKind::Prismatic { .. } => IdealKind::Prismatic,
+                JointKind::Fixed { .. } => IdealKind::Fixed,
+            };
+            index_of[index] = ideal_joints.len();
+            ideal_joints.push(IdealJoint { name: name.clone(), kind, bodies, points, realisation });
+        }
+        let tree = self.order.iter().map(|&joint| index_of[joint]).collect();
+        for driven in &mut self.driven {
+            driven.joint = index_of[driven.joint];
+        }
+        let mut mechanism = Mechanism {
+            frames: Vec::new(),
+            coordinate_names: Vec::new(),
+            free,
+            driven: Vec::new(),
+            accelerated: Vec::new(),
+            paths,
+            bodies,
+            inertias,
+            driven_inertias,
+            clearance_joints,
+            closures,
+            ideal_joints,
+            tree,
+            links: Vec::new(),
+            torsions: Vec::new(),
+            applied_forces: Vec::new(),
+            applied_torques: Vec::new(),
+            gravity: Vec2::zeros(),
+            start: State::default(),
+            scales: Scales::default(),
+        };
+        self.add_forces(&mut mechanism);
+        mechanism.frames = self.frames;
+        mechanism.coordinate_names = self.coordinate_names;
+        let speeds_up =
+            |(index, driven): (usize, &DrivenCoordinate)| (!driven.motion.is_linear()).then_some(index);
+        mechanism.accelerated = self.driven.iter().enumerate().filter_map(speeds_up).collect();
+        mechanism.driven = self.driven;
+        mechanism
+    }
+
+    fn add_forces(&self, mechanism: &mut Mechanism) {
+        let placement =
+            |body: Option<usize>| body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND);
+        let body_of = |name: &str| self.scene.body_index(name).unwrap_or_default();
+        for force in &self.scene.forces {
+            match force {
+                Force::Gravity { acceleration } => mechanism.gravity += Vec2::from(*acceleration),
+                Force::Spring { name, a, b, stiffness, length, damping } => {
+                    let ends = [a, b].map(|reference| self.end(reference));
+                    mechanism.links.push(Link {
+                        name: name.clone(),
+                        points: ends.map(|end| self.place(end)),
+                        bodies: ends.map(|end| end.body),
+                        stiffness: *stiffness,
+                        length: *length,
+                        damping: *damping,
+                    });
+                }
+                Force::TorsionSpring { name, a, b, stiffness, angle, damping } => {
+                    let bodies = [a, b].map(|name| body_of(name));
+                    let [first, second] = bodies.map(placement);
+                    mechanism.torsions.push(Torsion {
+                        name: name.clone(),
+                        frames: [first.frame, second.frame],
+                        bodies,
+                        stiffness: *stiffness,
+                        angle: angle + first.angle - second.angle,
+                        damping: *damping,
+                    });
+                }
+                Force::Applied { name, point, x, y, frame } => {
+                    let end = self.end(point);
+                    let angle = placement(end.body).angle;
+                    mechanism.applied_forces.push(AppliedForce {
+                        name: name.clone(),
+                        point: self.place(end),
+                        body: end.body,
+                        components: [x.clone(), y.clone()],
+                        turned: (*frame == ForceFrame::Body).then(|| [angle.cos(), angle.sin()]),
+                    });
+                }
+                Force::Torque { name, body, reaction, torque } => {
+                    let bodies = [reaction, body].map(|name| body_of(name));
+                    mechanism.applied_torques.push(AppliedTorque {
+                        name: name.clone(),
+                        frames: bodies.map(|body| placement(body).frame),
+                        bodies,
+                        torque: torque.clone(),
+                    });
+                }
+            }
+        }
+    }
+}
+
+/// Sums the bodies of each frame (Steiner's theorem); frames that move freely, then those that
+/// only drives move. Bodies fixed to ground move nothing.
+fn frame_inertias(bodies: &[BodyPlacement], paths: &[Path]) -> (Vec<FrameInertia>, Vec<FrameInertia>) {
+    let (mut free, mut driven) = (Vec::new(), Vec::new());
+    for (frame, path) in paths.iter().enumerate().skip(1) {
+        let on_frame = || bodies.iter().filter(|body| body.frame == frame);
+        let mass: f64 = on_frame().map(|body| body.mass).sum();
+        if mass == 0.0 {
+            continue;
+        }
+        let center = match on_frame().collect::<Vec<_>>()[..] {
+            // A lone body keeps its centre of mass to the last bit.
+            [body] => body.center,
+            _ => on_frame().map(|body| body.mass * body.center).sum::<Vec2>() / mass,
+        };
+        let inertia =
+            on_frame().map(|body| body.inertia + body.mass * (body.center - center).norm_squared()).sum();
+        let list = if path.free.is_empty() { &mut driven } else { &mut free };
+        list.push(FrameInertia { frame, mass, center, inertia });
+    }
+    (free, driven)
+}

@@ -1,0 +1,7 @@
+//! Numbers that know no mechanics: dual numbers, small dense linear algebra, instants and angles that lose no
+//! digits in long runs. In: numbers; out: numbers. Uses no other room.
+
+pub mod dual;
+pub mod instant;
+pub mod linear;
+pub mod turns;

@@ -1,0 +1,400 @@
+//! The Python module `chebclear._core`: convert, release the interpreter, call, convert back.
+//!
+//! Functions only, over text and arrays; nothing here computes. Exceptions are those of
+//! `chebclear.errors`, so that they can be pickled.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Condvar, Mutex};
+use std::time::Duration;
+
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray2};
+use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+use crate::dynamics::Dynamics;
+use crate::error::SceneError;
+use crate::mechanism::compiled::{BodyPlacement, Mechanism};
+use crate::run::outputs::{column_names, further_column_names};
+use crate::run::restart::Restart;
+use crate::run::settings::read_settings;
+use crate::run::trajectory::{Contact, Trajectory, resume, simulate as run_simulation};
+use crate::scene::reader::read_scene;
+use crate::study::chebyshev::MOST_NODES;
+use crate::study::{bounds, chebyshev, sweep as sweeps};
+
+/// How often the waiting thread looks for Ctrl-C and reports progress.
+const WAKE: Duration = Duration::from_millis(50);
+
+fn scene_error(py: Python<'_>, error: SceneError) -> PyErr {
+    let problems: Vec<(String, String)> =
+        error.problems.into_iter().map(|problem| (problem.path, problem.message)).collect();
+    let raised = py
+        .import("chebclear.errors")
+        .and_then(|errors| errors.getattr("SceneError"))
+        .and_then(|class| class.call1((problems,)));
+    match raised {
+        Ok(instance) => PyErr::from_value(instance),
+        Err(failure) => failure,
+    }
+}
+
+fn grid_error(error: chebyshev::GridError) -> PyErr {
+    PyValueError::new_err(error.message)
+}
+
+/// Runs `work` on a thread of its own while this one, without the interpreter, wakes now and then to
+/// call `report` and look for signals. On a signal or an exception of `report` it sets `cancel`,
+/// waits for the work to end, and raises.
+fn wait_for<T: Send>(
+    py: Python<'_>,
+    cancel: &AtomicBool,
+    work: impl FnOnce() -> T + Send,
+    report: impl Fn(Python<'_>) -> PyResult<()>,
+) -> PyResult<T> {
+    let finished = Mutex::new(false);
+    let bell = Condvar::new();
+    std::thread::scope(|scope| {
+        let worker = std::thread::Builder::new().spawn_scoped(scope, || {
+            // Rings when the work is done, and also when it unwinds.
+            let _ring = Ring { finished: &finished, bell: &bell };
+            work()
+        })?;
+        let mut raised = None;
+        loop {
+            let done = py.detach(|| {
+                let guard = finished.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+                let (guard, _) = bell
+                    .wait_timeout_while(guard, WAKE, |done| !*done)
+                    .unwrap_or_else(|poisoned| poisoned.into_inner());
+                *guard
+            });
+            if raised.is_none()
+                && let Err(error) = py.check_signals().and_then(|()| report(py))
+            {
+                cancel.store(true, Ordering::Relaxed);
+                raised = Some(error);
+            }
+            if done {
+                break;
+            }
+        }
+        let result = worker.join();
+        match (raised, result) {
+            (Some(error), _) => Err(error),
+            (None, Ok(value)) => Ok(value),
+            (None, Err(_)) => Err(PyRuntimeError::new_err("internal error in the numerical core")),
+        }
+    })
+}
+
+struct Ring<'a> {
+    finished: &'a Mutex<bool>,
+    bell: &'a Condvar,
+}
+
+impl Drop for Ring<'_> {
+    fn drop(&mut self) {
+        *self.finished.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = true;
+        self.bell.notify_all();
+    }
+}
+
+fn stats_dict<'py>(py: Python<'py>, run: &Trajectory) -> PyResult<Bound<'py, PyDict>> {
+    let stats = PyDict::new(py);
+    stats.set_item("steps", run.stats.steps)?;
+    stats.set_item("explicit_steps", run.stats.explicit_steps)?;
+    stats.set_item("switches", run.stats.switches)?;
+    stats.set_item("rejected", run.stats.rejected)?;
+    stats.set_item("stages", run.stats.stages)?;
+    stats.set_item("evaluations", run.stats.evaluations)?;
+    stats.set_item("jacobians", run.stats.jacobians)?;
+    stats.set_item("factorisations", run.stats.factorisations)?;
+    stats.set_item("events", run.stats.events)?;
+    stats.set_item("landings", run.stats.landings)?;
+    stats.set_item("floored_latches", run.floored_latches)?;
+    stats.set_item("largest_projection", run.largest_projection)?;
+    stats.set_item("smallest_step", run.stats.smallest_step)?;
+    stats.set_item("smallest_step_time", run.stats.smallest_step_time)?;
+    Ok(stats)
+}
+
+/// The end of a run (JSON) as the start (JSON) of another scene, which must not act before it.
+#[pyfunction]
+fn restart_at_end(py: Python<'_>, end: &str) -> PyResult<String> {
+    let start = Restart::from_json(end).and_then(Restart::at_end);
+    start.map(|start| start.to_json()).map_err(|error| scene_error(py, error))
+}
+
+/// Simulates one scene (JSON) with settings (JSON), from the end of another run (JSON) if one is given.
+#[pyfunction]
+#[pyo3(signature = (scene, settings, progress=None, start=None))]
+fn simulate<'py>(
+    py: Python<'py>,
+    scene: &str,
+    settings: &str,
+    progress: Option<Py<PyAny>>,
+    start: Option<&str>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let settings = read_settings(settings).map_err(|error| scene_error(py, error))?;
+    let mechanism = read_scene(scene)
+        .and_then(|scene| Mechanism::compile(&scene))
+        .map_err(|error| scene_error(py, error))?;
+    let start = start.map(Restart::from_json).transpose().map_err(|error| scene_error(py, error))?;
+    let begin = start.as_ref().map_or(0.0, |start| start.time);
+    let span = settings.skip + settings.duration;
+    let cancel = AtomicBool::new(false);
+    let reached = AtomicU64::new(0);
+    let monitor = |t: f64| {
+        reached.store(t.to_bits(), Ordering::Relaxed);
+        !cancel.load(Ordering::Relaxed)
+    };
+    let run = wait_for(
+        py,
+        &cancel,
+        || match &start {
+            Some(start) => resume(&mechanism, start, &settings, &monitor),
+            None => run_simulation(&mechanism, &settings, &monitor),
+        },
+        |py| match &progress {
+            Some(callback) => {
+                let fraction = (f64::from_bits(reached.load(Ordering::Relaxed)) - begin) / span;
+                callback.call1(py, (fraction.clamp(0.0, 1.0),)).map(|_| ())
+            }
+            None => Ok(()),
+        },
+    )?
+    .map_err(|error| scene_error(py, error))?;
+    let result = PyDict::new(py);
+    result.set_item("stats", stats_dict(py, &run)?)?;
+    result.set_item("status", run.status.word())?;
+    result.set_item("message", run.message())?;
+    result.set_item("time", run.time)?;
+    result.set_item("joint", &run.joint)?;
+    result.set_item("warnings", &run.warnings)?;
+    result.set_item("columns", &run.columns)?;
+    let events = PyDict::new(py);
+    let times: Vec<f64> = run.events.iter().map(|event| event.time).collect();
+    let velocities: Vec<f64> = run.events.iter().map(|event| event.normal_velocity).collect();
+    let joints: Vec<&str> =
+        run.events.iter().map(|event| mechanism.clearance_joints[event.joint].name.as_str()).collect();
+    let kinds: Vec<&str> = run.events.iter().map(|event| event.kind.word()).collect();
+    events.set_item("time", times.into_pyarray(py))?;
+    events.set_item("joint", joints)?;
+    events.set_item("kind", kinds)?;
+    events.set_item("normal_velocity", velocities.into_pyarray(py))?;
+    result.set_item("events", events)?;
+    let contacts = PyDict::new(py);
+    let column = |of: fn(&Contact) -> f64| -> Vec<f64> { run.contacts.iter().map(of).collect() };
+    let joints: Vec<&str> =
+        run.contacts.iter().map(|contact| mechanism.clearance_joints[contact.joint].name.as_str()).collect();
+    contacts.set_item("joint", joints)?;
+    contacts.set_item("onset", column(|contact| contact.onset).into_pyarray(py))?;
+    contacts.set_item("separation", column(|contact| contact.separation).into_pyarray(py))?;
+    contacts.set_item("impact_velocity", column(|contact| contact.impact_velocity).into_pyarray(py))?;
+    contacts.set_item("peak_force", column(|contact| contact.peak_force).into_pyarray(py))?;
+    contacts.set_item("peak_time", column(|contact| contact.peak_time).into_pyarray(py))?;
+    result.set_item("contacts", contacts)?;
+    result.set_item("end", run.restart.as_ref().map(Restart::to_json))?;
+    let shape = [run.t.len(), run.columns.len()];
+    result.set_item("values", run.values.into_pyarray(py).reshape(shape)?)?;
+    result.set_item("t", run.t.into_pyarray(py))?;
+    Ok(result)
+}
+
+/// Simulates many scenes (JSON) in parallel with the same settings (JSON).
+#[pyfunction]
+#[pyo3(signature = (scenes, settings, threads=None, progress=None))]
+fn sweep<'py>(
+    py: Python<'py>,
+    scenes: Vec<String>,
+    settings: &str,
+    threads: Option<usize>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let settings = read_settings(settings).map_err(|error| scene_error(py, error))?;
+    if threads == Some(0) {
+        return Err(PyValueError::new_err("threads must be >= 1, got 0"));
+    }
+    let cancel = AtomicBool::new(false);
+    let finished = AtomicUsize::new(0);
+    let monitor = || !cancel.load(Ordering::Relaxed);
+    let total = scenes.len();
+    let tell = |py: Python<'_>, count: usize| match &progress {
+        Some(callback) => callback.call1(py, (count, total)).map(|_| ()),
+        None => Ok(()),
+    };
+    let runs = wait_for(
+        py,
+        &cancel,
+        || sweeps::sweep(&scenes, &settings, threads, &finished, &monitor),
+        |py| tell(py, finished.load(Ordering::Relaxed)),
+    )?
+    .map_err(|error| scene_error(py, error))?;
+    tell(py, total)?;
+    let result = PyDict::new(py);
+    let columns = runs.first().map(|run| run.columns.clone()).unwrap_or_default();
+    if let Some(index) = runs.iter().position(|run| run.columns != columns) {
+        return Err(PyValueError::new_err(format!(
+            "scene {index} has other outputs than scene 0: all scenes of a sweep must have the same parts"
+        )));
+    }
+    let t: Vec<f64> =
+        (0..settings.samples).map(|index| settings.skip + settings.sample_time(index)).collect();
+    let shape = [runs.len(), t.len(), columns.len()];
+    let stats = PyList::empty(py);
+    let (mut status, mut message, mut time, mut joint, mut warnings) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for run in &runs {
+        stats.append(stats_dict(py, run)?)?;
+        status.push(run.status.word());
+        message.push(run.message());
+        time.push(run.time);
+        joint.push(run.joint.clone());
+        warnings.push(run.warnings.clone());
+    }
+    let mut values = Vec::new();
+    let count = shape.iter().fold(1, |product: usize, &n| product.saturating_mul(n));
+    values
+        .try_reserve_exact(count)
+        .map_err(|_| PyMemoryError::new_err(format!("{count} numbers do not fit into the memory")))?;
+    for run in runs {
+        values.extend_from_slice(&run.values);
+    }
+    result.set_item("t", t.into_pyarray(py))?;
+    result.set_item("values", values.into_pyarray(py).reshape(shape)?)?;
+    result.set_item("columns", columns)?;
+    result.set_item("status", status)?;
+    result.set_item("message", message)?;
+    result.set_item("time", time)?;
+    result.set_item("joint", joint)?;
+    result.set_item("stats", stats)?;
+    result.set_item("warnings", warnings)?;
+    Ok(result)
+}
+
+/// Compiles a scene (JSON) and says what it is, as JSON.
+#[pyfunction]
+fn inspect(py: Python<'_>, scene: &str) -> PyResult<String> {
+    let scene = read_scene(scene).map_err(|error| scene_error(py, error))?;
+    let mechanism = Mechanism::compile(&scene).map_err(|error| scene_error(py, error))?;
+    let names: Vec<&str> =
+        mechanism.free.iter().map(|&column| mechanism.coordinate_names[column].as_str()).collect();
+    let bodies: Vec<&str> = mechanism.bodies.iter().map(|body| body.name.as_str()).collect();
+    let clearance_joints = mechanism.clearance_joints.iter().map(|joint| joint.name.as_str());
+    let cut: Vec<&str> =
+        clearance_joints.chain(mechanism.closures.iter().map(|closure| closure.name.as_str())).collect();
+    let floors: Vec<f64> =
+        mechanism.clearance_joints.iter().map(|joint| joint.impact_velocity_floor).collect();
+    let mut dynamics = Dynamics::new(&mechanism);
+    dynamics.move_to(0.0, &mechanism.start.q, &mechanism.start.v);
+    let pose = |body: &BodyPlacement| {
+        let frame = dynamics.frame(body.frame);
+        let origin = frame.point(body.origin).position;
+        [origin.x, origin.y, frame.angle + body.angle]
+    };
+    let poses: Vec<[f64; 3]> = mechanism.bodies.iter().map(pose).collect();
+    let description = serde_json::json!({
+        "degrees_of_freedom": mechanism.mobility(),
+        "coordinates": names,
+        "bodies": bodies,
+        "poses": poses,
+        "cut_joints": cut,
+        "impact_velocity_floors": floors,
+        "columns": column_names(&mechanism),
+        "further_columns": further_column_names(&mechanism),
+    });
+    Ok(description.to_string())
+}
+
+/// Chebyshev roots, Eq. (26), from +1 to -1.
+#[pyfunction]
+fn chebyshev_nodes(py: Python<'_>, count: usize) -> PyResult<Bound<'_, PyArray1<f64>>> {
+    if !(1..=MOST_NODES).contains(&count) {
+        return Err(PyValueError::new_err(format!("count must be >= 1 and <= {MOST_NODES}, got {count}")));
+    }
+    Ok(chebyshev::root_nodes(count).into_pyarray(py))
+}
+
+/// An array as a flat row-major vector, and its shape.
+fn flat(array: &PyReadonlyArray2<'_, f64>) -> (Vec<f64>, [usize; 2]) {
+    let view = array.as_array();
+    (view.iter().copied().collect(), [view.nrows(), view.ncols()])
+}
+
+fn matrix<'py>(py: Python<'py>, flat: Vec<f64>, columns: usize) -> PyResult<Bound<'py, PyAny>> {
+    let rows = flat.len().checked_div(columns).unwrap_or(0);
+    Ok(flat.into_pyarray(py).reshape([rows, columns])?.into_any())
+}
+
+/// Values on a tensor grid of roots to coefficients.
+#[pyfunction]
+fn chebyshev_fit<'py>(
+    py: Python<'py>,
+    values: PyReadonlyArray2<'py, f64>,
+    nodes: Vec<usize>,
+    degrees: Vec<usize>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (values, [_, columns]) = flat(&values);
+    let coefficients =
+        py.detach(|| chebyshev::fit(&values, columns, &nodes, &degrees)).map_err(grid_error)?;
+    matrix(py, coefficients, columns)
+}
+
+/// The polynomials at points of [-1, 1]^k.
+#[pyfunction]
+fn chebyshev_evaluate<'py>(
+    py: Python<'py>,
+    coefficients: PyReadonlyArray2<'py, f64>,
+    degrees: Vec<usize>,
+    points: PyReadonlyArray2<'py, f64>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (coefficients, [_, columns]) = flat(&coefficients);
+    let (points, _) = flat(&points);
+    let values =
+        py.detach(|| chebyshev::evaluate(&coefficients, columns, &degrees, &points)).map_err(grid_error)?;
+    matrix(py, values, columns)
+}
+
+/// Coefficients of the derivative with respect to the normalised variable of an axis.
+#[pyfunction]
+fn chebyshev_derivative<'py>(
+    py: Python<'py>,
+    coefficients: PyReadonlyArray2<'py, f64>,
+    degrees: Vec<usize>,
+    axis: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (coefficients, [_, columns]) = flat(&coefficients);
+    let derivative =
+        py.detach(|| chebyshev::derivative(&coefficients, columns, &degrees, axis)).map_err(grid_error)?;
+    matrix(py, derivative, columns)
+}
+
+/// Bounds of the polynomials by Eq. (31).
+#[pyfunction]
+#[allow(clippy::type_complexity)]
+fn interval_bounds<'py>(
+    py: Python<'py>,
+    coefficients: PyReadonlyArray2<'py, f64>,
+    degrees: Vec<usize>,
+) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+    let (coefficients, [_, columns]) = flat(&coefficients);
+    let (lower, upper) =
+        py.detach(|| bounds::interval_bounds(&coefficients, columns, &degrees)).map_err(grid_error)?;
+    Ok((lower.into_pyarray(py), upper.into_pyarray(py)))
+}
+
+/// Numerical core of chebclear; use the package, not this module.
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(restart_at_end, module)?)?;
+    module.add_function(wrap_pyfunction!(simulate, module)?)?;
+    module.add_function(wrap_pyfunction!(sweep, module)?)?;
+    module.add_function(wrap_pyfunction!(inspect, module)?)?;
+    module.add_function(wrap_pyfunction!(chebyshev_nodes, module)?)?;
+    module.add_function(wrap_pyfunction!(chebyshev_fit, module)?)?;
+    module.add_function(wrap_pyfunction!(chebyshev_evaluate, module)?)?;
+    module.add_function(wrap_pyfunction!(chebyshev_derivative, module)?)?;
+    module.add_function(wrap_pyfunction!(interval_bounds, module)?)?;
+    Ok(())
+}

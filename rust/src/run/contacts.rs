@@ -1,0 +1,204 @@
+//! Changes of contact, and the contacts of a run from onset to separation with the peak of the
+//! normal force.
+
+use crate::contact::clearance::RelativeMotion;
+
+/// What happened at an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EventKind {
+    /// Journal and bearing touch.
+    Onset,
+    /// They part.
+    Separation,
+    /// The damping would pull from here on: the force is zero.
+    Clip,
+    /// The damping no longer pulls.
+    Unclip,
+}
+
+impl EventKind {
+    /// The word by which results name the event.
+    pub fn word(self) -> &'static str {
+        match self {
+            EventKind::Onset => "onset",
+            EventKind::Separation => "separation",
+            EventKind::Clip => "clip",
+            EventKind::Unclip => "unclip",
+        }
+    }
+}
+
+/// A change of phase of a clearance joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Event {
+    /// When [s].
+    pub time: f64,
+    /// Index of the clearance joint.
+    pub joint: usize,
+    /// What.
+    pub kind: EventKind,
+    /// Penetration rate [m/s]: the approach velocity at an onset.
+    pub normal_velocity: f64,
+}
+
+/// One contact of a clearance joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Index of the clearance joint.
+    pub joint: usize,
+    /// Onset [s].
+    pub onset: f64,
+    /// Separation [s]; NaN while it lasts.
+    pub separation: f64,
+    /// Approach velocity at the onset [m/s]; NaN if the run began in contact.
+    pub impact_velocity: f64,
+    /// Largest normal force so far [N].
+    pub peak_force: f64,
+    /// When it acted [s].
+    pub peak_time: f64,
+}
+
+/// Relative motion of journal and bearing with its normal force at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForceSample {
+    /// Instant [s].
+    pub time: f64,
+    /// Eccentricity [m] and its rate [m/s].
+    pub motion: RelativeMotion<f64>,
+    /// Acceleration of the eccentricity [m/s²].
+    pub acceleration: [f64; 2],
+    /// Normal force [N].
+    pub force: f64,
+    /// Its rate [N/s].
+    pub rate: f64,
+}
+
+/// The contact of one joint as it goes on, with the force at the last step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OpenContact {
+    /// The contact so far.
+    pub contact: Contact,
+    /// The force at the start of the last step, unless the phase has changed since.
+    pub last: Option<ForceSample>,
+}
+
+impl OpenContact {
+    /// A contact that begins.
+    pub fn begin(joint: usize, time: f64, impact_velocity: f64) -> Self {
+        let contact = Contact {
+            joint,
+            onset: time,
+            separation: f64::NAN,
+            impact_velocity,
+            peak_force: 0.0,
+            peak_time: time,
+        };
+        Self { contact, last: None }
+    }
+
+    /// Takes the force at the start of a step. Where it rose before and falls now, its peak is looked
+    /// for on the quintic through both relative motions, which no dense output is needed for; `force`
+    /// is the normal force of a relative motion.
+    pub fn watch(&mut self, sample: ForceSample, force: impl Fn(&RelativeMotion<f64>) -> f64) {
+        let mut peak = (sample.time, sample.force);
+        if let Some(last) = self.last.filter(|last| last.rate > 0.0 && sample.rate < 0.0) {
+            let between = highest_between(&last, &sample, force);
+            if between.1 > peak.1 {
+                peak = between;
+            }
+        }
+        if peak.1 > self.contact.peak_force {
+            (self.contact.peak_time, self.contact.peak_force) = peak;
+        }
+        self.last = Some(sample);
+    }
+}
+
+/// Ratio of the golden section.
+const GOLDEN: f64 = 0.618_033_988_749_894_8;
+/// Sections of the search for a peak: the place is known to 1e-5 of the step and, the peak being flat,
+/// the force to 1e-10.
+const SECTIONS: usize = 24;
+
+/// Instant and value of the largest force between two samples.
+fn highest_between(
+    a: &ForceSample,
+    b: &ForceSample,
+    force: impl Fn(&RelativeMotion<f64>) -> f64,
+) -> (f64, f64) {
+    let at = |theta: f64| force(&between(a, b, theta));
+    let (mut low, mut high) = (0.0, 1.0);
+    let inner = |low: f64, high: f64| [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
+    let [mut left, mut right] = inner(low, high);
+    let (mut at_left, mut at_right) = (at(left), at(right));
+    for _ in 0..SECTIONS {
+        if at_left > at_right {
+            high = right;
+            (right, at_right) = (left, at_left);
+            left = inner(low, high)[0];
+            at_left = at(left);
+        } else {
+            low = left;
+            (left, at_left) = (right, at_right);
+            right = inner(low, high)[1];
+            at_right = at(right);
+        }
+    }
+    let (theta, force) = if at_left > at_right { (left, at_left) } else { (right, at_right) };
+    (a.time + theta * (b.time - a.time), force)
+}
+
+/// The motion at a part of the way from one sample to the next, on the quintic through their
+/// eccentricities, rates and accelerations.
+fn between(a: &ForceSample, b: &ForceSample, theta: f64) -> RelativeMotion<f64> {
+    let h = b.time - a.time;
+    let (t, t2) = (theta, theta * theta);
+    let (t3, t4, t5) = (t2 * t, t2 * t2, t2 * t2 * t);
+    let place = |k: usize| {
+        let step = b.motion.eccentricity[k] - a.motion.eccentricity[k];
+        a.motion.eccentricity[k]
+            + step * (10.0 * t3 - 15.0 * t4 + 6.0 * t5)
+            + h * a.motion.rate[k] * (t - 6.0 * t3 + 8.0 * t4 - 3.0 * t5)
+            + h * b.motion.rate[k] * (-4.0 * t3 + 7.0 * t4 - 3.0 * t5)
+            + 0.5 * h * h * a.acceleration[k] * (t2 - 3.0 * t3 + 3.0 * t4 - t5)
+            + 0.5 * h * h * b.acceleration[k] * (t3 - 2.0 * t4 + t5)
+    };
+    let rate = |k: usize| {
+        let step = b.motion.eccentricity[k] - a.motion.eccentricity[k];
+        step / h * (30.0 * t2 - 60.0 * t3 + 30.0 * t4)
+            + a.motion.rate[k] * (1.0 - 18.0 * t2 + 32.0 * t3 - 15.0 * t4)
+            + b.motion.rate[k] * (-12.0 * t2 + 28.0 * t3 - 15.0 * t4)
+            + 0.5 * h * a.acceleration[k] * (2.0 * t - 9.0 * t2 + 12.0 * t3 - 5.0 * t4)
+            + 0.5 * h * b.acceleration[k] * (3.0 * t2 - 8.0 * t3 + 5.0 * t4)
+    };
+    RelativeMotion { eccentricity: [0, 1].map(place), rate: [0, 1].map(rate), spin: 0.0 }
+}
+
+/// How long a contact with friction presses, and slides slower than its law is steep meanwhile.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stick {
+    /// Start of the step [s].
+    pub time: f64,
+    /// Whether the contact presses there.
+    pub presses: bool,
+    /// Whether it presses and is slow there.
+    pub slow: bool,
+    /// Time that it pressed [s].
+    pub pressed: f64,
+    /// Time that it was slow [s].
+    pub crept: f64,
+}
+
+impl Stick {
+    /// Counts the step that ends at `t` [s] and notes the state in which the next one starts.
+    pub fn advance(&mut self, t: f64, presses: bool, slow: bool) {
+        let elapsed = t - self.time;
+        if self.presses {
+            self.pressed += elapsed;
+        }
+        if self.slow {
+            self.crept += elapsed;
+        }
+        (self.time, self.presses, self.slow) = (t, presses, slow);
+    }
+}

@@ -1,0 +1,13 @@
+//! One run: a mechanism through time. In: a mechanism and settings; out: a [`trajectory::Trajectory`] of samples,
+//! events and contacts. Uses `integrators`, `dynamics`, `mechanism` and the rooms below them.
+
+pub mod contacts;
+pub mod outputs;
+mod prescribed;
+mod recorder;
+pub mod restart;
+pub mod settings;
+mod tolerances;
+pub mod trajectory;
+mod warnings;
+pub mod work;

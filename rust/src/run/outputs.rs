@@ -1,0 +1,312 @@
+//! The named columns of a trajectory.
+
+use crate::contact::clearance::Phase;
+use crate::dynamics::Dynamics;
+use crate::error::{Problem, SceneError, did_you_mean};
+use crate::mechanism::compiled::{IdealKind, Mechanism, Realisation};
+use crate::mechanism::kinematics::PointState;
+use crate::run::work::Work;
+use crate::scene::parts::ENERGY as ENERGY_OUTPUT;
+
+/// Quantities of a body; x and y are those of its centre of mass.
+const BODY: [&str; 9] =
+    ["x", "y", "angle", "vx", "vy", "angular_velocity", "ax", "ay", "angular_acceleration"];
+/// Quantities of a clearance joint.
+const JOINT: [&str; 9] = [
+    "eccentricity_x",
+    "eccentricity_y",
+    "eccentricity",
+    "penetration",
+    "penetration_rate",
+    "sliding_velocity",
+    "normal_force",
+    "friction_force",
+    "contact",
+];
+/// What a clearance joint has taken since the start of the run.
+const LOSS: [&str; 3] = ["impact_loss", "friction_loss", "wear"];
+/// Quantities of a named point of a body.
+const POINT: [&str; 6] = ["x", "y", "vx", "vy", "ax", "ay"];
+/// Coordinate of a revolute joint.
+const ANGLE: [&str; 3] = ["angle", "angular_velocity", "angular_acceleration"];
+/// Coordinate of a prismatic joint.
+const DISPLACEMENT: [&str; 3] = ["displacement", "velocity", "acceleration"];
+/// What a joint exerts on its second body.
+const REACTION: [&str; 3] = ["reaction_x", "reaction_y", "reaction_torque"];
+/// Quantities of a spring or damper between points; the force is positive where it pulls.
+const LINK: [&str; 3] = ["length", "lengthening", "force"];
+/// Quantities of a torsion spring or damper; the torque is that on the second body.
+const TORSION: [&str; 2] = ["angle", "torque"];
+/// Energies, work and losses of the whole mechanism.
+const ENERGY: [&str; 9] = [
+    "kinetic",
+    "potential",
+    "contact",
+    "total",
+    "input",
+    "impact_loss",
+    "friction_loss",
+    "damping_loss",
+    "balance",
+];
+
+/// One column: a quantity (index into the lists above) of something.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Column {
+    /// Of a body.
+    Body(usize, usize),
+    /// Of a clearance joint.
+    Joint(usize, usize),
+    /// Torque or force of a drive.
+    Drive(usize),
+    /// Power of a drive.
+    DrivePower(usize),
+    /// Of a point of a body.
+    Point(usize, usize, usize),
+    /// Coordinate of an ideal joint.
+    Coordinate(usize, usize),
+    /// Reaction of an ideal joint.
+    Reaction(usize, usize),
+    /// Of a spring or damper.
+    Link(usize, usize),
+    /// Of a torsion spring or damper.
+    Torsion(usize, usize),
+    /// Loss of a clearance joint.
+    Loss(usize, usize),
+    /// Of the whole mechanism.
+    Energy(usize),
+}
+
+/// Names of the columns of a run that does not choose: bodies, clearance joints, drives.
+pub fn column_names(mechanism: &Mechanism) -> Vec<String> {
+    usual_columns(mechanism).into_iter().map(|(name, _)| name).collect()
+}
+
+/// Names of the columns that a run has when it asks for them.
+pub fn further_column_names(mechanism: &Mechanism) -> Vec<String> {
+    further_columns(mechanism).into_iter().map(|(name, _)| name).collect()
+}
+
+type Named = (String, Column);
+
+/// `owner.quantity` for a list of quantities.
+fn named<'a>(
+    owner: &'a str,
+    quantities: &'a [&str],
+    column: impl Fn(usize) -> Column + 'a,
+) -> impl Iterator<Item = Named> + 'a {
+    quantities.iter().enumerate().map(move |(k, name)| (format!("{owner}.{name}"), column(k)))
+}
+
+fn usual_columns(mechanism: &Mechanism) -> Vec<Named> {
+    let mut columns = Vec::new();
+    for (index, body) in mechanism.bodies.iter().enumerate() {
+        columns.extend(named(&body.name, &BODY, |k| Column::Body(index, k)));
+    }
+    for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
+        columns.extend(named(&joint.name, &JOINT, |k| Column::Joint(index, k)));
+    }
+    for (index, driven) in mechanism.driven.iter().enumerate() {
+        let effort = if driven.turns { "torque" } else { "force" };
+        columns.push((format!("{}.{effort}", driven.name), Column::Drive(index)));
+    }
+    columns
+}
+
+fn further_columns(mechanism: &Mechanism) -> Vec<Named> {
+    let mut columns = Vec::new();
+    for (index, body) in mechanism.bodies.iter().enumerate() {
+        for (place, (point, _)) in body.points.iter().enumerate() {
+            let owner = format!("{}.{point}", body.name);
+            columns.extend(named(&owner, &POINT, |k| Column::Point(index, place, k)));
+        }
+    }
+    for (index, joint) in mechanism.ideal_joints.iter().enumerate() {
+        let coordinate: &[&str] = match joint.kind {
+            IdealKind::Revolute => &ANGLE,
+            IdealKind::Prismatic => &DISPLACEMENT,
+            IdealKind::Fixed => &[],
+        };
+        columns.extend(named(&joint.name, coordinate, |k| Column::Coordinate(index, k)));
+        columns.extend(named(&joint.name, &REACTION, |k| Column::Reaction(index, k)));
+    }
+    for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
+        columns.extend(named(&joint.name, &LOSS, |k| Column::Loss(index, k)));
+    }
+    for (index, driven) in mechanism.driven.iter().enumerate() {
+        columns.push((format!("{}.power", driven.name), Column::DrivePower(index)));
+    }
+    for (index, link) in mechanism.links.iter().enumerate() {
+        columns.extend(named(&link.name, &LINK, |k| Column::Link(index, k)));
+    }
+    for (index, torsion) in mechanism.torsions.iter().enumerate() {
+        columns.extend(named(&torsion.name, &TORSION, |k| Column::Torsion(index, k)));
+    }
+    columns.extend(named(ENERGY_OUTPUT, &ENERGY, Column::Energy));
+    columns
+}
+
+/// The columns with the given names.
+///
+/// # Errors
+/// Every unknown name, with the nearest known one.
+pub fn parse_columns(mechanism: &Mechanism, names: &[String]) -> Result<Vec<Column>, SceneError> {
+    let mut known = usual_columns(mechanism);
+    known.extend(further_columns(mechanism));
+    let mut problems = Vec::new();
+    let mut columns = Vec::with_capacity(names.len());
+    for (index, name) in names.iter().enumerate() {
+        match known.iter().find(|(other, _)| other == name) {
+            Some(&(_, column)) => columns.push(column),
+            None => {
+                let hint = did_you_mean(name, known.iter().map(|(name, _)| name.as_str()));
+                problems.push(Problem::new(
+                    format!("settings.outputs[{index}]"),
+                    format!("unknown output {name:?}{hint}"),
+                ));
+            }
+        }
+    }
+    if problems.is_empty() { Ok(columns) } else { Err(SceneError { problems }) }
+}
+
+/// What a sample must compute for its columns, decided once.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Needs {
+    /// Accelerations.
+    pub acceleration: bool,
+    /// What the joints transmit.
+    pub reactions: bool,
+    /// Integrals of powers over the run.
+    pub work: bool,
+}
+
+impl Needs {
+    /// What the columns need.
+    pub fn of(columns: &[Column]) -> Self {
+        let mut needs = Self::default();
+        for column in columns {
+            match column {
+                Column::Body(_, quantity) => needs.acceleration |= *quantity >= 6,
+                Column::Point(_, _, quantity) => needs.acceleration |= *quantity >= 4,
+                Column::Coordinate(_, quantity) => needs.acceleration |= *quantity >= 2,
+                Column::Drive(_) | Column::DrivePower(_) | Column::Reaction(..) => needs.reactions = true,
+                Column::Loss(..) => needs.work = true,
+                Column::Energy(quantity) => needs.work |= *quantity >= 4,
+                Column::Joint(..) | Column::Link(..) | Column::Torsion(..) => {}
+            }
+        }
+        needs.acceleration |= needs.reactions;
+        needs
+    }
+}
+
+impl Column {
+    /// Value in the state the dynamics was last moved to.
+    pub fn value(self, dynamics: &Dynamics, work: &Work) -> f64 {
+        let mechanism = dynamics.mechanism;
+        match self {
+            Column::Body(index, quantity) => body_value(dynamics, index, quantity),
+            Column::Joint(index, quantity) => joint_value(dynamics, index, quantity),
+            Column::Drive(index) => dynamics.drive_effort(index),
+            Column::DrivePower(index) => dynamics.drive_power(index),
+            Column::Point(index, place, quantity) => {
+                let body = &mechanism.bodies[index];
+                let point = dynamics.frame(body.frame).point(body.points[place].1);
+                point_value(dynamics, &point, quantity)
+            }
+            Column::Coordinate(index, quantity) => coordinate_value(dynamics, index, quantity),
+            Column::Reaction(index, quantity) => {
+                let reaction = dynamics.reaction(index);
+                [reaction.force.x, reaction.force.y, reaction.moment][quantity]
+            }
+            Column::Link(index, quantity) => {
+                let link = &mechanism.links[index];
+                let [length, rate] = dynamics.link_motion(link);
+                let tension = link.stiffness * (length - link.length) + link.damping * rate;
+                [length, rate, tension][quantity]
+            }
+            Column::Torsion(index, quantity) => {
+                let torsion = &mechanism.torsions[index];
+                [relative_turning(dynamics, torsion.bodies, 0), dynamics.torsion_torque(torsion)][quantity]
+            }
+            Column::Loss(index, quantity) => {
+                let loss = work.contacts[index];
+                [loss.impact, loss.friction, loss.wear][quantity]
+            }
+            Column::Energy(quantity) => energy_value(dynamics, work, quantity),
+        }
+    }
+}
+
+/// Angle, angular velocity or angular acceleration of the second body relative to the first.
+fn relative_turning(dynamics: &Dynamics, bodies: [Option<usize>; 2], quantity: usize) -> f64 {
+    let [a, b] = bodies.map(|body| {
+        body.map_or([0.0; 3], |body| {
+            let frame = dynamics.frame(dynamics.mechanism.bodies[body].frame);
+            [dynamics.body_angle(body), frame.angular_velocity, frame.angular_acceleration]
+        })
+    });
+    b[quantity] - a[quantity]
+}
+
+/// Of x, y, vx, vy, ax, ay; the frames accelerate relative to free fall.
+fn point_value(dynamics: &Dynamics, point: &PointState, quantity: usize) -> f64 {
+    let acceleration = point.acceleration + dynamics.mechanism.gravity;
+    let [p, v] = [point.position, point.velocity];
+    [p.x, p.y, v.x, v.y, acceleration.x, acceleration.y][quantity]
+}
+
+fn body_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
+    let body = &dynamics.mechanism.bodies[index];
+    let frame = dynamics.frame(body.frame);
+    match quantity {
+        2 => dynamics.body_angle(index),
+        5 => frame.angular_velocity,
+        8 => frame.angular_acceleration,
+        _ => point_value(dynamics, &frame.point(body.center), quantity - quantity / 3),
+    }
+}
+
+fn coordinate_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
+    let joint = &dynamics.mechanism.ideal_joints[index];
+    if let (IdealKind::Prismatic, Realisation::Tree { column: Some(column), .. }) =
+        (joint.kind, joint.realisation)
+    {
+        let coordinate = dynamics.coordinate(column);
+        return [coordinate.position, coordinate.velocity, coordinate.acceleration][quantity];
+    }
+    relative_turning(dynamics, joint.bodies, quantity)
+}
+
+fn energy_value(dynamics: &Dynamics, work: &Work, quantity: usize) -> f64 {
+    let losses = || -> f64 { work.contacts.iter().map(|loss| loss.impact + loss.friction).sum() };
+    match quantity {
+        0 => dynamics.kinetic_energy(),
+        1 => dynamics.potential_energy(),
+        2 => dynamics.contact_energies(),
+        3 => dynamics.total_energy(),
+        4 => work.input,
+        5 => work.contacts.iter().map(|loss| loss.impact).sum(),
+        6 => work.contacts.iter().map(|loss| loss.friction).sum(),
+        7 => work.damping,
+        _ => dynamics.total_energy() - work.start_energy - work.input + losses() + work.damping,
+    }
+}
+
+fn joint_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
+    let state = dynamics.contact_state(index);
+    let eccentricity = dynamics.joint_motion(&dynamics.mechanism.clearance_joints[index]).eccentricity;
+    match quantity {
+        0 => eccentricity.x,
+        1 => eccentricity.y,
+        2 => eccentricity.norm(),
+        3 => state.penetration,
+        4 => state.penetration_rate,
+        5 => state.sliding_velocity,
+        // Between the clip and its located instant the continued law may pull by a rounding error.
+        6 => state.normal_force.max(0.0),
+        7 => state.friction_force,
+        _ => f64::from(dynamics.phases[index] != Phase::Free),
+    }
+}

@@ -1,0 +1,137 @@
+//! A mechanism without a degree of freedom: its drives prescribe the motion, nothing is integrated.
+
+use crate::integrators::{Checkpoint, HybridSystem, Outcome, Stats, Status};
+use crate::run::recorder::Recorder;
+use crate::run::work::GAUSS;
+
+/// Turn of a drive [rad] over which the kinematic solution is continued at once: the guess is
+/// then off by a few thousandths, far from any other branch.
+const LARGEST_TURN: f64 = 0.05;
+
+impl Recorder<'_> {
+    /// The motion of a mechanism that its drives prescribe completely, from a checkpoint to `end`;
+    /// nothing is integrated.
+    ///
+    /// The poses at which the solution is continued depend on the drives alone; samples and the end
+    /// are solved for from the pose before them. So neither changes the other, and a continued run
+    /// has the bits of a single one.
+    pub(crate) fn follow_drives(
+        &mut self,
+        from: &Checkpoint,
+        end: f64,
+        q: &mut [f64],
+        v: &mut [f64],
+    ) -> Outcome {
+        let mut outcome = Outcome {
+            status: Status::Done,
+            time: from.time,
+            guard: None,
+            stats: Stats::default(),
+            checkpoint: None,
+        };
+        q.copy_from_slice(&from.q);
+        v.copy_from_slice(&from.v);
+        let mut last = from.step;
+        let followed = loop {
+            let t = outcome.time;
+            let step = self.continued(t, last, LARGEST_TURN);
+            let next = (t + step).min(self.dynamics.mechanism.next_break(t));
+            if next >= end {
+                self.dynamics.move_to(t, q, v);
+                self.keep();
+                outcome.checkpoint = Some(Checkpoint { step: last, ..Checkpoint::at(t, q, v) });
+            }
+            let next = next.min(end);
+            if !self.sample_until(t, next, q, v) || !self.go_on(t, next, q, v) {
+                break false;
+            }
+            (outcome.time, last) = (next, step);
+            outcome.stats.steps += 1;
+            if !(self.monitor)(next) {
+                outcome.status = Status::Cancelled;
+                break true;
+            }
+            if next >= end {
+                break true;
+            }
+            self.unwind(q);
+        };
+        if !followed {
+            outcome.status = Status::SingularMechanism;
+            // The last sample may stand between two poses of the continuation.
+            outcome.time = outcome.time.max(self.last_sampled());
+        }
+        outcome
+    }
+
+    /// Takes the samples after `t` up to `next`; false in a singular pose.
+    fn sample_until(&mut self, t: f64, next: f64, q: &[f64], v: &[f64]) -> bool {
+        let (mut inner_q, mut inner_v) = (q.to_vec(), v.to_vec());
+        while let Some(due) = self.next_due().filter(|&due| due <= next) {
+            let work = self.work.clone();
+            inner_q.copy_from_slice(q);
+            inner_v.copy_from_slice(v);
+            if !self.go_on(t, due, &mut inner_q, &mut inner_v) {
+                return false;
+            }
+            self.sample_state(due, &inner_q, &inner_v);
+            self.work = work;
+        }
+        true
+    }
+
+    /// Moves a state from `t` to `to` and adds the work of the way, if it is wanted; false in a
+    /// singular pose.
+    fn go_on(&mut self, t: f64, to: f64, q: &mut [f64], v: &mut [f64]) -> bool {
+        let nodes = if self.needs.work { &GAUSS[..] } else { &[] };
+        let mut reached = t;
+        for &(place, weight) in nodes {
+            let node = t + place * (to - t);
+            if !self.follow(reached, node, q, v) {
+                return false;
+            }
+            reached = node;
+            self.add_work(node, q, v, weight * (to - t));
+        }
+        self.follow(reached, to, q, v)
+    }
+
+    /// How long [s] the drives may go on at once after a step of length `last` (NaN for none): until
+    /// one has turned by `largest_turn` [rad], or slid by as much of the size of the mechanism.
+    pub(crate) fn continued(&self, t: f64, last: f64, largest_turn: f64) -> f64 {
+        let mechanism = self.dynamics.mechanism;
+        let largest = |turns: bool| largest_turn * if turns { 1.0 } else { mechanism.scales.length };
+        let mut step =
+            mechanism.time_functions().map(|(_, function)| function.pace()).fold(f64::INFINITY, f64::min);
+        if last.is_nan() {
+            let starts =
+                mechanism.driven.iter().map(|driven| driven.motion.time_to_move(largest(driven.turns)));
+            step = starts.fold(step, f64::min);
+        } else {
+            // Growth is limited: a motion that came back would otherwise not be seen to have moved.
+            step = step.min(2.0 * last);
+        }
+        for driven in &mechanism.driven {
+            let largest = largest(driven.turns);
+            let start = driven.motion.at(t)[0];
+            while step.is_finite() && t + step > t {
+                let ahead = [0.25, 0.5, 0.75, 1.0].map(|part| driven.motion.at(t + part * step)[0]);
+                let moved = ahead.iter().map(|position| (position - start).abs()).fold(0.0, f64::max);
+                if moved <= largest {
+                    break;
+                }
+                step *= (0.9 * largest / moved).max(0.1);
+            }
+        }
+        // A motion too steep for the digits of the time is followed from number to number.
+        if t + step > t { step } else { t.next_up() - t }
+    }
+
+    /// Moves a state that closes the loops at `from` to one that closes them at `t`.
+    fn follow(&mut self, from: f64, t: f64, q: &mut [f64], v: &mut [f64]) -> bool {
+        for (q, v) in q.iter_mut().zip(&*v) {
+            *q += v * (t - from);
+        }
+        self.dynamics.project(t, q, v, &self.dynamics.mechanism.scales.levers).is_some()
+    }
+}

@@ -1,0 +1,538 @@
+//! The mechanism as the integrator sees it: tolerances, guards and phases, and the samples on the
+//! way.
+
+use crate::contact::clearance::{ClearanceLaw, ContactState, Phase};
+use crate::dynamics::{Dynamics, Linearisation, relative_motion};
+use crate::integrators::dense::DenseStep;
+use crate::integrators::events::Guard;
+use crate::integrators::{Checkpoint, HybridSystem, Limits, Projection};
+use crate::mechanism::compiled::{Mechanism, State};
+use crate::mechanism::kinematics::FrameKind;
+use crate::numerics::instant::Instant;
+use crate::numerics::turns::{rewind, unwind};
+use crate::run::contacts::{Contact, Event, EventKind, ForceSample, OpenContact, Stick};
+use crate::run::outputs::{Column, Needs};
+use crate::run::restart::Memory;
+use crate::run::settings::Settings;
+use crate::run::tolerances::Tolerances;
+use crate::run::work::{GAUSS, Work};
+
+/// First step after an onset: this times `rtol`^0.4 times the time scale of the impact. The force
+/// begins as δ^1.5, which caps the order at 2.5 until the step has grown away from the onset.
+/// Measured on the paper's mechanism and the ensembles of `benchmarks/stiffness.rs`: flat between 0.3 and 3.
+const ONSET_STEP: f64 = 1.0;
+
+/// Largest correction of a projection, in tolerances of a step.
+const LARGEST_PROJECTION: f64 = 10.0;
+
+/// First step of a run, as a part of the time in which the mechanism crosses its own size: too long is
+/// cut by rejections, too short grows fivefold a step.
+const FIRST_STEP: f64 = 1e-3;
+
+/// Turn of a drive [rad] over which Gauss's quadrature with four points adds its work to rounding.
+const WORK_TURN: f64 = 0.5;
+
+/// Guards of a clearance joint: the gap, and the bracket of the damping.
+pub(crate) const GUARDS: usize = 2;
+
+/// The mechanism as the integrator sees it, taking samples as it goes.
+pub(crate) struct Recorder<'a> {
+    pub(crate) dynamics: Dynamics<'a>,
+    settings: &'a Settings,
+    columns: Vec<Column>,
+    pub(crate) monitor: &'a dyn Fn(f64) -> bool,
+    tolerances: Tolerances,
+    step_bound: f64,
+    /// Instant from which the samples count [s]; the settings may skip some time first.
+    from: f64,
+    pub(crate) values: Vec<f64>,
+    next_sample: usize,
+    pub(crate) needs: Needs,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    a: Vec<f64>,
+    pub(crate) events: Vec<Event>,
+    pub(crate) work: Work,
+    /// The work up to the present step, while `work` goes to a sample in it.
+    work_of_steps: Work,
+    /// The contact of every clearance joint, while it lasts.
+    open_contacts: Vec<Option<OpenContact>>,
+    contacts: Vec<Contact>,
+    pub(crate) floored: usize,
+    /// Largest correction that closed the loops after a step [m].
+    pub(crate) largest_projection: f64,
+    /// Largest penetration of every clearance joint at the start of a step [m].
+    pub(crate) deepest: Vec<f64>,
+    /// Time that every clearance joint spends below the stick velocity of its friction law.
+    pub(crate) sticks: Vec<Stick>,
+    /// Whether every clearance joint stuck under load at the start of the step.
+    stuck: Vec<bool>,
+    /// Whether one of those slides where the guards were last asked for.
+    breaks_away: bool,
+    pub(crate) warnings: Vec<String>,
+    /// What belongs to the checkpoint of the integration.
+    pub(crate) kept: Memory,
+}
+
+impl<'a> Recorder<'a> {
+    pub(crate) fn new(
+        mechanism: &'a Mechanism,
+        start: &State,
+        settings: &'a Settings,
+        columns: Vec<Column>,
+        values: Vec<f64>,
+        monitor: &'a dyn Fn(f64) -> bool,
+        from: f64,
+    ) -> Self {
+        let d = mechanism.degrees_of_freedom();
+        Self {
+            dynamics: Dynamics::new(mechanism),
+            settings,
+            needs: Needs::of(&columns),
+            from: from + settings.skip,
+            values,
+            columns,
+            monitor,
+            tolerances: Tolerances::new(mechanism, start, settings),
+            step_bound: f64::INFINITY,
+            next_sample: 0,
+            q: vec![0.0; d],
+            v: vec![0.0; d],
+            a: vec![0.0; d],
+            events: Vec::new(),
+            work: Work::new(mechanism.clearance_joints.len()),
+            work_of_steps: Work::default(),
+            open_contacts: vec![None; mechanism.clearance_joints.len()],
+            contacts: Vec::new(),
+            floored: 0,
+            largest_projection: 0.0,
+            deepest: vec![0.0; mechanism.clearance_joints.len()],
+            sticks: vec![Stick::default(); mechanism.clearance_joints.len()],
+            stuck: vec![false; mechanism.clearance_joints.len()],
+            breaks_away: false,
+            warnings: Vec::new(),
+            kept: Memory::default(),
+        }
+    }
+
+    /// Instant of a sample [s].
+    pub(crate) fn sample_time(&self, index: usize) -> f64 {
+        self.from + self.settings.sample_time(index)
+    }
+
+    /// Instant of the next sample [s], unless all are taken.
+    pub(crate) fn next_due(&self) -> Option<f64> {
+        (self.next_sample < self.settings.samples).then(|| self.sample_time(self.next_sample))
+    }
+
+    /// Instant of the last sample taken [s]; minus infinity before the first.
+    pub(crate) fn last_sampled(&self) -> f64 {
+        self.next_sample.checked_sub(1).map_or(f64::NEG_INFINITY, |index| self.sample_time(index))
+    }
+
+    /// Takes the next sample in a given state.
+    pub(crate) fn sample_state(&mut self, t: f64, q: &[f64], v: &[f64]) {
+        self.q.copy_from_slice(q);
+        self.v.copy_from_slice(v);
+        self.sample(t);
+    }
+
+    /// Limits of the integration.
+    pub(crate) fn limits(&self) -> Limits {
+        let scales = &self.dynamics.mechanism.scales;
+        let crossing = FIRST_STEP * scales.length / scales.speed;
+        let first_step = self.settings.limits.first_step.or(Some(crossing).filter(|step| step.is_finite()));
+        Limits { first_step, ..self.settings.limits }
+    }
+
+    /// Goes on with what a run remembered at its checkpoint.
+    pub(crate) fn recall(&mut self, memory: &Memory) {
+        self.warn_of_scene();
+        self.dynamics.phases.clone_from(&memory.phases);
+        self.dynamics.turns.clone_from(&memory.turns);
+        self.open_contacts.clone_from(&memory.contacts);
+        match &memory.work {
+            Some(work) => self.work.clone_from(work),
+            None => self.forget_work(),
+        }
+    }
+
+    /// Work and losses count from the first start on: where a run on the way did not count them, nobody
+    /// knows them.
+    fn forget_work(&mut self) {
+        self.work = Work::unknown(self.open_contacts.len());
+        if self.needs.work {
+            self.warnings.push(
+                "work and losses count from the first start on, and the run that ended at the given start did \
+                 not count them: they are NaN; name one of them in the outputs of that run too"
+                    .to_owned(),
+            );
+        }
+    }
+
+    /// Gives angles their full turns back.
+    pub(crate) fn rewind(&self, q: &mut [f64]) {
+        for (q, &column) in q.iter_mut().zip(&self.dynamics.mechanism.free) {
+            *q = rewind(*q, self.dynamics.turns[column]);
+        }
+    }
+
+    /// The contacts of the run in the order of their onsets, those that go on included.
+    pub(crate) fn finished_contacts(&mut self) -> Vec<Contact> {
+        let mut contacts = std::mem::take(&mut self.contacts);
+        contacts.extend(self.open_contacts.iter().flatten().map(|open| open.contact));
+        contacts.sort_by(|a, b| a.onset.total_cmp(&b.onset));
+        contacts
+    }
+
+    /// Sets the phases of the start and takes the first sample, if it is due.
+    pub(crate) fn begin(&mut self, q: &[f64], v: &[f64]) -> Checkpoint {
+        self.warn_of_scene();
+        let mut start = Checkpoint::at(0.0, q, v);
+        self.dynamics.move_to(0.0, q, v);
+        for index in 0..self.dynamics.phases.len() {
+            let state = self.dynamics.contact_state(index);
+            if state.penetration > 0.0 {
+                let joint = &self.dynamics.mechanism.clearance_joints[index];
+                let law = &joint.law.normal;
+                // The impact that would have come so far without loss. A journal that is given as touching
+                // lies on either side of the surface by rounding: the limit must be that of an onset.
+                let elastic =
+                    law.normal_force(state.penetration, 0.0, 0.0) * state.penetration / (law.exponent + 1.0);
+                let arrival = (state.penetration_rate.powi(2) + 2.0 * elastic / joint.effective_mass).sqrt();
+                let phase = Phase::Contact {
+                    hysteresis_factor: law.hysteresis_factor(arrival.max(joint.impact_velocity_floor)),
+                    clipped: false,
+                };
+                if law.is_latched() {
+                    self.warnings.push(format!(
+                        "joint {:?} starts in contact: it has no impact velocity and is damped as the impact at \
+                         {arrival:.3e} m/s that would have brought it there without loss",
+                        joint.name
+                    ));
+                }
+                self.dynamics.phases[index] = phase;
+                self.open_contacts[index] = Some(OpenContact::begin(index, 0.0, f64::NAN));
+            }
+        }
+        self.work.begin(&self.dynamics);
+        self.unwind(&mut start.q);
+        if self.sample_time(0) <= 0.0 {
+            self.sample_state(0.0, &start.q, v);
+        }
+        start
+    }
+
+    /// Keeps angles within half a turn, so that they do not lose digits as the turns add up.
+    pub(crate) fn unwind(&mut self, q: &mut [f64]) {
+        let mechanism = self.dynamics.mechanism;
+        for (q, &column) in q.iter_mut().zip(&mechanism.free) {
+            if let FrameKind::Revolute = mechanism.frames[column + 1].kind {
+                let (angle, turns) = unwind(*q);
+                *q = angle;
+                self.dynamics.turns[column] += turns;
+            }
+        }
+    }
+
+    /// Writes the next row of samples from the state in `self.q`, `self.v`.
+    fn sample(&mut self, t: f64) {
+        if self.needs.acceleration {
+            if !self.dynamics.acceleration(t, &self.q, &self.v, &mut self.a) {
+                self.a.fill(f64::NAN);
+            }
+            self.dynamics.accelerate(&self.a);
+            if self.needs.reactions {
+                self.dynamics.find_reactions();
+            }
+        } else {
+            self.dynamics.move_to(t, &self.q, &self.v);
+        }
+        let width = self.columns.len();
+        let row = &mut self.values[self.next_sample * width..(self.next_sample + 1) * width];
+        for (value, column) in row.iter_mut().zip(&self.columns) {
+            *value = column.value(&self.dynamics, &self.work);
+        }
+        self.next_sample += 1;
+    }
+
+    /// Bounds the next step and notes penetrations and forces, in motion with its accelerations.
+    fn watch(&mut self, t: f64) {
+        let mechanism = self.dynamics.mechanism;
+        self.step_bound = mechanism.next_break(t) - t;
+        for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
+            let motion = self.dynamics.joint_motion(joint);
+            let penetration = motion.eccentricity.norm() - joint.law.clearance;
+            self.deepest[index] = self.deepest[index].max(penetration);
+            if let Some(steep) = joint.law.stick_velocity() {
+                let phase = self.dynamics.phases[index];
+                let presses = matches!(phase, Phase::Contact { clipped: false, .. });
+                // Without its force: only the sliding velocity is wanted.
+                let sliding = || joint.law.evaluate(&relative_motion(&motion), Phase::Free).sliding_velocity;
+                self.stuck[index] = presses && sliding().abs() < steep;
+                self.sticks[index].advance(t, presses, self.stuck[index]);
+            }
+            match self.dynamics.phases[index] {
+                Phase::Free => {
+                    // Half a clearance per step: no flight can cross the bearing unseen.
+                    let (rate, acceleration) = (motion.rate.norm(), motion.acceleration.norm());
+                    let clearance = joint.law.clearance;
+                    // |ė| h + |ë| h²/2 = c/2
+                    let bound = clearance / (rate + (rate * rate + acceleration * clearance).sqrt());
+                    self.step_bound = self.step_bound.min(bound);
+                }
+                phase @ Phase::Contact { .. } => {
+                    if let Some(open) = &mut self.open_contacts[index] {
+                        let relative = relative_motion(&motion);
+                        let acceleration = motion.acceleration.into();
+                        let [force, rate] = joint.law.normal_force_with_rate(&relative, acceleration, phase);
+                        let sample = ForceSample { time: t, motion: relative, acceleration, force, rate };
+                        open.watch(sample, |motion| joint.law.evaluate(motion, phase).normal_force);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds the powers of a state to the work.
+    pub(crate) fn add_work(&mut self, t: f64, q: &[f64], v: &[f64], dt: f64) {
+        if !self.dynamics.acceleration(t, q, v, &mut self.a) {
+            self.a.fill(f64::NAN);
+        }
+        self.dynamics.accelerate(&self.a);
+        self.dynamics.find_reactions();
+        self.work.add(&self.dynamics, dt);
+    }
+
+    /// Adds the work from the start of a step to the instant `to` in it, in pieces that the drives allow: a
+    /// step is as long as what moves freely lets it be, and a crank may have turned many times in it.
+    fn add_work_of(&mut self, step: &DenseStep, to: f64) {
+        let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
+        let mut from = step.t;
+        while from < to {
+            let next = (from + self.continued(from, f64::NAN, WORK_TURN)).min(to);
+            for (place, weight) in GAUSS {
+                let t = from + place * (next - from);
+                step.at((t - step.t) / step.h, &mut q, &mut v);
+                self.add_work(t, &q, &v, weight * (next - from));
+            }
+            from = next;
+            if from < to && !(self.monitor)(step.t) {
+                // Cancelled: the step is the last.
+                break;
+            }
+        }
+        (self.q, self.v) = (q, v);
+    }
+
+    fn gap_guard(&self, index: usize, state: &ContactState<f64>) -> Guard {
+        let joint = &self.dynamics.mechanism.clearance_joints[index];
+        let sign = match self.dynamics.phases[index] {
+            Phase::Free => -1.0,
+            Phase::Contact { .. } => 1.0,
+        };
+        // Rounding of the difference of two positions.
+        let journal = self.dynamics.point(joint.journal).position;
+        let bearing = self.dynamics.point(joint.bearing).position;
+        let resolution = 4.0
+            * f64::EPSILON
+            * (journal.abs().sum() + bearing.abs().sum() + self.dynamics.mechanism.scales.length);
+        Guard {
+            value: sign * state.penetration,
+            rate: sign * state.penetration_rate,
+            resolution,
+            overshoot: (8.0 * resolution).max(LANDING_PART * self.tolerances.position),
+        }
+    }
+
+    fn bracket_guard(&self, index: usize, state: &ContactState<f64>) -> Guard {
+        let Phase::Contact { hysteresis_factor, clipped } = self.dynamics.phases[index] else {
+            return Guard::INACTIVE;
+        };
+        if hysteresis_factor == 0.0 {
+            return Guard::INACTIVE;
+        }
+        let joint = &self.dynamics.mechanism.clearance_joints[index];
+        let bracket = ClearanceLaw::damping_bracket(state.penetration_rate, hysteresis_factor);
+        // Rounding of the difference of two velocities, and what the tolerance leaves open: where
+        // the damping is strong the bracket stays near zero for long, and its noise is no event.
+        let journal = self.dynamics.point(joint.journal).velocity;
+        let bearing = self.dynamics.point(joint.bearing).velocity;
+        let rounding = 4.0 * f64::EPSILON * (journal.abs().sum() + bearing.abs().sum());
+        let resolution =
+            64.0 * f64::EPSILON + hysteresis_factor * (rounding + BRACKET_PART * self.tolerances.velocity);
+        Guard {
+            value: if clipped { -bracket } else { bracket },
+            rate: f64::NAN,
+            resolution,
+            // The force at the clip is off by this part of its elastic share at most.
+            overshoot: (8.0 * resolution).max(1e-4),
+        }
+    }
+}
+
+/// Rate at which the bracket of the damping has no sign, as a part of the velocity tolerance. Tuned on
+/// overdamped contacts under explicit steps, which clip and unclip by the error of the velocity: with
+/// 1e-3 a scene got half as far in 300 000 steps as with 0.1; with 1 a shaken bearing at rtol 1e-3 lost
+/// clips that tighter runs have.
+const BRACKET_PART: f64 = 0.1;
+/// Largest penetration of a landing, as a part of the position tolerance.
+const LANDING_PART: f64 = 1e-2;
+
+impl HybridSystem for Recorder<'_> {
+    fn dimension(&self) -> usize {
+        self.q.len()
+    }
+
+    fn acceleration(&mut self, t: Instant, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        self.dynamics.acceleration(t, q, v, a)
+    }
+
+    fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
+        self.dynamics.linearise(t, q, v, linear)
+    }
+
+    fn begin(&mut self, t: f64, q: &[f64], v: &[f64], a: &[f64]) {
+        if !self.dynamics.is_at(t.into(), q, v) {
+            self.dynamics.move_to(t, q, v);
+        }
+        self.dynamics.accelerate(a);
+        self.watch(t);
+    }
+
+    fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
+        self.tolerances.in_phases(self.dynamics.mechanism, &self.dynamics.phases, position, velocity);
+    }
+
+    fn step_bound(&self) -> f64 {
+        self.step_bound
+    }
+
+    fn guard_count(&self) -> usize {
+        GUARDS * self.dynamics.phases.len()
+    }
+
+    fn guards(&mut self, t: Instant, q: &[f64], v: &[f64], guards: &mut [Guard]) {
+        // A method may have ended its step with an evaluation there.
+        if !self.dynamics.is_at(t, q, v) {
+            self.dynamics.move_to(t, q, v);
+        }
+        self.breaks_away = false;
+        for index in 0..self.dynamics.phases.len() {
+            let state = self.dynamics.contact_state(index);
+            let steep = self.dynamics.mechanism.clearance_joints[index].law.stick_velocity();
+            self.breaks_away |=
+                self.stuck[index] && steep.is_some_and(|steep| state.sliding_velocity.abs() > steep);
+            guards[GUARDS * index] = self.gap_guard(index, &state);
+            guards[GUARDS * index + 1] = self.bracket_guard(index, &state);
+        }
+    }
+
+    fn breaks_away(&self) -> bool {
+        self.breaks_away
+    }
+
+    fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> f64 {
+        self.dynamics.move_to(t, q, v);
+        let index = guard / GUARDS;
+        let joint = &self.dynamics.mechanism.clearance_joints[index];
+        let law = &joint.law.normal;
+        let normal_velocity = self.dynamics.contact_state(index).penetration_rate;
+        let mut bound = f64::INFINITY;
+        let (kind, phase) = match (guard % GUARDS, self.dynamics.phases[index]) {
+            (0, Phase::Free) => {
+                let impact_velocity = normal_velocity.max(joint.impact_velocity_floor);
+                let floored = law.is_latched() && normal_velocity < joint.impact_velocity_floor;
+                self.floored += usize::from(floored);
+                let impact_time = law.impact_time(joint.effective_mass, impact_velocity);
+                bound = ONSET_STEP * self.settings.rtol.powf(0.4) * impact_time;
+                let hysteresis_factor = law.hysteresis_factor(impact_velocity);
+                (EventKind::Onset, Phase::Contact { hysteresis_factor, clipped: false })
+            }
+            (0, Phase::Contact { .. }) => (EventKind::Separation, Phase::Free),
+            (_, Phase::Contact { hysteresis_factor, clipped }) => {
+                let kind = if clipped { EventKind::Unclip } else { EventKind::Clip };
+                (kind, Phase::Contact { hysteresis_factor, clipped: !clipped })
+            }
+            // The bracket ended in the same instant as the contact.
+            (_, Phase::Free) => return bound,
+        };
+        self.dynamics.phases[index] = phase;
+        self.events.push(Event { time: t, joint: index, kind, normal_velocity });
+        match kind {
+            EventKind::Onset => {
+                self.open_contacts[index] = Some(OpenContact::begin(index, t, normal_velocity))
+            }
+            EventKind::Separation => {
+                if let Some(OpenContact { contact, .. }) = self.open_contacts[index].take() {
+                    self.contacts.push(Contact { separation: t, ..contact });
+                }
+            }
+            // The rate of the force jumps: no cubic reaches across.
+            EventKind::Clip | EventKind::Unclip => {
+                if let Some(open) = &mut self.open_contacts[index] {
+                    open.last = None;
+                }
+            }
+        }
+        bound
+    }
+
+    fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64]) -> Projection {
+        let mechanism = self.dynamics.mechanism;
+        self.unwind(q);
+        if mechanism.closures.is_empty() {
+            return Projection::Unneeded;
+        }
+        let Some((moved, turned)) = self.dynamics.project(t, q, v, &mechanism.scales.levers) else {
+            return Projection::Singular;
+        };
+        self.largest_projection = self.largest_projection.max(moved);
+        let fine = moved <= LARGEST_PROJECTION * self.tolerances.position
+            && turned <= LARGEST_PROJECTION * self.tolerances.velocity;
+        if fine { Projection::Done } else { Projection::TooLarge }
+    }
+
+    fn keep(&mut self) {
+        self.kept = Memory {
+            phases: self.dynamics.phases.clone(),
+            contacts: self.open_contacts.clone(),
+            turns: self.dynamics.turns.clone(),
+            work: (self.needs.work && !self.work.input.is_nan()).then(|| self.work.clone()),
+        };
+    }
+
+    fn wants_dense(&self, end: f64) -> bool {
+        self.needs.work || self.next_due().is_some_and(|due| due <= end * (1.0 + 32.0 * f64::EPSILON))
+    }
+
+    fn accepted(&mut self, step: &DenseStep) -> bool {
+        let end = step.end_time();
+        while let Some(t) = self.next_due().filter(|_| step.h > 0.0) {
+            // The last step ends at the last sample to rounding.
+            let last = self.next_sample + 1 == self.settings.samples;
+            let slack = if last { 32.0 * f64::EPSILON * t } else { 0.0 };
+            if t > end + slack {
+                break;
+            }
+            // A continued run begins with the step over its start.
+            let t_inside = t.clamp(step.t, end);
+            if self.needs.work {
+                // Set aside: the sum over the steps must not depend on where samples are taken.
+                self.work_of_steps.clone_from(&self.work);
+                self.add_work_of(step, t_inside);
+            }
+            let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
+            step.at((t_inside - step.t) / step.h, &mut q, &mut v);
+            (self.q, self.v) = (q, v);
+            self.sample(t);
+            if self.needs.work {
+                std::mem::swap(&mut self.work, &mut self.work_of_steps);
+            }
+        }
+        if self.needs.work {
+            self.add_work_of(step, end);
+        }
+        (self.monitor)(end)
+    }
+}

@@ -1,0 +1,170 @@
+//! What to compute and how accurately.
+
+use serde_json::Value;
+
+use crate::error::{Problem, SceneError};
+use crate::integrators::auto::Auto;
+use crate::integrators::dop853::Dop853;
+use crate::integrators::rosenbrock::Rosenbrock;
+use crate::integrators::tableaus::{RODAS4, RODAS5P};
+use crate::integrators::{Limits, Stepper};
+use crate::scene::json::Node;
+
+/// Integration method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// DOP853 while the motion is not stiff, else Rodas4, or Rodas5P at a tight tolerance.
+    Auto,
+    /// Rodas4, order 4(3).
+    Rodas4,
+    /// Rodas5P, order 5(4).
+    Rodas5P,
+    /// DOP853, order 8(5,3), explicit.
+    Dop853,
+}
+
+impl Method {
+    /// The method for `d` degrees of freedom and a relative tolerance.
+    pub fn stepper(self, d: usize, rtol: f64) -> Box<dyn Stepper> {
+        match self {
+            Method::Auto => Box::new(Auto::new(if rtol < TIGHT { RODAS5P } else { RODAS4 }, d)),
+            Method::Rodas4 => Box::new(Rosenbrock::new(RODAS4, d)),
+            Method::Rodas5P => Box::new(Rosenbrock::new(RODAS5P, d)),
+            Method::Dop853 => Box::new(Dop853::new(d)),
+        }
+    }
+}
+
+/// Relative tolerance below which Rodas5P needs less work than Rodas4 for the same error: on sticking and
+/// sliding journals (`benchmarks/stiffness.rs`) they are level between 1e-7 and 1e-8.
+const TIGHT: f64 = 3e-8;
+
+/// Relative tolerance that a user who does not choose gets [-].
+pub const DEFAULT_RTOL: f64 = 1e-6;
+
+/// Most samples of a run: with all columns of a small mechanism they still fit into memory.
+const MOST_SAMPLES: usize = 10_000_000;
+
+/// What to compute and how accurately.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Simulated time [s].
+    pub duration: f64,
+    /// Number of samples, both ends included.
+    pub samples: usize,
+    /// Time simulated before the first sample [s].
+    pub skip: f64,
+    /// Relative tolerance of the local error [-].
+    pub rtol: f64,
+    /// Integration method.
+    pub method: Method,
+    /// Names of the columns wanted; `None`: all.
+    pub outputs: Option<Vec<String>>,
+    /// Local position error [m]; `None`: from `rtol` and the scene.
+    pub position_tolerance: Option<f64>,
+    /// Local velocity error [m/s]; `None`: from `rtol` and the scene.
+    pub velocity_tolerance: Option<f64>,
+    /// Limits of the work.
+    pub limits: Limits,
+}
+
+impl Settings {
+    /// Automatic choice of the method, a relative tolerance of 1e-6, all columns.
+    pub fn new(duration: f64, samples: usize) -> Self {
+        Self {
+            duration,
+            samples,
+            skip: 0.0,
+            rtol: DEFAULT_RTOL,
+            method: Method::Auto,
+            outputs: None,
+            position_tolerance: None,
+            velocity_tolerance: None,
+            limits: Limits::default(),
+        }
+    }
+
+    /// Everything that is wrong with the settings.
+    pub fn check(&self) -> Result<(), SceneError> {
+        let mut problems = Vec::new();
+        let mut check = |good: bool, field: &str, message: String| {
+            if !good {
+                problems.push(Problem::new(format!("settings.{field}"), message));
+            }
+        };
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        check(positive(self.duration), "duration", format!("must be > 0 [s], got {}", self.duration));
+        check(
+            self.skip >= 0.0 && self.skip.is_finite(),
+            "skip",
+            format!("must be >= 0 [s], got {}", self.skip),
+        );
+        check(
+            (2..=MOST_SAMPLES).contains(&self.samples),
+            "samples",
+            format!("must be >= 2 and <= {MOST_SAMPLES}, got {}", self.samples),
+        );
+        // Below 1e-13 rounding errors exceed the tolerance; above 0.1 nothing is accurate.
+        check(
+            (1e-13..=0.1).contains(&self.rtol),
+            "rtol",
+            format!("must be >= 1e-13 and <= 0.1 [-], got {}", self.rtol),
+        );
+        for (field, unit, value) in [
+            ("position_tolerance", "m", self.position_tolerance),
+            ("velocity_tolerance", "m/s", self.velocity_tolerance),
+        ] {
+            let value = value.unwrap_or(1.0);
+            check(positive(value), field, format!("must be > 0 [{unit}], got {value}"));
+        }
+        if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
+    }
+
+    /// Instant of a sample after the first one [s]; the last one is the duration exactly.
+    pub fn sample_time(&self, index: usize) -> f64 {
+        if index + 1 == self.samples {
+            self.duration
+        } else {
+            self.duration * index as f64 / (self.samples - 1) as f64
+        }
+    }
+}
+
+/// The settings written in `text`, checked.
+///
+/// # Errors
+/// Every unknown, missing or unacceptable field, with paths below `settings`.
+pub fn read_settings(text: &str) -> Result<Settings, SceneError> {
+    let value: Value = serde_json::from_str(text)
+        .map_err(|error| SceneError::single("settings", format!("is not valid JSON: {error}")))?;
+    let mut problems = Vec::new();
+    let mut fields = Node { value: &value, path: "settings".to_owned() }.fields(&mut problems);
+    let methods = [
+        ("auto", Method::Auto),
+        ("rodas5p", Method::Rodas5P),
+        ("rodas4", Method::Rodas4),
+        ("dop853", Method::Dop853),
+    ];
+    let limits = Limits::default();
+    let settings = Settings {
+        duration: fields.number("duration", &mut problems),
+        samples: fields.count_or("samples", 0, &mut problems),
+        skip: fields.number_or("skip", 0.0, &mut problems),
+        rtol: fields.number_or("rtol", DEFAULT_RTOL, &mut problems),
+        method: fields.word("method", &methods, &mut problems),
+        outputs: fields.optional("outputs").map(|node| node.texts(&mut problems)),
+        position_tolerance: fields.optional_number("position_tolerance", &mut problems),
+        velocity_tolerance: fields.optional_number("velocity_tolerance", &mut problems),
+        limits: Limits {
+            max_steps: fields.count_or("max_steps", limits.max_steps, &mut problems),
+            max_events: fields.count_or("max_events", limits.max_events, &mut problems),
+            ..limits
+        },
+    };
+    fields.finish(&mut problems);
+    if !problems.is_empty() {
+        return Err(SceneError { problems });
+    }
+    settings.check()?;
+    Ok(settings)
+}

@@ -1,0 +1,85 @@
+//! How large the local errors of a run may be: what `rtol` means for a mechanism with clearance.
+
+use crate::contact::clearance::Phase;
+use crate::mechanism::compiled::{ClearanceJoint, Mechanism, State};
+use crate::run::settings::{DEFAULT_RTOL, Settings};
+
+/// Position tolerance of a scene with clearance: `rtol` times this part of the smallest
+/// clearance. 0.5 is the scale on which the methods were compared (1e-5 m at 0.02 mm).
+const CLEARANCE_PART: f64 = 0.5;
+/// Largest tolerances as a part of the oscillation about a contact that rests under the load of
+/// the start: wider, a slow mechanism's resting contact cannot be told from free flight, and it
+/// chatters. Tuned on the paper's mechanism at 0.01 to 2000 r/min with Rodas5P: 0.1 leaves 4807
+/// contact changes in a revolution at 0.1 r/min, 0.01 407, 0.003 189, tight tolerances 161; from
+/// 100 r/min on the changes do not depend on it. At 2000 r/min it binds at `rtol` 2e-4 and above.
+const RESTING_PART: f64 = 0.003;
+/// Velocity tolerance: `rtol` times this part of the speed of the mechanism. For the paper's
+/// crank (10.5 m/s) it is the 1 m/s on which the methods were compared.
+const SPEED_PART: f64 = 0.1;
+/// Velocity tolerance in a contact with friction, as a part of the velocity at which the friction
+/// law is steep. Wider, a linearly implicit step hops across the kink: 15 times more steps at
+/// rtol 1e-4 than at 1e-5 in a sticking contact. Over the ensembles of `benchmarks/stiffness.rs` 0.3 is as
+/// good, and with 1 a loose tolerance costs more than a tight one.
+const STICK_PART: f64 = 0.1;
+
+/// Absolute tolerances of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Tolerances {
+    /// Of the positions of points [m].
+    pub(crate) position: f64,
+    /// Of their velocities [m/s], but where friction is steep.
+    pub(crate) velocity: f64,
+    /// Part of the stick velocity of a friction law that its contact is resolved to.
+    stick_part: f64,
+}
+
+impl Tolerances {
+    /// The tolerances of a run from `start`.
+    pub(crate) fn new(mechanism: &Mechanism, start: &State, settings: &Settings) -> Self {
+        let scales = &mechanism.scales;
+        let smallest = mechanism.clearance_joints.iter().map(|joint| joint.law.clearance).reduce(f64::min);
+        let position_scale = smallest.map_or(scales.length, |clearance| CLEARANCE_PART * clearance);
+        // Where contacts and friction bind the tolerances, a tighter `rtol` must still tell something new.
+        let tighter = (settings.rtol / DEFAULT_RTOL).min(1.0);
+        // The oscillation about a resting contact must be resolved, however slow the mechanism.
+        let resting = |of: fn(&ClearanceJoint) -> f64| {
+            RESTING_PART * tighter * mechanism.clearance_joints.iter().map(of).fold(f64::INFINITY, f64::min)
+        };
+        let finest = 4.0 * f64::EPSILON * scales.length;
+        let position =
+            (settings.rtol * position_scale).min(resting(|joint| joint.resting_penetration)).max(finest);
+        let start_speed = start.v.iter().zip(&scales.levers).map(|(v, lever)| (v * lever).abs());
+        let speed = start_speed.fold(scales.speed, f64::max);
+        // Where nothing moves, falls or is driven: the speed that crosses the position scale in the
+        // whole run. Elsewhere the duration must not change the steps: a run may be continued.
+        let speed_scale = if speed > 0.0 { SPEED_PART * speed } else { position_scale / settings.duration };
+        let velocity = (settings.rtol * speed_scale).min(resting(|joint| joint.resting_speed));
+        Self {
+            position: settings.position_tolerance.unwrap_or(position),
+            velocity: settings.velocity_tolerance.unwrap_or(velocity),
+            stick_part: STICK_PART * tighter,
+        }
+    }
+
+    /// The tolerances of all coordinates and their velocities in the phases of the contacts.
+    pub(crate) fn in_phases(
+        &self,
+        mechanism: &Mechanism,
+        phases: &[Phase],
+        position: &mut [f64],
+        velocity: &mut [f64],
+    ) {
+        let stick = mechanism
+            .clearance_joints
+            .iter()
+            .zip(phases)
+            .filter(|(_, phase)| **phase != Phase::Free)
+            .filter_map(|(joint, _)| joint.law.stick_velocity())
+            .fold(f64::INFINITY, f64::min);
+        let of_velocities = self.velocity.min(self.stick_part * stick);
+        for (k, lever) in mechanism.scales.levers.iter().enumerate() {
+            position[k] = self.position / lever;
+            velocity[k] = of_velocities / lever;
+        }
+    }
+}

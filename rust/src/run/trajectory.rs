@@ -1,0 +1,247 @@
+//! One run: a mechanism through time, sampled on a uniform grid.
+
+use crate::error::{Problem, SceneError};
+use crate::integrators::{HybridSystem, Stats, Status, resume_with};
+use crate::mechanism::compiled::{Mechanism, State};
+pub use crate::run::contacts::{Contact, Event, EventKind};
+use crate::run::outputs::{column_names, parse_columns};
+use crate::run::recorder::{GUARDS, Recorder};
+use crate::run::restart::{End, Memory, Restart};
+pub use crate::run::settings::{Method, Settings};
+
+/// The result of one run.
+#[derive(Clone, Debug)]
+pub struct Trajectory {
+    /// Instants of the samples [s].
+    pub t: Vec<f64>,
+    /// Samples, row-major: one row an instant, one column an output; NaN after a failure.
+    pub values: Vec<f64>,
+    /// Names of the columns.
+    pub columns: Vec<String>,
+    /// Changes of phase in order of time.
+    pub events: Vec<Event>,
+    /// Why the run ended.
+    pub status: Status,
+    /// When it ended [s].
+    pub time: f64,
+    /// The clearance joint involved in a failure.
+    pub joint: Option<String>,
+    /// The clearance joint in which, where a run failed, a normal force drew the surfaces together.
+    pub paradox: Option<String>,
+    /// Work done.
+    pub stats: Stats,
+    /// Onsets whose velocity was below the floor of the latched impact velocity.
+    pub floored_latches: usize,
+    /// Largest correction that closed the loops after a step [m]; zero in a tree.
+    pub largest_projection: f64,
+    /// What the user should know about the result.
+    pub warnings: Vec<String>,
+    /// Contacts in the order of their onsets.
+    pub contacts: Vec<Contact>,
+    /// State at the end.
+    pub end: State,
+    /// Where the run can be continued; none if it failed.
+    pub restart: Option<Restart>,
+}
+
+impl Trajectory {
+    /// One sentence on how the run ended.
+    pub fn message(&self) -> String {
+        let place = match &self.joint {
+            Some(joint) => format!(" at t = {:.9e} s, joint {joint:?}", self.time),
+            None => format!(" at t = {:.9e} s", self.time),
+        };
+        let why = match self.status {
+            Status::Done => return "the end was reached".to_owned(),
+            Status::MaxSteps => "the allowed number of steps was used up",
+            Status::StepUnderflow => "the step became too short to advance the time",
+            Status::NonFinite => "the motion is no longer a finite number",
+            Status::SingularMechanism => {
+                "the mass matrix is singular, or a loop passes a dead centre or change point"
+            }
+            Status::Projection => "closing the loops took a correction above the tolerance",
+            Status::EventLocation => "a change of contact could not be located",
+            Status::MaxEvents => "the allowed number of contact changes was used up",
+            Status::Cancelled => "the run was cancelled",
+        };
+        let paradox = self.paradox.as_ref().map_or(String::new(), |joint| {
+            format!(
+                "; the friction of joint {joint:?} is so strong there that pressing harder accelerates the surfaces \
+                 towards each other (Painlevé's paradox): no contact law is at rest in it; reduce the friction \
+                 coefficient or make the masses less unequal"
+            )
+        });
+        format!("{why}{place}{paradox}")
+    }
+}
+
+/// Simulates a mechanism from its assembled start.
+///
+/// `monitor` is called after every accepted step with the time [s]; false cancels.
+///
+/// # Errors
+/// What is wrong with the settings.
+pub fn simulate(
+    mechanism: &Mechanism,
+    settings: &Settings,
+    monitor: &dyn Fn(f64) -> bool,
+) -> Result<Trajectory, SceneError> {
+    simulate_from(mechanism, &mechanism.start, settings, monitor)
+}
+
+/// Simulates a mechanism from a given state.
+///
+/// # Errors
+/// What is wrong with the settings.
+pub fn simulate_from(
+    mechanism: &Mechanism,
+    start: &State,
+    settings: &Settings,
+    monitor: &dyn Fn(f64) -> bool,
+) -> Result<Trajectory, SceneError> {
+    run(mechanism, start, None, settings, monitor)
+}
+
+/// Continues a run where another ended; the samples start there.
+///
+/// # Errors
+/// What is wrong with the settings, or a restart that belongs to another mechanism.
+pub fn resume(
+    mechanism: &Mechanism,
+    restart: &Restart,
+    settings: &Settings,
+    monitor: &dyn Fn(f64) -> bool,
+) -> Result<Trajectory, SceneError> {
+    let Memory { phases, contacts, turns, work } = &restart.memory;
+    let d = mechanism.degrees_of_freedom();
+    let joints = mechanism.clearance_joints.len();
+    let fits = restart.checkpoint.q.len() == d
+        && restart.checkpoint.v.len() == d
+        && [phases.len(), contacts.len()] == [joints; 2]
+        && work.as_ref().is_none_or(|work| work.contacts.len() == joints)
+        && turns.len() == mechanism.frames.len() - 1;
+    if !fits {
+        return Err(SceneError::single(
+            "start",
+            format!(
+                "belongs to another mechanism: this one has {d} coordinates and {joints} joints with clearance, \
+                 got {} and {}",
+                restart.checkpoint.q.len(),
+                phases.len()
+            ),
+        ));
+    }
+    if restart.parts != parts(mechanism) {
+        return Err(SceneError::single(
+            "start",
+            format!(
+                "belongs to another mechanism: this one has {}, got {}",
+                parts(mechanism).join(", "),
+                restart.parts.join(", ")
+            ),
+        ));
+    }
+    run(mechanism, &mechanism.start, Some(restart), settings, monitor)
+}
+
+/// What tells mechanisms of the same size apart: their coordinates and clearance joints.
+fn parts(mechanism: &Mechanism) -> Vec<String> {
+    let joints = mechanism.clearance_joints.iter().map(|joint| &joint.name);
+    mechanism.coordinate_names.iter().chain(joints).cloned().collect()
+}
+
+fn run(
+    mechanism: &Mechanism,
+    start: &State,
+    restart: Option<&Restart>,
+    settings: &Settings,
+    monitor: &dyn Fn(f64) -> bool,
+) -> Result<Trajectory, SceneError> {
+    settings.check()?;
+    let names = settings.outputs.clone().unwrap_or_else(|| column_names(mechanism));
+    let columns = parse_columns(mechanism, &names)?;
+    let mut values = Vec::new();
+    let count = settings.samples.saturating_mul(columns.len());
+    values.try_reserve_exact(count).map_err(|_| {
+        SceneError::single("settings.samples", format!("{count} numbers do not fit into the memory"))
+    })?;
+    values.resize(count, f64::NAN);
+    let from = restart.map_or(0.0, |restart| restart.time);
+    let mut recorder = Recorder::new(mechanism, start, settings, columns, values, monitor, from);
+    let end = recorder.sample_time(settings.samples - 1);
+    check_functions(mechanism, restart.map_or(0.0, |restart| restart.checkpoint.time), end)?;
+    let (mut q, mut v) = (start.q.clone(), start.v.clone());
+    let checkpoint = match restart {
+        Some(restart) => {
+            recorder.recall(&restart.memory);
+            restart.checkpoint.clone()
+        }
+        None => recorder.begin(&q, &v),
+    };
+    let outcome = if mechanism.mobility() == 0 && mechanism.clearance_joints.is_empty() {
+        recorder.follow_drives(&checkpoint, end, &mut q, &mut v)
+    } else {
+        let mut method = settings.method.stepper(mechanism.degrees_of_freedom(), settings.rtol);
+        let limits = recorder.limits();
+        resume_with(&mut recorder, &mut *method, limits, &checkpoint, end, &mut q, &mut v)
+    };
+    let failed = outcome.status != Status::Done && outcome.status != Status::Cancelled;
+    let joint = outcome
+        .guard
+        .map(|guard| guard / GUARDS)
+        .or_else(|| recorder.events.last().map(|event| event.joint).filter(|_| failed))
+        .map(|index| mechanism.clearance_joints[index].name.clone());
+    let paradox = if failed && outcome.status != Status::Projection {
+        recorder.dynamics.paradoxical_contact(outcome.time, &q, &v)
+    } else {
+        None
+    };
+    let paradox = paradox.map(|index| mechanism.clearance_joints[index].name.clone());
+    let warnings = recorder.warnings();
+    let next_start = outcome.checkpoint.filter(|_| outcome.status == Status::Done).map(|checkpoint| {
+        let memory = std::mem::take(&mut recorder.kept);
+        recorder.keep();
+        let end = End { q: q.clone(), v: v.clone(), memory: std::mem::take(&mut recorder.kept) };
+        Restart { time: outcome.time, parts: parts(mechanism), checkpoint, memory, end: Some(end) }
+    });
+    recorder.rewind(&mut q);
+    // What lies between the checkpoint and the start was reported by the run before.
+    let mut contacts = recorder.finished_contacts();
+    contacts.retain(|contact| restart.is_none() || contact.separation.is_nan() || contact.separation > from);
+    recorder.events.retain(|event| restart.is_none() || event.time > from);
+    Ok(Trajectory {
+        t: (0..settings.samples).map(|index| recorder.sample_time(index)).collect(),
+        contacts,
+        values: recorder.values,
+        columns: names,
+        events: recorder.events,
+        status: outcome.status,
+        time: outcome.time,
+        joint,
+        paradox,
+        stats: outcome.stats,
+        floored_latches: recorder.floored,
+        largest_projection: recorder.largest_projection,
+        warnings,
+        end: State { q, v },
+        restart: next_start,
+    })
+}
+
+/// Tables must cover the whole run: nothing is known beyond their ends.
+fn check_functions(mechanism: &Mechanism, start: f64, end: f64) -> Result<(), SceneError> {
+    let problems: Vec<Problem> = mechanism
+        .time_functions()
+        .filter_map(|(name, function)| {
+            let [first, last] = function.domain();
+            let rounding = 64.0 * f64::EPSILON * end.abs();
+            (start < first - rounding || end > last + rounding).then(|| {
+                Problem::new(
+                    "settings.duration",
+                    format!("the run from {start} to {end} [s] leaves the table of {name:?}, from {first} to {last} [s]"),
+                )
+            })
+        })
+        .collect();
+    if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
+}

@@ -1,0 +1,83 @@
+//! What the user should know about a run besides its samples.
+
+use crate::contact::normal::Damping;
+use crate::run::contacts::EventKind;
+use crate::run::recorder::Recorder;
+
+/// Penetration relative to the journal radius beyond which the laws of a small contact area no
+/// longer hold. Impacts of the paper's mechanism reach 1e-3; a jammed mechanism passes 1.
+const DEEP: f64 = 0.02;
+/// Resting penetration relative to the size of the mechanism below which the rounding of
+/// positions (1e-16) shows: the paper's mechanism reaches it at 0.02 r/min.
+const FINE_PENETRATION: f64 = 2e-12;
+/// Nominal restitution below which the Lankarani-Nikravesh law rebounds noticeably more: 0.878
+/// instead of 0.85, 0.725 instead of 0.5 (closed form in [`Damping::LankaraniNikravesh`]).
+const HONEST_RESTITUTION: f64 = 0.85;
+/// Part of the time in contact beyond which a slow contact creeps rather than reverses its sliding.
+/// Measured: 1e-4 to 0.01 in the paper's mechanism at 100 to 5000 r/min, 0.02 and 0.03 in pendulums
+/// that swing in a bearing; 0.11 at 10 r/min, 0.11 to 0.19 and 0.47 with friction coefficients of 0.4
+/// and 1, where it sticks.
+const CREEPING: f64 = 0.1;
+/// Creep as a part of the clearance below which nobody would notice it.
+const NOTICEABLE: f64 = 0.01;
+
+impl Recorder<'_> {
+    /// All that the user should know about the run.
+    pub(crate) fn warnings(&mut self) -> Vec<String> {
+        let mut warnings = std::mem::take(&mut self.warnings);
+        if self.floored > 0 {
+            warnings.push(format!(
+                "{} of {} impacts began slower than the floor of the impact velocity and were damped as \
+                 impacts at the floor",
+                self.floored,
+                self.events.iter().filter(|event| event.kind == EventKind::Onset).count()
+            ));
+        }
+        for (joint, deepest) in self.dynamics.mechanism.clearance_joints.iter().zip(&self.deepest) {
+            if *deepest > DEEP * joint.law.journal_radius {
+                warnings.push(format!(
+                    "joint {:?}: the penetration reached {deepest:.2e} m, more than {DEEP} of the journal radius: \
+                     contact laws do not hold there; the mechanism may be jammed or the stiffness too small",
+                    joint.name
+                ));
+            }
+        }
+        for (joint, stick) in self.dynamics.mechanism.clearance_joints.iter().zip(&self.sticks) {
+            if let Some(slow) = joint.law.stick_velocity()
+                && stick.crept > CREEPING * stick.pressed
+                && slow * stick.crept > NOTICEABLE * joint.law.clearance
+            {
+                warnings.push(format!(
+                    "joint {:?}: for {:.0} % of its time in contact it slides slower than {slow:.1e} m/s, where the \
+                     friction law falls to zero: what should stick creeps, by at most {:.1e} m in all",
+                    joint.name,
+                    100.0 * stick.crept / stick.pressed,
+                    slow * stick.crept
+                ));
+            }
+        }
+        warnings
+    }
+
+    /// Notes what is known before the first step.
+    pub(crate) fn warn_of_scene(&mut self) {
+        for joint in &self.dynamics.mechanism.clearance_joints {
+            if let Damping::LankaraniNikravesh { restitution } = joint.law.normal.damping
+                && restitution < HONEST_RESTITUTION
+            {
+                self.warnings.push(format!(
+                    "joint {:?}: the Lankarani-Nikravesh law rebounds more than its restitution {restitution} \
+                     says (below {HONEST_RESTITUTION} by more than 3 %)",
+                    joint.name
+                ));
+            }
+            if joint.resting_penetration < FINE_PENETRATION * self.dynamics.mechanism.scales.length {
+                self.warnings.push(format!(
+                    "joint {:?}: under the load of the start the contact rests at a penetration of {:.1e} m, too \
+                     close to the rounding of positions: its contact changes may be noise",
+                    joint.name, joint.resting_penetration
+                ));
+            }
+        }
+    }
+}

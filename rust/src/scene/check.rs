@@ -1,0 +1,403 @@
+//! Whether a scene makes sense: every problem at once, each with its path.
+
+use crate::contact::friction::FrictionLaw;
+use crate::contact::normal::Damping;
+use crate::error::{Problem, SceneError, did_you_mean};
+use crate::scene::parts::{
+    Body, CENTER_OF_MASS, Drive, ENERGY, Force, GROUND, Joint, JointKind, Point, Scene, Start,
+};
+use crate::scene::time_function::TimeFunction;
+
+impl Scene {
+    /// Everything that is wrong with the numbers and names of the scene, in its order.
+    pub fn check(&self) -> Result<(), SceneError> {
+        let mut checker = Checker { problems: Vec::new() };
+        checker.points("ground", &self.ground);
+        if self.bodies.is_empty() {
+            checker.add("bodies", "a scene needs at least one body");
+        }
+        for (index, body) in self.bodies.iter().enumerate() {
+            self.check_body(&mut checker, &format!("bodies[{index}]"), index, body);
+        }
+        for (index, joint) in self.joints.iter().enumerate() {
+            self.check_joint(&mut checker, &format!("joints[{index}]"), index, joint);
+        }
+        for (index, force) in self.forces.iter().enumerate() {
+            self.check_force(&mut checker, &format!("forces[{index}]"), index, force);
+        }
+        for (index, drive) in self.drives.iter().enumerate() {
+            self.check_drive(&mut checker, &format!("drives[{index}]"), index, drive);
+        }
+        for (index, start) in self.start.iter().enumerate() {
+            self.check_start(&mut checker, &format!("start[{index}]"), index, start);
+        }
+        checker.finish()
+    }
+
+    fn check_body(&self, checker: &mut Checker, path: &str, index: usize, body: &Body) {
+        let earlier = self.bodies[..index].iter().any(|other| other.name == body.name);
+        checker.owner(&format!("{path}.name"), &body.name, earlier);
+        if body.name == GROUND {
+            checker.add(format!("{path}.name"), "\"ground\" is the name of the fixed body");
+        }
+        checker.positive(&format!("{path}.mass"), "kg", body.mass);
+        checker.positive(&format!("{path}.inertia"), "kg m^2", body.inertia);
+        checker.finite_pair(&format!("{path}.center_of_mass"), "m", &body.center_of_mass);
+        checker.finite(&format!("{path}.angle"), "rad", body.angle);
+        checker.points(&format!("{path}.points"), &body.points);
+        let known = || body.points.iter().map(|point| point.name.as_str()).chain([CENTER_OF_MASS]);
+        if !known().any(|name| name == body.inertia_about) {
+            let hint = did_you_mean(&body.inertia_about, known());
+            checker.add(
+                format!("{path}.inertia_about"),
+                format!("unknown point {:?} of {:?}{hint}", body.inertia_about, body.name),
+            );
+        } else if body.inertia > 0.0 && self.central_inertia(body) <= 0.0 {
+            checker.add(
+                format!("{path}.inertia"),
+                format!(
+                    "must be > mass * distance^2 to the centre of mass for a moment about {:?}, got {}: \
+                     the moment about the centre of mass would be {:.3e} kg m^2",
+                    body.inertia_about,
+                    body.inertia,
+                    self.central_inertia(body)
+                ),
+            );
+        }
+    }
+
+    fn check_joint(&self, checker: &mut Checker, path: &str, index: usize, joint: &Joint) {
+        let earlier = self.joints[..index].iter().any(|other| other.name() == joint.name());
+        checker.owner(&format!("{path}.name"), joint.name(), earlier);
+        if self.bodies.iter().any(|body| body.name == joint.name()) {
+            checker.add(
+                format!("{path}.name"),
+                format!("a body is also called {:?}: outputs could not tell them apart", joint.name()),
+            );
+        }
+        let ends = joint.references().map(|(field, reference)| {
+            checker.result(&format!("{path}.{field}"), self.attachment(reference)).map(|end| end.body)
+        });
+        checker.apart(path, ends);
+        match joint {
+            Joint::Ideal { kind: JointKind::Revolute, .. } => {}
+            Joint::Ideal { kind: JointKind::Prismatic { axis, angle }, .. } => {
+                checker.finite_pair(&format!("{path}.axis"), "-", axis);
+                if *axis == [0.0, 0.0] {
+                    checker.add(format!("{path}.axis"), "must not be the zero vector");
+                }
+                checker.finite(&format!("{path}.angle"), "rad", *angle);
+            }
+            Joint::Ideal { kind: JointKind::Fixed { angle }, .. } => {
+                checker.finite(&format!("{path}.angle"), "rad", *angle);
+            }
+            Joint::Clearance {
+                journal_radius,
+                clearance,
+                contact,
+                friction,
+                sliding: _,
+                impact_velocity_floor,
+                ..
+            } => {
+                checker.positive(&format!("{path}.journal_radius"), "m", *journal_radius);
+                checker.positive(&format!("{path}.clearance"), "m", *clearance);
+                checker.positive(&format!("{path}.contact.stiffness"), "N/m^exponent", contact.stiffness);
+                checker.at_least(&format!("{path}.contact.exponent"), "-", contact.exponent, 1.0);
+                match contact.damping {
+                    Damping::Elastic => {}
+                    Damping::LankaraniNikravesh { restitution } | Damping::Flores { restitution } => {
+                        checker.fraction(&format!("{path}.contact.restitution"), restitution);
+                    }
+                    Damping::HuntCrossley { hysteresis_factor } => {
+                        let path = format!("{path}.contact.hysteresis_factor");
+                        checker.at_least(&path, "s/m", hysteresis_factor, 0.0);
+                    }
+                }
+                if let Some(law) = friction {
+                    checker.friction(&format!("{path}.friction"), law);
+                }
+                if let Some(floor) = impact_velocity_floor {
+                    checker.positive(&format!("{path}.impact_velocity_floor"), "m/s", *floor);
+                }
+            }
+        }
+    }
+
+    /// The name of a force or drive must differ from those of bodies and joints, whose outputs it
+    /// could be mistaken for, and from `earlier` names.
+    fn check_name(&self, checker: &mut Checker, path: &str, name: &str, earlier: bool) {
+        let taken = self.bodies.iter().any(|body| body.name == *name)
+            || self.joints.iter().any(|other| other.name() == name);
+        checker.owner(&format!("{path}.name"), name, earlier || taken);
+    }
+
+    fn check_force(&self, checker: &mut Checker, path: &str, index: usize, force: &Force) {
+        if let Some(name) = force.name() {
+            let earlier = self.forces[..index].iter().any(|other| other.name() == Some(name));
+            self.check_name(checker, path, name, earlier);
+        }
+        match force {
+            Force::Gravity { acceleration } => {
+                checker.finite_pair(&format!("{path}.acceleration"), "m/s^2", acceleration);
+            }
+            Force::Spring { a, b, stiffness, length, damping, .. } => {
+                let ends = [("a", a), ("b", b)].map(|(field, reference)| {
+                    let end = self.attachment(reference);
+                    checker.result(&format!("{path}.{field}"), end).map(|end| end.body)
+                });
+                checker.apart(path, ends);
+                checker.at_least(&format!("{path}.stiffness"), "N/m", *stiffness, 0.0);
+                checker.at_least(&format!("{path}.length"), "m", *length, 0.0);
+                checker.at_least(&format!("{path}.damping"), "N s/m", *damping, 0.0);
+            }
+            Force::TorsionSpring { a, b, stiffness, angle, damping, .. } => {
+                let ends = [("a", a), ("b", b)]
+                    .map(|(field, name)| checker.result(&format!("{path}.{field}"), self.body_index(name)));
+                checker.apart(path, ends);
+                checker.at_least(&format!("{path}.stiffness"), "N m/rad", *stiffness, 0.0);
+                checker.finite(&format!("{path}.angle"), "rad", *angle);
+                checker.at_least(&format!("{path}.damping"), "N m s/rad", *damping, 0.0);
+            }
+            Force::Applied { point, x, y, .. } => {
+                checker.result(&format!("{path}.point"), self.attachment(point));
+                checker.function(&format!("{path}.x"), "N", x);
+                checker.function(&format!("{path}.y"), "N", y);
+            }
+            Force::Torque { body, reaction, torque, .. } => {
+                let ends = [("body", body), ("reaction", reaction)]
+                    .map(|(field, name)| checker.result(&format!("{path}.{field}"), self.body_index(name)));
+                checker.apart(path, ends);
+                checker.function(&format!("{path}.torque"), "N m", torque);
+            }
+        }
+    }
+
+    fn check_drive(&self, checker: &mut Checker, path: &str, index: usize, drive: &Drive) {
+        let (name, joint) = (drive.name(), drive.joint());
+        let earlier = self.drives[..index].iter().any(|other| other.name() == name)
+            || self.forces.iter().any(|force| force.name() == Some(name));
+        self.check_name(checker, path, name, earlier);
+        let only_revolute = match drive {
+            Drive::Speed { speed, angle, .. } => {
+                checker.finite(&format!("{path}.speed"), "rad/s", *speed);
+                checker.finite(&format!("{path}.angle"), "rad", *angle);
+                true
+            }
+            Drive::Motion { motion, .. } => {
+                checker.function(&format!("{path}.motion"), "rad or m", motion);
+                false
+            }
+        };
+        let joint_path = format!("{path}.joint");
+        match self.find_joint(joint) {
+            Ok(Joint::Ideal { kind: JointKind::Revolute, .. }) => {}
+            Ok(Joint::Ideal { kind: JointKind::Prismatic { .. }, .. }) if !only_revolute => {}
+            Ok(_) => {
+                let kinds = if only_revolute { "revolute" } else { "revolute or prismatic" };
+                checker.add(joint_path, format!("joint {joint:?} must be a {kinds} joint without clearance"));
+            }
+            Err(message) => checker.add(joint_path, message),
+        }
+        if self.drives[..index].iter().any(|other| other.joint() == joint) {
+            checker.add(format!("{path}.joint"), format!("joint {joint:?} is driven twice"));
+        }
+    }
+
+    fn check_start(&self, checker: &mut Checker, path: &str, index: usize, start: &Start) {
+        let earlier = &self.start[..index];
+        let mut finite = |field: &str, unit: &str, value: Option<f64>| {
+            checker.finite(&format!("{path}.{field}"), unit, value.unwrap_or(0.0));
+        };
+        let (field, name, found) = match start {
+            Start::Joint { joint, position, velocity } => {
+                finite("position", "rad or m", *position);
+                finite("velocity", "rad/s or m/s", *velocity);
+                let found = self.find_joint(joint).and_then(|found| match found {
+                    Joint::Ideal { kind: JointKind::Revolute | JointKind::Prismatic { .. }, .. } => Ok(()),
+                    _ => Err(format!(
+                        "joint {joint:?} must be a revolute or prismatic joint without clearance"
+                    )),
+                });
+                let driven = self.drives.iter().find(|drive| drive.joint() == joint);
+                let found = found.and(driven.map_or(Ok(()), |drive| {
+                    Err(format!("joint {joint:?} starts where its drive {:?} puts it", drive.name()))
+                }));
+                ("joint", joint, found)
+            }
+            Start::Body { body, angle, angular_velocity } => {
+                finite("angle", "rad", *angle);
+                finite("angular_velocity", "rad/s", *angular_velocity);
+                let found = self.body_index(body).and_then(|index| match index {
+                    Some(_) => Ok(()),
+                    None => Err("ground does not move".to_owned()),
+                });
+                ("body", body, found)
+            }
+            Start::Clearance { joint, eccentricity, rate } => {
+                checker.finite_pair(&format!("{path}.eccentricity"), "m", eccentricity);
+                checker.finite_pair(&format!("{path}.rate"), "m/s", rate);
+                let found = self.find_joint(joint).and_then(|found| match found {
+                    Joint::Clearance { .. } => Ok(()),
+                    Joint::Ideal { .. } => Err(format!("joint {joint:?} must be a joint with clearance")),
+                });
+                ("joint", joint, found)
+            }
+        };
+        checker.result(&format!("{path}.{field}"), found);
+        let twice = earlier.iter().any(|other| match (start, other) {
+            (Start::Body { body, .. }, Start::Body { body: other, .. }) => body == other,
+            (Start::Joint { joint, .. }, Start::Joint { joint: other, .. })
+            | (Start::Clearance { joint, .. }, Start::Clearance { joint: other, .. }) => joint == other,
+            _ => false,
+        });
+        if twice {
+            checker.add(format!("{path}.{field}"), format!("the start of {name:?} is given twice"));
+        }
+    }
+
+    fn find_joint(&self, name: &str) -> Result<&Joint, String> {
+        self.joints.iter().find(|joint| joint.name() == name).ok_or_else(|| {
+            let hint = did_you_mean(name, self.joints.iter().map(Joint::name));
+            format!("unknown joint {name:?}{hint}")
+        })
+    }
+}
+
+/// Collects problems; each method is one rule.
+struct Checker {
+    problems: Vec<Problem>,
+}
+
+impl Checker {
+    fn add(&mut self, path: impl Into<String>, message: impl Into<String>) {
+        self.problems.push(Problem::new(path, message));
+    }
+
+    fn finish(self) -> Result<(), SceneError> {
+        if self.problems.is_empty() { Ok(()) } else { Err(SceneError { problems: self.problems }) }
+    }
+
+    /// The value, unless it is an error, which is noted.
+    fn result<T>(&mut self, path: &str, result: Result<T, String>) -> Option<T> {
+        result.map_err(|message| self.add(path, message)).ok()
+    }
+
+    /// Two ends must be on different bodies.
+    fn apart(&mut self, path: &str, ends: [Option<Option<usize>>; 2]) {
+        if let [Some(first), Some(second)] = ends
+            && first == second
+        {
+            self.add(path, "joins a body to itself: the two ends must be on different bodies");
+        }
+    }
+
+    fn function(&mut self, path: &str, unit: &str, function: &TimeFunction) {
+        match function {
+            TimeFunction::Polynomial(coefficients) => match coefficients[..] {
+                [value] => {
+                    self.finite(path, unit, value);
+                }
+                _ => coefficients.iter().enumerate().for_each(|(k, &coefficient)| {
+                    self.finite(
+                        &format!("{path}.coefficients[{k}]"),
+                        &format!("{unit} / s^{k}"),
+                        coefficient,
+                    );
+                }),
+            },
+            TimeFunction::Harmonic { mean, amplitude, angular_frequency, phase } => {
+                self.finite(&format!("{path}.mean"), unit, *mean);
+                self.finite(&format!("{path}.amplitude"), unit, *amplitude);
+                self.finite(&format!("{path}.angular_frequency"), "rad/s", *angular_frequency);
+                self.finite(&format!("{path}.phase"), "rad", *phase);
+            }
+            // A spline is made of finite points only.
+            TimeFunction::Table(_) => {}
+        }
+    }
+
+    fn finite(&mut self, path: &str, unit: &str, value: f64) -> bool {
+        if !value.is_finite() {
+            self.add(path, format!("must be a finite number [{unit}], got {value}"));
+        }
+        value.is_finite()
+    }
+
+    fn finite_pair(&mut self, path: &str, unit: &str, values: &[f64; 2]) {
+        for (index, &value) in values.iter().enumerate() {
+            self.finite(&format!("{path}[{index}]"), unit, value);
+        }
+    }
+
+    fn positive(&mut self, path: &str, unit: &str, value: f64) {
+        if self.finite(path, unit, value) && value <= 0.0 {
+            self.add(path, format!("must be > 0 [{unit}], got {value}"));
+        }
+    }
+
+    fn at_least(&mut self, path: &str, unit: &str, value: f64, least: f64) {
+        if self.finite(path, unit, value) && value < least {
+            self.add(path, format!("must be >= {least} [{unit}], got {value}"));
+        }
+    }
+
+    fn fraction(&mut self, path: &str, value: f64) {
+        if self.finite(path, "-", value) && !(value > 0.0 && value <= 1.0) {
+            self.add(path, format!("must be > 0 and <= 1 [-], got {value}"));
+        }
+    }
+
+    fn name(&mut self, path: &str, name: &str, taken: bool) {
+        if name.is_empty() || name.contains('.') {
+            self.add(path, format!("must be a non-empty name without a dot, got {name:?}"));
+        }
+        if taken {
+            self.add(path, format!("the name {name:?} is already taken"));
+        }
+    }
+
+    /// A name under which outputs are found.
+    fn owner(&mut self, path: &str, name: &str, taken: bool) {
+        self.name(path, name, taken);
+        if name == ENERGY {
+            self.add(path, format!("{ENERGY:?} is the name of the outputs of the whole mechanism"));
+        }
+    }
+
+    fn points(&mut self, path: &str, points: &[Point]) {
+        for (index, point) in points.iter().enumerate() {
+            let path = format!("{path}.{}", point.name);
+            self.name(&path, &point.name, points[..index].iter().any(|other| other.name == point.name));
+            self.finite_pair(&path, "m", &point.position);
+        }
+    }
+
+    fn friction(&mut self, path: &str, law: &FrictionLaw) {
+        let (static_coefficient, sliding_coefficient, stick_slip_velocity, static_sliding_velocity) =
+            match *law {
+                FrictionLaw::SmoothedCoulomb { coefficient, velocity } => {
+                    self.at_least(&format!("{path}.coefficient"), "-", coefficient, 0.0);
+                    return self.positive(&format!("{path}.velocity"), "m/s", velocity);
+                }
+                FrictionLaw::ModifiedCoulomb {
+                    static_coefficient,
+                    sliding_coefficient,
+                    stick_slip_velocity,
+                    static_sliding_velocity,
+                } => (static_coefficient, sliding_coefficient, stick_slip_velocity, static_sliding_velocity),
+            };
+        self.at_least(&format!("{path}.static_coefficient"), "-", static_coefficient, 0.0);
+        self.at_least(&format!("{path}.sliding_coefficient"), "-", sliding_coefficient, 0.0);
+        self.positive(&format!("{path}.stick_slip_velocity"), "m/s", stick_slip_velocity);
+        self.positive(&format!("{path}.static_sliding_velocity"), "m/s", static_sliding_velocity);
+        if static_sliding_velocity <= stick_slip_velocity {
+            self.add(
+                format!("{path}.static_sliding_velocity"),
+                format!(
+                    "must be > stick_slip_velocity = {stick_slip_velocity} [m/s], got {static_sliding_velocity}"
+                ),
+            );
+        }
+    }
+}

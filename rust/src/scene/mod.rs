@@ -1,0 +1,8 @@
+//! What the user wrote: bodies, joints, forces, drives, functions of time. In: JSON; out: a checked [`parts::Scene`]
+//! or every problem at once, with its path. Uses `numerics` and the laws of `contact`.
+
+mod check;
+pub(crate) mod json;
+pub mod parts;
+pub mod reader;
+pub mod time_function;

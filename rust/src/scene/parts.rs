@@ -1,0 +1,361 @@
+//! The scene: what the user wrote, and whether it makes sense.
+//!
+//! A [`Scene`] holds names and numbers only. [`Scene::check`] finds everything that is wrong
+//! with it at once; whether the parts form a mechanism that can be assembled is decided when
+//! it is compiled, in [`crate::mechanism::compiled`].
+
+use crate::contact::clearance::SlidingVelocity;
+use crate::contact::friction::FrictionLaw;
+use crate::contact::normal::NormalLaw;
+use crate::error::did_you_mean;
+use crate::scene::time_function::TimeFunction;
+
+/// The name of the fixed body every scene has.
+pub const GROUND: &str = "ground";
+/// The point every body has besides the user's: its centre of mass.
+pub const CENTER_OF_MASS: &str = "center_of_mass";
+
+/// The name under which the energies of the whole mechanism are found.
+pub const ENERGY: &str = "energy";
+
+/// A point with a name, in the frame of its body [m].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// Name, unique in its body.
+    pub name: String,
+    /// Position in the body frame [m].
+    pub position: [f64; 2],
+}
+
+/// A rigid body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// Name, unique in the scene.
+    pub name: String,
+    /// Mass [kg].
+    pub mass: f64,
+    /// Moment of inertia [kg m²] about the point `inertia_about`.
+    pub inertia: f64,
+    /// Centre of mass in the body frame [m].
+    pub center_of_mass: [f64; 2],
+    /// Name of the point the moment of inertia refers to.
+    pub inertia_about: String,
+    /// Named points of the body.
+    pub points: Vec<Point>,
+    /// Rough angle of the body frame [rad], from which the assembly starts.
+    pub angle: f64,
+}
+
+/// How two bodies are joined without play.
+#[derive(Clone, Debug, PartialEq)]
+pub enum JointKind {
+    /// The points coincide; the bodies turn.
+    Revolute,
+    /// Point b slides along the line through point a; the bodies do not turn.
+    Prismatic {
+        /// Direction of the line in the frame of body a; any length.
+        axis: [f64; 2],
+        /// Angle of body b relative to body a [rad].
+        angle: f64,
+    },
+    /// The points coincide and the bodies do not turn.
+    Fixed {
+        /// Angle of body b relative to body a [rad].
+        angle: f64,
+    },
+}
+
+/// A joint between two points.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Joint {
+    /// A joint without play: a constraint.
+    Ideal {
+        /// Name, unique in the scene.
+        name: String,
+        /// Point on the first body, as `body.point`.
+        a: String,
+        /// Point on the second body.
+        b: String,
+        /// What the joint allows.
+        kind: JointKind,
+    },
+    /// A revolute joint with clearance: a contact force.
+    Clearance {
+        /// Name, unique in the scene.
+        name: String,
+        /// Centre of the bearing, as `body.point`.
+        bearing: String,
+        /// Centre of the journal, as `body.point`.
+        journal: String,
+        /// Journal radius [m].
+        journal_radius: f64,
+        /// Radial clearance [m].
+        clearance: f64,
+        /// Normal-force law.
+        contact: NormalLaw,
+        /// Friction law, if any.
+        friction: Option<FrictionLaw>,
+        /// Convention of the sliding velocity.
+        sliding: SlidingVelocity,
+        /// Floor of the latched impact velocity [m/s]; `None`: from the scene's scales.
+        impact_velocity_floor: Option<f64>,
+    },
+}
+
+impl Joint {
+    /// Name of the joint.
+    pub fn name(&self) -> &str {
+        match self {
+            Joint::Ideal { name, .. } | Joint::Clearance { name, .. } => name,
+        }
+    }
+
+    /// The two references with the names of their fields.
+    pub(crate) fn references(&self) -> [(&'static str, &str); 2] {
+        match self {
+            Joint::Ideal { a, b, .. } => [("a", a), ("b", b)],
+            Joint::Clearance { bearing, journal, .. } => [("bearing", bearing), ("journal", journal)],
+        }
+    }
+}
+
+/// The axes along which the components of a force are given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ForceFrame {
+    /// Those of ground.
+    Ground,
+    /// Those of the body the force acts on: it turns with the body.
+    Body,
+}
+
+/// A force on the bodies.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Force {
+    /// Uniform gravity.
+    Gravity {
+        /// Acceleration of free fall [m/s²].
+        acceleration: [f64; 2],
+    },
+    /// A spring and a damper side by side between two points.
+    Spring {
+        /// Name, unique in the scene.
+        name: String,
+        /// Point on the first body, as `body.point`.
+        a: String,
+        /// Point on the second body.
+        b: String,
+        /// Stiffness [N/m]; zero for a damper alone.
+        stiffness: f64,
+        /// Length without force [m].
+        length: f64,
+        /// Damping along the line between the points [N s/m].
+        damping: f64,
+    },
+    /// A spring and a damper side by side that turn one body against another.
+    TorsionSpring {
+        /// Name, unique in the scene.
+        name: String,
+        /// The first body.
+        a: String,
+        /// The second body.
+        b: String,
+        /// Stiffness [N m/rad]; zero for a damper alone.
+        stiffness: f64,
+        /// Angle of body b relative to body a without torque [rad].
+        angle: f64,
+        /// Damping [N m s/rad].
+        damping: f64,
+    },
+    /// A given force at a point.
+    Applied {
+        /// Name, unique in the scene.
+        name: String,
+        /// Where it acts, as `body.point`.
+        point: String,
+        /// First component [N].
+        x: TimeFunction,
+        /// Second component [N].
+        y: TimeFunction,
+        /// What the components refer to.
+        frame: ForceFrame,
+    },
+    /// A given torque.
+    Torque {
+        /// Name, unique in the scene.
+        name: String,
+        /// The body it turns.
+        body: String,
+        /// The body it turns the other way.
+        reaction: String,
+        /// The torque [N m].
+        torque: TimeFunction,
+    },
+}
+
+impl Force {
+    /// Name of the force; gravity has none.
+    pub fn name(&self) -> Option<&str> {
+        match self {
+            Force::Gravity { .. } => None,
+            Force::Spring { name, .. }
+            | Force::TorsionSpring { name, .. }
+            | Force::Applied { name, .. }
+            | Force::Torque { name, .. } => Some(name),
+        }
+    }
+}
+
+/// A prescribed motion of a joint.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Drive {
+    /// A revolute joint turning at constant speed.
+    Speed {
+        /// Name, unique in the scene.
+        name: String,
+        /// Name of the revolute joint.
+        joint: String,
+        /// Angular velocity of body b relative to body a [rad/s].
+        speed: f64,
+        /// Angle of body b relative to body a at time zero [rad].
+        angle: f64,
+    },
+    /// A revolute or prismatic joint whose coordinate is a given function of time.
+    Motion {
+        /// Name, unique in the scene.
+        name: String,
+        /// Name of the joint.
+        joint: String,
+        /// Angle [rad] or displacement [m] of body b relative to body a.
+        motion: TimeFunction,
+    },
+}
+
+impl Drive {
+    /// Name of the drive.
+    pub fn name(&self) -> &str {
+        match self {
+            Drive::Speed { name, .. } | Drive::Motion { name, .. } => name,
+        }
+    }
+
+    /// The motion of the joint.
+    pub fn motion(&self) -> TimeFunction {
+        match self {
+            Drive::Speed { speed, angle, .. } => TimeFunction::Polynomial(vec![*angle, *speed]),
+            Drive::Motion { motion, .. } => motion.clone(),
+        }
+    }
+
+    /// Name of the joint it moves.
+    pub fn joint(&self) -> &str {
+        match self {
+            Drive::Speed { joint, .. } | Drive::Motion { joint, .. } => joint,
+        }
+    }
+}
+
+/// How a part of the mechanism starts. What is not given follows from the joints, the drives and
+/// the rough angles of the bodies.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Start {
+    /// Coordinate of an ideal joint.
+    Joint {
+        /// Name of the revolute or prismatic joint.
+        joint: String,
+        /// Angle [rad] or displacement [m] of body b relative to body a.
+        position: Option<f64>,
+        /// Its rate [rad/s or m/s].
+        velocity: Option<f64>,
+    },
+    /// Turning of a body.
+    Body {
+        /// Name of the body.
+        body: String,
+        /// Angle of the body frame [rad].
+        angle: Option<f64>,
+        /// Angular velocity [rad/s].
+        angular_velocity: Option<f64>,
+    },
+    /// Journal in its bearing; concentric and at relative rest where nothing is said.
+    Clearance {
+        /// Name of the clearance joint.
+        joint: String,
+        /// Journal centre seen from the bearing centre, in the axes of ground [m].
+        eccentricity: [f64; 2],
+        /// Its rate [m/s].
+        rate: [f64; 2],
+    },
+}
+
+/// What the user wrote.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Scene {
+    /// Named points fixed to ground [m]; `ground` alone is the origin.
+    pub ground: Vec<Point>,
+    /// The moving bodies.
+    pub bodies: Vec<Body>,
+    /// The joints.
+    pub joints: Vec<Joint>,
+    /// The forces.
+    pub forces: Vec<Force>,
+    /// The prescribed motions.
+    pub drives: Vec<Drive>,
+    /// How the run starts.
+    pub start: Vec<Start>,
+}
+
+/// A reference `body.point`, resolved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Attachment {
+    /// Index of the body; `None` is ground.
+    pub body: Option<usize>,
+    /// Position in the body frame [m].
+    pub position: [f64; 2],
+}
+
+impl Scene {
+    /// Resolves a reference such as `"rod.B"`, `"rod"` (origin of the body frame) or
+    /// `"ground.O"`; the error says what is unknown and names the nearest known name.
+    pub fn attachment(&self, reference: &str) -> Result<Attachment, String> {
+        let (body_name, point_name) = match reference.split_once('.') {
+            Some((body, point)) => (body, Some(point)),
+            None => (reference, None),
+        };
+        let body = self.body_index(body_name)?;
+        let points = body.map_or(&self.ground, |index| &self.bodies[index].points);
+        let Some(point_name) = point_name else {
+            return Ok(Attachment { body, position: [0.0, 0.0] });
+        };
+        if let Some(point) = points.iter().find(|point| point.name == point_name) {
+            return Ok(Attachment { body, position: point.position });
+        }
+        if let (CENTER_OF_MASS, Some(index)) = (point_name, body) {
+            return Ok(Attachment { body, position: self.bodies[index].center_of_mass });
+        }
+        let known = points.iter().map(|point| point.name.as_str()).chain(body.map(|_| CENTER_OF_MASS));
+        Err(format!("unknown point {point_name:?} of {body_name:?}{}", did_you_mean(point_name, known)))
+    }
+
+    /// Index of a body by its name, `None` for ground; the error says what is unknown.
+    pub fn body_index(&self, name: &str) -> Result<Option<usize>, String> {
+        if name == GROUND {
+            return Ok(None);
+        }
+        self.bodies.iter().position(|body| body.name == name).map(Some).ok_or_else(|| {
+            let known = self.bodies.iter().map(|body| body.name.as_str()).chain([GROUND]);
+            format!("unknown body {name:?}{}", did_you_mean(name, known))
+        })
+    }
+
+    /// Moment of inertia of a body about its centre of mass [kg m²] (Steiner's theorem).
+    pub fn central_inertia(&self, body: &Body) -> f64 {
+        match body.points.iter().find(|point| point.name == body.inertia_about) {
+            Some(point) if body.inertia_about != CENTER_OF_MASS => {
+                let arm =
+                    [point.position[0] - body.center_of_mass[0], point.position[1] - body.center_of_mass[1]];
+                body.inertia - body.mass * (arm[0] * arm[0] + arm[1] * arm[1])
+            }
+            _ => body.inertia,
+        }
+    }
+}

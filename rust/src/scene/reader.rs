@@ -1,0 +1,380 @@
+//! Reads a scene from JSON text: every unknown field, missing field and wrong type at once.
+//!
+//! A derived reader stops at the first error; here each is noted with its path and reading goes
+//! on, so that the user sees all of them together with the physical problems of
+//! [`Scene::check`].
+
+use serde_json::Value;
+
+use crate::contact::clearance::SlidingVelocity;
+use crate::contact::friction::FrictionLaw;
+use crate::contact::normal::{Damping, NormalLaw};
+use crate::error::{Problem, SceneError};
+use crate::scene::json::{Fields, Node, Problems};
+use crate::scene::parts::{
+    Body, CENTER_OF_MASS, Drive, Force, ForceFrame, GROUND, Joint, JointKind, Scene, Start,
+};
+use crate::scene::time_function::{Spline, TimeFunction};
+
+/// The fields that say of which kind an object is; without them it cannot be judged at all.
+const TAGS: [&str; 3] = [".type", ".law", ".function"];
+
+/// Whether a problem at a path follows from a known one: at the same place, inside it, or inside an
+/// object of unknown kind.
+fn follows(path: &str, known: &str) -> bool {
+    let place = TAGS.iter().find_map(|tag| known.strip_suffix(tag)).unwrap_or(known);
+    let rest = path.strip_prefix(place);
+    rest.is_some_and(|rest| place.is_empty() || rest.is_empty() || rest.starts_with(['.', '[']))
+}
+
+/// The scene written in `text`, checked.
+pub fn read_scene(text: &str) -> Result<Scene, SceneError> {
+    let value: Value = serde_json::from_str(text)
+        .map_err(|error| SceneError::single("scene", format!("is not valid JSON: {error}")))?;
+    let mut problems = Vec::new();
+    let scene = scene(Node { value: &value, path: String::new() }, &mut problems);
+    if let Err(error) = scene.check() {
+        // A field that could not be read stands in the scene as NaN or an empty name: its physical
+        // check would only repeat the problem.
+        for problem in error.problems {
+            let known = problems.iter().any(|other: &Problem| follows(&problem.path, &other.path));
+            if !known {
+                problems.push(problem);
+            }
+        }
+    }
+    if problems.is_empty() { Ok(scene) } else { Err(SceneError { problems }) }
+}
+
+fn scene(node: Node, problems: &mut Problems) -> Scene {
+    let mut fields = node.fields(problems);
+    let scene = Scene {
+        ground: fields.points("ground", problems),
+        bodies: fields.list("bodies", problems, body),
+        joints: fields.list("joints", problems, joint),
+        forces: fields.list("forces", problems, force),
+        drives: fields.list("drives", problems, drive),
+        start: fields.list("start", problems, start),
+    };
+    fields.finish(problems);
+    scene
+}
+
+fn body(node: Node, problems: &mut Problems) -> Body {
+    let mut fields = node.fields(problems);
+    let body = Body {
+        name: fields.text("name", problems),
+        mass: fields.number("mass", problems),
+        inertia: fields.number("inertia", problems),
+        center_of_mass: fields.optional("center_of_mass").map_or([0.0, 0.0], |node| node.pair(problems)),
+        inertia_about: fields
+            .optional("inertia_about")
+            .map_or_else(|| CENTER_OF_MASS.to_owned(), |node| node.text(problems)),
+        points: fields.points("points", problems),
+        angle: fields.number_or("angle", 0.0, problems),
+    };
+    fields.finish(problems);
+    body
+}
+
+#[derive(Clone, Copy)]
+enum JointType {
+    Revolute,
+    Prismatic,
+    Fixed,
+    Clearance,
+}
+
+fn joint(node: Node, problems: &mut Problems) -> Joint {
+    let mut fields = node.fields(problems);
+    let types = [
+        ("revolute", JointType::Revolute),
+        ("prismatic", JointType::Prismatic),
+        ("fixed", JointType::Fixed),
+        ("clearance_revolute", JointType::Clearance),
+    ];
+    let kind = fields.tag("type", &types, problems);
+    let name = fields.text("name", problems);
+    let joint = if let JointType::Clearance = kind {
+        let conventions =
+            [("surface", SlidingVelocity::Surface), ("contact_point", SlidingVelocity::ContactPoint)];
+        Joint::Clearance {
+            name,
+            bearing: fields.text("bearing", problems),
+            journal: fields.text("journal", problems),
+            journal_radius: fields.number("journal_radius", problems),
+            clearance: fields.number("clearance", problems),
+            contact: fields
+                .required("contact", problems)
+                .map_or(UNREADABLE_LAW, |node| normal_law(node, problems)),
+            friction: fields.optional("friction").map(|node| friction_law(node, problems)),
+            sliding: fields.word("sliding", &conventions, problems),
+            impact_velocity_floor: fields.optional_number("impact_velocity_floor", problems),
+        }
+    } else {
+        let a = fields.text("a", problems);
+        let b = fields.text("b", problems);
+        let kind = match kind {
+            JointType::Prismatic => JointKind::Prismatic {
+                axis: fields.pair("axis", problems),
+                angle: fields.number_or("angle", 0.0, problems),
+            },
+            JointType::Fixed => JointKind::Fixed { angle: fields.number_or("angle", 0.0, problems) },
+            _ => JointKind::Revolute,
+        };
+        Joint::Ideal { name, a, b, kind }
+    };
+    fields.finish(problems);
+    joint
+}
+
+/// Stands for a law that could not be read; the problem is noted where it happened.
+const UNREADABLE_LAW: NormalLaw =
+    NormalLaw { stiffness: f64::NAN, exponent: f64::NAN, damping: Damping::Elastic };
+
+#[derive(Clone, Copy)]
+enum NormalLawName {
+    LankaraniNikravesh,
+    Flores,
+    HuntCrossley,
+    Hertz,
+}
+
+fn normal_law(node: Node, problems: &mut Problems) -> NormalLaw {
+    let mut fields = node.fields(problems);
+    let names = [
+        ("lankarani_nikravesh", NormalLawName::LankaraniNikravesh),
+        ("flores", NormalLawName::Flores),
+        ("hunt_crossley", NormalLawName::HuntCrossley),
+        ("hertz", NormalLawName::Hertz),
+    ];
+    let name = fields.tag("law", &names, problems);
+    let law = NormalLaw {
+        stiffness: fields.number("stiffness", problems),
+        exponent: fields.number_or("exponent", 1.5, problems),
+        damping: match name {
+            NormalLawName::LankaraniNikravesh => {
+                Damping::LankaraniNikravesh { restitution: fields.number("restitution", problems) }
+            }
+            NormalLawName::Flores => Damping::Flores { restitution: fields.number("restitution", problems) },
+            NormalLawName::HuntCrossley => {
+                Damping::HuntCrossley { hysteresis_factor: fields.number("hysteresis_factor", problems) }
+            }
+            NormalLawName::Hertz => Damping::Elastic,
+        },
+    };
+    fields.finish(problems);
+    law
+}
+
+fn friction_law(node: Node, problems: &mut Problems) -> FrictionLaw {
+    let mut fields = node.fields(problems);
+    let smoothed = fields.tag("law", &[("modified_coulomb", false), ("smoothed_coulomb", true)], problems);
+    let law = if smoothed {
+        FrictionLaw::SmoothedCoulomb {
+            coefficient: fields.number("coefficient", problems),
+            velocity: fields.number("velocity", problems),
+        }
+    } else {
+        FrictionLaw::ModifiedCoulomb {
+            static_coefficient: fields.number("static_coefficient", problems),
+            sliding_coefficient: fields.number("sliding_coefficient", problems),
+            stick_slip_velocity: fields.number("stick_slip_velocity", problems),
+            static_sliding_velocity: fields.number("static_sliding_velocity", problems),
+        }
+    };
+    fields.finish(problems);
+    law
+}
+
+#[derive(Clone, Copy)]
+enum ForceType {
+    Gravity,
+    Spring,
+    Damper,
+    TorsionSpring,
+    TorsionDamper,
+    Applied,
+    Torque,
+}
+
+fn force(node: Node, problems: &mut Problems) -> Force {
+    let mut fields = node.fields(problems);
+    let types = [
+        ("gravity", ForceType::Gravity),
+        ("spring", ForceType::Spring),
+        ("damper", ForceType::Damper),
+        ("torsion_spring", ForceType::TorsionSpring),
+        ("torsion_damper", ForceType::TorsionDamper),
+        ("force", ForceType::Applied),
+        ("torque", ForceType::Torque),
+    ];
+    let kind = fields.tag("type", &types, problems);
+
+    let force = match kind {
+        ForceType::Gravity => Force::Gravity { acceleration: fields.pair("acceleration", problems) },
+        ForceType::Spring => Force::Spring {
+            name: fields.text("name", problems),
+            a: fields.text("a", problems),
+            b: fields.text("b", problems),
+            stiffness: fields.number("stiffness", problems),
+            length: fields.number("length", problems),
+            damping: fields.number_or("damping", 0.0, problems),
+        },
+        ForceType::Damper => Force::Spring {
+            name: fields.text("name", problems),
+            a: fields.text("a", problems),
+            b: fields.text("b", problems),
+            stiffness: 0.0,
+            length: 0.0,
+            damping: fields.number("damping", problems),
+        },
+        ForceType::TorsionSpring => Force::TorsionSpring {
+            name: fields.text("name", problems),
+            a: fields.text("a", problems),
+            b: fields.text("b", problems),
+            stiffness: fields.number("stiffness", problems),
+            angle: fields.number_or("angle", 0.0, problems),
+            damping: fields.number_or("damping", 0.0, problems),
+        },
+        ForceType::TorsionDamper => Force::TorsionSpring {
+            name: fields.text("name", problems),
+            a: fields.text("a", problems),
+            b: fields.text("b", problems),
+            stiffness: 0.0,
+            angle: 0.0,
+            damping: fields.number("damping", problems),
+        },
+        ForceType::Applied => {
+            let axes = [("ground", ForceFrame::Ground), ("body", ForceFrame::Body)];
+            Force::Applied {
+                name: fields.text("name", problems),
+                point: fields.text("point", problems),
+                x: time_function(&mut fields, "x", problems),
+                y: time_function(&mut fields, "y", problems),
+                frame: fields.word("frame", &axes, problems),
+            }
+        }
+        ForceType::Torque => Force::Torque {
+            name: fields.text("name", problems),
+            body: fields.text("body", problems),
+            reaction: fields
+                .optional("reaction")
+                .map_or_else(|| GROUND.to_owned(), |node| node.text(problems)),
+            torque: time_function(&mut fields, "torque", problems),
+        },
+    };
+    fields.finish(problems);
+    force
+}
+
+#[derive(Clone, Copy)]
+enum FunctionName {
+    Polynomial,
+    Harmonic,
+    Table,
+}
+
+/// Stands for a function that could not be read; the problem is noted where it happened.
+const UNREADABLE_FUNCTION: TimeFunction = TimeFunction::Polynomial(Vec::new());
+
+/// A number, or an object that says which function of time.
+fn time_function(fields: &mut Fields, name: &'static str, problems: &mut Problems) -> TimeFunction {
+    let Some(node) = fields.required(name, problems) else { return TimeFunction::constant(f64::NAN) };
+    if !node.value.is_object() {
+        return TimeFunction::constant(node.number(problems));
+    }
+    let mut fields = node.fields(problems);
+    let names = [
+        ("polynomial", FunctionName::Polynomial),
+        ("harmonic", FunctionName::Harmonic),
+        ("table", FunctionName::Table),
+    ];
+    let function = match fields.tag("function", &names, problems) {
+        FunctionName::Polynomial => {
+            let before = problems.len();
+            let mut coefficients = fields.numbers("coefficients", problems);
+            if coefficients.is_empty() && problems.len() == before {
+                problems.push(Problem::new(fields.path_of("coefficients"), "must not be empty"));
+            }
+            if coefficients.len() == 1 {
+                // One coefficient would stand for a plain number, and be blamed at its path.
+                coefficients.push(0.0);
+            }
+            TimeFunction::Polynomial(coefficients)
+        }
+        FunctionName::Harmonic => TimeFunction::Harmonic {
+            mean: fields.number_or("mean", 0.0, problems),
+            amplitude: fields.number("amplitude", problems),
+            angular_frequency: fields.number("angular_frequency", problems),
+            phase: fields.number_or("phase", 0.0, problems),
+        },
+        FunctionName::Table => {
+            let before = problems.len();
+            let times = fields.numbers("times", problems);
+            let values = fields.numbers("values", problems);
+            match Spline::new(&times, &values) {
+                // What could not be read is told already.
+                Err(_) if problems.len() > before => UNREADABLE_FUNCTION,
+                Ok(spline) => TimeFunction::Table(spline),
+                Err(message) => {
+                    problems.push(Problem::new(fields.path_of("times"), message));
+                    UNREADABLE_FUNCTION
+                }
+            }
+        }
+    };
+    fields.finish(problems);
+    function
+}
+
+fn drive(node: Node, problems: &mut Problems) -> Drive {
+    let mut fields = node.fields(problems);
+    let by_function = fields.tag("type", &[("speed", false), ("motion", true)], problems);
+    let name = fields.text("name", problems);
+    let joint = fields.text("joint", problems);
+    let drive = if by_function {
+        Drive::Motion { name, joint, motion: time_function(&mut fields, "motion", problems) }
+    } else {
+        Drive::Speed {
+            name,
+            joint,
+            speed: fields.number("speed", problems),
+            angle: fields.number_or("angle", 0.0, problems),
+        }
+    };
+    fields.finish(problems);
+    drive
+}
+
+#[derive(Clone, Copy)]
+enum StartType {
+    Joint,
+    Body,
+    Clearance,
+}
+
+fn start(node: Node, problems: &mut Problems) -> Start {
+    let mut fields = node.fields(problems);
+    let types = [("joint", StartType::Joint), ("body", StartType::Body), ("clearance", StartType::Clearance)];
+    let kind = fields.tag("type", &types, problems);
+    let start = match kind {
+        StartType::Joint => Start::Joint {
+            joint: fields.text("joint", problems),
+            position: fields.optional_number("position", problems),
+            velocity: fields.optional_number("velocity", problems),
+        },
+        StartType::Body => Start::Body {
+            body: fields.text("body", problems),
+            angle: fields.optional_number("angle", problems),
+            angular_velocity: fields.optional_number("angular_velocity", problems),
+        },
+        StartType::Clearance => Start::Clearance {
+            joint: fields.text("joint", problems),
+            eccentricity: fields.pair("eccentricity", problems),
+            rate: fields.optional("rate").map_or([0.0, 0.0], |node| node.pair(problems)),
+        },
+    };
+    fields.finish(problems);
+    start
+}

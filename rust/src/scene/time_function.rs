@@ -1,0 +1,278 @@
+//! Functions of time with their first three derivatives: drives, forces and torques.
+//!
+//! A prescribed motion enters the accelerations by its second derivative and the Jacobian with
+//! respect to time by its third, so all of them are exact. Late in a long run the value is as smooth as at its
+//! start: what rounding takes from large angles and times is carried along.
+
+use crate::numerics::instant::{Instant, exact_product, exact_sum};
+use crate::numerics::turns::{Turns, unwind_sum};
+
+/// A function of time.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TimeFunction {
+    /// Σ c_k t^k.
+    Polynomial(Vec<f64>),
+    /// mean + amplitude sin(angular_frequency t + phase).
+    Harmonic {
+        /// Mean value [unit].
+        mean: f64,
+        /// Amplitude [unit].
+        amplitude: f64,
+        /// Angular frequency [rad/s].
+        angular_frequency: f64,
+        /// Phase at time zero [rad].
+        phase: f64,
+    },
+    /// A cubic spline through points.
+    Table(Spline),
+}
+
+impl TimeFunction {
+    /// A value that does not change.
+    pub fn constant(value: f64) -> Self {
+        TimeFunction::Polynomial(vec![value])
+    }
+
+    /// Value and first three derivatives at an instant.
+    #[inline(always)]
+    pub fn at(&self, t: impl Into<Instant>) -> [f64; 4] {
+        let ([value, first, second, third], rest) = self.with_rest(t.into());
+        [value + rest, first, second, third]
+    }
+
+    /// The same where the value is an angle [rad]: within half a turn, with the full turns beside it.
+    #[inline(always)]
+    pub fn angle_at(&self, t: impl Into<Instant>) -> ([f64; 4], Turns) {
+        let ([angle, rates @ ..], rest) = self.with_rest(t.into());
+        let (angle, turns) = unwind_sum(angle, rest);
+        let [speed, acceleration, jerk] = rates;
+        ([angle, speed, acceleration, jerk], turns)
+    }
+
+    /// Value and derivatives, and what rounding took from the value.
+    #[inline(always)]
+    fn with_rest(&self, t: Instant) -> ([f64; 4], f64) {
+        if let TimeFunction::Polynomial(coefficients) = self
+            && let [position, speed] = coefficients[..]
+        {
+            // Constant speed, the usual drive, should cost next to nothing.
+            return line(position, speed, t);
+        }
+        self.with_rest_of_any(t)
+    }
+
+    #[inline(never)]
+    fn with_rest_of_any(&self, t: Instant) -> ([f64; 4], f64) {
+        match self {
+            TimeFunction::Polynomial(coefficients) => polynomial(coefficients, t),
+            &TimeFunction::Harmonic { mean, amplitude, angular_frequency, phase } => {
+                let ([angle, ..], rest) = line(phase, angular_frequency, t);
+                let (sine, cosine) = unwind_sum(angle, rest).0.sin_cos();
+                let square = angular_frequency * angular_frequency;
+                let (value, rest) = exact_sum(mean, amplitude * sine);
+                let derivatives = [
+                    value,
+                    amplitude * angular_frequency * cosine,
+                    -amplitude * square * sine,
+                    -amplitude * square * angular_frequency * cosine,
+                ];
+                (derivatives, rest)
+            }
+            TimeFunction::Table(spline) => spline.with_rest(t),
+        }
+    }
+
+    /// Whether value and derivatives are those of `c_0 + c_1 t`.
+    pub fn is_linear(&self) -> bool {
+        matches!(self, TimeFunction::Polynomial(coefficients) if coefficients.len() <= 2)
+    }
+
+    /// Size of the value, and of its rate, by which tolerances are chosen: an upper bound where
+    /// there is one, the value at time zero for a polynomial.
+    pub fn scales(&self) -> [f64; 2] {
+        match self {
+            TimeFunction::Polynomial(_) => {
+                let [value, rate, ..] = self.at(0.0);
+                [value.abs(), rate.abs()]
+            }
+            TimeFunction::Harmonic { mean, amplitude, angular_frequency, .. } => {
+                [mean.abs() + amplitude.abs(), (amplitude * angular_frequency).abs()]
+            }
+            TimeFunction::Table(spline) => spline.times.iter().fold([0.0, 0.0], |[value, rate], &t| {
+                let [v, r, ..] = spline.with_rest(t.into()).0;
+                [v.abs().max(value), r.abs().max(rate)]
+            }),
+        }
+    }
+
+    /// Time from zero on [s] in which the value moves by about `distance` at most, as a power of two (the
+    /// same bits in scaled units); infinity if it never moves.
+    pub fn time_to_move(&self, distance: f64) -> f64 {
+        let time = match self {
+            TimeFunction::Polynomial(coefficients) => {
+                let powers = coefficients.iter().enumerate().skip(1);
+                let times = powers.map(|(k, c)| (distance / c.abs()).powf(1.0 / k as f64));
+                times.fold(f64::INFINITY, f64::min)
+            }
+            _ => distance / self.scales()[1],
+        };
+        f64::from_bits(time.to_bits() & !0xF_FFFF_FFFF_FFFF)
+    }
+
+    /// Longest time [s] over which Gauss's quadrature with four points integrates what follows from
+    /// the function to rounding; infinity for polynomials between their breaks.
+    pub fn pace(&self) -> f64 {
+        match self {
+            TimeFunction::Harmonic { angular_frequency, .. } => 0.5 / angular_frequency.abs(),
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// Where the function is defined [s]; all times, but for a table.
+    pub fn domain(&self) -> [f64; 2] {
+        match self {
+            TimeFunction::Table(spline) => [spline.times[0], spline.times[spline.times.len() - 1]],
+            _ => [f64::NEG_INFINITY, f64::INFINITY],
+        }
+    }
+
+    /// The next instant after `t` [s] at which a derivative jumps; infinity if there is none.
+    pub fn next_break(&self, t: f64) -> f64 {
+        match self {
+            TimeFunction::Table(spline) => spline.next_break(t),
+            _ => f64::INFINITY,
+        }
+    }
+}
+
+/// `start + rate t` and its derivatives, and what rounding took from the value.
+#[inline]
+fn line(start: f64, rate: f64, t: Instant) -> ([f64; 4], f64) {
+    let (product, of_product) = exact_product(rate, t.time);
+    let (value, of_sum) = exact_sum(product, start);
+    ([value, rate, 0.0, 0.0], of_product + of_sum + rate * t.rest)
+}
+
+/// A polynomial and its derivatives by Horner's scheme, and what rounding took from the value: the scheme
+/// for its own errors beside it `[GraillatLangloisLouvet2009]`.
+fn polynomial(coefficients: &[f64], t: Instant) -> ([f64; 4], f64) {
+    // Taylor coefficients, which are the derivatives over 1, 1, 2, 6.
+    let mut value = [0.0; 4];
+    let mut rest = 0.0;
+    for &coefficient in coefficients.iter().rev() {
+        value[3] = value[3] * t.time + value[2];
+        value[2] = value[2] * t.time + value[1];
+        value[1] = value[1] * t.time + value[0];
+        let (product, of_product) = exact_product(value[0], t.time);
+        let (sum, of_sum) = exact_sum(product, coefficient);
+        value[0] = sum;
+        rest = rest * t.time + (of_product + of_sum);
+    }
+    ([value[0], value[1], 2.0 * value[2], 6.0 * value[3]], rest + value[1] * t.rest)
+}
+
+/// The cubic spline through points with the not-a-knot end condition (the first two and the last
+/// two pieces are one polynomial): twice continuously differentiable. Two points give a line,
+/// three a parabola.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spline {
+    times: Vec<f64>,
+    /// Coefficients of every piece in powers of the time since its start.
+    pieces: Vec<[f64; 4]>,
+}
+
+/// Distance from a knot, relative to the piece before it, within which a time counts as the knot:
+/// steps end there to rounding only.
+const AT_KNOT: f64 = 1e-9;
+
+impl Spline {
+    /// The spline through `values` at `times`.
+    ///
+    /// # Errors
+    /// What is wrong with the points: at least two are needed, all finite, at increasing times.
+    pub fn new(times: &[f64], values: &[f64]) -> Result<Self, String> {
+        if times.len() != values.len() || times.len() < 2 {
+            let counts = format!("got {} times and {} values", times.len(), values.len());
+            return Err(format!("a table needs as many times as values, at least two; {counts}"));
+        }
+        if let Some(k) = (0..times.len()).find(|&k| !(times[k].is_finite() && values[k].is_finite())) {
+            return Err(format!("point {k} of a table must be finite, got ({}, {})", times[k], values[k]));
+        }
+        if let Some(k) = (1..times.len()).find(|&k| times[k] <= times[k - 1]) {
+            return Err(format!("times must increase, got {} [s] after {} [s]", times[k], times[k - 1]));
+        }
+        let slopes = not_a_knot(times, values);
+        let pieces = (0..times.len() - 1)
+            .map(|k| {
+                let h = times[k + 1] - times[k];
+                let secant = (values[k + 1] - values[k]) / h;
+                let (left, right) = (slopes[k], slopes[k + 1]);
+                let square = (3.0 * secant - 2.0 * left - right) / h;
+                [values[k], left, square, (left + right - 2.0 * secant) / (h * h)]
+            })
+            .collect();
+        Ok(Self { times: times.to_vec(), pieces })
+    }
+
+    fn with_rest(&self, t: Instant) -> ([f64; 4], f64) {
+        let piece = self.piece(t.time);
+        let (time, rest) = exact_sum(t.time, -self.times[piece]);
+        polynomial(&self.pieces[piece], Instant { time, rest: rest + t.rest })
+    }
+
+    /// The piece that holds from `t` on.
+    fn piece(&self, t: f64) -> usize {
+        let last = self.pieces.len() - 1;
+        let piece = self.times[1..].partition_point(|&knot| knot <= t).min(last);
+        let width = self.times[piece + 1] - self.times[piece];
+        if piece < last && self.times[piece + 1] - t <= AT_KNOT * width { piece + 1 } else { piece }
+    }
+
+    fn next_break(&self, t: f64) -> f64 {
+        let inner = &self.times[..self.times.len() - 1];
+        inner.get(self.piece(t) + 1).copied().unwrap_or(f64::INFINITY)
+    }
+}
+
+/// Slopes of the spline at the knots: a tridiagonal system, the end conditions folded in.
+fn not_a_knot(times: &[f64], values: &[f64]) -> Vec<f64> {
+    let n = times.len();
+    let h: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let secant: Vec<f64> = values.windows(2).zip(&h).map(|(pair, h)| (pair[1] - pair[0]) / h).collect();
+    if n == 2 {
+        return vec![secant[0]; 2];
+    }
+    if n == 3 {
+        let bend = (secant[1] - secant[0]) / (h[0] + h[1]);
+        return vec![secant[0] - bend * h[0], secant[0] + bend * h[0], secant[1] + bend * h[1]];
+    }
+    let (mut lower, mut diagonal, mut upper, mut right) =
+        (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    for k in 1..n - 1 {
+        lower[k] = h[k];
+        diagonal[k] = 2.0 * (h[k - 1] + h[k]);
+        upper[k] = h[k - 1];
+        right[k] = 3.0 * (h[k] * secant[k - 1] + h[k - 1] * secant[k]);
+    }
+    // The third derivatives of the first two pieces agree; eliminating the third slope leaves a row
+    // of two entries. Likewise at the end.
+    let end = |near: f64, far: f64, first: f64, second: f64| {
+        let sum = near + far;
+        ((near + 2.0 * sum) * far * first + near * near * second) / sum
+    };
+    (diagonal[0], upper[0]) = (h[1], h[0] + h[1]);
+    right[0] = end(h[0], h[1], secant[0], secant[1]);
+    (diagonal[n - 1], lower[n - 1]) = (h[n - 3], h[n - 2] + h[n - 3]);
+    right[n - 1] = end(h[n - 2], h[n - 3], secant[n - 2], secant[n - 3]);
+    for k in 1..n {
+        let factor = lower[k] / diagonal[k - 1];
+        diagonal[k] -= factor * upper[k - 1];
+        right[k] -= factor * right[k - 1];
+    }
+    let mut slopes = right;
+    slopes[n - 1] /= diagonal[n - 1];
+    for k in (0..n - 1).rev() {
+        slopes[k] = (slopes[k] - upper[k] * slopes[k + 1]) / diagonal[k];
+    }
+    slopes
+}

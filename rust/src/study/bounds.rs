@@ -1,0 +1,42 @@
+//! Bounds of a multivariate Chebyshev polynomial over the box [-1, 1]^k.
+//!
+//! They enclose the *polynomial*. How far the response itself lies from it is another number, the
+//! error of the surrogate, which no bound here contains.
+
+use crate::study::chebyshev::{GridError, check_coefficients};
+
+/// Lower and upper bounds by interval arithmetic, Eq. (31) of `[Xiang2020]`: T_i([-1, 1]) = [-1, 1].
+///
+/// ```text
+/// lower = c_0 - Σ |c_i|,    upper = c_0 + Σ |c_i|,    sums over all terms but the constant one
+/// ```
+///
+/// `coefficients` is terms x `columns`, plain as [`fit`](crate::study::chebyshev::fit) returns them, so that
+/// the factors (1/2)^s of the paper are inside; the two results hold one bound per column, in the unit
+/// of the coefficients. Bounds of a column that holds a NaN are NaN.
+///
+/// The terms are treated as independent, so the band is too wide as soon as two terms do not reach
+/// their extremes together; for a single term it is exact. Rounding is to nearest: a bound may fall
+/// short by the rounding of its sum.
+///
+/// # Errors
+///
+/// No parameter, no column, or a number of coefficients other than terms x columns.
+pub fn interval_bounds(
+    coefficients: &[f64],
+    columns: usize,
+    degrees: &[usize],
+) -> Result<(Vec<f64>, Vec<f64>), GridError> {
+    check_coefficients(coefficients, columns, degrees)?;
+    let (centre, others) = coefficients.split_at(columns);
+
+    let mut radius = vec![0.0; columns];
+    for row in others.chunks_exact(columns) {
+        for (r, c) in radius.iter_mut().zip(row) {
+            *r += c.abs();
+        }
+    }
+    let lower = centre.iter().zip(&radius).map(|(c, r)| c - r).collect();
+    let upper = centre.iter().zip(&radius).map(|(c, r)| c + r).collect();
+    Ok((lower, upper))
+}
