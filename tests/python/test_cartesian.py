@@ -1,8 +1,7 @@
 """The product against the same mechanics in another formulation: see `cartesian.py`.
 
-Impacts are chaotic, so a comparison needs a window. It is set by the independent solution alone: it lasts
-while two tolerances of it agree to 1e-7 of the scale of every column, and must hold a given number of changes
-of contact.
+Impacts are chaotic, so a comparison needs a window. It is given: the motion up to a number of changes of
+contact, few enough that no rounding of either code has grown to a tenth of the tolerance by then.
 """
 
 import math
@@ -15,7 +14,7 @@ import pytest
 # Floored latches are meant here, and both codes have them.
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
-MOST_EVENTS = 10  # after which the independent solution stops, to save time
+CHANGES = 9  # of contact that are compared
 FLOOR = 3e-3  # [m/s], of the latched impact velocity: explicit, so that both codes use the same
 STEEL = cc.hertz_stiffness(9.8e-3, 2e-5, 207e9, 0.3)
 EQ_11 = cc.ModifiedCoulomb(0.04, 0.03, 1e-3, 1.5e-3)
@@ -71,31 +70,19 @@ def first(name):
     return 1 if name.endswith((".penetration_rate", ".sliding_velocity")) else 0
 
 
-def window(fine, coarse):
-    """Number of samples before two solutions part by more than 1e-7 of a column's scale."""
-    scale = scales(fine)
-    samples = min(len(fine.t), len(coarse.t))
-    apart = np.zeros(samples, dtype=bool)
-    for name in compared(fine):
-        apart |= np.abs(fine[name][:samples] - coarse[name][:samples]) > 1e-7 * scale[name]
-    return int(np.argmax(apart)) if apart.any() else samples
-
-
-def assert_same_motion(scene, duration, samples, least_events, tolerance=2e-6):
-    """The product, with either kind of method, agrees over the window: event for event, column for column."""
-    fine = cartesian.simulate(scene, duration, samples, rtol=1e-13, max_events=MOST_EVENTS)
-    coarse = cartesian.simulate(scene, duration, samples, rtol=1e-12, max_events=MOST_EVENTS)
-    assert fine.residual < 1e-11
-    count = window(fine, coarse)
-    end = fine.t[count - 1]
-    events = [event for event in fine.events if event[0] <= end]
-    assert len(events) >= least_events, f"the window holds {len(events)} contact changes only"
+def assert_same_motion(scene, duration, samples, changes=CHANGES, tolerance=2e-6):
+    """The product, with either kind of method, agrees event for event and in every column until the next."""
+    solution = cartesian.simulate(scene, duration, samples, rtol=1e-13, max_events=changes + 1)
+    assert solution.residual < 1e-11
+    count = len(solution.t)
+    events = solution.events[:changes]
+    assert len(events) == changes
     for method in ("rodas5p", "dop853"):
         run = cc.simulate(scene, duration, samples, rtol=1e-11, method=method)
-        errors = deviations(fine, run, count)
+        errors = deviations(solution, run, count)
         worst = max(errors, key=errors.get)
-        print(f"{method}: {len(events)} events to {end:.2e} s, at most {errors[worst]:.1e} ({worst})")
-        seen = range(len(events))
+        print(f"{method}: to {solution.t[-1]:.2e} s, at most {errors[worst]:.1e} ({worst})")
+        seen = range(changes)
         assert [(run.events.joint[k], run.events.kind[k]) for k in seen] == [event[1:] for event in events]
         # A clip is located where the damping has taken all but 1e-4 of the force, whatever the tolerance.
         np.testing.assert_allclose(
@@ -248,7 +235,7 @@ GRAVITY = [cc.Gravity((0.0, -9.81))]
     ],
 )
 def test_ideal_mechanisms_agree(scene, duration):
-    assert_same_motion(scene, duration, 101, least_events=0, tolerance=1e-8)
+    assert_same_motion(scene, duration, 101, changes=0, tolerance=1e-8)
 
 
 # --- clearance --------------------------------------------------------------------------------------------
@@ -284,8 +271,9 @@ def four_bar_and_slider():
 
 
 CLEARANCE_SCENES = {
-    "wrist": (loose_slider_crank(["wrist"]), 0.004, 8),
-    "wrist_with_friction": (loose_slider_crank(["wrist"], friction=EQ_11), 0.002, 8),
+    "wrist": (loose_slider_crank(["wrist"]), 0.004),
+    # Not to 2 ms: the ninth change begins a long contact, in which errors go on growing.
+    "wrist_with_friction": (loose_slider_crank(["wrist"], friction=EQ_11), 0.0012),
     # Flores' mechanism of `benchmarks/flores.py`.
     "wrist_at_5000_rpm": (
         cc.mechanisms.slider_crank(
@@ -296,20 +284,17 @@ CLEARANCE_SCENES = {
             impact_velocity_floor=FLOOR,
         ),
         0.008,
-        8,
     ),
-    "crank_pin": (loose_slider_crank(["crank_pin"]), 0.004, 8),
-    "floating_rod": (loose_slider_crank(["crank_pin", "wrist"]), 0.004, 8),
-    "floating_rod_with_friction": (loose_slider_crank(["crank_pin", "wrist"], friction=EQ_11), 0.004, 8),
+    "crank_pin": (loose_slider_crank(["crank_pin"]), 0.004),
+    "floating_rod": (loose_slider_crank(["crank_pin", "wrist"]), 0.004),
+    "floating_rod_with_friction": (loose_slider_crank(["crank_pin", "wrist"], friction=EQ_11), 0.004),
     "four_bar_first_coupler_joint": (
         four_bar([pin("B", "crank.B", "coupler.A"), *IDEAL_FOUR_BAR[1:]], driven(100.0)),
         0.004,
-        8,
     ),
     "four_bar_second_coupler_joint": (
         four_bar([IDEAL_FOUR_BAR[0], pin("C", "coupler.B", "rocker.B"), IDEAL_FOUR_BAR[2]], driven(100.0)),
         0.004,
-        8,
     ),
     "four_bar_both_coupler_joints": (
         four_bar(
@@ -317,50 +302,46 @@ CLEARANCE_SCENES = {
             driven(100.0),
         ),
         0.004,
-        8,
     ),
     "four_bar_loose_at_ground": (
         four_bar([*IDEAL_FOUR_BAR[:2], pin("D", "ground.D", "rocker.A", friction=EQ_11)], driven(100.0)),
         0.004,
-        8,
     ),
-    "loop_and_clearance": (four_bar_and_slider(), 0.008, 8),
-    "pendulum_in_bearing": (pendulum(pin("P", "ground.P", "bob.P", friction=EQ_11)), 0.02, 8),
-    "pendulum_on_pin": (pendulum(pin("P", "bob.P", "ground.P", friction=EQ_11)), 0.02, 8),
+    "loop_and_clearance": (four_bar_and_slider(), 0.008),
+    "pendulum_in_bearing": (pendulum(pin("P", "ground.P", "bob.P", friction=EQ_11)), 0.02),
+    "pendulum_on_pin": (pendulum(pin("P", "bob.P", "ground.P", friction=EQ_11)), 0.02),
 }
 
 
 @pytest.mark.parametrize("name", CLEARANCE_SCENES)
 def test_mechanisms_with_clearance_agree(name):
-    scene, duration, least_events = CLEARANCE_SCENES[name]
-    assert_same_motion(scene, duration, 201, least_events)
+    scene, duration = CLEARANCE_SCENES[name]
+    assert_same_motion(scene, duration, 201)
 
 
+# Until 2 ms; the law of Flores brings five changes by then.
 LAWS = {
-    "flores": (0.002, 4, dict(contact=cc.Flores(STEEL, 0.85), friction=cc.SmoothedCoulomb(0.1, 1e-2))),
+    "flores": (5, dict(contact=cc.Flores(STEEL, 0.85), friction=cc.SmoothedCoulomb(0.1, 1e-2))),
     "hunt_crossley": (
-        0.002,
-        8,
+        CHANGES,
         dict(contact=cc.HuntCrossley(STEEL, 0.5), friction=EQ_11, sliding="contact_point"),
     ),
     "hertz": (
-        0.002,
-        8,
+        CHANGES,
         dict(contact=cc.Hertz(STEEL), friction=cc.SmoothedCoulomb(0.1, 1e-2), sliding="contact_point"),
     ),
     "other_exponent": (
-        0.002,
-        8,
+        CHANGES,
         dict(contact=cc.LankaraniNikravesh(3e10, 0.95, exponent=1.3), friction=EQ_11),
     ),
-    "floored": (0.002, 8, dict(floor=0.5)),
+    "floored": (CHANGES, dict(floor=0.5)),
 }
 
 
 @pytest.mark.parametrize("name", LAWS)
 def test_laws_agree(name):
-    duration, least_events, laws = LAWS[name]
-    assert_same_motion(loose_slider_crank(["wrist"], **laws), duration, 201, least_events)
+    changes, laws = LAWS[name]
+    assert_same_motion(loose_slider_crank(["wrist"], **laws), 0.002, 201, changes)
 
 
 def test_contacts_pulled_apart_agree():
@@ -371,5 +352,5 @@ def test_contacts_pulled_apart_agree():
         pin("C", "coupler.B", "rocker.B", contact=law),
         pin("D", "ground.D", "rocker.A", contact=law),
     ]
-    events = assert_same_motion(four_bar(joints, driven(300.0)), 0.001, 201, 8)
+    events = assert_same_motion(four_bar(joints, driven(300.0)), 0.001, 201)
     assert {"clip", "unclip"} <= {kind for _, _, kind in events}
