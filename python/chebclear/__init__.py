@@ -55,6 +55,8 @@ from .scene.scene import (
 from .study.results import BoundErrors, Comparison, StudyResult, compare
 from .study.study import Study
 from .study.surrogate import Band, Surrogate
+from .templates.reader import load
+from .templates.template import Parameter, Template
 from .tradeoffs.of_scene import tradeoff
 from .tradeoffs.of_study import StudyTradeoff, StudyTradeoffPoint
 from .tradeoffs.recommendation import Recommendation
@@ -90,6 +92,7 @@ __all__ = [
     "LankaraniNikravesh",
     "ModifiedCoulomb",
     "Motion",
+    "Parameter",
     "Polynomial",
     "Prismatic",
     "Problem",
@@ -109,6 +112,7 @@ __all__ = [
     "StudyTradeoffPoint",
     "Surrogate",
     "Table",
+    "Template",
     "Torque",
     "TorsionDamper",
     "TorsionSpring",
@@ -119,6 +123,7 @@ __all__ = [
     "compare",
     "hertz_stiffness",
     "interval",
+    "load",
     "mechanisms",
     "plot_band",
     "plot_orbit",

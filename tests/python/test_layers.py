@@ -23,6 +23,7 @@ PYTHON_ROOMS = [
     "mechanisms",
     "run",
     "study",
+    "templates",
     "tradeoffs",
     "plots",
     "report",

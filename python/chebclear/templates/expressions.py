@@ -1,0 +1,215 @@
+"""Arithmetic expressions over named numbers, as they stand in scene files.
+
+A small language and nothing else: numbers, names, ``+ - * / **``, parentheses and a few functions. It is read
+with Python's own parser, but only the nodes listed here are ever evaluated, so a file from a stranger can
+compute numbers and do nothing more.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+import string
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from ..base.arguments import did_you_mean
+
+# What a formula of a mechanism needs, with much room: the inertia of a rod with two holes has 90 characters,
+# 40 nodes and depth 8. The limits keep hostile texts from costing time or stack.
+MOST_CHARACTERS = 300
+MOST_NODES = 100
+MOST_DEPTH = 25
+
+FUNCTIONS: dict[str, Callable[..., float]] = {
+    "abs": abs,
+    "acos": math.acos,
+    "asin": math.asin,
+    "atan": math.atan,
+    "atan2": math.atan2,
+    "cos": math.cos,
+    "exp": math.exp,
+    "hypot": math.hypot,
+    "log": math.log,
+    "max": max,
+    "min": min,
+    "sin": math.sin,
+    "sqrt": math.sqrt,
+    "tan": math.tan,
+}
+"""Functions that an expression may call; angles in rad."""
+CONSTANTS = {"pi": math.pi}
+"""Names that every expression knows."""
+
+# Neither quotes, brackets of lists, comments nor anything that looks like a letter and is none.
+_LETTERS = frozenset(string.ascii_letters + string.digits + "_ .,+-*/()")
+_ARGUMENTS = {"atan2": (2, 2), "hypot": (1, 8), "max": (1, 8), "min": (1, 8)}
+_BINARY: dict[type[ast.operator], Callable[[float, float], float]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+}
+_UNARY: dict[type[ast.unaryop], Callable[[float], float]] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
+_ALLOWED = "numbers, names of parameters, + - * / **, parentheses and " + ", ".join(FUNCTIONS)
+
+
+class ExpressionError(ValueError):
+    """An expression that cannot be read or evaluated; `column` [-] counts characters from 0."""
+
+    def __init__(self, message: str, column: int = 0) -> None:
+        super().__init__(message)
+        self.column = column
+
+
+@dataclass(frozen=True)
+class Expression:
+    """A checked expression.
+
+    Examples
+    --------
+    >>> inertia = parse("mass * length**2 / 12")
+    >>> sorted(inertia.names)
+    ['length', 'mass']
+    >>> inertia.evaluate({"mass": 0.5, "length": 0.12})
+    0.0006
+    """
+
+    text: str
+    """As it was written."""
+    names: frozenset[str]
+    """Names whose values it needs, constants not among them."""
+    _tree: ast.expr = field(compare=False, repr=False)
+
+    def evaluate(self, values: Mapping[str, float]) -> float:
+        """The value, a finite number.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            A value for every one of `names` [SI units].
+
+        Raises
+        ------
+        ExpressionError
+            If a name is unknown, or some step of the calculation has no finite real value.
+        """
+        return _evaluate(self._tree, {**CONSTANTS, **values})
+
+
+def parse(text: str) -> Expression:
+    """Read an expression.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``"rod_mass * rod_length**2 / 12"``.
+
+    Raises
+    ------
+    ExpressionError
+        If it is no expression, holds anything but what is allowed, or is too large.
+    """
+    if len(text) > MOST_CHARACTERS:
+        raise ExpressionError(f"has {len(text)} characters; at most {MOST_CHARACTERS} are accepted")
+    column = next((index for index, letter in enumerate(text) if letter not in _LETTERS), None)
+    if column is not None:
+        raise ExpressionError(f"{text[column]!r} is not accepted; an expression holds {_ALLOWED}", column)
+    if not text.strip():
+        raise ExpressionError("is empty")
+    before = len(text) - len(text.lstrip())
+    try:
+        tree = ast.parse(text.strip(), mode="eval").body
+    except SyntaxError as error:
+        column = before + max(0, (error.offset or 1) - 1)
+        raise ExpressionError("is no arithmetic expression", min(column, len(text) - 1)) from None
+    except (RecursionError, MemoryError, ValueError):
+        raise ExpressionError("is nested too deeply") from None
+    for node in ast.walk(tree):
+        if isinstance(node, ast.expr):
+            node.col_offset += before
+    names: set[str] = set()
+    _check(tree, names, [0], 0)
+    return Expression(text, frozenset(names - set(CONSTANTS)), tree)
+
+
+def _check(node: ast.expr, names: set[str], count: list[int], depth: int) -> None:
+    count[0] += 1
+    column = node.col_offset
+    if count[0] > MOST_NODES or depth > MOST_DEPTH:
+        raise ExpressionError(
+            f"is too large: at most {MOST_NODES} numbers, names and operations, {MOST_DEPTH} deep", column
+        )
+    match node:
+        case ast.Constant(value=int() | float()) if not isinstance(node.value, bool):
+            # As a float at once: whole numbers of Python grow without limit (9**9**9).
+            _finite(_as_float(node.value), column)
+        case ast.Name():
+            names.add(node.id)
+        case ast.BinOp() if type(node.op) in _BINARY:
+            _check(node.left, names, count, depth + 1)
+            _check(node.right, names, count, depth + 1)
+        case ast.UnaryOp() if type(node.op) in _UNARY:
+            _check(node.operand, names, count, depth + 1)
+        case ast.Call(func=ast.Name(id=name), keywords=[]):
+            if name not in FUNCTIONS:
+                known = did_you_mean(name, FUNCTIONS) or f"; known are {', '.join(FUNCTIONS)}"
+                raise ExpressionError(f'unknown function "{name}"{known}', column)
+            least, most = _ARGUMENTS.get(name, (1, 1))
+            if not least <= len(node.args) <= most:
+                wanted = str(least) if least == most else f"{least} to {most}"
+                raise ExpressionError(
+                    f"{name} takes {wanted} argument{'s' * (most > 1)}, got {len(node.args)}", column
+                )
+            for argument in node.args:
+                _check(argument, names, count, depth + 1)
+        case _:
+            raise ExpressionError(f"holds something else than {_ALLOWED}", column)
+
+
+def _evaluate(node: ast.expr, values: Mapping[str, float]) -> float:
+    column = node.col_offset
+    try:
+        match node:
+            case ast.Constant():
+                result = _as_float(node.value)
+            case ast.Name():
+                if node.id not in values:
+                    raise ExpressionError(f'unknown name "{node.id}"{did_you_mean(node.id, values)}', column)
+                result = float(values[node.id])
+            case ast.BinOp():
+                left, right = _evaluate(node.left, values), _evaluate(node.right, values)
+                result = _BINARY[type(node.op)](left, right)
+            case ast.UnaryOp():
+                result = _UNARY[type(node.op)](_evaluate(node.operand, values))
+            case ast.Call(func=ast.Name(id=name)):
+                result = FUNCTIONS[name](*(_evaluate(argument, values) for argument in node.args))
+            case _:
+                raise AssertionError(node)
+    except ZeroDivisionError:
+        raise ExpressionError("divides by zero", column) from None
+    except OverflowError:
+        raise ExpressionError("is too large a number", column) from None
+    except ExpressionError:
+        raise
+    except ValueError:  # the root or logarithm of a negative number
+        raise ExpressionError("has no real value", column) from None
+    return _finite(result, column)
+
+
+def _as_float(value: object) -> float:
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except OverflowError:
+        return math.inf
+
+
+def _finite(value: object, column: int) -> float:
+    if isinstance(value, complex):  # a fractional power of a negative number
+        raise ExpressionError("has no real value", column)
+    assert isinstance(value, float)
+    if not math.isfinite(value):
+        raise ExpressionError("is too large a number", column)
+    return value

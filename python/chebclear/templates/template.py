@@ -1,0 +1,281 @@
+"""Templates: mechanisms whose numbers are expressions of named parameters."""
+
+from __future__ import annotations
+
+import copy
+import inspect
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path as FilePath
+from typing import Any
+
+from ..base.arguments import did_you_mean
+from ..base.quantities import Interval
+from ..errors import Problem, SceneError
+from ..run.simulation import simulate
+from ..run.trajectory import Trajectory
+from ..scene.scene import Scene
+from ..scene.schema import read
+from ..study.study import Study
+from .expressions import Expression, ExpressionError
+from .toml_text import Path, write_toml
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A named number of a template."""
+
+    name: str
+    """Name, as expressions use it."""
+    nominal: float | Expression
+    """Value if nothing else is said [SI unit]; an expression follows other parameters."""
+    interval: Interval | None = None
+    """Interval it is known to lie in [SI unit]; None for a constant."""
+    unit: str = ""
+    """Unit of the quantity, for tables and pictures; the value is in SI units all the same."""
+    note: str = ""
+    """What it is, or where its value comes from."""
+
+
+@dataclass(frozen=True, eq=False)
+class Template:
+    """A mechanism with named parameters, as a scene file describes it.
+
+    `load` reads one. It is called like the ready-made mechanisms: ``template(rod_length=0.13)`` is the scene
+    with that rod, every other parameter at its nominal value.
+
+    Examples
+    --------
+    >>> from chebclear import Template
+    >>> template = Template.from_text('''
+    ... format = 1
+    ... parameters.length = { nominal = "400 mm", rel = 0.02 }
+    ... bodies = [{ name = "bob", mass = 1, inertia = "length**2 / 12", points.A = ["-length / 2", 0] }]
+    ... joints = [{ type = "revolute", name = "pin", a = "ground", b = "bob.A" }]
+    ... ''')
+    >>> template.intervals
+    {'length': Interval(lower=0.392, upper=0.40800000000000003)}
+    >>> template(length=0.6).bodies[0].inertia
+    0.03
+    """
+
+    title: str
+    """What the file calls the mechanism; empty if it does not."""
+    parameters: Mapping[str, Parameter]
+    """The parameters by name, in the order of the file."""
+    run: Mapping[str, Any]
+    """Settings of runs, as keywords of `simulate` and `Study` [SI units]."""
+    source: Mapping[str, Any]
+    """The plain values of the file, as they were written."""
+    _scene: Mapping[str, Any] = field(repr=False)
+    """The scene as JSON has it, with zeros where an expression stands."""
+    _expressions: Sequence[tuple[Path, Expression]] = field(repr=False)
+    """Where in the scene which expression stands."""
+
+    @classmethod
+    def from_text(cls, text: str, name: str = "scene") -> Template:
+        """Read the text of a scene file; see `load`.
+
+        Parameters
+        ----------
+        text : str
+            TOML, or a scene in JSON.
+        name : str
+            What problems call the file.
+        """
+        from .reader import read_template  # here only: the reader makes templates
+
+        return read_template(text, name)
+
+    def __repr__(self) -> str:
+        title = f' "{self.title}"' if self.title else ""
+        sides = ", ".join(
+            f"{name} in [{side.lower:g}, {side.upper:g}]" for name, side in self.intervals.items()
+        )
+        return f"<Template{title}: {len(self.parameters)} parameters{'; ' if sides else ''}{sides}>"
+
+    def __eq__(self, other: object) -> bool:
+        return self.source == other.source if isinstance(other, Template) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(json.dumps(self.source, sort_keys=True))
+
+    def __call__(self, **values: float) -> Scene:
+        """The scene with these values of parameters; see `scene`."""
+        return self.scene(**values)
+
+    @property
+    def __signature__(self) -> inspect.Signature:
+        # What a Study looks at to find out which keywords there are.
+        return inspect.Signature(
+            [
+                inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None)
+                for name in self.parameters
+            ]
+        )
+
+    @property
+    def __name__(self) -> str:
+        return self.title or "template"
+
+    @property
+    def intervals(self) -> dict[str, Interval]:
+        """The parameters that are known as intervals [SI units]."""
+        return {name: one.interval for name, one in self.parameters.items() if one.interval is not None}
+
+    def values(self, **given: float) -> dict[str, float]:
+        """Value of every parameter [SI units]: as given, else its nominal one.
+
+        Raises
+        ------
+        SceneError
+            If an expression has no value; names the parameter.
+        TypeError
+            If a name is unknown.
+        """
+        for name in given:
+            if name not in self.parameters:
+                raise TypeError(f'unknown parameter "{name}"{did_you_mean(name, self.parameters)}')
+        return evaluated({name: one.nominal for name, one in self.parameters.items()} | given)
+
+    def scene(self, **given: float) -> Scene:
+        """The scene with these values of parameters, every other at its nominal value.
+
+        Parameters
+        ----------
+        **given : float
+            Values of parameters by name [SI units].
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        SceneError
+            If a number of the scene has no value, with its path.
+        TypeError
+            If a name is unknown.
+        """
+        values = self.values(**given)
+        plain = copy.deepcopy(dict(self._scene))
+        problems: list[Problem] = []
+        for path, expression in self._expressions:
+            holder: Any = plain
+            for name in path[:-1]:
+                holder = holder[name]
+            try:
+                holder[path[-1]] = expression.evaluate(values)
+            except ExpressionError as error:
+                problems.append(Problem(path_text(path), f'"{expression.text}" {error}'))
+        if problems:
+            raise SceneError(problems)
+        scene = read(plain, (Scene,), "", problems)
+        if problems:
+            raise SceneError(problems)
+        assert isinstance(scene, Scene)
+        return scene
+
+    def simulate(self, **options: Any) -> Trajectory:
+        """One run of the scene at the nominal values, with the settings of the file.
+
+        Parameters
+        ----------
+        **options
+            Keywords of `chebclear.simulate` that replace those of the file.
+        """
+        return simulate(self.scene(), **(dict(self.run) | options))
+
+    def study(self, **options: Any) -> Study:
+        """The study of the parameters that have intervals, with the settings of the file.
+
+        Parameters
+        ----------
+        **options
+            Keywords of `Study` that replace those of the file.
+
+        Raises
+        ------
+        ValueError
+            If no parameter has an interval.
+        """
+        if not self.intervals:
+            raise ValueError(
+                "no parameter of the template has an interval: give one rel, plus and minus, or limits"
+            )
+        return Study(self, self.intervals, **(dict(self.run) | options))
+
+    def save(self, path: str | os.PathLike[str]) -> FilePath:
+        """Write the template as TOML; `load` reads the same template back, to the last bit.
+
+        Parameters
+        ----------
+        path : path
+            Where to; ``.toml`` is appended if it is missing.
+
+        Returns
+        -------
+        Path
+            The file written.
+        """
+        path = FilePath(path)
+        if path.suffix != ".toml":
+            path = path.with_name(path.name + ".toml")
+        text = write_toml(self.source)
+        beside = path.with_name(f".{path.name}.{os.getpid()}")
+        try:
+            beside.write_text(text, encoding="utf-8")
+            beside.replace(path)
+        finally:
+            beside.unlink(missing_ok=True)
+        return path
+
+
+def evaluated(nominal: Mapping[str, float | Expression]) -> dict[str, float]:
+    """Values of parameters, those first that others need.
+
+    Raises
+    ------
+    SceneError
+        If expressions need each other in a circle, or one has no value.
+    """
+    values: dict[str, float] = {}
+    problems: list[Problem] = []
+
+    def settle(name: str, above: tuple[str, ...]) -> bool:
+        if name in values:
+            return True
+        if name in above:
+            circle = " -> ".join((*above[above.index(name) :], name))
+            problems.append(Problem(f"parameters.{name}", f"needs itself: {circle}"))
+            return False
+        one = nominal[name]
+        if isinstance(one, Expression):
+            # All of them, so that every circle is found; a name that is none is reported by the evaluation.
+            if not all([settle(other, (*above, name)) for other in sorted(one.names) if other in nominal]):
+                return False
+            try:
+                values[name] = one.evaluate(values)
+            except ExpressionError as error:
+                problems.append(Problem(f"parameters.{name}", f'"{one.text}" {error}'))
+                return False
+        else:
+            values[name] = one
+        return True
+
+    for name in nominal:
+        if not problems:
+            settle(name, ())
+    if problems:
+        raise SceneError(problems)
+    return {name: values[name] for name in nominal}
+
+
+def path_text(path: Path) -> str:
+    """A path as problems write it, such as ``bodies[0].mass``."""
+    text = ""
+    for name in path:
+        text += f"[{name}]" if isinstance(name, int) else f".{name}" if text else name
+    return text

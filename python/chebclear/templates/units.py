@@ -1,0 +1,210 @@
+"""Quantities with units, as they stand in scene files: ``"20 um"``, ``"2000 rpm"``, ``"30 deg"``.
+
+They are converted to SI once, when a file is read. A bare number is SI already. Conversion is exact before
+the one rounding to a float: 20 um is the very float 2e-05, which 20 * 1e-6 misses.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from decimal import Decimal, InvalidOperation
+from fractions import Fraction
+from typing import NamedTuple
+
+from ..base.arguments import did_you_mean
+from ..base.quantities import rpm
+
+
+class Dimension(NamedTuple):
+    """Powers of mass, length and time; an angle has none."""
+
+    mass: Fraction = Fraction(0)
+    length: Fraction = Fraction(0)
+    time: Fraction = Fraction(0)
+
+
+class Unit(NamedTuple):
+    """A unit: the SI value is the written one times `scale`, and times the factor of an angular unit."""
+
+    scale: Fraction
+    dimension: Dimension
+    angular: str = ""
+    """``"deg"``, ``"1/deg"`` or ``"rpm"`` where the factor holds pi and no fraction is exact."""
+
+
+class UnitError(ValueError):
+    """A quantity that cannot be read, or has another dimension than its place."""
+
+
+def _dimension(mass: int = 0, length: int = 0, time: int = 0) -> Dimension:
+    return Dimension(Fraction(mass), Fraction(length), Fraction(time))
+
+
+_ONE, _LENGTH, _MASS, _TIME = _dimension(), _dimension(length=1), _dimension(mass=1), _dimension(time=1)
+_FORCE, _ENERGY = _dimension(1, 1, -2), _dimension(1, 2, -2)
+_PRESSURE, _POWER = _dimension(1, -1, -2), _dimension(1, 2, -3)
+
+
+def _unit(scale: str, dimension: Dimension, angular: str = "") -> Unit:
+    return Unit(Fraction(Decimal(scale)), dimension, angular)
+
+
+# The micro sign is written in two ways, U+00B5 and the Greek letter U+03BC.
+UNITS: dict[str, Unit] = {
+    "m": _unit("1", _LENGTH),
+    "km": _unit("1e3", _LENGTH),
+    "dm": _unit("0.1", _LENGTH),
+    "cm": _unit("0.01", _LENGTH),
+    "mm": _unit("1e-3", _LENGTH),
+    "um": _unit("1e-6", _LENGTH),
+    "\u00b5m": _unit("1e-6", _LENGTH),
+    "\u03bcm": _unit("1e-6", _LENGTH),
+    "nm": _unit("1e-9", _LENGTH),
+    "in": _unit("0.0254", _LENGTH),
+    "kg": _unit("1", _MASS),
+    "g": _unit("1e-3", _MASS),
+    "mg": _unit("1e-6", _MASS),
+    "t": _unit("1e3", _MASS),
+    "s": _unit("1", _TIME),
+    "ms": _unit("1e-3", _TIME),
+    "us": _unit("1e-6", _TIME),
+    "\u00b5s": _unit("1e-6", _TIME),
+    "\u03bcs": _unit("1e-6", _TIME),
+    "min": _unit("60", _TIME),
+    "h": _unit("3600", _TIME),
+    "rad": _unit("1", _ONE),
+    "mrad": _unit("1e-3", _ONE),
+    "deg": _unit("1", _ONE, "deg"),
+    "\u00b0": _unit("1", _ONE, "deg"),
+    "rpm": _unit("1", _dimension(time=-1), "rpm"),
+    "%": _unit("0.01", _ONE),
+    "N": _unit("1", _FORCE),
+    "mN": _unit("1e-3", _FORCE),
+    "kN": _unit("1e3", _FORCE),
+    "MN": _unit("1e6", _FORCE),
+    "J": _unit("1", _ENERGY),
+    "kJ": _unit("1e3", _ENERGY),
+    "W": _unit("1", _POWER),
+    "kW": _unit("1e3", _POWER),
+    "Pa": _unit("1", _PRESSURE),
+    "kPa": _unit("1e3", _PRESSURE),
+    "MPa": _unit("1e6", _PRESSURE),
+    "GPa": _unit("1e9", _PRESSURE),
+}
+"""Symbols of units that a scene file may use, alone or as in ``"N m/rad"`` and ``"kg m2"``."""
+
+# The angular units hold pi, so that no fraction is exact.
+_FACTORS: dict[str, Callable[[float], float]] = {
+    "": float,
+    "deg": math.radians,
+    "1/deg": math.degrees,
+    "rpm": rpm,
+}
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s+(\S.*?)\s*")
+_FACTOR = re.compile(r"([^\s*/^\d.()]+)(?:\^?\(?(-?\d+(?:\.\d+)?)\)?)?")
+_RAISED = str.maketrans("\u00b2\u00b3\u2074\u00b7", "234*")
+MOST_CHARACTERS = 100
+
+
+def is_quantity(text: str) -> bool:
+    """Whether a text is a number, a blank and a unit; such a text is never an expression."""
+    return len(text) <= MOST_CHARACTERS and _QUANTITY.fullmatch(text) is not None
+
+
+def parse_unit(text: str) -> Unit:
+    """The unit that a text such as ``"N m/rad"``, ``"kg*m^2"`` or ``"m/s2"`` stands for.
+
+    Parameters
+    ----------
+    text : str
+        Symbols with powers; blanks or ``*`` multiply, what follows one ``/`` divides.
+
+    Raises
+    ------
+    UnitError
+        If a symbol is unknown, or degrees or revolutions are part of a power or come twice.
+    """
+    above, *below = text.translate(_RAISED).split("/")
+    if len(below) > 1:
+        raise UnitError(f'"{text}" divides twice; write all that divides behind one "/"')
+    scale, powers = Fraction(1), [Fraction(0)] * 3
+    angular: list[str] = []
+    for part, sign in [(above, 1), *((piece, -1) for piece in below)]:
+        part = part.strip().removeprefix("(").removesuffix(")")
+        for word in part.replace("*", " ").split():
+            found = _FACTOR.fullmatch(word)
+            symbol = found[1] if found else word
+            if found is None or symbol not in UNITS:
+                if (word, part, sign) == ("1", above.strip(), 1):
+                    continue
+                raise UnitError(f'unknown unit "{symbol}"{did_you_mean(symbol, UNITS)}')
+            power = sign * Fraction(found[2] or 1)
+            if abs(power) > 12:
+                raise UnitError(f'"{word}" has a power above 12')
+            unit = UNITS[symbol]
+            if unit.angular:
+                angular.append(unit.angular if power == 1 else f"1/{unit.angular}")
+                if power not in (1, -1) or len(angular) > 1 or angular[0] not in _FACTORS:
+                    raise UnitError(f'"{symbol}" stands in "{text}" with a power; use rad')
+            if power.denominator == 1:
+                scale *= unit.scale ** int(power)
+            elif unit.scale != 1:
+                raise UnitError(f'"{word}": only m, kg, s and N may have a broken power')
+            powers = [one + power * other for one, other in zip(powers, unit.dimension, strict=True)]
+    return Unit(scale, Dimension(*powers), "".join(angular))
+
+
+def convert(text: str, unit: str) -> float:
+    """A quantity in the SI unit of its place.
+
+    Parameters
+    ----------
+    text : str
+        A number, a blank and a unit.
+    unit : str
+        Unit of the place as the documentation writes it, such as ``"m"``, ``"rad or m"``; ``"unit"`` and
+        whatever else is no known unit accepts any dimension, ``"-"`` a plain ratio.
+
+    Raises
+    ------
+    UnitError
+        If the text is no quantity or has another dimension.
+
+    Examples
+    --------
+    >>> convert("20 um", "m"), convert("180 deg", "rad") == math.pi
+    (2e-05, True)
+    """
+    found = _QUANTITY.fullmatch(text) if len(text) <= MOST_CHARACTERS else None
+    if found is None:
+        raise UnitError("is no number with a unit")
+    given = parse_unit(found[2])
+    wanted = [one for one in map(_dimension_of, unit.split(" or ")) if one is not None]
+    if wanted and given.dimension not in wanted:
+        raise UnitError(f'"{found[2]}" is no unit of this quantity; its SI unit is [{unit}]')
+    try:
+        number = Decimal(found[1])
+    except InvalidOperation:  # pragma: no cover (the pattern lets only numbers through)
+        raise UnitError("is no number with a unit") from None
+    value = _rounded(Fraction(number) * given.scale)
+    if not math.isfinite(value):
+        raise UnitError("is too large a number")
+    return _FACTORS[given.angular](value)
+
+
+def _rounded(value: Fraction) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def _dimension_of(unit: str) -> Dimension | None:
+    if unit.strip() in ("-", "1"):
+        return _ONE
+    try:
+        return parse_unit(unit).dimension
+    except UnitError:
+        return None
