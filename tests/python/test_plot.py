@@ -1,5 +1,6 @@
 """Plots: what they return, label and leave alone; the short-time spectrum against known signals."""
 
+import itertools
 import subprocess
 import sys
 
@@ -124,6 +125,14 @@ class TestTrajectory:
         assert (line.get_color(), line.get_linewidth()) == ("red", 3.0)
         assert ax.get_ylabel() == "wrist.penetration [µm]"
 
+    def test_a_label_has_room(self, run):
+        names = [name for name in run.columns if plot.column_unit(name) == "m/s"]
+        assert len(names) > 5
+        for columns, label in ((names, "[m/s]"), (["slider.vx", "rod.vx"], "vx [m/s]")):
+            ax = plot.plot_trajectory(run, columns, ax=Figure(figsize=(6.0, 3.0)).subplots())
+            assert ax.get_ylabel() == label
+            assert len(ax.get_legend().get_texts()) == len(columns)
+
     def test_columns_of_different_units(self, run, ax):
         with pytest.raises(ValueError, match="share a unit"):
             plot.plot_trajectory(run, ["slider.x", "slider.vx"], ax=ax)
@@ -140,6 +149,21 @@ def test_orbit_finds_the_clearance(run, ax):
     plot.plot_orbit(run, "wrist", ax=ax, unit="mm")
     circle = ax.lines[0]
     np.testing.assert_allclose(np.hypot(*circle.get_data()), 0.02, rtol=1e-6)
+
+
+@pytest.mark.parametrize("size", [(6.4, 4.8), (8.0, 3.0), (3.0, 6.0)])
+def test_the_legend_of_an_orbit_covers_nothing(run, size):
+    figure = Figure(figsize=size)
+    left, right = figure.subplots(1, 2)
+    plot.plot_orbit(run, "wrist", ax=left)
+    for _ in range(2):  # a second path: another two lines in the legend
+        plot.plot_orbit(run, "wrist", ax=right)
+    figure.draw_without_rendering()
+    for ax in (left, right):
+        legend = ax.get_legend().get_window_extent()
+        assert legend.y1 < ax.get_window_extent().y1
+        for line in ax.lines:
+            assert line.get_transform().transform(line.get_xydata())[:, 1].max() < legend.y0
 
 
 class TestBand:
@@ -165,11 +189,40 @@ class TestBand:
 
 def test_sensitivity_units(bands, ax):
     band = bands[0]["slider.vx"]
-    assert "(m/s)/m" in plot.plot_sensitivity(band, "crank_length", ax=ax, parameter_unit="m").get_ylabel()
-    plot.plot_sensitivity(band, "crank_length", ax=ax, normalised=True)
-    assert "m/s per half interval" in ax.get_ylabel()
-    physical, normalised = (line.get_ydata() for line in ax.lines)
-    np.testing.assert_allclose(normalised, 0.005 * physical, rtol=1e-9, atol=1e-12)
+    physical = plot.plot_sensitivity(band, "crank_length", ax=ax, parameter_unit="m")
+    assert physical.get_ylabel() == "∂ slider.vx / ∂ crank_length [(m/s)/m]"
+    normalised = plot.plot_sensitivity(band, "crank_length", ax=Figure().subplots(), normalised=True)
+    assert normalised.get_ylabel() == "∂ slider.vx / ∂ crank_length [m/s per half interval]"
+    np.testing.assert_allclose(
+        normalised.lines[0].get_ydata(), 0.005 * physical.lines[0].get_ydata(), rtol=1e-9, atol=1e-12
+    )
+
+
+def test_two_sensitivities_are_told_apart(bands, ax):
+    velocity, penetration = bands[0]["slider.vx"], bands[0]["wrist.penetration"]
+    plot.plot_sensitivity(velocity, "crank_length", ax=ax, parameter_unit="m")
+    plot.plot_sensitivity(velocity, "crank_length", ax=ax, parameter_unit="m", label="again")
+    assert ax.get_ylabel() == "sensitivity [(m/s)/m]"
+    plot.plot_sensitivity(penetration, "crank_length", ax=ax, normalised=True)
+    assert ax.get_ylabel() == "sensitivity [see legend]"
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [
+        "∂ slider.vx / ∂ crank_length [(m/s)/m]",
+        "again",
+        "∂ wrist.penetration / ∂ crank_length [m per half interval]",
+    ]
+
+
+@pytest.mark.parametrize(("rows", "height"), [(1, 3.0), (2, 5.0)])
+def test_a_long_label_stays_in_the_figure(bands, rows, height):
+    figure = Figure(figsize=(6.0, height), layout="constrained")
+    axes = np.ravel(figure.subplots(rows))
+    for ax in axes:
+        plot.plot_sensitivity(bands[0]["wrist.penetration"], "crank_length", ax=ax, normalised=True)
+    figure.draw_without_rendering()
+    boxes = [ax.yaxis.label.get_window_extent() for ax in axes]
+    for box in boxes:
+        assert box.x0 >= 0.0 and box.y0 >= 0.0 and box.y1 <= figure.bbox.y1
+    assert all(above.y0 > below.y1 for above, below in itertools.pairwise(boxes))
 
 
 class TestShortTimeSpectrum:

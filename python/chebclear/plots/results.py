@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .labels import legend_above_the_data, set_y_label, with_unit
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -153,7 +155,10 @@ def plot_trajectory(
         if known.all():
             ax.set_xlim(abscissa.min(), abscissa.max())
     ax.set_xlabel(x_label)
-    ax.set_ylabel(_label(names[0] if len(names) == 1 else ", ".join(names), shown))
+    # The legend names the columns; what they have in common is on the axis.
+    quantities = {name.rpartition(".")[2] for name in names}
+    common = names[0] if len(names) == 1 else quantities.pop() if len(quantities) == 1 else ""
+    set_y_label(ax, with_unit(common, shown))
     if len(names) > 1 or not run.success:
         ax.legend(loc="best", fontsize="small")
     return ax
@@ -200,9 +205,9 @@ def plot_orbit(run: Trajectory, joint: str, *, ax: Axes | None = None, unit: str
     style = _line_style(line, linewidth=0.6, label="journal centre")
     ax.plot(*path, **style)
     ax.set_aspect("equal", adjustable="datalim")
-    ax.set_xlabel(_label(f"{joint} eccentricity x", shown))
-    ax.set_ylabel(_label(f"{joint} eccentricity y", shown))
-    ax.legend(loc="upper right", fontsize="small")
+    ax.set_xlabel(with_unit(f"{joint} eccentricity x", shown))
+    set_y_label(ax, with_unit(f"{joint} eccentricity y", shown))
+    legend_above_the_data(ax)
     return ax
 
 
@@ -260,7 +265,7 @@ def plot_band(
     if nominal:
         ax.plot(abscissa, scale * band.nominal, color="tab:red", linewidth=0.7, label="nominal")
     ax.set_xlabel(x_label)
-    ax.set_ylabel(_label(band.name, shown))
+    set_y_label(ax, with_unit(band.name, shown))
     ax.legend(loc="best", fontsize="small")
     return ax
 
@@ -277,6 +282,8 @@ def plot_sensitivity(
     **line: Any,
 ) -> Axes:
     """Draw the sensitivity of an output to one parameter at the midpoint of the intervals.
+
+    Several on the same axes get a legend that names them.
 
     Parameters
     ----------
@@ -303,15 +310,23 @@ def plot_sensitivity(
     """
     slope = band.sensitivity(parameter, normalised=normalised)
     ax = _axes(ax)
-    style = _line_style(line, linewidth=0.9, label=parameter)
-    ax.plot(band.t if x is None else x, slope, **style)
     unit = column_unit(band.name)
     if normalised:
         what = f"{unit} per half interval"
     else:
-        what = f"({unit})/{parameter_unit}" if parameter_unit else f"({unit}) per SI unit of {parameter}"
+        what = f"({unit})/{parameter_unit}" if parameter_unit else f"({unit}) per SI unit"
+    label = f"∂ {band.name} / ∂ {parameter} [{what}]"
+    earlier = ax.get_legend_handles_labels()[1]
+    style = _line_style(line, linewidth=0.9, label=label)
+    ax.plot(band.t if x is None else x, slope, **style)
     ax.set_xlabel(x_label)
-    ax.set_ylabel(f"∂ {band.name} / ∂ {parameter} [{what}]")
+    if earlier:
+        # One unit for all of them, or each its own in the legend.
+        shared = all(other.endswith(f" [{what}]") for other in earlier)
+        set_y_label(ax, f"sensitivity [{what}]" if shared else "sensitivity [see legend]")
+        ax.legend(loc="best", fontsize="small")
+    else:
+        set_y_label(ax, label)
     return ax
 
 
@@ -483,7 +498,3 @@ def _scale(si_unit: str, unit: str | None) -> tuple[float, str]:
     except KeyError:
         known = ", ".join([si_unit, *(shown for shown, base in _CONVERSIONS if base == si_unit)])
         raise ValueError(f"unit must be one of {known} for a column in {si_unit}, got {unit!r}") from None
-
-
-def _label(name: str, unit: str) -> str:
-    return f"{name} [{unit}]" if unit else name
