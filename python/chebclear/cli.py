@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 import sys
 import time
 from collections.abc import Sequence
@@ -20,6 +21,7 @@ EXIT_OK = 0
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2  # also what argparse uses for bad arguments
 EXIT_INTERRUPTED = 130  # 128 + SIGINT, as shells report it
+EXIT_UNREAD = 141  # 128 + SIGPIPE, likewise
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -33,11 +35,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit code: 0 done, 1 failed, 2 bad scene or bad arguments, 130 interrupted by Ctrl-C.
+        Exit code: 0 done, 1 failed, 2 bad scene or bad arguments, 130 interrupted by Ctrl-C, 141 nobody reads
+        what it prints.
     """
     try:
-        options = _parser().parse_args(arguments)
-        return int(options.run(options))
+        try:
+            options = _parser().parse_args(arguments)
+            return int(options.run(options))
+        finally:
+            # Not left to the end of the process, which could only complain of a closed pipe.
+            sys.stdout.flush()
+    except BrokenPipeError:  # as in "chebclear ... | head -1"
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_UNREAD
     except SceneError as error:
         print(error, file=sys.stderr)
         return EXIT_BAD_INPUT

@@ -1,6 +1,7 @@
 """The command line: what it prints, writes and returns."""
 
 import json
+import os
 import subprocess
 import sys
 
@@ -37,6 +38,21 @@ def raising(error):
         raise error
 
     return case_study
+
+
+@pytest.mark.parametrize(
+    "words", [["--help"], ["tradeoff", "--duration", "1e-4", "--methods", "rodas4", "--rtols", "1e-3,1e-4"]]
+)
+def test_nobody_reads_the_answer(words, tmp_path):
+    # As in "chebclear ... | head -1".
+    command = [sys.executable, "-m", "chebclear", *words]
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    with subprocess.Popen(
+        command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        process.stdout.close()
+        assert process.stderr.read() == b""
+    assert process.returncode == cli.EXIT_UNREAD
 
 
 def test_json_of_the_real_command(tmp_path):

@@ -161,6 +161,31 @@ def test_unknown_names_and_patterns_are_listed_together():
     assert 'unknown output "engine.*"' in text and "cart.x" not in text
 
 
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [
+        # Not those of another part that is called more alike, as the angular velocity of the guide.
+        ("slider.velocity", '"slider.vx" or "slider.vy"'),
+        ("slider.position", '"slider.x" or "slider.y"'),
+        ("crank.omega", '"crank.angular_velocity"'),
+        ("crank_pin.velocity", '"crank_pin.angular_velocity"'),
+        ("guide.position", '"guide.displacement"'),
+        ("wrist.force", '"wrist.normal_force" or "wrist.friction_force"'),
+        ("crank_pin.force", '"crank_pin.reaction_x" or "crank_pin.reaction_y"'),
+        ("slider.v", '"slider.vx" or "slider.vy"'),
+        ("slyder.vx", '"slider.vx"'),
+    ],
+)
+def test_what_is_called_otherwise_elsewhere(given, meant):
+    scene = cc.mechanisms.slider_crank()
+    with pytest.raises(ValueError) as caught:
+        cc.simulate(scene, 1e-3, 2, outputs=[given])
+    assert str(caught.value) == f'unknown output "{given}"; did you mean {meant}?'
+    run = cc.simulate(scene, 1e-3, 2, outputs=["slider.vx", "slider.vy"])
+    with pytest.raises(KeyError, match=r"did you mean .slider.vx. or .slider.vy."):
+        run["slider.velocity"]
+
+
 @pytest.mark.parametrize("name", ["energy", "rod.energy", ""])
 def test_the_name_of_the_energies_is_no_name_of_a_part(name):
     bodies = [cc.Body(name, 1.0, 1.0)]

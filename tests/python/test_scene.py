@@ -233,6 +233,9 @@ def test_a_mechanism_that_cannot_be_assembled_is_refused():
         ('{"bodies": 3, "joints": []}', "bodies", "must be a list"),
         ('{"bodies": [], "joints": [{"type": "revolut"}]}', "joints[0].type", 'did you mean "revolute"'),
         ('{"bodies": [], "joints": [4]}', "joints[0]", "must be an object"),
+        ('{"bodies": [], "joints": [{"type": []}]}', "joints[0].type", "must be one of"),
+        ("[" * 100_000, "scene", "nested more deeply"),
+        ('{"bodies":' * 100_000, "scene", "nested more deeply"),
     ],
 )
 def test_bad_json_is_refused_with_a_path(text, path, words):
@@ -251,6 +254,7 @@ def test_intervals():
     assert cc.interval(0.2, 0.5) == cc.Interval(0.2, 0.5)
     assert cc.interval(8, rel=0.25) == cc.interval(8, half_width=2) == cc.Interval(6.0, 10.0)
     assert cc.interval(-8, rel=0.25) == cc.Interval(-10.0, -6.0)
+    assert cc.interval(3.0, rel=1.0) == cc.Interval(0.0, 6.0)
     side = cc.Interval(np.float64(6), 10)
     assert (side.midpoint, side.half_width) == (8.0, 2.0)
     assert pickle.loads(pickle.dumps(side)) == side and hash(side) == hash(cc.interval(6, 10))
@@ -263,6 +267,10 @@ def test_intervals():
         (lambda: cc.interval(0.5, 0.5), "lower must be < upper"),
         (lambda: cc.interval(math.nan, math.inf), "(?s)lower must be a finite.*upper must be a finite"),
         (lambda: cc.interval(1.0, rel=-0.1), "rel must be"),
+        (
+            lambda: cc.interval(0.05, rel=10),
+            r"<= 1 \[-\], got 10: 10 % is rel=0.1; an interval .* half_width",
+        ),
         (lambda: cc.interval(0.0, rel=0.1), "half_width"),
         (lambda: cc.interval(1.0, half_width=0.0), "half_width must be"),
         (lambda: cc.interval("1", 2.0), "lower must be"),

@@ -139,6 +139,11 @@ def test_trajectories_are_values(run, tmp_path):
         assert twin.values.tobytes() == run.values.tobytes()
     assert run != cc.simulate(run.scene, 0.004, 401, rtol=1e-5)
     assert run != "a run"
+    for twin in (run, *twins):
+        arrays = [twin.t, twin.values, twin["slider.x"], twin.events.time, twin.contacts.onset]
+        assert not any(array.flags.writeable for array in arrays)
+        with pytest.raises(ValueError, match="read-only"):
+            twin["slider.x"][0] = 1.0
     assert repr(run) == "<Trajectory: 37 columns of 401 samples to t = 0.004 s, done>"
 
 

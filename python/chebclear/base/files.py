@@ -150,9 +150,25 @@ def same(first: Any, second: Any) -> bool:
 
 
 class ArrayRecord:
-    """Base of results: dataclasses that hold arrays, equal if all their fields are."""
+    """Base of results: frozen dataclasses that hold read-only arrays, equal if all their fields are."""
 
     __hash__ = None  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        self._freeze()
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        # Copies and pickles make no call of __init__, and their arrays are new ones.
+        self.__dict__.update(state)
+        self._freeze()
+
+    def _freeze(self) -> None:
+        for name, value in vars(self).items():
+            if isinstance(value, np.ndarray) and value.flags.writeable:
+                # A view: what the caller holds stays as it is.
+                view = value.view()
+                view.flags.writeable = False
+                object.__setattr__(self, name, view)
 
     def __eq__(self, other: object) -> bool:
         return same(self, other) if type(other) is type(self) else NotImplemented

@@ -57,7 +57,7 @@ def interval(
     upper : float, optional
         Upper end [SI unit of the quantity].
     rel : float, optional
-        Half-width over the absolute value of the midpoint [-], above 0.
+        Half-width over the absolute value of the midpoint [-], above 0 and at most 1: 10 % is 0.1.
     half_width : float, optional
         Half-width [SI unit of the quantity], above 0.
 
@@ -84,7 +84,13 @@ def interval(
     checks = Checks()
     middle = checks.real("midpoint", first, "SI unit")
     if rel is not None:
-        half = checks.real("rel", rel, "-", above=0.0) * abs(middle)
+        part = checks.real("rel", rel, "-", above=0.0)
+        if math.isfinite(part) and part > 1.0:
+            checks.add(
+                f"rel must be a part of the midpoint, <= 1 [-], got {rel!r}: {rel!r} % is "
+                f"rel={part / 100.0:g}; an interval in which the sign is open takes half_width, or both ends"
+            )
+        half = part * abs(middle)
         if middle == 0.0:
             checks.add("midpoint must not be 0 with rel; use half_width")
     else:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base import files as records
-from ..base.arguments import did_you_mean
+from .names import output_meant
 
 Array = NDArray[np.float64]
 
@@ -138,7 +138,7 @@ class ErrorEstimate(records.ArrayRecord):
 
     def __getitem__(self, column: str) -> OutputError:
         if column not in self.columns:
-            raise KeyError(f'unknown column "{column}"{did_you_mean(column, self.columns)}')
+            raise KeyError(f'unknown column "{column}"{output_meant(column, self.columns)}')
         index = self.columns.index(column)
         return OutputError(
             float(self.max_difference[index]), float(self.ranges[index]), float(self.horizon[index])

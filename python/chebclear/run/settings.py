@@ -10,8 +10,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..base.arguments import Checks, did_you_mean
+from ..base.arguments import Checks
 from ..scene.scene import Scene
+from .names import output_meant
 
 METHODS = ("auto", "rodas5p", "rodas4", "dop853")
 MAX_STEPS = 10_000_000
@@ -116,7 +117,7 @@ class Settings:
         for name in self.outputs:
             found = [name] if name in columns else fnmatch.filter(columns, name)
             if not found:
-                checks.add(f'unknown output "{name}"{did_you_mean(name, columns)}')
+                checks.add(f'unknown output "{name}"{output_meant(name, columns)}')
             names |= dict.fromkeys(found)
         checks.finish()
         _require_room(runs, self.samples, len(names))

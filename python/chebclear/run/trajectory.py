@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base import files as records
-from ..base.arguments import did_you_mean
 from ..scene.scene import Scene
 from .accuracy import ErrorEstimate
+from .names import output_meant
 from .settings import Settings
 
 if TYPE_CHECKING:
@@ -129,7 +129,8 @@ class EndState:
 class Trajectory(records.ArrayRecord):
     """The result of one simulation; ``run["slider.x"]`` is the column of that name.
 
-    Trajectories compare (NaN equals NaN), copy, pickle, save and load.
+    Trajectories compare (NaN equals NaN), copy, pickle, save and load. Their arrays are read-only: change a
+    copy.
     """
 
     t: Array
@@ -294,5 +295,5 @@ class Trajectory(records.ArrayRecord):
 def column_index(columns: Sequence[str], name: str) -> int:
     """Where a column stands; KeyError with the nearest name if there is none."""
     if name not in columns:
-        raise KeyError(f'unknown column "{name}"{did_you_mean(name, columns)}')
+        raise KeyError(f'unknown column "{name}"{output_meant(name, columns)}')
     return columns.index(name)

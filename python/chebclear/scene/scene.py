@@ -344,12 +344,14 @@ class Scene(Part):
         SceneError
             If the text is no JSON, or names unknown or misses fields.
         """
+        problems: list[Problem] = []
         try:
             plain = json.loads(text)
+            scene = read(plain, (Scene,), "", problems)
         except ValueError as error:
             raise SceneError([("scene", f"is not valid JSON: {error}")]) from None
-        problems: list[Problem] = []
-        scene = read(plain, (Scene,), "", problems)
+        except RecursionError:
+            raise SceneError([("scene", "is no scene: it is nested more deeply than any scene is")]) from None
         if problems:
             raise SceneError(problems)
         assert isinstance(scene, Scene)

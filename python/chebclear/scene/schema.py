@@ -211,7 +211,7 @@ def read(plain: Any, accepted: tuple[type[Part], ...], path: str, problems: list
         key = part._tag[0]
         words = {choice._tag[1]: choice for choice in accepted if choice._tag is not None}
         word = left.pop(key, None)
-        if word not in words:
+        if not isinstance(word, str) or word not in words:
             known = ", ".join(f'"{choice}"' for choice in words)
             hint = did_you_mean(word, words)
             problems.append(Problem(join(path, key), f"must be one of {known}, got {word!r}{hint}"))

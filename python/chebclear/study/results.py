@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 class StudyResult(records.ArrayRecord):
     """The bands of all outputs of a study; ``result["slider.vx"]`` is the `Band` of that output.
 
-    Results compare (NaN equals NaN), copy, pickle, save and load.
+    Results compare (NaN equals NaN), copy, pickle, save and load. Their arrays are read-only: change a copy.
     """
 
     kind: str
