@@ -15,13 +15,14 @@ from __future__ import annotations
 
 import time
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import mechanisms
+from ..base.units import unit
 from ..errors import ChebclearWarning
 from ..run.simulation import simulate
 from ..run.trajectory import Stats, Trajectory
@@ -70,13 +71,13 @@ ENVELOPE = 10.0
 class RestraintZones:
     """Where the clearance hardly moves a sensitivity: the paper's clearance effect restraint zones."""
 
-    deviation: Array
+    deviation: Array = field(metadata=unit("m/s"))
     """Sensitivity minus that of the ideal mechanism, per relative length change, second revolution [m/s]."""
-    envelope: Array
+    envelope: Array = field(metadata=unit("m/s"))
     """Running maximum of the absolute deviation over `ENVELOPE` degrees [m/s]."""
-    threshold: float
+    threshold: float = field(metadata=unit("m/s"))
     """Half the largest absolute deviation [m/s]."""
-    spans: list[tuple[float, float]]
+    spans: list[tuple[float, float]] = field(metadata=unit("deg"))
     """Crank angles between which the envelope is under the threshold [deg]."""
 
 
@@ -159,7 +160,7 @@ class CaseStudy:
 
     conventions: dict[str, ConventionStudy]
     """``"as_printed"`` and ``"corrected"``."""
-    seconds: float
+    seconds: float = field(metadata=unit("s"))
     """Wall time of the computations, without tables and figures [s]."""
     rtol: float
     """Relative tolerance of the integrator [-]."""

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..base import files as records
+from ..base.units import unit
 from .names import output_meant
 
 Array = NDArray[np.float64]
@@ -127,13 +128,13 @@ class ErrorEstimate(records.ArrayRecord):
     """Largest difference of both runs in the unit of each output, shape (columns,); NaN if not known."""
     ranges: Array
     """Range of each output in its unit, shape (columns,); 0 for one that is constant."""
-    horizon: Array
+    horizon: Array = field(metadata=unit("s"))
     """First sample that differs by more than 1 % of the range [s], shape (columns,); infinity if none."""
     rtol: float
     """Relative tolerance of the companion run [-]: a tenth of the run's, or less if that changed no step."""
     status: str
     """``"done"``, or the word for why the companion run ended early."""
-    compared_until: float
+    compared_until: float = field(metadata=unit("s"))
     """End of the time that both runs have reached [s]."""
 
     def __getitem__(self, column: str) -> OutputError:

@@ -7,10 +7,11 @@ import fnmatch
 import json
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from ..base.arguments import Checks
+from ..base.units import unit
 from ..scene.scene import Scene
 from .names import output_meant
 
@@ -30,11 +31,11 @@ _MANY_SAMPLES = 1_000_000
 class Settings:
     """How a simulation is run."""
 
-    duration: float
+    duration: float = field(metadata=unit("s"))
     """Simulated time [s]."""
     samples: int
     """Number of equally spaced samples, both ends included [-]."""
-    skip: float
+    skip: float = field(metadata=unit("s"))
     """Time simulated before the first sample [s]."""
     rtol: float
     """Relative tolerance of the integrator [-]."""
@@ -46,9 +47,9 @@ class Settings:
     """Steps after which a run is given up [-]."""
     max_events: int
     """Contact changes after which a run is given up [-]."""
-    position_tolerance: float | None
+    position_tolerance: float | None = field(metadata=unit("m"))
     """Absolute tolerance of positions [m]; from `rtol` and the scales of the scene if None."""
-    velocity_tolerance: float | None
+    velocity_tolerance: float | None = field(metadata=unit("m/s"))
     """Absolute tolerance of velocities [m/s]; from `rtol` and the scales of the scene if None."""
 
     @classmethod

@@ -6,7 +6,7 @@ import dataclasses
 import json
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base import files as records
+from ..base.units import unit
 from ..scene.scene import Scene
 from .accuracy import ErrorEstimate
 from .names import output_meant
@@ -56,11 +57,11 @@ class Stats:
     """Attempts to end a step on a contact change [-]."""
     floored_latches: int
     """Contacts whose impact velocity was raised to the floor [-]."""
-    largest_projection: float
+    largest_projection: float = field(metadata=unit("m"))
     """Largest correction that closed the loops after a step [m]; zero in a tree."""
-    smallest_step: float
+    smallest_step: float = field(metadata=unit("s"))
     """Smallest accepted step that was not cut by a contact change or the end [s]."""
-    smallest_step_time: float
+    smallest_step_time: float = field(metadata=unit("s"))
     """When it was taken [s]."""
 
 
@@ -68,13 +69,13 @@ class Stats:
 class Events(records.ArrayRecord):
     """Changes of contact, in the order of time."""
 
-    time: Array
+    time: Array = field(metadata=unit("s"))
     """When [s]."""
     joint: NDArray[np.str_]
     """Name of the clearance joint."""
     kind: NDArray[np.str_]
     """``"onset"``, ``"separation"``, or ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0."""
-    normal_velocity: Array
+    normal_velocity: Array = field(metadata=unit("m/s"))
     """Penetration rate at that instant [m/s]."""
 
     def __len__(self) -> int:
@@ -87,15 +88,15 @@ class Contacts(records.ArrayRecord):
 
     joint: NDArray[np.str_]
     """Name of the clearance joint."""
-    onset: Array
+    onset: Array = field(metadata=unit("s"))
     """When journal and bearing touched [s]."""
-    separation: Array
+    separation: Array = field(metadata=unit("s"))
     """When they parted [s]; NaN if the run ended in contact."""
-    impact_velocity: Array
+    impact_velocity: Array = field(metadata=unit("m/s"))
     """Penetration rate at the onset [m/s]; NaN if the run began in contact."""
-    peak_force: Array
+    peak_force: Array = field(metadata=unit("N"))
     """Largest normal force [N]."""
-    peak_time: Array
+    peak_time: Array = field(metadata=unit("s"))
     """When it acted [s]."""
 
     def __len__(self) -> int:
@@ -133,7 +134,7 @@ class Trajectory(records.ArrayRecord):
     copy.
     """
 
-    t: Array
+    t: Array = field(metadata=unit("s"))
     """Instants of the samples [s], shape (samples,)."""
     columns: tuple[str, ...]
     """Names of the columns."""
@@ -151,7 +152,7 @@ class Trajectory(records.ArrayRecord):
     """``"done"``, or the word for why it ended early."""
     message: str
     """How the run ended, in words: that the end was reached, or why it ended early, when and where."""
-    end_time: float
+    end_time: float = field(metadata=unit("s"))
     """Where the simulation ended [s]."""
     joint: str | None
     """The joint that was concerned by a failure."""

@@ -1,7 +1,6 @@
 """A scene in words: what it is made of, in which units, what can move, and what is cut and why.
 
-The units are read from the docstrings of the records, where each field states its own: a new kind of force
-or drive is described without a line here.
+The units are those of the fields of the records: a new kind of part is described without a line here.
 """
 
 from __future__ import annotations
@@ -11,6 +10,7 @@ from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
 from ..base.arguments import as_number
+from ..base.units import units
 from ..errors import SceneError
 from .scene import Body, ClearanceRevolute, Inspection, Prismatic, Scene
 from .schema import Part, Points
@@ -56,35 +56,6 @@ def describe_scene(scene: Scene) -> str:
     else:
         lines += _mobility(scene, facts)
     return "\n".join(lines)
-
-
-def units(part: type[Part]) -> dict[str, str]:
-    """The unit of every field of a record, from its docstring; fields without one are left out.
-
-    Parameters
-    ----------
-    part : type
-        Class of the record.
-
-    Returns
-    -------
-    dict of str to str
-
-    Examples
-    --------
-    >>> units(Body)["inertia"]
-    'kg m²'
-    """
-    found: dict[str, str] = {}
-    fields: list[str] = []
-    for line in (part.__doc__ or "").splitlines():
-        heading = re.match(r"^ {4}(\w[\w, ]*) : ", line)
-        if heading:
-            fields = heading.group(1).split(", ")
-        unit = re.search(r"\[([^\[\]]+)\]", line)
-        if unit and not heading:
-            found |= {name: unit.group(1) for name in fields if name not in found}
-    return found
 
 
 def _parts(value: Any) -> tuple[Any, ...]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
+from ..base.units import unit
 from .functions import Harmonic, Polynomial, Table, TimeFunction
 from .schema import Part, Vector
 
@@ -23,7 +24,7 @@ class Gravity(Part):
 
     _tag = ("type", "gravity")
 
-    acceleration: Vector
+    acceleration: Vector = field(metadata=unit("m/s²"))
 
 
 @dataclass(frozen=True)
@@ -51,9 +52,9 @@ class Spring(Part):
     name: str
     a: str
     b: str
-    stiffness: float
-    length: float
-    damping: float = 0.0
+    stiffness: float = field(metadata=unit("N/m"))
+    length: float = field(metadata=unit("m"))
+    damping: float = field(default=0.0, metadata=unit("N s/m"))
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ class Damper(Part):
     name: str
     a: str
     b: str
-    damping: float
+    damping: float = field(metadata=unit("N s/m"))
 
 
 @dataclass(frozen=True)
@@ -103,9 +104,9 @@ class TorsionSpring(Part):
     name: str
     a: str
     b: str
-    stiffness: float
-    angle: float = 0.0
-    damping: float = 0.0
+    stiffness: float = field(metadata=unit("N m/rad"))
+    angle: float = field(default=0.0, metadata=unit("rad"))
+    damping: float = field(default=0.0, metadata=unit("N m s/rad"))
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ class TorsionDamper(Part):
     name: str
     a: str
     b: str
-    damping: float
+    damping: float = field(metadata=unit("N m s/rad"))
 
 
 @dataclass(frozen=True)
@@ -151,8 +152,8 @@ class Force(Part):
 
     name: str
     point: str
-    x: float | TimeFunction
-    y: float | TimeFunction
+    x: float | TimeFunction = field(metadata=unit("N"))
+    y: float | TimeFunction = field(metadata=unit("N"))
     frame: str = "ground"
 
 
@@ -177,5 +178,5 @@ class Torque(Part):
 
     name: str
     body: str
-    torque: float | TimeFunction
+    torque: float | TimeFunction = field(metadata=unit("N m"))
     reaction: str = "ground"

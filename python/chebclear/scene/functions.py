@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
+from ..base.units import unit
 from .schema import Numbers, Part
 
 
@@ -20,7 +21,7 @@ class Polynomial(Part):
 
     _tag = ("function", "polynomial")
 
-    coefficients: Numbers
+    coefficients: Numbers = field(metadata=unit("unit / s^k"))
 
 
 @dataclass(frozen=True)
@@ -41,10 +42,10 @@ class Harmonic(Part):
 
     _tag = ("function", "harmonic")
 
-    amplitude: float
-    angular_frequency: float
-    phase: float = 0.0
-    mean: float = 0.0
+    amplitude: float = field(metadata=unit("unit"))
+    angular_frequency: float = field(metadata=unit("rad/s"))
+    phase: float = field(default=0.0, metadata=unit("rad"))
+    mean: float = field(default=0.0, metadata=unit("unit"))
 
 
 @dataclass(frozen=True)
@@ -64,8 +65,8 @@ class Table(Part):
 
     _tag = ("function", "table")
 
-    times: Numbers
-    values: Numbers
+    times: Numbers = field(metadata=unit("s"))
+    values: Numbers = field(metadata=unit("unit"))
 
 
 TimeFunction: TypeAlias = Polynomial | Harmonic | Table

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
+from ..base.units import unit
 from .schema import Part
 
 
@@ -29,9 +30,9 @@ class LankaraniNikravesh(Part):
 
     _tag = ("law", "lankarani_nikravesh")
 
-    stiffness: float
-    restitution: float
-    exponent: float = 1.5
+    stiffness: float = field(metadata=unit("N/m^exponent"))
+    restitution: float = field(metadata=unit("-"))
+    exponent: float = field(default=1.5, metadata=unit("-"))
 
 
 @dataclass(frozen=True)
@@ -52,8 +53,8 @@ class Hertz(Part):
 
     _tag = ("law", "hertz")
 
-    stiffness: float
-    exponent: float = 1.5
+    stiffness: float = field(metadata=unit("N/m^exponent"))
+    exponent: float = field(default=1.5, metadata=unit("-"))
 
 
 @dataclass(frozen=True)
@@ -76,9 +77,9 @@ class Flores(Part):
 
     _tag = ("law", "flores")
 
-    stiffness: float
-    restitution: float
-    exponent: float = 1.5
+    stiffness: float = field(metadata=unit("N/m^exponent"))
+    restitution: float = field(metadata=unit("-"))
+    exponent: float = field(default=1.5, metadata=unit("-"))
 
 
 @dataclass(frozen=True)
@@ -100,9 +101,9 @@ class HuntCrossley(Part):
 
     _tag = ("law", "hunt_crossley")
 
-    stiffness: float
-    hysteresis_factor: float
-    exponent: float = 1.5
+    stiffness: float = field(metadata=unit("N/m^exponent"))
+    hysteresis_factor: float = field(metadata=unit("s/m"))
+    exponent: float = field(default=1.5, metadata=unit("-"))
 
 
 @dataclass(frozen=True)
@@ -123,8 +124,8 @@ class SmoothedCoulomb(Part):
 
     _tag = ("law", "smoothed_coulomb")
 
-    coefficient: float
-    velocity: float
+    coefficient: float = field(metadata=unit("-"))
+    velocity: float = field(metadata=unit("m/s"))
 
 
 @dataclass(frozen=True)
@@ -148,10 +149,10 @@ class ModifiedCoulomb(Part):
 
     _tag = ("law", "modified_coulomb")
 
-    static_coefficient: float
-    sliding_coefficient: float
-    stick_slip_velocity: float
-    static_sliding_velocity: float
+    static_coefficient: float = field(metadata=unit("-"))
+    sliding_coefficient: float = field(metadata=unit("-"))
+    stick_slip_velocity: float = field(metadata=unit("m/s"))
+    static_sliding_velocity: float = field(metadata=unit("m/s"))
 
 
 ContactLaw: TypeAlias = LankaraniNikravesh | Flores | HuntCrossley | Hertz

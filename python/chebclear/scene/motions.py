@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
+from ..base.units import unit
 from .forces import FUNCTIONS
 from .functions import TimeFunction
 from .schema import Part, Vector
@@ -30,8 +31,8 @@ class Speed(Part):
 
     name: str
     joint: str
-    speed: float
-    angle: float = 0.0
+    speed: float = field(metadata=unit("rad/s"))
+    angle: float = field(default=0.0, metadata=unit("rad"))
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class Motion(Part):
 
     name: str
     joint: str
-    motion: float | TimeFunction
+    motion: float | TimeFunction = field(metadata=unit("rad or m"))
 
 
 @dataclass(frozen=True)
@@ -83,8 +84,8 @@ class JointStart(Part):
     _tag = ("type", "joint")
 
     joint: str
-    position: float | None = None
-    velocity: float | None = None
+    position: float | None = field(default=None, metadata=unit("rad or m"))
+    velocity: float | None = field(default=None, metadata=unit("rad/s or m/s"))
 
 
 @dataclass(frozen=True)
@@ -104,8 +105,8 @@ class BodyStart(Part):
     _tag = ("type", "body")
 
     body: str
-    angle: float | None = None
-    angular_velocity: float | None = None
+    angle: float | None = field(default=None, metadata=unit("rad"))
+    angular_velocity: float | None = field(default=None, metadata=unit("rad/s"))
 
 
 @dataclass(frozen=True)
@@ -125,5 +126,5 @@ class ClearanceStart(Part):
     _tag = ("type", "clearance")
 
     joint: str
-    eccentricity: Vector
-    rate: Vector = (0.0, 0.0)
+    eccentricity: Vector = field(metadata=unit("m"))
+    rate: Vector = field(default=(0.0, 0.0), metadata=unit("m/s"))

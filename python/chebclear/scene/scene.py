@@ -24,6 +24,7 @@ from ..base.arguments import did_you_mean
 from ..base.quantities import Interval as Interval
 from ..base.quantities import interval as interval
 from ..base.quantities import rpm as rpm
+from ..base.units import unit
 from ..errors import Problem, SceneError
 from .forces import Damper as Damper
 from .forces import Force as Force
@@ -74,12 +75,12 @@ class Body(Part):
     """
 
     name: str
-    mass: float
-    inertia: float
-    center_of_mass: Vector = (0.0, 0.0)
+    mass: float = field(metadata=unit("kg"))
+    inertia: float = field(metadata=unit("kg m²"))
+    center_of_mass: Vector = field(default=(0.0, 0.0), metadata=unit("m"))
     inertia_about: str = "center_of_mass"
-    points: Mapping[str, Vector] = field(default_factory=lambda: Points({}))
-    angle: float = 0.0
+    points: Mapping[str, Vector] = field(default_factory=lambda: Points({}), metadata=unit("m"))
+    angle: float = field(default=0.0, metadata=unit("rad"))
 
 
 @dataclass(frozen=True)
@@ -122,8 +123,8 @@ class Prismatic(Part):
     name: str
     a: str
     b: str
-    axis: Vector
-    angle: float = 0.0
+    axis: Vector = field(metadata=unit("-"))
+    angle: float = field(default=0.0, metadata=unit("rad"))
 
 
 @dataclass(frozen=True)
@@ -145,7 +146,7 @@ class Fixed(Part):
     name: str
     a: str
     b: str
-    angle: float = 0.0
+    angle: float = field(default=0.0, metadata=unit("rad"))
 
 
 @dataclass(frozen=True)
@@ -182,12 +183,12 @@ class ClearanceRevolute(Part):
     name: str
     bearing: str
     journal: str
-    journal_radius: float
-    clearance: float
+    journal_radius: float = field(metadata=unit("m"))
+    clearance: float = field(metadata=unit("m"))
     contact: ContactLaw
     friction: FrictionLaw | None = None
     sliding: str = "surface"
-    impact_velocity_floor: float | None = None
+    impact_velocity_floor: float | None = field(default=None, metadata=unit("m/s"))
 
 
 Joint: TypeAlias = Revolute | Prismatic | Fixed | ClearanceRevolute
@@ -214,7 +215,7 @@ class Inspection:
     """Position x, y [m] and angle [rad] of the frame of each body in the assembled start."""
     cut_joints: tuple[str, ...]
     """Names of the joints at which loops were cut."""
-    impact_velocity_floors: tuple[float, ...]
+    impact_velocity_floors: tuple[float, ...] = field(metadata=unit("m/s"))
     """Least impact velocity that the contact law latches at each clearance joint [m/s]."""
 
 
@@ -262,7 +263,7 @@ class Scene(Part):
     joints: Sequence[Joint]
     forces: Sequence[AnyForce] = ()
     drives: Sequence[Drive] = ()
-    ground: Mapping[str, Vector] = field(default_factory=lambda: Points({}))
+    ground: Mapping[str, Vector] = field(default_factory=lambda: Points({}), metadata=unit("m"))
     start: Sequence[Start] = ()
     angles: dataclasses.InitVar[Mapping[str, float] | None] = None
 

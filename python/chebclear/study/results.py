@@ -7,7 +7,7 @@ import json
 import math
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..base import files as records
 from ..base.arguments import Checks
+from ..base.units import unit
 from ..run.settings import Settings
 from ..run.trajectory import Stats, column_index
 from ..scene.scene import Interval, Scene
@@ -238,9 +239,9 @@ class Comparison:
 
     errors: dict[str, BoundErrors]
     """Errors of each output by name."""
-    start: float
+    start: float = field(metadata=unit("s"))
     """First instant compared [s]."""
-    end: float
+    end: float = field(metadata=unit("s"))
     """Last instant compared [s]."""
 
     def __getitem__(self, output: str) -> BoundErrors:

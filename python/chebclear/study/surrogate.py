@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _core
 from ..base import files as records
 from ..base.arguments import Checks, as_number, did_you_mean
+from ..base.units import unit
 from ..scene.scene import Interval
 
 if TYPE_CHECKING:
@@ -169,7 +170,7 @@ class Band(records.ArrayRecord):
 
     name: str
     """Name of the output."""
-    t: Array
+    t: Array = field(metadata=unit("s"))
     """Instants [s], shape (samples,)."""
     lower: Array
     """Lower bound in the unit of the output, shape (samples,)."""

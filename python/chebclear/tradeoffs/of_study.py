@@ -6,7 +6,7 @@ import itertools
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..base import files as records
 from ..base.arguments import Checks
+from ..base.units import unit
 from ..errors import SimulationError
 from ..report.tables import format_number, format_table, markdown_table
 from ..run.trajectory import column_index
@@ -48,7 +49,7 @@ class StudyTradeoffPoint(records.ArrayRecord):
     """Simulations, the nominal one included [-]."""
     stages: int
     """Stages of the integrator in all runs together [-]."""
-    seconds: float
+    seconds: float = field(metadata=unit("s"))
     """Time of the runs and the bounds on this machine with the threads of the study [s]."""
     status: str
     """``"done"``, or the word for why one of the runs failed."""

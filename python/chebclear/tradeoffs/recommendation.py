@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..base import files as records
 from ..base.arguments import Checks, did_you_mean
+from ..base.units import unit
 from ..plots.results import column_unit
 from ..report.tables import format_number
 
@@ -40,7 +41,7 @@ class Recommendation(records.ArrayRecord):
 
     point: TradeoffPoint | None
     """The setting; None if none of those measured is accurate enough."""
-    until: float
+    until: float = field(metadata=unit("s"))
     """End of the time over which the errors hold [s]."""
     cost: str
     """What was to be small, such as ``"seconds"``."""

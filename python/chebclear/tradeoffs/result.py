@@ -7,7 +7,7 @@ import json
 import math
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base import files as records
+from ..base.units import unit
 from ..plots.results import column_unit
 from ..report.tables import format_number, format_table, markdown_table
 from ..run.settings import Settings
@@ -42,13 +43,13 @@ class TradeoffPoint(records.ArrayRecord):
     """Relative tolerance of the integrator [-]."""
     status: str
     """``"done"``, or the word for why the run ended early."""
-    end_time: float
+    end_time: float = field(metadata=unit("s"))
     """Where the run ended [s]."""
     stats: Stats
     """What the run cost, in counts that do not depend on the machine."""
-    seconds: float
+    seconds: float = field(metadata=unit("s"))
     """What the run cost on this machine, the best of the repeats [s]."""
-    horizon: Array
+    horizon: Array = field(metadata=unit("s"))
     """First sample that is off the reference by more than 1 % of the range [s], shape (outputs,)."""
     growth: Array
     """Largest difference from the reference up to each instant in the unit of the output.
@@ -75,7 +76,7 @@ class Tradeoff(records.ArrayRecord):
     """Names of the outputs."""
     ranges: Array
     """Range of each output in its unit, shape (outputs,); 0 for one that is constant."""
-    t: Array
+    t: Array = field(metadata=unit("s"))
     """Instants up to which largest errors are known [s], shape (instants,)."""
     points: tuple[TradeoffPoint, ...]
     """What was measured, by method and from loose to tight; failed runs are in it."""
@@ -297,8 +298,8 @@ class Tradeoff(records.ArrayRecord):
             name: [getattr(point, name) for point in self.points]
             for name in ("method", "rtol", "status", "seconds")
         }
-        for field in dataclasses.fields(Stats):
-            columns[field.name] = [getattr(point.stats, field.name) for point in self.points]
+        for item in dataclasses.fields(Stats):
+            columns[item.name] = [getattr(point.stats, item.name) for point in self.points]
         for index, name in enumerate(self.outputs):
             columns[f"error {name}"] = [float(point.growth[index, -1]) for point in self.points]
             columns[f"horizon {name}"] = [float(point.horizon[index]) for point in self.points]
