@@ -63,11 +63,11 @@ class SimulationError(ChebclearError, RuntimeError):
     time : float
         Where it ended [s].
     joint : str, optional
-        Name of the joint that was concerned.
+        Name of the clearance joint at fault, if it is known to be one.
     parameters : mapping of str to float, optional
         Parameters of the run, if it was one of a study [SI units].
     message : str
-        What happened in words, with time and joint.
+        What happened in words, with the time and such a joint.
 
     Attributes
     ----------

@@ -420,7 +420,7 @@ fn misspelt_missing_and_mistyped_fields_are_refused_at_their_paths() {
 }
 
 #[test]
-fn gate_04_run_that_fails_says_when_and_at_which_joint() {
+fn gate_04_run_that_fails_says_when_and_at_which_joint_if_it_was_one() {
     let mechanism = compile(&slider_crank(false));
     let mut settings = Settings::new(0.01, 11);
     settings.limits.max_steps = 200;
@@ -428,12 +428,10 @@ fn gate_04_run_that_fails_says_when_and_at_which_joint() {
     assert_eq!(run.status.word(), "max_steps");
     assert_eq!(run.stats.steps + run.stats.rejected, 200);
     assert!(run.time > 0.0 && run.time < 0.01);
-    assert_eq!(run.joint.as_deref(), Some("wrist"));
+    // The joint whose contact changed last has nothing to do with it.
+    assert!(!run.events.is_empty() && run.joint.is_none());
     let message = run.message();
-    assert!(
-        message.contains(&format!("t = {:.9e} s", run.time)) && message.contains("\"wrist\""),
-        "{message}"
-    );
+    assert!(message.contains(&format!("t = {:.9e} s", run.time)) && !message.contains("wrist"), "{message}");
     // Samples up to the end are there, later ones are not numbers.
     for (t, row) in run.t.iter().zip(run.values.chunks_exact(run.columns.len())) {
         assert_eq!(row.iter().all(|value| value.is_finite()), *t <= run.time);

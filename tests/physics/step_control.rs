@@ -3,7 +3,7 @@
 use chebclear::dynamics::Linearisation;
 use chebclear::integrators::rosenbrock::DenseStep;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P, Tableau};
-use chebclear::integrators::{HybridSystem, Limits, Outcome, Status, integrate};
+use chebclear::integrators::{HybridSystem, Limits, Outcome, Projection, Status, integrate};
 use chebclear::numerics::instant::Instant;
 
 use crate::problems::{Problem, SmoothSystem, distance, kepler, pendulum, prothero_robinson, van_der_pol};
@@ -253,6 +253,79 @@ fn gate_04_a_pole_of_the_solution_ends_the_run_in_front_of_it() {
         let outcome = integrate(&mut Pole, tableau, Limits::default(), 0.0, 2.0, &mut q, &mut v);
         assert_eq!(outcome.status, Status::StepUnderflow, "{outcome:?}");
         assert!((outcome.time - 1.0).abs() < 1e-5, "{outcome:?}");
+    }
+}
+
+/// A pendulum whose constraints allow steps up to a length [s] only.
+struct Constrained<'a> {
+    inner: SmoothSystem<'a>,
+    longest: f64,
+    refusal: fn(f64) -> Projection,
+    start: f64,
+    refused: usize,
+}
+
+impl<'a> Constrained<'a> {
+    fn run(problem: &'a Problem, longest: f64, refusal: fn(f64) -> Projection) -> (Outcome, usize) {
+        let inner = SmoothSystem::new(problem, 1e-4);
+        let mut system = Self { inner, longest, refusal, start: 0.0, refused: 0 };
+        let (mut q, mut v) = (problem.q.clone(), problem.v.clone());
+        let limits = Limits { max_steps: 2000, ..Limits::default() };
+        let outcome = integrate(&mut system, RODAS5P, limits, 0.0, problem.duration, &mut q, &mut v);
+        (outcome, system.refused)
+    }
+}
+
+impl HybridSystem for Constrained<'_> {
+    fn dimension(&self) -> usize {
+        self.inner.dimension()
+    }
+
+    fn acceleration(&mut self, t: Instant, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        self.inner.acceleration(t, q, v, a)
+    }
+
+    fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
+        self.inner.linearise(t, q, v, linear)
+    }
+
+    fn begin(&mut self, t: f64, _: &[f64], _: &[f64], _: &[f64]) {
+        self.start = t;
+    }
+
+    fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
+        self.inner.tolerances(position, velocity);
+    }
+
+    fn project(&mut self, t: f64, _: &mut [f64], _: &mut [f64]) -> Projection {
+        let length = t - self.start;
+        if length <= self.longest {
+            return Projection::Done;
+        }
+        self.refused += 1;
+        (self.refusal)(length / self.longest)
+    }
+}
+
+#[test]
+fn a_correction_that_is_too_large_shortens_the_step() {
+    let problem = pendulum();
+    for refusal in [Projection::TooLarge, |_| Projection::Singular] {
+        let (outcome, refused) = Constrained::run(&problem, 0.011, refusal);
+        assert_eq!((outcome.status, outcome.time), (Status::Done, problem.duration));
+        assert!(refused > 10 && outcome.stats.rejected >= refused, "{refused}");
+        assert!(outcome.stats.steps as f64 >= problem.duration / 0.011, "{:?}", outcome.stats);
+    }
+}
+
+#[test]
+fn gate_04_a_correction_that_stays_too_large_ends_the_run_and_says_so() {
+    let problem = pendulum();
+    let refusals: [fn(f64) -> Projection; 2] = [|_| Projection::TooLarge(1e3), |_| Projection::Singular];
+    for (refusal, status) in refusals.into_iter().zip([Status::Projection, Status::SingularMechanism]) {
+        let (outcome, refused) = Constrained::run(&problem, 0.0, refusal);
+        assert_eq!((outcome.status, outcome.time, outcome.stats.steps), (status, 0.0, 0));
+        assert_eq!(outcome.stats.rejected, refused);
     }
 }
 

@@ -155,7 +155,7 @@ class Trajectory(records.ArrayRecord):
     end_time: float = field(metadata=unit("s"))
     """Where the simulation ended [s]."""
     joint: str | None
-    """The joint that was concerned by a failure."""
+    """The clearance joint whose change of contact could not be located or was one too many."""
     warnings: tuple[str, ...]
     """What the user was warned of."""
     settings: Settings

@@ -20,6 +20,7 @@ mod reactions;
 
 pub use energy::ContactLoss;
 use inertia::Composites;
+pub use loops::Correction;
 use loops::Loops;
 pub use reactions::Wrench;
 

@@ -58,6 +58,12 @@ struct Run<'a> {
     dense: bool,
     /// A contact that stuck at the start of the step slides at its end.
     breaks_away: bool,
+    /// Why the last attempt was refused, as the run ends if no shorter step helps.
+    refusal: Status,
+    /// End of the present step on the constraints, and how it came there.
+    next_q: Vec<f64>,
+    next_v: Vec<f64>,
+    projection: Projection,
     /// State and guards inside a step.
     inner_q: Vec<f64>,
     inner_v: Vec<f64>,
@@ -126,6 +132,10 @@ pub fn resume_with(
         checkpoint: None,
         dense: false,
         breaks_away: false,
+        refusal: Status::StepUnderflow,
+        next_q: vec![0.0; d],
+        next_v: vec![0.0; d],
+        projection: Projection::Unneeded,
         inner_q: vec![0.0; d],
         inner_v: vec![0.0; d],
         inner_guards: vec![Guard::INACTIVE; guards],
@@ -246,7 +256,6 @@ impl Run<'_> {
 
     /// Takes a step of at most `h` with an acceptable error; its length and error.
     fn attempt(&mut self, mut h: f64, end: f64) -> Result<(f64, f64), Failure> {
-        let mut broken = false;
         self.was_rejected = false;
         loop {
             if self.stats.steps + self.stats.rejected >= self.limits.max_steps {
@@ -262,7 +271,7 @@ impl Run<'_> {
                 h
             };
             if h < self.shortest(end) && length < remaining {
-                return Err((if broken { Status::NonFinite } else { Status::StepUnderflow }, None));
+                return Err((self.refusal, None));
             }
             let finite = self.take(length);
             let error = self.error_norm();
@@ -270,7 +279,8 @@ impl Run<'_> {
                 return Ok((length, error));
             }
             self.stats.rejected += 1;
-            broken = !finite || !error.is_finite();
+            let broken = !finite || !error.is_finite();
+            self.refusal = if broken { Status::NonFinite } else { Status::StepUnderflow };
             self.was_rejected = true;
             h = length * if broken { FAILURE_FACTOR } else { self.factor(error).min(SAFETY) };
         }
@@ -279,9 +289,10 @@ impl Run<'_> {
     /// Takes a step of at most `h` with an acceptable error, or the part of it up to its first event: its
     /// length, its error and the guard. The part has an error of its own: where the motion grows at a rate r,
     /// a linearly implicit step is the worse the closer its length is to 1/(γr), be it a shorter one. Neither
-    /// may break a contact away blindly.
+    /// may break a contact away blindly, or end further from the constraints than its error says.
     fn attempt_and_land(&mut self, mut h: f64, end: f64) -> Result<(f64, f64, Option<usize>), Failure> {
         let mut was_refused = false;
+        self.refusal = Status::StepUnderflow;
         loop {
             let (taken, error) = self.attempt(h, end)?;
             let landed = self.land();
@@ -290,21 +301,53 @@ impl Run<'_> {
             let (landed, landing_error) =
                 if failed { (None, f64::INFINITY) } else { (landed?, self.error_norm()) };
             let blind = self.breaks_away && self.method.reliance() > LARGEST_RELIANCE;
-            if landing_error <= 1.0 && !blind {
-                self.was_rejected |= was_refused;
-                return Ok((taken, error, landed));
-            }
-            was_refused = true;
-            self.stats.rejected += 1;
             let factor = if !landing_error.is_finite() {
-                FAILURE_FACTOR
+                self.refuse(Status::NonFinite, FAILURE_FACTOR)
             } else if blind {
-                SMALLEST_FACTOR
+                self.refuse(Status::StepUnderflow, SMALLEST_FACTOR)
+            } else if landing_error > 1.0 {
+                self.refuse(Status::StepUnderflow, self.factor(landing_error).min(SAFETY))
             } else {
-                self.factor(landing_error).min(SAFETY)
+                match self.project(end) {
+                    Projection::Unneeded | Projection::Done => {
+                        self.was_rejected |= was_refused;
+                        return Ok((taken, error, landed));
+                    }
+                    Projection::TooLarge(excess) => {
+                        self.refuse(Status::Projection, self.factor(excess).min(SAFETY))
+                    }
+                    Projection::Singular => self.refuse(Status::SingularMechanism, FAILURE_FACTOR),
+                }
             };
+            was_refused = true;
             h = factor * self.method.step().h;
         }
+    }
+
+    /// Notes that the step cannot stay; passes on by which factor to shorten it.
+    fn refuse(&mut self, why: Status, factor: f64) -> f64 {
+        self.stats.rejected += 1;
+        self.refusal = why;
+        factor
+    }
+
+    /// Moves the end of the step onto the constraints.
+    fn project(&mut self, end: f64) -> Projection {
+        let next = self.end_of_step(end);
+        let step = self.method.step();
+        let (q, v) = step.end.split_at(self.q.len());
+        self.next_q.copy_from_slice(q);
+        self.next_v.copy_from_slice(v);
+        self.projection = self.system.project(next, &mut self.next_q, &mut self.next_v);
+        self.projection
+    }
+
+    /// Instant at which the step ends. The last one has the length that remains: rounding must not leave a
+    /// sliver.
+    fn end_of_step(&mut self, end: f64) -> f64 {
+        let next = self.t + self.method.step().h;
+        let rounding = 16.0 * f64::EPSILON * next.abs().max(end.abs());
+        if (end - next).abs() <= rounding { end } else { next }
     }
 
     /// Looks for an event on the step; if there is one, takes the step again so that it ends
@@ -446,20 +489,13 @@ impl Run<'_> {
             self.finish_dense()?;
         }
         let go_on = self.system.accepted(self.method.step());
-        let next = self.t + h;
-        // The last step has the length that remains; rounding must not leave a sliver.
-        let rounding = 16.0 * f64::EPSILON * next.abs().max(end.abs());
-        self.t = if (end - next).abs() <= rounding { end } else { next };
-        let d = self.q.len();
-        let step = self.method.step();
-        self.q.copy_from_slice(&step.end[..d]);
-        self.v.copy_from_slice(&step.end[d..]);
+        self.t = self.end_of_step(end);
+        self.q.copy_from_slice(&self.next_q);
+        self.v.copy_from_slice(&self.next_v);
+        self.system.fold(&mut self.q);
         std::mem::swap(&mut self.start_guards, &mut self.end_guards);
-        match self.system.project(self.t, &mut self.q, &mut self.v) {
-            Projection::Unneeded => {}
-            Projection::Done => self.system.guards(self.t.into(), &self.q, &self.v, &mut self.start_guards),
-            Projection::TooLarge => return Err((Status::Projection, None)),
-            Projection::Singular => return Err((Status::SingularMechanism, None)),
+        if self.projection != Projection::Unneeded {
+            self.system.guards(self.t.into(), &self.q, &self.v, &mut self.start_guards);
         }
         if go_on { Ok(()) } else { Err((Status::Cancelled, None)) }
     }

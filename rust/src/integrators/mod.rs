@@ -66,10 +66,14 @@ pub trait HybridSystem {
         true
     }
 
-    /// Moves the state at the end of an accepted step onto the constraints, if there are any.
+    /// Moves the state at the end of a step onto the constraints, if there are any. The step may yet be
+    /// refused.
     fn project(&mut self, _t: f64, _q: &mut [f64], _v: &mut [f64]) -> Projection {
         Projection::Unneeded
     }
+
+    /// Writes the state of an accepted step, from which the next one starts, with as many digits as it can.
+    fn fold(&mut self, _q: &mut [f64]) {}
 
     /// Is told once that the coming step is the first that the end of the integration shortens: what
     /// the system remembers belongs to the [`Checkpoint`].
@@ -170,15 +174,15 @@ pub struct MethodMemory {
 }
 
 /// How a projection onto the constraints went.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
     /// There are no constraints.
     Unneeded,
-    /// A correction below the tolerance.
+    /// A correction that is allowed.
     Done,
-    /// A correction above the tolerance: the step was not what its error estimate said.
-    TooLarge,
-    /// The constraints are dependent here.
+    /// A correction so many times what is allowed: the step was not what its error estimate said.
+    TooLarge(f64),
+    /// The constraints are dependent here, or too far away.
     Singular,
 }
 
@@ -199,7 +203,7 @@ pub enum Status {
     EventLocation,
     /// The allowed number of events was used up.
     MaxEvents,
-    /// A projection onto the loop closures exceeded the tolerance.
+    /// A projection onto the loop closures exceeded the tolerance, however short the step.
     Projection,
     /// The caller cancelled.
     Cancelled,

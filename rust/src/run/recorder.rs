@@ -256,6 +256,17 @@ impl<'a> Recorder<'a> {
         self.next_sample += 1;
     }
 
+    /// Moves to an instant of a step, with the loops closed: the dense output opens them by its error.
+    fn move_inside(&mut self, step: &DenseStep, t: f64) {
+        let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
+        let theta = (t - step.t) / step.h;
+        step.at(theta, &mut q, &mut v);
+        if self.dynamics.project(t, &mut q, &mut v, &self.dynamics.mechanism.scales.levers).is_none() {
+            step.at(theta, &mut q, &mut v);
+        }
+        (self.q, self.v) = (q, v);
+    }
+
     /// Bounds the next step and notes penetrations and forces, in motion with its accelerations.
     fn watch(&mut self, t: f64) {
         let mechanism = self.dynamics.mechanism;
@@ -480,17 +491,27 @@ impl HybridSystem for Recorder<'_> {
 
     fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64]) -> Projection {
         let mechanism = self.dynamics.mechanism;
-        self.unwind(q);
         if mechanism.closures.is_empty() {
             return Projection::Unneeded;
         }
-        let Some((moved, turned)) = self.dynamics.project(t, q, v, &mechanism.scales.levers) else {
+        let Some(correction) = self.dynamics.project(t, q, v, &mechanism.scales.levers) else {
             return Projection::Singular;
         };
-        self.largest_projection = self.largest_projection.max(moved);
-        let fine = moved <= LARGEST_PROJECTION * self.tolerances.position
-            && turned <= LARGEST_PROJECTION * self.tolerances.velocity;
-        if fine { Projection::Done } else { Projection::TooLarge }
+        let position = correction.position / (LARGEST_PROJECTION * self.tolerances.position);
+        let velocity = correction.velocity / (LARGEST_PROJECTION * self.tolerances.velocity);
+        // No shorter step has smaller rounding errors.
+        let excess = if correction.rounded_position { 0.0 } else { position }
+            .max(if correction.rounded_velocity { 0.0 } else { velocity });
+        if excess <= 1.0 {
+            self.largest_projection = self.largest_projection.max(correction.position);
+            Projection::Done
+        } else {
+            Projection::TooLarge(excess)
+        }
+    }
+
+    fn fold(&mut self, q: &mut [f64]) {
+        self.unwind(q);
     }
 
     fn keep(&mut self) {
@@ -522,9 +543,7 @@ impl HybridSystem for Recorder<'_> {
                 self.work_of_steps.clone_from(&self.work);
                 self.add_work_of(step, t_inside);
             }
-            let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
-            step.at((t_inside - step.t) / step.h, &mut q, &mut v);
-            (self.q, self.v) = (q, v);
+            self.move_inside(step, t_inside);
             self.sample(t);
             if self.needs.work {
                 std::mem::swap(&mut self.work, &mut self.work_of_steps);

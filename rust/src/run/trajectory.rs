@@ -24,7 +24,7 @@ pub struct Trajectory {
     pub status: Status,
     /// When it ended [s].
     pub time: f64,
-    /// The clearance joint involved in a failure.
+    /// The clearance joint whose change of contact could not be located or was one too many.
     pub joint: Option<String>,
     /// The clearance joint in which, where a run failed, a normal force drew the surfaces together.
     pub paradox: Option<String>,
@@ -59,7 +59,9 @@ impl Trajectory {
             Status::SingularMechanism => {
                 "the mass matrix is singular, or a loop passes a dead centre or change point"
             }
-            Status::Projection => "closing the loops took a correction above the tolerance",
+            Status::Projection => {
+                "closing the loops takes a correction above the tolerance, however short the step"
+            }
             Status::EventLocation => "a change of contact could not be located",
             Status::MaxEvents => "the allowed number of contact changes was used up",
             Status::Cancelled => "the run was cancelled",
@@ -186,11 +188,7 @@ fn run(
         resume_with(&mut recorder, &mut *method, limits, &checkpoint, end, &mut q, &mut v)
     };
     let failed = outcome.status != Status::Done && outcome.status != Status::Cancelled;
-    let joint = outcome
-        .guard
-        .map(|guard| guard / GUARDS)
-        .or_else(|| recorder.events.last().map(|event| event.joint).filter(|_| failed))
-        .map(|index| mechanism.clearance_joints[index].name.clone());
+    let joint = outcome.guard.map(|guard| mechanism.clearance_joints[guard / GUARDS].name.clone());
     let paradox = if failed && outcome.status != Status::Projection {
         recorder.dynamics.paradoxical_contact(outcome.time, &q, &v)
     } else {

@@ -1,0 +1,67 @@
+"""Runs at every tolerance that may be asked for: what is rounding ends none of them."""
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear import mechanisms
+from chebclear.run.settings import METHODS
+
+pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+
+READY_MADE = {
+    "slider-crank": (mechanisms.slider_crank(), 2e-3),
+    "slider-crank, two joints": (mechanisms.slider_crank(clearance_at=("crank_pin", "wrist")), 1e-3),
+    "slider-crank of Flores": (mechanisms.flores_slider_crank(), 1e-3),
+    "quick return": (mechanisms.quick_return(), 1e-3),
+    "four-bar": (mechanisms.four_bar(), 1e-3),
+    "six-bar": (mechanisms.six_bar(), 1e-3),
+    "six-bar, tight joint": (mechanisms.six_bar(clearance=1e-6), 5e-4),
+    "free journal": (mechanisms.free_journal(), 2e-2),
+    "pendulum in a bearing": (mechanisms.pendulum_in_bearing(), 1e-2),
+}
+
+
+# Each ended as "projection" within this share of a revolution, for corrections of 2e-15 to 8e-15 m.
+@pytest.mark.parametrize(
+    ("scene", "rtol", "method", "share"),
+    [
+        (mechanisms.six_bar(), 1e-13, "auto", 0.53),
+        (mechanisms.quick_return(), 1e-12, "auto", 0.66),
+        (mechanisms.six_bar(clearance=1e-6), 1e-11, "auto", 0.42),
+    ],
+)
+def test_loops_close_within_rounding_at_tight_tolerances(scene, rtol, method, share):
+    run = cc.simulate(scene, share * scene.period, 11, rtol=rtol, method=method)
+    assert run.success
+    assert run.stats.largest_projection < 1e-13
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", READY_MADE)
+def test_ready_made_mechanisms_finish_at_both_ends_of_the_tolerances(name, method):
+    scene, duration = READY_MADE[name]
+    for rtol in (1e-3, 1e-13):
+        assert cc.simulate(scene, duration, 3, rtol=rtol, method=method).success
+
+
+def test_a_tradeoff_answers_for_a_mechanism_with_loops():
+    # The reference at 1e-12 by Rodas4 ended as "projection" after 0.43 revolutions.
+    scene = mechanisms.six_bar()
+    result = cc.tradeoff(
+        scene, 0.45 * scene.period, 46, ["output.angle"], methods=["auto"], rtols=[1e-6], repeats=1
+    )
+    assert result.reference.status == result.check.status == "done"
+    assert result.error(result["auto", 1e-6], "output.angle") < 1e-3
+
+
+def test_below_the_rounding_of_a_contact_a_tighter_tolerance_costs_nothing():
+    # A slow crank with gravity: the explicit method took 8 times the steps at 1e-13 that it takes at 1e-11.
+    scene = mechanisms.slider_crank(crank_speed=cc.rpm(100.0), gravity=9.81)
+    runs = [
+        cc.simulate(scene, 0.1 * scene.period, 61, rtol, "dop853", ["slider.vx"], max_steps=20_000)
+        for rtol in (1e-11, 1e-13)
+    ]
+    loose, tight = runs
+    assert tight.stats.steps < 1.5 * loose.stats.steps
+    # As far apart as two methods are.
+    assert np.abs(tight.values - loose.values).max() < 2e-8
