@@ -52,9 +52,10 @@ from .scene.scene import (
     TorsionDamper,
     TorsionSpring,
 )
+from .study.band import Band, Margin
 from .study.results import BoundErrors, Comparison, StudyResult, compare
 from .study.study import Study
-from .study.surrogate import Band, Surrogate
+from .study.surrogate import Surrogate
 from .templates.reader import load
 from .templates.template import Parameter, Template
 from .tradeoffs.of_scene import tradeoff
@@ -90,6 +91,7 @@ __all__ = [
     "Interval",
     "JointStart",
     "LankaraniNikravesh",
+    "Margin",
     "ModifiedCoulomb",
     "Motion",
     "Parameter",

@@ -107,14 +107,23 @@ def test_chebyshev_bounds_hold_and_linear_ones_are_exact(chebyshev):
     band = chebyshev["block.y"]
     assert np.all(band.lower <= height(chebyshev.t, 11.0, 1.2) + 1e-8)
     assert np.all(band.upper >= height(chebyshev.t, 8.0, 0.3) - 1e-8)
-    assert np.all(band.sampled_lower >= band.lower - 1e-12) and np.all(
-        band.sampled_upper <= band.upper + 1e-12
-    )
+    assert np.all(band.hull[0] >= band.lower - 1e-12) and np.all(band.hull[1] <= band.upper + 1e-12)
     one = cc.Study(faller, {"gravity": PLANET["gravity"]}, ["block.y"], rtol=1e-10, **TIME).chebyshev(
         degree=1
     )
     np.testing.assert_allclose(one["block.y"].lower, -0.5 * 11.0 * one.t**2, atol=1e-9)
     np.testing.assert_allclose(one["block.y"].upper, -0.5 * 8.0 * one.t**2, atol=1e-9)
+
+
+def test_a_polynomial_is_judged_by_a_run_it_was_not_fitted_to(scan):
+    fine = planet_study().chebyshev(degree={"gravity": 1, "tilt": 5})["block.y"]
+    assert fine.verdict == "resolved" and fine.margin.method == "polynomial" and fine.margin.degree == 5
+    wide = cc.Study(faller, {"tilt": cc.interval(0.0, 9.0)}, ["block.y"], **TIME)
+    coarse = wide.chebyshev(degree=3)["block.y"]
+    assert coarse.verdict == "not resolved" and coarse.margin.error > 0.05
+    through_the_middle = wide.chebyshev(degree=2)["block.y"]
+    assert through_the_middle.verdict == "not resolved" and math.isnan(through_the_middle.margin.error)
+    assert scan["block.y"].verdict == "sampled" and scan["block.y"].margin.method == "runs"
 
 
 def test_sensitivities_are_derivatives_in_physical_units(chebyshev):

@@ -37,8 +37,8 @@ def band_of(surrogate, t):
     points = chebyshev_grid(list(surrogate.intervals.values()), nodes)
     runs = surrogate.evaluate(dict(zip(surrogate.intervals, points.T, strict=True)))
     return cc.Band(
-        "output", t, lower, upper, runs.mean(axis=0), runs.min(axis=0), runs.max(axis=0),
-        surrogate.intervals, points, runs, surrogate,
+        "output", t, lower, upper, runs.mean(axis=0), (runs.min(axis=0), runs.max(axis=0)),
+        surrogate.intervals, points, runs, surrogate, "resolved", cc.Margin("polynomial"),
     )  # fmt: skip
 
 

@@ -27,9 +27,9 @@ from ..errors import ChebclearWarning
 from ..run.simulation import simulate
 from ..run.trajectory import Stats, Trajectory
 from ..scene.scene import Interval, interval, rpm
+from ..study.band import Band, running_maximum
 from ..study.results import root_mean_square
 from ..study.study import Study, StudyResult, compare
-from ..study.surrogate import Band, running_maximum
 
 Array = NDArray[np.float64]
 

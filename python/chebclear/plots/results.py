@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..run.trajectory import Trajectory
-    from ..study.surrogate import Band
+    from ..study.band import Band
 
 Array = NDArray[np.float64]
 

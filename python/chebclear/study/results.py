@@ -20,7 +20,8 @@ from ..base.units import unit
 from ..run.settings import Settings
 from ..run.trajectory import Stats, column_index
 from ..scene.scene import Interval, Scene
-from .surrogate import Band, Surrogate
+from .band import RESOLVED, Band, Margin, Verdict
+from .surrogate import Surrogate
 
 Array = NDArray[np.float64]
 
@@ -135,18 +136,23 @@ class StudyResult(records.ArrayRecord):
             if degrees is not None:
                 surrogate = Surrogate.fit(intervals, nodes, degrees, runs)
             lower, upper = (runs.min(axis=0), runs.max(axis=0)) if surrogate is None else surrogate.bounds()
+            hull = lowest[:, index], highest[:, index]
+            verdict, margin = _judged(
+                surrogate, nodes, values[-1, :, index], float(np.mean(hull[1] - hull[0]))
+            )
             bands[name] = Band(
                 name=name,
                 t=t,
                 lower=lower,
                 upper=upper,
                 nominal=values[-1, :, index],
-                sampled_lower=lowest[:, index],
-                sampled_upper=highest[:, index],
+                hull=hull,
                 intervals=intervals,
                 parameters=parameters,
                 runs=runs,
                 surrogate=surrogate,
+                verdict=verdict,
+                margin=margin,
             )
         kind = "scan" if degrees is None else "chebyshev"
         return cls(kind=kind, bands=bands, degrees=degrees, nodes=nodes, **facts)
@@ -343,6 +349,21 @@ def compare(
             slack=_relative(width, reference_width),
         )
     return Comparison(errors, float(t[span][0]), float(t[span][-1]))
+
+
+def _judged(
+    surrogate: Surrogate | None, nodes: Sequence[int], nominal: Array, width: float
+) -> tuple[Verdict, Margin]:
+    """Verdict on a polynomial by the nominal run, to which it was not fitted."""
+    if surrogate is None:
+        return "sampled", Margin("runs")
+    if all(count % 2 for count in nodes):  # the middle is a node
+        return "not resolved", Margin("polynomial", degree=max(surrogate.degrees))
+    middle = {name: side.midpoint for name, side in surrogate.intervals.items()}
+    miss = float(np.mean(np.abs(surrogate.evaluate(middle) - nominal)))
+    error = miss / width if width > 0.0 else 0.0
+    verdict: Verdict = "resolved" if error <= RESOLVED else "not resolved"
+    return verdict, Margin("polynomial", degree=max(surrogate.degrees), error=error)
 
 
 def root_mean_square(values: Array) -> float:

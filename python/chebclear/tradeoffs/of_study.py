@@ -18,9 +18,10 @@ from ..base.units import unit
 from ..errors import SimulationError
 from ..report.tables import format_number, format_table, markdown_table
 from ..run.trajectory import column_index
+from ..study.band import Band
 from ..study.results import StudyResult
 from ..study.study import MOST_NODES, MOST_RUNS, Study
-from ..study.surrogate import Band, chebyshev_grid, tensor_grid
+from ..study.surrogate import chebyshev_grid, tensor_grid
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
