@@ -1,13 +1,16 @@
 """Scene files: quantities, expressions, TOML and its places, templates."""
 
+import importlib.resources
 import json
 import math
 import random
 import tomllib
 
 import chebclear as cc
+import jsonschema
 import pytest
 from chebclear.templates.expressions import ExpressionError, parse
+from chebclear.templates.json_schema import scene_file_schema
 from chebclear.templates.toml_text import read_toml, write_toml
 from chebclear.templates.units import UnitError, convert, parse_unit
 
@@ -373,3 +376,27 @@ def test_a_file_that_is_no_text_is_refused(tmp_path):
         cc.load(tmp_path / "big.toml")
     with pytest.raises(FileNotFoundError):
         cc.load(tmp_path / "none.toml")
+
+
+def test_a_number_has_the_unit_of_its_field():
+    wrong = SLIDER_CRANK.replace('"9.8 mm"', '"9.8 kg"')
+    with pytest.raises(cc.SceneError, match=r'joints\[2\].journal_radius: "9.8 kg": .* SI unit is \[m\]'):
+        cc.Template.from_text(wrong)
+
+
+def test_the_schema_for_editors_is_that_of_the_records():
+    folder = importlib.resources.files("chebclear.templates")
+    shipped = json.loads(folder.joinpath("scene.schema.json").read_text(encoding="utf-8"))
+    validator = jsonschema.Draft4Validator(shipped)
+    validator.check_schema(shipped)
+    validator.validate(tomllib.loads(SLIDER_CRANK))
+    for make in (cc.mechanisms.six_bar, cc.mechanisms.slider_crank):
+        validator.validate(json.loads(make().to_json()))
+    for right, mistake in [("journal_radius", "journal_radus"), ('type = "speed"', 'type = "sped"')]:
+        assert not validator.is_valid(tomllib.loads(SLIDER_CRANK.replace(right, mistake)))
+
+
+def test_the_shipped_schema_is_current():
+    folder = importlib.resources.files("chebclear.templates")
+    shipped = json.loads(folder.joinpath("scene.schema.json").read_text(encoding="utf-8"))
+    assert shipped == scene_file_schema(), "write scene_file_schema() to scene.schema.json again"

@@ -1,0 +1,160 @@
+"""A JSON Schema of scene files, for editors that complete and check while one types.
+
+It is made from the dataclasses of the scene, so that it cannot differ from what `load` reads. Draft 4 with
+plain keywords only: the TOML editors know no newer one.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Iterator
+from dataclasses import MISSING, Field, fields
+from typing import Any
+
+from ..run.settings import METHODS
+from ..scene.scene import Scene
+from ..scene.schema import Part
+from .reader import FORMAT, RUN_UNITS
+
+_TEXT = {"type": "string"}
+
+
+def scene_file_schema() -> dict[str, Any]:
+    """The schema as plain values.
+
+    Returns
+    -------
+    dict
+        To be written as JSON; ``chebclear/templates/scene.schema.json`` holds it.
+    """
+    definitions = {part.__name__: _record(part) for part in _records(Scene)}
+    scene = definitions.pop("Scene")
+    head = {
+        "format": {"description": "Number of the file format.", "enum": [FORMAT]},
+        "title": {"description": "Name of the mechanism, for people.", **_TEXT},
+        "parameters": {
+            "description": "Named numbers that expressions use.",
+            "type": "object",
+            "additionalProperties": {"anyOf": [_number("the parameter"), _PARAMETER]},
+        },
+        "run": {
+            "description": "Settings of runs and studies.",
+            "type": "object",
+            "additionalProperties": False,
+            "properties": {name: _number(f"{name} [{unit}]") for name, unit in RUN_UNITS.items()}
+            | {"method": {"enum": list(METHODS)}, "outputs": {"type": "array", "items": _TEXT}},
+        },
+    }
+    return {
+        "$schema": "http://json-schema.org/draft-04/schema#",
+        "title": "chebclear scene file",
+        "type": "object",
+        "additionalProperties": False,
+        "required": scene["required"],
+        "properties": head | scene["properties"],
+        "definitions": {"number": {"type": ["number", "string"]}, **definitions},
+    }
+
+
+def _records(part: type[Part]) -> Iterator[type[Part]]:
+    yield part
+    for choices in part._choices.values():
+        for choice in choices:
+            yield from _records(choice)
+
+
+def _number(description: str) -> dict[str, Any]:
+    written = "a number in SI units, a quantity such as '20 um', or an expression"
+    return {
+        "description": f"{description.rstrip('.')}: {written}",
+        "type": ["number", "string"],
+    }
+
+
+_PARAMETER = {
+    "type": "object",
+    "additionalProperties": False,
+    "properties": {
+        "nominal": _number("nominal value"),
+        "rel": _number("half-width of the interval over the nominal value [-]"),
+        "plus": _number("how far the value may lie above nominal"),
+        "minus": _number("how far the value may lie below nominal"),
+        "limits": {
+            "description": "lower and upper limit",
+            "type": "array",
+            "items": _number("a limit"),
+            "minItems": 2,
+            "maxItems": 2,
+        },
+        "unit": {"description": "unit for tables and pictures", **_TEXT},
+        "note": {"description": "what it is, or where its value comes from", **_TEXT},
+    },
+}
+
+
+def _record(part: type[Part]) -> dict[str, Any]:
+    words = _descriptions(part)
+    items = fields(part)  # type: ignore[arg-type]
+    properties = {item.name: _property(part, item, words.get(item.name, "")) for item in items}
+    required = [item.name for item in items if item.default is MISSING and item.default_factory is MISSING]
+    if part._tag is not None:
+        properties = {part._tag[0]: {"enum": [part._tag[1]]}, **properties}
+        required = [part._tag[0], *required]
+    return {
+        "description": inspect.cleandoc(part.__doc__ or "").split("\n")[0],
+        "type": "object",
+        "additionalProperties": False,
+        "required": required,
+        "properties": properties,
+    }
+
+
+def _property(part: type[Part], item: Field[Any], words: str) -> dict[str, Any]:
+    property = _filled(part, item, words)
+    if not str(item.type).endswith("| None"):
+        return property
+    # Scenes in JSON write null where nothing is given; TOML leaves it out.
+    if "anyOf" in property:
+        return property | {"anyOf": [*property["anyOf"], {"type": "null"}]}
+    types = property["type"] if isinstance(property["type"], list) else [property["type"]]
+    return property | {"type": [*types, "null"]}
+
+
+def _filled(part: type[Part], item: Field[Any], words: str) -> dict[str, Any]:
+    annotation = str(item.type)
+    numbers = {"type": "array", "items": {"$ref": "#/definitions/number"}}
+    pair = {**numbers, "minItems": 2, "maxItems": 2}
+    choices = part._choices.get(item.name)
+    said = {"description": words}
+    if choices is not None:
+        records = [{"$ref": f"#/definitions/{choice.__name__}"} for choice in choices]
+        one: dict[str, Any] = {"anyOf": records} if len(records) > 1 else records[0]
+        if annotation.startswith("Sequence"):
+            return said | {"type": "array", "items": one}
+        return said | {"anyOf": [*records, *([_number(words)] if annotation.startswith("float") else [])]}
+    if annotation.startswith("float"):
+        return _number(words)
+    if annotation == "Vector":
+        return said | pair
+    if annotation == "Numbers":
+        return said | numbers
+    if annotation.startswith("Mapping"):
+        return said | {"type": "object", "additionalProperties": pair}
+    return said | _TEXT
+
+
+def _descriptions(part: type[Part]) -> dict[str, str]:
+    """What the docstring says of each parameter."""
+    text = inspect.cleandoc(part.__doc__ or "")
+    found = re.search(r"Parameters\n-+\n(.*?)(?:\n\n[A-Z]\w+\n-+\n|\Z)", text, re.DOTALL)
+    words: dict[str, str] = {}
+    names: list[str] = []
+    for line in found[1].split("\n") if found else []:
+        head = re.match(r"(\w+(?:, \w+)*) : ", line)
+        if head:
+            names = head[1].split(", ")
+        elif line.strip():
+            for name in names:
+                words[name] = f"{words.get(name, '')} {line.strip()}".strip()
+    return words
