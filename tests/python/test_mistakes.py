@@ -46,18 +46,18 @@ def test_a_clearance_that_is_none_is_one_problem(clearance):
 
 
 def test_a_clearance_larger_than_its_journal():
-    with pytest.warns(cc.ChebclearWarning, match="0.02 m, is larger than the journal, of radius 0.0098 m"):
+    with pytest.warns(cc.ChebclearWarning, match="0.02 m, is 2.041 times the radius of its journal"):
         run = cc.simulate(MECHANISMS.slider_crank(clearance=0.02), 1e-4, 3)
     assert len(run.warnings) == 1
     study = cc.Study(
         MECHANISMS.slider_crank,
-        {"clearance": cc.interval(0.009, 0.011)},
+        {"clearance": cc.interval(0.0025, 0.0035)},
         ["slider.x"],
         duration=1e-4,
         samples=3,
     )
-    # 0.009, 0.010 and 0.011 m, and 0.010 m once more as the midpoint.
-    with pytest.warns(cc.ChebclearWarning, match=r"larger than the journal.*\(in 3 of 4 runs\)"):
+    # 2.5, 3 and 3.5 mm, and 3 mm once more as the midpoint, beside 0.3 x 9.8 mm.
+    with pytest.warns(cc.ChebclearWarning, match=r"the radius of its journal.*\(in 3 of 4 runs\)"):
         study.scan(3)
     # One warning, although the numbers are written in different ways.
     study = cc.Study(
@@ -67,7 +67,7 @@ def test_a_clearance_larger_than_its_journal():
         duration=1e-9,
         samples=3,
     )
-    with pytest.warns(cc.ChebclearWarning, match=r"larger than the journal.*\(in 4 of 4 runs\)"):
+    with pytest.warns(cc.ChebclearWarning, match=r"the radius of its journal.*\(in 4 of 4 runs\)"):
         study.scan(3)
 
 
@@ -81,7 +81,7 @@ def test_a_ball_may_be_smaller_than_its_box():
         ],
         forces=[cc.Gravity((0.0, -9.81))],
     )
-    with pytest.warns(cc.ChebclearWarning, match="larger than the journal"):
+    with pytest.warns(cc.ChebclearWarning, match="the radius of its journal"):
         run = cc.simulate(ball, 0.05, 11, outputs=["ball.y"])
     np.testing.assert_allclose(run["ball.y"], -0.5 * 9.81 * run.t**2, atol=1e-12)
 

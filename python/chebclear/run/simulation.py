@@ -14,7 +14,6 @@ from .. import _core
 from ..base.arguments import Checks
 from ..base.progress import bar, is_request
 from ..errors import ChebclearWarning, SimulationError
-from ..scene.plausibility import scene_warnings
 from ..scene.scene import Scene
 from .accuracy import ErrorEstimate
 from .continuation import continuation
@@ -78,7 +77,8 @@ def simulate(
     max_steps, max_events : int
         Accepted steps and changes of contact after which the run is given up [-].
     position_tolerance, velocity_tolerance : float, optional
-        Absolute tolerances [m], [m/s]; from `rtol` and the scales of the scene if not given.
+        Absolute tolerances [m], [m/s], at most half the smallest clearance, or the size of a scene without
+        one, and the speed of the scene; from `rtol` and these scales if not given.
     progress : True or callable, optional
         True shows a bar if standard error is a terminal; a callable gets the share that is done, from 0 to 1.
     on_failure : {"raise", "return"}
@@ -131,6 +131,9 @@ def simulate(
             )
     checks.finish()
     settings = settings.for_scene(scene)
+    # Told before the run: what looks wrong in a scene may make it long.
+    doubts = scene.check().warnings
+    warn_once(doubts, stacklevel=3)
     changes: tuple[str, ...] = ()
     if start is not None:
         start, changes = continuation(scene, start, settings)
@@ -142,7 +145,7 @@ def simulate(
         if error is not None and (trajectory.success or on_failure == "return"):
             companion = _companion(trajectory, start, _share(report, _OWN_SHARE, 1.0))
             trajectory = dataclasses.replace(trajectory, error=_estimate(trajectory, companion))
-    warn_once(trajectory.warnings, stacklevel=3)
+    warn_once([message for message in trajectory.warnings if message not in doubts], stacklevel=3)
     if not trajectory.success and on_failure == "raise":
         failure = SimulationError(
             trajectory.status, trajectory.end_time, trajectory.joint, message=trajectory.message
@@ -207,7 +210,7 @@ def run_scene(
         message=run["message"],
         end_time=run["time"],
         joint=run["joint"],
-        warnings=scene_warnings(scene) + tuple(run["warnings"]),
+        warnings=tuple(run["warnings"]),
         settings=settings,
         scene=scene,
     )

@@ -55,6 +55,8 @@ def describe_scene(scene: Scene) -> str:
         lines += ["This scene cannot be simulated:", *(f"  {problem}" for problem in problems)]
     else:
         lines += _mobility(scene, facts)
+        if facts.warnings:
+            lines += ["numbers to look at", *(f"  {warning}" for warning in facts.warnings)]
     return "\n".join(lines)
 
 

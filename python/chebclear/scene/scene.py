@@ -217,6 +217,8 @@ class Inspection:
     """Names of the joints at which loops were cut."""
     impact_velocity_floors: tuple[float, ...] = field(metadata=unit("m/s"))
     """Least impact velocity that the contact law latches at each clearance joint [m/s]."""
+    warnings: tuple[str, ...]
+    """Numbers that look wrong or in another unit, each with its path; a simulation warns of them."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,6 @@ from ..errors import SceneError, describe
 from ..run.settings import MAX_EVENTS, MAX_STEPS, Settings
 from ..run.simulation import warn_once
 from ..run.trajectory import Stats
-from ..scene.plausibility import scene_warnings
 from ..scene.scene import Interval, Scene
 from .results import StudyResult as StudyResult
 from .results import compare as compare
@@ -72,7 +71,8 @@ class Study:
     max_steps, max_events : int
         Accepted steps and changes of contact after which a run is given up [-].
     position_tolerance, velocity_tolerance : float, optional
-        Absolute tolerances [m], [m/s]; from `rtol` and the scales of the scene if not given.
+        Absolute tolerances [m], [m/s], at most half the smallest clearance, or the size of a scene without
+        one, and the speed of the scene; from `rtol` and these scales if not given.
 
     Raises
     ------
@@ -319,8 +319,7 @@ class Study:
             except SceneError as error:
                 raise with_parameters(error, given) from None
         require_success(runs, given)
-        told = zip(map(scene_warnings, scenes), runs["warnings"], strict=True)
-        messages = gathered_warnings([[*of_scene, *of_run] for of_scene, of_run in told])
+        messages = gathered_warnings(runs["warnings"])
         return StudyResult.from_runs(
             runs["t"],
             runs["columns"],

@@ -31,12 +31,14 @@ impl Mechanism {
         scene.check()?;
         let mut mechanism = Mechanism::span(scene)?;
         assemble(&mut mechanism, scene)?;
+        mechanism.doubts = scene.doubts();
+        mechanism.doubts.extend(mechanism.doubt_balance(scene));
         Ok(mechanism)
     }
 }
 
 /// Computes `start`, `scales` and the joints' load-dependent constants of a mechanism.
-fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> {
+pub(crate) fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> {
     let length = length_scale(scene);
     let rough = rough_coordinates(mechanism, scene);
     let d = rough.len();

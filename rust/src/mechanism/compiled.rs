@@ -7,6 +7,7 @@
 //! grown stands in `tree.rs`.
 
 use crate::contact::clearance::ClearanceLaw;
+use crate::error::Problem;
 use crate::mechanism::kinematics::{Coordinate, Frame, Vec2};
 use crate::numerics::instant::Instant;
 use crate::numerics::turns::Turns;
@@ -294,6 +295,8 @@ pub struct Mechanism {
     pub applied_torques: Vec<AppliedTorque>,
     /// Acceleration of free fall [m/s²].
     pub gravity: Vec2,
+    /// What looks like a wrong number or unit in the scene, each with its path.
+    pub doubts: Vec<Problem>,
     /// Assembled start: every clearance joint concentric in position and velocity.
     pub start: State,
     /// Scales for error control.

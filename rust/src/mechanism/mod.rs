@@ -2,6 +2,7 @@
 //! tree, cut joints, assembled start, scales. Uses `scene`, `contact`, `numerics`.
 
 pub mod assembly;
+mod balance;
 pub mod compiled;
 pub mod constraints;
 pub mod kinematics;

@@ -4,25 +4,14 @@ use crate::dynamics::Dynamics;
 use crate::mechanism::compiled::{FrameInertia, Mechanism};
 use crate::mechanism::kinematics::{FrameKind, Vec2};
 use crate::numerics::linear::symmetric_solve;
-use crate::scene::parts::{Joint, Scene};
+use crate::scene::parts::{Joint, Scene, extent};
 
 /// Largest distance between two points of a body, or of ground; a joint's radius if all points
 /// coincide; 1 m in a scene without any length.
 pub(crate) fn length_scale(scene: &Scene) -> f64 {
-    let spread = |points: &mut dyn Iterator<Item = [f64; 2]>| {
-        let points: Vec<Vec2> = points.map(Vec2::from).collect();
-        let mut largest: f64 = 0.0;
-        for (index, a) in points.iter().enumerate() {
-            for b in &points[..index] {
-                largest = largest.max((a - b).norm());
-            }
-        }
-        largest
-    };
-    let mut length = spread(&mut scene.ground.iter().map(|point| point.position));
+    let mut length = extent(scene.ground.iter().map(|point| point.position));
     for body in &scene.bodies {
-        let points = body.points.iter().map(|point| point.position).chain([body.center_of_mass]);
-        length = length.max(spread(&mut points.into_iter()));
+        length = length.max(body.extent());
     }
     for joint in &scene.joints {
         if let Joint::Clearance { journal_radius, .. } = joint {

@@ -19,6 +19,7 @@ impl Mechanism {
     pub(crate) fn span(scene: &Scene) -> Result<Mechanism, SceneError> {
         let mut builder = Builder::new(scene);
         builder.span()?;
+        builder.check_clearances()?;
         Ok(builder.finish())
     }
 }
@@ -254,6 +255,28 @@ impl<'a> Builder<'a> {
         if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
     }
 
+    /// A joint with clearance acts only between bodies that move against each other.
+    fn check_clearances(&self) -> Result<(), SceneError> {
+        let joints = self.scene.joints.iter().enumerate();
+        let problems: Vec<Problem> = joints
+            .filter(|(_, joint)| matches!(joint, Joint::Clearance { .. }))
+            .filter(|(_, joint)| {
+                let [bearing, journal] = self.ends(joint).map(|end| self.place(end));
+                bearing.frame == journal.frame
+            })
+            .map(|(index, joint)| {
+                Problem::new(
+                    format!("joints[{index}]"),
+                    format!(
+                        "{:?} never acts: fixed joints hold its two bodies to each other; remove it",
+                        joint.name()
+                    ),
+                )
+            })
+            .collect();
+        if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
+    }
+
     fn place(&self, end: Attachment) -> FramePoint {
         let placement = end.body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND);
         FramePoint { frame: placement.frame, offset: placement.to_frame(end.position) }
@@ -380,6 +403,7 @@ impl<'a> Builder<'a> {
             applied_forces: Vec::new(),
             applied_torques: Vec::new(),
             gravity: Vec2::zeros(),
+            doubts: Vec::new(),
             start: State::default(),
             scales: Scales::default(),
         };

@@ -301,6 +301,7 @@ fn inspect(py: Python<'_>, scene: &str) -> PyResult<String> {
         "poses": poses,
         "cut_joints": cut,
         "impact_velocity_floors": floors,
+        "warnings": mechanism.doubts.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "columns": column_names(&mechanism),
         "further_columns": further_column_names(&mechanism),
     });

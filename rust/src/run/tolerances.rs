@@ -1,6 +1,7 @@
 //! How large the local errors of a run may be: what `rtol` means for a mechanism with clearance.
 
 use crate::contact::clearance::Phase;
+use crate::error::{Problem, SceneError};
 use crate::mechanism::compiled::{ClearanceJoint, Mechanism, State};
 use crate::run::settings::{DEFAULT_RTOL, Settings};
 
@@ -41,12 +42,53 @@ pub(crate) struct Tolerances {
     finest_velocity: f64,
 }
 
+/// Distance by which positions are told apart [m].
+fn position_scale(mechanism: &Mechanism) -> f64 {
+    let smallest = mechanism.clearance_joints.iter().map(|joint| joint.law.clearance).reduce(f64::min);
+    smallest.map_or(mechanism.scales.length, |clearance| CLEARANCE_PART * clearance)
+}
+
+/// Speed of the mechanism from `start` [m/s].
+fn speed(mechanism: &Mechanism, start: &State) -> f64 {
+    let scales = &mechanism.scales;
+    let start_speed = start.v.iter().zip(&scales.levers).map(|(v, lever)| (v * lever).abs());
+    start_speed.fold(scales.speed, f64::max)
+}
+
+/// Absolute tolerances that a run may have: with larger ones it would mean nothing.
+pub(crate) fn check_tolerances(
+    mechanism: &Mechanism,
+    start: &State,
+    settings: &Settings,
+) -> Result<(), SceneError> {
+    let (length, speed) = (position_scale(mechanism), speed(mechanism, start));
+    let of_what = if mechanism.clearance_joints.is_empty() {
+        "the size of the mechanism"
+    } else {
+        "half the smallest clearance"
+    };
+    let limits = [
+        ("position_tolerance", settings.position_tolerance, "m", length, of_what),
+        // Where nothing sets a speed, nothing limits its tolerance.
+        ("velocity_tolerance", settings.velocity_tolerance, "m/s", speed, "the speed of the mechanism"),
+    ];
+    let problems: Vec<Problem> = limits
+        .into_iter()
+        .filter(|(_, given, _, limit, _)| *limit > 0.0 && given.is_some_and(|given| given > *limit))
+        .map(|(field, given, unit, limit, of_what)| {
+            let message =
+                format!("must be <= {limit:.3e} [{unit}], {of_what}, got {:e}", given.unwrap_or(f64::NAN));
+            Problem::new(format!("settings.{field}"), message)
+        })
+        .collect();
+    if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
+}
+
 impl Tolerances {
     /// The tolerances of a run from `start`.
     pub(crate) fn new(mechanism: &Mechanism, start: &State, settings: &Settings) -> Self {
         let scales = &mechanism.scales;
-        let smallest = mechanism.clearance_joints.iter().map(|joint| joint.law.clearance).reduce(f64::min);
-        let position_scale = smallest.map_or(scales.length, |clearance| CLEARANCE_PART * clearance);
+        let position_scale = position_scale(mechanism);
         // Where contacts and friction bind the tolerances, a tighter `rtol` must still tell something new.
         let tighter = (settings.rtol / DEFAULT_RTOL).min(1.0);
         // The oscillation about a resting contact must be resolved, however slow the mechanism.
@@ -56,8 +98,7 @@ impl Tolerances {
         let finest = 4.0 * f64::EPSILON * scales.length;
         let position =
             (settings.rtol * position_scale).min(resting(|joint| joint.resting_penetration)).max(finest);
-        let start_speed = start.v.iter().zip(&scales.levers).map(|(v, lever)| (v * lever).abs());
-        let speed = start_speed.fold(scales.speed, f64::max);
+        let speed = speed(mechanism, start);
         // Where nothing moves, falls or is driven: the speed that crosses the position scale in the
         // whole run. Elsewhere the duration must not change the steps: a run may be continued.
         let speed_scale = if speed > 0.0 { SPEED_PART * speed } else { position_scale / settings.duration };

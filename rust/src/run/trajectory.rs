@@ -8,6 +8,7 @@ use crate::run::outputs::{column_names, parse_columns};
 use crate::run::recorder::{GUARDS, Recorder};
 use crate::run::restart::{End, Memory, Restart};
 pub use crate::run::settings::{Method, Settings};
+use crate::run::tolerances::check_tolerances;
 
 /// The result of one run.
 #[derive(Clone, Debug)]
@@ -28,6 +29,8 @@ pub struct Trajectory {
     pub joint: Option<String>,
     /// The clearance joint in which, where a run failed, a normal force drew the surfaces together.
     pub paradox: Option<String>,
+    /// Where numbers of the scene look wrong: the paths of the scene's doubts.
+    pub doubtful: Vec<String>,
     /// Work done.
     pub stats: Stats,
     /// Onsets whose velocity was below the floor of the latched impact velocity.
@@ -73,7 +76,15 @@ impl Trajectory {
                  coefficient or make the masses less unequal"
             )
         });
-        format!("{why}{place}{paradox}")
+        let doubtful = if self.doubtful.is_empty() {
+            String::new()
+        } else {
+            format!(
+                "; first look at {}, of which a warning says that it looks wrong",
+                self.doubtful.join(", ")
+            )
+        };
+        format!("{why}{place}{doubtful}{paradox}")
     }
 }
 
@@ -160,6 +171,7 @@ fn run(
     monitor: &dyn Fn(f64) -> bool,
 ) -> Result<Trajectory, SceneError> {
     settings.check()?;
+    check_tolerances(mechanism, start, settings)?;
     let names = settings.outputs.clone().unwrap_or_else(|| column_names(mechanism));
     let columns = parse_columns(mechanism, &names)?;
     let mut values = Vec::new();
@@ -217,6 +229,7 @@ fn run(
         time: outcome.time,
         joint,
         paradox,
+        doubtful: mechanism.doubts.iter().map(|doubt| doubt.path.clone()).collect(),
         stats: outcome.stats,
         floored_latches: recorder.floored,
         largest_projection: recorder.largest_projection,

@@ -61,6 +61,7 @@ impl Recorder<'_> {
 
     /// Notes what is known before the first step.
     pub(crate) fn warn_of_scene(&mut self) {
+        self.warnings.extend(self.dynamics.mechanism.doubts.iter().map(ToString::to_string));
         for joint in &self.dynamics.mechanism.clearance_joints {
             if let Damping::LankaraniNikravesh { restitution } = joint.law.normal.damping
                 && restitution < HONEST_RESTITUTION

@@ -100,6 +100,7 @@ impl Scene {
                 impact_velocity_floor,
                 ..
             } => {
+                self.check_free_to_act(checker, path, joint);
                 checker.positive(&format!("{path}.journal_radius"), "m", *journal_radius);
                 checker.positive(&format!("{path}.clearance"), "m", *clearance);
                 checker.positive(&format!("{path}.contact.stiffness"), "N/m^exponent", contact.stiffness);
@@ -121,6 +122,25 @@ impl Scene {
                     checker.positive(&format!("{path}.impact_velocity_floor"), "m/s", *floor);
                 }
             }
+        }
+    }
+
+    /// A joint without play at the same two points leaves a clearance nothing to do.
+    fn check_free_to_act(&self, checker: &mut Checker, path: &str, joint: &Joint) {
+        let holds = |other: &&Joint| {
+            let rigid =
+                matches!(other, Joint::Ideal { kind: JointKind::Revolute | JointKind::Fixed { .. }, .. });
+            rigid && self.same_points(joint, other)
+        };
+        if let Some(other) = self.joints.iter().find(holds) {
+            checker.add(
+                path,
+                format!(
+                    "{:?} never acts: {:?} holds the same two points together without play; remove one of them",
+                    joint.name(),
+                    other.name()
+                ),
+            );
         }
     }
 

@@ -4,5 +4,6 @@
 mod check;
 pub(crate) mod json;
 pub mod parts;
+mod plausibility;
 pub mod reader;
 pub mod time_function;

@@ -46,6 +46,13 @@ pub struct Body {
     pub angle: f64,
 }
 
+impl Body {
+    /// Largest distance between two of its points, its centre of mass included [m].
+    pub(crate) fn extent(&self) -> f64 {
+        extent(self.points.iter().map(|point| point.position).chain([self.center_of_mass]))
+    }
+}
+
 /// How two bodies are joined without play.
 #[derive(Clone, Debug, PartialEq)]
 pub enum JointKind {
@@ -63,6 +70,14 @@ pub enum JointKind {
         /// Angle of body b relative to body a [rad].
         angle: f64,
     },
+}
+
+/// Largest distance between two of some points [m].
+pub(crate) fn extent(points: impl Iterator<Item = [f64; 2]>) -> f64 {
+    let points: Vec<[f64; 2]> = points.collect();
+    let distance = |a: &[f64; 2], b: &[f64; 2]| ((a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)).sqrt();
+    let from = |(index, a)| points[..index].iter().map(|b| distance(a, b)).fold(0.0, f64::max);
+    points.iter().enumerate().map(from).fold(0.0, f64::max)
 }
 
 /// A joint between two points.

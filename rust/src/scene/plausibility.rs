@@ -1,0 +1,276 @@
+//! Numbers of a scene that are possible but hardly meant, mostly in units other than SI and radians.
+//!
+//! Each limit lies where no machine has been built, well away from what has: a doubt is worth reading only if it
+//! is nearly always right.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use crate::error::Problem;
+use crate::scene::parts::{Body, Drive, Force, Joint, JointKind, Scene, Start};
+use crate::scene::time_function::TimeFunction;
+
+/// Length [m] from which a body is looked at as one in millimeters: parts of watches have a few.
+const LONG: f64 = 2.0;
+/// Mass over the cube of the length [kg/m³] below which no body of that length is rigid. Blades of wind turbines
+/// have 0.04, fishing rods of carbon fiber 5e-4, booms that satellites unroll 2e-4; a bar in millimeters has 1e-7.
+const LIGHT: f64 = 1e-5;
+/// Length [m] that no rigid body has: the longest ship had 458.
+const LONGEST: f64 = 500.0;
+/// Speed [m/s] at which every rotating part has burst: flywheels of carbon fiber reach 1400.
+const FASTEST: f64 = 2000.0;
+/// Radius [m] from which a journal is looked at as one in millimeters.
+const LARGE_JOURNAL: f64 = 0.1;
+/// Radius of a journal over the reach of the bodies it joins. An eccentric is far larger than its throw, but the
+/// rod on it is longer than its radius.
+const JOURNAL_OVER_REACH: f64 = 10.0;
+/// Radial clearance over the radius of the journal: papers on joints with clearance go up to 0.1.
+const LOOSE: f64 = 0.3;
+/// Acceleration of free fall on Earth in millimeters [mm/s²], as it is rounded.
+const FALL_IN_MILLIMETERS: [f64; 2] = [9.78e3, 9.84e3];
+/// Degrees that are told from radians: smaller ones might be angles within two turns.
+const DEGREES: [f64; 2] = [10.0, 3600.0];
+
+impl Scene {
+    /// What looks like a wrong number or unit, in a scene without problems; each with its path.
+    pub fn doubts(&self) -> Vec<Problem> {
+        let mut doubts = Vec::new();
+        self.doubt_lengths(&mut doubts);
+        self.doubt_joints(&mut doubts);
+        self.doubt_angles(&mut doubts);
+        for (index, force) in self.forces.iter().enumerate() {
+            if let Force::Gravity { acceleration: [x, y] } = force
+                && (FALL_IN_MILLIMETERS[0]..=FALL_IN_MILLIMETERS[1]).contains(&x.hypot(*y))
+            {
+                doubts.push(Problem::new(
+                    format!("forces[{index}].acceleration"),
+                    format!(
+                        "{} m/s^2 is the acceleration of free fall in mm/s^2: it is in m/s^2, {}",
+                        short(x.hypot(*y)),
+                        short(x.hypot(*y) / 1e3)
+                    ),
+                ));
+            }
+        }
+        doubts
+    }
+
+    /// Bodies that are too light or too long, and drives that are too fast for their size.
+    fn doubt_lengths(&self, doubts: &mut Vec<Problem>) {
+        let lengths = self.bodies.iter().map(Body::extent);
+        let Some((index, longest)) = lengths.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)) else {
+            return;
+        };
+        let body = &self.bodies[index];
+        let millimeters =
+            format!("lengths are in meters, {} mm are {}", short(longest), short(longest / 1e3));
+        if longest > LONGEST {
+            doubts.push(Problem::new(
+                format!("bodies[{index}].points"),
+                format!(
+                    "{:?} spans {} m, more than any rigid body: {millimeters}",
+                    body.name,
+                    short(longest)
+                ),
+            ));
+        } else if longest > LONG && body.mass < LIGHT * longest.powi(3) {
+            doubts.push(Problem::new(
+                format!("bodies[{index}].points"),
+                format!(
+                    "{:?} spans {} m and has a mass of {} kg, lighter than anything rigid of that length: {millimeters}",
+                    body.name,
+                    short(longest),
+                    short(body.mass)
+                ),
+            ));
+        } else {
+            self.doubt_speeds(longest, doubts);
+        }
+    }
+
+    fn doubt_speeds(&self, longest: f64, doubts: &mut Vec<Problem>) {
+        for (index, drive) in self.drives.iter().enumerate() {
+            if let Drive::Speed { speed, .. } = drive
+                && speed.abs() * longest > FASTEST
+            {
+                doubts.push(Problem::new(
+                    format!("drives[{index}].speed"),
+                    format!(
+                        "{} rad/s moves a point at a distance of {} m with {} m/s, at which every rotor bursts: \
+                         lengths are in meters and speeds in rad/s, {} revolutions per minute are {}",
+                        short(*speed),
+                        short(longest),
+                        short(speed.abs() * longest),
+                        short(*speed),
+                        short(speed * TAU / 60.0)
+                    ),
+                ));
+            }
+        }
+    }
+
+    /// Journals that are larger than what they join, clearances that hardly guide, joints that are there twice.
+    fn doubt_joints(&self, doubts: &mut Vec<Problem>) {
+        for (index, joint) in self.joints.iter().enumerate() {
+            let Joint::Clearance { name, journal_radius, clearance, .. } = joint else { continue };
+            let radius = *journal_radius;
+            let reach = joint.references().into_iter().filter_map(|(_, reference)| self.reach(reference));
+            if let Some((body, reach)) = reach.max_by(|(_, a), (_, b)| a.total_cmp(b))
+                && radius > LARGE_JOURNAL
+                && radius > JOURNAL_OVER_REACH * reach
+            {
+                doubts.push(Problem::new(
+                    format!("joints[{index}].journal_radius"),
+                    format!(
+                        "the journal of {name:?}, of radius {radius} m, is far larger than what it joins: {body:?} has \
+                         its mass and its points within {} m; radii are in meters, {radius} mm are {}",
+                        short(reach),
+                        short(radius / 1e3)
+                    ),
+                ));
+            }
+            if *clearance > LOOSE * radius {
+                doubts.push(Problem::new(
+                    format!("joints[{index}].clearance"),
+                    format!(
+                        "the clearance of {name:?}, {} m, is {} times the radius of its journal, {} m: the joint hardly \
+                         guides anything; clearances are radial and in meters",
+                        short(*clearance),
+                        short(clearance / radius),
+                        short(radius)
+                    ),
+                ));
+            }
+            let twin = self.joints[..index]
+                .iter()
+                .find(|other| matches!(other, Joint::Clearance { .. }) && self.same_points(joint, other));
+            if let Some(twin) = twin {
+                doubts.push(Problem::new(
+                    format!("joints[{index}]"),
+                    format!(
+                        "{name:?} joins the same two points as {:?}: both act, as two bearings beside each other do; \
+                         remove one if it is a copy",
+                        twin.name()
+                    ),
+                ));
+            }
+        }
+    }
+
+    /// Whether two joints join the same points of the same bodies.
+    pub(crate) fn same_points(&self, one: &Joint, other: &Joint) -> bool {
+        let ends = |joint: &Joint| joint.references().map(|(_, reference)| self.attachment(reference).ok());
+        let ([a, b], others) = (ends(one), ends(other));
+        a.is_some() && b.is_some() && (others == [a, b] || others == [b, a])
+    }
+
+    /// How far from a point its body has anything [m]: its mass, by the radius of gyration, or another point.
+    /// Ground has no end.
+    fn reach(&self, reference: &str) -> Option<(&str, f64)> {
+        let end = self.attachment(reference).ok()?;
+        let body = &self.bodies[end.body?];
+        let gyration = (self.central_inertia(body) / body.mass).sqrt();
+        let distance = |point: [f64; 2]| (point[0] - end.position[0]).hypot(point[1] - end.position[1]);
+        let points = body.points.iter().map(|point| distance(point.position));
+        let reach = points.fold(distance(body.center_of_mass) + gyration, f64::max);
+        Some((&body.name, reach))
+    }
+
+    /// Angles that are round numbers of degrees beyond a turn; each number once, at all its places.
+    fn doubt_angles(&self, doubts: &mut Vec<Problem>) {
+        let mut found: Vec<(f64, f64, Vec<String>)> = Vec::new();
+        for (path, angle) in self.angles() {
+            let Some(degrees) = in_degrees(angle) else { continue };
+            match found.iter_mut().find(|(known, ..)| *known == degrees) {
+                Some((.., paths)) => paths.push(path),
+                None => found.push((degrees, angle, vec![path])),
+            }
+        }
+        for (degrees, angle, paths) in found {
+            doubts.push(Problem::new(
+                paths.join(", "),
+                format!(
+                    "{} rad is more than a turn, and round in degrees: angles are in radians, {degrees} degrees are {}",
+                    short(angle),
+                    short(degrees.to_radians())
+                ),
+            ));
+        }
+    }
+
+    /// All angles that are written in the scene [rad], with their paths.
+    fn angles(&self) -> Vec<(String, f64)> {
+        let mut angles = Vec::new();
+        let mut add = |path: String, angle: f64| angles.push((path, angle));
+        for (index, body) in self.bodies.iter().enumerate() {
+            add(format!("bodies[{index}].angle"), body.angle);
+        }
+        for (index, joint) in self.joints.iter().enumerate() {
+            if let Joint::Ideal {
+                kind: JointKind::Prismatic { angle, .. } | JointKind::Fixed { angle },
+                ..
+            } = joint
+            {
+                add(format!("joints[{index}].angle"), *angle);
+            }
+        }
+        for (index, force) in self.forces.iter().enumerate() {
+            if let Force::TorsionSpring { angle, .. } = force {
+                add(format!("forces[{index}].angle"), *angle);
+            }
+        }
+        for (index, drive) in self.drives.iter().enumerate() {
+            match drive {
+                Drive::Speed { angle, .. } => add(format!("drives[{index}].angle"), *angle),
+                Drive::Motion {
+                    joint,
+                    motion: TimeFunction::Harmonic { mean, amplitude, phase, .. },
+                    ..
+                } => {
+                    add(format!("drives[{index}].motion.phase"), *phase);
+                    if self.turns(joint) {
+                        add(format!("drives[{index}].motion.mean"), *mean);
+                        add(format!("drives[{index}].motion.amplitude"), *amplitude);
+                    }
+                }
+                Drive::Motion { joint, motion: TimeFunction::Polynomial(coefficients), .. }
+                    if self.turns(joint) =>
+                {
+                    let start = coefficients.first().copied().unwrap_or(0.0);
+                    add(format!("drives[{index}].motion"), start);
+                }
+                Drive::Motion { .. } => {}
+            }
+        }
+        for (index, start) in self.start.iter().enumerate() {
+            match start {
+                Start::Joint { joint, position: Some(angle), .. } if self.turns(joint) => {
+                    add(format!("start[{index}].position"), *angle);
+                }
+                Start::Body { angle: Some(angle), .. } => add(format!("start[{index}].angle"), *angle),
+                _ => {}
+            }
+        }
+        angles
+    }
+
+    fn turns(&self, name: &str) -> bool {
+        let found = self.joints.iter().find(|joint| joint.name() == name);
+        matches!(found, Some(Joint::Ideal { kind: JointKind::Revolute, .. }))
+    }
+}
+
+/// The round number of degrees that an angle in radians looks like, also where quarters of a turn were added to
+/// it, as from one vertical to another horizontal.
+fn in_degrees(angle: f64) -> Option<f64> {
+    (-2..=2).find_map(|quarters| {
+        let degrees = angle + f64::from(quarters) * FRAC_PI_2;
+        let half = (2.0 * degrees).round() / 2.0;
+        let round = (degrees - half).abs() <= 4.0 * f64::EPSILON * half.abs();
+        (round && half.abs() >= DEGREES[0] && half.abs() <= DEGREES[1]).then_some(half)
+    })
+}
+
+/// A number to four digits, as it is written shortest.
+fn short(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
+}

@@ -1,0 +1,277 @@
+"""Numbers that are possible but hardly meant: what is doubted, and what no doubt may fall on."""
+
+import dataclasses
+import math
+
+import chebclear as cc
+import numpy as np
+import pytest
+
+MECHANISMS = cc.mechanisms
+READY_MADE = [
+    MECHANISMS.slider_crank,
+    MECHANISMS.flores_slider_crank,
+    MECHANISMS.quick_return,
+    MECHANISMS.four_bar,
+    MECHANISMS.six_bar,
+    MECHANISMS.pendulum_in_bearing,
+    MECHANISMS.free_journal,
+]
+
+
+def doubt(scene):
+    """The only doubt about a scene."""
+    (warning,) = scene.check().warnings
+    return warning
+
+
+def bar(length, mass, **changes):
+    """A bar that hangs in ground."""
+    body = cc.Body(
+        "bar",
+        mass=mass,
+        inertia=mass * length**2 / 12.0,
+        center_of_mass=(0.5 * length, 0.0),
+        points={"A": (0.0, 0.0), "B": (length, 0.0)},
+    )
+    return cc.Scene([body], [cc.Revolute("pin", "ground", "bar.A")], **changes)
+
+
+def pressed(scene, force):
+    """A slider-crank that no drive holds, its slider pushed along x."""
+    return dataclasses.replace(scene, drives=[], forces=[cc.Force("push", "slider", x=force, y=0.0)])
+
+
+# --- nothing to doubt -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("build", READY_MADE)
+@pytest.mark.parametrize("size", [1e-2, 1.0, 10.0])
+def test_ready_made_mechanisms_small_and_large(build, size):
+    plain = build().to_json()
+    scene = cc.Scene.from_json(plain)
+    bodies = [
+        dataclasses.replace(
+            body,
+            mass=size**3 * body.mass,
+            inertia=size**5 * body.inertia,
+            center_of_mass=tuple(size * np.array(body.center_of_mass)),
+            points={name: tuple(size * np.array(point)) for name, point in body.points.items()},
+        )
+        for body in scene.bodies
+    ]
+    joints = [
+        dataclasses.replace(
+            joint, journal_radius=size * joint.journal_radius, clearance=size * joint.clearance
+        )
+        if isinstance(joint, cc.ClearanceRevolute)
+        else joint
+        for joint in scene.joints
+    ]
+    ground = {name: tuple(size * np.array(point)) for name, point in scene.ground.items()}
+    assert dataclasses.replace(scene, bodies=bodies, joints=joints, ground=ground).check().warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("what", "length", "mass"),
+    [
+        ("blade of the largest wind turbine", 118.0, 60e3),
+        ("boom of the largest excavator", 200.0, 4e6),
+        ("wheel of the London Eye, across", 120.0, 1e6),
+        ("boom that a satellite unrolls", 20.0, 2.0),
+        ("jib of a tower crane", 60.0, 10e3),
+        ("beam of a pumpjack", 10.0, 5e3),
+        ("fishing rod of carbon fibre", 10.0, 0.5),
+        ("hand of a watch", 5e-3, 5e-6),
+        ("arm of a sensor of silicon", 2e-4, 1e-12),
+        ("bar without a mass worth speaking of", 1.0, 1e-5),
+    ],
+)
+def test_things_that_exist(what, length, mass):
+    assert bar(length, mass, forces=[cc.Gravity((0.0, -9.81))]).check().warnings == ()
+
+
+def test_machines_that_exist():
+    # A two-stroke ship engine; an eccentric press, its sheave ten times its throw; a small turbine's speed.
+    ship = MECHANISMS.slider_crank(
+        crank_length=1.25,
+        rod_length=2.9,
+        clearance=5e-4,
+        journal_radius=0.5,
+        crank_speed=cc.rpm(100.0),
+        crank_mass=1e4,
+        rod_mass=5e3,
+        slider_mass=6e3,
+        slider_inertia=1e3,
+    )
+    press = MECHANISMS.slider_crank(
+        crank_length=0.02,
+        rod_length=1.2,
+        clearance=1e-4,
+        clearance_at=("crank_pin",),
+        journal_radius=0.2,
+        crank_speed=10.0,
+        crank_mass=100.0,
+        rod_mass=200.0,
+    )
+    turbine = bar(0.06, 0.2, drives=[cc.Speed("shaft", "pin", cc.rpm(200_000.0))])
+    for scene in (ship, press, turbine):
+        assert scene.check().warnings == ()
+
+
+@pytest.mark.parametrize("angle", [-2.0 * math.pi, 9.9, 4.0 * math.pi, 12.3, 100.123])
+def test_angles_in_radians(angle):
+    assert MECHANISMS.slider_crank(crank_angle=angle).check().warnings == ()
+
+
+# --- units ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("factor", [0.5, 1.0, 30.0])
+def test_everything_in_millimeters(factor):
+    scene = MECHANISMS.slider_crank(
+        crank_length=50.0 * factor, rod_length=120.0 * factor, clearance=0.02 * factor, journal_radius=9.8
+    )
+    assert doubt(scene).startswith('bodies[1].points: "rod" spans ')
+    assert f"lengths are in meters, {120.0 * factor:g} mm are {0.12 * factor:g}" in doubt(scene)
+    small = MECHANISMS.slider_crank(crank_length=10.0, rod_length=24.0, clearance=0.02, journal_radius=9.8)
+    assert doubt(small).startswith("drives[0].speed: ") and "lengths are in meters" in doubt(small)
+
+
+def test_a_journal_radius_in_millimeters():
+    scene = MECHANISMS.slider_crank(journal_radius=9.8)
+    assert doubt(scene).startswith("joints[3].journal_radius: ") and "9.8 mm are 0.0098" in doubt(scene)
+    # It is told before the run, which takes long, and its failure points to it before anything else.
+    with (
+        pytest.warns(cc.ChebclearWarning, match="9.8 mm are 0.0098"),
+        pytest.raises(cc.SimulationError) as caught,
+    ):
+        cc.simulate(scene, 0.06, 61, max_steps=100)
+    assert "first look at joints[3].journal_radius" in str(caught.value)
+    (told,) = [text for text in caught.value.trajectory.warnings if "journal_radius" in text]
+    assert told == doubt(scene)
+
+
+def test_a_clearance_in_millimeters():
+    assert doubt(MECHANISMS.slider_crank(clearance=0.02)).startswith("joints[3].clearance: ")
+    assert "is 0.5102 times the radius" in doubt(MECHANISMS.slider_crank(clearance=0.005))
+
+
+def test_free_fall_in_millimeters():
+    scene = MECHANISMS.pendulum_in_bearing(gravity=9810.0)
+    assert doubt(scene).startswith("forces[0].acceleration: 9810 m/s^2 is the acceleration of free fall")
+
+
+def test_a_speed_in_revolutions_per_minute():
+    scene = bar(0.3, 1.0, drives=[cc.Speed("drive", "pin", 12_000.0)])
+    assert "12000 revolutions per minute are 1257" in doubt(scene)
+
+
+@pytest.mark.parametrize("degrees", [45, 90.0, -30.0, 12.5, 270.0, 720.0])
+def test_degrees_for_radians(degrees):
+    scene = MECHANISMS.slider_crank(crank_angle=degrees)
+    # Body and drive have it: one warning.
+    assert doubt(scene).startswith("bodies[0].angle, drives[0].angle: ")
+    assert f"{degrees:g} degrees are {math.radians(degrees):.4g}" in doubt(scene)
+    # Turned by a quarter on its way into the scene.
+    assert f"{degrees:g} degrees are" in doubt(MECHANISMS.pendulum_in_bearing(angle=degrees))
+
+
+def test_degrees_everywhere():
+    swing = dataclasses.replace(
+        bar(0.2, 0.5),
+        forces=[cc.TorsionSpring("coil", "ground", "bar", stiffness=1.0, angle=20.0)],
+        start=[cc.JointStart("pin", position=30.0)],
+    )
+    assert [text.split(":")[0] for text in swing.check().warnings] == ["forces[0].angle", "start[0].position"]
+    motion = cc.Harmonic(mean=60.0, amplitude=45.0, angular_frequency=3.0, phase=90.0)
+    rocked = bar(0.2, 0.5, drives=[cc.Motion("drive", "pin", motion)])
+    assert len(rocked.check().warnings) == 3
+    # A displacement is in meters.
+    block = cc.Body("block", 1.0, 1.0)
+    guide = cc.Prismatic("guide", "ground", "block", axis=(1.0, 0.0))
+    assert cc.Scene([block], [guide], start=[cc.JointStart("guide", position=30.0)]).check().warnings == ()
+
+
+# --- joints ---------------------------------------------------------------------------------------------
+
+
+def test_a_joint_that_is_there_twice():
+    scene = MECHANISMS.slider_crank()
+    wrist = scene.joints[3]
+    turned = dataclasses.replace(wrist, name="copy", bearing=wrist.journal, journal=wrist.bearing)
+    for twin in (dataclasses.replace(wrist, name="copy"), turned):
+        both = dataclasses.replace(scene, joints=[*scene.joints, twin])
+        assert doubt(both).startswith('joints[4]: "copy" joins the same two points as "wrist"')
+    with pytest.warns(cc.ChebclearWarning, match="remove one if it is a copy"):
+        cc.simulate(both, 1e-4, 2)
+
+
+def test_a_clearance_that_never_acts():
+    scene = MECHANISMS.slider_crank()
+    for pin in (cc.Revolute("pin", "slider.C", "rod.C"), cc.Fixed("pin", "rod.C", "slider")):
+        held = dataclasses.replace(scene, joints=[*scene.joints, pin])
+        with pytest.raises(cc.SceneError, match=r'joints\[3\]: "wrist" never acts: "pin" holds the same two'):
+            held.check()
+    # The same point of the slider by another name: held by a weld elsewhere.
+    plate = cc.Body("plate", 0.1, 1e-4, points={"C": (0.0, 0.0), "D": (0.05, 0.0)})
+    weld = cc.Fixed("weld", "slider.C", "plate.D")
+    wrist = dataclasses.replace(scene.joints[3], name="eye", bearing="slider.C", journal="plate.C")
+    welded = dataclasses.replace(scene, bodies=[*scene.bodies, plate], joints=[*scene.joints, weld, wrist])
+    with pytest.raises(cc.SceneError, match=r'joints\[5\]: "eye" never acts: fixed joints hold'):
+        welded.check()
+
+
+# --- starts ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("pins", [(), ("wrist",), ("crank_pin", "wrist")])
+def test_a_push_along_a_dead_center(pins):
+    # Pushed towards the crank from outside, pulled away from inside; the other way it is stable.
+    for angle, force, unstable in ((0.0, -10.0, True), (0.0, 10.0, False), (math.pi, 10.0, True)):
+        scene = pressed(MECHANISMS.slider_crank(clearance_at=pins, crank_angle=angle), force)
+        assert ["dead center" in text for text in scene.check().warnings] == [True] * unstable
+        beside = pressed(MECHANISMS.slider_crank(clearance_at=pins, crank_angle=angle + 1e-6), force)
+        assert beside.check().warnings == ()
+
+
+@pytest.mark.parametrize("pins", [(), ("pivot",)])
+def test_upright(pins):
+    scene = MECHANISMS.pendulum_in_bearing(
+        angle=math.pi, clearance_at=pins, length=0.2, mass=0.5, inertia=1e-3
+    )
+    growth = math.sqrt(0.5 * 9.81 * 0.2 / (1e-3 + 0.5 * 0.2**2))
+    assert f"grows tenfold in {math.log(10.0) / growth:.2e}".replace("e-0", "e-") in doubt(scene)
+    assert MECHANISMS.pendulum_in_bearing(angle=0.0, clearance_at=pins).check().warnings == ()
+    # It moves from the start on, or friction of its own holds nothing: no balance to fall out of.
+    moved = dataclasses.replace(scene, start=[cc.BodyStart("pendulum", angular_velocity=0.1)])
+    assert moved.check().warnings == ()
+
+
+# --- tolerances -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("pins", "tolerance", "most"),
+    [
+        (("wrist",), {"position_tolerance": 1e30}, r"1.000e-5 \[m\], half the smallest clearance, got 1e30"),
+        ((), {"position_tolerance": 0.2}, r"1.200e-1 \[m\], the size of the mechanism, got 2e-1"),
+        (("wrist",), {"velocity_tolerance": 1e30}, r"\[m/s\], the speed of the mechanism, got 1e30"),
+    ],
+)
+def test_an_absolute_tolerance_larger_than_anything(pins, tolerance, most):
+    scene = MECHANISMS.slider_crank(clearance_at=pins)
+    (name,) = tolerance
+    with pytest.raises(cc.SceneError, match=rf"settings\.{name}: must be <= .*{most}"):
+        cc.simulate(scene, 1e-3, 11, **tolerance)
+    study = cc.Study(
+        MECHANISMS.slider_crank,
+        {"rod_length": cc.interval(0.12, rel=0.1)},
+        ["slider.x"],
+        duration=1e-3,
+        samples=11,
+        fixed={"clearance_at": pins},
+        **tolerance,
+    )
+    with pytest.raises(cc.SceneError, match=rf"settings\.{name}: must be <="):
+        study.scan(2)
