@@ -2,6 +2,8 @@
 
 import dataclasses
 import math
+import ntpath
+import os
 
 import chebclear as cc
 import numpy as np
@@ -212,3 +214,31 @@ def test_outputs_of_a_study_may_be_further_columns():
     )
     band = study.chebyshev(degree=2)["energy.kinetic"]
     assert np.all(np.isfinite(band.max_width)) and band.max_width > 0.0
+
+
+def test_columns_that_were_not_asked_for_are_told_from_unknown_ones():
+    scene = cc.mechanisms.slider_crank()
+    run = cc.simulate(scene, 1e-3, 3)
+    few = cc.simulate(scene, 1e-3, 3, outputs=["slider.x"])
+    study = cc.Study(
+        cc.mechanisms.slider_crank,
+        {"crank_length": cc.interval(0.05, rel=0.01)},
+        outputs=["slider.x"],
+        duration=1e-3,
+        samples=3,
+    ).scan(2)
+    for result, name in ((run, "wrist.wear"), (few, "slider.vx"), (study, "slider.vx")):
+        with pytest.raises(KeyError, match=rf'"{name}" was not asked for: name it in outputs='):
+            result[name]
+    with pytest.raises(KeyError, match=r'unknown column "wrist.waer"; did you mean "wrist.wear"'):
+        few["wrist.waer"]
+
+
+def test_patterns_know_upper_and_lower_case_on_every_system(monkeypatch):
+    body = [cc.Body(name, 1.0, 0.1) for name in ("Arm", "arm")]
+    scene = cc.Scene(body, [cc.Revolute("pin", "Arm", "arm")])
+    scene.check()
+    with monkeypatch.context() as windows:
+        windows.setattr(os, "path", ntpath)  # where fnmatch asks for the customs of the system
+        run = cc.simulate(scene, 0.1, 2, outputs=["Arm.*"])
+    assert {name.partition(".")[0] for name in run.columns} == {"Arm"}

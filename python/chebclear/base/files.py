@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import os
 import platform
 from collections.abc import Iterator, Mapping
@@ -60,11 +61,57 @@ def save(
         "python": platform.python_version(),
         "platform": platform.platform(),
     }
-    metadata = json.dumps({"format": FORMAT, "kind": kind, "versions": versions, **facts})
+    told = {"format": FORMAT, "kind": kind, "versions": versions, **facts}
+    metadata = json.dumps(_as_json(told), allow_nan=False)
     everything: dict[str, Any] = {"metadata": np.array(metadata), **arrays}
-    with path.open("wb") as file:
+    with replaced(path) as beside, beside.open("wb") as file:
         np.savez_compressed(file, **everything)
     return path
+
+
+@contextmanager
+def replaced(path: Path) -> Iterator[Path]:
+    """A new file that takes the place of a path when the block ends without an exception.
+
+    Whatever interrupts the writing, the path holds the old file or the new one as a whole.
+
+    Parameters
+    ----------
+    path : Path
+        What is to be replaced; need not exist. The target of a link, not the link.
+
+    Yields
+    ------
+    Path
+        The file to write, in the same folder.
+    """
+    path = path.resolve()
+    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        yield beside
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+# Key of the object that stands for a number which JSON does not have.
+_NOT_FINITE = "not_finite"
+
+
+def _as_json(value: Any) -> Any:
+    """A value with ``{"not_finite": "Infinity"}`` and the like in place of the numbers that JSON lacks."""
+    if isinstance(value, Mapping):
+        return {key: _as_json(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_as_json(entry) for entry in value]
+    if not isinstance(value, float) or math.isfinite(value):
+        return value
+    return {_NOT_FINITE: "NaN" if math.isnan(value) else "Infinity" if value > 0.0 else "-Infinity"}
+
+
+def _from_json(plain: dict[str, Any]) -> Any:
+    """What an object of the metadata stands for."""
+    return float(plain[_NOT_FINITE]) if plain.keys() == {_NOT_FINITE} else plain
 
 
 def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
@@ -82,7 +129,7 @@ def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any
             archive = np.load(file, allow_pickle=False)
             if not isinstance(archive, np.lib.npyio.NpzFile):  # a single array
                 raise stranger
-            facts = json.loads(str(archive["metadata"]))
+            facts = json.loads(str(archive["metadata"]), object_hook=_from_json)
         except (KeyError, ValueError, EOFError, BadZipFile, ZlibError):
             raise stranger from None
         if not (isinstance(facts, dict) and isinstance(facts.get("format"), int) and "kind" in facts):

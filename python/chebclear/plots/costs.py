@@ -122,7 +122,7 @@ def plot_tradeoff(
         # The grey area is seen, but does not push the points aside.
         ax.set_xlim(left=0.3 * leftmost)
     unit = column_unit(name)
-    span = result.duration if until is None else until
+    span = result.end if until is None else until
     ax.set_xlabel(f"largest error of {name} to {1e3 * span:.3g} ms" + (f" [{unit}]" if unit else ""))
     ax.set_ylabel(_COSTS[cost])
     _plain_ticks(ax.yaxis)

@@ -116,13 +116,18 @@ class Settings:
         checks = Checks()
         names: dict[str, None] = {}
         for name in self.outputs:
-            found = [name] if name in columns else fnmatch.filter(columns, name)
+            found = [name] if name in columns else _matching(columns, name)
             if not found:
                 checks.add(f'unknown output "{name}"{output_meant(name, columns)}')
             names |= dict.fromkeys(found)
         checks.finish()
         _require_room(runs, self.samples, len(names))
         return dataclasses.replace(self, outputs=tuple(names))
+
+
+def _matching(columns: Iterable[str], pattern: str) -> list[str]:
+    """Columns that a pattern stands for; ``fnmatch.filter`` would be blind to case on Windows."""
+    return [column for column in columns if fnmatch.fnmatchcase(column, pattern)]
 
 
 def _require_room(runs: int, samples: int, columns: int) -> None:

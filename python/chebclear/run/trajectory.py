@@ -172,11 +172,13 @@ class Trajectory(records.ArrayRecord):
 
     def __repr__(self) -> str:
         size = f"{len(self.columns)} columns of {len(self.t)} samples"
-        return f"<Trajectory: {size} to t = {self.settings.duration:g} s, {self.status}>"
+        start = f"from t = {self.t[0]:g} s " if self.t[0] else ""
+        end = "" if self.success else f" at {self.end_time:g} s"
+        return f"<Trajectory: {size} {start}to t = {self.t[-1]:g} s, {self.status}{end}>"
 
     def __getitem__(self, column: str) -> Array:
         """A view of one column, shape (samples,)."""
-        return self.values[:, column_index(self.columns, column)]
+        return self.values[:, column_index(self.columns, column, self.scene)]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.columns)
@@ -293,8 +295,11 @@ class Trajectory(records.ArrayRecord):
         )
 
 
-def column_index(columns: Sequence[str], name: str) -> int:
-    """Where a column stands; KeyError with the nearest name if there is none."""
-    if name not in columns:
-        raise KeyError(f'unknown column "{name}"{output_meant(name, columns)}')
-    return columns.index(name)
+def column_index(columns: Sequence[str], name: str, scene: Scene | None = None) -> int:
+    """Where a column stands; KeyError if it is not there, with the nearest name that the scene has."""
+    if name in columns:
+        return columns.index(name)
+    known = () if scene is None else scene.check().columns + scene.check().further_columns
+    if name in known:
+        raise KeyError(f'"{name}" was not asked for: name it in outputs=')
+    raise KeyError(f'unknown column "{name}"{output_meant(name, columns) or output_meant(name, known)}')

@@ -55,7 +55,7 @@ class StudyResult(records.ArrayRecord):
         return f"<StudyResult: {how}, {len(self.parameters)} runs, {', '.join(self.outputs)}>"
 
     def __getitem__(self, output: str) -> Band:
-        column_index(self.outputs, output)
+        column_index(self.outputs, output, self.scene)
         return self.bands[output]
 
     def __iter__(self) -> Iterator[str]:

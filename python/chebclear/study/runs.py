@@ -145,13 +145,25 @@ def require_success(runs: _Runs, given: Sequence[Mapping[str, float]]) -> None:
     )
 
 
+# A name in quotes, a path or a word with digits, which tell warnings apart; or a number, which does not.
+_KEPT_OR_NUMBER = re.compile(
+    r'"(?:[^"\\]|\\.)*"|[A-Za-z_][\w.\[\]]*|(?P<number>[+-]?\d+(\.\d+)?(e[+-]?\d+)?)'
+)
+
+
+def _without_number(found: re.Match[str]) -> str:
+    return "#" if found["number"] else found[0]
+
+
 def gathered_warnings(runs: Sequence[Sequence[str]]) -> tuple[str, ...]:
     """Each warning once, although its numbers may differ from run to run."""
     first: dict[str, str] = {}
     count: dict[str, int] = {}
     for messages in runs:
+        kinds: dict[str, str] = {}
         for message in messages:
-            kind = re.sub(r"\d+(\.\d+)?(e[+-]?\d+)?", "#", message)
+            kinds.setdefault(_KEPT_OR_NUMBER.sub(_without_number, message), message)
+        for kind, message in kinds.items():
             first.setdefault(kind, message)
             count[kind] = count.get(kind, 0) + 1
     return tuple(f"{message} (in {count[kind]} of {len(runs)} runs)" for kind, message in first.items())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks, did_you_mean
 from ..base.progress import bar, is_request
-from ..errors import SceneError, describe
+from ..errors import ChebclearWarning, SceneError, describe
 from ..run.settings import MAX_EVENTS, MAX_STEPS, Settings
 from ..run.simulation import warn_once
 from ..run.trajectory import Stats
@@ -33,6 +34,8 @@ Progress = Callable[[int, int], None]
 MOST_THREADS = 1024
 MOST_NODES = 10_000
 MOST_RUNS = 1_000_000
+MAX_RUNS = 20_000
+"""Runs that a call starts without being asked for more [-]: a minute or two of the paper's mechanism."""
 
 
 class Study:
@@ -149,7 +152,11 @@ class Study:
         return f"<Study of {getattr(self.build, '__name__', self.build)}: {sides}>"
 
     def chebyshev(
-        self, degree: int | Mapping[str, int] = 3, nodes: int | Mapping[str, int] | None = None
+        self,
+        degree: int | Mapping[str, int] = 3,
+        nodes: int | Mapping[str, int] | None = None,
+        *,
+        max_runs: int = MAX_RUNS,
     ) -> StudyResult:
         """The paper's method: simulate on Chebyshev roots, fit polynomials, bound them by Eq. (31).
 
@@ -160,6 +167,8 @@ class Study:
         nodes : int or mapping of str to int, optional
             Number of roots [-]; one more than the degree if not given, and never fewer. The number of runs is
             their product, at most 1 000 000, and one at the midpoint.
+        max_runs : int
+            Runs on the roots above which nothing is started [-]: five parameters may mean 100 000.
 
         Returns
         -------
@@ -179,12 +188,13 @@ class Study:
         degrees = self._per_parameter(checks, "degree", degree, [1] * len(self.intervals), MOST_NODES - 1)
         least = [degree + 1 for degree in degrees]
         counts = least if nodes is None else self._per_parameter(checks, "nodes", nodes, least, MOST_NODES)
+        checks.whole("max_runs", max_runs, least=1)
         checks.finish()
-        _check_runs(counts)
+        _check_runs(counts, max_runs, "a lower degree")
         points = chebyshev_grid(list(self.intervals.values()), counts)
         return self._run(points, tuple(counts), tuple(degrees))
 
-    def scan(self, points: int | Mapping[str, int] = 10) -> StudyResult:
+    def scan(self, points: int | Mapping[str, int] = 10, *, max_runs: int = MAX_RUNS) -> StudyResult:
         """Brute force: simulate on equally spaced points; the bounds are the extremes of the runs.
 
         Parameters
@@ -193,6 +203,8 @@ class Study:
             Number of points [-], at least 2, both ends included; for all parameters or by name. The number of
             runs is their product, at most 1 000 000, and one at the midpoint that does not count for the
             bounds.
+        max_runs : int
+            Runs on the grid above which nothing is started [-]: ten points of five parameters are 100 000.
 
         Returns
         -------
@@ -206,8 +218,9 @@ class Study:
         """
         checks = Checks()
         counts = self._per_parameter(checks, "points", points, [2] * len(self.intervals), MOST_NODES)
+        checks.whole("max_runs", max_runs, least=1)
         checks.finish()
-        _check_runs(counts)
+        _check_runs(counts, max_runs, "fewer points")
         sides = [
             np.linspace(side.lower, side.upper, count)
             for side, count in zip(self.intervals.values(), counts, strict=True)
@@ -239,6 +252,7 @@ class Study:
         *,
         holdout: int = 100,
         seed: int = 0,
+        max_runs: int = MAX_RUNS,
     ) -> StudyTradeoff:
         """Measure accuracy against cost of the bounds: degrees, scan points and ways of bounding.
 
@@ -256,6 +270,8 @@ class Study:
             Number of random points [-], at least 2; the corners come on top, of up to 8 parameters.
         seed : int
             Seed of the random points [-].
+        max_runs : int
+            Runs of all settings and hold-out runs together above which nothing is started [-].
 
         Returns
         -------
@@ -273,7 +289,7 @@ class Study:
         """
         from ..tradeoffs import of_study as study_tradeoff
 
-        result = study_tradeoff.measure(self, degrees, points, holdout=holdout, seed=seed)
+        result = study_tradeoff.measure(self, degrees, points, holdout=holdout, seed=seed, max_runs=max_runs)
         warn_once(result.warnings, stacklevel=3)
         return result
 
@@ -307,7 +323,7 @@ class Study:
         """
         midpoint = [side.midpoint for side in self.intervals.values()]
         given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in [*points, midpoint]]
-        scenes = [self._scene(parameters) for parameters in given]
+        scenes, built = self._scenes(given)
         texts = [scene_text(scene, parameters) for scene, parameters in zip(scenes, given, strict=True)]
         try:
             settings = self.settings.for_scene(scenes[-1], runs=len(scenes))
@@ -319,7 +335,8 @@ class Study:
             except SceneError as error:
                 raise with_parameters(error, given) from None
         require_success(runs, given)
-        messages = gathered_warnings(runs["warnings"])
+        told = zip(built, runs["warnings"], strict=True)
+        messages = gathered_warnings([[*of_build, *of_run] for of_build, of_run in told])
         return StudyResult.from_runs(
             runs["t"],
             runs["columns"],
@@ -333,6 +350,23 @@ class Study:
             settings=settings,
             scene=scenes[-1],
         )
+
+    def _scenes(self, given: list[dict[str, float]]) -> tuple[list[Scene], list[list[str]]]:
+        """The scenes of all runs, and what `build` warned of in each; other warnings take their usual way."""
+        scenes: list[Scene] = []
+        told: list[list[str]] = []
+        others: list[warnings.WarningMessage] = []
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            for parameters in given:
+                scenes.append(self._scene(parameters))
+                told.append([str(one.message) for one in caught if one.category is ChebclearWarning])
+                others += [one for one in caught if one.category is not ChebclearWarning]
+                caught.clear()
+        seen: dict[Any, Any] = {}  # so that a place in `build` warns once, not in every run
+        for one in others:
+            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno, registry=seen)
+        return scenes, told
 
     def _scene(self, parameters: dict[str, float]) -> Scene:
         try:
@@ -370,12 +404,17 @@ def _checked_fixed(checks: Checks, fixed: object) -> dict[str, Any]:
     return dict(fixed)
 
 
-def _check_runs(counts: Sequence[int]) -> None:
-    """Refuse what would fill the memory before the first run."""
+def _check_runs(counts: Sequence[int], max_runs: int, fewer: str) -> None:
+    """Refuse what would fill the memory or take hours before the first run."""
     runs = math.prod(counts)
+    grid = " x ".join(map(str, counts))
     if runs > MOST_RUNS:
-        grid = " x ".join(map(str, counts))
         raise ValueError(f"a study must have at most {MOST_RUNS} runs, got {grid} = {runs}")
+    if runs > max_runs:
+        raise ValueError(
+            f"{grid} = {runs} runs are more than max_runs = {max_runs}: take {fewer}, or allow them with "
+            f"max_runs={runs}"
+        )
 
 
 def _check_keywords(checks: Checks, build: object, intervals: Iterable[str], fixed: Iterable[str]) -> None:

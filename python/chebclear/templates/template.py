@@ -12,6 +12,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from ..base.arguments import did_you_mean
+from ..base.files import replaced
 from ..base.quantities import Interval
 from ..errors import Problem, SceneError
 from ..run.simulation import simulate
@@ -224,12 +225,8 @@ class Template:
         if path.suffix != ".toml":
             path = path.with_name(path.name + ".toml")
         text = write_toml(self.source)
-        beside = path.with_name(f".{path.name}.{os.getpid()}")
-        try:
+        with replaced(path) as beside:
             beside.write_text(text, encoding="utf-8")
-            beside.replace(path)
-        finally:
-            beside.unlink(missing_ok=True)
         return path
 
 

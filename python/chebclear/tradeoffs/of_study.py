@@ -272,35 +272,11 @@ class _Setting:
 
 
 def measure(
-    study: Study, degrees: Iterable[int], points: Iterable[int], *, holdout: int, seed: int
+    study: Study, degrees: Iterable[int], points: Iterable[int], *, holdout: int, seed: int, max_runs: int
 ) -> StudyTradeoff:
     """Compare the bounds of a study; see `Study.tradeoff`."""
-    sides = list(study.intervals.values())
-    checks = Checks()
-    wanted: list[tuple[int | None, int]] = []
-    for name, given, least, most in (
-        ("degrees", degrees, 1, MOST_NODES - 1),
-        ("points", points, 2, MOST_NODES),
-    ):
-        if isinstance(given, str) or not isinstance(given, Iterable):
-            checks.add(f"{name} must be a list of whole numbers, got {given!r}", wrong_type=True)
-            continue
-        for index, value in enumerate(given):
-            count = checks.whole(f"{name}[{index}]", value, least=least, most=most)
-            wanted.append((count, count + 1) if name == "degrees" else (None, count))
-    for _, count in wanted:
-        if count ** len(sides) > MOST_RUNS:
-            checks.add(
-                f"a study must have at most {MOST_RUNS} runs, got {count}^{len(sides)}: leave out the "
-                "higher degrees or the finer scans"
-            )
-    if not wanted:
-        checks.add("degrees and points must not both be empty")
-    checks.whole("holdout", holdout, least=2, most=MOST_RUNS)
-    checks.whole("seed", seed, least=0)
-    checks.finish()
-
-    probes = study.run_points(_holdout_points(study, holdout, seed), (holdout,), None)
+    probed, wanted = _checked(study, degrees, points, holdout, seed, max_runs)
+    probes = study.run_points(probed, (holdout,), None)
     settings = [_run(study, degree, count) for degree, count in wanted]
 
     outputs = probes.outputs
@@ -324,6 +300,45 @@ def measure(
         reference_change=_relative(widths - halves, widths),
         warnings=probes.warnings,
     )
+
+
+def _checked(
+    study: Study, degrees: Iterable[int], points: Iterable[int], holdout: int, seed: int, max_runs: int
+) -> tuple[Array, list[tuple[int | None, int]]]:
+    """Hold-out points, and degree, if any, and points of every setting."""
+    sides = list(study.intervals.values())
+    checks = Checks()
+    wanted: list[tuple[int | None, int]] = []
+    for name, given, least, most in (
+        ("degrees", degrees, 1, MOST_NODES - 1),
+        ("points", points, 2, MOST_NODES),
+    ):
+        if isinstance(given, str) or not isinstance(given, Iterable):
+            checks.add(f"{name} must be a list of whole numbers, got {given!r}", wrong_type=True)
+            continue
+        for index, value in enumerate(given):
+            count = checks.whole(f"{name}[{index}]", value, least=least, most=most)
+            wanted.append((count, count + 1) if name == "degrees" else (None, count))
+    for _, count in wanted:
+        if count ** len(sides) > MOST_RUNS:
+            checks.add(
+                f"a study must have at most {MOST_RUNS} runs, got {count}^{len(sides)}: leave out the "
+                "higher degrees or the finer scans"
+            )
+    if not wanted:
+        checks.add("degrees and points must not both be empty")
+    checks.whole("holdout", holdout, least=2, most=MOST_RUNS)
+    checks.whole("seed", seed, least=0)
+    checks.whole("max_runs", max_runs, least=1)
+    checks.finish()
+    probed = _holdout_points(study, holdout, seed)
+    runs = len(probed) + sum(count ** len(sides) for _, count in wanted)
+    if runs > max_runs:
+        raise ValueError(
+            f"all settings and hold-out points are {runs} runs, more than max_runs = {max_runs}: leave out "
+            f"the higher degrees or the finer scans, or allow them with max_runs={runs}"
+        )
+    return probed, wanted
 
 
 def _holdout_points(study: Study, count: int, seed: int) -> Array:

@@ -83,12 +83,14 @@ def in_words(time: float, digits: int = 3) -> str:
 
     Examples
     --------
-    >>> in_words(0.0314), in_words(2.0), in_words(5.123e-6, 2)
-    ('31.4 ms', '2 s', '5.1 µs')
+    >>> in_words(0.0314), in_words(2.0), in_words(5.123e-6, 2), in_words(7.6e-4, 2)
+    ('31.4 ms', '2 s', '5.1 µs', '760 µs')
     """
-    if time >= 1.0 or time == 0.0:
-        return f"{time:.{digits}g} s"
-    return f"{1e3 * time:.{digits}g} ms" if time >= 1e-3 else f"{1e6 * time:.{digits}g} µs"
+    rounded = float(f"{time:.{digits}g}")
+    for scale, name in ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns")):
+        if rounded >= scale or rounded == 0.0:
+            return f"{rounded / scale:.12g} {name}"
+    return f"{rounded:g} s"
 
 
 def power(number: float) -> str:
@@ -111,13 +113,13 @@ def recommendation(
     limits = _checked_limits(checks, result, accuracy)
     checks.word("cost", cost, COSTS)
     if until is not None:
-        checks.real("until", until, "s", above=0.0, most=result.duration * (1.0 + 1e-12))
+        checks.real("until", until, "s", above=float(result.t[0]), most=result.end * (1.0 + 1e-12))
     checks.finish()
     bound = np.array([limits[name] for name in result.outputs])
 
     known = np.all(_MARGIN * _with_rounding(result, result.check.growth) <= bound[:, None], axis=0)
     # Differences up to an instant only grow, so what is known is known from the start on.
-    trusted = float(result.t[np.count_nonzero(known) - 1]) if known[0] else 0.0
+    trusted = float(result.t[np.count_nonzero(known) - 1]) if known[0] else float(result.t[0])
     span = trusted if until is None else until
     uncertain = _uncertainty(result, span)
 
@@ -130,7 +132,7 @@ def recommendation(
 
     if span <= result.t[0] or not np.all(uncertain <= bound):
         if span <= result.t[0]:  # not known well enough at any time: say how well it is known at all
-            span = result.duration
+            span = result.end
             uncertain = _uncertainty(result, span)
         worst = _nearest(uncertain, bound)
         text = (
@@ -153,7 +155,7 @@ def recommendation(
             text += f", but off by more than 1 % of a range from {in_words(parted)} on"
         if len(good) == len(result.points) > 1:
             text += "; all settings measured are accurate enough, cheaper ones may be too"
-        if until is None and span < result.duration:
+        if until is None and span < result.end:
             text += "; beyond, the reference itself is not known well enough"
         return answer(best, errors(best), text)
 
@@ -172,9 +174,7 @@ def recommendation(
         shorter = _settings_within(result, bound, instant) if instant < span else []
         if shorter:
             best = _cheapest(shorter, cost)
-            text += (
-                f"; over the first {in_words(instant)} rtol {power(best.rtol)} with {best.method} is enough"
-            )
+            text += f"; over {_span(result, instant)} rtol {power(best.rtol)} with {best.method} is enough"
             break
     return answer(None, shown, text)
 
@@ -245,8 +245,10 @@ def _price(point: TradeoffPoint, cost: str) -> str:
 
 
 def _span(result: Tradeoff, span: float) -> str:
-    whole = span >= result.duration * (1.0 - 1e-9)
-    return f"all {in_words(result.duration)}" if whole else f"the first {in_words(span)}"
+    """A part of the time in words; what was skipped does not count."""
+    covered = span - float(result.t[0])
+    whole = covered >= result.duration * (1.0 - 1e-9)
+    return f"all {in_words(result.duration)}" if whole else f"the first {in_words(covered)}"
 
 
 def _nearest(errors: Array, bound: Array) -> int:

@@ -92,7 +92,8 @@ class Tradeoff(records.ArrayRecord):
     """What was simulated."""
 
     def __repr__(self) -> str:
-        return f"<Tradeoff: {len(self.points)} runs to t = {self.duration:g} s, {', '.join(self.outputs)}>"
+        start = f"from t = {self.t[0]:g} s " if self.t[0] else ""
+        return f"<Tradeoff: {len(self.points)} runs {start}to t = {self.end:g} s, {', '.join(self.outputs)}>"
 
     def __getitem__(self, setting: tuple[str, float]) -> TradeoffPoint:
         method, rtol = setting
@@ -109,13 +110,18 @@ class Tradeoff(records.ArrayRecord):
 
     @property
     def duration(self) -> float:
-        """Simulated time [s]."""
+        """Time from the first sample to the last [s]; what was skipped does not count."""
+        return float(self.t[-1] - self.t[0])
+
+    @property
+    def end(self) -> float:
+        """Instant of the last sample [s]."""
         return float(self.t[-1])
 
     @property
     def trusted_until(self) -> float:
         """Until when the two tight runs agree within 1 % of the range of every output [s]."""
-        return min(float(self.check.horizon.min()), self.duration)
+        return min(float(self.check.horizon.min()), self.end)
 
     def error(self, point: TradeoffPoint, output: str, until: float | None = None) -> float:
         """Largest difference of a run from the reference.
@@ -172,8 +178,8 @@ class Tradeoff(records.ArrayRecord):
             Largest error relative to the range of each output [-], at most 1, constant outputs aside; or the
             largest error of the outputs by name, in their units, at most their ranges.
         until : float, optional
-            End of the time that counts [s]; if not given, as far as the reference itself is known to a
-            quarter of the accuracy.
+            End of the time that counts [s], an instant of `t`; if not given, as far as the reference itself
+            is known to a quarter of the accuracy.
         cost : {"seconds", "steps", "stages", "evaluations"}
             What is to be small. Seconds depend on the machine; a stage of a Rosenbrock method and one of an
             explicit method are not the same work.
@@ -245,14 +251,14 @@ class Tradeoff(records.ArrayRecord):
 
     def _cells(self) -> tuple[list[str], list[list[str]]]:
         """Header and rows of the table."""
-        spans = [self.duration]
-        if self.t[0] < self.trusted_until < self.duration:
+        spans = [self.end]
+        if self.t[0] < self.trusted_until < self.end:
             spans.insert(0, self._instant_before(self.trusted_until))
         few = len(self.outputs) <= _SHOWN
         failures = any(not point.success for point in self.points)
         head = ["method", "rtol", "steps", "rejected", "stages", "evaluations", "events", "time [ms]"]
         for span in spans:
-            when = "" if span == self.duration else f" to {in_words(span)}"
+            when = "" if span == self.end else f" to {in_words(span)}"
             if few:
                 head += [f"{name} [{column_unit(name)}]{when}" for name in self.outputs]
             head.append(f"worst [% of range]{when}")

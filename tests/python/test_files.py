@@ -1,0 +1,80 @@
+"""Files of results: whole at any time, and JSON that every reader understands."""
+
+import dataclasses
+import json
+import math
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear.base import files
+
+
+def resting():
+    return cc.simulate(cc.Scene([cc.Body("block", 1.0, 0.1)], []), 0.1, 3)
+
+
+def refuse(constant):
+    raise AssertionError(f"{constant} is no JSON")
+
+
+def test_numbers_that_are_not_finite_are_plain_json(tmp_path):
+    run = resting()
+    stats = dataclasses.replace(run.stats, smallest_step=math.inf, smallest_step_time=math.nan)
+    run = dataclasses.replace(run, stats=stats, end_time=-math.inf)
+    path = run.save(tmp_path / "run")
+    with np.load(path) as archive:
+        facts = json.loads(str(archive["metadata"]), parse_constant=refuse)
+    assert facts["stats"]["smallest_step"] == {"not_finite": "Infinity"}
+    assert cc.Trajectory.load(path) == run
+
+
+def test_metadata_with_bare_constants_of_the_first_files_are_read(tmp_path):
+    run = resting()
+    path = run.save(tmp_path / "run")
+    with np.load(path) as archive:
+        arrays = dict(archive)
+    facts = json.loads(str(arrays["metadata"]))
+    facts["end_time"] = math.inf
+    arrays["metadata"] = np.array(json.dumps(facts))
+    np.savez(path, **arrays)
+    assert cc.Trajectory.load(path).end_time == math.inf
+
+
+@pytest.mark.parametrize("stop", [KeyboardInterrupt, OSError])
+def test_what_interrupts_the_writing_leaves_the_old_file(tmp_path, monkeypatch, stop):
+    run = resting()
+    path = run.save(tmp_path / "run")
+    old = path.read_bytes()
+    write = np.savez_compressed
+
+    def halfway(file, **arrays):
+        write(file, metadata=arrays["metadata"])
+        raise stop
+
+    monkeypatch.setattr(np, "savez_compressed", halfway)
+    with pytest.raises(stop):
+        run.save(path)
+    assert path.read_bytes() == old
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_kill_leaves_the_old_file(tmp_path):
+    """Nothing is cleaned up after a kill: all that matters is that the path is not open for writing."""
+    path = tmp_path / "run.npz"
+    path.write_bytes(b"old")
+    with files.replaced(path) as beside:
+        beside.write_bytes(b"new, half of it")
+        assert path.read_bytes() == b"old" and beside.parent == tmp_path
+    assert path.read_bytes() == b"new, half of it"
+
+
+def test_a_link_stays_a_link(tmp_path):
+    target, link = tmp_path / "target.npz", tmp_path / "link.npz"
+    target.write_bytes(b"old")
+    try:
+        link.symlink_to(target)
+    except OSError:
+        pytest.skip("this system does not let us make links")
+    resting().save(link)
+    assert link.is_symlink() and target.read_bytes() == link.read_bytes() != b"old"

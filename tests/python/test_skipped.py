@@ -1,0 +1,48 @@
+"""Times that results tell where the first sample is not at zero."""
+
+import chebclear as cc
+import pytest
+from chebclear.tradeoffs.recommendation import in_words
+
+
+def swing():
+    body = cc.Body("bob", 1.0, 0.01, center_of_mass=(0.2, 0.0), points={"P": (0.0, 0.0)}, angle=-1.0)
+    return cc.Scene([body], [cc.Revolute("pin", "ground", "bob.P")], [cc.Gravity((0.0, -9.81))])
+
+
+def test_a_run_tells_the_times_of_its_samples():
+    late = cc.simulate(swing(), 0.25, 6, outputs=["bob.angle"], skip=0.5)
+    assert repr(late) == "<Trajectory: 1 columns of 6 samples from t = 0.5 s to t = 0.75 s, done>"
+    more = cc.simulate(swing(), 0.25, 6, outputs=["bob.angle"], start=late.end)
+    assert repr(more) == "<Trajectory: 1 columns of 6 samples from t = 0.75 s to t = 1 s, done>"
+    failed = cc.simulate(swing(), 0.25, 6, outputs=["bob.angle"], max_steps=1, on_failure="return")
+    assert repr(failed).endswith(f"to t = 0.25 s, max_steps at {failed.end_time:g} s>")
+
+
+def test_a_tradeoff_tells_the_times_of_its_samples():
+    result = cc.tradeoff(swing(), 0.25, 6, ["bob.angle"], rtols=[1e-6, 1e-8], repeats=1, skip=0.5)
+    assert result.duration == 0.25 and result.end == result.trusted_until == result.t[-1] == 0.75
+    assert repr(result) == "<Tradeoff: 8 runs from t = 0.5 s to t = 0.75 s, bob.angle>"
+    advice = result.recommendation(1e-3)
+    assert advice.until == 0.75 and "over all 250 ms" in str(advice)
+    shorter = result.recommendation(1e-3, until=0.6)
+    assert "over the first 100 ms" in str(shorter)
+    for wrong in (0.5, 0.76):
+        with pytest.raises(ValueError, match=r"until must be a finite number > 0\.5 and <= 0\.75"):
+            result.recommendation(1e-3, until=wrong)
+
+
+@pytest.mark.parametrize(
+    ("time", "digits", "words"),
+    [
+        (7.6e-4, 2, "760 µs"),
+        (9.996e-4, 2, "1 ms"),
+        (0.9999, 3, "1 s"),
+        (123.4, 2, "120 s"),
+        (4.2e-8, 2, "42 ns"),
+        (0.0, 3, "0 s"),
+        (1e-12, 3, "1e-12 s"),
+    ],
+)
+def test_times_in_words_have_no_exponent(time, digits, words):
+    assert in_words(time, digits) == words

@@ -1,0 +1,88 @@
+"""How many runs a study starts unasked, and what it passes on of their warnings."""
+
+import warnings
+
+import chebclear as cc
+import pytest
+from chebclear.study.runs import gathered_warnings
+
+BOX = {name: cc.interval(1.0, 2.0) for name in "abcde"}
+
+
+def resting(**parameters):
+    return cc.Scene([cc.Body("block", sum(parameters.values()), 0.1)], [])
+
+
+def study(build=resting, names="a", **options):
+    parameters = {name: BOX[name] for name in names}
+    return cc.Study(build, parameters, outputs=["block.y"], duration=0.1, samples=3, **options)
+
+
+def never(**parameters):
+    raise AssertionError("a run was started")
+
+
+def test_thousands_of_runs_are_not_started_unasked():
+    many = study(never, "abcde")
+    with pytest.raises(ValueError, match="fewer points, or allow them with max_runs=100000"):
+        many.scan(10)
+    with pytest.raises(ValueError, match="a lower degree, or allow them with max_runs=32768"):
+        many.chebyshev(7)
+    # 10^5 + 5^5 points of scans, 2^5 + ... + 6^5 roots, 100 random points and 32 corners.
+    with pytest.raises(ValueError, match="or allow them with max_runs=115457"):
+        many.tradeoff()
+    for wrong in (0, 1.5, "all"):
+        for start in (many.scan, many.chebyshev, many.tradeoff):
+            with pytest.raises((ValueError, TypeError), match="max_runs must be a whole number >= 1"):
+                start(max_runs=wrong)
+
+
+def test_runs_that_are_asked_for_are_started():
+    few = study(names="ab")
+    with pytest.raises(ValueError, match="max_runs=9"):
+        few.scan(3, max_runs=8)
+    assert len(few.scan(3, max_runs=9).parameters) == 9
+    assert len(few.chebyshev(2, max_runs=9).parameters) == 9
+    with pytest.raises(ValueError, match="max_runs=12"):
+        few.tradeoff([1], [], holdout=4, max_runs=11)
+    assert few.tradeoff([1], [], holdout=4, max_runs=12).reference_runs == 8 + 4
+
+
+def test_warnings_of_joints_whose_names_differ_by_digits_stay_apart():
+    def told(joint, percent):
+        return f'joint "{joint}": for {percent} % of its time it slides slower than {1e-3 * percent:.1e} m/s'
+
+    runs = [[told("pin1", 10 + k), told("pin2", 20), told("3", 3), told('a "4"', 1.5)] for k in range(3)]
+    runs[0].append(told("pin1", 99))
+    assert gathered_warnings([*runs, []]) == tuple(
+        f"{told(*words)} (in 3 of 4 runs)" for words in (("pin1", 10), ("pin2", 20), ("3", 3), ('a "4"', 1.5))
+    )
+    paths = [["bodies[1].mass: 1e-3 kg is little", "bodies[2].mass: -2 kg is little"]] * 2
+    assert len(gathered_warnings(paths)) == 2
+
+
+def test_what_build_warns_of_is_in_the_result():
+    def build(a):
+        warnings.warn(f"odd since a = {a:.3f}", cc.ChebclearWarning, stacklevel=1)
+        warnings.warn("old", DeprecationWarning, stacklevel=1)
+        return resting(a=a)
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("default")
+        result = study(build).scan(4)
+    assert result.warnings == ("odd since a = 1.000 (in 5 of 5 runs)",)
+    assert [str(one.message) for one in caught] == ["old", *result.warnings]
+    with warnings.catch_warnings(), pytest.raises(cc.ChebclearWarning, match="odd"):
+        warnings.simplefilter("ignore")
+        warnings.simplefilter("error", cc.ChebclearWarning)
+        study(build).scan(4)
+
+
+def test_mechanisms_that_jam_are_told_of_in_a_study():
+    def jamming(crank):
+        return cc.mechanisms.four_bar(crank_length=crank, clearance_at=("rocker_pin",))
+
+    lengths = {"crank": cc.interval(0.04, 0.07)}
+    with pytest.warns(cc.ChebclearWarning, match="cannot make a full turn"):
+        result = cc.Study(jamming, lengths, outputs=["crank.angle"], duration=1e-4, samples=2).scan(2)
+    assert any("cannot make a full turn" in text for text in result.warnings)
