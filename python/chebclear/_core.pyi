@@ -12,6 +12,7 @@ __all__ = [
     "chebyshev_nodes",
     "inspect",
     "interval_bounds",
+    "polynomial_ranges",
     "restart_at_end",
     "simulate",
     "sweep",
@@ -77,6 +78,15 @@ class _Runs(TypedDict):
     stats: list[_Stats]
     warnings: list[list[str]]
 
+@type_check_only
+class _Ranges(TypedDict):
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+    attained_lower: NDArray[np.float64]
+    attained_upper: NDArray[np.float64]
+    lowest_at: NDArray[np.float64]
+    highest_at: NDArray[np.float64]
+
 def simulate(
     scene: str,
     settings: str,
@@ -104,3 +114,6 @@ def chebyshev_derivative(
 def interval_bounds(
     coefficients: NDArray[np.float64], degrees: Sequence[int]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+def polynomial_ranges(
+    coefficients: NDArray[np.float64], degrees: Sequence[int], threads: int | None = None
+) -> _Ranges: ...

@@ -21,7 +21,7 @@ use crate::run::settings::read_settings;
 use crate::run::trajectory::{Contact, Trajectory, resume, simulate as run_simulation};
 use crate::scene::reader::read_scene;
 use crate::study::chebyshev::MOST_NODES;
-use crate::study::{bounds, chebyshev, sweep as sweeps};
+use crate::study::{bounds, chebyshev, range, sweep as sweeps};
 
 /// How often the waiting thread looks for Ctrl-C and reports progress.
 const WAKE: Duration = Duration::from_millis(50);
@@ -385,6 +385,29 @@ fn interval_bounds<'py>(
     Ok((lower.into_pyarray(py), upper.into_pyarray(py)))
 }
 
+/// Certified ranges of the polynomials, values that they take, and where.
+#[pyfunction]
+#[pyo3(signature = (coefficients, degrees, threads=None))]
+fn polynomial_ranges<'py>(
+    py: Python<'py>,
+    coefficients: PyReadonlyArray2<'py, f64>,
+    degrees: Vec<usize>,
+    threads: Option<usize>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (coefficients, [_, columns]) = flat(&coefficients);
+    let ranges = py
+        .detach(|| range::polynomial_ranges(&coefficients, columns, &degrees, threads))
+        .map_err(grid_error)?;
+    let result = PyDict::new(py);
+    result.set_item("lower", ranges.lower.into_pyarray(py))?;
+    result.set_item("upper", ranges.upper.into_pyarray(py))?;
+    result.set_item("attained_lower", ranges.attained_lower.into_pyarray(py))?;
+    result.set_item("attained_upper", ranges.attained_upper.into_pyarray(py))?;
+    result.set_item("lowest_at", matrix(py, ranges.lowest_at, degrees.len())?)?;
+    result.set_item("highest_at", matrix(py, ranges.highest_at, degrees.len())?)?;
+    Ok(result)
+}
+
 /// Numerical core of chebclear; use the package, not this module.
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -397,5 +420,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(chebyshev_evaluate, module)?)?;
     module.add_function(wrap_pyfunction!(chebyshev_derivative, module)?)?;
     module.add_function(wrap_pyfunction!(interval_bounds, module)?)?;
+    module.add_function(wrap_pyfunction!(polynomial_ranges, module)?)?;
     Ok(())
 }

@@ -40,7 +40,7 @@ pub struct GridError {
 }
 
 impl GridError {
-    fn new(message: impl Into<String>) -> Self {
+    pub(crate) fn new(message: impl Into<String>) -> Self {
         Self { message: message.into() }
     }
 }
