@@ -40,8 +40,9 @@ study = cc.Study(
     cc.mechanisms.slider_crank,
     {"crank_length": cc.interval(0.05, rel=0.10), "rod_length": cc.interval(0.12, rel=0.10)},
     outputs=["slider.vx"],
-    duration=0.03,
+    duration=scene.period,
     samples=361,
+    skip=scene.period,
     method="dop853",
 )
 bounds = study.tradeoff(degrees=[1, 2, 3], points=[5], holdout=40)

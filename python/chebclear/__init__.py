@@ -19,6 +19,22 @@ from .plots.results import (
     plot_trajectory,
 )
 from .run.accuracy import ErrorEstimate
+from .run.features import (
+    Extremum,
+    Feature,
+    contact_share,
+    impacts,
+    impulse,
+    loss,
+    lowest,
+    mean,
+    peak,
+    peak_to_peak,
+    rms,
+    time_of_lowest,
+    time_of_peak,
+    wear,
+)
 from .run.settings import Settings
 from .run.simulation import simulate
 from .run.trajectory import Contacts, EndState, Events, Stats, Trajectory
@@ -80,6 +96,8 @@ __all__ = [
     "EndState",
     "ErrorEstimate",
     "Events",
+    "Extremum",
+    "Feature",
     "Fixed",
     "Flores",
     "Force",
@@ -123,10 +141,18 @@ __all__ = [
     "Trajectory",
     "__version__",
     "compare",
+    "contact_share",
     "hertz_stiffness",
+    "impacts",
+    "impulse",
     "interval",
     "load",
+    "loss",
+    "lowest",
+    "mean",
     "mechanisms",
+    "peak",
+    "peak_to_peak",
     "plot_band",
     "plot_orbit",
     "plot_scene",
@@ -135,7 +161,11 @@ __all__ = [
     "plot_study_tradeoff",
     "plot_tradeoff",
     "plot_trajectory",
+    "rms",
     "rpm",
     "simulate",
+    "time_of_lowest",
+    "time_of_peak",
     "tradeoff",
+    "wear",
 ]

@@ -63,6 +63,9 @@ class _Run(TypedDict):
     stats: _Stats
     events: _Events
     contacts: _Contacts
+    skipped_events: _Events
+    skipped_contacts: _Contacts
+    features: NDArray[np.float64]
     end: str | None
     warnings: list[str]
 
@@ -71,6 +74,7 @@ class _Runs(TypedDict):
     t: NDArray[np.float64]
     values: NDArray[np.float64]
     columns: list[str]
+    features: NDArray[np.float64]
     status: list[str]
     message: list[str]
     time: list[float]

@@ -1,6 +1,7 @@
 //! Springs, dampers, given forces, motions and starts with something wrong: refused at their paths.
 
 use chebclear::mechanism::compiled::Mechanism;
+use chebclear::run::features::{Feature, FeatureKind};
 use chebclear::run::settings::Settings;
 use chebclear::run::trajectory::simulate;
 use chebclear::scene::parts::{Force, ForceFrame, Scene, Start};
@@ -482,4 +483,11 @@ fn springs_between_points_that_coincide_and_tables_that_are_too_short_are_refuse
     assert!(problem.contains("the run from 0 to 2.5 [s]"), "{problem}");
     let settings = Settings { skip: -1.0, ..Settings::new(1.0, 2) };
     assert_eq!(refuse(&settings), "settings.skip: must be >= 0 [s], got -1");
+    let settings = Settings { cycles: 0, ..Settings::new(1.0, 2) };
+    assert_eq!(refuse(&settings), "settings.cycles: must be >= 1 and <= 1000000, got 0");
+    let feature = |kind, of: &str| Feature { kind, of: of.to_owned() };
+    let features = vec![feature(FeatureKind::Peak, "arm.xx"), feature(FeatureKind::Wear, "pivot")];
+    let problem = refuse(&Settings { features, ..Settings::new(1.0, 2) });
+    assert!(problem.contains("settings.features[0].of: unknown output \"arm.xx\""), "{problem}");
+    assert!(problem.contains("settings.features[1].of: unknown clearance joint \"pivot\""), "{problem}");
 }

@@ -156,7 +156,7 @@ def _look(scene: Scene, start: EndState, settings: Settings, columns: list[str])
     """A scene in the state from which the run goes on; NaN if not even a step is possible."""
     instant = _INSTANT * start.time
     outputs = tuple(columns) or None
-    short = dataclasses.replace(settings, duration=instant, skip=0.0, samples=2, outputs=outputs)
+    short = dataclasses.replace(settings, duration=instant, skip=0.0, samples=2, outputs=outputs, features=())
     return _core.simulate(scene.to_json(), short.to_json(), None, start.memory)
 
 

@@ -12,7 +12,8 @@ from typing import Any
 
 from ..base.arguments import Checks
 from ..base.units import unit
-from ..scene.scene import Scene
+from ..scene.scene import ClearanceRevolute, Scene
+from .features import JOINT_KINDS, Feature, checked_features
 from .names import output_meant
 
 METHODS = ("auto", "rodas5p", "rodas4", "dop853")
@@ -23,6 +24,7 @@ MAX_EVENTS = 1_000_000
 LEAST_RTOL, MOST_RTOL = 1e-13, 0.1
 MOST_SAMPLES = 10_000_000
 MOST_COUNT = 2**53
+MOST_CYCLES = 1_000_000
 # Samples of all columns that surely fit into the memory: for fewer the columns need not be counted.
 _MANY_SAMPLES = 1_000_000
 
@@ -51,6 +53,10 @@ class Settings:
     """Absolute tolerance of positions [m]; from `rtol` and the scales of the scene if None."""
     velocity_tolerance: float | None = field(metadata=unit("m/s"))
     """Absolute tolerance of velocities [m/s]; from `rtol` and the scales of the scene if None."""
+    features: tuple[Feature, ...] = ()
+    """Features that are found on the way."""
+    cycles: int = 1
+    """Equal pieces of the sampled time, each with features of its own [-]."""
 
     @classmethod
     def checked(
@@ -67,6 +73,8 @@ class Settings:
         max_events: object,
         position_tolerance: object,
         velocity_tolerance: object,
+        features: object = None,
+        cycles: object = 1,
     ) -> Settings:
         """Settings from what the user gave; what is wrong with it is noted in `checks`."""
         absolute = {
@@ -82,6 +90,8 @@ class Settings:
             outputs=_checked_names(checks, outputs),
             max_steps=checks.whole("max_steps", max_steps, least=1, most=MOST_COUNT),
             max_events=checks.whole("max_events", max_events, least=1, most=MOST_COUNT),
+            features=checked_features(checks, features),
+            cycles=checks.whole("cycles", cycles, least=1, most=MOST_CYCLES),
             **{
                 name: None if value is None else checks.real(name, value, unit, above=0.0)
                 for name, (value, unit) in absolute.items()
@@ -96,8 +106,10 @@ class Settings:
     def from_dict(cls, plain: Mapping[str, Any]) -> Settings:
         """The settings from what JSON made of them."""
         outputs = plain["outputs"]
+        known = {"outputs": None if outputs is None else tuple(outputs)}
+        known |= {"features": tuple(Feature(**feature) for feature in plain.get("features", ()))}
         # Files of the first version know no skip.
-        return cls(**{"skip": 0.0, **plain, "outputs": None if outputs is None else tuple(outputs)})
+        return cls(**{"skip": 0.0, **plain, **known})
 
     def for_scene(self, scene: Scene, runs: int = 1) -> Settings:
         """The settings with patterns such as ``"energy.*"`` replaced by the columns of the scene.
@@ -105,8 +117,10 @@ class Settings:
         Raises
         ------
         ValueError
-            If an output is no column of the scene, or the samples of so many runs would fill the memory.
+            If an output is no column of the scene, a feature names none or no clearance joint, or the samples
+            of so many runs would fill the memory.
         """
+        require_features(scene, self.features)
         if self.outputs is None:
             if runs * self.samples > _MANY_SAMPLES:
                 _require_room(runs, self.samples, len(scene.check().columns))
@@ -128,6 +142,22 @@ class Settings:
 def _matching(columns: Iterable[str], pattern: str) -> list[str]:
     """Columns that a pattern stands for; ``fnmatch.filter`` would be blind to case on Windows."""
     return [column for column in columns if fnmatch.fnmatchcase(column, pattern)]
+
+
+def require_features(scene: Scene, features: Iterable[Feature]) -> None:
+    """Refuse features of outputs and clearance joints that the scene has not."""
+    if not features:
+        return
+    facts, checks = scene.check(), Checks()
+    columns = facts.columns + facts.further_columns
+    joints = [joint.name for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
+    for feature in features:
+        what, known = ("clearance joint", joints) if feature.kind in JOINT_KINDS else ("output", columns)
+        if feature.of not in known:
+            checks.add(
+                f'{feature.kind} of the unknown {what} "{feature.of}"{output_meant(feature.of, known)}'
+            )
+    checks.finish()
 
 
 def _require_room(runs: int, samples: int, columns: int) -> None:

@@ -8,8 +8,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Literal
 
-import numpy as np
-
 from .. import _core
 from ..base.arguments import Checks
 from ..base.progress import bar, is_request
@@ -17,6 +15,7 @@ from ..errors import ChebclearWarning, SimulationError
 from ..scene.scene import Scene
 from .accuracy import ErrorEstimate
 from .continuation import continuation
+from .features import Feature
 from .settings import LEAST_RTOL, MAX_EVENTS, MAX_STEPS, Settings
 from .trajectory import Contacts, EndState, Events, Stats, Trajectory
 
@@ -40,6 +39,8 @@ def simulate(
     max_events: int = MAX_EVENTS,
     position_tolerance: float | None = None,
     velocity_tolerance: float | None = None,
+    features: Sequence[Feature] | None = None,
+    cycles: int = 1,
     progress: bool | Callable[[float], None] | None = None,
     on_failure: Literal["raise", "return"] = "raise",
     error: Literal["estimate"] | None = None,
@@ -79,6 +80,11 @@ def simulate(
     position_tolerance, velocity_tolerance : float, optional
         Absolute tolerances [m], [m/s], at most half the smallest clearance, or the size of a scene without
         one, and the speed of the scene; from `rtol` and these scales if not given.
+    features : sequence of Feature, optional
+        What to find on the way, such as ``[cc.peak("slider.ax"), cc.impacts("wrist")]``: then
+        `Trajectory.peak` and `Trajectory.feature` answer at once. Without, they simulate once more.
+    cycles : int
+        Equal pieces of the sampled time, each with features of its own [-].
     progress : True or callable, optional
         True shows a bar if standard error is a terminal; a callable gets the share that is done, from 0 to 1.
     on_failure : {"raise", "return"}
@@ -116,6 +122,8 @@ def simulate(
         max_events=max_events,
         position_tolerance=position_tolerance,
         velocity_tolerance=velocity_tolerance,
+        features=features,
+        cycles=cycles,
     )
     if start is not None and not isinstance(start, EndState):
         checks.add(f"start must be the end of a run, got {start!r}", wrong_type=True)
@@ -185,25 +193,16 @@ def run_scene(
     """
     memory = None if start is None else start.memory
     run = _core.simulate(scene.to_json(), settings.to_json(), report, memory)
-    events, contacts = run["events"], run["contacts"]
     return Trajectory(
         t=run["t"],
         columns=tuple(run["columns"]),
         values=run["values"],
-        events=Events(
-            time=events["time"],
-            joint=np.array(events["joint"], dtype=np.str_),
-            kind=np.array(events["kind"], dtype=np.str_),
-            normal_velocity=events["normal_velocity"],
-        ),
-        contacts=Contacts(
-            joint=np.array(contacts["joint"], dtype=np.str_),
-            onset=contacts["onset"],
-            separation=contacts["separation"],
-            impact_velocity=contacts["impact_velocity"],
-            peak_force=contacts["peak_force"],
-            peak_time=contacts["peak_time"],
-        ),
+        events=Events.of(run["events"]),
+        contacts=Contacts.of(run["contacts"]),
+        skipped_events=Events.of(run["skipped_events"]),
+        skipped_contacts=Contacts.of(run["skipped_contacts"]),
+        features=run["features"],
+        start=memory,
         end=None if run["end"] is None else EndState(run["end"], scene),
         stats=Stats(**run["stats"]),
         status=run["status"],
@@ -243,6 +242,7 @@ def _tightened(settings: Settings) -> Settings:
     return dataclasses.replace(
         settings,
         rtol=settings.rtol / _COMPANION,
+        features=(),
         position_tolerance=tenth(settings.position_tolerance),
         velocity_tolerance=tenth(settings.velocity_tolerance),
     )

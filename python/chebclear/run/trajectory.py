@@ -7,22 +7,27 @@ import json
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..base import files as records
+from ..base.arguments import Checks
 from ..base.units import unit
 from ..scene.scene import Scene
 from .accuracy import ErrorEstimate
+from .features import EXTREMA, Extremum, Feature
 from .names import output_meant
-from .settings import Settings
+from .settings import MOST_CYCLES, Settings, require_features
+from .tracking import settling_time, simulate_features
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from .._core import _Contacts, _Events
 
 Array = NDArray[np.float64]
 
@@ -81,6 +86,16 @@ class Events(records.ArrayRecord):
     def __len__(self) -> int:
         return len(self.time)
 
+    @classmethod
+    def of(cls, table: _Events) -> Events:
+        """The events as the core tells them."""
+        return cls(
+            time=table["time"],
+            joint=np.array(table["joint"], dtype=np.str_),
+            kind=np.array(table["kind"], dtype=np.str_),
+            normal_velocity=table["normal_velocity"],
+        )
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Contacts(records.ArrayRecord):
@@ -91,16 +106,28 @@ class Contacts(records.ArrayRecord):
     onset: Array = field(metadata=unit("s"))
     """When journal and bearing touched [s]."""
     separation: Array = field(metadata=unit("s"))
-    """When they parted [s]; NaN if the run ended in contact."""
+    """When they parted [s]; NaN if the run, or the skipped time, ended in contact."""
     impact_velocity: Array = field(metadata=unit("m/s"))
     """Penetration rate at the onset [m/s]; NaN if the run began in contact."""
     peak_force: Array = field(metadata=unit("N"))
-    """Largest normal force [N]."""
+    """Largest normal force [N]; if the contact lasts from the skipped into the sampled time, that of each."""
     peak_time: Array = field(metadata=unit("s"))
     """When it acted [s]."""
 
     def __len__(self) -> int:
         return len(self.onset)
+
+    @classmethod
+    def of(cls, table: _Contacts) -> Contacts:
+        """The contacts as the core tells them."""
+        return cls(
+            joint=np.array(table["joint"], dtype=np.str_),
+            onset=table["onset"],
+            separation=table["separation"],
+            impact_velocity=table["impact_velocity"],
+            peak_force=table["peak_force"],
+            peak_time=table["peak_time"],
+        )
 
     @property
     def duration(self) -> Array:
@@ -141,9 +168,9 @@ class Trajectory(records.ArrayRecord):
     values: Array
     """All columns in SI units, shape (samples, columns); NaN after a failure."""
     events: Events
-    """Changes of contact, those of the time skipped before the first sample included."""
+    """Changes of contact in the sampled time."""
     contacts: Contacts
-    """Contacts with their durations and peak forces, likewise."""
+    """Contacts in the sampled time with their durations and peak forces."""
     end: EndState | None
     """Where it ended, for another simulation to start from; None after a failure."""
     stats: Stats
@@ -162,6 +189,15 @@ class Trajectory(records.ArrayRecord):
     """How the simulation was run."""
     scene: Scene
     """What was simulated."""
+    skipped_events: Events
+    """Changes of contact in the time skipped before the first sample."""
+    skipped_contacts: Contacts
+    """Contacts in the skipped time; one that lasts into the sampled time is in both tables."""
+    features: Array
+    """What was found on the way, shape (cycles, features): those of the settings in their order. NaN where
+    the run did not finish a cycle."""
+    start: str | None = None
+    """What the run went on from, the `EndState.memory` of another one; None for a first start."""
     error: ErrorEstimate | None = None
     """Errors estimated by a companion run; None unless asked for."""
 
@@ -192,6 +228,92 @@ class Trajectory(records.ArrayRecord):
             Views; in the units of the columns.
         """
         return {"t": self.t, **{name: self[name] for name in self.columns}}
+
+    def peak(self, output: str) -> Extremum:
+        """Largest value of an output in the sampled time: of the continuous motion, not of the samples.
+
+        Found on the way if `simulate` was told ``features=[cc.peak(output), cc.time_of_peak(output)]``. Else
+        the run is simulated once more, step by step the same, and the extrema of all its columns are kept:
+        the first question costs some three runs, further ones nothing.
+
+        Parameters
+        ----------
+        output : str
+            Name of an output; not only of a column of this run.
+
+        Returns
+        -------
+        Extremum
+            NaN if the run failed.
+
+        Raises
+        ------
+        ValueError
+            If the scene has no such output.
+        """
+        return self._extremum("peak", output)
+
+    def lowest(self, output: str) -> Extremum:
+        """Smallest value of an output in the sampled time; see `peak`."""
+        return self._extremum("lowest", output)
+
+    @overload
+    def feature(self, feature: Feature, *, cycles: None = None) -> float: ...
+    @overload
+    def feature(self, feature: Feature, *, cycles: int) -> Array: ...
+    def feature(self, feature: Feature, *, cycles: int | None = None) -> float | Array:
+        """A number of the continuous motion over the sampled time: ``run.feature(cc.rms("slider.ax"))``.
+
+        Found on the way if it was among the ``features`` asked for, with as many ``cycles``; else the run is
+        simulated once more, step by step the same.
+
+        Parameters
+        ----------
+        feature : Feature
+            What to find: `peak`, `mean`, `impacts` and their like.
+        cycles : int, optional
+            Divide the sampled time into so many equal pieces [-] and find the feature of each.
+
+        Returns
+        -------
+        float, or ndarray of shape (cycles,) if cycles are given
+            In the unit of the feature; NaN where the run did not get that far.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If the scene has no such output or clearance joint, or an argument is wrong.
+        """
+        checks = Checks()
+        if not isinstance(feature, Feature):
+            checks.add(f'feature must be one such as peak("slider.ax"), got {feature!r}', wrong_type=True)
+        pieces = 1 if cycles is None else checks.whole("cycles", cycles, least=1, most=MOST_CYCLES)
+        checks.finish()
+        found = self._found([feature], pieces)[:, 0]
+        return float(found[0]) if cycles is None else found
+
+    def _extremum(self, kind: str, output: str) -> Extremum:
+        value, time = self._found([Feature(kind, output), Feature(f"time_of_{kind}", output)], 1)[0]
+        return Extremum(float(value), float(time), bool(time < settling_time(self.scene)))
+
+    def _found(self, features: list[Feature], cycles: int) -> Array:
+        """Features over the sampled time in pieces, shape (cycles, features)."""
+        known = self._known
+        missing = [feature for feature in features if (feature, cycles) not in known]
+        if missing:
+            if cycles == 1 and missing[0].of in self.columns:
+                missing += [Feature(kind, name) for name in self.columns for kind in EXTREMA]
+            asked = list(dict.fromkeys(missing))
+            require_features(self.scene, asked)
+            values = simulate_features(self.scene, self.settings, self.start, asked, cycles)
+            known |= {(feature, cycles): values[:, index] for index, feature in enumerate(asked)}
+        return np.stack([known[feature, cycles] for feature in features], axis=1)
+
+    @cached_property
+    def _known(self) -> dict[tuple[Feature, int], Array]:
+        """The features found so far, by the number of cycles."""
+        cycles = self.settings.cycles
+        return {(feature, cycles): self.features[:, k] for k, feature in enumerate(self.settings.features)}
 
     def plot(self, columns: str | Sequence[str], *, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw columns against time; see `plot_trajectory` for the options.
@@ -231,6 +353,9 @@ class Trajectory(records.ArrayRecord):
         arrays = {"t": self.t, "values": self.values}
         arrays |= {f"events_{name}": array for name, array in vars(self.events).items()}
         arrays |= {f"contacts_{name}": array for name, array in vars(self.contacts).items()}
+        arrays |= {f"skipped_events_{name}": array for name, array in vars(self.skipped_events).items()}
+        arrays |= {f"skipped_contacts_{name}": array for name, array in vars(self.skipped_contacts).items()}
+        arrays["features"] = self.features
         facts: dict[str, Any] = {
             "columns": self.columns,
             "stats": dataclasses.asdict(self.stats),
@@ -238,6 +363,7 @@ class Trajectory(records.ArrayRecord):
             "message": self.message,
             "end_time": self.end_time,
             "end": None if self.end is None else self.end.memory,
+            "start": self.start,
             "joint": self.joint,
             "warnings": self.warnings,
             "settings": dataclasses.asdict(self.settings),
@@ -274,7 +400,12 @@ class Trajectory(records.ArrayRecord):
             error = ErrorEstimate(columns=columns, **(facts["error"] | known))
 
         def table(kind: type, prefix: str) -> Any:
-            return kind(**{item.name: arrays[f"{prefix}_{item.name}"] for item in dataclasses.fields(kind)})
+            names = [item.name for item in dataclasses.fields(kind)]
+            if f"{prefix}_{names[0]}" not in arrays:  # a file that knows no tables of the skipped time
+                return kind(
+                    **{name: arrays[f"{prefix.removeprefix('skipped_')}_{name}"][:0] for name in names}
+                )
+            return kind(**{name: arrays[f"{prefix}_{name}"] for name in names})
 
         return cls(
             t=arrays["t"],
@@ -282,6 +413,10 @@ class Trajectory(records.ArrayRecord):
             values=arrays["values"],
             events=table(Events, "events"),
             contacts=table(Contacts, "contacts"),
+            skipped_events=table(Events, "skipped_events"),
+            skipped_contacts=table(Contacts, "skipped_contacts"),
+            features=arrays.get("features", np.empty((1, 0))),
+            start=facts.get("start"),
             end=None if facts["end"] is None else EndState(facts["end"], scene),
             stats=Stats(**facts["stats"]),
             status=facts["status"],

@@ -180,6 +180,7 @@ def _joined(parts: Sequence[_Runs]) -> _Runs:
         "t": parts[0]["t"],
         "values": np.concatenate([part["values"] for part in parts]),
         "columns": columns,
+        "features": np.concatenate([part["features"] for part in parts]),
         "status": [status for part in parts for status in part["status"]],
         "message": [message for part in parts for message in part["message"]],
         "time": [time for part in parts for time in part["time"]],

@@ -2,6 +2,7 @@
 //! digits in long runs. In: numbers; out: numbers. Uses no other room.
 
 pub mod dual;
+pub mod extremum;
 pub mod instant;
 pub mod linear;
 pub mod turns;

@@ -18,7 +18,7 @@ use crate::mechanism::compiled::{BodyPlacement, Mechanism};
 use crate::run::outputs::{column_names, further_column_names};
 use crate::run::restart::Restart;
 use crate::run::settings::read_settings;
-use crate::run::trajectory::{Contact, Trajectory, resume, simulate as run_simulation};
+use crate::run::trajectory::{Contact, Event, Trajectory, resume, simulate as run_simulation};
 use crate::scene::reader::read_scene;
 use crate::study::chebyshev::MOST_NODES;
 use crate::study::{bounds, chebyshev, range, sweep as sweeps};
@@ -119,6 +119,42 @@ fn stats_dict<'py>(py: Python<'py>, run: &Trajectory) -> PyResult<Bound<'py, PyD
     Ok(stats)
 }
 
+fn events_dict<'py>(
+    py: Python<'py>,
+    mechanism: &Mechanism,
+    events: &[Event],
+) -> PyResult<Bound<'py, PyDict>> {
+    let table = PyDict::new(py);
+    let times: Vec<f64> = events.iter().map(|event| event.time).collect();
+    let velocities: Vec<f64> = events.iter().map(|event| event.normal_velocity).collect();
+    let joints: Vec<&str> =
+        events.iter().map(|event| mechanism.clearance_joints[event.joint].name.as_str()).collect();
+    let kinds: Vec<&str> = events.iter().map(|event| event.kind.word()).collect();
+    table.set_item("time", times.into_pyarray(py))?;
+    table.set_item("joint", joints)?;
+    table.set_item("kind", kinds)?;
+    table.set_item("normal_velocity", velocities.into_pyarray(py))?;
+    Ok(table)
+}
+
+fn contacts_dict<'py>(
+    py: Python<'py>,
+    mechanism: &Mechanism,
+    contacts: &[Contact],
+) -> PyResult<Bound<'py, PyDict>> {
+    let table = PyDict::new(py);
+    let column = |of: fn(&Contact) -> f64| -> Vec<f64> { contacts.iter().map(of).collect() };
+    let joints: Vec<&str> =
+        contacts.iter().map(|contact| mechanism.clearance_joints[contact.joint].name.as_str()).collect();
+    table.set_item("joint", joints)?;
+    table.set_item("onset", column(|contact| contact.onset).into_pyarray(py))?;
+    table.set_item("separation", column(|contact| contact.separation).into_pyarray(py))?;
+    table.set_item("impact_velocity", column(|contact| contact.impact_velocity).into_pyarray(py))?;
+    table.set_item("peak_force", column(|contact| contact.peak_force).into_pyarray(py))?;
+    table.set_item("peak_time", column(|contact| contact.peak_time).into_pyarray(py))?;
+    Ok(table)
+}
+
 /// The end of a run (JSON) as the start (JSON) of another scene, which must not act before it.
 #[pyfunction]
 fn restart_at_end(py: Python<'_>, end: &str) -> PyResult<String> {
@@ -173,28 +209,12 @@ fn simulate<'py>(
     result.set_item("joint", &run.joint)?;
     result.set_item("warnings", &run.warnings)?;
     result.set_item("columns", &run.columns)?;
-    let events = PyDict::new(py);
-    let times: Vec<f64> = run.events.iter().map(|event| event.time).collect();
-    let velocities: Vec<f64> = run.events.iter().map(|event| event.normal_velocity).collect();
-    let joints: Vec<&str> =
-        run.events.iter().map(|event| mechanism.clearance_joints[event.joint].name.as_str()).collect();
-    let kinds: Vec<&str> = run.events.iter().map(|event| event.kind.word()).collect();
-    events.set_item("time", times.into_pyarray(py))?;
-    events.set_item("joint", joints)?;
-    events.set_item("kind", kinds)?;
-    events.set_item("normal_velocity", velocities.into_pyarray(py))?;
-    result.set_item("events", events)?;
-    let contacts = PyDict::new(py);
-    let column = |of: fn(&Contact) -> f64| -> Vec<f64> { run.contacts.iter().map(of).collect() };
-    let joints: Vec<&str> =
-        run.contacts.iter().map(|contact| mechanism.clearance_joints[contact.joint].name.as_str()).collect();
-    contacts.set_item("joint", joints)?;
-    contacts.set_item("onset", column(|contact| contact.onset).into_pyarray(py))?;
-    contacts.set_item("separation", column(|contact| contact.separation).into_pyarray(py))?;
-    contacts.set_item("impact_velocity", column(|contact| contact.impact_velocity).into_pyarray(py))?;
-    contacts.set_item("peak_force", column(|contact| contact.peak_force).into_pyarray(py))?;
-    contacts.set_item("peak_time", column(|contact| contact.peak_time).into_pyarray(py))?;
-    result.set_item("contacts", contacts)?;
+    result.set_item("events", events_dict(py, &mechanism, &run.events)?)?;
+    result.set_item("skipped_events", events_dict(py, &mechanism, &run.skipped_events)?)?;
+    result.set_item("contacts", contacts_dict(py, &mechanism, &run.contacts)?)?;
+    result.set_item("skipped_contacts", contacts_dict(py, &mechanism, &run.skipped_contacts)?)?;
+    let shape = [settings.cycles, settings.features.len()];
+    result.set_item("features", run.features.into_pyarray(py).reshape(shape)?)?;
     result.set_item("end", run.restart.as_ref().map(Restart::to_json))?;
     let shape = [run.t.len(), run.columns.len()];
     result.set_item("values", run.values.into_pyarray(py).reshape(shape)?)?;
@@ -253,6 +273,9 @@ fn sweep<'py>(
         joint.push(run.joint.clone());
         warnings.push(run.warnings.clone());
     }
+    let features: Vec<f64> = runs.iter().flat_map(|run| run.features.iter().copied()).collect();
+    let features_shape = [runs.len(), settings.cycles, settings.features.len()];
+    result.set_item("features", features.into_pyarray(py).reshape(features_shape)?)?;
     let mut values = Vec::new();
     let count = shape.iter().fold(1, |product: usize, &n| product.saturating_mul(n));
     values

@@ -2,6 +2,7 @@
 //! normal force.
 
 use crate::contact::clearance::RelativeMotion;
+use crate::numerics::extremum::highest_within;
 
 /// What happened at an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,7 +97,13 @@ impl OpenContact {
         Self { contact, last: None }
     }
 
-    /// Takes the force at the start of a step. Where it rose before and falls now, its peak is looked
+    /// Counts the peak from the force that was taken last.
+    pub fn forget_peak(&mut self) {
+        (self.contact.peak_time, self.contact.peak_force) =
+            self.last.map_or((self.contact.onset, 0.0), |last| (last.time, last.force.max(0.0)));
+    }
+
+    /// Takes the force at the start of a step or at the end of the last one. Where it rose before and falls now, its peak is looked
     /// for on the quintic through both relative motions, which no dense output is needed for; `force`
     /// is the normal force of a relative motion.
     pub fn watch(&mut self, sample: ForceSample, force: impl Fn(&RelativeMotion<f64>) -> f64) {
@@ -114,12 +121,6 @@ impl OpenContact {
     }
 }
 
-/// Ratio of the golden section.
-const GOLDEN: f64 = 0.618_033_988_749_894_8;
-/// Sections of the search for a peak: the place is known to 1e-5 of the step and, the peak being flat,
-/// the force to 1e-10.
-const SECTIONS: usize = 24;
-
 /// Instant and value of the largest force between two samples.
 fn highest_between(
     a: &ForceSample,
@@ -127,24 +128,7 @@ fn highest_between(
     force: impl Fn(&RelativeMotion<f64>) -> f64,
 ) -> (f64, f64) {
     let at = |theta: f64| force(&between(a, b, theta));
-    let (mut low, mut high) = (0.0, 1.0);
-    let inner = |low: f64, high: f64| [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
-    let [mut left, mut right] = inner(low, high);
-    let (mut at_left, mut at_right) = (at(left), at(right));
-    for _ in 0..SECTIONS {
-        if at_left > at_right {
-            high = right;
-            (right, at_right) = (left, at_left);
-            left = inner(low, high)[0];
-            at_left = at(left);
-        } else {
-            low = left;
-            (left, at_left) = (right, at_right);
-            right = inner(low, high)[1];
-            at_right = at(right);
-        }
-    }
-    let (theta, force) = if at_left > at_right { (left, at_left) } else { (right, at_right) };
+    let (theta, force) = highest_within([0.0, 1.0], (0.5, at(0.5)), at);
     (a.time + theta * (b.time - a.time), force)
 }
 

@@ -1,13 +1,16 @@
 //! One run: a mechanism through time. In: a mechanism and settings; out: a [`trajectory::Trajectory`] of samples,
 //! events and contacts. Uses `integrators`, `dynamics`, `mechanism` and the rooms below them.
 
+mod contact_log;
 pub mod contacts;
+pub mod features;
 pub mod outputs;
 mod prescribed;
 mod recorder;
 pub mod restart;
 pub mod settings;
 mod tolerances;
+mod tracking;
 pub mod trajectory;
 mod warnings;
 pub mod work;

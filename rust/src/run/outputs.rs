@@ -202,6 +202,11 @@ impl Needs {
 }
 
 impl Column {
+    /// Normal force of a clearance joint.
+    pub fn normal_force(joint: usize) -> Self {
+        Column::Joint(joint, 6)
+    }
+
     /// Value in the state the dynamics was last moved to.
     pub fn value(self, dynamics: &Dynamics, work: &Work) -> f64 {
         let mechanism = dynamics.mechanism;

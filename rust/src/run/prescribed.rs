@@ -42,7 +42,10 @@ impl Recorder<'_> {
                 outcome.checkpoint = Some(Checkpoint { step: last, ..Checkpoint::at(t, q, v) });
             }
             let next = next.min(end);
-            if !self.sample_until(t, next, q, v) || !self.go_on(t, next, q, v) {
+            if !self.sample_until(t, next, q, v)
+                || !self.track_from(t, next, q, v)
+                || !self.go_on(t, next, q, v)
+            {
                 break false;
             }
             (outcome.time, last) = (next, step);
@@ -78,6 +81,15 @@ impl Recorder<'_> {
             self.work = work;
         }
         true
+    }
+
+    /// Tracks the quantities of features from `t` to `to`; false in a singular pose.
+    fn track_from(&mut self, t: f64, to: f64, q: &[f64], v: &[f64]) -> bool {
+        self.track_to(to, &mut |recorder, inner, inner_q, inner_v| {
+            inner_q.copy_from_slice(q);
+            inner_v.copy_from_slice(v);
+            recorder.go_on(t, inner, inner_q, inner_v)
+        })
     }
 
     /// Moves a state from `t` to `to` and adds the work of the way, if it is wanted; false in a

@@ -10,11 +10,13 @@ use crate::mechanism::compiled::{Mechanism, State};
 use crate::mechanism::kinematics::FrameKind;
 use crate::numerics::instant::Instant;
 use crate::numerics::turns::{rewind, unwind};
-use crate::run::contacts::{Contact, Event, EventKind, ForceSample, OpenContact, Stick};
+use crate::run::contacts::{Contact, Event, EventKind, OpenContact, Stick};
+use crate::run::features::Plan;
 use crate::run::outputs::{Column, Needs};
 use crate::run::restart::Memory;
 use crate::run::settings::Settings;
 use crate::run::tolerances::Tolerances;
+use crate::run::tracking::Tracking;
 use crate::run::work::{GAUSS, Work};
 
 /// First step after an onset: this times `rtol`^0.4 times the time scale of the impact. The force
@@ -30,7 +32,7 @@ const LARGEST_PROJECTION: f64 = 10.0;
 const FIRST_STEP: f64 = 1e-3;
 
 /// Turn of a drive [rad] over which Gauss's quadrature with four points adds its work to rounding.
-const WORK_TURN: f64 = 0.5;
+pub(crate) const WORK_TURN: f64 = 0.5;
 
 /// Guards of a clearance joint: the gap, and the bracket of the damping.
 pub(crate) const GUARDS: usize = 2;
@@ -38,26 +40,31 @@ pub(crate) const GUARDS: usize = 2;
 /// The mechanism as the integrator sees it, taking samples as it goes.
 pub(crate) struct Recorder<'a> {
     pub(crate) dynamics: Dynamics<'a>,
-    settings: &'a Settings,
+    pub(crate) settings: &'a Settings,
     columns: Vec<Column>,
     pub(crate) monitor: &'a dyn Fn(f64) -> bool,
     tolerances: Tolerances,
     step_bound: f64,
     /// Instant from which the samples count [s]; the settings may skip some time first.
-    from: f64,
+    pub(crate) from: f64,
     pub(crate) values: Vec<f64>,
-    next_sample: usize,
+    pub(crate) next_sample: usize,
+    /// What samples need, and the work if a feature needs that.
     pub(crate) needs: Needs,
-    q: Vec<f64>,
-    v: Vec<f64>,
-    a: Vec<f64>,
+    pub(crate) q: Vec<f64>,
+    pub(crate) v: Vec<f64>,
+    pub(crate) a: Vec<f64>,
     pub(crate) events: Vec<Event>,
     pub(crate) work: Work,
     /// The work up to the present step, while `work` goes to a sample in it.
     work_of_steps: Work,
     /// The contact of every clearance joint, while it lasts.
-    open_contacts: Vec<Option<OpenContact>>,
-    contacts: Vec<Contact>,
+    pub(crate) open_contacts: Vec<Option<OpenContact>>,
+    pub(crate) contacts: Vec<Contact>,
+    /// Contacts that go on into the sampled time, as they were when it began.
+    pub(crate) cut_contacts: Vec<Contact>,
+    /// Quantities that are tracked for features.
+    pub(crate) tracking: Tracking,
     pub(crate) floored: usize,
     /// Largest correction that closed the loops after a step [m].
     pub(crate) largest_projection: f64,
@@ -79,16 +86,18 @@ impl<'a> Recorder<'a> {
         mechanism: &'a Mechanism,
         start: &State,
         settings: &'a Settings,
-        columns: Vec<Column>,
-        values: Vec<f64>,
+        (columns, values): (Vec<Column>, Vec<f64>),
+        plan: Plan,
         monitor: &'a dyn Fn(f64) -> bool,
         from: f64,
     ) -> Self {
         let d = mechanism.degrees_of_freedom();
+        let tracking = Tracking::new(plan, settings, from + settings.skip, d);
+        let needs = Needs::of(&columns);
         Self {
             dynamics: Dynamics::new(mechanism),
             settings,
-            needs: Needs::of(&columns),
+            needs: Needs { work: needs.work || tracking.needs_work(), ..needs },
             from: from + settings.skip,
             values,
             columns,
@@ -104,6 +113,8 @@ impl<'a> Recorder<'a> {
             work_of_steps: Work::default(),
             open_contacts: vec![None; mechanism.clearance_joints.len()],
             contacts: Vec::new(),
+            cut_contacts: Vec::new(),
+            tracking,
             floored: 0,
             largest_projection: 0.0,
             deepest: vec![0.0; mechanism.clearance_joints.len()],
@@ -177,14 +188,6 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// The contacts of the run in the order of their onsets, those that go on included.
-    pub(crate) fn finished_contacts(&mut self) -> Vec<Contact> {
-        let mut contacts = std::mem::take(&mut self.contacts);
-        contacts.extend(self.open_contacts.iter().flatten().map(|open| open.contact));
-        contacts.sort_by(|a, b| a.onset.total_cmp(&b.onset));
-        contacts
-    }
-
     /// Sets the phases of the start and takes the first sample, if it is due.
     pub(crate) fn begin(&mut self, q: &[f64], v: &[f64]) -> Checkpoint {
         self.warn_of_scene();
@@ -237,17 +240,7 @@ impl<'a> Recorder<'a> {
 
     /// Writes the next row of samples from the state in `self.q`, `self.v`.
     fn sample(&mut self, t: f64) {
-        if self.needs.acceleration {
-            if !self.dynamics.acceleration(t, &self.q, &self.v, &mut self.a) {
-                self.a.fill(f64::NAN);
-            }
-            self.dynamics.accelerate(&self.a);
-            if self.needs.reactions {
-                self.dynamics.find_reactions();
-            }
-        } else {
-            self.dynamics.move_to(t, &self.q, &self.v);
-        }
+        self.place(t, self.needs);
         let width = self.columns.len();
         let row = &mut self.values[self.next_sample * width..(self.next_sample + 1) * width];
         for (value, column) in row.iter_mut().zip(&self.columns) {
@@ -259,12 +252,37 @@ impl<'a> Recorder<'a> {
     /// Moves to an instant of a step, with the loops closed: the dense output opens them by its error.
     fn move_inside(&mut self, step: &DenseStep, t: f64) {
         let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
-        let theta = (t - step.t) / step.h;
-        step.at(theta, &mut q, &mut v);
-        if self.dynamics.project(t, &mut q, &mut v, &self.dynamics.mechanism.scales.levers).is_none() {
-            step.at(theta, &mut q, &mut v);
-        }
+        self.state_inside(step, t, &mut q, &mut v);
         (self.q, self.v) = (q, v);
+    }
+
+    /// The state at an instant of a step, with the loops closed.
+    fn state_inside(&mut self, step: &DenseStep, t: f64, q: &mut [f64], v: &mut [f64]) {
+        let theta = (t - step.t) / step.h;
+        step.at(theta, q, v);
+        if self.dynamics.project(t, q, v, &self.dynamics.mechanism.scales.levers).is_none() {
+            step.at(theta, q, v);
+        }
+    }
+
+    /// Brings the dynamics into the state in `self.q`, `self.v`, as far as columns need it.
+    pub(crate) fn place(&mut self, t: f64, needs: Needs) {
+        if needs.acceleration {
+            self.accelerate_at(t);
+            if needs.reactions {
+                self.dynamics.find_reactions();
+            }
+        } else {
+            self.dynamics.move_to(t, &self.q, &self.v);
+        }
+    }
+
+    /// Gives the dynamics the state in `self.q`, `self.v` with its accelerations; NaN where there are none.
+    pub(crate) fn accelerate_at(&mut self, t: f64) {
+        if !self.dynamics.acceleration(t, &self.q, &self.v, &mut self.a) {
+            self.a.fill(f64::NAN);
+        }
+        self.dynamics.accelerate(&self.a);
     }
 
     /// Bounds the next step and notes penetrations and forces, in motion with its accelerations.
@@ -292,15 +310,7 @@ impl<'a> Recorder<'a> {
                     let bound = clearance / (rate + (rate * rate + acceleration * clearance).sqrt());
                     self.step_bound = self.step_bound.min(bound);
                 }
-                phase @ Phase::Contact { .. } => {
-                    if let Some(open) = &mut self.open_contacts[index] {
-                        let relative = relative_motion(&motion);
-                        let acceleration = motion.acceleration.into();
-                        let [force, rate] = joint.law.normal_force_with_rate(&relative, acceleration, phase);
-                        let sample = ForceSample { time: t, motion: relative, acceleration, force, rate };
-                        open.watch(sample, |motion| joint.law.evaluate(motion, phase).normal_force);
-                    }
-                }
+                Phase::Contact { .. } => self.watch_contact(t, index),
             }
         }
     }
@@ -444,8 +454,8 @@ impl HybridSystem for Recorder<'_> {
     }
 
     fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> f64 {
-        self.dynamics.move_to(t, q, v);
         let index = guard / GUARDS;
+        self.end_phase(t, index, q, v);
         let joint = &self.dynamics.mechanism.clearance_joints[index];
         let law = &joint.law.normal;
         let normal_velocity = self.dynamics.contact_state(index).penetration_rate;
@@ -524,7 +534,9 @@ impl HybridSystem for Recorder<'_> {
     }
 
     fn wants_dense(&self, end: f64) -> bool {
-        self.needs.work || self.next_due().is_some_and(|due| due <= end * (1.0 + 32.0 * f64::EPSILON))
+        self.needs.work
+            || self.tracking.wants(end)
+            || self.next_due().is_some_and(|due| due <= end * (1.0 + 32.0 * f64::EPSILON))
     }
 
     fn accepted(&mut self, step: &DenseStep) -> bool {
@@ -544,10 +556,22 @@ impl HybridSystem for Recorder<'_> {
                 self.add_work_of(step, t_inside);
             }
             self.move_inside(step, t_inside);
+            if self.next_sample == 0 && self.settings.skip > 0.0 {
+                self.cut_contacts(t);
+            }
             self.sample(t);
             if self.needs.work {
                 std::mem::swap(&mut self.work, &mut self.work_of_steps);
             }
+        }
+        if step.h > 0.0 {
+            self.track_to(end, &mut |recorder, t, q, v| {
+                if recorder.needs.work {
+                    recorder.add_work_of(step, t);
+                }
+                recorder.state_inside(step, t, q, v);
+                true
+            });
         }
         if self.needs.work {
             self.add_work_of(step, end);

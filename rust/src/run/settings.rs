@@ -8,7 +8,8 @@ use crate::integrators::dop853::Dop853;
 use crate::integrators::rosenbrock::Rosenbrock;
 use crate::integrators::tableaus::{RODAS4, RODAS5P};
 use crate::integrators::{Limits, Stepper};
-use crate::scene::json::Node;
+use crate::run::features::{FEATURE_WORDS, Feature};
+use crate::scene::json::{Node, Problems};
 
 /// Integration method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +46,9 @@ pub const DEFAULT_RTOL: f64 = 1e-6;
 /// Most samples of a run: with all columns of a small mechanism they still fit into memory.
 const MOST_SAMPLES: usize = 10_000_000;
 
+/// Most pieces of a run with features of their own.
+const MOST_CYCLES: usize = 1_000_000;
+
 /// What to compute and how accurately.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -60,6 +64,10 @@ pub struct Settings {
     pub method: Method,
     /// Names of the columns wanted; `None`: all.
     pub outputs: Option<Vec<String>>,
+    /// Features wanted.
+    pub features: Vec<Feature>,
+    /// Equal pieces of the sampled time, each with features of its own.
+    pub cycles: usize,
     /// Local position error [m]; `None`: from `rtol` and the scene.
     pub position_tolerance: Option<f64>,
     /// Local velocity error [m/s]; `None`: from `rtol` and the scene.
@@ -78,6 +86,8 @@ impl Settings {
             rtol: DEFAULT_RTOL,
             method: Method::Auto,
             outputs: None,
+            features: Vec::new(),
+            cycles: 1,
             position_tolerance: None,
             velocity_tolerance: None,
             limits: Limits::default(),
@@ -103,6 +113,11 @@ impl Settings {
             (2..=MOST_SAMPLES).contains(&self.samples),
             "samples",
             format!("must be >= 2 and <= {MOST_SAMPLES}, got {}", self.samples),
+        );
+        check(
+            (1..=MOST_CYCLES).contains(&self.cycles),
+            "cycles",
+            format!("must be >= 1 and <= {MOST_CYCLES}, got {}", self.cycles),
         );
         // Below 1e-13 rounding errors exceed the tolerance; above 0.1 nothing is accurate.
         check(
@@ -153,6 +168,8 @@ pub fn read_settings(text: &str) -> Result<Settings, SceneError> {
         rtol: fields.number_or("rtol", DEFAULT_RTOL, &mut problems),
         method: fields.word("method", &methods, &mut problems),
         outputs: fields.optional("outputs").map(|node| node.texts(&mut problems)),
+        features: fields.list("features", &mut problems, read_feature),
+        cycles: fields.count_or("cycles", 1, &mut problems),
         position_tolerance: fields.optional_number("position_tolerance", &mut problems),
         velocity_tolerance: fields.optional_number("velocity_tolerance", &mut problems),
         limits: Limits {
@@ -167,4 +184,12 @@ pub fn read_settings(text: &str) -> Result<Settings, SceneError> {
     }
     settings.check()?;
     Ok(settings)
+}
+
+fn read_feature(node: Node, problems: &mut Problems) -> Feature {
+    let mut fields = node.fields(problems);
+    let feature =
+        Feature { kind: fields.word("kind", &FEATURE_WORDS, problems), of: fields.text("of", problems) };
+    fields.finish(problems);
+    feature
 }

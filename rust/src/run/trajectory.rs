@@ -4,6 +4,7 @@ use crate::error::{Problem, SceneError};
 use crate::integrators::{HybridSystem, Stats, Status, resume_with};
 use crate::mechanism::compiled::{Mechanism, State};
 pub use crate::run::contacts::{Contact, Event, EventKind};
+use crate::run::features::Plan;
 use crate::run::outputs::{column_names, parse_columns};
 use crate::run::recorder::{GUARDS, Recorder};
 use crate::run::restart::{End, Memory, Restart};
@@ -19,8 +20,10 @@ pub struct Trajectory {
     pub values: Vec<f64>,
     /// Names of the columns.
     pub columns: Vec<String>,
-    /// Changes of phase in order of time.
+    /// Changes of phase in the sampled time, in their order.
     pub events: Vec<Event>,
+    /// Those of the time skipped before.
+    pub skipped_events: Vec<Event>,
     /// Why the run ended.
     pub status: Status,
     /// When it ended [s].
@@ -39,8 +42,13 @@ pub struct Trajectory {
     pub largest_projection: f64,
     /// What the user should know about the result.
     pub warnings: Vec<String>,
-    /// Contacts in the order of their onsets.
+    /// Contacts of the sampled time in the order of their onsets; a peak is that of the sampled time.
     pub contacts: Vec<Contact>,
+    /// Those of the time skipped before; one that goes on has no separation.
+    pub skipped_contacts: Vec<Contact>,
+    /// The features of the settings, a row for each piece of the sampled time; NaN where the run did not finish
+    /// a piece.
+    pub features: Vec<f64>,
     /// State at the end.
     pub end: State,
     /// Where the run can be continued; none if it failed.
@@ -174,6 +182,7 @@ fn run(
     check_tolerances(mechanism, start, settings)?;
     let names = settings.outputs.clone().unwrap_or_else(|| column_names(mechanism));
     let columns = parse_columns(mechanism, &names)?;
+    let plan = Plan::new(mechanism, &settings.features)?;
     let mut values = Vec::new();
     let count = settings.samples.saturating_mul(columns.len());
     values.try_reserve_exact(count).map_err(|_| {
@@ -181,7 +190,7 @@ fn run(
     })?;
     values.resize(count, f64::NAN);
     let from = restart.map_or(0.0, |restart| restart.time);
-    let mut recorder = Recorder::new(mechanism, start, settings, columns, values, monitor, from);
+    let mut recorder = Recorder::new(mechanism, start, settings, (columns, values), plan, monitor, from);
     let end = recorder.sample_time(settings.samples - 1);
     check_functions(mechanism, restart.map_or(0.0, |restart| restart.checkpoint.time), end)?;
     let (mut q, mut v) = (start.q.clone(), start.v.clone());
@@ -199,6 +208,9 @@ fn run(
         let limits = recorder.limits();
         resume_with(&mut recorder, &mut *method, limits, &checkpoint, end, &mut q, &mut v)
     };
+    if outcome.status == Status::Done {
+        recorder.end_contacts(outcome.time, &q, &v);
+    }
     let failed = outcome.status != Status::Done && outcome.status != Status::Cancelled;
     let joint = outcome.guard.map(|guard| mechanism.clearance_joints[guard / GUARDS].name.clone());
     let paradox = if failed && outcome.status != Status::Projection {
@@ -215,16 +227,26 @@ fn run(
         Restart { time: outcome.time, parts: parts(mechanism), checkpoint, memory, end: Some(end) }
     });
     recorder.rewind(&mut q);
-    // What lies between the checkpoint and the start was reported by the run before.
+    let mut events = recorder.finished_events();
     let mut contacts = recorder.finished_contacts();
-    contacts.retain(|contact| restart.is_none() || contact.separation.is_nan() || contact.separation > from);
-    recorder.events.retain(|event| restart.is_none() || event.time > from);
+    let joints = mechanism.clearance_joints.len();
+    let features = recorder.tracking.answers(outcome.time, &events[1], &contacts[1], joints);
+    // What lies between the checkpoint and the start was reported by the run before.
+    for (events, contacts) in events.iter_mut().zip(&mut contacts) {
+        contacts
+            .retain(|contact| restart.is_none() || contact.separation.is_nan() || contact.separation > from);
+        events.retain(|event| restart.is_none() || event.time > from);
+    }
+    let ([skipped_events, events], [skipped_contacts, contacts]) = (events, contacts);
     Ok(Trajectory {
         t: (0..settings.samples).map(|index| recorder.sample_time(index)).collect(),
         contacts,
+        skipped_contacts,
+        features,
         values: recorder.values,
         columns: names,
-        events: recorder.events,
+        events,
+        skipped_events,
         status: outcome.status,
         time: outcome.time,
         joint,

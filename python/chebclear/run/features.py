@@ -1,0 +1,135 @@
+"""Features: single numbers of a run, taken from its continuous motion rather than from its samples."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from ..base.arguments import Checks
+from ..base.units import unit
+
+JOINT_KINDS = ("impacts", "contact_share", "impulse", "wear", "loss")
+"""Features of a clearance joint; all others are of an output."""
+KINDS = ("peak", "lowest", "peak_to_peak", "time_of_peak", "time_of_lowest", "mean", "rms", *JOINT_KINDS)
+"""The words for all features."""
+EXTREMA = ("peak", "time_of_peak", "lowest", "time_of_lowest")
+"""What `Extremum` is made of."""
+
+
+@dataclass(frozen=True)
+class Feature:
+    """One number of a run: what `peak`, `mean`, `impacts` and their like return."""
+
+    kind: str
+    """``"peak"``, ``"lowest"``, ``"peak_to_peak"``, ``"time_of_peak"``, ``"time_of_lowest"``, ``"mean"`` or
+    ``"rms"`` of an output; ``"impacts"``, ``"contact_share"``, ``"impulse"``, ``"wear"`` or ``"loss"`` of a
+    clearance joint."""
+    of: str
+    """Name of the output or of the clearance joint."""
+
+    def __post_init__(self) -> None:
+        checks = Checks()
+        checks.word("kind", self.kind, KINDS)
+        what = "a clearance joint" if self.kind in JOINT_KINDS else "an output"
+        if not isinstance(self.of, str):
+            checks.add(f"{self.kind} needs the name of {what}, got {self.of!r}", wrong_type=True)
+        checks.finish()
+
+    def __str__(self) -> str:
+        return f"{self.kind.replace('_', ' ')} of {self.of}"
+
+
+def peak(output: str) -> Feature:
+    """Largest value of an output, in its unit."""
+    return Feature("peak", output)
+
+
+def lowest(output: str) -> Feature:
+    """Smallest value of an output, in its unit."""
+    return Feature("lowest", output)
+
+
+def peak_to_peak(output: str) -> Feature:
+    """Largest minus smallest value of an output, in its unit."""
+    return Feature("peak_to_peak", output)
+
+
+def time_of_peak(output: str) -> Feature:
+    """When an output is largest [s]."""
+    return Feature("time_of_peak", output)
+
+
+def time_of_lowest(output: str) -> Feature:
+    """When an output is smallest [s]."""
+    return Feature("time_of_lowest", output)
+
+
+def mean(output: str) -> Feature:
+    """Mean of an output over time, in its unit."""
+    return Feature("mean", output)
+
+
+def rms(output: str) -> Feature:
+    """Root mean square of an output over time, in its unit."""
+    return Feature("rms", output)
+
+
+def impacts(joint: str) -> Feature:
+    """Onsets of contact in a clearance joint [-]."""
+    return Feature("impacts", joint)
+
+
+def contact_share(joint: str) -> Feature:
+    """Part of the time in which a clearance joint is in contact [-]."""
+    return Feature("contact_share", joint)
+
+
+def impulse(joint: str) -> Feature:
+    """Integral of the normal force of a clearance joint over time [N s]."""
+    return Feature("impulse", joint)
+
+
+def wear(joint: str) -> Feature:
+    """Integral of normal force times sliding speed of a clearance joint over time [N m].
+
+    Archard's law multiplies it by its coefficient.
+    """
+    return Feature("wear", joint)
+
+
+def loss(joint: str) -> Feature:
+    """Energy that impacts and friction take in a clearance joint [J]."""
+    return Feature("loss", joint)
+
+
+@dataclass(frozen=True)
+class Extremum:
+    """The largest or smallest value of an output in the continuous motion."""
+
+    value: float
+    """The value in the unit of the output."""
+    time: float = field(metadata=unit("s"))
+    """When [s]."""
+    in_transient: bool
+    """Whether it lies in the first revolution after the start, in which a mechanism with clearance settles
+    from its assembled position. False where no drive turns at constant speed: there is no revolution then."""
+
+    def __str__(self) -> str:
+        place = f"{self.value:.6g} at t = {self.time:.6g} s"
+        return f"{place}, while the start settles" if self.in_transient else place
+
+
+def checked_features(checks: Checks, given: object) -> tuple[Feature, ...]:
+    """Features from what the user gave; what is wrong with them is noted in `checks`."""
+    if given is None:
+        return ()
+    if isinstance(given, str) or not isinstance(given, Sequence):
+        checks.add(f'features must be a list such as [peak("slider.ax")], got {given!r}', wrong_type=True)
+        return ()
+    for index, feature in enumerate(given):
+        if not isinstance(feature, Feature):
+            checks.add(
+                f'features[{index}] must be a feature such as peak("slider.ax"), got {feature!r}',
+                wrong_type=True,
+            )
+    return tuple(feature for feature in given if isinstance(feature, Feature))

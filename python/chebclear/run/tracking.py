@@ -1,0 +1,56 @@
+"""Features of a run that did not track them: the same run once more."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..scene.scene import ClearanceRevolute, Scene
+from .features import Feature
+from .settings import Settings
+
+
+def simulate_features(
+    scene: Scene, settings: Settings, start: str | None, features: Sequence[Feature], cycles: int
+) -> NDArray[np.float64]:
+    """The features of a run, simulated once more by the very same steps.
+
+    Parameters
+    ----------
+    scene : Scene
+        What was simulated.
+    settings : Settings
+        How.
+    start : str or None
+        What the run went on from, as JSON.
+    features : sequence of Feature
+        What to find; the scene must have what they name.
+    cycles : int
+        Equal pieces of the sampled time [-].
+
+    Returns
+    -------
+    ndarray, shape (cycles, features)
+        NaN for a piece that the run did not finish.
+    """
+    # Steps do not depend on samples and outputs.
+    column = scene.check().columns[:1]
+    again = dataclasses.replace(settings, samples=2, outputs=column, features=tuple(features), cycles=cycles)
+    return _core.simulate(scene.to_json(), again.to_json(), None, start)["features"]
+
+
+def settling_time(scene: Scene) -> float:
+    """How long the start of a mechanism with clearance is taken to settle [s]: the slowest revolution.
+
+    Minus infinity without clearance or a drive at constant speed.
+    """
+    if not any(isinstance(joint, ClearanceRevolute) for joint in scene.joints):
+        return -np.inf
+    try:
+        return scene.period
+    except ValueError:  # nothing revolves
+        return -np.inf

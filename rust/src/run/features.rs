@@ -1,0 +1,288 @@
+//! Features: single numbers of the continuous motion over the sampled time, or over each of equal pieces of it.
+//!
+//! Extrema and means are those of the dense output of every step, with accelerations and forces computed from
+//! the state as samples are; contacts are counted in the log of events. Where samples are taken does not matter.
+
+use crate::dynamics::Dynamics;
+use crate::error::{Problem, SceneError, did_you_mean};
+use crate::mechanism::compiled::Mechanism;
+use crate::run::contacts::{Contact, Event, EventKind};
+use crate::run::outputs::{Column, Needs, parse_columns};
+use crate::run::work::Work;
+
+/// What a feature tells of an output or a clearance joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FeatureKind {
+    /// Largest value of an output.
+    Peak,
+    /// Smallest value of an output.
+    Lowest,
+    /// Largest minus smallest value of an output.
+    PeakToPeak,
+    /// When an output is largest [s].
+    TimeOfPeak,
+    /// When an output is smallest [s].
+    TimeOfLowest,
+    /// Mean of an output over time.
+    Mean,
+    /// Root mean square of an output over time.
+    Rms,
+    /// Onsets of contact in a clearance joint.
+    Impacts,
+    /// Part of the time in which a clearance joint is in contact.
+    ContactShare,
+    /// Integral of the normal force of a clearance joint over time [N s].
+    Impulse,
+    /// Integral of normal force times sliding speed of a clearance joint [N m].
+    Wear,
+    /// What impacts and friction take in a clearance joint [J].
+    Loss,
+}
+
+/// The words for the kinds.
+pub const FEATURE_WORDS: [(&str, FeatureKind); 12] = [
+    ("peak", FeatureKind::Peak),
+    ("lowest", FeatureKind::Lowest),
+    ("peak_to_peak", FeatureKind::PeakToPeak),
+    ("time_of_peak", FeatureKind::TimeOfPeak),
+    ("time_of_lowest", FeatureKind::TimeOfLowest),
+    ("mean", FeatureKind::Mean),
+    ("rms", FeatureKind::Rms),
+    ("impacts", FeatureKind::Impacts),
+    ("contact_share", FeatureKind::ContactShare),
+    ("impulse", FeatureKind::Impulse),
+    ("wear", FeatureKind::Wear),
+    ("loss", FeatureKind::Loss),
+];
+
+/// A feature that is asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Feature {
+    /// Which.
+    pub kind: FeatureKind,
+    /// Name of an output; of a clearance joint for the last five kinds.
+    pub of: String,
+}
+
+/// A quantity that can be tracked through the motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Quantity {
+    /// An output.
+    Output(Column),
+    /// Normal force times sliding speed of a clearance joint [W].
+    WearRate(usize),
+    /// Power that impacts and friction take in a clearance joint [W].
+    LossRate(usize),
+}
+
+impl Quantity {
+    fn value(self, dynamics: &Dynamics, work: &Work) -> f64 {
+        match self {
+            Quantity::Output(column) => column.value(dynamics, work),
+            Quantity::WearRate(joint) => dynamics.contact_loss(joint).wear,
+            Quantity::LossRate(joint) => {
+                let loss = dynamics.contact_loss(joint);
+                loss.impact + loss.friction
+            }
+        }
+    }
+}
+
+/// A tracked quantity and which of its extrema are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Tracked {
+    quantity: Quantity,
+    pub(crate) highest: bool,
+    pub(crate) lowest: bool,
+}
+
+impl Tracked {
+    /// Value in the state the dynamics was last placed in.
+    pub(crate) fn value(&self, dynamics: &Dynamics, work: &Work) -> f64 {
+        self.quantity.value(dynamics, work)
+    }
+}
+
+/// Where the answer to a feature is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Source {
+    /// In what a quantity was, by its place in the list.
+    Quantity(usize),
+    /// In the log of a clearance joint.
+    Joint(usize),
+}
+
+/// The features of a run, compiled: what must be tracked and where the answers are.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Plan {
+    pub(crate) tracked: Vec<Tracked>,
+    answers: Vec<(FeatureKind, Source)>,
+    /// What the tracked quantities need.
+    pub(crate) needs: Needs,
+}
+
+impl Plan {
+    /// The plan for some features.
+    ///
+    /// # Errors
+    /// Every name that is no output or clearance joint, with the nearest known one.
+    pub(crate) fn new(mechanism: &Mechanism, features: &[Feature]) -> Result<Self, SceneError> {
+        let mut plan = Self::default();
+        let mut problems = Vec::new();
+        for (index, feature) in features.iter().enumerate() {
+            match plan.source(mechanism, feature) {
+                Ok(source) => plan.answers.push((feature.kind, source)),
+                Err(message) => {
+                    problems.push(Problem::new(format!("settings.features[{index}].of"), message));
+                }
+            }
+        }
+        let columns: Vec<Column> = plan.tracked.iter().filter_map(Tracked::column).collect();
+        plan.needs = Needs::of(&columns);
+        if problems.is_empty() { Ok(plan) } else { Err(SceneError { problems }) }
+    }
+
+    fn source(&mut self, mechanism: &Mechanism, feature: &Feature) -> Result<Source, String> {
+        use FeatureKind::{
+            ContactShare, Impacts, Impulse, Loss, Lowest, Mean, Peak, PeakToPeak, Rms, TimeOfLowest,
+            TimeOfPeak, Wear,
+        };
+        let name = &feature.of;
+        match feature.kind {
+            Peak | TimeOfPeak | Lowest | TimeOfLowest | PeakToPeak | Mean | Rms => {
+                let columns = parse_columns(mechanism, std::slice::from_ref(name));
+                let [column] = columns.map_err(|error| error.problems[0].message.clone())?[..] else {
+                    return Err(format!("unknown output {name:?}"));
+                };
+                let highest = matches!(feature.kind, Peak | TimeOfPeak | PeakToPeak);
+                let lowest = matches!(feature.kind, Lowest | TimeOfLowest | PeakToPeak);
+                Ok(self.track(Quantity::Output(column), highest, lowest))
+            }
+            Impacts | ContactShare | Impulse | Wear | Loss => {
+                let joints = || mechanism.clearance_joints.iter().map(|joint| joint.name.as_str());
+                let Some(joint) = joints().position(|known| known == name) else {
+                    return Err(format!("unknown clearance joint {name:?}{}", did_you_mean(name, joints())));
+                };
+                Ok(match feature.kind {
+                    Wear => self.track(Quantity::WearRate(joint), false, false),
+                    Loss => self.track(Quantity::LossRate(joint), false, false),
+                    Impulse => self.track(Quantity::Output(Column::normal_force(joint)), false, false),
+                    _ => Source::Joint(joint),
+                })
+            }
+        }
+    }
+
+    fn track(&mut self, quantity: Quantity, highest: bool, lowest: bool) -> Source {
+        let known = self.tracked.iter().position(|tracked| tracked.quantity == quantity);
+        let index = known.unwrap_or_else(|| {
+            self.tracked.push(Tracked { quantity, highest: false, lowest: false });
+            self.tracked.len() - 1
+        });
+        self.tracked[index].highest |= highest;
+        self.tracked[index].lowest |= lowest;
+        Source::Quantity(index)
+    }
+
+    /// The features over one piece of the run.
+    pub(crate) fn answers(&self, extents: &[Extent], touches: &[Touch]) -> impl Iterator<Item = f64> {
+        self.answers.iter().map(|&(kind, source)| match source {
+            Source::Quantity(index) => extents[index].answer(kind),
+            Source::Joint(joint) => touches[joint].answer(kind),
+        })
+    }
+}
+
+impl Tracked {
+    fn column(&self) -> Option<Column> {
+        match self.quantity {
+            Quantity::Output(column) => Some(column),
+            Quantity::WearRate(_) | Quantity::LossRate(_) => None,
+        }
+    }
+}
+
+/// What a quantity was over one piece of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Extent {
+    /// Instant [s] and value where it was largest.
+    pub(crate) highest: (f64, f64),
+    /// Instant [s] and value where it was smallest.
+    pub(crate) lowest: (f64, f64),
+    /// Integral over time.
+    pub(crate) integral: f64,
+    /// Integral of its square over time.
+    pub(crate) square: f64,
+    /// Length of the piece [s].
+    pub(crate) duration: f64,
+}
+
+impl Extent {
+    /// Nothing yet, over a piece of this length [s].
+    pub(crate) fn new(duration: f64) -> Self {
+        Self {
+            highest: (f64::NAN, f64::NEG_INFINITY),
+            lowest: (f64::NAN, f64::INFINITY),
+            integral: 0.0,
+            square: 0.0,
+            duration,
+        }
+    }
+
+    /// Of a piece that the run did not finish.
+    pub(crate) const UNKNOWN: Self = Self {
+        highest: (f64::NAN, f64::NAN),
+        lowest: (f64::NAN, f64::NAN),
+        integral: f64::NAN,
+        square: f64::NAN,
+        duration: f64::NAN,
+    };
+
+    fn answer(&self, kind: FeatureKind) -> f64 {
+        match kind {
+            FeatureKind::Peak => self.highest.1,
+            FeatureKind::Lowest => self.lowest.1,
+            FeatureKind::PeakToPeak => self.highest.1 - self.lowest.1,
+            FeatureKind::TimeOfPeak => self.highest.0,
+            FeatureKind::TimeOfLowest => self.lowest.0,
+            FeatureKind::Mean => self.integral / self.duration,
+            FeatureKind::Rms => (self.square / self.duration).sqrt(),
+            _ => self.integral,
+        }
+    }
+}
+
+/// How often and how long a clearance joint touched in one piece of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Touch {
+    /// Onsets.
+    impacts: f64,
+    /// Time in contact over time [-].
+    share: f64,
+}
+
+impl Touch {
+    /// Of a joint between two instants [s].
+    pub(crate) fn of(joint: usize, [start, end]: [f64; 2], events: &[Event], contacts: &[Contact]) -> Self {
+        let inside = |event: &&Event| {
+            event.joint == joint && event.kind == EventKind::Onset && event.time >= start && event.time < end
+        };
+        let touched: f64 = contacts
+            .iter()
+            .filter(|contact| contact.joint == joint)
+            .map(|contact| {
+                // One that goes on has a separation that is not a number, which `min` passes over.
+                let last = contact.separation.min(end);
+                (last - contact.onset.max(start)).max(0.0)
+            })
+            .sum();
+        Self { impacts: events.iter().filter(inside).count() as f64, share: touched / (end - start) }
+    }
+
+    /// Of a piece that the run did not finish.
+    pub(crate) const UNKNOWN: Self = Self { impacts: f64::NAN, share: f64::NAN };
+
+    fn answer(&self, kind: FeatureKind) -> f64 {
+        if kind == FeatureKind::Impacts { self.impacts } else { self.share }
+    }
+}

@@ -1,0 +1,259 @@
+//! Quantities tracked through the dense output of every step, for the features of a run.
+
+use crate::numerics::extremum::highest_within;
+use crate::run::contacts::{Contact, Event};
+use crate::run::features::{Extent, Plan, Touch};
+use crate::run::recorder::{Recorder, WORK_TURN};
+use crate::run::settings::Settings;
+use crate::run::work::Work;
+
+/// Nodes and weights of Gauss's quadrature with six points on [0, 1]. An explicit step may cover 5 rad of a
+/// contact's oscillation, 10 rad of its square: four points are then off by 6 % of its amplitude, six by 2e-4.
+/// For extrema they are the samples of a step, at most a quarter of it apart.
+const GAUSS: [(f64, f64); 6] = [
+    (0.033_765_242_898_423_99, 0.085_662_246_189_585_17),
+    (0.169_395_306_766_867_74, 0.180_380_786_524_069_3),
+    (0.380_690_406_958_401_55, 0.233_956_967_286_345_52),
+    (0.619_309_593_041_598_5, 0.233_956_967_286_345_52),
+    (0.830_604_693_233_132_2, 0.180_380_786_524_069_3),
+    (0.966_234_757_101_576, 0.085_662_246_189_585_17),
+];
+/// Values on a part of a step: at its ends and the nodes.
+const ROWS: usize = GAUSS.len() + 2;
+/// Where the slope at an end is looked for, as a part of the way to the next value.
+const EDGE: f64 = 1e-3;
+/// Changes below this part of a value are rounding and no way to an extremum.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
+/// Writes the state at an instant, and brings the work of the recorder there if it is counted; false where
+/// there is none.
+pub(crate) type StateAt<'s> = dyn FnMut(&mut Recorder, f64, &mut [f64], &mut [f64]) -> bool + 's;
+
+/// What the tracked quantities were so far.
+#[derive(Clone, Debug)]
+pub(crate) struct Tracking {
+    plan: Plan,
+    /// Ends of the pieces of the run [s], its start first.
+    bounds: Vec<f64>,
+    /// Extents of all quantities, a row for each piece.
+    extents: Vec<Extent>,
+    /// How far the quantities were tracked [s].
+    reached: f64,
+    /// The piece that goes on from there.
+    piece: usize,
+    /// Values at the ends and nodes of a part of a step, row-major.
+    values: Vec<f64>,
+    /// Whether the last row still holds where that part ended: no phase has changed since.
+    continuous: bool,
+    /// State and work at an instant.
+    q: Vec<f64>,
+    v: Vec<f64>,
+    work: Work,
+}
+
+impl Tracking {
+    /// Nothing yet, in a run of `d` coordinates whose samples begin at `from` [s].
+    pub(crate) fn new(plan: Plan, settings: &Settings, from: f64, d: usize) -> Self {
+        let cycles = settings.cycles;
+        let bounds: Vec<f64> =
+            (0..=cycles).map(|k| from + settings.duration * k as f64 / cycles as f64).collect();
+        let extents = bounds
+            .windows(2)
+            .flat_map(|ends| std::iter::repeat_n(Extent::new(ends[1] - ends[0]), plan.tracked.len()))
+            .collect();
+        Self {
+            values: vec![f64::NAN; ROWS * plan.tracked.len()],
+            plan,
+            bounds,
+            extents,
+            reached: from,
+            piece: 0,
+            continuous: false,
+            q: vec![0.0; d],
+            v: vec![0.0; d],
+            work: Work::default(),
+        }
+    }
+
+    /// Whether the work must be counted.
+    pub(crate) fn needs_work(&self) -> bool {
+        self.plan.needs.work
+    }
+
+    /// Whether the motion up to an instant [s] must be looked at.
+    pub(crate) fn wants(&self, until: f64) -> bool {
+        !self.plan.tracked.is_empty() && until > self.reached
+    }
+
+    /// A phase changed: values may jump.
+    pub(crate) fn interrupt(&mut self) {
+        self.continuous = false;
+    }
+
+    /// All features, a row for each piece; NaN for pieces that the run, which ended at `end` [s], did not
+    /// finish.
+    pub(crate) fn answers(
+        &self,
+        end: f64,
+        events: &[Event],
+        contacts: &[Contact],
+        joints: usize,
+    ) -> Vec<f64> {
+        let width = self.plan.tracked.len();
+        let mut answers = Vec::new();
+        for (piece, ends) in self.bounds.windows(2).enumerate() {
+            // The last step may end a rounding before the end of the run.
+            let finished = end >= ends[1] * (1.0 - 32.0 * f64::EPSILON);
+            let ends = [ends[0], ends[1]];
+            let (extents, touches): (Vec<Extent>, Vec<Touch>) = if finished {
+                let touch = |joint| Touch::of(joint, ends, events, contacts);
+                (self.extents[piece * width..][..width].to_vec(), (0..joints).map(touch).collect())
+            } else {
+                (vec![Extent::UNKNOWN; width], vec![Touch::UNKNOWN; joints])
+            };
+            answers.extend(self.plan.answers(&extents, &touches));
+        }
+        answers
+    }
+}
+
+impl Recorder<'_> {
+    /// Tracks the quantities to `end` [s]; false where there is no state.
+    pub(crate) fn track_to(&mut self, end: f64, state: &mut StateAt) -> bool {
+        while self.tracking.wants(end) {
+            let from = self.tracking.reached;
+            let bound = self.tracking.bounds[self.tracking.piece + 1];
+            // A step may be many turns of a drive long.
+            let to = end.min(bound).min(from + self.continued(from, f64::NAN, WORK_TURN));
+            if !self.track_part(from, to, state) {
+                return false;
+            }
+            self.tracking.reached = to;
+            if to >= bound {
+                self.tracking.piece += 1;
+                if self.tracking.piece + 1 == self.tracking.bounds.len() {
+                    // The last step may end a rounding behind the end of the run.
+                    self.tracking.reached = f64::INFINITY;
+                }
+            }
+            if self.tracking.wants(end) && !(self.monitor)(from) {
+                // Cancelled: the step is the last.
+                break;
+            }
+        }
+        true
+    }
+
+    /// Tracks the quantities through a part of a step.
+    fn track_part(&mut self, from: f64, to: f64, state: &mut StateAt) -> bool {
+        let width = self.tracking.plan.tracked.len();
+        let mut times = [from; ROWS];
+        for (time, (place, _)) in times[1..].iter_mut().zip(GAUSS) {
+            *time = from + place * (to - from);
+        }
+        times[ROWS - 1] = to;
+        let mut values = std::mem::take(&mut self.tracking.values);
+        values.copy_within((ROWS - 1) * width.., 0);
+        let known = usize::from(self.tracking.continuous);
+        let mut defined = true;
+        for (time, row) in times.iter().zip(values.chunks_exact_mut(width)).skip(known) {
+            defined &= self.place_at(*time, state);
+            for (value, tracked) in row.iter_mut().zip(&self.tracking.plan.tracked) {
+                *value = tracked.value(&self.dynamics, &self.tracking.work);
+            }
+        }
+        for index in 0..width {
+            let column: [f64; ROWS] = std::array::from_fn(|row| values[row * width + index]);
+            let place = self.tracking.piece * width + index;
+            let mut extent = self.tracking.extents[place];
+            for ((_, weight), value) in GAUSS.iter().zip(&column[1..]) {
+                extent.integral += weight * (to - from) * value;
+                extent.square += weight * (to - from) * value * value;
+            }
+            let tracked = self.tracking.plan.tracked[index];
+            if tracked.highest {
+                extent.highest = self.raised(extent.highest, index, &times, &column, 1.0, state);
+            }
+            if tracked.lowest {
+                let (time, value) = extent.lowest;
+                let (time, value) =
+                    self.raised((time, -value), index, &times, &column.map(|value| -value), -1.0, state);
+                extent.lowest = (time, -value);
+            }
+            self.tracking.extents[place] = extent;
+        }
+        self.tracking.values = values;
+        self.tracking.continuous = true;
+        defined
+    }
+
+    /// The highest point of a quantity times `sign`: the one known so far, or a higher one on a part of a step.
+    /// It is looked for beside values that are no lower than their neighbours, unless the way to these is too
+    /// short to lead beyond what is known: a parabola exceeds its highest value by an eighth of it at most.
+    fn raised(
+        &mut self,
+        mut best: (f64, f64),
+        index: usize,
+        times: &[f64; ROWS],
+        values: &[f64; ROWS],
+        sign: f64,
+        state: &mut StateAt,
+    ) -> (f64, f64) {
+        const LAST: usize = ROWS - 1;
+        for (k, (&time, &value)) in times.iter().zip(values).enumerate() {
+            // What is not a number is never passed: the extremum is not known.
+            if value > best.1 || value.is_nan() {
+                best = (time, value);
+            }
+            let (left, right) = (k.saturating_sub(1), (k + 1).min(LAST));
+            let way = value - values[left].min(values[right]);
+            let top = value >= values[left] && (value > values[right] || k == LAST);
+            if !top || way <= ROUNDING * value.abs() || value + way <= best.1 {
+                continue;
+            }
+            let mut at = |time: f64| sign * self.tracked_value(index, time, state);
+            let inside = match k {
+                // At an end that is higher than the point beside it, the quantity may pass on.
+                0 | LAST => {
+                    let other = if k == 0 { times[right] } else { times[left] };
+                    let edge = time + EDGE * (other - time);
+                    let inside = (edge, at(edge));
+                    if inside.1 <= value {
+                        continue;
+                    }
+                    inside
+                }
+                _ => (time, value),
+            };
+            let found = highest_within([times[left], times[right]], inside, at);
+            if found.1 > best.1 {
+                best = found;
+            }
+        }
+        best
+    }
+
+    fn tracked_value(&mut self, index: usize, time: f64, state: &mut StateAt) -> f64 {
+        if self.place_at(time, state) {
+            self.tracking.plan.tracked[index].value(&self.dynamics, &self.tracking.work)
+        } else {
+            f64::NAN
+        }
+    }
+
+    /// Places the dynamics in the state at an instant, and notes the work done until then.
+    fn place_at(&mut self, time: f64, state: &mut StateAt) -> bool {
+        let needs = self.tracking.plan.needs;
+        let before = needs.work.then(|| self.work.clone());
+        let (mut q, mut v) = (std::mem::take(&mut self.tracking.q), std::mem::take(&mut self.tracking.v));
+        let defined = state(self, time, &mut q, &mut v);
+        self.q.copy_from_slice(&q);
+        self.v.copy_from_slice(&v);
+        (self.tracking.q, self.tracking.v) = (q, v);
+        if let Some(before) = before {
+            self.tracking.work = std::mem::replace(&mut self.work, before);
+        }
+        self.place(time, needs);
+        defined
+    }
+}
