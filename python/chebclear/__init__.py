@@ -72,12 +72,13 @@ from .study.band import Band, Margin
 from .study.results import BoundErrors, Comparison, StudyResult, compare
 from .study.study import Study
 from .study.surrogate import Surrogate
-from .templates.reader import load
+from .study.tradeoff import StudyTradeoff, StudyTradeoffPoint
+from .templates.reader import load, loads
 from .templates.template import Parameter, Template
 from .tradeoffs.of_scene import tradeoff
-from .tradeoffs.of_study import StudyTradeoff, StudyTradeoffPoint
+from .tradeoffs.point import TradeoffPoint
 from .tradeoffs.recommendation import Recommendation
-from .tradeoffs.result import Tradeoff, TradeoffPoint
+from .tradeoffs.result import Tradeoff
 
 __version__ = package_version()
 
@@ -147,6 +148,7 @@ __all__ = [
     "impulse",
     "interval",
     "load",
+    "loads",
     "loss",
     "lowest",
     "mean",
@@ -169,3 +171,8 @@ __all__ = [
     "tradeoff",
     "wear",
 ]
+
+
+def __dir__() -> list[str]:
+    # The rooms of the package are reachable, but only public names are listed.
+    return [*__all__, "__doc__", "__file__", "__name__", "__path__"]

@@ -7,10 +7,7 @@ run that fails, are plain ``ValueError`` or ``TypeError``.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, NamedTuple
-
-if TYPE_CHECKING:
-    from .run.trajectory import Trajectory
+from typing import Any, NamedTuple
 
 
 class Problem(NamedTuple):
@@ -90,7 +87,8 @@ class SimulationError(ChebclearError, RuntimeError):
         self.joint = joint
         self.parameters = None if parameters is None else dict(parameters)
         self.message = message
-        self.trajectory: Trajectory | None = None
+        # A Trajectory; typed by those who know it, since an error uses no other room.
+        self.trajectory: Any = None
         super().__init__(reason, time, joint, self.parameters, message)
 
     def __str__(self) -> str:

@@ -24,3 +24,7 @@ def test_every_public_name_exists_and_is_documented():
     assert chebclear.__all__ == sorted(chebclear.__all__)
     for name in chebclear.__all__:
         assert getattr(chebclear, name).__doc__, name
+
+
+def test_only_public_names_are_listed():
+    assert {name for name in dir(chebclear) if not name.startswith("__")} <= set(chebclear.__all__)

@@ -118,11 +118,11 @@ def test_no_column_lacks_its_unit():
     for scene in (swing, MECHANISMS.quick_return(), MECHANISMS.slider_crank()):
         facts = scene.check()
         columns = facts.columns + facts.further_columns
-        assert not [name for name in columns if not cc.plots.results.column_unit(name)]
+        assert not [name for name in columns if not cc.scene.columns.column_unit(name)]
     # Both end in "contact": an energy, and a yes or no.
     assert (
-        cc.plots.results.column_unit("energy.contact"),
-        cc.plots.results.column_unit("wrist.contact"),
+        cc.scene.columns.column_unit("energy.contact"),
+        cc.scene.columns.column_unit("wrist.contact"),
     ) == ("J", "-")
     run = cc.simulate(swing, 0.1, 11, outputs=["spring.force", "energy.total"])
     assert run.plot("spring.force").get_ylabel() == "spring.force [N]"

@@ -8,8 +8,8 @@ import chebclear as cc
 import matplotlib as mpl
 import numpy as np
 import pytest
+from chebclear.base import tables
 from chebclear.plots import results as plot
-from chebclear.report import tables as report
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -275,10 +275,10 @@ class TestReport:
         ],
     )
     def test_format_number(self, value, digits, expected):
-        assert report.format_number(value, digits) == expected
+        assert tables.format_number(value, digits) == expected
 
     def test_markdown_table(self):
-        table = report.markdown_table(["name", "a|b"], [["x", "1"], ["longer", "2.5"]])
+        table = tables.markdown_table(["name", "a|b"], [["x", "1"], ["longer", "2.5"]])
         assert table.splitlines() == [
             "| name   | a\\|b |",
             "| ------ | ---: |",
@@ -286,14 +286,4 @@ class TestReport:
             "| longer |  2.5 |",
         ]
         with pytest.raises(ValueError, match="2 cells"):
-            report.markdown_table(["a", "b"], [["only one"]])
-
-    def test_bands_table(self, bands):
-        table = report.bands_table(bands[0])
-        assert "| slider.vx" in table
-        assert "m/s" in table
-
-    def test_comparison_table(self, bands):
-        table = report.comparison_table(cc.compare(*bands))
-        assert "| slider.vx" in table
-        assert "slack [%]" in table.splitlines()[0]
+            tables.markdown_table(["a", "b"], [["only one"]])

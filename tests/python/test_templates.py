@@ -266,7 +266,7 @@ outputs = ["slider.x", "wrist.normal_force"]
 
 
 def test_a_template_gives_scenes_and_studies():
-    template = cc.Template.from_text(SLIDER_CRANK)
+    template = cc.loads(SLIDER_CRANK)
     assert template.title == "Slider-crank"
     assert list(template.intervals) == ["crank_length", "rod_length", "clearance"]
     assert template.intervals["rod_length"] == cc.interval(0.1195, 0.121)
@@ -286,7 +286,7 @@ def test_a_template_gives_scenes_and_studies():
 
 
 def test_a_saved_template_is_the_same(tmp_path):
-    template = cc.Template.from_text(SLIDER_CRANK)
+    template = cc.loads(SLIDER_CRANK)
     path = template.save(tmp_path / "press")
     assert path.name == "press.toml" and [file.name for file in tmp_path.iterdir()] == ["press.toml"]
     again = cc.load(path)
@@ -319,7 +319,7 @@ def test_all_problems_are_reported_with_their_lines():
         assert right in wrong
         wrong = wrong.replace(right, mistake)
     with pytest.raises(cc.SceneError) as caught:
-        cc.Template.from_text(wrong, "press.toml")
+        cc.loads(wrong, "press.toml")
     lines = wrong.split("\n")
     expected = {
         'tol = "0.2': "parameters.crank_length.tol: unknown key",
@@ -355,7 +355,7 @@ def test_all_problems_are_reported_with_their_lines():
 )
 def test_wrong_parameters_are_refused(line, message):
     with pytest.raises(cc.SceneError, match=message):
-        cc.Template.from_text(f"bodies = []\njoints = []\n[parameters]\n{line}\n")
+        cc.loads(f"bodies = []\njoints = []\n[parameters]\n{line}\n")
 
 
 def test_a_long_chain_of_parameters_is_followed():
@@ -364,7 +364,7 @@ def test_a_long_chain_of_parameters_is_followed():
         f"parameters.p199 = 2\n[parameters]\n{chain}".replace("parameters.p199 = 2\n", "", 1) + "\np199 = 2\n"
     )
     text += '[[bodies]]\nname = "a"\nmass = "p0"\ninertia = 1\n[[joints]]\ntype = "revolute"\n'
-    assert cc.Template.from_text(text + 'name = "pin"\na = "ground"\nb = "a"\n')().bodies[0].mass == 2.0
+    assert cc.loads(text + 'name = "pin"\na = "ground"\nb = "a"\n')().bodies[0].mass == 2.0
 
 
 def test_a_file_that_is_no_text_is_refused(tmp_path):
@@ -381,7 +381,7 @@ def test_a_file_that_is_no_text_is_refused(tmp_path):
 def test_a_number_has_the_unit_of_its_field():
     wrong = SLIDER_CRANK.replace('"9.8 mm"', '"9.8 kg"')
     with pytest.raises(cc.SceneError, match=r'joints\[2\].journal_radius: "9.8 kg": .* SI unit is \[m\]'):
-        cc.Template.from_text(wrong)
+        cc.loads(wrong)
 
 
 def test_the_schema_for_editors_is_that_of_the_records():

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.files import complete_folder
-from ..report.tables import format_number, markdown_table
+from ..base.tables import format_number, markdown_table
 from ..study.band import Band
 from . import case_study as paper
 from . import figures as paper_figures

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..run.accuracy import HORIZON_PART
-from .results import _axes, _line_style, column_unit
+from ..scene.columns import column_unit
+from .results import _axes, _line_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
 
-    from ..tradeoffs.of_study import StudyTradeoff
-    from ..tradeoffs.result import Tradeoff
+    from .subjects import BoundCostsLike, CostsLike
 
 _MARKERS = "osD^vP*X"
 _COSTS = {
@@ -27,7 +26,7 @@ _COSTS = {
 
 
 def plot_tradeoff(
-    result: Tradeoff,
+    result: CostsLike,
     output: str | None = None,
     *,
     ax: Axes | None = None,
@@ -116,8 +115,8 @@ def plot_tradeoff(
             label=f"{method}, {len(prices)} failed: {status}",
         )
     if scale > 0.0:
-        label = f"{100.0 * HORIZON_PART:g} % of the range: parted, past the chaos horizon"
-        ax.axvline(HORIZON_PART * scale, color="0.4", linewidth=0.8, linestyle="--", label=label)
+        label = f"{100.0 * result.horizon_part:g} % of the range: past the chaos horizon"
+        ax.axvline(result.horizon_part * scale, color="0.4", linewidth=0.8, linestyle="--", label=label)
     if uncertainty > 0.0:
         # The grey area is seen, but does not push the points aside.
         ax.set_xlim(left=0.3 * leftmost)
@@ -131,7 +130,7 @@ def plot_tradeoff(
 
 
 def plot_study_tradeoff(
-    result: StudyTradeoff, output: str | None = None, *, ax: Axes | None = None, **line: Any
+    result: BoundCostsLike, output: str | None = None, *, ax: Axes | None = None, **line: Any
 ) -> Axes:
     """Draw the relative error of the mean width against the number of runs, one line a way of bounding.
 

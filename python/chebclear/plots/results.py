@@ -15,51 +15,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene.columns import column_unit
 from .labels import legend_above_the_data, set_y_label, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..run.trajectory import Trajectory
-    from ..study.band import Band
+    from .subjects import BandLike, RunLike
 
 Array = NDArray[np.float64]
-
-# SI unit of a column, by the last part of its name.
-_UNITS = {
-    "x": "m",
-    "y": "m",
-    "angle": "rad",
-    "vx": "m/s",
-    "vy": "m/s",
-    "angular_velocity": "rad/s",
-    "ax": "m/s²",
-    "ay": "m/s²",
-    "angular_acceleration": "rad/s²",
-    "eccentricity_x": "m",
-    "eccentricity_y": "m",
-    "eccentricity": "m",
-    "penetration": "m",
-    "penetration_rate": "m/s",
-    "sliding_velocity": "m/s",
-    "normal_force": "N",
-    "friction_force": "N",
-    "contact": "-",
-    "torque": "N m",
-    "force": "N",
-    "power": "W",
-    "reaction_x": "N",
-    "reaction_y": "N",
-    "reaction_torque": "N m",
-    "displacement": "m",
-    "velocity": "m/s",
-    "acceleration": "m/s²",
-    "length": "m",
-    "lengthening": "m/s",
-    "impact_loss": "J",
-    "friction_loss": "J",
-    "wear": "N m",
-}
 
 # (unit asked for, SI unit) -> what one SI unit is in the unit asked for.
 _CONVERSIONS = {
@@ -73,31 +37,8 @@ _CONVERSIONS = {
 }
 
 
-def column_unit(name: str) -> str:
-    """SI unit of an output column.
-
-    Parameters
-    ----------
-    name : str
-        Column name such as ``"slider.vx"``.
-
-    Returns
-    -------
-    str
-        The unit, ``"-"`` for a number without one and ``""`` for a column that is not known here.
-
-    Examples
-    --------
-    >>> column_unit("slider.vx"), column_unit("energy.total")
-    ('m/s', 'J')
-    """
-    if name.startswith("energy."):  # the only owner of that name
-        return "J"
-    return _UNITS.get(name.rpartition(".")[2], "")
-
-
 def plot_trajectory(
-    run: Trajectory,
+    run: RunLike,
     columns: str | Sequence[str],
     *,
     ax: Axes | None = None,
@@ -164,7 +105,7 @@ def plot_trajectory(
     return ax
 
 
-def plot_orbit(run: Trajectory, joint: str, *, ax: Axes | None = None, unit: str = "µm", **line: Any) -> Axes:
+def plot_orbit(run: RunLike, joint: str, *, ax: Axes | None = None, unit: str = "µm", **line: Any) -> Axes:
     """Draw the path of the journal centre inside the clearance circle of a joint.
 
     The circle has the radius of the clearance: inside it the journal flies free, outside it the surfaces
@@ -212,13 +153,13 @@ def plot_orbit(run: Trajectory, joint: str, *, ax: Axes | None = None, unit: str
 
 
 def plot_band(
-    band: Band,
+    band: BandLike,
     *,
     ax: Axes | None = None,
     unit: str | None = None,
     x: Array | None = None,
     x_label: str = "time [s]",
-    scan: Band | None = None,
+    scan: BandLike | None = None,
     nominal: bool = False,
     **fill: Any,
 ) -> Axes:
@@ -271,7 +212,7 @@ def plot_band(
 
 
 def plot_sensitivity(
-    band: Band,
+    band: BandLike,
     parameter: str,
     *,
     ax: Axes | None = None,
@@ -386,7 +327,7 @@ def short_time_spectrum(
 
 
 def plot_spectrogram(
-    run: Trajectory | Array,
+    run: RunLike | Array,
     column: str | Array,
     *,
     ax: Axes | None = None,

@@ -6,13 +6,13 @@ The units are those of the fields of the records: a new kind of part is describe
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Sequence
-from typing import Any
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import Any, Protocol
 
 from ..base.arguments import as_number
 from ..base.units import units
 from ..errors import SceneError
-from .scene import Body, ClearanceRevolute, Inspection, Prismatic, Scene
+from .parts import Body, ClearanceRevolute, Inspection, Prismatic
 from .schema import Part, Points
 
 _GROUND = "ground"
@@ -20,7 +20,20 @@ _GROUND = "ground"
 _LONG = 8
 
 
-def describe_scene(scene: Scene) -> str:
+class Described(Protocol):
+    """What is asked of a `Scene`, which offers its description as a method and so may not be imported."""
+
+    @property
+    def _choices(self) -> Mapping[str, tuple[type[Part], ...]]: ...
+    @property
+    def joints(self) -> Any: ...
+    @property
+    def ground(self) -> Any: ...
+
+    def check(self) -> Inspection: ...
+
+
+def describe_scene(scene: Described) -> str:
     """The text of `Scene.describe`.
 
     Parameters
@@ -209,7 +222,7 @@ def _fields(fields: dict[str, Any], unit: dict[str, str]) -> str:
     return ", ".join(shown)
 
 
-def _mobility(scene: Scene, facts: Inspection) -> list[str]:
+def _mobility(scene: Described, facts: Inspection) -> list[str]:
     """Degrees of freedom, coordinates, loops and cut joints."""
     joints = {joint.name: joint for joint in scene.joints}
     clearance = [name for name in facts.cut_joints if isinstance(joints[name], ClearanceRevolute)]

@@ -18,6 +18,11 @@ if TYPE_CHECKING:
 
 Progress = Callable[[int, int], None]
 
+MOST_NODES = 10_000
+"""Nodes or points of one parameter [-]."""
+MOST_RUNS = 1_000_000
+"""Runs of a study [-]."""
+
 # Pieces an executor gets at most: enough to keep a few dozen workers busy to the end, few enough that sending
 # them costs little beside the runs.
 _CHUNKS = 64

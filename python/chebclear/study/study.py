@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,18 +22,23 @@ from ..run.trajectory import Stats
 from ..scene.scene import Interval, Scene
 from .results import StudyResult as StudyResult
 from .results import compare as compare
-from .runs import gathered_warnings, located, require_success, scene_text, simulate_all, with_parameters
+from .runs import (
+    MOST_NODES,
+    MOST_RUNS,
+    gathered_warnings,
+    located,
+    require_success,
+    scene_text,
+    simulate_all,
+    with_parameters,
+)
 from .surrogate import chebyshev_grid, tensor_grid
-
-if TYPE_CHECKING:
-    from ..tradeoffs.of_study import StudyTradeoff
+from .tradeoff import StudyTradeoff, measure
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 MOST_THREADS = 1024
-MOST_NODES = 10_000
-MOST_RUNS = 1_000_000
 MAX_RUNS = 20_000
 """Runs that a call starts without being asked for more [-]: a minute or two of the paper's mechanism."""
 
@@ -287,9 +292,7 @@ class Study:
         ValueError, TypeError
             If an argument is wrong; all problems are listed.
         """
-        from ..tradeoffs import of_study as study_tradeoff
-
-        result = study_tradeoff.measure(self, degrees, points, holdout=holdout, seed=seed, max_runs=max_runs)
+        result = measure(self, degrees, points, holdout=holdout, seed=seed, max_runs=max_runs)
         warn_once(result.warnings, stacklevel=3)
         return result
 

@@ -68,11 +68,28 @@ def load(path: str | os.PathLike[str]) -> Template:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise SceneError([(path.name, f"is not UTF-8 text: {error.reason} at byte {error.start}")]) from None
-    return read_template(text, path.name)
+    return loads(text, path.name)
 
 
-def read_template(text: str, name: str) -> Template:
-    """The template that a text describes; parameters and errors as in `load`, `name` is that of the file."""
+def loads(text: str, name: str = "scene") -> Template:
+    """Read the text of a scene file.
+
+    Parameters
+    ----------
+    text : str
+        TOML, or JSON that `Scene.to_json` wrote.
+    name : str
+        What problems call the file.
+
+    Returns
+    -------
+    Template
+
+    Raises
+    ------
+    SceneError
+        As `load`.
+    """
     places: Mapping[Path, Place] = {}
     try:
         if text.lstrip()[:1] == "{":

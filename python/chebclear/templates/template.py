@@ -44,13 +44,13 @@ class Parameter:
 class Template:
     """A mechanism with named parameters, as a scene file describes it.
 
-    `load` reads one. It is called like the ready-made mechanisms: ``template(rod_length=0.13)`` is the scene
-    with that rod, every other parameter at its nominal value.
+    `load` and `loads` read one. It is called like the ready-made mechanisms: ``template(rod_length=0.13)`` is
+    the scene with that rod, every other parameter at its nominal value.
 
     Examples
     --------
-    >>> from chebclear import Template
-    >>> template = Template.from_text('''
+    >>> from chebclear import loads
+    >>> template = loads('''
     ... format = 1
     ... parameters.length = { nominal = "400 mm", rel = 0.02 }
     ... bodies = [{ name = "bob", mass = 1, inertia = "length**2 / 12", points.A = ["-length / 2", 0] }]
@@ -74,21 +74,6 @@ class Template:
     """The scene as JSON has it, with zeros where an expression stands."""
     _expressions: Sequence[tuple[Path, Expression]] = field(repr=False)
     """Where in the scene which expression stands."""
-
-    @classmethod
-    def from_text(cls, text: str, name: str = "scene") -> Template:
-        """Read the text of a scene file; see `load`.
-
-        Parameters
-        ----------
-        text : str
-            TOML, or a scene in JSON.
-        name : str
-            What problems call the file.
-        """
-        from .reader import read_template  # here only: the reader makes templates
-
-        return read_template(text, name)
 
     def __repr__(self) -> str:
         title = f' "{self.title}"' if self.title else ""

@@ -19,9 +19,9 @@ from ..run.settings import LEAST_RTOL, MAX_EVENTS, MAX_STEPS, METHODS, MOST_RTOL
 from ..run.simulation import run_scene, warn_once
 from ..run.trajectory import Trajectory
 from ..scene.scene import Scene
+from .point import TradeoffPoint as TradeoffPoint
 from .recommendation import power
 from .result import Tradeoff as Tradeoff
-from .result import TradeoffPoint as TradeoffPoint
 
 # Steps after which a measured run is given up unless told otherwise: a second or two. A setting that needs
 # more is no candidate, and twenty of them would take the user's morning.

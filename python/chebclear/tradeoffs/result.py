@@ -9,19 +9,21 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..base import files as records
+from ..base.tables import format_number, format_table, markdown_table
 from ..base.units import unit
-from ..plots.results import column_unit
-from ..report.tables import format_number, format_table, markdown_table
+from ..run.accuracy import HORIZON_PART
 from ..run.settings import Settings
 from ..run.trajectory import Stats, column_index
+from ..scene.columns import column_unit
 from ..scene.scene import Scene
 from . import recommendation as recommend
+from .point import TradeoffPoint
 from .recommendation import Recommendation, in_words, largest_error, power
 
 if TYPE_CHECKING:
@@ -34,36 +36,6 @@ _SHOWN = 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TradeoffPoint(records.ArrayRecord):
-    """What one method costs and delivers at one tolerance."""
-
-    method: str
-    """Integrator."""
-    rtol: float
-    """Relative tolerance of the integrator [-]."""
-    status: str
-    """``"done"``, or the word for why the run ended early."""
-    end_time: float = field(metadata=unit("s"))
-    """Where the run ended [s]."""
-    stats: Stats
-    """What the run cost, in counts that do not depend on the machine."""
-    seconds: float = field(metadata=unit("s"))
-    """What the run cost on this machine, the best of the repeats [s]."""
-    horizon: Array = field(metadata=unit("s"))
-    """First sample that is off the reference by more than 1 % of the range [s], shape (outputs,)."""
-    growth: Array
-    """Largest difference from the reference up to each instant in the unit of the output.
-
-    The shape is (outputs, instants); NaN after the end of a run that failed.
-    """
-
-    @property
-    def success(self) -> bool:
-        """Whether the run reached its end."""
-        return self.status == "done"
-
-
-@dataclass(frozen=True, eq=False, repr=False)
 class Tradeoff(records.ArrayRecord):
     """Accuracy against cost of one scene; ``result["rodas4", 1e-6]`` is that `TradeoffPoint`.
 
@@ -71,6 +43,8 @@ class Tradeoff(records.ArrayRecord):
     method as tight, tells how much. A difference that is not above twice theirs is no measurement of an
     error, only a bound, shown with "≤". All of it is about the solution of the equations, not of the model.
     """
+
+    horizon_part: ClassVar[float] = HORIZON_PART
 
     outputs: tuple[str, ...]
     """Names of the outputs."""

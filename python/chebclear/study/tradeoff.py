@@ -7,21 +7,22 @@ import math
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..base import files as records
 from ..base.arguments import Checks
+from ..base.tables import format_number, format_table, markdown_table
 from ..base.units import unit
 from ..errors import SimulationError
-from ..report.tables import format_number, format_table, markdown_table
 from ..run.trajectory import column_index
-from ..study.band import Band
-from ..study.results import StudyResult
-from ..study.study import MOST_NODES, MOST_RUNS, Study
-from ..study.surrogate import chebyshev_grid, tensor_grid
+from ..scene.scene import Interval
+from .band import Band
+from .results import StudyResult
+from .runs import MOST_NODES, MOST_RUNS
+from .surrogate import chebyshev_grid, tensor_grid
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -271,8 +272,19 @@ class _Setting:
         return 0 if self.result is None else sum(stats.stages for stats in self.result.stats)
 
 
+class Runner(Protocol):
+    """What is asked of a `Study`, which offers this measurement as a method and so may not be imported."""
+
+    @property
+    def intervals(self) -> dict[str, Interval]: ...
+
+    def run_points(
+        self, points: Array, counts: tuple[int, ...], degrees: tuple[int, ...] | None
+    ) -> StudyResult: ...
+
+
 def measure(
-    study: Study, degrees: Iterable[int], points: Iterable[int], *, holdout: int, seed: int, max_runs: int
+    study: Runner, degrees: Iterable[int], points: Iterable[int], *, holdout: int, seed: int, max_runs: int
 ) -> StudyTradeoff:
     """Compare the bounds of a study; see `Study.tradeoff`."""
     probed, wanted = _checked(study, degrees, points, holdout, seed, max_runs)
@@ -303,7 +315,7 @@ def measure(
 
 
 def _checked(
-    study: Study, degrees: Iterable[int], points: Iterable[int], holdout: int, seed: int, max_runs: int
+    study: Runner, degrees: Iterable[int], points: Iterable[int], holdout: int, seed: int, max_runs: int
 ) -> tuple[Array, list[tuple[int | None, int]]]:
     """Hold-out points, and degree, if any, and points of every setting."""
     sides = list(study.intervals.values())
@@ -341,7 +353,7 @@ def _checked(
     return probed, wanted
 
 
-def _holdout_points(study: Study, count: int, seed: int) -> Array:
+def _holdout_points(study: Runner, count: int, seed: int) -> Array:
     """Random points of the box and its corners, shape (runs, parameters)."""
     sides = list(study.intervals.values())
     lower, upper = (np.array([getattr(side, end) for side in sides]) for end in ("lower", "upper"))
@@ -352,7 +364,7 @@ def _holdout_points(study: Study, count: int, seed: int) -> Array:
     return np.concatenate([points, corners])
 
 
-def _run(study: Study, degree: int | None, count: int) -> _Setting:
+def _run(study: Runner, degree: int | None, count: int) -> _Setting:
     sides = list(study.intervals.values())
     counts = (count,) * len(sides)
     if degree is None:
@@ -369,7 +381,7 @@ def _run(study: Study, degree: int | None, count: int) -> _Setting:
 
 
 def _points(
-    setting: _Setting, probes: StudyResult, reference: dict[str, tuple[Array, Array]], study: Study
+    setting: _Setting, probes: StudyResult, reference: dict[str, tuple[Array, Array]], study: Runner
 ) -> Iterator[StudyTradeoffPoint]:
     """What each way of bounding makes of the same runs."""
     if setting.degree is None:

@@ -1,15 +1,9 @@
-"""Results as Markdown tables."""
+"""Numbers and tables as text: plain, and in Markdown."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
-
-from ..plots.results import column_unit
-
-if TYPE_CHECKING:
-    from ..study.results import Comparison, StudyResult
 
 
 def format_number(value: float, digits: int = 3) -> str:
@@ -104,59 +98,3 @@ def format_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join(
         "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip() for row in table
     )
-
-
-def bands_table(result: StudyResult, *, digits: int = 4) -> str:
-    """The bands of a study: extreme bounds and largest width of every output.
-
-    Parameters
-    ----------
-    result : StudyResult
-        What a study returned.
-    digits : int
-        Significant digits.
-
-    Returns
-    -------
-    str
-        A Markdown table with the columns output, unit, smallest lower bound, largest upper bound, largest
-        width and the time of the largest width [s].
-    """
-    rows = []
-    for name in result.outputs:
-        band = result[name]
-        widest = int(band.width.argmax())
-        numbers = (band.lower.min(), band.upper.max(), band.width[widest], band.t[widest])
-        rows.append([name, column_unit(name), *(format_number(float(number), digits) for number in numbers)])
-    header = ["output", "unit", "smallest lower bound", "largest upper bound", "largest width", "at time [s]"]
-    return markdown_table(header, rows)
-
-
-def comparison_table(comparison: Comparison, *, digits: int = 3) -> str:
-    """The comparison of two studies: errors of the bounds and the largest widths of every output.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        What `compare` returned.
-    digits : int
-        Significant digits.
-
-    Returns
-    -------
-    str
-        A Markdown table with the columns output, unit, errors of the lower and the upper bound [%], largest
-        width, that of the reference and by how much the one exceeds the other [%].
-    """
-    rows = []
-    for name, errors in comparison.errors.items():
-        numbers = (
-            100.0 * errors.lower,
-            100.0 * errors.upper,
-            errors.width,
-            errors.reference_width,
-            100.0 * errors.slack,
-        )
-        rows.append([name, column_unit(name), *(format_number(number, digits) for number in numbers)])
-    header = ["output", "unit", "lower [%]", "upper [%]", "width", "reference width", "slack [%]"]
-    return markdown_table(header, rows)

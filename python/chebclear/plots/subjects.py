@@ -1,0 +1,79 @@
+"""What a plot needs of the results it draws.
+
+Results offer plots as methods, so plots may not import results: they say here what they ask of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.scene import Scene
+
+Array = NDArray[np.float64]
+
+
+class RunLike(Protocol):
+    """A `Trajectory`."""
+
+    @property
+    def t(self) -> Array: ...
+    @property
+    def columns(self) -> tuple[str, ...]: ...
+    @property
+    def status(self) -> str: ...
+    @property
+    def scene(self) -> Scene: ...
+
+    @property
+    def success(self) -> bool: ...
+    @property
+    def end_time(self) -> float: ...
+    def __getitem__(self, column: str) -> Array: ...
+
+
+class BandLike(Protocol):
+    """A `Band`."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def t(self) -> Array: ...
+    @property
+    def lower(self) -> Array: ...
+    @property
+    def upper(self) -> Array: ...
+    @property
+    def nominal(self) -> Array: ...
+
+    def sensitivity(self, parameter: str, *, normalised: bool = False) -> Array: ...
+
+
+class CostsLike(Protocol):
+    """A `Tradeoff`."""
+
+    @property
+    def horizon_part(self) -> float: ...
+    @property
+    def points(self) -> Sequence[Any]: ...
+    @property
+    def outputs(self) -> tuple[str, ...]: ...
+    @property
+    def ranges(self) -> Array: ...
+    @property
+    def end(self) -> float: ...
+
+    def uncertainty(self, output: str, until: float | None = None) -> float: ...
+    def error(self, point: Any, output: str, until: float | None = None) -> float: ...
+
+
+class BoundCostsLike(Protocol):
+    """A `StudyTradeoff`."""
+
+    @property
+    def points(self) -> Sequence[Any]: ...
+    @property
+    def outputs(self) -> tuple[str, ...]: ...

@@ -1,4 +1,0 @@
-"""Tables that a person reads.
-
-In: results; out: text and Markdown.
-"""
