@@ -102,7 +102,7 @@ class TestOscillators:
         x = np.exp(-decay * run.t) * (0.1 * np.cos(w * run.t) + (-0.5 + decay * 0.1) / w * np.sin(w * run.t))
         np.testing.assert_allclose(run["cart.x"], x, rtol=0.0, atol=1e-9)
         assert np.all(np.diff(run["energy.damping_loss"]) > 0.0)
-        assert abs(run["energy.total"][0] - (0.5 * 200.0 * 0.01 + 0.25)) < 1e-14
+        assert abs(run["energy.total"][0] - (0.5 * 200.0 * 0.01 + 0.25)) < 1e-13
 
     @pytest.mark.parametrize("method", METHODS)
     def test_torsion_spring_with_torsion_damper(self, method):
@@ -485,7 +485,9 @@ class TestStarts:
         late = cc.simulate(scene, 0.015625 / 4, 17, method=method, skip=0.75 * 0.015625)
         assert np.array_equal(late.t, whole.t[48:])
         assert np.array_equal(late.values, whole.values[48:])
-        assert late.end_time == whole.end_time and late.events == whole.events
+        assert late.end_time == whole.end_time
+        told = np.concatenate([late.skipped_events.time, late.events.time])
+        assert np.array_equal(told, whole.events.time)
         # DOP853 pays for the dense output of the steps that hold samples.
         assert late.stats.evaluations <= whole.stats.evaluations
         assert dataclasses.replace(late.stats, evaluations=whole.stats.evaluations) == whole.stats

@@ -38,7 +38,7 @@ class TestIdealMechanism:
         run = simulate(scene, paper.DURATION, paper.SAMPLES)
         assert run.stats.evaluations == 0  # nothing is integrated
         position, velocity, acceleration = ideal_slider_crank(np.radians(paper.CRANK_ANGLE), 0.053, 0.117)
-        np.testing.assert_allclose(run["slider.x"], position, rtol=0, atol=1e-14)
+        np.testing.assert_allclose(run["slider.x"], position, rtol=0, atol=1e-13)
         np.testing.assert_allclose(run["slider.vx"], velocity, rtol=0, atol=1e-10)
         np.testing.assert_allclose(run["slider.ax"], acceleration, rtol=0, atol=1e-7)
 

@@ -6,8 +6,6 @@ import json
 import math
 import pickle
 import re
-import signal
-import subprocess
 import sys
 import threading
 import time
@@ -18,6 +16,7 @@ from pathlib import Path
 import chebclear as cc
 import numpy as np
 import pytest
+from interrupts import work_after_interrupt
 
 DATA = Path(__file__).parents[1] / "data"
 GRAVITY = 9.81  # [m/s^2]
@@ -43,7 +42,7 @@ def run():
 def test_free_fall(method):
     run = cc.simulate(faller(), duration=0.5, samples=51, rtol=1e-9, method=method)
     assert run.status == "done" and run.success and run.end_time == 0.5
-    np.testing.assert_allclose(run.t, np.linspace(0.0, 0.5, 51), rtol=1e-15)
+    np.testing.assert_allclose(run.t, np.linspace(0.0, 0.5, 51), rtol=1e-14)
     assert (run.t[0], run.t[-1]) == (0.0, 0.5)
     np.testing.assert_allclose(run["block.y"], -0.5 * GRAVITY * run.t**2, atol=1e-9)
     np.testing.assert_allclose(run["block.vy"], -GRAVITY * run.t, atol=1e-9)
@@ -258,10 +257,10 @@ def test_a_progress_callback_that_raises_stops_the_run():
     def stop(share):
         raise LookupError("enough")
 
-    start = time.monotonic()
+    start = time.process_time()
     with pytest.raises(LookupError, match="enough"):
-        cc.simulate(cc.mechanisms.slider_crank(), duration=60.0, samples=2, progress=stop)
-    assert time.monotonic() - start < 5.0
+        cc.simulate(cc.mechanisms.slider_crank(), duration=1e4, samples=2, progress=stop)
+    assert time.process_time() - start < 0.5
 
 
 class Terminal(io.StringIO):
@@ -333,35 +332,12 @@ LONG_RUNS = {
     "simulate": f"cc.simulate(cc.mechanisms.slider_crank(), duration=600.0, samples=2, {LIMITS})",
     "study": (
         "cc.Study(cc.mechanisms.slider_crank, {'crank_length': cc.interval(0.05, rel=0.1)},"
-        f" duration=600.0, samples=2, {LIMITS}).scan(20)"
+        f" duration=600.0, samples=2, threads=2, {LIMITS}).scan(20)"
     ),
 }
 
 
 @pytest.mark.parametrize("call", LONG_RUNS)
 def test_an_interrupt_from_the_keyboard_stops_a_long_run(call):
-    # A child of a shell's background job would ignore the signal.
-    code = f"""
-import signal
-signal.signal(signal.SIGINT, signal.default_int_handler)
-import time
-import chebclear as cc
-print("started", flush=True)
-try:
-    {LONG_RUNS[call]}
-except KeyboardInterrupt:
-    print(time.monotonic(), flush=True)  # the clock of the whole machine
-"""
-    child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
-    try:
-        assert child.stdout.readline() == "started\n"
-        time.sleep(0.5)  # let it get into the core
-        assert child.poll() is None
-        sent = time.monotonic()
-        child.send_signal(signal.SIGINT)
-        answer, _ = child.communicate(timeout=30.0)
-    finally:
-        child.kill()
-        child.wait()
-    assert child.returncode == 0
-    assert float(answer) - sent < 0.5
+    threads = 2 if call == "study" else 1
+    assert work_after_interrupt(LONG_RUNS[call]) < 0.5 * threads

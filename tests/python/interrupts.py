@@ -1,0 +1,32 @@
+"""How much of its own work a program does between an interrupt and its answer, on however busy a machine."""
+
+import subprocess
+import sys
+
+PROGRAM = """
+import signal, threading, time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a child of a background job would ignore it
+import chebclear as cc
+
+sent = []
+
+
+def interrupt():
+    sent.append(time.process_time())
+    signal.raise_signal(signal.SIGINT)
+
+
+threading.Timer(0.3, interrupt).start()
+try:
+    {call}
+except KeyboardInterrupt:
+    print(time.process_time() - sent[0])
+"""
+
+
+def work_after_interrupt(call):
+    """Processor time from an interrupt of a call of `cc` to its answer, over all threads [s]."""
+    program = [sys.executable, "-c", PROGRAM.format(call=call)]
+    done = subprocess.run(program, capture_output=True, text=True, timeout=600.0)
+    assert done.returncode == 0, done.stderr
+    return float(done.stdout)
