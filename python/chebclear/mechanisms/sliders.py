@@ -99,7 +99,7 @@ def slider_crank(
         which misses the rotation of the bodies; σ = (1 - ν²) / (π E) of Eq. (9), π times too stiff; and the
         inertia m l² / 3 about the end of a rod, of Table 1 and Eq. (35), used about its centre of mass.
     impact_velocity_floor : float, optional
-        Least impact velocity that the contact law latches [m/s]; from the scales of the scene if not given.
+        Least impact velocity that the contact law latches [m/s]; from the `rtol` of a run if not given.
 
     Returns
     -------

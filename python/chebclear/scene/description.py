@@ -150,7 +150,7 @@ def _floors(joints: Iterable[Any], facts: Inspection | None) -> dict[str, str]:
         return {}
     clearance = [joint for joint in joints if isinstance(joint, ClearanceRevolute)]
     return {
-        joint.name: f"{floor:.3g} m/s, from the scales of the scene"
+        joint.name: f"{floor:.3g} m/s at the default rtol, which it follows"
         for joint, floor in zip(clearance, facts.impact_velocity_floors, strict=True)
         if joint.impact_velocity_floor is None
     }
@@ -169,7 +169,7 @@ def _records(records: Iterable[Any], floors: dict[str, str], slides: Collection[
         name = fields.pop("name", None)
         held = {key: fields.pop(key) for key in record._choices}
         if fields.get("impact_velocity_floor", "") is None:
-            fields["impact_velocity_floor"] = floors.get(str(name), "from the scales of the scene")
+            fields["impact_velocity_floor"] = floors.get(str(name), "from the rtol of a run")
         kind = _kind(record)
         unit = _units_at(record, slides)
         rows.append(

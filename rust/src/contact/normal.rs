@@ -82,15 +82,14 @@ impl NormalLaw {
     }
 
     /// Impact velocity [m/s] at which the latched law is critically damped for a load [N]
-    /// on an effective mass [kg]: the default floor of the latched velocity.
+    /// on an effective mass [kg]: it damps a contact that a run starts at rest in.
     ///
     /// ```text
     /// damping ratio  ζ = χ F / (2 m ω_c),   ω_c² = n K δ_eq^(n-1) / m,   δ_eq = (F/K)^(1/n)
     /// ```
     ///
-    /// Below it a contact is at rest rather than an impact: χ ~ 1/v₀ would freeze the contact
-    /// (and v₀ = 1e-15 m/s would cost 40 000 steps for 2 ms). For the paper's joint at 307 N
-    /// it is 2.65 mm/s, of the order of the velocity at which friction starts to slide.
+    /// Below it a contact creeps to where it carries its load. For the paper's joint at 307 N it is
+    /// 2.65 mm/s, of the order of the velocity at which friction starts to slide.
     /// Zero for a law that latches nothing.
     pub fn resting_velocity(&self, load: f64, mass: f64) -> f64 {
         if !self.is_latched() {

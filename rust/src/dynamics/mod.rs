@@ -17,12 +17,14 @@ mod forces;
 mod inertia;
 mod loops;
 mod reactions;
+mod response;
 
 pub use energy::ContactLoss;
 use inertia::Composites;
 pub use loops::Correction;
 use loops::Loops;
 pub use reactions::Wrench;
+pub use response::Compliance;
 
 use crate::contact::clearance::{ContactState, Phase, RelativeMotion};
 use crate::mechanism::compiled::{ClearanceJoint, FramePoint, Mechanism};
@@ -484,11 +486,6 @@ impl<'m> Dynamics<'m> {
         });
         self.phases = phases;
         found
-    }
-
-    /// Factor L D Lᵀ (see [`symmetric_factor`]) of the mass matrix of the last evaluation.
-    pub fn mass_factor(&self) -> &[f64] {
-        &self.mass
     }
 }
 

@@ -5,11 +5,9 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::dynamics::Dynamics;
 use crate::error::{Problem, SceneError};
-use crate::mechanism::compiled::{FramePoint, IdealKind, Mechanism, Realisation, State};
+use crate::mechanism::compiled::{FramePoint, IdealKind, Mechanism, Realisation, Scales, State};
 use crate::mechanism::kinematics::{FrameKind, Vec2};
-use crate::mechanism::scales::{
-    effective_masses, length_scale, levers, set_contact_scales, speed_from_rest, speed_scale,
-};
+use crate::mechanism::scales::{contact_scales, length_scale, levers, speed_from_rest, speed_scale};
 use crate::numerics::turns::unwind;
 use crate::scene::parts::{Scene, Start};
 
@@ -94,12 +92,9 @@ pub(crate) fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), S
     }
     dynamics.accelerate(&accelerations);
     let speed = if speed > 0.0 { speed } else { speed_from_rest(mechanism, &dynamics, length) };
-    let masses = effective_masses(mechanism, &mut dynamics, &q, &v, &accelerations);
-    set_contact_scales(mechanism, masses, speed, length);
+    let contacts = contact_scales(&mut dynamics, speed, length);
     mechanism.start = State { q, v };
-    mechanism.scales.length = length;
-    mechanism.scales.speed = speed;
-    mechanism.scales.levers = levers;
+    mechanism.scales = Scales { length, speed, levers, contacts };
     Ok(())
 }
 

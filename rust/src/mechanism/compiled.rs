@@ -108,14 +108,8 @@ pub struct ClearanceJoint {
     pub bodies: [Option<usize>; 2],
     /// Sizes and force laws.
     pub law: ClearanceLaw,
-    /// Floor of the latched impact velocity [m/s].
-    pub impact_velocity_floor: f64,
-    /// Mass the contact accelerates, at the start [kg]; an order of magnitude for step sizes.
-    pub effective_mass: f64,
-    /// Penetration at which the contact carries the load of the start [m].
-    pub resting_penetration: f64,
-    /// Velocity of an oscillation about it that just stays in contact [m/s].
-    pub resting_speed: f64,
+    /// Floor of the latched impact velocity [m/s], if the scene gives one.
+    pub impact_velocity_floor: Option<f64>,
 }
 
 /// A revolute joint at which a loop of ideal joints was cut: its two points must coincide.
@@ -245,6 +239,20 @@ pub struct Scales {
     pub speed: f64,
     /// Largest displacement [m] of a point per unit of each degree of freedom.
     pub levers: Vec<f64>,
+    /// Of the contact of every clearance joint.
+    pub contacts: Vec<ContactScales>,
+}
+
+/// Sizes of a contact that rests under the load of the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactScales {
+    /// Penetration at which it carries the load [m].
+    pub resting_penetration: f64,
+    /// Velocity of an oscillation about it that just stays in contact [m/s].
+    pub resting_speed: f64,
+    /// Impact velocity at which the contact is critically damped under the load [m/s]; zero for a law that
+    /// latches none.
+    pub resting_velocity: f64,
 }
 
 /// Position and velocity of the free coordinates.

@@ -1,9 +1,8 @@
 //! The sizes of a mechanism by which errors are judged; all come from the scene, none is absolute.
 
 use crate::dynamics::Dynamics;
-use crate::mechanism::compiled::{FrameInertia, Mechanism};
+use crate::mechanism::compiled::{ClearanceJoint, ContactScales, FrameInertia, Mechanism};
 use crate::mechanism::kinematics::{FrameKind, Vec2};
-use crate::numerics::linear::symmetric_solve;
 use crate::scene::parts::{Joint, Scene, extent};
 
 /// Largest distance between two points of a body, or of ground; a joint's radius if all points
@@ -84,68 +83,36 @@ pub(crate) fn levers(mechanism: &Mechanism, dynamics: &Dynamics) -> Vec<f64> {
     levers
 }
 
-/// For every clearance joint the mass its contact accelerates [kg] and the load [N] that would
-/// keep it concentric, in the direction in which it starts to open.
-pub(crate) fn effective_masses(
-    mechanism: &Mechanism,
-    dynamics: &mut Dynamics,
-    q: &[f64],
-    v: &[f64],
-    a: &[f64],
-) -> Vec<(f64, f64)> {
-    let d = a.len();
-    let factor = dynamics.mass_factor().to_vec();
-    dynamics.move_to(0.0, q, v);
-    dynamics.accelerate(a);
-    let mass_along = |columns: &[Vec2], direction: Vec2| {
-        let row: Vec<f64> = mechanism.free.iter().map(|&column| columns[column].dot(&direction)).collect();
-        let mut solved = row.clone();
-        symmetric_solve(&factor, d, &mut solved);
-        let compliance: f64 = row.iter().zip(&solved).map(|(a, b)| a * b).sum();
-        1.0 / compliance
-    };
-    let total = total_mass(mechanism);
-    mechanism
-        .clearance_joints
-        .iter()
-        .map(|joint| {
-            let columns = dynamics.gap_columns([joint.bearing, joint.journal]);
-            let opening = dynamics.joint_motion(joint).acceleration;
-            let opens = opening.norm() > 0.0;
-            let direction = if opens { opening.normalize() } else { Vec2::x() };
-            let mut mass = mass_along(&columns, direction);
-            if !opens || !mass.is_finite() {
-                let other = mass_along(&columns, Vec2::y());
-                mass = if mass.is_finite() { mass.min(other) } else { other };
-            }
-            // Two bodies that nothing free moves: the joint never acts, any mass will do.
-            let mass = if mass.is_finite() { mass } else { total.max(f64::MIN_POSITIVE) };
-            (mass, mass * opening.norm())
-        })
-        .collect()
-}
-
 /// Penetration relative to the clearance that stands for the load of a scene in which nothing
 /// is driven, moves or falls at the start.
 const UNLOADED_PENETRATION: f64 = 1e-6;
 
-/// Sets the constants of the clearance joints that depend on their `masses` and loads.
-pub(crate) fn set_contact_scales(
-    mechanism: &mut Mechanism,
-    masses: Vec<(f64, f64)>,
-    speed: f64,
-    length: f64,
-) {
-    for (joint, (mass, load)) in mechanism.clearance_joints.iter_mut().zip(masses) {
-        joint.effective_mass = mass;
-        let weightless = joint.law.normal.stiffness
-            * (UNLOADED_PENETRATION * joint.law.clearance).powf(joint.law.normal.exponent);
-        let load = load.max(mass * speed * speed / length);
+/// The contacts of all clearance joints, each resting under the load [N] that would keep it concentric in the
+/// motion that [`Dynamics::accelerate`] gave the bodies, or that moves its mass at the speed of the mechanism
+/// round a circle of its size.
+///
+/// Where on its circle a contact will press is not known: its mass is the harmonic mean over all directions,
+/// which hardly depends on the pose. From 0.09 to 0.09 kg in the paper's mechanism over a turn of the crank (0.06
+/// to 0.15 kg in the direction in which the joint opens), 0.110 to 0.112 (0.07 to 0.34) at the coupler of the
+/// ready-made six-bar, 0.27 to 0.28 (0.14 to 5.1) in the quick return.
+pub(crate) fn contact_scales(dynamics: &mut Dynamics, speed: f64, length: f64) -> Vec<ContactScales> {
+    let mechanism = dynamics.mechanism;
+    let total = total_mass(mechanism);
+    let of_joint = |joint: &ClearanceJoint| {
+        let law = joint.law.normal;
+        let opening = dynamics.joint_motion(joint).acceleration.norm();
+        let mass = dynamics.compliance([joint.bearing, joint.journal]).mean_mass();
+        // Two bodies that nothing free moves: the joint never acts, any mass will do.
+        let mass = if mass.is_finite() { mass } else { total.max(f64::MIN_POSITIVE) };
+        let load = mass * opening.max(speed * speed / length);
+        let weightless = law.stiffness * (UNLOADED_PENETRATION * joint.law.clearance).powf(law.exponent);
         let load = if load > 0.0 { load } else { weightless };
-        joint.resting_penetration = joint.law.normal.resting_penetration(load);
-        joint.resting_speed = joint.resting_penetration * joint.law.normal.contact_frequency(load, mass);
-        if joint.impact_velocity_floor.is_nan() {
-            joint.impact_velocity_floor = joint.law.normal.resting_velocity(load, mass);
+        let resting_penetration = law.resting_penetration(load);
+        ContactScales {
+            resting_penetration,
+            resting_speed: resting_penetration * law.contact_frequency(load, mass),
+            resting_velocity: law.resting_velocity(load, mass),
         }
-    }
+    };
+    mechanism.clearance_joints.iter().map(of_joint).collect()
 }

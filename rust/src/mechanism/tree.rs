@@ -351,11 +351,7 @@ impl<'a> Builder<'a> {
                         friction: *friction,
                         sliding: *sliding,
                     },
-                    // NaN asks the assembly for the default from the scales.
-                    impact_velocity_floor: impact_velocity_floor.unwrap_or(f64::NAN),
-                    effective_mass: f64::NAN,
-                    resting_penetration: f64::NAN,
-                    resting_speed: f64::NAN,
+                    impact_velocity_floor: *impact_velocity_floor,
                 })
             })
             .collect();

@@ -18,6 +18,7 @@ use crate::mechanism::compiled::{BodyPlacement, Mechanism};
 use crate::run::outputs::{column_names, further_column_names};
 use crate::run::restart::Restart;
 use crate::run::settings::read_settings;
+use crate::run::tolerances::default_impact_velocity_floors;
 use crate::run::trajectory::{Contact, Event, Trajectory, resume, simulate as run_simulation};
 use crate::scene::reader::read_scene;
 use crate::study::chebyshev::MOST_NODES;
@@ -307,8 +308,7 @@ fn inspect(py: Python<'_>, scene: &str) -> PyResult<String> {
     let clearance_joints = mechanism.clearance_joints.iter().map(|joint| joint.name.as_str());
     let cut: Vec<&str> =
         clearance_joints.chain(mechanism.closures.iter().map(|closure| closure.name.as_str())).collect();
-    let floors: Vec<f64> =
-        mechanism.clearance_joints.iter().map(|joint| joint.impact_velocity_floor).collect();
+    let floors = default_impact_velocity_floors(&mechanism);
     let mut dynamics = Dynamics::new(&mechanism);
     dynamics.move_to(0.0, &mechanism.start.q, &mechanism.start.v);
     let pose = |body: &BodyPlacement| {

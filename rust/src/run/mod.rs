@@ -4,12 +4,13 @@
 mod contact_log;
 pub mod contacts;
 pub mod features;
+mod onset;
 pub mod outputs;
 mod prescribed;
 mod recorder;
 pub mod restart;
 pub mod settings;
-mod tolerances;
+pub mod tolerances;
 mod tracking;
 pub mod trajectory;
 mod warnings;

@@ -19,11 +19,6 @@ use crate::run::tolerances::Tolerances;
 use crate::run::tracking::Tracking;
 use crate::run::work::{GAUSS, Work};
 
-/// First step after an onset: this times `rtol`^0.4 times the time scale of the impact. The force
-/// begins as δ^1.5, which caps the order at 2.5 until the step has grown away from the onset.
-/// Measured on the paper's mechanism and the ensembles of `benchmarks/stiffness.rs`: flat between 0.3 and 3.
-const ONSET_STEP: f64 = 1.0;
-
 /// Largest correction of a projection, in tolerances of a step.
 const LARGEST_PROJECTION: f64 = 10.0;
 
@@ -43,7 +38,7 @@ pub(crate) struct Recorder<'a> {
     pub(crate) settings: &'a Settings,
     columns: Vec<Column>,
     pub(crate) monitor: &'a dyn Fn(f64) -> bool,
-    tolerances: Tolerances,
+    pub(crate) tolerances: Tolerances,
     step_bound: f64,
     /// Instant from which the samples count [s]; the settings may skip some time first.
     pub(crate) from: f64,
@@ -65,7 +60,8 @@ pub(crate) struct Recorder<'a> {
     pub(crate) cut_contacts: Vec<Contact>,
     /// Quantities that are tracked for features.
     pub(crate) tracking: Tracking,
-    pub(crate) floored: usize,
+    /// Impacts at every clearance joint that were damped as ones at the floor of the impact velocity.
+    pub(crate) floored: Vec<usize>,
     /// Largest correction that closed the loops after a step [m].
     pub(crate) largest_projection: f64,
     /// Largest penetration of every clearance joint at the start of a step [m].
@@ -115,7 +111,7 @@ impl<'a> Recorder<'a> {
             contacts: Vec::new(),
             cut_contacts: Vec::new(),
             tracking,
-            floored: 0,
+            floored: vec![0; mechanism.clearance_joints.len()],
             largest_projection: 0.0,
             deepest: vec![0.0; mechanism.clearance_joints.len()],
             sticks: vec![Stick::default(); mechanism.clearance_joints.len()],
@@ -192,32 +188,7 @@ impl<'a> Recorder<'a> {
     pub(crate) fn begin(&mut self, q: &[f64], v: &[f64]) -> Checkpoint {
         self.warn_of_scene();
         let mut start = Checkpoint::at(0.0, q, v);
-        self.dynamics.move_to(0.0, q, v);
-        for index in 0..self.dynamics.phases.len() {
-            let state = self.dynamics.contact_state(index);
-            if state.penetration > 0.0 {
-                let joint = &self.dynamics.mechanism.clearance_joints[index];
-                let law = &joint.law.normal;
-                // The impact that would have come so far without loss. A journal that is given as touching
-                // lies on either side of the surface by rounding: the limit must be that of an onset.
-                let elastic =
-                    law.normal_force(state.penetration, 0.0, 0.0) * state.penetration / (law.exponent + 1.0);
-                let arrival = (state.penetration_rate.powi(2) + 2.0 * elastic / joint.effective_mass).sqrt();
-                let phase = Phase::Contact {
-                    hysteresis_factor: law.hysteresis_factor(arrival.max(joint.impact_velocity_floor)),
-                    clipped: false,
-                };
-                if law.is_latched() {
-                    self.warnings.push(format!(
-                        "joint {:?} starts in contact: it has no impact velocity and is damped as the impact at \
-                         {arrival:.3e} m/s that would have brought it there without loss",
-                        joint.name
-                    ));
-                }
-                self.dynamics.phases[index] = phase;
-                self.open_contacts[index] = Some(OpenContact::begin(index, 0.0, f64::NAN));
-            }
-        }
+        self.begin_contacts(q, v);
         self.work.begin(&self.dynamics);
         self.unwind(&mut start.q);
         if self.sample_time(0) <= 0.0 {
@@ -346,18 +317,21 @@ impl<'a> Recorder<'a> {
         (self.q, self.v) = (q, v);
     }
 
+    /// Rounding of the penetration [m]: of the difference of two positions.
+    pub(crate) fn gap_resolution(&self, index: usize) -> f64 {
+        let mechanism = self.dynamics.mechanism;
+        let joint = &mechanism.clearance_joints[index];
+        let [journal, bearing] =
+            [joint.journal, joint.bearing].map(|point| self.dynamics.point(point).position);
+        4.0 * f64::EPSILON * (journal.abs().sum() + bearing.abs().sum() + mechanism.scales.length)
+    }
+
     fn gap_guard(&self, index: usize, state: &ContactState<f64>) -> Guard {
-        let joint = &self.dynamics.mechanism.clearance_joints[index];
         let sign = match self.dynamics.phases[index] {
             Phase::Free => -1.0,
             Phase::Contact { .. } => 1.0,
         };
-        // Rounding of the difference of two positions.
-        let journal = self.dynamics.point(joint.journal).position;
-        let bearing = self.dynamics.point(joint.bearing).position;
-        let resolution = 4.0
-            * f64::EPSILON
-            * (journal.abs().sum() + bearing.abs().sum() + self.dynamics.mechanism.scales.length);
+        let resolution = self.gap_resolution(index);
         Guard {
             value: sign * state.penetration,
             rate: sign * state.penetration_rate,
@@ -380,8 +354,9 @@ impl<'a> Recorder<'a> {
         let journal = self.dynamics.point(joint.journal).velocity;
         let bearing = self.dynamics.point(joint.bearing).velocity;
         let rounding = 4.0 * f64::EPSILON * (journal.abs().sum() + bearing.abs().sum());
-        let resolution =
-            64.0 * f64::EPSILON + hysteresis_factor * (rounding + BRACKET_PART * self.tolerances.velocity);
+        let resolution = 64.0 * f64::EPSILON
+            + hysteresis_factor
+                * (rounding + BRACKET_PART * self.tolerances.damped(self.dynamics.phases[index]));
         Guard {
             value: if clipped { -bracket } else { bracket },
             rate: f64::NAN,
@@ -456,19 +431,13 @@ impl HybridSystem for Recorder<'_> {
     fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> f64 {
         let index = guard / GUARDS;
         self.end_phase(t, index, q, v);
-        let joint = &self.dynamics.mechanism.clearance_joints[index];
-        let law = &joint.law.normal;
-        let normal_velocity = self.dynamics.contact_state(index).penetration_rate;
+        let mut normal_velocity = self.dynamics.contact_state(index).penetration_rate;
         let mut bound = f64::INFINITY;
         let (kind, phase) = match (guard % GUARDS, self.dynamics.phases[index]) {
             (0, Phase::Free) => {
-                let impact_velocity = normal_velocity.max(joint.impact_velocity_floor);
-                let floored = law.is_latched() && normal_velocity < joint.impact_velocity_floor;
-                self.floored += usize::from(floored);
-                let impact_time = law.impact_time(joint.effective_mass, impact_velocity);
-                bound = ONSET_STEP * self.settings.rtol.powf(0.4) * impact_time;
-                let hysteresis_factor = law.hysteresis_factor(impact_velocity);
-                (EventKind::Onset, Phase::Contact { hysteresis_factor, clipped: false })
+                let onset = self.onset(t, q, v, index);
+                (bound, normal_velocity) = (onset.first_step, onset.impact_velocity);
+                (EventKind::Onset, onset.phase)
             }
             (0, Phase::Contact { .. }) => (EventKind::Separation, Phase::Free),
             (_, Phase::Contact { hysteresis_factor, clipped }) => {

@@ -2,7 +2,7 @@
 
 use crate::contact::clearance::Phase;
 use crate::error::{Problem, SceneError};
-use crate::mechanism::compiled::{ClearanceJoint, Mechanism, State};
+use crate::mechanism::compiled::{ContactScales, Mechanism, State};
 use crate::run::settings::{DEFAULT_RTOL, Settings};
 
 /// Position tolerance of a scene with clearance: `rtol` times this part of the smallest
@@ -28,6 +28,15 @@ const STICK_PART: f64 = 0.1;
 /// differ as much as without a floor (3e-9 m/s), beyond by more; without it DOP853 took eight times the steps
 /// at `rtol` 1e-13 and 100 r/min.
 const FINEST_PART: f64 = f64::EPSILON;
+
+/// Floor of the impact velocity of every clearance joint [m/s] in a run with the default settings.
+pub fn default_impact_velocity_floors(mechanism: &Mechanism) -> Vec<f64> {
+    // The duration counts only where nothing moves.
+    let tolerances = Tolerances::new(mechanism, &mechanism.start, &Settings::new(1.0, 2));
+    (0..mechanism.clearance_joints.len())
+        .map(|joint| tolerances.impact_velocity_floor(mechanism, joint))
+        .collect()
+}
 
 /// Absolute tolerances of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,26 +101,51 @@ impl Tolerances {
         // Where contacts and friction bind the tolerances, a tighter `rtol` must still tell something new.
         let tighter = (settings.rtol / DEFAULT_RTOL).min(1.0);
         // The oscillation about a resting contact must be resolved, however slow the mechanism.
-        let resting = |of: fn(&ClearanceJoint) -> f64| {
-            RESTING_PART * tighter * mechanism.clearance_joints.iter().map(of).fold(f64::INFINITY, f64::min)
+        let resting = |of: fn(&ContactScales) -> f64| {
+            RESTING_PART * tighter * scales.contacts.iter().map(of).fold(f64::INFINITY, f64::min)
         };
         let finest = 4.0 * f64::EPSILON * scales.length;
         let position =
-            (settings.rtol * position_scale).min(resting(|joint| joint.resting_penetration)).max(finest);
+            (settings.rtol * position_scale).min(resting(|contact| contact.resting_penetration)).max(finest);
         let speed = speed(mechanism, start);
         // Where nothing moves, falls or is driven: the speed that crosses the position scale in the
         // whole run. Elsewhere the duration must not change the steps: a run may be continued.
         let speed_scale = if speed > 0.0 { SPEED_PART * speed } else { position_scale / settings.duration };
         let frequencies =
-            mechanism.clearance_joints.iter().map(|joint| joint.resting_speed / joint.resting_penetration);
+            scales.contacts.iter().map(|contact| contact.resting_speed / contact.resting_penetration);
         let finest_velocity = FINEST_PART * scales.length * frequencies.fold(0.0, f64::max);
         let velocity =
-            (settings.rtol * speed_scale).min(resting(|joint| joint.resting_speed)).max(finest_velocity);
+            (settings.rtol * speed_scale).min(resting(|contact| contact.resting_speed)).max(finest_velocity);
         Self {
             position: settings.position_tolerance.unwrap_or(position),
             velocity: settings.velocity_tolerance.unwrap_or(velocity),
             stick_part: STICK_PART * tighter,
             finest_velocity,
+        }
+    }
+
+    /// Floor of the impact velocity that a joint latches [m/s]: what the scene gives, or the velocity
+    /// tolerance, or the part χ v₀ of that where it is below 1. An onset is known no better, so a slower one
+    /// may as well have been one at the floor: raising it moves the run no more than its tolerance does. Nor
+    /// is the floor above the velocity at which the contact is critically damped.
+    pub(crate) fn impact_velocity_floor(&self, mechanism: &Mechanism, joint: usize) -> f64 {
+        let default = || {
+            let law = mechanism.clearance_joints[joint].law.normal;
+            let resolved = law.hysteresis_factor(1.0).min(1.0) * self.velocity.max(self.finest_velocity);
+            resolved.min(mechanism.scales.contacts[joint].resting_velocity)
+        };
+        mechanism.clearance_joints[joint].impact_velocity_floor.unwrap_or_else(default)
+    }
+
+    /// Velocity tolerance that the damping of a contact leaves [m/s]: its force is known to the elastic share
+    /// only where the penetration rate is known to 1/χ. Less than the tolerance of flight after a slow impact
+    /// with a small restitution only.
+    pub(crate) fn damped(&self, phase: Phase) -> f64 {
+        match phase {
+            Phase::Contact { hysteresis_factor, .. } => {
+                self.velocity.min((1.0 / hysteresis_factor).max(self.finest_velocity))
+            }
+            Phase::Free => self.velocity,
         }
     }
 
@@ -130,7 +164,8 @@ impl Tolerances {
             .filter(|(_, phase)| **phase != Phase::Free)
             .filter_map(|(joint, _)| joint.law.stick_velocity())
             .fold(f64::INFINITY, f64::min);
-        let of_velocities = self.velocity.min((self.stick_part * stick).max(self.finest_velocity));
+        let damped = phases.iter().map(|phase| self.damped(*phase)).fold(self.velocity, f64::min);
+        let of_velocities = damped.min((self.stick_part * stick).max(self.finest_velocity));
         for (k, lever) in mechanism.scales.levers.iter().enumerate() {
             position[k] = self.position / lever;
             velocity[k] = of_velocities / lever;

@@ -253,7 +253,7 @@ fn run(
         paradox,
         doubtful: mechanism.doubts.iter().map(|doubt| doubt.path.clone()).collect(),
         stats: outcome.stats,
-        floored_latches: recorder.floored,
+        floored_latches: recorder.floored.iter().sum(),
         largest_projection: recorder.largest_projection,
         warnings,
         end: State { q, v },

@@ -1,7 +1,7 @@
 //! What the user should know about a run besides its samples.
 
 use crate::contact::normal::Damping;
-use crate::run::contacts::EventKind;
+use crate::run::contacts::{Event, EventKind};
 use crate::run::recorder::Recorder;
 
 /// Penetration relative to the journal radius beyond which the laws of a small contact area no
@@ -25,14 +25,7 @@ impl Recorder<'_> {
     /// All that the user should know about the run.
     pub(crate) fn warnings(&mut self) -> Vec<String> {
         let mut warnings = std::mem::take(&mut self.warnings);
-        if self.floored > 0 {
-            warnings.push(format!(
-                "{} of {} impacts began slower than the floor of the impact velocity and were damped as \
-                 impacts at the floor",
-                self.floored,
-                self.events.iter().filter(|event| event.kind == EventKind::Onset).count()
-            ));
-        }
+        self.warn_of_floors(&mut warnings);
         for (joint, deepest) in self.dynamics.mechanism.clearance_joints.iter().zip(&self.deepest) {
             if *deepest > DEEP * joint.law.journal_radius {
                 warnings.push(format!(
@@ -59,10 +52,37 @@ impl Recorder<'_> {
         warnings
     }
 
+    /// Impacts that were damped as ones at the floor of the impact velocity.
+    fn warn_of_floors(&self, warnings: &mut Vec<String>) {
+        let mechanism = self.dynamics.mechanism;
+        for (index, (joint, &floored)) in mechanism.clearance_joints.iter().zip(&self.floored).enumerate() {
+            if floored == 0 {
+                continue;
+            }
+            let floor = self.tolerances.impact_velocity_floor(mechanism, index);
+            let onset = |event: &&Event| event.joint == index && event.kind == EventKind::Onset;
+            let slow = match joint.impact_velocity_floor {
+                Some(_) => format!("than its impact_velocity_floor of {floor:.1e} m/s"),
+                None => format!("than {floor:.1e} m/s, which the tolerance cannot tell from rest,"),
+            };
+            let remedy = match joint.impact_velocity_floor {
+                Some(_) => "a lower one, or none, leaves such impacts to the contact law",
+                None => "a smaller rtol lowers that floor, and impact_velocity_floor of the joint sets it",
+            };
+            warnings.push(format!(
+                "joint {:?}: {floored} of {} impacts began slower {slow} and were damped as impacts at that \
+                 velocity: {remedy}",
+                joint.name,
+                self.events.iter().filter(onset).count()
+            ));
+        }
+    }
+
     /// Notes what is known before the first step.
     pub(crate) fn warn_of_scene(&mut self) {
-        self.warnings.extend(self.dynamics.mechanism.doubts.iter().map(ToString::to_string));
-        for joint in &self.dynamics.mechanism.clearance_joints {
+        let mechanism = self.dynamics.mechanism;
+        self.warnings.extend(mechanism.doubts.iter().map(ToString::to_string));
+        for (joint, scales) in mechanism.clearance_joints.iter().zip(&mechanism.scales.contacts) {
             if let Damping::LankaraniNikravesh { restitution } = joint.law.normal.damping
                 && restitution < HONEST_RESTITUTION
             {
@@ -72,11 +92,11 @@ impl Recorder<'_> {
                     joint.name
                 ));
             }
-            if joint.resting_penetration < FINE_PENETRATION * self.dynamics.mechanism.scales.length {
+            if scales.resting_penetration < FINE_PENETRATION * mechanism.scales.length {
                 self.warnings.push(format!(
                     "joint {:?}: under the load of the start the contact rests at a penetration of {:.1e} m, too \
                      close to the rounding of positions: its contact changes may be noise",
-                    joint.name, joint.resting_penetration
+                    joint.name, scales.resting_penetration
                 ));
             }
         }

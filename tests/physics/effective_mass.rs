@@ -1,0 +1,164 @@
+//! The mass that a contact feels, and the scales that follow from it.
+
+use chebclear::contact::clearance::SlidingVelocity;
+use chebclear::contact::normal::{Damping, NormalLaw};
+use chebclear::dynamics::Dynamics;
+use chebclear::mechanism::compiled::{ContactScales, Mechanism, State};
+use chebclear::mechanism::kinematics::Vec2;
+use chebclear::scene::parts::{Body, Drive, Force, ForceFrame, Joint, JointKind, Scene};
+use chebclear::scene::time_function::TimeFunction;
+
+use crate::random_trees::cases;
+use crate::support::{body, compile, ideal, point};
+
+/// The scene with its last clearance joint made ideal: it closes a loop, or joins what floated.
+fn last_joint_ideal(mut scene: Scene) -> Scene {
+    let clearance = |joint: &&mut Joint| matches!(joint, Joint::Clearance { .. });
+    if let Some(joint) = scene.joints.iter_mut().rfind(clearance)
+        && let Joint::Clearance { name, bearing, journal, .. } = &*joint
+    {
+        *joint = ideal(name, bearing, journal, JointKind::Revolute);
+    }
+    scene
+}
+
+/// The scene with a unit force in a direction on the journal of a joint, and its reaction on the bearing.
+fn pressed(mut scene: Scene, joint: &str, direction: Vec2) -> Scene {
+    let ends = scene.joints.iter().find_map(|other| match other {
+        Joint::Clearance { name, bearing, journal, .. } if name == joint => {
+            Some([(bearing.clone(), -direction), (journal.clone(), direction)])
+        }
+        _ => None,
+    });
+    for (point, force) in ends.into_iter().flatten().filter(|(point, _)| !point.starts_with("ground")) {
+        let [x, y] = [force.x, force.y].map(|component| TimeFunction::Polynomial(vec![component]));
+        scene.forces.push(Force::Applied {
+            name: format!("on {}", point.replace('.', " ")),
+            point,
+            x,
+            y,
+            frame: ForceFrame::Ground,
+        });
+    }
+    scene
+}
+
+/// Acceleration of the journals seen from their bearings at the start.
+fn opening(mechanism: &Mechanism) -> Vec<Vec2> {
+    let State { q, v } = &mechanism.start;
+    let mut dynamics = Dynamics::new(mechanism);
+    let mut a = vec![0.0; q.len()];
+    assert!(dynamics.acceleration(0.0, q, v, &mut a));
+    dynamics.accelerate(&a);
+    mechanism.clearance_joints.iter().map(|joint| dynamics.joint_motion(joint).acceleration).collect()
+}
+
+#[test]
+fn a_force_accelerates_what_the_effective_mass_says() {
+    let (mut loops, mut held) = (0, 0);
+    for case in cases(300).0 {
+        for scene in [case.scene.clone(), last_joint_ideal(case.scene)] {
+            let Ok(mechanism) = Mechanism::compile(&scene) else { continue };
+            let before = opening(&mechanism);
+            let mut dynamics = Dynamics::new(&mechanism);
+            let State { q, v } = &mechanism.start;
+            assert!(dynamics.acceleration(0.0, q, v, &mut vec![0.0; q.len()]));
+            for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
+                let compliance = dynamics.compliance([joint.bearing, joint.journal]);
+                let mut softness = 0.0;
+                for direction in [Vec2::new(0.6, 0.8), Vec2::new(-0.8, 0.6)] {
+                    let after = opening(&compile(&pressed(scene.clone(), &joint.name, direction)))[index];
+                    let gained = (after - before[index]).dot(&direction);
+                    let expected = 1.0 / compliance.mass_along(direction);
+                    // Masses are about 1 kg.
+                    let scale = 1.0 + expected + before[index].norm();
+                    assert!((gained - expected).abs() <= 1e-9 * scale, "{gained:e} {expected:e}: {scene:?}");
+                    softness += gained;
+                    held += usize::from(expected == 0.0);
+                    loops += usize::from(!mechanism.closures.is_empty());
+                }
+                let mean = 2.0 / compliance.mean_mass();
+                assert!((mean - softness).abs() <= 1e-9 * (1.0 + mean + before[index].norm()));
+            }
+        }
+    }
+    assert!(loops > 30 && held > 5, "{loops} {held}");
+}
+
+/// A driven four-bar with a swinging link and a rocker on its coupler, joined to it with clearance. Its
+/// own links have `prescribed` times their ordinary mass.
+fn six_bar(crank_angle: f64, prescribed: f64) -> Scene {
+    let link = |name: &str, length: f64, angle: f64, factor: f64| {
+        let mass = factor * 2.0 * length;
+        let points = vec![point("P", 0.0, 0.0), point("Q", length, 0.0), point("R", 0.5 * length, 0.06)];
+        Body { angle, ..body(name, mass, mass * length * length / 12.0, [0.5 * length, 0.0], points) }
+    };
+    Scene {
+        ground: vec![point("A", 0.0, 0.0), point("D", 0.12, 0.0), point("G", 0.18, 0.08)],
+        bodies: vec![
+            link("crank", 0.05, crank_angle, prescribed),
+            link("coupler", 0.1, 0.7, prescribed),
+            link("rocker", 0.08, 1.8, prescribed),
+            link("link", 0.14, 0.3, 1.0),
+            link("output", 0.1, 1.8, 1.0),
+        ],
+        joints: vec![
+            ideal("A", "ground.A", "crank.P", JointKind::Revolute),
+            ideal("B", "crank.Q", "coupler.P", JointKind::Revolute),
+            ideal("C", "coupler.Q", "rocker.Q", JointKind::Revolute),
+            ideal("D", "ground.D", "rocker.P", JointKind::Revolute),
+            ideal("F", "link.Q", "output.Q", JointKind::Revolute),
+            ideal("G", "ground.G", "output.P", JointKind::Revolute),
+            Joint::Clearance {
+                name: "E".to_owned(),
+                bearing: "coupler.R".to_owned(),
+                journal: "link.P".to_owned(),
+                journal_radius: 9.8e-3,
+                clearance: 2e-5,
+                contact: NormalLaw {
+                    stiffness: 3.3e11,
+                    exponent: 1.5,
+                    damping: Damping::LankaraniNikravesh { restitution: 0.9 },
+                },
+                friction: None,
+                sliding: SlidingVelocity::Surface,
+                impact_velocity_floor: None,
+            },
+        ],
+        drives: vec![Drive::Speed {
+            name: "drive".to_owned(),
+            joint: "A".to_owned(),
+            speed: 200.0,
+            angle: crank_angle,
+        }],
+        ..Scene::default()
+    }
+}
+
+fn scales(scene: &Scene) -> [f64; 3] {
+    let mechanism = compile(scene);
+    let ContactScales { resting_penetration, resting_speed, resting_velocity } = mechanism.scales.contacts[0];
+    [resting_penetration, resting_speed, resting_velocity]
+}
+
+#[test]
+fn masses_that_a_drive_prescribes_do_not_change_the_scales() {
+    let light = scales(&six_bar(0.0, 1.0));
+    for prescribed in [1e-3, 1e3] {
+        for (found, expected) in scales(&six_bar(0.0, prescribed)).into_iter().zip(light) {
+            assert!((found / expected - 1.0).abs() < 1e-8, "{prescribed}: {found:e} {expected:e}");
+        }
+    }
+}
+
+#[test]
+fn the_pose_of_the_start_hardly_changes_the_scales() {
+    let mut range = [[f64::INFINITY, 0.0]; 3];
+    for step in 0..24 {
+        let scene = six_bar(std::f64::consts::TAU * f64::from(step) / 24.0, 1.0);
+        for ([least, most], value) in range.iter_mut().zip(scales(&scene)) {
+            (*least, *most) = (least.min(value), most.max(value));
+        }
+    }
+    assert!(range.iter().all(|[least, most]| most / least < 1.05), "{range:?}");
+}

@@ -1,0 +1,67 @@
+"""The least impact velocity that a contact latches, where the scene does not give one."""
+
+import warnings
+
+import chebclear as cc
+import numpy as np
+import pytest
+
+pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+
+
+def test_the_default_floor_does_not_move_the_paper_s_mechanism_within_its_tolerances():
+    # With one at which a contact is critically damped, 14 of these 60 moved by up to 0.08 m/s.
+    lengths = np.random.default_rng(3).uniform(0.9, 1.1, (60, 2)) * [0.05, 0.12]
+
+    def velocity(crank, rod, floor):
+        scene = cc.mechanisms.slider_crank(crank_length=crank, rod_length=rod, impact_velocity_floor=floor)
+        return cc.simulate(scene, 0.06, 241, rtol=1e-4, outputs=["slider.vx"])["slider.vx"]
+
+    moved = [np.max(np.abs(velocity(*pair, None) - velocity(*pair, 1e-12))) for pair in lengths]
+    assert max(moved) <= 1e-3
+
+
+def slow_impact(floor=None):
+    """A shaft that reaches the bottom of its bearing at 1.4e-7 m/s, under its weight."""
+    law = cc.Flores(1e9, 0.3)
+    pin = cc.ClearanceRevolute("pin", "ground.O", "shaft.C", 0.02, 1e-3, law, impact_velocity_floor=floor)
+    return cc.Scene(
+        ground={"O": (0.0, 0.0)},
+        bodies=[cc.Body("shaft", mass=1.0, inertia=1e-3, points={"C": (0.0, 0.0)})],
+        joints=[pin],
+        forces=[cc.Gravity((0.0, -9.81))],
+        start=[cc.ClearanceStart("pin", (0.0, 1e-15 - 1e-3))],
+    )
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-5])
+def test_an_error_estimate_includes_the_floor(rtol):
+    exact = cc.simulate(slow_impact(1e-14), 0.02, 401, rtol=1e-10)
+    run = cc.simulate(slow_impact(), 0.02, 401, rtol=rtol, error="estimate")
+    assert run.stats.floored_latches == 1
+    for output in ("shaft.vy", "pin.penetration"):
+        error = np.max(np.abs(run[output] - exact[output]))
+        # Such a contact converges with the fourth root of the floor: two tolerances differ by 0.44 of the error.
+        assert error <= 3.0 * run.error[output].max_difference
+
+
+def test_the_warning_of_a_slow_impact_says_what_to_do():
+    def message(scene):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            cc.simulate(scene, 0.02, 3, rtol=1e-3)
+        return next(str(warning.message) for warning in caught if "impacts began" in str(warning.message))
+
+    default = message(slow_impact())
+    assert 'joint "pin"' in default and "1 of 1 impacts" in default and "a smaller rtol" in default
+    given = message(slow_impact(0.1))
+    assert "impact_velocity_floor of 1.0e-1 m/s" in given and "a lower one" in given
+
+
+def test_the_floor_told_is_that_of_the_default_tolerance():
+    (given,) = slow_impact(0.25).check().impact_velocity_floors
+    (default,) = slow_impact().check().impact_velocity_floors
+    assert given == 0.25
+    # A tenth of √(g R), times rtol; the law's χ v₀ is above 1.
+    assert default == pytest.approx(0.1 * 1e-6 * np.sqrt(9.81 * 0.02), rel=1e-9)
+    assert "at the default rtol" in cc.mechanisms.slider_crank().describe()
