@@ -41,7 +41,7 @@ def test_an_error_estimate_includes_the_floor(rtol):
     assert run.stats.floored_latches == 1
     for output in ("shaft.vy", "pin.penetration"):
         error = np.max(np.abs(run[output] - exact[output]))
-        # Such a contact converges with the fourth root of the floor: two tolerances differ by 0.44 of the error.
+        # It converges with the fourth root of the floor: two tolerances differ by 0.44 of the error.
         assert error <= 3.0 * run.error[output].max_difference
 
 
