@@ -70,8 +70,9 @@ from .scene.scene import (
 )
 from .study.band import Band, Margin
 from .study.results import BoundErrors, Comparison, StudyResult, compare
+from .study.sensitivity import VarianceShares
 from .study.study import Study
-from .study.surrogate import Surrogate
+from .study.surrogate import PolynomialRange, Surrogate
 from .study.tradeoff import StudyTradeoff, StudyTradeoffPoint
 from .templates.reader import load, loads
 from .templates.template import Parameter, Template
@@ -115,6 +116,7 @@ __all__ = [
     "Motion",
     "Parameter",
     "Polynomial",
+    "PolynomialRange",
     "Prismatic",
     "Problem",
     "Recommendation",
@@ -140,6 +142,7 @@ __all__ = [
     "Tradeoff",
     "TradeoffPoint",
     "Trajectory",
+    "VarianceShares",
     "__version__",
     "compare",
     "contact_share",

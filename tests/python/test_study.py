@@ -116,13 +116,13 @@ def test_chebyshev_bounds_hold_and_linear_ones_are_exact(chebyshev):
 
 
 def test_a_polynomial_is_judged_by_a_run_it_was_not_fitted_to(scan):
-    fine = planet_study().chebyshev(degree={"gravity": 1, "tilt": 5})["block.y"]
+    fine = planet_study().chebyshev({"gravity": 1, "tilt": 5}, {"gravity": 3, "tilt": 6})["block.y"]
     assert fine.verdict == "resolved" and fine.margin.method == "polynomial" and fine.margin.degree == 5
     wide = cc.Study(faller, {"tilt": cc.interval(0.0, 9.0)}, ["block.y"], **TIME)
     coarse = wide.chebyshev(degree=3)["block.y"]
     assert coarse.verdict == "not resolved" and coarse.margin.error > 0.05
     through_the_middle = wide.chebyshev(degree=2)["block.y"]
-    assert through_the_middle.verdict == "not resolved" and math.isnan(through_the_middle.margin.error)
+    assert through_the_middle.verdict == "not resolved" and through_the_middle.margin.error > 0.05
     assert scan["block.y"].verdict == "sampled" and scan["block.y"].margin.method == "runs"
 
 
@@ -499,6 +499,8 @@ def test_displacement_of_the_papers_case_study():
         samples=1441,
         fixed={"convention": "as_printed", "impact_velocity_floor": 1e-6},
     )
-    row = cc.compare(study.chebyshev(degree=3), study.scan(10), start=0.03, end=0.06)["slider.x"]
+    row = cc.compare(study.chebyshev(degree=3, bounds="eq31"), study.scan(10), start=0.03, end=0.06)[
+        "slider.x"
+    ]
     assert 100.0 * row.lower == pytest.approx(0.078, abs=0.001)
     assert 100.0 * row.upper == pytest.approx(0.219, abs=0.001)

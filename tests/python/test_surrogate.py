@@ -173,7 +173,7 @@ def test_bounds_are_the_sum_of_equation_31():
     rng = np.random.default_rng(2)
     terms = rng.normal(size=(3 * 4, 5))
     surrogate = cc.Surrogate({"a": cc.Interval(0.0, 1.0), "b": cc.Interval(0.0, 1.0)}, (2, 3), terms)
-    lower, upper = surrogate.bounds()
+    lower, upper = surrogate.bounds("eq31")
     slack = np.abs(terms[1:]).sum(axis=0)
     np.testing.assert_allclose(lower, terms[0] - slack, rtol=1e-14)
     np.testing.assert_allclose(upper, terms[0] + slack, rtol=1e-14)
@@ -328,7 +328,8 @@ def test_bounds_of_the_ideal_mechanism(output, errors, scan_width, bound_width):
     angle = np.linspace(0.0, 2.0 * math.pi, 721)
     sides = list(LENGTHS.values())
     nodes = chebyshev_grid(sides, [4, 4])
-    lower, upper = cc.Surrogate.fit(LENGTHS, [4, 4], [3, 3], ideal_runs(nodes, angle)[output]).bounds()
+    surrogate = cc.Surrogate.fit(LENGTHS, [4, 4], [3, 3], ideal_runs(nodes, angle)[output])
+    lower, upper = surrogate.bounds("eq31")
     scan = ideal_runs(tensor_grid([np.linspace(side.lower, side.upper, 10) for side in sides]), angle)[output]
 
     def rms(values):
@@ -339,3 +340,8 @@ def test_bounds_of_the_ideal_mechanism(output, errors, scan_width, bound_width):
     assert abs(rms(upper) - rms(scan_upper)) / rms(scan_upper) == pytest.approx(errors[1], abs=0.0012e-2)
     assert (scan_upper - scan_lower).max() == pytest.approx(scan_width, rel=2e-4)
     assert (upper - lower).max() == pytest.approx(bound_width, rel=2e-3)
+    # The range of the same polynomial is that of the mechanism: Table 3 shows the slack of Eq. (31).
+    lower, upper = surrogate.bounds()
+    assert (upper - lower).max() == pytest.approx(scan_width, rel=2e-4)
+    assert rms(lower) == pytest.approx(rms(scan_lower), rel=2e-5)
+    assert rms(upper) == pytest.approx(rms(scan_upper), rel=2e-5)

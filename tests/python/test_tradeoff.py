@@ -699,10 +699,10 @@ def test_settings_of_a_study_that_fail_stay_in_the_table(monkeypatch):
     study = cc.Study(faller, {"gravity": cc.interval(9.0, 10.0)}, ["block.y"], duration=0.5, samples=11)
     real = study.run_points
 
-    def run_points(points, counts, degrees):
+    def run_points(points, counts, degrees, bounds="range"):
         if degrees == (2,):
             raise SimulationError("max_steps", 0.1)
-        return real(points, counts, degrees)
+        return real(points, counts, degrees, bounds)
 
     monkeypatch.setattr(study, "run_points", run_points)
     result = study.tradeoff(degrees=[1, 2], points=[], holdout=5)

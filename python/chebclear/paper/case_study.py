@@ -110,7 +110,7 @@ class ConventionStudy:
     def sensitivity(self, clearance: str, output: str, length: str) -> Array:
         """Midpoint sensitivity of an output to a length, per relative length change, in the output's unit."""
         # l = l_mean (1 + 0.1 zeta), so dl / l_mean = 0.1 dzeta.
-        return self.lengths[clearance][output].sensitivity(length, normalised=True) / UNCERTAINTY
+        return self.lengths[clearance][output].polynomial_slope(length, normalised=True) / UNCERTAINTY
 
     def restraint_zones(self, clearance: str, length: str) -> RestraintZones:
         """Zones for the sensitivity of the slider's velocity to a length at a clearance in millimetres."""
@@ -264,14 +264,17 @@ def ideal_bands(threads: int | None = None) -> dict[str, IdealBand]:
         fixed={"crank_speed": CRANK_SPEED, "clearance_at": ()},
         threads=threads,
     )
-    result, scan = study.chebyshev(DEGREE), study.scan(SCAN_POINTS)
+    result, scan = study.chebyshev(DEGREE, bounds="eq31"), study.scan(SCAN_POINTS)
     return {
         output: IdealBand(
             result[output].lower,
             result[output].upper,
             scan[output].lower,
             scan[output].upper,
-            {length: result[output].sensitivity(length, normalised=True) / UNCERTAINTY for length in LENGTHS},
+            {
+                length: result[output].polynomial_slope(length, normalised=True) / UNCERTAINTY
+                for length in LENGTHS
+            },
         )
         for output in result
     }
@@ -305,13 +308,13 @@ def _convention_study(
     lengths, length_scans, clearances, clearance_scans = {}, {}, {}, {}
     for key, clearance in LENGTH_CLEARANCES.items():
         both = study(length_intervals(), OUTPUTS, clearance=clearance)
-        lengths[key] = both.chebyshev(DEGREE)
+        lengths[key] = both.chebyshev(DEGREE, bounds="eq31")
         if key in SCANNED:
             length_scans[key] = both.scan(SCAN_POINTS)
     for key, clearance in UNCERTAIN_CLEARANCES.items():
         uncertain = {"clearance": interval(clearance, rel=UNCERTAINTY)}
         one = study(uncertain, OUTPUTS[:2], crank_length=CRANK_LENGTH, rod_length=ROD_LENGTH)
-        clearances[key] = one.chebyshev(DEGREE)
+        clearances[key] = one.chebyshev(DEGREE, bounds="eq31")
         clearance_scans[key] = one.scan(SCAN_POINTS)
     single = {}
     for name, end in (("nominal", "midpoint"), ("longest", "upper"), ("shortest", "lower")):
@@ -358,7 +361,7 @@ def escape_share(band: Band, scan: Band) -> float:
 
 def _clearance_sensitivity(study: StudyResult, output: str) -> float:
     """Root mean square sensitivity to the clearance per normalised variable, in the output's unit."""
-    sensitivity = study[output].sensitivity("clearance", normalised=True)
+    sensitivity = study[output].polynomial_slope("clearance", normalised=True)
     return root_mean_square(sensitivity[SECOND])
 
 

@@ -118,7 +118,7 @@ def _band_arrays(prefix: str, band: Band, scan: Band | None) -> dict[str, Array]
     if scan is not None:
         found |= {f"{prefix}/scan_lower": scan.lower, f"{prefix}/scan_upper": scan.upper}
     for parameter in band.intervals:
-        found[f"{prefix}/sensitivity_{parameter}"] = band.sensitivity(parameter)
+        found[f"{prefix}/sensitivity_{parameter}"] = band.polynomial_slope(parameter)
     return found
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
@@ -14,7 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 from ..base import files as records
 from ..base.arguments import Checks, as_number
 from ..base.units import unit
+from ..errors import ChebclearWarning
 from ..scene.scene import Interval
+from .sensitivity import VarianceShares, variance_shares
 from .surrogate import Surrogate
 
 if TYPE_CHECKING:
@@ -49,9 +51,10 @@ class Margin:
 class Band(records.ArrayRecord):
     """The range of one output over a box of parameters, for every instant.
 
-    In a Chebyshev study `lower` and `upper` are the bounds of Eq. (31): they enclose the fitted polynomial,
-    with slack, and hence the response only as far as the polynomial follows it. In a scan they are the
-    smallest and largest of the runs, which is an inner bound: the response may reach further between them.
+    In a Chebyshev study `lower` and `upper` bound the fitted polynomial, by its certified range or, with
+    slack, by Eq. (31). They bound the response only as far as the polynomial follows it, which `verdict`
+    says. In a scan they are the smallest and largest of the runs, which is an inner bound: the response may
+    reach further between them.
     """
 
     name: str
@@ -138,6 +141,8 @@ class Band(records.ArrayRecord):
     ) -> Array:
         """Derivative of the fitted polynomial with respect to one parameter, Eqs. (32) and (33).
 
+        Where the verdict is ``"not resolved"`` it is not the derivative of the response: a warning says so.
+
         Eq. (33) is printed without the factor 2 / (upper - lower) of the physical derivative and, away from
         the midpoint, without 1 / sin θ; both are in the result.
 
@@ -163,14 +168,129 @@ class Band(records.ArrayRecord):
         TypeError
             If `at` names an unknown or misses a parameter.
         """
+        self._polynomial()
+        self._doubt("a sensitivity")
+        return self.polynomial_slope(parameter, normalised=normalised, at=at)
+
+    def polynomial_slope(
+        self, parameter: str, *, normalised: bool = False, at: Mapping[str, ArrayLike] | None = None
+    ) -> Array:
+        """What `sensitivity` returns, as a fact of the polynomial: without a warning.
+
+        Parameters
+        ----------
+        parameter, normalised, at : optional
+            As of `sensitivity`.
+
+        Returns
+        -------
+        ndarray, shape (..., samples)
+            In the unit of the output per SI unit of the parameter; in the unit of the output if normalised.
+
+        Raises
+        ------
+        ValueError, TypeError
+            As `sensitivity`.
+        """
         return self._polynomial().derivative(parameter, normalised=normalised, at=at)
+
+    def sensitivity_range(self, parameter: str) -> tuple[Array, Array]:
+        """Certified range of the derivative with respect to one parameter over the whole box.
+
+        Parameters
+        ----------
+        parameter : str
+            Name of the parameter.
+
+        Returns
+        -------
+        tuple of ndarray, shape (samples,)
+            Lower and upper bounds in the unit of the output per SI unit of the parameter.
+
+        Raises
+        ------
+        ValueError
+            If the parameter is unknown, or the band has no polynomial.
+        """
+        surrogate = self._polynomial()
+        self._doubt("a range of a sensitivity")
+        return surrogate.slope(parameter).bounds()
+
+    def monotone(self, parameter: str) -> NDArray[np.int8]:
+        """Where the output certainly rises, or falls, with a parameter, whatever the others are.
+
+        Parameters
+        ----------
+        parameter : str
+            Name of the parameter.
+
+        Returns
+        -------
+        ndarray of int, shape (samples,)
+            1 where it rises, -1 where it falls, 0 where neither is certain or nothing changes.
+
+        Raises
+        ------
+        ValueError
+            As `sensitivity_range`.
+        """
+        lower, upper = self.sensitivity_range(parameter)
+        rises, falls = (lower >= 0.0) & (upper > 0.0), (upper <= 0.0) & (lower < 0.0)
+        return rises.astype(np.int8) - falls.astype(np.int8)
+
+    def interval_share(self, parameter: str) -> Array:
+        """Share of the width that would be lost if a parameter were exactly at its midpoint.
+
+        The shares of all parameters need not add up to one.
+
+        Parameters
+        ----------
+        parameter : str
+            Name of the parameter.
+
+        Returns
+        -------
+        ndarray, shape (samples,)
+            Between 0 and 1 [-]; 0 where nothing changes.
+
+        Raises
+        ------
+        ValueError
+            As `sensitivity_range`.
+        """
+        surrogate = self._polynomial()
+        self._doubt("an interval share")
+        whole, rest = surrogate.range(), surrogate.frozen(parameter).range()
+        width = whole.attained_upper - whole.attained_lower
+        left = rest.attained_upper - rest.attained_lower
+        share: Array = 1.0 - np.divide(left, width, out=np.ones_like(width), where=width > surrogate.rounding)
+        return np.clip(share, 0.0, 1.0)
+
+    def variance_shares(self) -> VarianceShares:
+        """Shares of the parameters in the variance (Sobol'), **if they were uniformly distributed**.
+
+        An interval says nothing of a distribution; these shares assume a uniform one, all parameters
+        independent. `interval_share` needs no such assumption.
+
+        Returns
+        -------
+        VarianceShares
+
+        Raises
+        ------
+        ValueError
+            If the band has no polynomial.
+        """
+        surrogate = self._polynomial()
+        self._doubt("a variance share")
+        return variance_shares(surrogate)
 
     def worst(self, side: Literal["lower", "upper"]) -> dict[str, Array]:
         """Parameters at which the output is largest or smallest, for every instant.
 
-        Sampled, not optimised: in a scan the run that attains the bound; in a Chebyshev study the node or
-        corner of the box where the polynomial is extreme. The bounds of Eq. (31) have slack, so no parameters
-        need attain them.
+        In a Chebyshev study the place where the range of the polynomial ends; where the verdict is ``"not
+        resolved"`` that is not the worst case of the response, and a warning says so. In a scan the run that
+        attains the bound.
 
         Parameters
         ----------
@@ -192,14 +312,12 @@ class Band(records.ArrayRecord):
         if len(self.runs) == 0:
             checks.add(f"the band of {self.name} is an envelope: ask the band it was made from")
         checks.finish()
-        points, values = self.parameters, self.runs
         if self.surrogate is not None:
-            sides = self.intervals.values()
-            corners = np.array(list(itertools.product(*((side.lower, side.upper) for side in sides))))
-            points = np.concatenate([points, corners])
-            values = self.surrogate.evaluate(dict(zip(self.intervals, points.T, strict=True)))
-        extreme = np.argmin(values, axis=0) if side == "lower" else np.argmax(values, axis=0)
-        return dict(zip(self.intervals, points[extreme].T, strict=True))
+            self._doubt("a worst case")
+            found = self.surrogate.range()
+            return found.lowest_at if side == "lower" else found.highest_at
+        extreme = np.argmin(self.runs, axis=0) if side == "lower" else np.argmax(self.runs, axis=0)
+        return dict(zip(self.intervals, self.parameters[extreme].T, strict=True))
 
     def envelope(self, window: float) -> Band:
         """Running envelope in time: what the bounds reach within a window around each instant.
@@ -259,6 +377,16 @@ class Band(records.ArrayRecord):
         from ..plots import results as plot
 
         return plot.plot_band(self, ax=ax, **options)
+
+    def _doubt(self, what: str) -> None:
+        """Warn where the polynomial is not the response."""
+        if self.verdict == "not resolved":
+            warnings.warn(
+                f"{self.name} is not resolved: {what} of its polynomial is not one of the response. Use "
+                "features of the runs, or Study.band, instead",
+                ChebclearWarning,
+                stacklevel=3,
+            )
 
     def _polynomial(self) -> Surrogate:
         if self.surrogate is None:

@@ -20,8 +20,9 @@ from ..base.units import unit
 from ..run.settings import Settings
 from ..run.trajectory import Stats, column_index
 from ..scene.scene import Interval, Scene
-from .band import RESOLVED, Band, Margin, Verdict
-from .surrogate import Surrogate
+from .band import Band
+from .judgement import judged
+from .surrogate import BoundKind, Surrogate
 
 Array = NDArray[np.float64]
 
@@ -41,6 +42,8 @@ class StudyResult(records.ArrayRecord):
     """Degree of the polynomials in each parameter [-]; None for a scan."""
     nodes: tuple[int, ...]
     """Number of nodes or scan points on each parameter [-]."""
+    bounds: BoundKind
+    """How polynomials are bounded: ``"range"``, certified, or ``"eq31"``, by Eq. (31) of the paper."""
     stats: tuple[Stats, ...]
     """What each run cost; the last one is the nominal run."""
     warnings: tuple[str, ...]
@@ -105,6 +108,7 @@ class StudyResult(records.ArrayRecord):
         *,
         degrees: tuple[int, ...] | None,
         nodes: tuple[int, ...],
+        bounds: BoundKind = "range",
         **facts: Any,
     ) -> StudyResult:
         """The result from the values of all runs.
@@ -125,6 +129,8 @@ class StudyResult(records.ArrayRecord):
             Degrees to fit [-]; None takes the extremes of the runs as bounds.
         nodes : tuple of int
             Number of nodes or points of each parameter [-].
+        bounds : {"range", "eq31"}
+            How polynomials are bounded, see `Surrogate.bounds`.
         **facts
             The remaining fields.
         """
@@ -135,17 +141,21 @@ class StudyResult(records.ArrayRecord):
             surrogate = None
             if degrees is not None:
                 surrogate = Surrogate.fit(intervals, nodes, degrees, runs)
-            lower, upper = (runs.min(axis=0), runs.max(axis=0)) if surrogate is None else surrogate.bounds()
+                if not np.all(np.isfinite(surrogate.terms)):
+                    raise ValueError(f"{name} is not finite in every run: no polynomial can be fitted to it")
+            if surrogate is None:
+                lower, upper = runs.min(axis=0), runs.max(axis=0)
+            else:
+                lower, upper = surrogate.bounds(bounds)
             hull = lowest[:, index], highest[:, index]
-            verdict, margin = _judged(
-                surrogate, nodes, values[-1, :, index], float(np.mean(hull[1] - hull[0]))
-            )
+            nominal = values[-1, :, index]
+            verdict, margin = judged(surrogate, nodes, runs, nominal, float(np.mean(hull[1] - hull[0])))
             bands[name] = Band(
                 name=name,
                 t=t,
                 lower=lower,
                 upper=upper,
-                nominal=values[-1, :, index],
+                nominal=nominal,
                 hull=hull,
                 intervals=intervals,
                 parameters=parameters,
@@ -155,7 +165,7 @@ class StudyResult(records.ArrayRecord):
                 margin=margin,
             )
         kind = "scan" if degrees is None else "chebyshev"
-        return cls(kind=kind, bands=bands, degrees=degrees, nodes=nodes, **facts)
+        return cls(kind=kind, bands=bands, degrees=degrees, nodes=nodes, bounds=bounds, **facts)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything to one compressed ``.npz`` file.
@@ -177,6 +187,7 @@ class StudyResult(records.ArrayRecord):
             "intervals": {name: [side.lower, side.upper] for name, side in self.intervals.items()},
             "degrees": self.degrees,
             "nodes": self.nodes,
+            "bounds": self.bounds,
             "stats": [dataclasses.asdict(stats) for stats in self.stats],
             "warnings": self.warnings,
             "settings": dataclasses.asdict(self.settings),
@@ -211,6 +222,7 @@ class StudyResult(records.ArrayRecord):
             arrays["parameters"],
             degrees=None if facts["degrees"] is None else tuple(facts["degrees"]),
             nodes=tuple(facts["nodes"]),
+            bounds=facts.get("bounds", "eq31"),  # files before it was written
             stats=tuple(Stats(**stats) for stats in facts["stats"]),
             warnings=tuple(facts["warnings"]),
             settings=Settings.from_dict(facts["settings"]),
@@ -349,21 +361,6 @@ def compare(
             slack=_relative(width, reference_width),
         )
     return Comparison(errors, float(t[span][0]), float(t[span][-1]))
-
-
-def _judged(
-    surrogate: Surrogate | None, nodes: Sequence[int], nominal: Array, width: float
-) -> tuple[Verdict, Margin]:
-    """Verdict on a polynomial by the nominal run, to which it was not fitted."""
-    if surrogate is None:
-        return "sampled", Margin("runs")
-    if all(count % 2 for count in nodes):  # the middle is a node
-        return "not resolved", Margin("polynomial", degree=max(surrogate.degrees))
-    middle = {name: side.midpoint for name, side in surrogate.intervals.items()}
-    miss = float(np.mean(np.abs(surrogate.evaluate(middle) - nominal)))
-    error = miss / width if width > 0.0 else 0.0
-    verdict: Verdict = "resolved" if error <= RESOLVED else "not resolved"
-    return verdict, Margin("polynomial", degree=max(surrogate.degrees), error=error)
 
 
 def root_mean_square(values: Array) -> float:

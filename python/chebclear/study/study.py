@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from ..run.settings import MAX_EVENTS, MAX_STEPS, Settings
 from ..run.simulation import warn_once
 from ..run.trajectory import Stats
 from ..scene.scene import Interval, Scene
+from .judgement import doubts
 from .results import StudyResult as StudyResult
 from .results import compare as compare
 from .runs import (
@@ -32,7 +34,7 @@ from .runs import (
     simulate_all,
     with_parameters,
 )
-from .surrogate import chebyshev_grid, tensor_grid
+from .surrogate import MOST_RANGE_DEGREE, BoundKind, chebyshev_grid, tensor_grid
 from .tradeoff import StudyTradeoff, measure
 
 Array = NDArray[np.float64]
@@ -161,9 +163,13 @@ class Study:
         degree: int | Mapping[str, int] = 3,
         nodes: int | Mapping[str, int] | None = None,
         *,
+        bounds: BoundKind = "range",
         max_runs: int = MAX_RUNS,
     ) -> StudyResult:
-        """The paper's method: simulate on Chebyshev roots, fit polynomials, bound them by Eq. (31).
+        """The paper's method: simulate on Chebyshev roots, fit polynomials, bound them.
+
+        The verdict of every band says whether its polynomial follows the response, by predicting left-out
+        runs; a warning names the outputs that are not resolved.
 
         Parameters
         ----------
@@ -172,6 +178,8 @@ class Study:
         nodes : int or mapping of str to int, optional
             Number of roots [-]; one more than the degree if not given, and never fewer. The number of runs is
             their product, at most 1 000 000, and one at the midpoint.
+        bounds : {"range", "eq31"}
+            The certified range of each polynomial, up to degree 30; or Eq. (31) of the paper, which is wider.
         max_runs : int
             Runs on the roots above which nothing is started [-]: five parameters may mean 100 000.
 
@@ -194,10 +202,16 @@ class Study:
         least = [degree + 1 for degree in degrees]
         counts = least if nodes is None else self._per_parameter(checks, "nodes", nodes, least, MOST_NODES)
         checks.whole("max_runs", max_runs, least=1)
+        checks.word("bounds", bounds, ("range", "eq31"))
         checks.finish()
         _check_runs(counts, max_runs, "a lower degree")
+        if bounds == "range" and max(degrees) > MOST_RANGE_DEGREE:
+            raise ValueError(
+                f'degree must be at most {MOST_RANGE_DEGREE} for bounds="range", got {max(degrees)}: take a '
+                'lower degree or bounds="eq31"'
+            )
         points = chebyshev_grid(list(self.intervals.values()), counts)
-        return self._run(points, tuple(counts), tuple(degrees))
+        return self._run(points, tuple(counts), tuple(degrees), bounds)
 
     def scan(self, points: int | Mapping[str, int] = 10, *, max_runs: int = MAX_RUNS) -> StudyResult:
         """Brute force: simulate on equally spaced points; the bounds are the extremes of the runs.
@@ -296,13 +310,23 @@ class Study:
         warn_once(result.warnings, stacklevel=3)
         return result
 
-    def _run(self, points: Array, counts: tuple[int, ...], degrees: tuple[int, ...] | None) -> StudyResult:
-        result = self.run_points(points, counts, degrees)
+    def _run(
+        self,
+        points: Array,
+        counts: tuple[int, ...],
+        degrees: tuple[int, ...] | None,
+        bounds: BoundKind = "range",
+    ) -> StudyResult:
+        result = self.run_points(points, counts, degrees, bounds)
         warn_once(result.warnings, stacklevel=4)
         return result
 
     def run_points(
-        self, points: Array, counts: tuple[int, ...], degrees: tuple[int, ...] | None
+        self,
+        points: Array,
+        counts: tuple[int, ...],
+        degrees: tuple[int, ...] | None,
+        bounds: BoundKind = "range",
     ) -> StudyResult:
         """Simulate at the points and, last, at the midpoint; does not pass on warnings.
 
@@ -314,6 +338,8 @@ class Study:
             Nodes or points of each parameter [-].
         degrees : tuple of int or None
             Degrees to fit [-]; None takes the extremes of the runs as bounds.
+        bounds : {"range", "eq31"}
+            How polynomials are bounded, see `chebyshev`.
 
         Returns
         -------
@@ -340,7 +366,7 @@ class Study:
         require_success(runs, given)
         told = zip(built, runs["warnings"], strict=True)
         messages = gathered_warnings([[*of_build, *of_run] for of_build, of_run in told])
-        return StudyResult.from_runs(
+        result = StudyResult.from_runs(
             runs["t"],
             runs["columns"],
             runs["values"],
@@ -348,11 +374,14 @@ class Study:
             points,
             degrees=degrees,
             nodes=counts,
+            bounds=bounds,
             stats=tuple(Stats(**stats) for stats in runs["stats"]),
             warnings=messages,
             settings=settings,
             scene=scenes[-1],
         )
+        # A result that is read back from a file has these warnings already.
+        return replace(result, warnings=(*result.warnings, *doubts(result.bands)))
 
     def _scenes(self, given: list[dict[str, float]]) -> tuple[list[Scene], list[list[str]]]:
         """The scenes of all runs, and what `build` warned of in each; other warnings take their usual way."""

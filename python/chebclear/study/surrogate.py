@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -46,6 +47,33 @@ def chebyshev_grid(intervals: Sequence[Interval], nodes: Sequence[int]) -> Array
 def tensor_grid(sides: Sequence[Array]) -> Array:
     """All combinations of the values of every side, shape (runs, sides); the first side changes slowest."""
     return np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, len(sides))
+
+
+BoundKind = Literal["range", "eq31"]
+
+MOST_RANGE_DEGREE = 30
+"""Highest degree of which the core certifies a range [-]."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PolynomialRange(records.ArrayRecord):
+    """The range of a polynomial over its box, for every instant; arrays of shape (samples,)."""
+
+    lower: Array
+    """Certified lower bound in the unit of the output."""
+    upper: Array
+    """Certified upper bound in the unit of the output."""
+    attained_lower: Array
+    """Smallest value found in the unit of the output; the polynomial takes it, to rounding."""
+    attained_upper: Array
+    """Largest value found in the unit of the output."""
+    lowest_at: dict[str, Array]
+    """Where the smallest value is taken: values of each parameter [SI units]."""
+    highest_at: dict[str, Array]
+    """Where the largest value is taken: values of each parameter [SI units]."""
+
+    def __repr__(self) -> str:
+        return f"<PolynomialRange: {len(self.lower)} samples>"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -92,13 +120,133 @@ class Surrogate(records.ArrayRecord):
         """Coefficients in the unit of the output, shape (degree + 1 of each parameter, ..., samples)."""
         return self.terms.reshape(*(degree + 1 for degree in self.degrees), self.terms.shape[1])
 
-    def bounds(self) -> tuple[Array, Array]:
-        """Lower and upper bounds of the polynomial over the box, Eq. (31), each of shape (samples,).
+    @property
+    def rounding(self) -> Array:
+        """What rounding of the runs may leave in it, in the unit of the output, shape (samples,)."""
+        left: Array = 1e-14 * np.abs(self.terms).sum(axis=0)
+        return left
 
-        They enclose the polynomial, not the response it was fitted to, and with some slack: every term of the
-        sum is bounded on its own.
+    def bounds(self, kind: BoundKind = "range") -> tuple[Array, Array]:
+        """Lower and upper bounds of the polynomial over the box, each of shape (samples,).
+
+        They enclose the polynomial, not the response it was fitted to.
+
+        Parameters
+        ----------
+        kind : {"range", "eq31"}
+            The certified range, see `range`; or Eq. (31), with some slack: it bounds every term of the sum on
+            its own.
+
+        Returns
+        -------
+        tuple of ndarray
+            In the unit of the output.
+
+        Raises
+        ------
+        ValueError
+            As `range`.
         """
-        return _core.interval_bounds(self.terms, list(self.degrees))
+        if kind == "eq31":
+            return _core.interval_bounds(self.terms, list(self.degrees))
+        found = self.range()
+        return found.lower, found.upper
+
+    def range(self, threads: int | None = None) -> PolynomialRange:
+        """The certified range of the polynomial over the box, and where its ends are taken.
+
+        Branch and bound in the Bernstein basis, rounded outward: the bounds are at most 1e-6 of the width
+        apart from values that the polynomial takes, and never wider than those of Eq. (31).
+
+        Parameters
+        ----------
+        threads : int, optional
+            Threads [-]; all processors if not given. The results are the same bits for any number.
+
+        Returns
+        -------
+        PolynomialRange
+
+        Raises
+        ------
+        ValueError
+            If a degree is above 30 or a coefficient not finite.
+        """
+        found = _core.polynomial_ranges(self.terms, list(self.degrees), threads)
+
+        def physical(points: Array) -> dict[str, Array]:
+            # Midpoint and half-width may miss the ends by rounding.
+            return {
+                name: np.select(
+                    [column == -1.0, column == 1.0],
+                    [side.lower, side.upper],
+                    side.midpoint + side.half_width * column,
+                )
+                for (name, side), column in zip(self.intervals.items(), points.T, strict=True)
+            }
+
+        return PolynomialRange(
+            found["lower"],
+            found["upper"],
+            found["attained_lower"],
+            found["attained_upper"],
+            physical(found["lowest_at"]),
+            physical(found["highest_at"]),
+        )
+
+    def slope(self, parameter: str) -> Surrogate:
+        """The derivative with respect to one parameter, as a polynomial.
+
+        Parameters
+        ----------
+        parameter : str
+            Name of the parameter.
+
+        Returns
+        -------
+        Surrogate
+            In the unit of the output per SI unit of the parameter.
+
+        Raises
+        ------
+        ValueError
+            If the parameter is unknown.
+        """
+        axis = self._axis(parameter)
+        slopes = _core.chebyshev_derivative(self.terms, list(self.degrees), axis)
+        return Surrogate(self.intervals, self.degrees, slopes / self.intervals[parameter].half_width)
+
+    def frozen(self, parameter: str) -> Surrogate:
+        """The polynomial with one parameter at its midpoint, in which it then has degree 0.
+
+        Parameters
+        ----------
+        parameter : str
+            Name of the parameter.
+
+        Returns
+        -------
+        Surrogate
+
+        Raises
+        ------
+        ValueError
+            If the parameter is unknown.
+        """
+        axis = self._axis(parameter)
+        # T_i(0) is 1, 0, -1, 0, ...
+        at_middle = np.array([(1.0, 0.0, -1.0, 0.0)[i % 4] for i in range(self.degrees[axis] + 1)])
+        terms = np.tensordot(at_middle, self.coefficients, axes=(0, axis))
+        degrees = tuple(0 if index == axis else degree for index, degree in enumerate(self.degrees))
+        return Surrogate(
+            self.intervals, degrees, np.ascontiguousarray(terms.reshape(-1, self.terms.shape[1]))
+        )
+
+    def _axis(self, parameter: str) -> int:
+        names = list(self.intervals)
+        if parameter not in names:
+            raise ValueError(f'unknown parameter "{parameter}"{did_you_mean(parameter, names)}')
+        return names.index(parameter)
 
     def evaluate(self, values: Mapping[str, ArrayLike]) -> Array:
         """The polynomial at physical values of all parameters; see `Band.evaluate`."""
@@ -108,13 +256,11 @@ class Surrogate(records.ArrayRecord):
         self, parameter: str, *, normalised: bool = False, at: Mapping[str, ArrayLike] | None = None
     ) -> Array:
         """Derivative with respect to one parameter; see `Band.sensitivity`."""
-        names = list(self.intervals)
-        if parameter not in names:
-            raise ValueError(f'unknown parameter "{parameter}"{did_you_mean(parameter, names)}')
+        axis = self._axis(parameter)
         if at is None:
             at = {name: side.midpoint for name, side in self.intervals.items()}
         points, shape = self._normalised(at)
-        slopes = _core.chebyshev_derivative(self.terms, list(self.degrees), names.index(parameter))
+        slopes = _core.chebyshev_derivative(self.terms, list(self.degrees), axis)
         slope = self._at(slopes, points, shape)
         # Eq. (33) is the slope in the normalised variable; Eq. (32) needs it per physical unit.
         return slope if normalised else slope / self.intervals[parameter].half_width

@@ -22,15 +22,13 @@ from ..scene.scene import Interval
 from .band import Band
 from .results import StudyResult
 from .runs import MOST_NODES, MOST_RUNS
-from .surrogate import chebyshev_grid, tensor_grid
+from .surrogate import MOST_RANGE_DEGREE, BoundKind, chebyshev_grid, tensor_grid
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
-# Points at which a polynomial is evaluated to find its extremes, in all and at once.
-_DENSE, _CHUNK = 4096, 256
 _MOST_CORNERS = 8  # parameters: 256 corners
 # A run on the bound itself must not lie outside by rounding; part of the largest width.
 _SLACK = 1e-9
@@ -41,8 +39,8 @@ class StudyTradeoffPoint(records.ArrayRecord):
     """What one way of bounding costs and delivers; widths are relative to those of the reference."""
 
     bounds: str
-    """``"interval"``: Eq. (31). ``"polynomial"``: extremes of the polynomial on a dense grid, no enclosure.
-    ``"sampled"``: extremes of the same runs. ``"scan"``: extremes of equally spaced runs."""
+    """``"interval"``: Eq. (31). ``"polynomial"``: the certified range of the polynomial. ``"sampled"``:
+    extremes of the same runs. ``"scan"``: extremes of equally spaced runs."""
     degree: int | None
     """Degree in every parameter [-]; None for a scan."""
     points: int
@@ -279,7 +277,11 @@ class Runner(Protocol):
     def intervals(self) -> dict[str, Interval]: ...
 
     def run_points(
-        self, points: Array, counts: tuple[int, ...], degrees: tuple[int, ...] | None
+        self,
+        points: Array,
+        counts: tuple[int, ...],
+        degrees: tuple[int, ...] | None,
+        bounds: BoundKind = "range",
     ) -> StudyResult: ...
 
 
@@ -374,7 +376,7 @@ def _run(study: Runner, degree: int | None, count: int) -> _Setting:
     degrees = None if degree is None else (degree,) * len(sides)
     start = time.perf_counter()
     try:
-        result, status = study.run_points(grid, counts, degrees), "done"
+        result, status = study.run_points(grid, counts, degrees, "eq31"), "done"
     except SimulationError as error:
         result, status = None, error.reason
     return _Setting(degree, count, len(grid) + 1, result, time.perf_counter() - start, status)
@@ -427,16 +429,11 @@ def _sampled_limits(band: Band) -> tuple[Array, Array]:
 
 
 def _polynomial_limits(band: Band) -> tuple[Array, Array]:
-    """Extremes of the polynomial on a dense grid with the corners: from inside, but close."""
-    sides = band.intervals.values()
-    count = max(3, round(_DENSE ** (1.0 / len(sides))))
-    grid = tensor_grid([np.linspace(side.lower, side.upper, count) for side in sides])
-    lower, upper = np.full(len(band.t), math.inf), np.full(len(band.t), -math.inf)
-    for start in range(0, len(grid), _CHUNK):
-        chunk = grid[start : start + _CHUNK]
-        values = band.evaluate(**dict(zip(band.intervals, chunk.T, strict=True)))
-        lower, upper = np.minimum(lower, values.min(axis=0)), np.maximum(upper, values.max(axis=0))
-    return lower, upper
+    """The certified range of the polynomial; NaN above the degree to which there is one."""
+    surrogate = band.surrogate
+    if surrogate is None or max(surrogate.degrees) > MOST_RANGE_DEGREE:
+        return np.full(len(band.t), math.nan), np.full(len(band.t), math.nan)
+    return surrogate.bounds()
 
 
 def _fit_error(band: Band, probes: StudyResult, width: float) -> float:

@@ -1,0 +1,103 @@
+"""How far a polynomial follows the response it was fitted to, from the runs of the fit alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .band import RESOLVED, Band, Margin, Verdict
+from .surrogate import Surrogate
+
+Array = NDArray[np.float64]
+
+
+def fit_error(surrogate: Surrogate, nodes: Sequence[int], runs: Array, nominal: Array) -> Array:
+    """Estimated error of a polynomial that was fitted on Chebyshev roots, for every instant.
+
+    Along each axis in turn, the node of every line is predicted from the others of the line by the polynomial
+    of the highest degree that they determine, one less than the fitted one if that interpolates. A whole
+    line at a time: other lines at the same value of the parameter would give the node away. The largest miss
+    counts; half of that with a degree less again counts too, because the highest coefficient of a kink may
+    vanish by chance; and the miss of the nominal run, if it is not a node. Two nodes cannot tell a line from
+    a curve: what changes along such an axis counts as missed.
+
+    Against 160 random runs and the corners, on slider-cranks, a four-bar and a toggle press with and without
+    clearance at degrees 2 to 16, the time mean of this estimate was never below the largest error and 1.1 to
+    15 times as large where that was above 1e-3 of the width, the more so at high degrees: the outermost
+    nodes are predicted from one side.
+
+    Parameters
+    ----------
+    surrogate : Surrogate
+        The polynomial.
+    nodes : sequence of int
+        Number of roots of each parameter [-].
+    runs : ndarray, shape (runs, samples)
+        What it was fitted to.
+    nominal : ndarray, shape (samples,)
+        The run at the midpoint.
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+        In the unit of the output.
+    """
+    middle = {name: side.midpoint for name, side in surrogate.intervals.items()}
+    error: Array = np.abs(surrogate.evaluate(middle) - nominal)
+    grid = runs.reshape(*nodes, -1)
+    for axis, (count, degree) in enumerate(zip(nodes, surrogate.degrees, strict=True)):
+        highest = min(degree, count - 2)
+        for tried, weight in ((highest, 1.0), (highest - 1, 0.5)):
+            if tried < (0 if tried == highest else 1):
+                continue
+            misses = np.tensordot(_left_out(count, tried), grid, axes=(1, axis))
+            worst = np.abs(misses).reshape(-1, runs.shape[1]).max(axis=0)
+            error = np.maximum(error, weight * worst)
+    return error
+
+
+def _left_out(count: int, degree: int) -> Array:
+    """Matrix from the values at `count` roots to their misses by the fit of `degree` to the others."""
+    angles = (2 * np.arange(count) + 1) * math.pi / (2 * count)
+    basis = np.cos(np.outer(angles, np.arange(degree + 1))) * math.sqrt(2.0 / count)
+    basis[:, 0] *= math.sqrt(0.5)
+    residual = np.eye(count) - basis @ basis.T
+    left_out: Array = residual / np.diag(residual)[:, None]
+    return left_out
+
+
+def judged(
+    surrogate: Surrogate | None, nodes: Sequence[int], runs: Array, nominal: Array, width: float
+) -> tuple[Verdict, Margin]:
+    """Verdict on a band from its runs, of a mean `width` of their hull, and what it was made from."""
+    if surrogate is None:
+        return "sampled", Margin("runs")
+    miss = float(np.mean(fit_error(surrogate, nodes, runs, nominal)))
+    # Rounding of the runs must not count where an output does not change.
+    noise = 1e-12 * float(np.max(np.abs(runs), initial=0.0))
+    error = 0.0 if miss <= noise else miss / width if width > 0.0 else math.inf
+    verdict: Verdict = "resolved" if error <= RESOLVED else "not resolved"
+    return verdict, Margin("polynomial", degree=max(surrogate.degrees), error=error)
+
+
+def doubts(bands: Mapping[str, Band]) -> list[str]:
+    """One warning for all outputs that no polynomial follows."""
+    lost = {
+        name: band.margin.error
+        for name, band in bands.items()
+        if band.surrogate is not None and band.verdict == "not resolved"
+    }
+    if not lost:
+        return []
+    errors = [100.0 * error for error in lost.values()]
+    least, most = f"{min(errors):.3g}", f"{max(errors):.3g}"
+    size = f"{most} %" if least == most else f"{least} to {most} %"
+    return [
+        f"not resolved: {', '.join(lost)}: the polynomial misses left-out runs by {size} of the width of the "
+        "band, so that the response may leave its bounds and neither worst case nor sensitivity is that of "
+        "the response. A higher degree helps where the response is smooth; where impacts scatter, use bands "
+        "that are calibrated on all runs (Study.band) and features of the runs instead"
+    ]

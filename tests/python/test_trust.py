@@ -1,0 +1,207 @@
+"""Certified ranges, the verdict on a polynomial, and what it says of each parameter."""
+
+import runpy
+import warnings
+from pathlib import Path
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear.study.judgement import fit_error, judged
+from chebclear.study.surrogate import chebyshev_grid
+
+PLANE = {"a": cc.Interval(2.0, 6.0), "b": cc.Interval(-1e-3, 3e-3)}
+MIDDLE = {name: side.midpoint for name, side in PLANE.items()}
+HALF = {name: side.half_width for name, side in PLANE.items()}
+
+
+def fitted(function, degree, box, nodes=None):
+    """Surrogate, nodes, runs and nominal run of a function of normalized variables."""
+    nodes = [nodes or degree + 1] * len(box)
+    sides = box.values()
+    points = chebyshev_grid(list(sides), nodes)
+    z = np.stack(
+        [(x - s.midpoint) / s.half_width for x, s in zip(points.T, sides, strict=True)],
+        axis=-1,
+    )
+    runs = function(z)
+    surrogate = cc.Surrogate.fit(box, nodes, [degree] * len(box), runs)
+    return surrogate, nodes, runs, function(np.zeros((1, len(box))))[0]
+
+
+def verdict(function, degree, box, nodes=None):
+    surrogate, nodes, runs, nominal = fitted(function, degree, box, nodes)
+    return judged(surrogate, nodes, runs, nominal, float(np.ptp([*runs, nominal], axis=0).mean()))
+
+
+def band_of(function, degree):
+    surrogate, nodes, runs, nominal = fitted(function, degree, PLANE)
+    word, margin = judged(surrogate, nodes, runs, nominal, float(np.ptp(runs, axis=0).mean()))
+    lower, upper = surrogate.bounds()
+    t = np.arange(float(runs.shape[1]))
+    hull = runs.min(axis=0), runs.max(axis=0)
+    points = chebyshev_grid(list(PLANE.values()), nodes)
+    return cc.Band(
+        "output", t, lower, upper, nominal, hull, PLANE, points, runs, surrogate, word, margin
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("degree", range(1, 17))
+@pytest.mark.parametrize("place", [0.3, 0.0, -0.55, 0.7])
+def test_a_kink_is_never_resolved(degree, place):
+    line = {"a": cc.Interval(0.0, 1.0)}
+    assert verdict(lambda z: np.abs(z - place), degree, line)[0] == "not resolved"
+    # Another parameter that only adds to it must not hide the kink from the runs that are left out.
+    assert verdict(lambda z: np.abs(z[:, :1] - place) + 0.02 * z[:, 1:], degree, PLANE)[0] == "not resolved"
+    if place == 0.3 and degree > 1:  # least squares
+        assert verdict(lambda z: np.abs(z - place), degree, line, nodes=degree + 3)[0] == "not resolved"
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda z: np.exp(0.3 * z),
+        lambda z: np.sin(0.5 * z),
+        lambda z: 1.0 / (5.0 + z),
+        lambda z: 0.0 * z + 7.0,
+    ],
+)
+@pytest.mark.parametrize("degree", [3, 4, 8])
+def test_smooth_responses_are_resolved_with_an_error_that_is_not_too_small(function, degree):
+    def plane(z):
+        return function(z[:, :1]) * (1.0 + 0.1 * z[:, 1:])
+
+    surrogate, nodes, runs, nominal = fitted(plane, degree, PLANE)
+    assert verdict(plane, degree, PLANE)[0] == "resolved"
+    z = np.stack(np.meshgrid(np.linspace(-1, 1, 41), [-1.0, 0.2, 1.0]), axis=-1).reshape(-1, 2)
+    values = surrogate.evaluate({name: MIDDLE[name] + HALF[name] * z[:, i] for i, name in enumerate(PLANE)})
+    worst = np.abs(values - plane(z)).max()
+    assert fit_error(surrogate, nodes, runs, nominal)[0] >= 0.99 * worst - 1e-14
+
+
+def test_bounds_range_is_the_default_and_never_wider_than_equation_31():
+    build, box = cc.mechanisms.slider_crank, {"rod_length": cc.interval(0.12, rel=0.1)}
+    study = cc.Study(build, box, ["slider.x"], duration=0.01, samples=41, fixed={"clearance_at": ()})
+    result, paper = study.chebyshev(4), study.chebyshev(4, bounds="eq31")
+    assert (result.bounds, paper.bounds) == ("range", "eq31") and result["slider.x"].verdict == "resolved"
+    band, wide = result["slider.x"], paper["slider.x"]
+    assert np.all(band.lower >= wide.lower - 1e-12) and np.all(band.upper <= wide.upper + 1e-12)
+    assert band.max_width < wide.max_width
+    with pytest.raises(ValueError, match=r'at most 30 for bounds="range", got 31'):
+        study.chebyshev(31)
+    with pytest.raises(ValueError, match='bounds must be one of "range", "eq31"'):
+        study.chebyshev(2, bounds="eq30")
+
+
+def test_saved_results_keep_their_bounds(tmp_path):
+    build, box = cc.mechanisms.slider_crank, {"rod_length": cc.interval(0.12, rel=0.1)}
+    study = cc.Study(build, box, ["slider.vx"], duration=0.01, samples=11, fixed={"clearance_at": ()})
+    for bounds in ("range", "eq31"):
+        result = study.chebyshev(3, bounds=bounds)
+        assert cc.StudyResult.load(result.save(tmp_path / bounds)) == result
+
+
+def test_the_toggle_press_is_not_resolved():
+    press = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "toggle_press.py"))
+    box = {name: press["TOLERANCES"][name] for name in ("upper_length", "bearing_distance")}
+    study = cc.Study(
+        press["toggle_press"], box, ["ram.y", "knee.normal_force"], duration=0.06, samples=121, rtol=1e-5
+    )
+    with pytest.warns(cc.ChebclearWarning) as caught:
+        result = study.chebyshev(degree=2)
+    told = [str(warning.message) for warning in caught if "not resolved" in str(warning.message)]
+    assert (
+        len(told) == 1 and told[0].startswith("not resolved: knee.normal_force: ") and "Study.band" in told[0]
+    )
+    assert told[0] in result.warnings
+    assert result["ram.y"].verdict == "resolved"
+    assert result["knee.normal_force"].verdict == "not resolved"
+    for ask in (
+        lambda band: band.worst("upper"),
+        lambda band: band.sensitivity("upper_length"),
+        lambda band: band.monotone("upper_length"),
+        lambda band: band.interval_share("upper_length"),
+        lambda band: band.variance_shares(),
+    ):
+        with pytest.warns(cc.ChebclearWarning, match=r"knee\.normal_force is not resolved: .*features"):
+            ask(result["knee.normal_force"])
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            ask(result["ram.y"])
+
+
+def curved(z):
+    """Rising in the first everywhere, neither rising nor falling in the second; constant; falling in both."""
+    x, y = z.T
+    return np.stack([2.0 * x + 0.3 * x * x + 0.5 * y * y, 0.0 * x + 4.0, -np.exp(x + 0.1 * y)], axis=-1)
+
+
+def test_derivatives_over_the_whole_box():
+    band = band_of(curved, 12)
+    lower, upper = band.sensitivity_range("a")
+    np.testing.assert_allclose(HALF["a"] * lower, [1.4, 0.0, -np.exp(1.1)], rtol=1e-5, atol=1e-11)
+    np.testing.assert_allclose(HALF["a"] * upper, [2.6, 0.0, -np.exp(-1.1)], rtol=1e-5, atol=1e-11)
+    assert band.monotone("a").tolist() == [1, 0, -1] and band.monotone("b").tolist() == [0, 0, -1]
+    with pytest.raises(ValueError, match='unknown parameter "c"'):
+        band.monotone("c")
+
+
+def test_worst_cases_are_where_the_range_ends():
+    band = band_of(curved, 12)
+    highest, lowest = band.worst("upper"), band.worst("lower")
+    assert highest["a"][0] == 6.0 and abs(highest["b"][0]) in (1e-3, 3e-3) and lowest["a"][0] == 2.0
+    assert lowest["b"][0] == pytest.approx(MIDDLE["b"], abs=2e-2 * HALF["b"])  # in the middle of the bowl
+    assert (lowest["a"][2], lowest["b"][2]) == (6.0, 3e-3)
+    np.testing.assert_allclose(
+        [band.evaluate(a=highest["a"][i], b=highest["b"][i])[i] for i in range(3)], band.upper, atol=1e-5
+    )
+
+
+def test_interval_shares_in_closed_form():
+    def response(z):
+        x, y = z.T
+        return np.stack([3.0 * x + y, 3.0 * x * y, 0.0 * x], axis=-1)
+
+    band = band_of(response, 3)
+    # Without x the first moves by 2 of 8; with either at its midpoint the product does not move at all.
+    np.testing.assert_allclose(band.interval_share("a"), [0.75, 1.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(band.interval_share("b"), [0.25, 1.0, 0.0], atol=1e-9)
+
+
+def test_variance_shares_in_closed_form():
+    def response(z):
+        x, y = z.T
+        return np.stack([3.0 * x + y, 2.0 * x * y, x**2 + x * y, 0.0 * x + 1.0], axis=-1)
+
+    shares = band_of(response, 4).variance_shares()
+    # Uniform on [-1, 1]: var x = 1/3, var x² = 4/45, var xy = 1/9.
+    np.testing.assert_allclose(shares.variance, [10 / 3, 4 / 9, 4 / 45 + 1 / 9, 0.0], atol=1e-12)
+    np.testing.assert_allclose(shares.main["a"], [0.9, 0.0, 4 / 9, 0.0], atol=1e-12)
+    np.testing.assert_allclose(shares.main["b"], [0.1, 0.0, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(shares.total["a"], [0.9, 1.0, 1.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(shares.total["b"], [0.1, 1.0, 5 / 9, 0.0], atol=1e-12)
+    assert "uniform" in repr(shares)
+
+
+def test_variance_shares_of_random_polynomials_against_sampling():
+    rng = np.random.default_rng(5)
+    box = {name: cc.Interval(-1.0, 1.0) for name in "abc"}
+    surrogate = cc.Surrogate(box, (3, 2, 3), rng.normal(size=(48, 2)))
+    from chebclear.study.sensitivity import variance_shares
+
+    shares = variance_shares(surrogate)
+    points, other = rng.uniform(-1.0, 1.0, (2, 40_000, 3))
+    value = surrogate.evaluate(dict(zip(box, points.T, strict=True)))
+    for axis, name in enumerate(box):
+        mixed = other.copy()
+        mixed[:, axis] = points[:, axis]
+        shared = surrogate.evaluate(dict(zip(box, mixed.T, strict=True)))
+        sampled = [np.cov(value[:, i], shared[:, i])[0, 1] / value[:, i].var() for i in range(2)]
+        # Standard deviation of such an estimate: 0.005 to 0.01.
+        np.testing.assert_allclose(shares.main[name], sampled, atol=0.04)
+
+
+def test_nothing_is_bounded_that_is_not_finite():
+    surrogate = cc.Surrogate({"a": cc.Interval(0.0, 1.0)}, (1,), np.array([[0.0, 1.0], [1.0, np.nan]]))
+    with pytest.raises(ValueError, match="column 1 has a coefficient NaN"):
+        surrogate.range()
