@@ -74,6 +74,7 @@ from .study.sensitivity import VarianceShares
 from .study.study import Study
 from .study.surrogate import PolynomialRange, Surrogate
 from .study.tradeoff import StudyTradeoff, StudyTradeoffPoint
+from .study.zones import RestraintZones, restraint_zones
 from .templates.reader import load, loads
 from .templates.template import Parameter, Template
 from .tradeoffs.of_scene import tradeoff
@@ -120,6 +121,7 @@ __all__ = [
     "Prismatic",
     "Problem",
     "Recommendation",
+    "RestraintZones",
     "Revolute",
     "Scene",
     "SceneError",
@@ -166,6 +168,7 @@ __all__ = [
     "plot_study_tradeoff",
     "plot_tradeoff",
     "plot_trajectory",
+    "restraint_zones",
     "rms",
     "rpm",
     "simulate",

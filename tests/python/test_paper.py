@@ -7,6 +7,8 @@ import pytest
 from chebclear import mechanisms, simulate
 from chebclear.paper import case_study as paper
 from chebclear.paper import output as paper_output
+from chebclear.study.band import running_maximum
+from chebclear.study.zones import spans_below
 
 
 @pytest.fixture(scope="module")
@@ -82,15 +84,15 @@ class TestIdealBands:
 def test_running_maximum():
     values = np.random.default_rng(1).normal(size=50)
     expected = [values[max(0, i - 3) : i + 4].max() for i in range(50)]
-    np.testing.assert_array_equal(paper.running_maximum(values, 3), expected)
+    np.testing.assert_array_equal(running_maximum(values, 3), expected)
 
 
 def test_spans_below():
     angle = np.arange(8.0)
     values = np.array([0.0, 0.0, 2.0, 2.0, 0.0, 2.0, 0.0, 0.0])
-    assert paper.spans_below(angle, values, 1.0) == [(0.0, 1.0), (4.0, 4.0), (6.0, 7.0)]
-    assert paper.spans_below(angle, values, 3.0) == [(0.0, 7.0)]
-    assert paper.spans_below(angle, values, 0.0) == []
+    assert spans_below(angle, values, 1.0) == [(0.0, 1.0), (4.0, 4.0), (6.0, 7.0)]
+    assert spans_below(angle, values, 3.0) == [(0.0, 7.0)]
+    assert spans_below(angle, values, 0.0) == []
 
 
 def test_second_revolution():

@@ -205,3 +205,31 @@ def test_nothing_is_bounded_that_is_not_finite():
     surrogate = cc.Surrogate({"a": cc.Interval(0.0, 1.0)}, (1,), np.array([[0.0, 1.0], [1.0, np.nan]]))
     with pytest.raises(ValueError, match="column 1 has a coefficient NaN"):
         surrogate.range()
+
+
+def test_restraint_zones_are_where_the_sensitivity_is_calm():
+    t = np.linspace(0.0, 1.0, 1001)
+    box = {"a": cc.Interval(-1.0, 1.0)}
+
+    def band(slope):
+        surrogate = cc.Surrogate(box, (1,), np.stack([0.0 * t, slope]))
+        hull = -np.abs(slope), np.abs(slope)
+        empty = np.empty((0, 1)), np.empty((0, len(t)))
+        return cc.Band(
+            "v", t, *hull, 0.0 * t, hull, box, *empty, surrogate, "resolved", cc.Margin("polynomial")
+        )  # fmt: skip
+
+    # The clearance adds ripples of 50 Hz, 1 high outside and 0.2 high within [0.3, 0.6] s.
+    calm = (t >= 0.3) & (t <= 0.6)
+    ideal = np.cos(3.0 * t)
+    ripples = np.where(calm, 0.2, 1.0) * np.sin(100.0 * np.pi * t)
+    zones = cc.restraint_zones(band(ideal + ripples), band(ideal), "a", window=0.02)
+    np.testing.assert_allclose(zones.deviation, ripples, atol=1e-12)
+    assert zones.threshold == pytest.approx(0.5, rel=1e-2)
+    # The running maximum takes half a window, and a ripple has no peak in its last quarter.
+    np.testing.assert_allclose(zones.spans, [(0.31, 0.59)], atol=6e-3)
+    with pytest.raises(ValueError) as caught:
+        cc.restraint_zones(band(ideal), band(ideal), "a", window=1e-4, threshold=2.0)
+    assert "window must be" in str(caught.value) and "threshold must be" in str(caught.value)
+    with pytest.raises(TypeError, match="ideal must be a Band"):
+        cc.restraint_zones(band(ideal), None, "a", window=0.02)

@@ -27,9 +27,10 @@ from ..errors import ChebclearWarning
 from ..run.simulation import simulate
 from ..run.trajectory import Stats, Trajectory
 from ..scene.scene import Interval, interval, rpm
-from ..study.band import Band, running_maximum
+from ..study.band import Band
 from ..study.results import root_mean_square
 from ..study.study import Study, StudyResult, compare
+from ..study.zones import RestraintZones, zones_of
 
 Array = NDArray[np.float64]
 
@@ -68,20 +69,6 @@ ENVELOPE = 10.0
 
 
 @dataclass(frozen=True)
-class RestraintZones:
-    """Where the clearance hardly moves a sensitivity: the paper's clearance effect restraint zones."""
-
-    deviation: Array = field(metadata=unit("m/s"))
-    """Sensitivity minus that of the ideal mechanism, per relative length change, second revolution [m/s]."""
-    envelope: Array = field(metadata=unit("m/s"))
-    """Running maximum of the absolute deviation over `ENVELOPE` degrees [m/s]."""
-    threshold: float = field(metadata=unit("m/s"))
-    """Half the largest absolute deviation [m/s]."""
-    spans: list[tuple[float, float]] = field(metadata=unit("deg"))
-    """Crank angles between which the envelope is under the threshold [deg]."""
-
-
-@dataclass(frozen=True)
 class ConventionStudy:
     """All results with one convention."""
 
@@ -113,15 +100,15 @@ class ConventionStudy:
         return self.lengths[clearance][output].polynomial_slope(length, normalised=True) / UNCERTAINTY
 
     def restraint_zones(self, clearance: str, length: str) -> RestraintZones:
-        """Zones for the sensitivity of the slider's velocity to a length at a clearance in millimetres."""
+        """Zones for the sensitivity of the slider's velocity to a length at a clearance in millimetres.
+
+        The second revolution, per relative length change [m/s], over the crank angle [deg].
+        """
         deviation = (
             self.sensitivity(clearance, "slider.vx", length) - self.ideal["slider.vx"].sensitivity[length]
         )
         deviation = deviation[SECOND]
-        envelope = running_maximum(np.abs(deviation), round(0.5 * ENVELOPE * (SAMPLES - 1) / 720.0))
-        threshold = 0.5 * float(np.abs(deviation).max())
-        angle = CRANK_ANGLE[SECOND]
-        return RestraintZones(deviation, envelope, threshold, spans_below(angle, envelope, threshold))
+        return zones_of(deviation, CRANK_ANGLE[SECOND], round(0.5 * ENVELOPE * (SAMPLES - 1) / 720.0))
 
     def tables(self) -> dict[str, Any]:
         """The numbers of Tables 3, 4 and 5 and the velocity widths; see `CaseStudy.to_dict`."""
@@ -363,23 +350,3 @@ def _clearance_sensitivity(study: StudyResult, output: str) -> float:
     """Root mean square sensitivity to the clearance per normalised variable, in the output's unit."""
     sensitivity = study[output].polynomial_slope("clearance", normalised=True)
     return root_mean_square(sensitivity[SECOND])
-
-
-def spans_below(angle: Array, values: Array, threshold: float) -> list[tuple[float, float]]:
-    """Stretches of `angle` on which `values` stay under the threshold.
-
-    Parameters
-    ----------
-    angle, values : ndarray, shape (samples,)
-        Abscissa, in any unit, and what is compared.
-    threshold : float
-        In the unit of `values`.
-
-    Returns
-    -------
-    list of (float, float)
-        First and last sample of each stretch, in the unit of `angle`.
-    """
-    below = np.concatenate([[False], values < threshold, [False]])
-    edges = np.flatnonzero(below[1:] != below[:-1])
-    return [(float(angle[first]), float(angle[last - 1])) for first, last in edges.reshape(-1, 2)]

@@ -1,0 +1,122 @@
+"""Spans of time in which clearance hardly disturbs a sensitivity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base import files as records
+from ..base.arguments import Checks
+from .band import Band, running_maximum
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RestraintZones(records.ArrayRecord):
+    """Where clearance hardly moves a sensitivity: the paper's clearance effect restraint zones."""
+
+    deviation: Array
+    """Sensitivity minus that without clearance, in its unit, shape (samples,)."""
+    envelope: Array
+    """Running maximum of the absolute deviation, shape (samples,)."""
+    threshold: float
+    """What the envelope is compared with."""
+    spans: list[tuple[float, float]]
+    """First and last abscissa of every stretch on which the envelope is under the threshold; times [s], or
+    whatever the zones were made over."""
+
+    def __repr__(self) -> str:
+        return f"<RestraintZones: {len(self.spans)} spans>"
+
+
+def restraint_zones(
+    band: Band, ideal: Band, parameter: str, *, window: float, threshold: float = 0.5
+) -> RestraintZones:
+    """Zones in which clearance hardly disturbs the sensitivity of an output to a parameter.
+
+    The paper reads them off its Figs. 10 and 11: there the sensitivity oscillates less about that of the
+    mechanism without clearance, and the interval of the output is widened less. Here the running maximum of
+    the difference of both is compared with a share of its largest value.
+
+    Parameters
+    ----------
+    band : Band
+        With clearance, of a Chebyshev study.
+    ideal : Band
+        The same output of the same mechanism without clearance, at the same instants.
+    parameter : str
+        Name of the parameter, an interval in both.
+    window : float
+        Length of the running maximum [s], such as a few contacts; at least two samples.
+    threshold : float
+        Share of the largest deviation [-], above 0 and at most 1.
+
+    Returns
+    -------
+    RestraintZones
+        Its spans are times [s].
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument is wrong or the instants differ; all problems are listed.
+    """
+    checks = Checks()
+    for name, given in (("band", band), ("ideal", ideal)):
+        if not isinstance(given, Band):
+            checks.add(f"{name} must be a Band, got {given!r}", wrong_type=True)
+    checks.finish()
+    spacing = float(band.t[-1] - band.t[0]) / (len(band.t) - 1)
+    length = checks.real("window", window, "s", least=2.0 * spacing)
+    share = checks.real("threshold", threshold, "-", above=0.0, most=1.0)
+    if band.t.shape != ideal.t.shape or not np.allclose(band.t, ideal.t, rtol=0.0, atol=1e-9 * spacing):
+        checks.add("band and ideal must have the same instants")
+    checks.finish()
+    deviation = band.sensitivity(parameter) - ideal.sensitivity(parameter)
+    # An exact number of samples must not lose one to rounding.
+    half = min(int(0.5 * length / spacing + 1e-6), len(band.t) - 1)
+    return zones_of(deviation, band.t, half, share)
+
+
+def zones_of(deviation: Array, abscissa: Array, half: int, share: float = 0.5) -> RestraintZones:
+    """Zones of a deviation that is known already.
+
+    Parameters
+    ----------
+    deviation, abscissa : ndarray, shape (samples,)
+        The deviation of a sensitivity, and where.
+    half : int
+        Samples that the running maximum reaches to either side [-].
+    share : float
+        Share of the largest deviation [-].
+
+    Returns
+    -------
+    RestraintZones
+    """
+    envelope = running_maximum(np.abs(deviation), half)
+    threshold = share * float(np.abs(deviation).max())
+    return RestraintZones(deviation, envelope, threshold, spans_below(abscissa, envelope, threshold))
+
+
+def spans_below(abscissa: Array, values: Array, threshold: float) -> list[tuple[float, float]]:
+    """Stretches of `abscissa` on which `values` stay under the threshold.
+
+    Parameters
+    ----------
+    abscissa, values : ndarray, shape (samples,)
+        Abscissa, in any unit, and what is compared.
+    threshold : float
+        In the unit of `values`.
+
+    Returns
+    -------
+    list of (float, float)
+        First and last sample of each stretch, in the unit of `abscissa`.
+    """
+    below = np.concatenate([[False], values < threshold, [False]])
+    edges = np.flatnonzero(below[1:] != below[:-1])
+    return [(float(abscissa[first]), float(abscissa[last - 1])) for first, last in edges.reshape(-1, 2)]
