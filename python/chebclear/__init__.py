@@ -69,6 +69,7 @@ from .scene.scene import (
     TorsionSpring,
 )
 from .study.band import Band, Margin
+from .study.hybrid import Normal, QuantileBand, Uniform, normal, uniform
 from .study.results import BoundErrors, Comparison, StudyResult, compare
 from .study.sensitivity import VarianceShares
 from .study.study import Study
@@ -115,11 +116,13 @@ __all__ = [
     "Margin",
     "ModifiedCoulomb",
     "Motion",
+    "Normal",
     "Parameter",
     "Polynomial",
     "PolynomialRange",
     "Prismatic",
     "Problem",
+    "QuantileBand",
     "Recommendation",
     "RestraintZones",
     "Revolute",
@@ -144,6 +147,7 @@ __all__ = [
     "Tradeoff",
     "TradeoffPoint",
     "Trajectory",
+    "Uniform",
     "VarianceShares",
     "__version__",
     "compare",
@@ -158,6 +162,7 @@ __all__ = [
     "lowest",
     "mean",
     "mechanisms",
+    "normal",
     "peak",
     "peak_to_peak",
     "plot_band",
@@ -175,6 +180,7 @@ __all__ = [
     "time_of_lowest",
     "time_of_peak",
     "tradeoff",
+    "uniform",
     "wear",
 ]
 

@@ -233,3 +233,32 @@ def test_restraint_zones_are_where_the_sensitivity_is_calm():
     assert "window must be" in str(caught.value) and "threshold must be" in str(caught.value)
     with pytest.raises(TypeError, match="ideal must be a Band"):
         cc.restraint_zones(band(ideal), None, "a", window=0.02)
+
+
+def test_quantiles_at_the_worst_of_the_intervals():
+    def response(z):
+        x, y = z.T
+        return np.stack([2.0 * x + y, 0.5 * x * x - y], axis=-1)
+
+    band = band_of(response, 3)
+    # a in [2, 6] is x = (a - 4) / 2. Uniform over all of it: quantiles of 2 x are ±1.9, then y adds ±1.
+    even = band.quantiles({"a": cc.uniform(2.0, 6.0)}, probability=0.95, draws=4000)
+    assert (even.lower[0], even.upper[0]) == pytest.approx((-2.9, 2.9), abs=5e-3)
+    assert (even.lower[1], even.upper[1]) == pytest.approx((-1.0, 0.5 * 0.975**2 + 1.0), abs=2e-2)
+    # Normal with a deviation of 0.5 in a: 0.25 in x, quantiles ±1.96 x 0.5 of 2 x.
+    bell = band.quantiles({"a": cc.normal(4.0, 0.5)}, probability=0.95, draws=4000)
+    assert (bell.lower[0], bell.upper[0]) == pytest.approx((-1.98, 1.98), abs=2e-2)
+    # All random: 2 x + y of two uniform ones has its upper 2.5 % above 3 - sqrt(16 x 0.025).
+    both = {"a": cc.uniform(2.0, 6.0), "b": cc.uniform(-1e-3, 3e-3)}
+    alone = band.quantiles(both, probability=0.95, draws=20_000)
+    assert alone.upper[0] == pytest.approx(3.0 - np.sqrt(0.4), abs=2.5e-2)
+    assert "at least 0.95 over a, whatever b is in its interval" in str(bell) and "whatever" not in str(alone)
+    assert bell == band.quantiles({"a": cc.normal(4.0, 0.5)}, draws=4000)
+    with pytest.raises(ValueError) as caught:
+        band.quantiles({"a": cc.normal(4.0, 1.0), "c": cc.uniform(0, 1)}, probability=1.0, draws=5)
+    for words in ('random["a"] reaches from 1.0 to 7.0, beyond', 'unknown parameter "c"', "probability must"):
+        assert words in str(caught.value)
+    with pytest.raises(ValueError, match="draws must be a whole number >= 40"):
+        band.quantiles({"a": cc.uniform(2.0, 6.0)}, draws=39)
+    with pytest.raises(TypeError, match=r"must be normal\(...\) or uniform"):
+        band.quantiles({"a": cc.interval(2.0, 6.0)})

@@ -16,6 +16,7 @@ from ..base.arguments import Checks, as_number
 from ..base.units import unit
 from ..errors import ChebclearWarning
 from ..scene.scene import Interval
+from .hybrid import Normal, QuantileBand, Uniform, quantile_bounds
 from .sensitivity import VarianceShares, variance_shares
 from .surrogate import Surrogate
 
@@ -284,6 +285,50 @@ class Band(records.ArrayRecord):
         surrogate = self._polynomial()
         self._doubt("a variance share")
         return variance_shares(surrogate)
+
+    def quantiles(
+        self,
+        random: Mapping[str, Normal | Uniform],
+        *,
+        probability: float = 0.95,
+        draws: int = 1000,
+        seed: int = 0,
+    ) -> QuantileBand:
+        """Quantiles over parameters that are random, at the worst of those that are only intervals.
+
+        Each draw of the random parameters is inserted into the polynomial, whose range over the others is
+        certified; the quantiles are those of these ends.
+
+        Parameters
+        ----------
+        random : mapping of str to Normal or Uniform
+            Distributions of some or all parameters, as `normal` and `uniform` make them. The interval of the
+            runs must hold three standard deviations to either side, beyond which a normal distribution is
+            cut off, or all of a uniform one.
+        probability : float
+            Least probability of the output to be in the band at an instant [-]; half of the rest on either
+            side.
+        draws : int
+            Number of draws, stratified [-]; both tails must hold one.
+        seed : int
+            Seed of the draws [-].
+
+        Returns
+        -------
+        QuantileBand
+            Its ``str`` is what it promises.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If an argument is wrong, all problems listed; or the band has no polynomial.
+        """
+        surrogate = self._polynomial()
+        self._doubt("a quantile")
+        lower, upper, statement = quantile_bounds(
+            surrogate, random, probability=probability, draws=draws, seed=seed
+        )
+        return QuantileBand(self.t, lower, upper, float(probability), statement)
 
     def worst(self, side: Literal["lower", "upper"]) -> dict[str, Array]:
         """Parameters at which the output is largest or smallest, for every instant.

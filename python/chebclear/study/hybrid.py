@@ -1,0 +1,210 @@
+"""Some parameters random, the others only known as intervals: quantiles at the worst of the intervals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from statistics import NormalDist
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..base import files as records
+from ..base.arguments import Checks, did_you_mean
+from ..base.units import unit
+from ..scene.scene import Interval
+from .surrogate import Surrogate
+
+Array = NDArray[np.float64]
+
+# Values of a polynomial with the random parameters inserted that are bounded at once: 64 MB at 16 terms.
+_AT_ONCE = 500_000
+
+
+@dataclass(frozen=True)
+class Normal:
+    """A normally distributed parameter; see `normal`."""
+
+    mean: float
+    standard_deviation: float
+
+    def inside(self, side: Interval, shares: Array) -> Array:
+        """Values at shares of the probability that lies inside an interval."""
+        distribution = NormalDist(self.mean, self.standard_deviation)
+        first, last = distribution.cdf(side.lower), distribution.cdf(side.upper)
+        values = [distribution.inv_cdf(first + (last - first) * share) for share in shares]
+        return np.clip(values, side.lower, side.upper)
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """What an interval has to hold: three standard deviations to either side."""
+        return self.mean - 3.0 * self.standard_deviation, self.mean + 3.0 * self.standard_deviation
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """A uniformly distributed parameter; see `uniform`."""
+
+    lower: float
+    upper: float
+
+    def inside(self, side: Interval, shares: Array) -> Array:
+        """Values at shares of the probability."""
+        return np.clip(self.lower + (self.upper - self.lower) * shares, side.lower, side.upper)
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """What an interval has to hold: all of it."""
+        return self.lower, self.upper
+
+
+def normal(mean: float, standard_deviation: float) -> Normal:
+    """A normal distribution of a parameter, for `Band.quantiles`.
+
+    Parameters
+    ----------
+    mean : float
+        Mean [SI unit of the quantity].
+    standard_deviation : float
+        Standard deviation [SI unit of the quantity], above 0.
+
+    Returns
+    -------
+    Normal
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument is no finite number or the standard deviation not above 0.
+    """
+    checks = Checks()
+    center = checks.real("mean", mean, "SI unit")
+    spread = checks.real("standard_deviation", standard_deviation, "SI unit", above=0.0)
+    checks.finish()
+    return Normal(center, spread)
+
+
+def uniform(lower: float, upper: float) -> Uniform:
+    """A uniform distribution of a parameter, for `Band.quantiles`.
+
+    Parameters
+    ----------
+    lower, upper : float
+        Ends [SI unit of the quantity].
+
+    Returns
+    -------
+    Uniform
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an end is not a finite number or the ends are reversed.
+    """
+    side = Interval(lower, upper)
+    return Uniform(side.lower, side.upper)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class QuantileBand(records.ArrayRecord):
+    """A band that holds an output with a probability, whatever the parameters known as intervals are."""
+
+    t: Array = field(metadata=unit("s"))
+    """Instants [s], shape (samples,)."""
+    lower: Array
+    """Lower bound in the unit of the output, shape (samples,)."""
+    upper: Array
+    """Upper bound in the unit of the output, shape (samples,)."""
+    probability: float
+    """Least probability of the output to be between them, at each instant [-]."""
+    statement: str
+    """What the band promises, in words."""
+
+    def __str__(self) -> str:
+        return self.statement
+
+    def __repr__(self) -> str:
+        return f"<QuantileBand: {len(self.t)} samples, probability {self.probability:g}>"
+
+
+def quantile_bounds(
+    surrogate: Surrogate,
+    random: Mapping[str, Normal | Uniform],
+    *,
+    probability: float,
+    draws: int,
+    seed: int,
+) -> tuple[Array, Array, str]:
+    """Bounds and statement of a `QuantileBand`; see `Band.quantiles`."""
+    checks = Checks()
+    if not isinstance(random, Mapping) or not random:
+        checks.add(f"random must map names to distributions, got {random!r}", wrong_type=True)
+        checks.finish()
+    for name, given in random.items():
+        if name not in surrogate.intervals:
+            checks.add(f'unknown parameter "{name}"{did_you_mean(name, surrogate.intervals)}')
+        elif not isinstance(given, Normal | Uniform):
+            checks.add(
+                f'random["{name}"] must be normal(...) or uniform(...), got {given!r}', wrong_type=True
+            )
+        else:
+            side, (least, most) = surrogate.intervals[name], given.reach
+            slack = 1e-12 * max(abs(side.lower), abs(side.upper))
+            if least < side.lower - slack or most > side.upper + slack:
+                checks.add(
+                    f'random["{name}"] reaches from {least!r} to {most!r}, beyond the interval '
+                    f"[{side.lower!r}, {side.upper!r}] of the runs"
+                )
+    share = checks.real("probability", probability, "-", above=0.0, below=1.0)
+    # Each tail must hold a draw.
+    count = checks.whole("draws", draws, least=math.ceil(2.0 / (1.0 - share)) if share < 1.0 else 1)
+    start = checks.whole("seed", seed, least=0)
+    checks.finish()
+
+    lows, highs = _worst_of_draws(surrogate, random, count, np.random.default_rng(start))
+    tail = 0.5 * (1.0 - share)
+    lower = np.quantile(lows, tail, axis=0, method="lower")
+    upper = np.quantile(highs, 1.0 - tail, axis=0, method="higher")
+    rest = [name for name in surrogate.intervals if name not in random]
+    are = "is in its interval" if len(rest) == 1 else "are in their intervals"
+    whatever = f", whatever {' and '.join(rest)} {are}" if rest else ""
+    statement = (
+        f"At each instant the output is between the bounds with a probability of at least {share:g} over "
+        f"{' and '.join(random)}{whatever}; estimated with {count} draws from the fitted polynomial, all "
+        "random parameters independent."
+    )
+    return lower, upper, statement
+
+
+def _worst_of_draws(
+    surrogate: Surrogate, random: Mapping[str, Normal | Uniform], draws: int, rng: np.random.Generator
+) -> tuple[Array, Array]:
+    """Lowest and highest value over the interval parameters for each draw, shape (draws, samples)."""
+    names = list(surrogate.intervals)
+    weights = np.ones((draws, 1))
+    axes = [names.index(name) for name in random]
+    for name, axis in zip(random, axes, strict=True):
+        side = surrogate.intervals[name]
+        # Latin hypercube: one draw in each of `draws` equally probable strata of every parameter.
+        shares = (rng.permutation(draws) + rng.random(draws)) / draws
+        x = (random[name].inside(side, shares) - side.midpoint) / side.half_width
+        basis = np.cos(np.arange(surrogate.degrees[axis] + 1) * np.arccos(np.clip(x, -1.0, 1.0))[:, None])
+        weights = (weights[:, :, None] * basis[:, None, :]).reshape(draws, -1)
+    samples = surrogate.terms.shape[1]
+    c = np.moveaxis(surrogate.coefficients, axes, range(len(axes)))
+    c = c.reshape(weights.shape[1], -1)
+    degrees = [degree for axis, degree in enumerate(surrogate.degrees) if axis not in axes]
+    lows, highs = np.empty((draws, samples)), np.empty((draws, samples))
+    step = max(1, _AT_ONCE // samples)
+    for first in range(0, draws, step):
+        inserted = (weights[first : first + step] @ c).reshape(-1, c.shape[1] // samples, samples)
+        if not degrees:
+            lows[first : first + step] = highs[first : first + step] = inserted[:, 0, :]
+            continue
+        terms = np.ascontiguousarray(np.moveaxis(inserted, 1, 0).reshape(inserted.shape[1], -1))
+        found = _core.polynomial_ranges(terms, degrees)
+        lows[first : first + step] = found["lower"].reshape(-1, samples)
+        highs[first : first + step] = found["upper"].reshape(-1, samples)
+    return lows, highs
