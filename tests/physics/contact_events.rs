@@ -348,3 +348,41 @@ fn gate_07_a_long_run_may_take_the_steps_that_its_first_impacts_need() {
         assert!((ours.time - theirs.time).abs() < 1e-5 * theirs.time, "{ours:?} {theirs:?}");
     }
 }
+
+/// Length of the first step [s] after the onset of an elastic impact whose force grows as a power of the
+/// penetration.
+fn first_step(exponent: f64, rtol: f64) -> f64 {
+    let mut scene = journal(1e-3, Damping::Elastic);
+    let Joint::Clearance { contact, .. } = &mut scene.joints[0] else { unreachable!() };
+    *contact = NormalLaw { stiffness: 1e7, exponent, damping: Damping::Elastic };
+    let mechanism = compile(&scene);
+    // Wide tolerances: the error refuses no step.
+    let settings = Settings {
+        rtol,
+        method: Method::Rodas5P,
+        position_tolerance: Some(1e-6),
+        velocity_tolerance: Some(1.0),
+        ..Settings::new(2e-3, 2)
+    };
+    let steps = std::cell::RefCell::new(vec![0.0]);
+    let start = State { q: vec![0.0; 3], v: vec![1.0, 0.0, 0.0] };
+    let monitor = |t: f64| {
+        steps.borrow_mut().push(t);
+        true
+    };
+    let run = simulate_from(&mechanism, &start, &settings, &monitor).unwrap();
+    assert_eq!((run.status, run.events[0].kind), (Status::Done, EventKind::Onset));
+    let onset = run.events[0].time;
+    let next = steps.borrow().iter().copied().find(|&t| t > onset).expect("a step after the onset");
+    next - onset
+}
+
+#[test]
+fn the_first_step_after_an_onset_follows_the_order_that_the_contact_law_leaves() {
+    // The velocity begins as t^(n + 1): a step of that error is as long as rtol^(1/(n + 1)).
+    for exponent in [1.0, 1.5, 2.0, 2.5] {
+        let ratio = first_step(exponent, 1e-5) / first_step(exponent, 1e-9);
+        let order = 4.0 / ratio.log10();
+        assert!((order - (exponent + 1.0)).abs() < 0.01, "{exponent}: {order}");
+    }
+}

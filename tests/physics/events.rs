@@ -231,12 +231,14 @@ fn a_dip_between_flat_ends_of_a_step_is_found() {
 
 #[test]
 fn a_crossing_and_return_between_two_samples_are_both_found() {
-    for width in [1e-1, 1e-2, 1e-3, 1e-4] {
+    let widths = [1e-1, 1e-2, 1e-3, 1e-4];
+    for (width, rates_known) in widths.into_iter().flat_map(|width| [(width, true), (width, false)]) {
         for k in 1..20 {
             let center = f64::from(k) / 20.0 + 0.001;
             let dip = of_time(move |t| ((t - center).powi(2) - width * width, 2.0 * (t - center)));
             let mut system = Switching::clock(vec![dip]);
             system.overshoot = 1e-15;
+            system.rates_known = rates_known;
             system.tick(1.0);
             let inside: Vec<(usize, f64)> = [center - width, center + width]
                 .into_iter()
@@ -426,6 +428,24 @@ fn a_guard_that_only_the_dense_output_crosses_hides_no_event_of_another() {
     let (outcome, _) = system.run([0.0, h], 1.0, 0.0);
     assert_eq!(outcome.status, Status::Done);
     system.expect(&[(1, 2.6), (1, 2.8)], 1e-13);
+}
+
+#[test]
+fn a_landing_on_a_guard_that_draws_the_secant_to_one_side_is_not_given_up() {
+    // Of an oscillator's long step the dense output is a poor one, so that the landing is found by bracketing;
+    // beyond its zero the guard falls like exp(k q).
+    for steepness in [20.0, 60.0, 200.0] {
+        for place in [-0.6, -0.3, 0.1, 0.4] {
+            let cliff: GuardLaw = Box::new(move |_, q, _| (1.0 - (steepness * (place - q)).exp(), f64::NAN));
+            let mut system = Switching::new(|q, _| (-q, -1.0), vec![cliff]);
+            system.tolerance = 1e3;
+            system.overshoot = 1e-9;
+            let limits = Limits { first_step: Some(3.0), max_events: 1, ..Limits::default() };
+            system.run_within(limits, [0.0, 3.0], 1.0, 0.0);
+            let (_, t, value) = system.events[0];
+            assert!((-1e-9..=0.0).contains(&value), "{steepness} {place}: {value:e} at {t}");
+        }
+    }
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The loop over the steps: step control, landing on events, changes of phase.
+//! The loop over the steps: step control, projections, what an accepted step changes.
 
 use crate::integrators::events::{EventFinder, Guard};
 use crate::integrators::rosenbrock::Rosenbrock;
@@ -17,11 +17,6 @@ const UNPREDICTED_STEPS: usize = 2;
 /// Part of what remains of a run that counts as time already passed where the shortest step is asked
 /// for: at time zero there is no rounding of the time to measure it by.
 const EARLIEST: f64 = 1e-8;
-/// Changes of phase at one instant, beyond one of every guard, before the run is given up: each shortens
-/// the next step by [`FAILURE_FACTOR`], so the last is a rounding of the first.
-const STANDING_EVENTS: usize = 16;
-/// Attempts to land on one event; each is a step taken anew, two are the rule.
-const LANDING_ATTEMPTS: usize = 20;
 
 /// Largest [`Stepper::reliance`] of a step in which a contact breaks away. Beyond it the step follows the
 /// steep friction of its start, the error estimate is damped by the same slope, and it may swing past the
@@ -31,19 +26,19 @@ const LANDING_ATTEMPTS: usize = 20;
 const LARGEST_RELIANCE: f64 = 10.0;
 
 /// The integration in progress.
-struct Run<'a> {
-    system: &'a mut dyn HybridSystem,
-    method: &'a mut dyn Stepper,
-    finder: EventFinder,
-    limits: Limits,
-    stats: Stats,
-    t: f64,
-    q: Vec<f64>,
-    v: Vec<f64>,
+pub(super) struct Run<'a> {
+    pub(super) system: &'a mut dyn HybridSystem,
+    pub(super) method: &'a mut dyn Stepper,
+    pub(super) finder: EventFinder,
+    pub(super) limits: Limits,
+    pub(super) stats: Stats,
+    pub(super) t: f64,
+    pub(super) q: Vec<f64>,
+    pub(super) v: Vec<f64>,
     position_tolerance: Vec<f64>,
     velocity_tolerance: Vec<f64>,
-    start_guards: Vec<Guard>,
-    end_guards: Vec<Guard>,
+    pub(super) start_guards: Vec<Guard>,
+    pub(super) end_guards: Vec<Guard>,
     /// Error and length of the last accepted step, for the predictive controller.
     last_error: f64,
     last_step: f64,
@@ -51,13 +46,13 @@ struct Run<'a> {
     /// The present step was not accepted at the first attempt.
     was_rejected: bool,
     /// Events in a row that did not advance the time.
-    standing_events: usize,
+    pub(super) standing_events: usize,
     /// Where the end began to shorten the steps.
     checkpoint: Option<Checkpoint>,
     /// The dense output of the present step is complete.
-    dense: bool,
+    pub(super) dense: bool,
     /// A contact that stuck at the start of the step slides at its end.
-    breaks_away: bool,
+    pub(super) breaks_away: bool,
     /// Why the last attempt was refused, as the run ends if no shorter step helps.
     refusal: Status,
     /// End of the present step on the constraints, and how it came there.
@@ -65,9 +60,9 @@ struct Run<'a> {
     next_v: Vec<f64>,
     projection: Projection,
     /// State and guards inside a step.
-    inner_q: Vec<f64>,
-    inner_v: Vec<f64>,
-    inner_guards: Vec<Guard>,
+    pub(super) inner_q: Vec<f64>,
+    pub(super) inner_v: Vec<f64>,
+    pub(super) inner_guards: Vec<Guard>,
 }
 
 /// Integrates with a Rosenbrock method from `t` to `end`; `q` and `v` are the start and become
@@ -149,7 +144,8 @@ pub fn resume_with(
     Outcome { status, time: run.t, guard, stats: run.stats, checkpoint: run.checkpoint }
 }
 
-type Failure = (Status, Option<usize>);
+/// Why an integration cannot go on, and at which guard.
+pub(super) type Failure = (Status, Option<usize>);
 
 impl Run<'_> {
     fn advance(&mut self, from: &Checkpoint, end: f64) -> Result<(), Failure> {
@@ -207,7 +203,7 @@ impl Run<'_> {
     }
 
     /// Reads tolerances and guards after a change of phase.
-    fn restart(&mut self) {
+    pub(super) fn restart(&mut self) {
         self.system.tolerances(&mut self.position_tolerance, &mut self.velocity_tolerance);
         self.method.weigh(&self.position_tolerance, &self.velocity_tolerance);
         self.system.guards(self.t.into(), &self.q, &self.v, &mut self.start_guards);
@@ -222,11 +218,11 @@ impl Run<'_> {
     }
 
     /// Shortest part of a step of length `h` that advances the time.
-    fn resolution(&mut self, h: f64) -> f64 {
+    pub(super) fn resolution(&mut self, h: f64) -> f64 {
         16.0 * f64::EPSILON * (self.t.abs() + h)
     }
 
-    fn take(&mut self, h: f64) -> bool {
+    pub(super) fn take(&mut self, h: f64) -> bool {
         self.dense = false;
         // To the next number: the step after this one begins where this one ended, to the last bit. The first
         // few may miss it, which multiply the time: then their difference is rounded as well.
@@ -350,128 +346,6 @@ impl Run<'_> {
         if (end - next).abs() <= rounding { end } else { next }
     }
 
-    /// Looks for an event on the step; if there is one, takes the step again so that it ends
-    /// just behind it, and returns the guard.
-    fn land(&mut self) -> Result<Option<usize>, Failure> {
-        if self.start_guards.is_empty() {
-            return Ok(None);
-        }
-        self.read_end_guards();
-        if !self.suspicious() {
-            return Ok(None);
-        }
-        self.finish_dense()?;
-        let located = self
-            .finder
-            .earliest(self.system, self.method.step(), &self.start_guards, &self.end_guards)
-            .map_err(|failure| (Status::EventLocation, Some(failure.index)))?;
-        let Some(event) = located else { return Ok(None) };
-        let full = self.method.step().h;
-        let resolution = self.resolution(full);
-        if event.theta * full < resolution {
-            return self.land_on_the_spot(event.index);
-        }
-        self.read_guards_inside(event.theta);
-        let guard = self.inner_guards[event.index];
-        let mut h = event.theta * full;
-        if guard.rate < 0.0 {
-            h = (h - 0.5 * guard.overshoot / guard.rate).min(full);
-        }
-        // The guard is positive at `low` and spent at `high`.
-        let mut low = (0.0, self.start_guards[event.index].value);
-        let mut high = (full, f64::NAN);
-        for _ in 0..LANDING_ATTEMPTS {
-            self.retake(h, event.index)?;
-            let guard = self.end_guards[event.index];
-            if guard.value <= 0.0 {
-                high = (h, guard.value);
-                if -guard.value <= guard.overshoot {
-                    return Ok(Some(event.index));
-                }
-            } else {
-                low = (h, guard.value);
-            }
-            if high.0 - low.0 <= resolution {
-                break;
-            }
-            // Newton, or the secant where the rate is unknown, aiming behind the surface so that
-            // the sign is already that of the new phase.
-            let target = -0.5 * guard.overshoot;
-            let rate = if guard.rate.is_nan() { (high.1 - low.1) / (high.0 - low.0) } else { guard.rate };
-            let next = h - (guard.value - target) / rate;
-            h = if next > low.0 && next < high.0 { next } else { 0.5 * (low.0 + high.0) };
-        }
-        if high.1.is_nan() {
-            // The re-taken, more accurate steps never reached the surface: it was grazed within the
-            // tolerance. Up to there the step is an ordinary one, and no other guard fell before.
-            self.retake(event.theta * full, event.index)?;
-            return Ok(None);
-        }
-        // The bracket is as narrow as the time or the attempts allow: end behind the event.
-        self.retake(high.0, event.index)?;
-        Ok(Some(event.index))
-    }
-
-    /// Whether an event may lie on the step: judged by its ends and its middle. Ends alone miss a dip
-    /// between two flat ends.
-    fn suspicious(&mut self) -> bool {
-        let step = self.method.step();
-        let (middle, h) = (step.instant(0.5), step.h);
-        if EventFinder::suspicious(h, &self.start_guards, &self.end_guards) {
-            return true;
-        }
-        self.method.glance(0.5, &mut self.inner_q, &mut self.inner_v);
-        self.system.guards(middle, &self.inner_q, &self.inner_v, &mut self.inner_guards);
-        EventFinder::suspicious(0.5 * h, &self.start_guards, &self.inner_guards)
-            || EventFinder::suspicious(0.5 * h, &self.inner_guards, &self.end_guards)
-    }
-
-    /// Completes the dense output of the step, once.
-    fn finish_dense(&mut self) -> Result<(), Failure> {
-        if !self.dense && !self.method.finish_dense(self.system, &mut self.stats) {
-            return Err((Status::NonFinite, None));
-        }
-        self.dense = true;
-        Ok(())
-    }
-
-    /// Guards on the finished dense output.
-    fn read_guards_inside(&mut self, theta: f64) {
-        let step = self.method.step();
-        step.at(theta, &mut self.inner_q, &mut self.inner_v);
-        self.system.guards(step.instant(theta), &self.inner_q, &self.inner_v, &mut self.inner_guards);
-    }
-
-    /// Takes the step again with another length, for a landing.
-    fn retake(&mut self, h: f64, guard: usize) -> Result<(), Failure> {
-        self.stats.landings += 1;
-        if !self.take(h) {
-            return Err((Status::NonFinite, Some(guard)));
-        }
-        self.read_end_guards();
-        Ok(())
-    }
-
-    /// The phase changes where the step began: a step of length zero.
-    fn land_on_the_spot(&mut self, guard: usize) -> Result<Option<usize>, Failure> {
-        self.standing_events += 1;
-        if self.standing_events > self.start_guards.len() + STANDING_EVENTS {
-            return Err((Status::EventLocation, Some(guard)));
-        }
-        let step = self.method.step();
-        step.h = 0.0;
-        step.end.copy_from_slice(&step.start);
-        self.end_guards.copy_from_slice(&self.start_guards);
-        Ok(Some(guard))
-    }
-
-    fn read_end_guards(&mut self) {
-        let step = self.method.step();
-        let (q, v) = step.end.split_at(step.end.len() / 2);
-        self.system.guards(step.instant(1.0), q, v, &mut self.end_guards);
-        self.breaks_away = self.system.breaks_away();
-    }
-
     /// Moves to the end of the step.
     fn accept(&mut self, end: f64, cut: bool) -> Result<(), Failure> {
         let h = self.method.step().h;
@@ -498,31 +372,6 @@ impl Run<'_> {
             self.system.guards(self.t.into(), &self.q, &self.v, &mut self.start_guards);
         }
         if go_on { Ok(()) } else { Err((Status::Cancelled, None)) }
-    }
-
-    /// Crosses the guard, and every other guard that is spent at the same instant, in order.
-    fn change_phase(&mut self, index: usize) -> Result<f64, Failure> {
-        let mut bound = f64::INFINITY;
-        for other in 0..self.start_guards.len() {
-            let guard = self.start_guards[other];
-            // Spent to rounding and falling; a guard that rises from zero has just been crossed. Where the
-            // rate is unknown only the sign can tell: two that both hover at zero would cross each other.
-            let unknown = guard.rate.is_nan();
-            let spent = if unknown {
-                guard.value < -guard.resolution
-            } else {
-                guard.value <= 8.0 * guard.resolution && guard.rate <= 0.0
-            };
-            if other == index || spent {
-                if self.stats.events == self.limits.max_events {
-                    return Err((Status::MaxEvents, Some(other)));
-                }
-                self.stats.events += 1;
-                bound = bound.min(self.system.cross(other, self.t, &self.q, &self.v));
-            }
-        }
-        self.restart();
-        Ok(bound)
     }
 
     /// Length of the next step, after an accepted one of length `h` with `error`.

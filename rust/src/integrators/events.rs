@@ -52,6 +52,12 @@ pub struct LocationFailure {
 /// the slope test between them only two extrema within an eighth of a step could be missed.
 const PIECES: usize = 8;
 
+/// Ratio of the golden section.
+const GOLDEN: f64 = 0.618_033_988_749_894_8;
+/// Sections of the search for a minimum without its rate: it is known to 3e-8 of an eighth of the step, and its
+/// value, where it is flat, to rounding.
+const SECTIONS: usize = 36;
+
 /// Iterations of the root and minimum searches: bisection alone would need 53.
 const ITERATIONS: usize = 60;
 
@@ -135,7 +141,7 @@ impl EventFinder {
             }
             let (mut a, mut b) = (piece as f64 / PIECES as f64, (piece + 1) as f64 / PIECES as f64);
             let mut bracketed = right.crossed();
-            if !bracketed && left.rate < 0.0 && right.rate > 0.0 {
+            if !bracketed && self.may_dip(piece, index) {
                 let (theta, lowest) = self.minimum(system, step, index, a, b);
                 bracketed = lowest.crossed();
                 if bracketed {
@@ -183,6 +189,25 @@ impl EventFinder {
         self.trial[index]
     }
 
+    /// Whether a guard falls at the start of a piece and rises at its end. Where the rate is unknown, the
+    /// parabolas through neighbouring samples tell, and whether their bend reaches down to zero.
+    fn may_dip(&self, piece: usize, index: usize) -> bool {
+        let guard = |sample: usize| self.samples[sample * self.count + index];
+        let (left, right) = (guard(piece), guard(piece + 1));
+        if !left.rate.is_nan() && !right.rate.is_nan() {
+            return left.rate < 0.0 && right.rate > 0.0;
+        }
+        let parabola = |sample: usize| {
+            let middle = sample.clamp(1, PIECES - 1);
+            let [a, b, c] = [middle - 1, middle, middle + 1].map(|sample| guard(sample).value);
+            let bend = a - 2.0 * b + c;
+            (0.5 * (c - a) + bend * (sample as f64 - middle as f64), bend)
+        };
+        let ((falls, first), (rises, second)) = (parabola(piece), parabola(piece + 1));
+        // The lowest point of a parabola lies an eighth of its bend below the lower end at most.
+        falls <= 0.0 && rises >= 0.0 && left.value.min(right.value) <= first.max(second)
+    }
+
     /// Lowest value between a falling and a rising end, by bisection on the rate.
     fn minimum(
         &mut self,
@@ -202,9 +227,37 @@ impl EventFinder {
             if guard.crossed() || !(theta > a && theta < b) {
                 break;
             }
+            if guard.rate.is_nan() {
+                return self.minimum_by_sections(system, step, index, [a, b]);
+            }
             if guard.rate < 0.0 { a = theta } else { b = theta }
         }
         lowest
+    }
+
+    /// The same where the rate is unknown, by golden sections; any crossed value will do.
+    fn minimum_by_sections(
+        &mut self,
+        system: &mut dyn HybridSystem,
+        step: &DenseStep,
+        index: usize,
+        [mut a, mut b]: [f64; 2],
+    ) -> (f64, Guard) {
+        let mut at = |theta: f64| (theta, self.evaluate(system, step, index, theta));
+        let (mut left, mut right) = (at(b - GOLDEN * (b - a)), at(a + GOLDEN * (b - a)));
+        for _ in 0..SECTIONS {
+            if left.1.crossed() || right.1.crossed() {
+                break;
+            }
+            if left.1.value < right.1.value {
+                (b, right) = (right.0, left);
+                left = at(b - GOLDEN * (b - a));
+            } else {
+                (a, left) = (left.0, right);
+                right = at(a + GOLDEN * (b - a));
+            }
+        }
+        if left.1.value < right.1.value { left } else { right }
     }
 
     /// Root between `a` (value > 0) and `b` (value < 0): the Illinois variant of regula falsi,

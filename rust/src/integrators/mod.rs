@@ -9,6 +9,7 @@ pub mod dense;
 pub mod dop853;
 mod dop853_coefficients;
 pub mod events;
+mod landing;
 pub mod rosenbrock;
 mod stages;
 pub mod tableaus;

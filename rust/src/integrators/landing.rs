@@ -1,0 +1,162 @@
+//! Landing on events: a step on which one lies is taken again so that it ends just behind it.
+
+use crate::integrators::Status;
+use crate::integrators::control::{Failure, Run};
+use crate::integrators::events::EventFinder;
+
+/// Changes of phase at one instant, beyond one of every guard, before the run is given up: each shortens
+/// the next step tenfold, so the last is a rounding of the first.
+const STANDING_EVENTS: usize = 16;
+/// Attempts to land on one event by Newton's method; each is a step taken anew, two are the rule. After them
+/// the bracket is halved: a guard that is steep on one side draws the secant to the other.
+const LANDING_ATTEMPTS: usize = 20;
+
+impl Run<'_> {
+    /// Looks for an event on the step; if there is one, takes the step again so that it ends
+    /// just behind it, and returns the guard.
+    pub(super) fn land(&mut self) -> Result<Option<usize>, Failure> {
+        if self.start_guards.is_empty() {
+            return Ok(None);
+        }
+        self.read_end_guards();
+        if !self.suspicious() {
+            return Ok(None);
+        }
+        self.finish_dense()?;
+        let located = self
+            .finder
+            .earliest(self.system, self.method.step(), &self.start_guards, &self.end_guards)
+            .map_err(|failure| (Status::EventLocation, Some(failure.index)))?;
+        let Some(event) = located else { return Ok(None) };
+        let full = self.method.step().h;
+        let resolution = self.resolution(full);
+        if event.theta * full < resolution {
+            return self.land_on_the_spot(event.index);
+        }
+        self.read_guards_inside(event.theta);
+        let guard = self.inner_guards[event.index];
+        let mut h = event.theta * full;
+        if guard.rate < 0.0 {
+            h = (h - 0.5 * guard.overshoot / guard.rate).min(full);
+        }
+        // The guard is positive at `low` and spent at `high`.
+        let mut low = (0.0, self.start_guards[event.index].value);
+        let mut high = (full, f64::NAN);
+        for attempt in 1.. {
+            self.retake(h, event.index)?;
+            let guard = self.end_guards[event.index];
+            if guard.value <= 0.0 {
+                high = (h, guard.value);
+                if -guard.value <= guard.overshoot {
+                    return Ok(Some(event.index));
+                }
+            } else {
+                low = (h, guard.value);
+            }
+            let exhausted = attempt >= LANDING_ATTEMPTS;
+            if high.0 - low.0 <= resolution || exhausted && high.1.is_nan() {
+                break;
+            }
+            // Newton, or the secant where the rate is unknown, aiming behind the surface so that
+            // the sign is already that of the new phase.
+            let target = -0.5 * guard.overshoot;
+            let rate = if guard.rate.is_nan() { (high.1 - low.1) / (high.0 - low.0) } else { guard.rate };
+            let next = h - (guard.value - target) / rate;
+            h = if next > low.0 && next < high.0 && !exhausted { next } else { 0.5 * (low.0 + high.0) };
+        }
+        if high.1.is_nan() {
+            // The re-taken, more accurate steps never reached the surface: it was grazed within the
+            // tolerance. Up to there the step is an ordinary one, and no other guard fell before.
+            self.retake(event.theta * full, event.index)?;
+            return Ok(None);
+        }
+        // The bracket is as narrow as the time allows: end behind the event.
+        self.retake(high.0, event.index)?;
+        Ok(Some(event.index))
+    }
+
+    /// Whether an event may lie on the step: judged by its ends and its middle. Ends alone miss a dip
+    /// between two flat ends.
+    fn suspicious(&mut self) -> bool {
+        let step = self.method.step();
+        let (middle, h) = (step.instant(0.5), step.h);
+        if EventFinder::suspicious(h, &self.start_guards, &self.end_guards) {
+            return true;
+        }
+        self.method.glance(0.5, &mut self.inner_q, &mut self.inner_v);
+        self.system.guards(middle, &self.inner_q, &self.inner_v, &mut self.inner_guards);
+        EventFinder::suspicious(0.5 * h, &self.start_guards, &self.inner_guards)
+            || EventFinder::suspicious(0.5 * h, &self.inner_guards, &self.end_guards)
+    }
+
+    /// Completes the dense output of the step, once.
+    pub(super) fn finish_dense(&mut self) -> Result<(), Failure> {
+        if !self.dense && !self.method.finish_dense(self.system, &mut self.stats) {
+            return Err((Status::NonFinite, None));
+        }
+        self.dense = true;
+        Ok(())
+    }
+
+    /// Guards on the finished dense output.
+    fn read_guards_inside(&mut self, theta: f64) {
+        let step = self.method.step();
+        step.at(theta, &mut self.inner_q, &mut self.inner_v);
+        self.system.guards(step.instant(theta), &self.inner_q, &self.inner_v, &mut self.inner_guards);
+    }
+
+    /// Takes the step again with another length, for a landing.
+    fn retake(&mut self, h: f64, guard: usize) -> Result<(), Failure> {
+        self.stats.landings += 1;
+        if !self.take(h) {
+            return Err((Status::NonFinite, Some(guard)));
+        }
+        self.read_end_guards();
+        Ok(())
+    }
+
+    /// The phase changes where the step began: a step of length zero.
+    fn land_on_the_spot(&mut self, guard: usize) -> Result<Option<usize>, Failure> {
+        self.standing_events += 1;
+        if self.standing_events > self.start_guards.len() + STANDING_EVENTS {
+            return Err((Status::EventLocation, Some(guard)));
+        }
+        let step = self.method.step();
+        step.h = 0.0;
+        step.end.copy_from_slice(&step.start);
+        self.end_guards.copy_from_slice(&self.start_guards);
+        Ok(Some(guard))
+    }
+
+    fn read_end_guards(&mut self) {
+        let step = self.method.step();
+        let (q, v) = step.end.split_at(step.end.len() / 2);
+        self.system.guards(step.instant(1.0), q, v, &mut self.end_guards);
+        self.breaks_away = self.system.breaks_away();
+    }
+
+    /// Crosses the guard, and every other guard that is spent at the same instant, in order.
+    pub(super) fn change_phase(&mut self, index: usize) -> Result<f64, Failure> {
+        let mut bound = f64::INFINITY;
+        for other in 0..self.start_guards.len() {
+            let guard = self.start_guards[other];
+            // Spent to rounding and falling; a guard that rises from zero has just been crossed. Where the
+            // rate is unknown only the sign can tell: two that both hover at zero would cross each other.
+            let unknown = guard.rate.is_nan();
+            let spent = if unknown {
+                guard.value < -guard.resolution
+            } else {
+                guard.value <= 8.0 * guard.resolution && guard.rate <= 0.0
+            };
+            if other == index || spent {
+                if self.stats.events == self.limits.max_events {
+                    return Err((Status::MaxEvents, Some(other)));
+                }
+                self.stats.events += 1;
+                bound = bound.min(self.system.cross(other, self.t, &self.q, &self.v));
+            }
+        }
+        self.restart();
+        Ok(bound)
+    }
+}
