@@ -125,6 +125,22 @@ fn breaks_are_the_inner_knots_and_a_knot_met_to_rounding_is_passed() {
 }
 
 #[test]
+fn points_as_close_as_the_times_can_tell_are_no_step_too_short() {
+    for gap in [4e-16, 4e-15, 1e-14, 1e-12, 1e-6] {
+        // A ramp, so that the close points are on the line that the others give.
+        let times =
+            [0.0, 1.0, 2.0, 2.0 * (1.0 + gap), 2.0 * (1.0 + 2.0 * gap), 2.0 * (1.0 + 3.5 * gap), 3.0, 4.0];
+        let mechanism = compile(&wheel(0.7, table(&times, &times)));
+        for method in [Method::Rodas5P, Method::Dop853] {
+            let run = simulate(&mechanism, &Settings { method, ..Settings::new(4.0, 5) }, &|_| true).unwrap();
+            assert_eq!(run.status.word(), "done", "{gap:e}: {}", run.message());
+            let exact = 4.0_f64.powi(3) / 6.0 / 0.7;
+            assert!((run.end.q[0] - exact).abs() < 1e-6 * exact, "{gap:e}: {} {exact}", run.end.q[0]);
+        }
+    }
+}
+
+#[test]
 fn bad_points_are_refused_in_words() {
     for (times, values, words) in [
         (vec![], vec![], "at least two; got 0 times and 0 values"),

@@ -14,6 +14,8 @@ const LARGEST_FACTOR: f64 = 5.0;
 /// Accepted steps after a restart that are controlled by the present error alone: the predictive
 /// controller would compare with a step of the phase before.
 const UNPREDICTED_STEPS: usize = 2;
+/// Error [tolerances] below which a step says nothing of the next one but that it may be longer.
+const LEAST_ERROR: f64 = 1e-8;
 /// Part of what remains of a run that counts as time already passed where the shortest step is asked
 /// for: at time zero there is no rounding of the time to measure it by.
 const EARLIEST: f64 = 1e-8;
@@ -377,9 +379,9 @@ impl Run<'_> {
     /// Length of the next step, after an accepted one of length `h` with `error`.
     fn next_step(&mut self, h: f64, error: f64) -> f64 {
         let exponent = 1.0 / (self.method.embedded_order() as f64 + 1.0);
-        let error = error.max(1e-8);
+        let error = error.max(LEAST_ERROR);
         let mut factor = self.factor(error);
-        if self.steps_since_restart > UNPREDICTED_STEPS && self.last_step > 0.0 {
+        if self.steps_since_restart > UNPREDICTED_STEPS && self.last_step > 0.0 && error > LEAST_ERROR {
             // Gustafsson: the error is taken to change as it did over the last step.
             let trend = h / self.last_step * (self.last_error / error).powf(exponent);
             factor = factor.min((factor * trend).max(SMALLEST_FACTOR));

@@ -184,6 +184,8 @@ pub struct Spline {
 /// Distance from a knot, relative to the piece before it, within which a time counts as the knot:
 /// steps end there to rounding only.
 const AT_KNOT: f64 = 1e-9;
+/// The same relative to the time: twice the shortest step, which could not lead from there to the knot.
+const CLOSE_KNOT: f64 = 32.0 * f64::EPSILON;
 
 impl Spline {
     /// The spline through `values` at `times`.
@@ -223,9 +225,15 @@ impl Spline {
     /// The piece that holds from `t` on.
     fn piece(&self, t: f64) -> usize {
         let last = self.pieces.len() - 1;
-        let piece = self.times[1..].partition_point(|&knot| knot <= t).min(last);
-        let width = self.times[piece + 1] - self.times[piece];
-        if piece < last && self.times[piece + 1] - t <= AT_KNOT * width { piece + 1 } else { piece }
+        let mut piece = self.times[1..].partition_point(|&knot| knot <= t).min(last);
+        while piece < last {
+            let [start, end] = [self.times[piece], self.times[piece + 1]];
+            if end - t > (AT_KNOT * (end - start)).max(CLOSE_KNOT * t.abs()) {
+                break;
+            }
+            piece += 1;
+        }
+        piece
     }
 
     fn next_break(&self, t: f64) -> f64 {
