@@ -361,7 +361,7 @@ fn first_step(exponent: f64, rtol: f64) -> f64 {
         rtol,
         method: Method::Rodas5P,
         position_tolerance: Some(1e-6),
-        velocity_tolerance: Some(1.0),
+        velocity_tolerance: Some(0.5),
         ..Settings::new(2e-3, 2)
     };
     let steps = std::cell::RefCell::new(vec![0.0]);

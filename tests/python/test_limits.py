@@ -141,3 +141,32 @@ def test_results_of_studies_are_compared_with_nothing_else():
     for pair, name in (((result, result["block.y"]), "reference"), ((3, result), "result")):
         with pytest.raises(TypeError, match=rf"^{name} must be a StudyResult, as Study\.chebyshev and"):
             cc.compare(*pair)
+
+
+def test_a_drive_too_fast_for_numbers_is_named():
+    for scene in (cc.mechanisms.slider_crank, cc.mechanisms.six_bar):
+        with pytest.raises(cc.SceneError, match=r'^drives: "drive" starts at 1.000e300 \[rad/s\]') as raised:
+            scene(crank_speed=1e300).check()
+        assert "singular" not in str(raised.value)
+
+
+def test_forces_too_large_for_numbers_are_no_singular_mass_matrix():
+    with pytest.raises(cc.SceneError, match="start accelerations are no finite numbers"):
+        cc.mechanisms.slider_crank(gravity=1.7e308).check()
+
+
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+def test_max_steps_holds_where_drives_prescribe_the_motion():
+    # At 1e100 rad/s every number of the time is a pose of its own: without a limit the run never ended.
+    ideal = cc.mechanisms.four_bar(crank_speed=1e100, clearance_at=())
+    run = cc.simulate(ideal, 1e-3, 3, max_steps=100, on_failure="return")
+    assert (run.status, run.stats.steps) == ("max_steps", 100)
+    assert cc.simulate(cc.mechanisms.four_bar(clearance_at=()), 1e-3, 3, max_steps=100).success
+
+
+def test_refused_steps_count_as_the_documentation_says():
+    run = cc.simulate(cc.mechanisms.quick_return(), 0.03, 3, max_steps=500, on_failure="return")
+    assert run.status == "max_steps" and run.stats.rejected > 0
+    assert run.stats.steps + run.stats.rejected == 500
+    for function in (cc.simulate, cc.tradeoff, cc.Study):
+        assert "Attempted steps, accepted or refused" in " ".join(function.__doc__.split())

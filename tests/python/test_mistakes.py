@@ -317,6 +317,19 @@ def test_loops_that_would_not_close():
     assert cc.simulate(hanging(rocker_mass=0.3), 0.01, 11, start=run.end).success
 
 
+@QUIET
+def test_another_length_would_make_a_prescribed_mechanism_jump():
+    ideal = {"clearance_at": ()}
+    run = cc.simulate(MECHANISMS.four_bar(**ideal), 0.01, 11)
+    with pytest.raises(
+        cc.SceneError, match=r'joint "crank_pin" would jump from .* lengths do not fit'
+    ) as raised:
+        cc.simulate(MECHANISMS.four_bar(coupler_length=0.101, **ideal), 0.01, 11, start=run.end)
+    assert len(raised.value.problems) == 1
+    more = cc.simulate(MECHANISMS.four_bar(coupler_mass=0.3, **ideal), 0.01, 11, start=run.end)
+    assert more["rocker.angle"][0] == pytest.approx(run["rocker.angle"][-1], abs=1e-12)
+
+
 def test_the_angle_of_a_pin_is_no_displacement():
     bob = cc.Body("bob", mass=1.0, inertia=0.01, points={"A": (0.0, 0.5)})
     pinned = cc.Scene([bob], [cc.Revolute("joint", "ground", "bob.A")], [cc.Gravity((1.0, -9.81))])

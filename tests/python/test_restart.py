@@ -33,6 +33,11 @@ SCENES = {
     "six-bar": (MECHANISMS.six_bar(), 1 / 64),
     "journal at rest": (MECHANISMS.free_journal(), 1 / 32),
     "driven by a table": (with_drive(PLAY, table(1 / 64, 3.0)), 1 / 64),
+    "driven from rest": (with_drive(PLAY, cc.Polynomial((0.4, 0.0, 0.0, 5e5))), 1 / 64),
+    "pushed harder and harder": (
+        dataclasses.replace(PLAY, drives=(), forces=[cc.Torque("motor", "crank", cc.Polynomial((0.0, 1e3)))]),
+        1 / 32,
+    ),
     "prescribed loop": (IDEAL, 1 / 4),
     "prescribed loop by a table": (with_drive(IDEAL, table(1.0)), 1.0),
     "free loop": (dataclasses.replace(IDEAL, drives=(), forces=[cc.Gravity((0.0, -9.81))]), 0.5),

@@ -51,8 +51,9 @@ def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[End
     Raises
     ------
     SceneError
-        If a joint is of another kind, a driven joint would jump, a journal would start deeper in its bearing
-        than the clearance is wide, or loops of ideal joints would not close.
+        If a joint is of another kind, a driven joint would jump, or any joint of a mechanism that its drives
+        prescribe, a journal would start deeper in its bearing than the clearance is wide, or loops of ideal
+        joints would not close.
     """
     if start.scene is None or start.scene == scene:
         return start, ()
@@ -93,15 +94,20 @@ def _require_kinds(before: Scene, after: Scene) -> None:
 def _require_whole(scene: Scene, start: EndState, settings: Settings) -> None:
     """Refuse a scene whose joints do not fit together in the state it is to take over."""
     assert start.scene is not None
+    facts = scene.check()
     driven = {drive.joint for drive in scene.drives}
+    joints = [joint for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
+    prescribed = facts.degrees_of_freedom == 0
+    moved = {joint.name for joint in scene.joints} if prescribed else driven
     columns = [
         name
-        for name in scene.check().further_columns
-        if name.rpartition(".")[0] in driven and name.endswith((".angle", ".displacement"))
+        for name in facts.further_columns
+        if name.rpartition(".")[0] in moved and name.endswith((".angle", ".displacement"))
     ]
-    joints = [joint for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
+    # Drives first: what they make jump follows from them.
+    columns.sort(key=lambda name: name.rpartition(".")[0] not in driven)
     columns += [f"{joint.name}.penetration" for joint in joints]
-    if not columns and not scene.check().cut_joints:
+    if not columns and not facts.cut_joints:
         return
     new = _look(scene, start, settings, columns)
     old = _look(_prolonged(start.scene, (1.0 + _INSTANT) * start.time), start, settings, columns)
@@ -121,12 +127,19 @@ def _require_whole(scene: Scene, start: EndState, settings: Settings) -> None:
                 )
                 problems.append(Problem("start", message))
         elif abs(after - before) > _JUMP * (1.0 + abs(before)):
-            unit = "rad" if quantity == "angle" else "m"
-            message = (
-                f'the drive of joint "{owner}" would make it jump from {before:.6g} to {after:.6g} {unit}: '
-                "drives are functions of the time since the first start; choose one that goes on from there"
-            )
-            problems.append(Problem("start", message))
+            jump = f"jump from {before:.6g} to {after:.6g} {'rad' if quantity == 'angle' else 'm'}"
+            if owner in driven:
+                message = (
+                    f'the drive of joint "{owner}" would make it {jump}: drives are functions of the time '
+                    "since the first start; choose one that goes on from there"
+                )
+                problems.append(Problem("start", message))
+            elif not problems:
+                message = (
+                    f'joint "{owner}" would {jump}: lengths do not fit the pose in which the run ended, and '
+                    "the drives prescribe every other"
+                )
+                problems.append(Problem("start", message))
     if problems:
         raise SceneError(problems)
 

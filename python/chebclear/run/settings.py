@@ -46,7 +46,7 @@ class Settings:
     outputs: tuple[str, ...] | None
     """Names of the columns to return; those of bodies, clearance joints and drives if None."""
     max_steps: int
-    """Steps after which a run is given up [-]."""
+    """Attempted steps, accepted or refused, after which a run is given up [-]."""
     max_events: int
     """Contact changes after which a run is given up [-]."""
     position_tolerance: float | None = field(metadata=unit("m"))

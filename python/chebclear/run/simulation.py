@@ -76,7 +76,7 @@ def simulate(
         and velocities of the joints, and a warning names the differences; one that this would tear apart is
         refused.
     max_steps, max_events : int
-        Accepted steps and changes of contact after which the run is given up [-].
+        Attempted steps, accepted or refused, and changes of contact after which the run is given up [-].
     position_tolerance, velocity_tolerance : float, optional
         Absolute tolerances [m], [m/s], at most half the smallest clearance, or the size of a scene without
         one, and the speed of the scene; from `rtol` and these scales if not given.

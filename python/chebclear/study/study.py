@@ -79,7 +79,7 @@ class Study:
     executor : concurrent.futures.Executor, optional
         Where to simulate instead of on threads of this process.
     max_steps, max_events : int
-        Accepted steps and changes of contact after which a run is given up [-].
+        Attempted steps, accepted or refused, and changes of contact after which a run is given up [-].
     position_tolerance, velocity_tolerance : float, optional
         Absolute tolerances [m], [m/s], at most half the smallest clearance, or the size of a scene without
         one, and the speed of the scene; from `rtol` and these scales if not given.

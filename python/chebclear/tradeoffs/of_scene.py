@@ -78,8 +78,8 @@ def tradeoff(
     repeats : int
         How often each setting is run to find its least time [-].
     max_steps, max_events : int
-        Accepted steps and changes of contact after which a measured run is given up [-]; the two tight runs
-        have the usual limits.
+        Attempted steps, accepted or refused, and changes of contact after which a measured run is given up
+        [-]; the two tight runs have the usual limits.
     progress : True or callable, optional
         True shows a bar if standard error is a terminal; a callable gets the runs done and the runs in all.
 

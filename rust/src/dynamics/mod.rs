@@ -487,6 +487,13 @@ impl<'m> Dynamics<'m> {
         self.phases = phases;
         found
     }
+
+    /// Whether the bodies resist every motion of the free coordinates, after [`Dynamics::move_to`].
+    pub fn is_regular(&mut self) -> bool {
+        let d = self.scratch.len();
+        self.composites.assemble(&self.states, &mut self.mass, &mut self.scratch);
+        symmetric_factor(&mut self.mass, d)
+    }
 }
 
 /// The part of the motion the force law needs.

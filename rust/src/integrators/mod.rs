@@ -278,7 +278,7 @@ impl Default for Stats {
 /// Limits of an integration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Most accepted and rejected steps.
+    /// Most attempts of a step, accepted or not; landings on events do not count.
     pub max_steps: usize,
     /// Most events.
     pub max_events: usize,

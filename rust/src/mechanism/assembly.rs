@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::dynamics::Dynamics;
 use crate::error::{Problem, SceneError};
 use crate::mechanism::compiled::{FramePoint, IdealKind, Mechanism, Realisation, Scales, State};
+use crate::mechanism::immovable::no_acceleration;
 use crate::mechanism::kinematics::{FrameKind, Vec2};
 use crate::mechanism::scales::{contact_scales, length_scale, levers, speed_from_rest, speed_scale};
 use crate::numerics::turns::unwind;
@@ -88,7 +89,7 @@ pub(crate) fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), S
     let levers = levers(mechanism, &dynamics);
     let mut accelerations = vec![0.0; d];
     if !dynamics.acceleration(0.0, &q, &v, &mut accelerations) {
-        return Err(SceneError::single("bodies", "the mass matrix is singular in the assembled pose"));
+        return Err(no_acceleration(mechanism, &mut dynamics, &v));
     }
     dynamics.accelerate(&accelerations);
     let speed = if speed > 0.0 { speed } else { speed_from_rest(mechanism, &dynamics, length) };

@@ -5,6 +5,7 @@ pub mod assembly;
 mod balance;
 pub mod compiled;
 pub mod constraints;
+mod immovable;
 pub mod kinematics;
 mod scales;
 mod tree;

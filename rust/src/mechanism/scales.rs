@@ -26,8 +26,8 @@ pub(crate) fn length_scale(scene: &Scene) -> f64 {
 pub(crate) fn speed_scale(mechanism: &Mechanism, dynamics: &Dynamics, length: f64) -> f64 {
     let mut speed = (mechanism.gravity.norm() * length).sqrt();
     for driven in &mechanism.driven {
-        let [_, rate] = driven.motion.scales();
-        speed = speed.max(rate * if driven.turns { length } else { 1.0 });
+        let fastest = driven.motion.fastest(if driven.turns { 1.0 } else { length });
+        speed = speed.max(fastest * if driven.turns { length } else { 1.0 });
     }
     for body in mechanism.inertias.iter().chain(&mechanism.driven_inertias) {
         speed = speed.max(dynamics.frame(body.frame).point(body.center).velocity.norm());
@@ -38,10 +38,13 @@ pub(crate) fn speed_scale(mechanism: &Mechanism, dynamics: &Dynamics, length: f6
     let mass = total_mass(mechanism);
     for applied in &mechanism.applied_forces {
         let force: f64 = applied.components.iter().map(|component| component.scales()[0]).sum();
-        speed = speed.max((force * length / mass).sqrt());
+        let growing = applied.components.iter().map(|component| component.speed_in_growing(mass, length));
+        speed = growing.fold(speed.max((force * length / mass).sqrt()), f64::max);
     }
     for applied in &mechanism.applied_torques {
         speed = speed.max((applied.torque.scales()[0] / mass).sqrt());
+        // As a force at the distance of the size of the mechanism.
+        speed = speed.max(applied.torque.speed_in_growing(mass * length, length));
     }
     speed
 }

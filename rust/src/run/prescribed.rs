@@ -34,6 +34,10 @@ impl Recorder<'_> {
         let mut last = from.step;
         let followed = loop {
             let t = outcome.time;
+            if outcome.stats.steps >= self.limits().max_steps {
+                outcome.status = Status::MaxSteps;
+                break true;
+            }
             let step = self.continued(t, last, LARGEST_TURN);
             let next = (t + step).min(self.dynamics.mechanism.next_break(t));
             if next >= end {

@@ -88,7 +88,7 @@ impl TimeFunction {
     }
 
     /// Size of the value, and of its rate, by which tolerances are chosen: an upper bound where
-    /// there is one, the value at time zero for a polynomial.
+    /// there is one, what holds at time zero for a polynomial.
     pub fn scales(&self) -> [f64; 2] {
         match self {
             TimeFunction::Polynomial(_) => {
@@ -105,6 +105,29 @@ impl TimeFunction {
         }
     }
 
+    /// Fastest rate by which tolerances are chosen: an upper bound where there is one; for a polynomial, which has
+    /// none and may begin at rest, that while it moves by about `distance` from time zero on.
+    pub fn fastest(&self, distance: f64) -> f64 {
+        let [_, mut rate] = self.scales();
+        let span = self.time_to_move(distance);
+        if matches!(self, TimeFunction::Polynomial(_)) && span.is_finite() && !self.is_linear() {
+            for part in [0.25, 0.5, 0.75, 1.0] {
+                rate = rate.max(self.at(part * span)[1].abs());
+            }
+        }
+        rate
+    }
+
+    /// Speed that a force which grows from time zero on gives a mass in crossing `length` from rest [m/s]; zero if
+    /// it is no polynomial. The value at time zero does not count.
+    pub fn speed_in_growing(&self, mass: f64, length: f64) -> f64 {
+        let TimeFunction::Polynomial(coefficients) = self else { return 0.0 };
+        // After t a force c_k t^k has moved the mass by about c_k t^(k+2) / m.
+        let growing = coefficients.iter().enumerate().skip(1);
+        let times = growing.map(|(k, c)| (mass * length / c.abs()).powf(1.0 / (k as f64 + 2.0)));
+        length / power_of_two(times.fold(f64::INFINITY, f64::min))
+    }
+
     /// Time from zero on [s] in which the value moves by about `distance` at most, as a power of two (the
     /// same bits in scaled units); infinity if it never moves.
     pub fn time_to_move(&self, distance: f64) -> f64 {
@@ -116,7 +139,7 @@ impl TimeFunction {
             }
             _ => distance / self.scales()[1],
         };
-        f64::from_bits(time.to_bits() & !0xF_FFFF_FFFF_FFFF)
+        power_of_two(time)
     }
 
     /// Longest time [s] over which Gauss's quadrature with four points integrates what follows from
@@ -143,6 +166,11 @@ impl TimeFunction {
             _ => f64::INFINITY,
         }
     }
+}
+
+/// The largest power of two that is not above a positive value: the same bits in scaled units.
+fn power_of_two(value: f64) -> f64 {
+    f64::from_bits(value.to_bits() & !0xF_FFFF_FFFF_FFFF)
 }
 
 /// `start + rate t` and its derivatives, and what rounding took from the value.

@@ -1,0 +1,36 @@
+//! Why an assembled mechanism has no start accelerations.
+
+use crate::dynamics::Dynamics;
+use crate::error::SceneError;
+use crate::mechanism::compiled::Mechanism;
+
+/// The reason, in the pose last moved to, of a mechanism whose free coordinates start with the velocities `v`.
+pub(crate) fn no_acceleration(mechanism: &Mechanism, dynamics: &mut Dynamics, v: &[f64]) -> SceneError {
+    if !dynamics.is_regular() {
+        return SceneError::single("bodies", "the mass matrix is singular in the assembled pose");
+    }
+    // Accelerations have squares of velocities.
+    let overflows = |rate: f64| !(rate * rate).is_finite();
+    for driven in &mechanism.driven {
+        let [_, rate, ..] = driven.motion.at(0.0);
+        if overflows(rate) {
+            let unit = if driven.turns { "rad/s" } else { "m/s" };
+            let message = format!(
+                "{:?} starts at {rate:.3e} [{unit}]: its accelerations are no finite numbers",
+                driven.name
+            );
+            return SceneError::single("drives", message);
+        }
+    }
+    if let Some(rate) = v.iter().find(|rate| overflows(**rate)) {
+        let message = format!(
+            "starts a coordinate at {rate:.3e} [rad/s or m/s]: its accelerations are no finite numbers"
+        );
+        return SceneError::single("start", message);
+    }
+    SceneError::single(
+        "bodies",
+        "the start accelerations are no finite numbers: masses and lengths are too small for the forces, or these \
+         are too large",
+    )
+}
