@@ -4,6 +4,7 @@
 mod contact_log;
 pub mod contacts;
 pub mod features;
+mod guards;
 mod onset;
 pub mod outputs;
 mod prescribed;
