@@ -262,3 +262,23 @@ def test_quantiles_at_the_worst_of_the_intervals():
         band.quantiles({"a": cc.uniform(2.0, 6.0)}, draws=39)
     with pytest.raises(TypeError, match=r"must be normal\(...\) or uniform"):
         band.quantiles({"a": cc.interval(2.0, 6.0)})
+
+
+def test_a_study_of_random_parameters_and_intervals():
+    parameters = {"rod_length": cc.normal(0.12, 1e-4), "crank_length": cc.interval(0.05, rel=0.01)}
+    study = cc.Study(
+        cc.mechanisms.slider_crank,
+        parameters,
+        ["slider.x"],
+        duration=0.015,
+        samples=31,
+        fixed={"clearance_at": ()},
+    )
+    assert study.intervals["rod_length"] == cc.Interval(0.12 - 3e-4, 0.12 + 3e-4)
+    assert study.random == {"rod_length": parameters["rod_length"]}
+    result = study.chebyshev(2)
+    found = result["slider.x"].quantiles(study.random, draws=4000)
+    # At the start the slider is at crank + rod: the crank adds its ends to the quantiles of the rod.
+    assert found.upper[0] == pytest.approx(0.17 + 5e-4 + 1.96e-4, abs=1e-5)
+    assert found.lower[0] == pytest.approx(0.17 - 5e-4 - 1.96e-4, abs=1e-5)
+    assert np.all(result["slider.x"].lower <= found.lower) and np.all(found.upper <= result["slider.x"].upper)

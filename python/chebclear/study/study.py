@@ -21,6 +21,7 @@ from ..run.settings import MAX_EVENTS, MAX_STEPS, Settings
 from ..run.simulation import warn_once
 from ..run.trajectory import Stats
 from ..scene.scene import Interval, Scene
+from .hybrid import Normal, Uniform
 from .judgement import doubts
 from .results import StudyResult as StudyResult
 from .results import compare as compare
@@ -52,8 +53,10 @@ class Study:
     ----------
     build : callable
         Called as ``build(**parameters, **fixed)`` with physical values; returns the scene.
-    parameters : mapping of str to Interval
-        Interval of each uncertain parameter [SI units].
+    parameters : mapping of str to Interval, Normal or Uniform
+        Interval of each uncertain parameter [SI units]. A `normal` distribution is run over three standard
+        deviations to either side, a `uniform` one over all of it; ``band.quantiles(study.random)`` then gives
+        quantiles at the worst of the intervals.
     outputs : sequence of str, optional
         Names of the outputs of interest, or patterns such as ``"wrist.*"``; all quantities of bodies,
         clearance joints and drives if not given.
@@ -106,7 +109,7 @@ class Study:
     def __init__(
         self,
         build: Callable[..., Scene],
-        parameters: Mapping[str, Interval],
+        parameters: Mapping[str, Interval | Normal | Uniform],
         outputs: Sequence[str] | None = None,
         *,
         duration: float,
@@ -126,6 +129,11 @@ class Study:
         checks = Checks()
         self.build = build
         self.intervals = _checked_intervals(checks, parameters)
+        self.random = {
+            name: given
+            for name, given in (parameters.items() if isinstance(parameters, Mapping) else ())
+            if isinstance(given, Normal | Uniform)
+        }
         self.fixed = _checked_fixed(checks, fixed)
         _check_keywords(checks, build, self.intervals, self.fixed)
         self.settings = Settings.checked(
@@ -420,11 +428,15 @@ def _checked_intervals(checks: Checks, parameters: object) -> dict[str, Interval
     if not parameters:
         checks.add("parameters must name at least one interval")
     for name, side in parameters.items():
-        if not isinstance(side, Interval):
+        if not isinstance(side, Interval | Normal | Uniform):
             checks.add(
                 f'parameters["{name}"] must be an interval(lower, upper), got {side!r}', wrong_type=True
             )
-    return {name: side for name, side in parameters.items() if isinstance(side, Interval)}
+    return {
+        name: side if isinstance(side, Interval) else Interval(*side.reach)
+        for name, side in parameters.items()
+        if isinstance(side, Interval | Normal | Uniform)
+    }
 
 
 def _checked_fixed(checks: Checks, fixed: object) -> dict[str, Any]:
