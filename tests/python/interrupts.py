@@ -6,6 +6,7 @@ import sys
 PROGRAM = """
 import signal, threading, time
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a child of a background job would ignore it
+from concurrent.futures import ThreadPoolExecutor
 import chebclear as cc
 
 sent = []
@@ -13,7 +14,8 @@ sent = []
 
 def interrupt():
     sent.append(time.process_time())
-    signal.raise_signal(signal.SIGINT)
+    # To the thread that would get it from the keyboard: it may wait for another one.
+    signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
 
 
 threading.Timer(0.3, interrupt).start()

@@ -1,6 +1,8 @@
 """What is refused before anything is computed, and what the message says."""
 
 import math
+import subprocess
+import sys
 
 import chebclear as cc
 import numpy as np
@@ -62,6 +64,46 @@ def test_counts_beyond_what_can_be_computed_are_refused(name, most):
 def test_studies_of_too_many_runs_are_refused_before_a_scene_is_built(call, words):
     with pytest.raises(ValueError, match=words):
         call(cc.Study(unbuildable, SIDES, **TIME))
+
+
+# What has to end with an exception where so many bytes are left.
+LARGE = {
+    "study": (
+        300_000_000,
+        "cc.Study(cc.mechanisms.slider_crank, {'crank_length': cc.interval(0.05, rel=0.1)},"
+        " ['slider.x', 'slider.vx'], duration=0.01, samples=100_001).scan(249)",
+    ),
+    "run": (300_000_000, "cc.simulate(cc.mechanisms.slider_crank(), 1e-3, 1_500_000)"),
+    "small study": (
+        20_000_000,
+        "cc.Study(cc.mechanisms.slider_crank, {'crank_length': cc.interval(0.05, rel=0.1)},"
+        " duration=1e-4, samples=11).scan(3)",
+    ),
+    "small run": (20_000_000, "cc.simulate(cc.mechanisms.slider_crank(), 1e-3, 11)"),
+}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the limit of the memory is that of Linux")
+@pytest.mark.parametrize("call", LARGE)
+def test_the_end_of_the_memory_is_an_exception(call):
+    left, words = LARGE[call]
+    # Counted from what the libraries take, which depends on the processors.
+    code = f"""
+import resource
+import chebclear as cc
+cc.simulate(cc.mechanisms.slider_crank(), 1e-4, 2)
+with open("/proc/self/statm") as file:
+    used = int(file.read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (used + {left},) * 2)
+try:
+    {words}
+except MemoryError as error:
+    print("MemoryError:", error)
+"""
+    command = [sys.executable, "-W", "ignore", "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("MemoryError: ")
 
 
 def test_fixed_must_be_a_mapping():

@@ -256,9 +256,15 @@ def test_pieces_with_different_outputs_are_not_mixed():
         return cc.Scene([cc.Body(name, 1.0, 1.0)], [cc.Prismatic("guide", "ground", name, (0.0, 1.0))])
 
     study = cc.Study(renamed, {"gravity": PLANET["gravity"]}, **TIME)
-    for executor in (None, Reluctant()):
-        with pytest.raises(ValueError, match="other outputs"):
+    for executor, named in ((None, "which lacks"), (Reluctant(), 'by "block.x"')):
+        with pytest.raises(cc.SceneError) as caught:
             with_options(study, executor=executor).scan(4)
+        problem = caught.value.problems[0]
+        # The first that differs; not "scene 2".
+        lowest, highest = PLANET["gravity"].lower, PLANET["gravity"].upper
+        beyond = next(value for value in np.linspace(lowest, highest, 4) if value >= 10.0)
+        assert problem.path == f"scene with gravity = {float(beyond)!r}: outputs"
+        assert problem.message.startswith("differ from those of the first scene") and named in problem.message
 
 
 def test_progress_counts_the_runs(crank_study, crank_result):

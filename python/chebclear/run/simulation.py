@@ -106,6 +106,8 @@ def simulate(
         If the run fails; the exception has what was computed as `SimulationError.trajectory`.
     ValueError, TypeError
         If another argument is wrong; all problems are listed.
+    MemoryError
+        If the samples do not fit into the memory.
     """
     checks = Checks()
     if not isinstance(scene, Scene):

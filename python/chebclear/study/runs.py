@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import Executor
+from concurrent.futures import CancelledError, Executor, wait
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,6 +29,8 @@ MOST_RUNS = 1_000_000
 # Pieces an executor gets at most: enough to keep a few dozen workers busy to the end, few enough that sending
 # them costs little beside the runs.
 _CHUNKS = 64
+# Longest time that is waited for pieces to end that are no longer wanted [s]: they need a tenth of it.
+_LAST_WAIT = 1.0
 
 
 def simulate_all(
@@ -55,23 +60,30 @@ def simulate_all(
         return _core.sweep(texts, settings, threads, report)
     size = -(-len(texts) // _CHUNKS)
     chunks = [texts[start : start + size] for start in range(0, len(texts), size)]
-    futures = [executor.submit(simulate_chunk, chunk, settings, threads or 1) for chunk in chunks]
     parts: list[_Runs] = []
-    try:
-        for index, future in enumerate(futures):
-            try:
-                parts.append(future.result())
-            except SceneError as error:
-                raise _shifted(error, index * size) from None
-            if report is not None:
-                report(min((index + 1) * size, len(texts)), len(texts))
-    finally:
-        for future in futures:
-            future.cancel()
+    with TemporaryDirectory(prefix="chebclear-", ignore_cleanup_errors=True) as folder:
+        stop = Path(folder, "stop")
+        futures = [
+            executor.submit(simulate_chunk, chunk, settings, threads or 1, str(stop)) for chunk in chunks
+        ]
+        try:
+            for index, future in enumerate(futures):
+                try:
+                    parts.append(future.result())
+                except SceneError as error:
+                    raise _shifted(error, index * size) from None
+                _require_columns(parts[0]["columns"], parts[-1]["columns"], index * size)
+                if report is not None:
+                    report(min((index + 1) * size, len(texts)), len(texts))
+        except BaseException:
+            # Pieces that wait are taken back; those that have begun look for the file.
+            stop.touch()
+            wait([future for future in futures if not future.cancel()], timeout=_LAST_WAIT)
+            raise
     return _joined(parts)
 
 
-def simulate_chunk(scenes: list[str], settings: str, threads: int) -> _Runs:
+def simulate_chunk(scenes: list[str], settings: str, threads: int, stop: str) -> _Runs:
     """Simulate some of the scenes of a study, wherever an executor has sent them.
 
     Parameters
@@ -82,8 +94,15 @@ def simulate_chunk(scenes: list[str], settings: str, threads: int) -> _Runs:
         Settings as JSON text.
     threads : int
         Threads to simulate on [-].
+    stop : str
+        Path of a file that appears when the runs are no longer wanted; on another machine it never does.
     """
-    return _core.sweep(scenes, settings, threads, None)
+
+    def go_on(done: int, total: int) -> None:
+        if os.path.exists(stop):
+            raise CancelledError("the study was interrupted")
+
+    return _core.sweep(scenes, settings, threads, go_on)
 
 
 def scene_text(scene: Scene, parameters: Mapping[str, float]) -> str:
@@ -174,17 +193,22 @@ def gathered_warnings(runs: Sequence[Sequence[str]]) -> tuple[str, ...]:
     return tuple(f"{message} (in {count[kind]} of {len(runs)} runs)" for kind, message in first.items())
 
 
+def _require_columns(first: Sequence[str], other: Sequence[str], index: int) -> None:
+    """As the core does within one piece."""
+    if list(first) == list(other):
+        return
+    lacking = [name for name in first if name not in other] or [name for name in other if name not in first]
+    message = f'differ from those of the first scene by "{lacking[0]}": all scenes of a study need the same '
+    message += "parts, or outputs that they share"
+    raise SceneError([(f"scenes[{index}].outputs", message)])
+
+
 def _joined(parts: Sequence[_Runs]) -> _Runs:
     """The runs of several sweeps as those of one."""
-    columns = parts[0]["columns"]
-    if any(part["columns"] != columns for part in parts):
-        raise ValueError(
-            "some scenes have other outputs than the first: all scenes of a study need the same parts"
-        )
     return {
         "t": parts[0]["t"],
         "values": np.concatenate([part["values"] for part in parts]),
-        "columns": columns,
+        "columns": parts[0]["columns"],
         "features": np.concatenate([part["features"] for part in parts]),
         "status": [status for part in parts for status in part["status"]],
         "message": [message for part in parts for message in part["message"]],

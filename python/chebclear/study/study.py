@@ -201,6 +201,8 @@ class Study:
             If a scene is wrong; the parameters of the run are in the path of each problem.
         SimulationError
             If a run fails; names its parameters. No result is made from the others.
+        MemoryError
+            If the samples do not fit into the memory.
         ValueError, TypeError
             If an argument is wrong; all problems are listed.
         """

@@ -5,4 +5,5 @@ pub mod dual;
 pub mod extremum;
 pub mod instant;
 pub mod linear;
+pub mod memory;
 pub mod turns;

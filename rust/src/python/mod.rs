@@ -3,6 +3,8 @@
 //! Functions only, over text and arrays; nothing here computes. Exceptions are those of
 //! `chebclear.errors`, so that they can be pickled.
 
+mod arrays;
+
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex};
 use std::time::Duration;
@@ -12,6 +14,7 @@ use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
+use self::arrays::{flat, matrix, new_array, require_spare_memory, sample_times};
 use crate::dynamics::Dynamics;
 use crate::error::SceneError;
 use crate::mechanism::compiled::{BodyPlacement, Mechanism};
@@ -19,10 +22,11 @@ use crate::run::outputs::{column_names, further_column_names};
 use crate::run::restart::Restart;
 use crate::run::settings::read_settings;
 use crate::run::tolerances::default_impact_velocity_floors;
-use crate::run::trajectory::{Contact, Event, Trajectory, resume, simulate as run_simulation};
+use crate::run::trajectory::{Contact, Event, Trajectory, columns, record};
 use crate::scene::reader::read_scene;
 use crate::study::chebyshev::MOST_NODES;
-use crate::study::{bounds, chebyshev, range, sweep as sweeps};
+use crate::study::sweep::Sweep;
+use crate::study::{bounds, chebyshev, range};
 
 /// How often the waiting thread looks for Ctrl-C and reports progress.
 const WAKE: Duration = Duration::from_millis(50);
@@ -41,7 +45,11 @@ fn scene_error(py: Python<'_>, error: SceneError) -> PyErr {
 }
 
 fn grid_error(error: chebyshev::GridError) -> PyErr {
-    PyValueError::new_err(error.message)
+    if error.out_of_memory {
+        PyMemoryError::new_err(error.message)
+    } else {
+        PyValueError::new_err(error.message)
+    }
 }
 
 /// Runs `work` on a thread of its own while this one, without the interpreter, wakes now and then to
@@ -87,6 +95,11 @@ fn wait_for<T: Send>(
             (None, Err(_)) => Err(PyRuntimeError::new_err("internal error in the numerical core")),
         }
     })
+}
+
+/// What nobody sees: a signal or the report has raised already where work was cancelled.
+fn cancelled() -> PyErr {
+    PyRuntimeError::new_err("the runs were cancelled")
 }
 
 struct Ring<'a> {
@@ -186,13 +199,14 @@ fn simulate<'py>(
         reached.store(t.to_bits(), Ordering::Relaxed);
         !cancel.load(Ordering::Relaxed)
     };
+    let shape = [settings.samples, columns(&mechanism, &settings).len()];
+    let values = new_array(py, shape[0].saturating_mul(shape[1]))?;
+    let mut memory = values.readwrite();
+    let samples = memory.as_slice_mut()?;
     let run = wait_for(
         py,
         &cancel,
-        || match &start {
-            Some(start) => resume(&mechanism, start, &settings, &monitor),
-            None => run_simulation(&mechanism, &settings, &monitor),
-        },
+        || record(&mechanism, start.as_ref(), &settings, &monitor, samples),
         |py| match &progress {
             Some(callback) => {
                 let fraction = (f64::from_bits(reached.load(Ordering::Relaxed)) - begin) / span;
@@ -214,12 +228,12 @@ fn simulate<'py>(
     result.set_item("skipped_events", events_dict(py, &mechanism, &run.skipped_events)?)?;
     result.set_item("contacts", contacts_dict(py, &mechanism, &run.contacts)?)?;
     result.set_item("skipped_contacts", contacts_dict(py, &mechanism, &run.skipped_contacts)?)?;
-    let shape = [settings.cycles, settings.features.len()];
-    result.set_item("features", run.features.into_pyarray(py).reshape(shape)?)?;
+    let by_cycle = [settings.cycles, settings.features.len()];
+    result.set_item("features", run.features.into_pyarray(py).reshape(by_cycle)?)?;
     result.set_item("end", run.restart.as_ref().map(Restart::to_json))?;
-    let shape = [run.t.len(), run.columns.len()];
-    result.set_item("values", run.values.into_pyarray(py).reshape(shape)?)?;
-    result.set_item("t", run.t.into_pyarray(py))?;
+    drop(memory);
+    result.set_item("values", values.reshape(shape)?)?;
+    result.set_item("t", sample_times(py, &settings, begin)?)?;
     Ok(result)
 }
 
@@ -245,24 +259,22 @@ fn sweep<'py>(
         Some(callback) => callback.call1(py, (count, total)).map(|_| ()),
         None => Ok(()),
     };
-    let runs = wait_for(
-        py,
-        &cancel,
-        || sweeps::sweep(&scenes, &settings, threads, &finished, &monitor),
-        |py| tell(py, finished.load(Ordering::Relaxed)),
-    )?
-    .map_err(|error| scene_error(py, error))?;
+    require_spare_memory()?;
+    let prepare = || Sweep::prepare(&scenes, &settings, threads, &monitor);
+    let sweep = wait_for(py, &cancel, prepare, |py| tell(py, 0))?.map_err(|error| scene_error(py, error))?;
+    let sweep = sweep.ok_or_else(cancelled)?;
+    let shape = [total, settings.samples, sweep.columns.len()];
+    let count = shape.iter().fold(1, |product: usize, &n| product.saturating_mul(n));
+    let values = new_array(py, count)?;
+    let mut memory = values.readwrite();
+    let samples = memory.as_slice_mut()?;
+    let report = |py: Python<'_>| tell(py, finished.load(Ordering::Relaxed));
+    let runs = wait_for(py, &cancel, || sweep.run(samples, &finished, &monitor), report)?
+        .map_err(|error| scene_error(py, error))?
+        .ok_or_else(cancelled)?;
+    drop(memory);
     tell(py, total)?;
     let result = PyDict::new(py);
-    let columns = runs.first().map(|run| run.columns.clone()).unwrap_or_default();
-    if let Some(index) = runs.iter().position(|run| run.columns != columns) {
-        return Err(PyValueError::new_err(format!(
-            "scene {index} has other outputs than scene 0: all scenes of a sweep must have the same parts"
-        )));
-    }
-    let t: Vec<f64> =
-        (0..settings.samples).map(|index| settings.skip + settings.sample_time(index)).collect();
-    let shape = [runs.len(), t.len(), columns.len()];
     let stats = PyList::empty(py);
     let (mut status, mut message, mut time, mut joint, mut warnings) =
         (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -277,17 +289,9 @@ fn sweep<'py>(
     let features: Vec<f64> = runs.iter().flat_map(|run| run.features.iter().copied()).collect();
     let features_shape = [runs.len(), settings.cycles, settings.features.len()];
     result.set_item("features", features.into_pyarray(py).reshape(features_shape)?)?;
-    let mut values = Vec::new();
-    let count = shape.iter().fold(1, |product: usize, &n| product.saturating_mul(n));
-    values
-        .try_reserve_exact(count)
-        .map_err(|_| PyMemoryError::new_err(format!("{count} numbers do not fit into the memory")))?;
-    for run in runs {
-        values.extend_from_slice(&run.values);
-    }
-    result.set_item("t", t.into_pyarray(py))?;
-    result.set_item("values", values.into_pyarray(py).reshape(shape)?)?;
-    result.set_item("columns", columns)?;
+    result.set_item("t", sample_times(py, &settings, 0.0)?)?;
+    result.set_item("values", values.reshape(shape)?)?;
+    result.set_item("columns", &sweep.columns)?;
     result.set_item("status", status)?;
     result.set_item("message", message)?;
     result.set_item("time", time)?;
@@ -340,17 +344,6 @@ fn chebyshev_nodes(py: Python<'_>, count: usize) -> PyResult<Bound<'_, PyArray1<
     Ok(chebyshev::root_nodes(count).into_pyarray(py))
 }
 
-/// An array as a flat row-major vector, and its shape.
-fn flat(array: &PyReadonlyArray2<'_, f64>) -> (Vec<f64>, [usize; 2]) {
-    let view = array.as_array();
-    (view.iter().copied().collect(), [view.nrows(), view.ncols()])
-}
-
-fn matrix<'py>(py: Python<'py>, flat: Vec<f64>, columns: usize) -> PyResult<Bound<'py, PyAny>> {
-    let rows = flat.len().checked_div(columns).unwrap_or(0);
-    Ok(flat.into_pyarray(py).reshape([rows, columns])?.into_any())
-}
-
 /// Values on a tensor grid of roots to coefficients.
 #[pyfunction]
 fn chebyshev_fit<'py>(
@@ -359,7 +352,7 @@ fn chebyshev_fit<'py>(
     nodes: Vec<usize>,
     degrees: Vec<usize>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (values, [_, columns]) = flat(&values);
+    let (values, [_, columns]) = flat(&values)?;
     let coefficients =
         py.detach(|| chebyshev::fit(&values, columns, &nodes, &degrees)).map_err(grid_error)?;
     matrix(py, coefficients, columns)
@@ -373,8 +366,8 @@ fn chebyshev_evaluate<'py>(
     degrees: Vec<usize>,
     points: PyReadonlyArray2<'py, f64>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (coefficients, [_, columns]) = flat(&coefficients);
-    let (points, _) = flat(&points);
+    let (coefficients, [_, columns]) = flat(&coefficients)?;
+    let (points, _) = flat(&points)?;
     let values =
         py.detach(|| chebyshev::evaluate(&coefficients, columns, &degrees, &points)).map_err(grid_error)?;
     matrix(py, values, columns)
@@ -388,7 +381,7 @@ fn chebyshev_derivative<'py>(
     degrees: Vec<usize>,
     axis: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (coefficients, [_, columns]) = flat(&coefficients);
+    let (coefficients, [_, columns]) = flat(&coefficients)?;
     let derivative =
         py.detach(|| chebyshev::derivative(&coefficients, columns, &degrees, axis)).map_err(grid_error)?;
     matrix(py, derivative, columns)
@@ -402,7 +395,7 @@ fn interval_bounds<'py>(
     coefficients: PyReadonlyArray2<'py, f64>,
     degrees: Vec<usize>,
 ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
-    let (coefficients, [_, columns]) = flat(&coefficients);
+    let (coefficients, [_, columns]) = flat(&coefficients)?;
     let (lower, upper) =
         py.detach(|| bounds::interval_bounds(&coefficients, columns, &degrees)).map_err(grid_error)?;
     Ok((lower.into_pyarray(py), upper.into_pyarray(py)))
@@ -417,7 +410,7 @@ fn polynomial_ranges<'py>(
     degrees: Vec<usize>,
     threads: Option<usize>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let (coefficients, [_, columns]) = flat(&coefficients);
+    let (coefficients, [_, columns]) = flat(&coefficients)?;
     let ranges = py
         .detach(|| range::polynomial_ranges(&coefficients, columns, &degrees, threads))
         .map_err(grid_error)?;

@@ -42,7 +42,8 @@ pub(crate) struct Recorder<'a> {
     step_bound: f64,
     /// Instant from which the samples count [s]; the settings may skip some time first.
     pub(crate) from: f64,
-    pub(crate) values: Vec<f64>,
+    /// Where the samples go, row-major.
+    values: &'a mut [f64],
     pub(crate) next_sample: usize,
     /// What samples need, and the work if a feature needs that.
     pub(crate) needs: Needs,
@@ -82,7 +83,7 @@ impl<'a> Recorder<'a> {
         mechanism: &'a Mechanism,
         start: &State,
         settings: &'a Settings,
-        (columns, values): (Vec<Column>, Vec<f64>),
+        (columns, values): (Vec<Column>, &'a mut [f64]),
         plan: Plan,
         monitor: &'a dyn Fn(f64) -> bool,
         from: f64,

@@ -135,6 +135,12 @@ impl Settings {
         if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
     }
 
+    /// Instants of all samples of a run that begins at an instant [s].
+    pub fn sample_times(&self, begin: f64) -> impl Iterator<Item = f64> + '_ {
+        let first = begin + self.skip;
+        (0..self.samples).map(move |index| first + self.sample_time(index))
+    }
+
     /// Instant of a sample after the first one [s]; the last one is the duration exactly.
     pub fn sample_time(&self, index: usize) -> f64 {
         if index + 1 == self.samples {

@@ -3,6 +3,7 @@
 use crate::error::{Problem, SceneError};
 use crate::integrators::{HybridSystem, Stats, Status, resume_with};
 use crate::mechanism::compiled::{Mechanism, State};
+use crate::numerics::memory::filled;
 pub use crate::run::contacts::{Contact, Event, EventKind};
 use crate::run::features::Plan;
 use crate::run::outputs::{column_names, parse_columns};
@@ -14,9 +15,9 @@ use crate::run::tolerances::check_tolerances;
 /// The result of one run.
 #[derive(Clone, Debug)]
 pub struct Trajectory {
-    /// Instants of the samples [s].
+    /// Instants of the samples [s]; none if they were recorded into memory of the caller.
     pub t: Vec<f64>,
-    /// Samples, row-major: one row an instant, one column an output; NaN after a failure.
+    /// Samples, row-major: one row an instant, one column an output; NaN after a failure. None likewise.
     pub values: Vec<f64>,
     /// Names of the columns.
     pub columns: Vec<String>,
@@ -120,7 +121,7 @@ pub fn simulate_from(
     settings: &Settings,
     monitor: &dyn Fn(f64) -> bool,
 ) -> Result<Trajectory, SceneError> {
-    run(mechanism, start, None, settings, monitor)
+    collected(mechanism, None, settings, |values| run(mechanism, start, None, settings, monitor, values))
 }
 
 /// Continues a run where another ended; the samples start there.
@@ -133,6 +134,65 @@ pub fn resume(
     settings: &Settings,
     monitor: &dyn Fn(f64) -> bool,
 ) -> Result<Trajectory, SceneError> {
+    collected(mechanism, Some(restart), settings, |values| {
+        record(mechanism, Some(restart), settings, monitor, values)
+    })
+}
+
+/// Simulates a mechanism, from where another run ended if that is given, into `values` of the caller: a row for
+/// every sample, a column for every output.
+///
+/// # Errors
+/// What is wrong with the settings, or a restart that belongs to another mechanism.
+pub fn record(
+    mechanism: &Mechanism,
+    restart: Option<&Restart>,
+    settings: &Settings,
+    monitor: &dyn Fn(f64) -> bool,
+    values: &mut [f64],
+) -> Result<Trajectory, SceneError> {
+    if let Some(restart) = restart {
+        check_restart(mechanism, restart)?;
+    }
+    run(mechanism, &mechanism.start, restart, settings, monitor, values)
+}
+
+/// Whether a mechanism can be simulated with these settings, before it is.
+///
+/// # Errors
+/// What is wrong with the settings.
+pub fn check(mechanism: &Mechanism, settings: &Settings) -> Result<(), SceneError> {
+    settings.check()?;
+    check_tolerances(mechanism, &mechanism.start, settings)?;
+    parse_columns(mechanism, &columns(mechanism, settings))?;
+    Plan::new(mechanism, &settings.features)?;
+    check_functions(mechanism, 0.0, settings.skip + settings.duration)
+}
+
+/// Names of the columns that a run with these settings has.
+pub fn columns(mechanism: &Mechanism, settings: &Settings) -> Vec<String> {
+    settings.outputs.clone().unwrap_or_else(|| column_names(mechanism))
+}
+
+/// A run with memory of its own for its samples.
+fn collected(
+    mechanism: &Mechanism,
+    restart: Option<&Restart>,
+    settings: &Settings,
+    record: impl FnOnce(&mut [f64]) -> Result<Trajectory, SceneError>,
+) -> Result<Trajectory, SceneError> {
+    settings.check()?;
+    let count = settings.samples.saturating_mul(columns(mechanism, settings).len());
+    let mut values = filled(count, f64::NAN).map_err(|_| {
+        SceneError::single("settings.samples", format!("{count} numbers do not fit into the memory"))
+    })?;
+    let run = record(&mut values)?;
+    let t = settings.sample_times(restart.map_or(0.0, |restart| restart.time)).collect();
+    Ok(Trajectory { t, values, ..run })
+}
+
+/// Whether a run may continue where another ended.
+fn check_restart(mechanism: &Mechanism, restart: &Restart) -> Result<(), SceneError> {
     let Memory { phases, contacts, turns, work } = &restart.memory;
     let d = mechanism.degrees_of_freedom();
     let joints = mechanism.clearance_joints.len();
@@ -162,7 +222,7 @@ pub fn resume(
             ),
         ));
     }
-    run(mechanism, &mechanism.start, Some(restart), settings, monitor)
+    Ok(())
 }
 
 /// What tells mechanisms of the same size apart: their coordinates and clearance joints.
@@ -177,18 +237,23 @@ fn run(
     restart: Option<&Restart>,
     settings: &Settings,
     monitor: &dyn Fn(f64) -> bool,
+    values: &mut [f64],
 ) -> Result<Trajectory, SceneError> {
     settings.check()?;
     check_tolerances(mechanism, start, settings)?;
-    let names = settings.outputs.clone().unwrap_or_else(|| column_names(mechanism));
+    let names = columns(mechanism, settings);
     let columns = parse_columns(mechanism, &names)?;
     let plan = Plan::new(mechanism, &settings.features)?;
-    let mut values = Vec::new();
-    let count = settings.samples.saturating_mul(columns.len());
-    values.try_reserve_exact(count).map_err(|_| {
-        SceneError::single("settings.samples", format!("{count} numbers do not fit into the memory"))
-    })?;
-    values.resize(count, f64::NAN);
+    if Some(values.len()) != settings.samples.checked_mul(columns.len()) {
+        let message = format!(
+            "{} samples of {} columns are no {} numbers",
+            settings.samples,
+            columns.len(),
+            values.len()
+        );
+        return Err(SceneError::single("settings.samples", message));
+    }
+    values.fill(f64::NAN);
     let from = restart.map_or(0.0, |restart| restart.time);
     let mut recorder = Recorder::new(mechanism, start, settings, (columns, values), plan, monitor, from);
     let end = recorder.sample_time(settings.samples - 1);
@@ -239,11 +304,11 @@ fn run(
     }
     let ([skipped_events, events], [skipped_contacts, contacts]) = (events, contacts);
     Ok(Trajectory {
-        t: (0..settings.samples).map(|index| recorder.sample_time(index)).collect(),
+        t: Vec::new(),
         contacts,
         skipped_contacts,
         features,
-        values: recorder.values,
+        values: Vec::new(),
         columns: names,
         events,
         skipped_events,

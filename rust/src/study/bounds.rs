@@ -3,7 +3,7 @@
 //! They enclose the *polynomial*. How far the response itself lies from it is another number, the
 //! error of the surrogate, which no bound here contains.
 
-use crate::study::chebyshev::{GridError, check_coefficients};
+use crate::study::chebyshev::{GridError, check_coefficients, zeros};
 
 /// Lower and upper bounds by interval arithmetic, Eq. (31) of `[Xiang2020]`: T_i([-1, 1]) = [-1, 1].
 ///
@@ -30,13 +30,15 @@ pub fn interval_bounds(
     check_coefficients(coefficients, columns, degrees)?;
     let (centre, others) = coefficients.split_at(columns);
 
-    let mut radius = vec![0.0; columns];
+    let mut radius = zeros(columns)?;
     for row in others.chunks_exact(columns) {
         for (r, c) in radius.iter_mut().zip(row) {
             *r += c.abs();
         }
     }
-    let lower = centre.iter().zip(&radius).map(|(c, r)| c - r).collect();
-    let upper = centre.iter().zip(&radius).map(|(c, r)| c + r).collect();
-    Ok((lower, upper))
+    let mut lower = zeros(columns)?;
+    for ((lower, radius), c) in lower.iter_mut().zip(&mut radius).zip(centre) {
+        (*lower, *radius) = (c - *radius, c + *radius);
+    }
+    Ok((lower, radius))
 }

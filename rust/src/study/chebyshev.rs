@@ -21,6 +21,8 @@
 use std::f64::consts::PI;
 use std::fmt;
 
+use crate::numerics::memory::filled;
+
 /// Columns treated at a time, so that the rows being summed stay in the first-level cache. Tuned on
 /// 1441 to 92224 columns of 16 and 216 terms: the time is flat from 64 to 512, up to 1.6 times as
 /// long at 8192. It changes no bit of a result.
@@ -37,12 +39,22 @@ pub const MOST_NODES: usize = 10_000;
 pub struct GridError {
     /// What is wrong, the value found and what would be accepted.
     pub message: String,
+    /// Nothing is wrong but that the result does not fit into the memory.
+    pub out_of_memory: bool,
 }
 
 impl GridError {
     pub(crate) fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into() }
+        Self { message: message.into(), out_of_memory: false }
     }
+}
+
+/// Zeros for a result.
+pub(crate) fn zeros(count: usize) -> Result<Vec<f64>, GridError> {
+    filled(count, 0.0).map_err(|_| GridError {
+        message: format!("{count} numbers do not fit into the memory"),
+        out_of_memory: true,
+    })
 }
 
 impl fmt::Display for GridError {
@@ -122,7 +134,7 @@ pub fn fit(
     for axis in 0..degrees.len() {
         let inner = nodes[axis + 1..].iter().product::<usize>() * columns;
         let source = if axis == 0 { values } else { &array };
-        array = fit_axis(source, nodes[axis], degrees[axis], inner);
+        array = fit_axis(source, nodes[axis], degrees[axis], inner)?;
     }
     Ok(array)
 }
@@ -160,7 +172,7 @@ pub fn evaluate(
         )));
     }
 
-    let mut values = vec![0.0; points.len() / parameters * columns];
+    let mut values = zeros(points.len() / parameters * columns)?;
     let mut products = Vec::with_capacity(POINT_BLOCK * terms);
     for (batch, targets) in
         points.chunks(POINT_BLOCK * parameters).zip(values.chunks_mut(POINT_BLOCK * columns))
@@ -214,7 +226,7 @@ pub fn derivative(
     let inner = degrees[axis + 1..].iter().map(|n| n + 1).product::<usize>() * columns;
     let row = |i: usize| i * inner..(i + 1) * inner;
 
-    let mut result = vec![0.0; coefficients.len()];
+    let mut result = zeros(coefficients.len())?;
     let blocks = coefficients.chunks_exact((degree + 1) * inner);
     for (source, target) in blocks.zip(result.chunks_exact_mut((degree + 1) * inner)) {
         // Not a plain zero: degree 0 would turn the NaN of a failed run into a derivative of 0.
@@ -264,13 +276,13 @@ fn check_rows(length: usize, columns: usize, sizes: &[usize], what: &str) -> Res
 ///
 /// The node pairs x and -x are folded first, because cos(i θ) is even in x for even i and odd for odd
 /// i. That halves the work and keeps exact symmetries of the response exact.
-fn fit_axis(values: &[f64], nodes: usize, degree: usize, inner: usize) -> Vec<f64> {
+fn fit_axis(values: &[f64], nodes: usize, degree: usize, inner: usize) -> Result<Vec<f64>, GridError> {
     let terms = degree + 1;
     let pairs = nodes.div_ceil(2);
     let weights = pair_weights(nodes, degree);
     let outer = values.len() / (nodes * inner);
 
-    let mut coefficients = vec![0.0; outer * terms * inner];
+    let mut coefficients = zeros(outer * terms * inner)?;
     let mut sums = vec![0.0; pairs * COLUMN_BLOCK];
     let mut differences = vec![0.0; pairs * COLUMN_BLOCK];
     for o in 0..outer {
@@ -295,7 +307,7 @@ fn fit_axis(values: &[f64], nodes: usize, degree: usize, inner: usize) -> Vec<f6
             }
         }
     }
-    coefficients
+    Ok(coefficients)
 }
 
 /// Weights of the node pairs in the coefficients, terms x pairs: (2/m) cos(i θ_j), halved for i = 0,

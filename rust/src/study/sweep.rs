@@ -10,53 +10,117 @@ use rayon::prelude::*;
 use crate::error::{Problem, SceneError};
 use crate::integrators::Status;
 use crate::mechanism::compiled::Mechanism;
-use crate::run::trajectory::{Settings, Trajectory, simulate};
+use crate::run::trajectory::{Settings, Trajectory, check, columns, record};
 use crate::scene::reader::read_scene;
 
-/// Simulates every scene, given as JSON text, on `threads` threads of a private pool (default:
-/// one for every processor).
-///
-/// `finished` counts the runs as they end. `monitor` is asked after every accepted step of any run; false
-/// cancels all of them. It is asked by all threads at once and must not write what they share: a counter
+/// Mechanisms that are simulated with the same settings.
+pub struct Sweep<'s> {
+    settings: &'s Settings,
+    pool: rayon::ThreadPool,
+    mechanisms: Vec<Mechanism>,
+    /// Names of the columns, the same for all.
+    pub columns: Vec<String>,
+}
+
+/// Whether work goes on. It is asked by all threads at once and must not write what they share: a counter
 /// kept there cost two threads 5 % of their time.
-///
-/// # Errors
-/// The problems of all scenes together, with paths below `scenes[i]`; nothing is simulated then.
-pub fn sweep(
-    scenes: &[String],
-    settings: &Settings,
-    threads: Option<usize>,
-    finished: &AtomicUsize,
-    monitor: &(dyn Fn() -> bool + Sync),
-) -> Result<Vec<Trajectory>, SceneError> {
-    settings.check()?;
-    // More threads than runs would only wait.
-    let processors = std::thread::available_parallelism().map_or(1, usize::from);
-    let count = threads.unwrap_or(processors).clamp(1, scenes.len().max(1));
-    // A pool of its own: the global one would not survive a fork, and its size is the user's.
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(count)
-        .build()
-        .map_err(|error| SceneError::single("threads", format!("cannot be started: {error}")))?;
-    pool.install(|| {
-        let mechanisms = gather(
-            scenes.par_iter().map(|text| read_scene(text).and_then(|scene| Mechanism::compile(&scene))),
-        )?;
-        gather(mechanisms.par_iter().with_max_len(1).map(|mechanism| {
-            let run = simulate(mechanism, settings, &|_| monitor())?;
-            if run.status != Status::Cancelled {
-                finished.fetch_add(1, Ordering::Relaxed);
+pub type Monitor<'a> = &'a (dyn Fn() -> bool + Sync);
+
+impl<'s> Sweep<'s> {
+    /// Compiles every scene, given as JSON text, on `threads` threads of a private pool (default: one for
+    /// every processor), on which they will also be simulated. None if the monitor said no.
+    ///
+    /// # Errors
+    /// The problems of all scenes together, with paths below `scenes[i]`: those of the settings, such as an
+    /// unknown output, and other columns than the first scene has included.
+    pub fn prepare(
+        scenes: &[String],
+        settings: &'s Settings,
+        threads: Option<usize>,
+        monitor: Monitor,
+    ) -> Result<Option<Sweep<'s>>, SceneError> {
+        settings.check()?;
+        // More threads than runs would only wait.
+        let processors = std::thread::available_parallelism().map_or(1, usize::from);
+        let count = threads.unwrap_or(processors).clamp(1, scenes.len().max(1));
+        // A pool of its own: the global one would not survive a fork, and its size is the user's.
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(count)
+            .build()
+            .map_err(|error| SceneError::single("threads", format!("cannot be started: {error}")))?;
+        let checked = |text: &String| {
+            let mechanism = Mechanism::compile(&read_scene(text)?)?;
+            check(&mechanism, settings)?;
+            Ok(mechanism)
+        };
+        let compile = |text| monitor().then(|| checked(text));
+        let compiled: Option<Vec<_>> = pool.install(|| scenes.par_iter().map(compile).collect());
+        let Some(compiled) = compiled else { return Ok(None) };
+        let mechanisms = gather(compiled)?;
+        let names = mechanisms.first().map_or_else(Vec::new, |first| columns(first, settings));
+        let others = mechanisms.iter().map(|mechanism| same_columns(&names, &columns(mechanism, settings)));
+        gather(others.collect())?;
+        Ok(Some(Sweep { settings, pool, mechanisms, columns: names }))
+    }
+
+    /// Simulates all mechanisms into `values`: runs, samples, columns. The trajectories leave their samples
+    /// there. None if the monitor said no; it is asked before every run and after every accepted step.
+    /// `finished` counts the runs as they end.
+    ///
+    /// # Errors
+    /// Memory of another size.
+    pub fn run(
+        &self,
+        values: &mut [f64],
+        finished: &AtomicUsize,
+        monitor: Monitor,
+    ) -> Result<Option<Vec<Trajectory>>, SceneError> {
+        let size = self.settings.samples * self.columns.len();
+        if values.len() != self.mechanisms.len() * size {
+            return Err(SceneError::single("settings.samples", "do not fit the memory that is given"));
+        }
+        let simulate = |(mechanism, values): (&Mechanism, &mut [f64])| {
+            let run = monitor().then(|| record(mechanism, None, self.settings, &|_| monitor(), values))?;
+            if run.as_ref().is_ok_and(|run| run.status == Status::Cancelled) {
+                return None;
             }
-            Ok(run)
-        }))
-    })
+            finished.fetch_add(1, Ordering::Relaxed);
+            Some(run)
+        };
+        let runs: Option<Vec<_>> = self.pool.install(|| {
+            let places = values.par_chunks_mut(size.max(1));
+            self.mechanisms.par_iter().zip(places).with_max_len(1).map(simulate).collect()
+        });
+        runs.map(gather).transpose()
+    }
+}
+
+/// Whether a mechanism has the columns of the first one.
+fn same_columns(first: &[String], other: &[String]) -> Result<(), SceneError> {
+    if first == other {
+        return Ok(());
+    }
+    let lacking = |from: &[String], to: &[String]| {
+        let names: Vec<&str> = from.iter().filter(|name| !to.contains(name)).map(String::as_str).collect();
+        match names[..] {
+            [] => "nothing".to_owned(),
+            [first, ref more @ ..] if more.len() > 2 => format!("{first:?} and {} more", more.len()),
+            _ => names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", "),
+        }
+    };
+    Err(SceneError::single(
+        "outputs",
+        format!(
+            "differ from those of the first scene, which lacks {} and has {} besides: all scenes of a study need the \
+             same parts, or outputs that they share",
+            lacking(other, first),
+            lacking(first, other)
+        ),
+    ))
 }
 
 /// All results in order, or the problems of all failures with the path of their scene.
-fn gather<T: Send>(
-    results: impl IndexedParallelIterator<Item = Result<T, SceneError>>,
-) -> Result<Vec<T>, SceneError> {
-    let results: Vec<Result<T, SceneError>> = results.collect();
+fn gather<T>(results: Vec<Result<T, SceneError>>) -> Result<Vec<T>, SceneError> {
     let mut good = Vec::with_capacity(results.len());
     let mut problems = Vec::new();
     for (index, result) in results.into_iter().enumerate() {

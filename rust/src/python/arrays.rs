@@ -1,0 +1,68 @@
+//! Arrays between NumPy and the core; memory that is not there is a `MemoryError`.
+
+use std::borrow::Cow;
+
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray2};
+use pyo3::exceptions::PyMemoryError;
+use pyo3::prelude::*;
+
+use crate::run::settings::Settings;
+
+/// Memory that must be left besides the samples [numbers]: what a run, its thread and its report need is far less,
+/// and the end of the memory in the middle of them would end the process.
+const SPARE: usize = 8 << 20;
+
+pub(super) fn memory_error(count: usize) -> PyErr {
+    PyMemoryError::new_err(format!("{count} numbers do not fit into the memory"))
+}
+
+pub(super) fn require_spare_memory() -> PyResult<()> {
+    let mut spare: Vec<f64> = Vec::new();
+    spare
+        .try_reserve_exact(SPARE)
+        .map_err(|_| PyMemoryError::new_err(format!("less than {} MiB of memory are left", SPARE >> 17)))?;
+    // Asked for although nobody uses it.
+    std::hint::black_box(spare);
+    Ok(())
+}
+
+/// An array of numbers that do not matter yet, of NumPy: a `MemoryError` if they do not fit into the memory.
+pub(super) fn new_array(py: Python<'_>, count: usize) -> PyResult<Bound<'_, PyArray1<f64>>> {
+    let array = py.import("numpy")?.call_method1("empty", (count,))?;
+    require_spare_memory()?;
+    Ok(array.cast_into()?)
+}
+
+/// The instants of the samples of a run that begins at an instant [s].
+pub(super) fn sample_times<'py>(
+    py: Python<'py>,
+    settings: &Settings,
+    begin: f64,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let t = new_array(py, settings.samples)?;
+    t.readwrite()
+        .as_slice_mut()?
+        .iter_mut()
+        .zip(settings.sample_times(begin))
+        .for_each(|(t, time)| *t = time);
+    Ok(t)
+}
+
+/// An array as flat row-major numbers, and its shape; copied only if it is not so already.
+pub(super) fn flat<'a>(array: &'a PyReadonlyArray2<'_, f64>) -> PyResult<(Cow<'a, [f64]>, [usize; 2])> {
+    let view = array.as_array();
+    let shape = [view.nrows(), view.ncols()];
+    // Not of the array itself, which would also give away its columns.
+    if let Some(slice) = view.to_slice() {
+        return Ok((Cow::Borrowed(slice), shape));
+    }
+    let mut copy = Vec::new();
+    copy.try_reserve_exact(view.len()).map_err(|_| memory_error(view.len()))?;
+    copy.extend(view.iter());
+    Ok((Cow::Owned(copy), shape))
+}
+
+pub(super) fn matrix<'py>(py: Python<'py>, flat: Vec<f64>, columns: usize) -> PyResult<Bound<'py, PyAny>> {
+    let rows = flat.len().checked_div(columns).unwrap_or(0);
+    Ok(flat.into_pyarray(py).reshape([rows, columns])?.into_any())
+}
