@@ -25,7 +25,7 @@ class RestraintZones(records.ArrayRecord):
     threshold: float
     """What the envelope is compared with."""
     spans: list[tuple[float, float]]
-    """First and last abscissa of every stretch on which the envelope is under the threshold; times [s], or
+    """First and last abscissa of every stretch on which the envelope is under the threshold; seconds, or
     whatever the zones were made over."""
 
     def __repr__(self) -> str:
