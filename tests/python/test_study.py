@@ -267,6 +267,30 @@ def test_pieces_with_different_outputs_are_not_mixed():
         assert problem.message.startswith("differ from those of the first scene") and named in problem.message
 
 
+@pytest.mark.parametrize("name", ["crank_length", "clearance", "rod_length"])
+def test_an_interval_that_reaches_to_where_there_is_no_mechanism(name):
+    # The Chebyshev roots lie inside.
+    sides = {
+        "crank_length": cc.interval(0.0, 0.05),
+        "clearance": cc.interval(0.0, 4e-5),
+        "rod_length": cc.interval(0.03, 0.12),  # shorter than the crank: it does not reach at a quarter turn
+    }
+    study = cc.Study(
+        cc.mechanisms.slider_crank,
+        {name: sides[name]},
+        ["slider.x"],
+        duration=1e-4,
+        samples=3,
+        fixed={"crank_angle": math.pi / 2.0},
+    )
+    end = sides[name].lower
+    with pytest.raises(cc.SceneError, match=f"scene with {name} = {end!r}: ") as caught:
+        study.chebyshev(degree=2)
+    reason = caught.value.problems[-1]
+    assert reason.path == f"parameters.{name}"
+    assert reason.message.startswith(f'the interval of "{name}" reaches to {end!r}, where there is no such')
+
+
 def test_progress_counts_the_runs(crank_study, crank_result):
     counts = []
     study = with_options(crank_study, progress=lambda done, total: counts.append((done, total)))

@@ -11,10 +11,11 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import _core
 from ..errors import Problem, SceneError, SimulationError, describe
-from ..scene.scene import Scene
+from ..scene.scene import Interval, Scene
 
 if TYPE_CHECKING:
     from .._core import _Runs
@@ -152,6 +153,33 @@ def with_parameters(error: SceneError, given: Sequence[Mapping[str, float]]) -> 
     if len(wrong) > 1:
         problems.append(Problem("study", f"{len(wrong) - 1} more of {len(given)} scenes have problems"))
     return SceneError(problems)
+
+
+def require_ends(
+    intervals: Mapping[str, Interval],
+    points: NDArray[np.float64],
+    build: Callable[[list[dict[str, float]]], list[Scene]],
+) -> None:
+    """Raise if there is no mechanism at an end of an interval: bounds are those of the whole interval.
+
+    Chebyshev roots lie inside, and would not notice a length that reaches down to zero.
+    """
+    midpoint = {name: side.midpoint for name, side in intervals.items()}
+    for index, (name, side) in enumerate(intervals.items()):
+        for end in (side.lower, side.upper):
+            if end in points[:, index]:
+                continue
+            at_end = midpoint | {name: end}
+            try:
+                scene = build([at_end])[0]
+                try:
+                    scene.check()
+                except SceneError as error:
+                    raise SceneError(located(at_end, error.problems)) from None
+            except SceneError as error:
+                reason = f'the interval of "{name}" reaches to {end!r}, where there is no such mechanism: '
+                reason += "bounds are those of the whole interval"
+                raise SceneError([*error.problems, Problem(f"parameters.{name}", reason)]) from None
 
 
 def require_success(runs: _Runs, given: Sequence[Mapping[str, float]]) -> None:

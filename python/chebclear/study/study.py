@@ -30,6 +30,7 @@ from .runs import (
     MOST_RUNS,
     gathered_warnings,
     located,
+    require_ends,
     require_success,
     scene_text,
     simulate_all,
@@ -363,6 +364,7 @@ class Study:
         midpoint = [side.midpoint for side in self.intervals.values()]
         given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in [*points, midpoint]]
         scenes, built = self._scenes(given)
+        require_ends(self.intervals, points, lambda ends: self._scenes(ends)[0])
         texts = [scene_text(scene, parameters) for scene, parameters in zip(scenes, given, strict=True)]
         try:
             settings = self.settings.for_scene(scenes[-1], runs=len(scenes))
