@@ -137,7 +137,8 @@ fn six_bar(crank_angle: f64, prescribed: f64) -> Scene {
 
 fn scales(scene: &Scene) -> [f64; 3] {
     let mechanism = compile(scene);
-    let ContactScales { resting_penetration, resting_speed, resting_velocity } = mechanism.scales.contacts[0];
+    let ContactScales { resting_penetration, resting_speed, resting_velocity, .. } =
+        mechanism.scales.contacts[0];
     [resting_penetration, resting_speed, resting_velocity]
 }
 

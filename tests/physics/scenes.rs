@@ -461,11 +461,12 @@ fn impossible_settings_and_unknown_outputs_are_refused_all_at_once() {
         rtol: 0.0,
         position_tolerance: Some(-1.0),
         velocity_tolerance: Some(f64::INFINITY),
+        companion_of: Some(-1.0),
         ..Settings::new(1.0, 2)
     };
     let problems = simulate(&mechanism, &settings, &|_| true).map(|_| ()).unwrap_err().problems;
     let paths: Vec<&str> = problems.iter().map(|problem| problem.path.as_str()).collect();
-    let fields = ["duration", "samples", "rtol", "position_tolerance", "velocity_tolerance"];
+    let fields = ["duration", "samples", "rtol", "position_tolerance", "velocity_tolerance", "companion_of"];
     assert_eq!(paths, fields.map(|field| format!("settings.{field}")));
     let settings = Settings {
         outputs: Some(["slider.vx", "slider.vxx", "rist.penetration"].map(str::to_owned).to_vec()),

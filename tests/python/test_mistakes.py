@@ -368,6 +368,6 @@ def test_an_estimate_in_words():
     run = cc.simulate(MECHANISMS.slider_crank(), 1e-3, 11, error="estimate")
     assert run.error["slider.vx"].in_words() == "did not part"
     assert dataclasses.asdict(run.error)["status"] == "done"
-    parted = run.error["slider.vx"]._replace(horizon=0.0125)
+    parted = run.error["slider.vx"]._replace(horizon=0.0125, parted=True)
     assert parted.in_words() == "parted at 0.0125 s"
     assert parted._replace(max_difference=math.nan).in_words() == "not known"

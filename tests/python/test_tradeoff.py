@@ -92,7 +92,7 @@ def test_the_estimate_is_the_error_against_the_closed_form(method):
     run = cc.simulate(
         pendulum(), quarter_period(), 2, rtol=1e-5, method=method, outputs=OUTPUTS, error="estimate"
     )
-    assert run.error.rtol <= 1e-6 * (1.0 + 1e-9) and run.error.status == "done"
+    assert run.error.rtol == pytest.approx(1e-7) and run.error.status == "done"
     for name, truth in zip(OUTPUTS, (LOWEST_ANGLE, LOWEST_SPEED), strict=True):
         error = abs(run[name][-1] - truth)
         estimate = run.error[name]
@@ -107,12 +107,13 @@ def test_the_estimate_of_a_chaotic_run_has_a_horizon(tmp_path):
     run = cc.simulate(scene, 0.01, 401, 1e-3, "rodas5p", outputs, error="estimate")
     plain = cc.simulate(scene, 0.01, 401, 1e-3, "rodas5p", outputs)
     assert plain.error is None and run != plain and replace(run, error=None) == plain
-    other = cc.simulate(scene, 0.01, 401, 1e-4, "rodas5p", outputs)
+    # Against the truth, and not only against runs that may share its error.
+    true = cc.simulate(scene, 0.01, 401, 1e-11, outputs=outputs)["wrist.normal_force"]
     force = run.error["wrist.normal_force"]
-    difference = np.abs(run["wrist.normal_force"] - other["wrist.normal_force"])
-    assert force.max_difference == difference.max()
-    first = np.flatnonzero(difference > 0.01 * np.ptp(other["wrist.normal_force"]))[0]
-    assert force.horizon == run.t[first] < 0.01
+    error = np.abs(run["wrist.normal_force"] - true)
+    assert 0.5 * error.max() < force.max_difference < 2.0 * error.max()
+    first = np.flatnonzero(error > 0.01 * np.ptp(true))[0]
+    assert 0.5 * run.t[first] < force.horizon < 2.0 * run.t[first] and force.parted
     assert run.error["slider.y"].range == 0.0 and math.isnan(run.error["slider.y"].relative)
     for twin in (
         pickle.loads(pickle.dumps(run)),
@@ -133,37 +134,30 @@ def test_the_estimate_of_a_run_that_fails_covers_what_both_reached():
         cc.simulate(pendulum(), 1.0, 101, **short)
 
 
-def test_the_companion_run_tightens_tolerances_that_were_set():
+def test_the_companion_runs_tighten_tolerances_that_were_set():
     own = {"position_tolerance": 1e-4, "velocity_tolerance": 1e-2}
     run = cc.simulate(pendulum(), 0.5, 51, outputs=OUTPUTS, error="estimate", **own)
-    companion = cc.simulate(
-        pendulum(),
-        0.5,
-        51,
-        rtol=1e-7,
-        outputs=OUTPUTS,
-        position_tolerance=1e-5,
-        velocity_tolerance=1e-3,
-    )
-    expected = np.abs(run.values - companion.values).max(axis=0)
-    np.testing.assert_array_equal(run.error.max_difference, expected)
+    error = np.abs(run.values - cc.simulate(pendulum(), 0.5, 51, rtol=1e-11, outputs=OUTPUTS).values)
+    # What these tolerances leave is far above what the rtol alone would.
+    assert np.all(error.max(axis=0) > 1e-6)
+    np.testing.assert_array_less(np.abs(run.error.max_difference / error.max(axis=0) - 1.0), 0.5)
 
 
 @pytest.mark.parametrize(
-    ("change", "words"), [({"error": "bound"}, '"estimate"'), ({"rtol": 5e-13}, "rtol >= 1e-12")]
+    ("change", "words"), [({"error": "bound"}, '"estimate"'), ({"rtol": 5e-12}, "rtol >= 1e-11")]
 )
 def test_wrong_requests_for_an_estimate(change, words):
     with pytest.raises(ValueError, match=words):
         cc.simulate(pendulum(), 1.0, 11, **({"error": "estimate"} | change))
 
 
-def test_a_companion_that_takes_the_same_steps_is_no_estimate():
+def test_companions_take_steps_of_their_own_where_no_tolerance_binds():
     # So short and smooth that the method of order 8 does the same at a tenth of the tolerance.
-    given = {"scene": pendulum(), "duration": 0.1 * quarter_period(), "samples": 2, "method": "dop853"}
-    loose, tenth = (cc.simulate(**given, rtol=rtol, outputs=OUTPUTS) for rtol in (1e-5, 1e-6))
-    assert loose.stats == tenth.stats
+    given = {"scene": pendulum(), "duration": 0.5 * quarter_period(), "samples": 2, "method": "dop853"}
+    loose, tenth, tight = (cc.simulate(**given, rtol=rtol, outputs=OUTPUTS) for rtol in (1e-5, 1e-6, 1e-11))
+    assert np.array_equal(loose.values, tenth.values)
     run = cc.simulate(**given, rtol=1e-5, outputs=OUTPUTS, error="estimate")
-    assert run.error.rtol < 1e-6 and np.all(run.error.max_difference > 0.0)
+    np.testing.assert_allclose(run.error.max_difference, np.abs(run.values - tight.values)[-1], rtol=0.2)
     # Nothing is integrated where the drives prescribe everything: there is no error.
     crank = cc.Scene(
         [cc.Body("crank", 1.0, 0.1)],
@@ -172,10 +166,53 @@ def test_a_companion_that_takes_the_same_steps_is_no_estimate():
         [cc.Speed("m", "pivot", 3.0)],
     )
     turn = cc.simulate(crank, 1.0, 11, outputs=["crank.angle"], error="estimate").error
-    assert turn.rtol == pytest.approx(1e-7) and turn["crank.angle"].max_difference == 0.0
+    assert turn["crank.angle"].max_difference == 0.0 and turn["crank.angle"].horizon == math.inf
 
 
-def test_progress_of_both_runs_grows_from_0_to_1(monkeypatch):
+# A slow crank whose contact rests, and strong friction in two pins: above 1e-6 the tolerances are those of
+# the contacts, whatever is asked for.
+CAPPED = [
+    (cc.mechanisms.slider_crank(crank_speed=cc.rpm(5.0), gravity=9.81), 0.5, 1e-3),
+    (
+        cc.mechanisms.slider_crank(
+            clearance_at=("crank_pin", "wrist"),
+            crank_speed=cc.rpm(60.0),
+            gravity=9.81,
+            contact=cc.Flores(1e10, 0.9),
+            friction=cc.ModifiedCoulomb(0.3, 0.225, 1e-3, 1.5e-3),
+        ),
+        0.01,
+        4.4e-4,
+    ),
+]
+
+
+@pytest.mark.filterwarnings("ignore:joint .* it slides slower")
+@pytest.mark.parametrize(("scene", "duration", "rtol"), CAPPED, ids=["slow crank", "two pins"])
+def test_companions_are_more_accurate_where_contacts_bind_the_tolerances(scene, duration, rtol):
+    run, true = (
+        cc.simulate(scene, duration, 101, outputs=["slider.vx"], **other)
+        for other in ({"rtol": rtol, "error": "estimate"}, {"rtol": 1e-10})
+    )
+    error = np.abs(run["slider.vx"] - true["slider.vx"]).max()
+    # 1.00 and 1.01; a run at a tenth of the rtol alone differs by 0.10 and 0.16 errors.
+    assert 0.5 * error < run.error["slider.vx"].max_difference < 2.0 * error
+
+
+def test_a_companion_that_fails_ends_what_is_estimated():
+    scene, given = cc.mechanisms.slider_crank(), {"rtol": 1e-5, "outputs": ["slider.vx"], "error": "estimate"}
+    steps = cc.simulate(scene, 0.004, 41, rtol=1e-5).stats
+    limit = int(1.1 * (steps.steps + steps.rejected))
+    run = cc.simulate(scene, 0.004, 41, max_steps=limit, **given)
+    assert run.success and run.error.status == "max_steps"
+    estimate = run.error["slider.vx"]
+    assert 0.0 < estimate.horizon == run.error.compared_until < 0.004 and not estimate.parted
+    assert estimate.in_words() == (
+        f"did not part until {estimate.horizon:.4g} s, where a companion run ended"
+    )
+
+
+def test_progress_of_all_runs_grows_from_0_to_1(monkeypatch):
     simulated = []
 
     def simulate(scene, settings, report, start):
@@ -188,8 +225,8 @@ def test_progress_of_both_runs_grows_from_0_to_1(monkeypatch):
     monkeypatch.setattr(cc.run.simulation._core, "simulate", simulate)
     shares = []
     cc.simulate(pendulum(), 0.5, 11, error="estimate", progress=shares.append)
-    assert shares == sorted(shares) and (shares[0], shares[-1]) == (0.0, 1.0) and len(shares) == 6
-    assert simulated == [1e-6, pytest.approx(1e-7)]
+    assert shares == sorted(shares) and (shares[0], shares[-1]) == (0.0, 1.0) and len(shares) == 9
+    assert simulated == [1e-6, pytest.approx(1e-7), pytest.approx(1e-8)]
 
 
 def test_each_warning_comes_once():

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from tokenize import TokenError
 from typing import Any
 from zipfile import BadZipFile
 from zlib import error as ZlibError
@@ -114,6 +115,10 @@ def _from_json(plain: dict[str, Any]) -> Any:
     return float(plain[_NOT_FINITE]) if plain.keys() == {_NOT_FINITE} else plain
 
 
+# What numpy and zipfile raise for bytes that they cannot make sense of; the file itself is open.
+_DAMAGE = (ValueError, EOFError, OSError, RuntimeError, SyntaxError, TokenError, BadZipFile, ZlibError)
+
+
 def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     """Arrays and facts that `save` wrote.
 
@@ -130,7 +135,7 @@ def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any
             if not isinstance(archive, np.lib.npyio.NpzFile):  # a single array
                 raise stranger
             facts = json.loads(str(archive["metadata"]), object_hook=_from_json)
-        except (KeyError, ValueError, EOFError, BadZipFile, ZlibError):
+        except (KeyError, *_DAMAGE):
             raise stranger from None
         if not (isinstance(facts, dict) and isinstance(facts.get("format"), int) and "kind" in facts):
             raise stranger
@@ -142,7 +147,7 @@ def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any
             raise ValueError(f"{os.fspath(path)} holds a {facts['kind']}, not a {kind}")
         try:
             return {name: archive[name] for name in archive.files if name != "metadata"}, facts
-        except (ValueError, EOFError, BadZipFile, ZlibError) as error:
+        except _DAMAGE as error:
             raise ValueError(f"{os.fspath(path)} is damaged: {error}") from None
 
 

@@ -96,11 +96,13 @@ class OutputError(NamedTuple):
     """The estimated error of one output."""
 
     max_difference: float
-    """Largest difference from the companion run in the unit of the output."""
+    """Largest difference from the companion runs in the unit of the output."""
     range: float
     """Range of the output in its unit; 0 if it is constant."""
     horizon: float
-    """First sample that differs by more than 1 % of the range [s]; infinity if none does."""
+    """Instant from which the estimate holds no longer [s]; infinity if it holds to the end."""
+    parted: bool
+    """Whether the runs differ there by more than 1 % of the range; otherwise a companion run ended there."""
 
     @property
     def relative(self) -> float:
@@ -111,38 +113,52 @@ class OutputError(NamedTuple):
         """Whether and when the runs parted, such as ``"parted at 0.0125 s"``."""
         if math.isnan(self.max_difference):
             return "not known"
-        return "did not part" if math.isinf(self.horizon) else f"parted at {self.horizon:.4g} s"
+        if math.isinf(self.horizon):
+            return "did not part"
+        if self.parted:
+            return f"parted at {self.horizon:.4g} s"
+        return f"did not part until {self.horizon:.4g} s, where a companion run ended"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ErrorEstimate(records.ArrayRecord):
-    """What a companion run at a tenth of the tolerance tells of the errors of a run.
+    """What two companion runs tell of the errors of a run.
 
-    ``estimate["slider.vx"]`` is the `OutputError` of that output. Beyond the horizon the difference is the
-    distance of two unrelated motions and no longer estimates an error.
+    One has a tenth of its tolerances, the other a hundredth and another method. ``estimate["slider.vx"]`` is
+    the `OutputError` of that output. Up to its horizon the true error was more than twice the largest
+    difference in 1 of 700 outputs of drawn scenes, and never ten times; see ``benchmarks/claims.py``. Beyond
+    the horizon the difference is the distance of unrelated motions and no longer estimates an error.
     """
 
     columns: tuple[str, ...]
     """Names of the outputs."""
     max_difference: Array
-    """Largest difference of both runs in the unit of each output, shape (columns,); NaN if not known."""
+    """Largest difference from the companions in the unit of each output, shape (columns,); NaN if not
+    known."""
     ranges: Array
     """Range of each output in its unit, shape (columns,); 0 for one that is constant."""
     horizon: Array = field(metadata=unit("s"))
-    """First sample that differs by more than 1 % of the range [s], shape (columns,); infinity if none."""
+    """First sample that differs by more than 1 % of the range, or where a companion run ended before the run
+    if that is earlier [s], shape (columns,); infinity if none does."""
     rtol: float
-    """Relative tolerance of the companion run [-]: a tenth of the run's, or less if that changed no step."""
+    """Relative tolerance of the tighter companion run [-]: a hundredth of the run's."""
     status: str
-    """``"done"``, or the word for why the companion run ended early."""
+    """``"done"``, or the word for why a companion run ended early."""
     compared_until: float = field(metadata=unit("s"))
-    """End of the time that both runs have reached [s]."""
+    """End of the time that the run and both companions have reached [s]."""
 
     def __getitem__(self, column: str) -> OutputError:
         if column not in self.columns:
             raise KeyError(f'unknown column "{column}"{output_meant(column, self.columns)}')
         index = self.columns.index(column)
+        horizon = float(self.horizon[index])
+        # Of two companions that are done none ended before the run.
+        ended = self.status != "done" and horizon == self.compared_until
         return OutputError(
-            float(self.max_difference[index]), float(self.ranges[index]), float(self.horizon[index])
+            float(self.max_difference[index]),
+            float(self.ranges[index]),
+            horizon,
+            math.isfinite(horizon) and not ended,
         )
 
     def __iter__(self) -> Iterator[str]:
@@ -154,13 +170,14 @@ class ErrorEstimate(records.ArrayRecord):
         columns: tuple[str, ...],
         t: Array,
         values: Array,
-        companion: Array,
+        companions: Sequence[Array],
         *,
         rtol: float,
         status: str,
-        compared_until: float,
+        end_time: float,
+        companions_end: float,
     ) -> ErrorEstimate:
-        """The estimate from the samples of a run and its companion.
+        """The estimate from the samples of a run and its companions.
 
         Parameters
         ----------
@@ -168,21 +185,31 @@ class ErrorEstimate(records.ArrayRecord):
             Names of the outputs.
         t : ndarray, shape (samples,)
             Instants [s].
-        values, companion : ndarray, shape (samples, columns)
-            Both runs in the units of the outputs; NaN after a failure.
-        rtol, status, compared_until
+        values : ndarray, shape (samples, columns)
+            The run in the units of the outputs; NaN after a failure.
+        companions : sequence of ndarray, shape (samples, columns)
+            The companion runs likewise, the tightest last.
+        rtol, status
             The fields of those names.
+        end_time, companions_end : float
+            When the run and the first of the companions ended [s].
         """
-        ranges, thresholds = output_ranges(columns, companion)
-        difference = values - companion
+        ranges, thresholds = output_ranges(columns, companions[-1])
+        # fmax passes over the NaN of a companion that ended.
+        difference = np.abs(values - companions[0])
+        for companion in companions[1:]:
+            difference = np.fmax(difference, np.abs(values - companion))
         known = np.isfinite(difference)
-        largest = np.where(known, np.abs(difference), -math.inf).max(axis=0)
+        largest = np.where(known, difference, -math.inf).max(axis=0)
+        horizon = chaos_horizon(t, difference, thresholds)
+        if companions_end < end_time:
+            horizon = np.minimum(horizon, companions_end)
         return cls(
             columns=columns,
             max_difference=np.where(known.any(axis=0), largest, math.nan),
             ranges=ranges,
-            horizon=chaos_horizon(t, difference, thresholds),
+            horizon=horizon,
             rtol=rtol,
             status=status,
-            compared_until=compared_until,
+            compared_until=min(end_time, companions_end),
         )

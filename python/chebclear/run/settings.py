@@ -57,6 +57,8 @@ class Settings:
     """Features that are found on the way."""
     cycles: int = 1
     """Equal pieces of the sampled time, each with features of its own [-]."""
+    companion_of: float | None = None
+    """`rtol` of the run that this one is the companion of [-]; None if it is none."""
 
     @classmethod
     def checked(

@@ -19,10 +19,14 @@ from .features import Feature
 from .settings import LEAST_RTOL, MAX_EVENTS, MAX_STEPS, Settings
 from .trajectory import Contacts, EndState, Events, Stats, Trajectory
 
-# The companion run of an error estimate has the tolerance of the run divided by this.
-_COMPANION = 10.0
-# Share of the work that is the run itself; a tenth of the tolerance costs about 1.6 times as much.
-_OWN_SHARE = 0.4
+# The companion runs of an error estimate have the tolerances of the run divided by these. The second takes
+# another method: one companion, or two of one method, too often share the error of the run
+# (docs/decisions.md).
+_TIGHTER = (10.0, 100.0)
+_OTHER_METHOD = {"auto": "rodas5p", "rodas5p": "auto", "rodas4": "auto", "dop853": "auto"}
+# Where the work of the run itself and of its first companion ends, of all three: they cost 1.4 and 1.9 times
+# as much as the run, in the median over the scenes of `benchmarks/claims.py`.
+_OWN_SHARE, _FIRST_SHARE = 0.23, 0.56
 
 
 def simulate(
@@ -90,9 +94,9 @@ def simulate(
     on_failure : {"raise", "return"}
         Whether a run that fails raises or returns what it has, with its `Trajectory.status`.
     error : {"estimate"}, optional
-        Simulate once more at a tenth of all tolerances and say in `Trajectory.error` how far each output
-        differs, and from when on by more than 1 % of its range. Costs about 1.6 times the run itself. Where a
-        tenth changes not one step, the tolerances are tightened further.
+        Simulate twice more, at a tenth of all tolerances and at a hundredth by another method, and say in
+        `Trajectory.error` how far each output differs, and from when on by more than 1 % of its range. Costs
+        3 to 5 times the run itself.
 
     Returns
     -------
@@ -134,11 +138,9 @@ def simulate(
     checks.word("on_failure", on_failure, ("raise", "return"))
     if error is not None:
         checks.word("error", error, ("estimate",))
-        if settings.rtol < _COMPANION * LEAST_RTOL:
-            checks.add(
-                f'error="estimate" needs an rtol >= {_COMPANION * LEAST_RTOL:g} for its companion run, '
-                f"got {rtol!r}"
-            )
+        least = LEAST_RTOL * _TIGHTER[-1]
+        if settings.rtol < least:
+            checks.add(f'error="estimate" needs an rtol >= {least:g} for its companion runs, got {rtol!r}')
     checks.finish()
     settings = settings.for_scene(scene)
     # Told before the run: what looks wrong in a scene may make it long.
@@ -153,8 +155,9 @@ def simulate(
         trajectory = run_scene(scene, settings, own, start)
         trajectory = dataclasses.replace(trajectory, warnings=changes + trajectory.warnings)
         if error is not None and (trajectory.success or on_failure == "return"):
-            companion = _companion(trajectory, start, _share(report, _OWN_SHARE, 1.0))
-            trajectory = dataclasses.replace(trajectory, error=_estimate(trajectory, companion))
+            shares = (_share(report, _OWN_SHARE, _FIRST_SHARE), _share(report, _FIRST_SHARE, 1.0))
+            companions = _companions(trajectory, start, shares)
+            trajectory = dataclasses.replace(trajectory, error=_estimate(trajectory, companions))
     warn_once([message for message in trajectory.warnings if message not in doubts], stacklevel=3)
     if not trajectory.success and on_failure == "raise":
         failure = SimulationError(
@@ -217,48 +220,45 @@ def run_scene(
     )
 
 
-def _companion(run: Trajectory, start: EndState | None, report: Callable[[float], None] | None) -> Trajectory:
-    """A run at a tenth of the tolerances, or less where that takes the very same steps.
-
-    A short smooth run of the method of order 8 consists of the growth of its first step: two tolerances may
-    then give the same bits, which is no estimate of the error.
-    """
-    settings = _tightened(run.settings)
-    companion = run_scene(run.scene, settings, report, start)
-    while (
-        companion.stats == run.stats
-        and companion.stats.stages > 0
-        and settings.rtol >= _COMPANION * LEAST_RTOL
-    ):
-        settings = _tightened(settings)
-        companion = run_scene(run.scene, settings, start=start)
-    return companion
+def _companions(
+    run: Trajectory, start: EndState | None, reports: Sequence[Callable[[float], None] | None]
+) -> list[Trajectory]:
+    """The runs at tighter tolerances that a run is compared with."""
+    methods = (run.settings.method, _OTHER_METHOD[run.settings.method])
+    return [
+        run_scene(run.scene, _tightened(run.settings, factor, method), report, start)
+        for factor, method, report in zip(_TIGHTER, methods, reports, strict=True)
+    ]
 
 
-def _tightened(settings: Settings) -> Settings:
-    """The settings of a companion run: a tenth of all tolerances."""
+def _tightened(settings: Settings, factor: float, method: str) -> Settings:
+    """The settings of a companion run: all tolerances divided by a factor, the core's own included."""
 
-    def tenth(tolerance: float | None) -> float | None:
-        return None if tolerance is None else tolerance / _COMPANION
+    def tighter(tolerance: float | None) -> float | None:
+        return None if tolerance is None else tolerance / factor
 
     return dataclasses.replace(
         settings,
-        rtol=settings.rtol / _COMPANION,
+        rtol=max(settings.rtol / factor, LEAST_RTOL),
+        method=method,
         features=(),
-        position_tolerance=tenth(settings.position_tolerance),
-        velocity_tolerance=tenth(settings.velocity_tolerance),
+        position_tolerance=tighter(settings.position_tolerance),
+        velocity_tolerance=tighter(settings.velocity_tolerance),
+        companion_of=settings.rtol,
     )
 
 
-def _estimate(run: Trajectory, companion: Trajectory) -> ErrorEstimate:
+def _estimate(run: Trajectory, companions: Sequence[Trajectory]) -> ErrorEstimate:
+    statuses = [companion.status for companion in companions]
     return ErrorEstimate.between(
         run.columns,
         run.t,
         run.values,
-        companion.values,
-        rtol=companion.settings.rtol,
-        status=companion.status,
-        compared_until=min(run.end_time, companion.end_time),
+        [companion.values for companion in companions],
+        rtol=companions[-1].settings.rtol,
+        status=next((status for status in statuses if status != "done"), "done"),
+        end_time=run.end_time,
+        companions_end=min(companion.end_time for companion in companions),
     )
 
 

@@ -199,7 +199,7 @@ class Trajectory(records.ArrayRecord):
     start: str | None = None
     """What the run went on from, the `EndState.memory` of another one; None for a first start."""
     error: ErrorEstimate | None = None
-    """Errors estimated by a companion run; None unless asked for."""
+    """Errors estimated by companion runs; None unless asked for."""
 
     @property
     def success(self) -> bool:

@@ -74,4 +74,22 @@ impl FrictionLaw {
             FrictionLaw::SmoothedCoulomb { velocity, .. } => velocity,
         }
     }
+
+    /// Largest rise of the coefficient with the sliding velocity [s/m]: that at rest.
+    pub fn steepness(&self) -> f64 {
+        match *self {
+            FrictionLaw::ModifiedCoulomb { static_coefficient, stick_slip_velocity, .. } => {
+                std::f64::consts::FRAC_PI_2 * static_coefficient / stick_slip_velocity
+            }
+            FrictionLaw::SmoothedCoulomb { coefficient, velocity } => coefficient / velocity,
+        }
+    }
+
+    /// Sliding speed [m/s] from which on the coefficient is constant, or nearly so.
+    pub fn steep_until(&self) -> f64 {
+        match *self {
+            FrictionLaw::ModifiedCoulomb { static_sliding_velocity, .. } => static_sliding_velocity,
+            FrictionLaw::SmoothedCoulomb { velocity, .. } => 3.0 * velocity,
+        }
+    }
 }

@@ -246,6 +246,8 @@ pub struct Scales {
 /// Sizes of a contact that rests under the load of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactScales {
+    /// Mass that the contact feels [kg], the harmonic mean over all directions.
+    pub mass: f64,
     /// Penetration at which it carries the load [m].
     pub resting_penetration: f64,
     /// Velocity of an oscillation about it that just stays in contact [m/s].

@@ -112,6 +112,7 @@ pub(crate) fn contact_scales(dynamics: &mut Dynamics, speed: f64, length: f64) -
         let load = if load > 0.0 { load } else { weightless };
         let resting_penetration = law.resting_penetration(load);
         ContactScales {
+            mass,
             resting_penetration,
             resting_speed: resting_penetration * law.contact_frequency(load, mass),
             resting_velocity: law.resting_velocity(load, mass),

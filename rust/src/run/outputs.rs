@@ -285,7 +285,6 @@ fn coordinate_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
 }
 
 fn energy_value(dynamics: &Dynamics, work: &Work, quantity: usize) -> f64 {
-    let losses = || -> f64 { work.contacts.iter().map(|loss| loss.impact + loss.friction).sum() };
     match quantity {
         0 => dynamics.kinetic_energy(),
         1 => dynamics.potential_energy(),
@@ -295,7 +294,7 @@ fn energy_value(dynamics: &Dynamics, work: &Work, quantity: usize) -> f64 {
         5 => work.contacts.iter().map(|loss| loss.impact).sum(),
         6 => work.contacts.iter().map(|loss| loss.friction).sum(),
         7 => work.damping,
-        _ => dynamics.total_energy() - work.start_energy - work.input + losses() + work.damping,
+        _ => dynamics.total_energy() - work.start_energy - work.input + work.losses(),
     }
 }
 

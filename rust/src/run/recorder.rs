@@ -10,6 +10,7 @@ use crate::mechanism::compiled::{Mechanism, State};
 use crate::mechanism::kinematics::FrameKind;
 use crate::numerics::instant::Instant;
 use crate::numerics::turns::{rewind, unwind};
+use crate::run::balance::Balance;
 use crate::run::contacts::{Contact, Event, EventKind, OpenContact, Stick};
 use crate::run::features::Plan;
 use crate::run::outputs::{Column, Needs};
@@ -17,7 +18,7 @@ use crate::run::restart::Memory;
 use crate::run::settings::Settings;
 use crate::run::tolerances::Tolerances;
 use crate::run::tracking::Tracking;
-use crate::run::work::{GAUSS, Work};
+use crate::run::work::Work;
 
 /// Largest correction of a projection, in tolerances of a step.
 const LARGEST_PROJECTION: f64 = 10.0;
@@ -25,9 +26,6 @@ const LARGEST_PROJECTION: f64 = 10.0;
 /// First step of a run, as a part of the time in which the mechanism crosses its own size: too long is
 /// cut by rejections, too short grows fivefold a step.
 const FIRST_STEP: f64 = 1e-3;
-
-/// Turn of a drive [rad] over which Gauss's quadrature with four points adds its work to rounding.
-pub(crate) const WORK_TURN: f64 = 0.5;
 
 /// Guards of a clearance joint: the gap, and the bracket of the damping.
 pub(crate) const GUARDS: usize = 2;
@@ -54,6 +52,8 @@ pub(crate) struct Recorder<'a> {
     pub(crate) work: Work,
     /// The work up to the present step, while `work` goes to a sample in it.
     work_of_steps: Work,
+    /// What the steps leave unexplained of the energy.
+    pub(crate) balance: Balance,
     /// The contact of every clearance joint, while it lasts.
     pub(crate) open_contacts: Vec<Option<OpenContact>>,
     pub(crate) contacts: Vec<Contact>,
@@ -108,6 +108,7 @@ impl<'a> Recorder<'a> {
             events: Vec::new(),
             work: Work::new(mechanism.clearance_joints.len()),
             work_of_steps: Work::default(),
+            balance: Balance::new(mechanism.clearance_joints.len()),
             open_contacts: vec![None; mechanism.clearance_joints.len()],
             contacts: Vec::new(),
             cut_contacts: Vec::new(),
@@ -149,7 +150,10 @@ impl<'a> Recorder<'a> {
     pub(crate) fn limits(&self) -> Limits {
         let scales = &self.dynamics.mechanism.scales;
         let crossing = FIRST_STEP * scales.length / scales.speed;
-        let first_step = self.settings.limits.first_step.or(Some(crossing).filter(|step| step.is_finite()));
+        // Where nothing moves: a part of the whole run.
+        let whole = FIRST_STEP * (self.settings.skip + self.settings.duration);
+        let first_step = self.settings.refinement() * if crossing.is_finite() { crossing } else { whole };
+        let first_step = self.settings.limits.first_step.or(Some(first_step));
         Limits { first_step, ..self.settings.limits }
     }
 
@@ -161,7 +165,8 @@ impl<'a> Recorder<'a> {
         self.open_contacts.clone_from(&memory.contacts);
         match &memory.work {
             Some(work) => self.work.clone_from(work),
-            None => self.forget_work(),
+            None if self.needs.work => self.forget_work(),
+            None => {}
         }
     }
 
@@ -169,13 +174,11 @@ impl<'a> Recorder<'a> {
     /// knows them.
     fn forget_work(&mut self) {
         self.work = Work::unknown(self.open_contacts.len());
-        if self.needs.work {
-            self.warnings.push(
-                "work and losses count from the first start on, and the run that ended at the given start did \
-                 not count them: they are NaN; name one of them in the outputs of that run too"
-                    .to_owned(),
-            );
-        }
+        self.warnings.push(
+            "work and losses count from the first start on, and the run that ended at the given start did not \
+             count them: they are NaN; name one of them in the outputs of that run too"
+                .to_owned(),
+        );
     }
 
     /// Gives angles their full turns back.
@@ -222,7 +225,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// Moves to an instant of a step, with the loops closed: the dense output opens them by its error.
-    fn move_inside(&mut self, step: &DenseStep, t: f64) {
+    pub(crate) fn move_inside(&mut self, step: &DenseStep, t: f64) {
         let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
         self.state_inside(step, t, &mut q, &mut v);
         (self.q, self.v) = (q, v);
@@ -280,42 +283,11 @@ impl<'a> Recorder<'a> {
                     let clearance = joint.law.clearance;
                     // |ė| h + |ë| h²/2 = c/2
                     let bound = clearance / (rate + (rate * rate + acceleration * clearance).sqrt());
-                    self.step_bound = self.step_bound.min(bound);
+                    self.step_bound = self.step_bound.min(self.settings.refinement() * bound);
                 }
                 Phase::Contact { .. } => self.watch_contact(t, index),
             }
         }
-    }
-
-    /// Adds the powers of a state to the work.
-    pub(crate) fn add_work(&mut self, t: f64, q: &[f64], v: &[f64], dt: f64) {
-        if !self.dynamics.acceleration(t, q, v, &mut self.a) {
-            self.a.fill(f64::NAN);
-        }
-        self.dynamics.accelerate(&self.a);
-        self.dynamics.find_reactions();
-        self.work.add(&self.dynamics, dt);
-    }
-
-    /// Adds the work from the start of a step to the instant `to` in it, in pieces that the drives allow: a
-    /// step is as long as what moves freely lets it be, and a crank may have turned many times in it.
-    fn add_work_of(&mut self, step: &DenseStep, to: f64) {
-        let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
-        let mut from = step.t;
-        while from < to {
-            let next = (from + self.continued(from, f64::NAN, WORK_TURN)).min(to);
-            for (place, weight) in GAUSS {
-                let t = from + place * (next - from);
-                step.at((t - step.t) / step.h, &mut q, &mut v);
-                self.add_work(t, &q, &v, weight * (next - from));
-            }
-            from = next;
-            if from < to && !(self.monitor)(step.t) {
-                // Cancelled: the step is the last.
-                break;
-            }
-        }
-        (self.q, self.v) = (q, v);
     }
 }
 
@@ -338,6 +310,7 @@ impl HybridSystem for Recorder<'_> {
         }
         self.dynamics.accelerate(a);
         self.watch(t);
+        self.watch_energy(t);
     }
 
     fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
@@ -447,7 +420,7 @@ impl HybridSystem for Recorder<'_> {
     }
 
     fn wants_dense(&self, end: f64) -> bool {
-        self.needs.work
+        self.may_look(end)
             || self.tracking.wants(end)
             || self.next_due().is_some_and(|due| due <= end * (1.0 + 32.0 * f64::EPSILON))
     }
@@ -486,8 +459,8 @@ impl HybridSystem for Recorder<'_> {
                 true
             });
         }
-        if self.needs.work {
-            self.add_work_of(step, end);
+        if self.may_look(end) {
+            self.look_at(step);
         }
         (self.monitor)(end)
     }

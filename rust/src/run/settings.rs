@@ -43,6 +43,10 @@ const TIGHT: f64 = 3e-8;
 /// Relative tolerance that a user who does not choose gets [-].
 pub const DEFAULT_RTOL: f64 = 1e-6;
 
+/// Steps of a companion, by the ratio of the tolerances, where no tolerance chooses them: 0.56 for a tenth,
+/// which divides the error of Rodas4 by 10 and that of DOP853 by 100.
+const REFINEMENT_POWER: f64 = 0.25;
+
 /// Most samples of a run: with all columns of a small mechanism they still fit into memory.
 const MOST_SAMPLES: usize = 10_000_000;
 
@@ -72,6 +76,9 @@ pub struct Settings {
     pub position_tolerance: Option<f64>,
     /// Local velocity error [m/s]; `None`: from `rtol` and the scene.
     pub velocity_tolerance: Option<f64>,
+    /// The `rtol` of the run that this one is the companion of; `None`: it is none. Whatever that run's
+    /// accuracy hangs on is tighter in its companion, in the ratio of the two `rtol`.
+    pub companion_of: Option<f64>,
     /// Limits of the work.
     pub limits: Limits,
 }
@@ -90,6 +97,7 @@ impl Settings {
             cycles: 1,
             position_tolerance: None,
             velocity_tolerance: None,
+            companion_of: None,
             limits: Limits::default(),
         }
     }
@@ -132,6 +140,10 @@ impl Settings {
             let value = value.unwrap_or(1.0);
             check(positive(value), field, format!("must be > 0 [{unit}], got {value}"));
         }
+        if let Some(of_run) = self.companion_of {
+            let message = format!("must be at least the rtol of the companion and <= 0.1 [-], got {of_run}");
+            check((self.rtol..=0.1).contains(&of_run), "companion_of", message);
+        }
         if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
     }
 
@@ -139,6 +151,12 @@ impl Settings {
     pub fn sample_times(&self, begin: f64) -> impl Iterator<Item = f64> + '_ {
         let first = begin + self.skip;
         (0..self.samples).map(move |index| first + self.sample_time(index))
+    }
+
+    /// Factor by which a companion shortens the steps that no tolerance chooses: a difference of runs
+    /// tells nothing where their steps are the same.
+    pub fn refinement(&self) -> f64 {
+        self.companion_of.map_or(1.0, |rtol| (self.rtol / rtol).powf(REFINEMENT_POWER))
     }
 
     /// Instant of a sample after the first one [s]; the last one is the duration exactly.
@@ -178,6 +196,7 @@ pub fn read_settings(text: &str) -> Result<Settings, SceneError> {
         cycles: fields.count_or("cycles", 1, &mut problems),
         position_tolerance: fields.optional_number("position_tolerance", &mut problems),
         velocity_tolerance: fields.optional_number("velocity_tolerance", &mut problems),
+        companion_of: fields.optional_number("companion_of", &mut problems),
         limits: Limits {
             max_steps: fields.count_or("max_steps", limits.max_steps, &mut problems),
             max_events: fields.count_or("max_events", limits.max_events, &mut problems),

@@ -99,7 +99,8 @@ impl Tolerances {
         let scales = &mechanism.scales;
         let position_scale = position_scale(mechanism);
         // Where contacts and friction bind the tolerances, a tighter `rtol` must still tell something new.
-        let tighter = (settings.rtol / DEFAULT_RTOL).min(1.0);
+        let of_run = settings.companion_of.unwrap_or(settings.rtol);
+        let tighter = (of_run / DEFAULT_RTOL).min(1.0) * (settings.rtol / of_run);
         // The oscillation about a resting contact must be resolved, however slow the mechanism.
         let resting = |of: fn(&ContactScales) -> f64| {
             RESTING_PART * tighter * scales.contacts.iter().map(of).fold(f64::INFINITY, f64::min)

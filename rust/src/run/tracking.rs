@@ -1,9 +1,10 @@
 //! Quantities tracked through the dense output of every step, for the features of a run.
 
 use crate::numerics::extremum::highest_within;
+use crate::run::balance::WORK_TURN;
 use crate::run::contacts::{Contact, Event};
 use crate::run::features::{Extent, Plan, Touch};
-use crate::run::recorder::{Recorder, WORK_TURN};
+use crate::run::recorder::Recorder;
 use crate::run::settings::Settings;
 use crate::run::work::Work;
 

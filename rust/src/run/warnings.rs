@@ -21,6 +21,10 @@ const CREEPING: f64 = 0.1;
 /// Creep as a part of the clearance below which nobody would notice it.
 const NOTICEABLE: f64 = 0.01;
 
+/// Velocity tolerance that closes the account of energy of contacts that stick, as a part of the stick-slip
+/// velocity.
+const FINE_STICKING: f64 = 1e-3;
+
 impl Recorder<'_> {
     /// All that the user should know about the run.
     pub(crate) fn warnings(&mut self) -> Vec<String> {
@@ -49,6 +53,7 @@ impl Recorder<'_> {
                 ));
             }
         }
+        warnings.extend(self.warning_of_energy());
         warnings
     }
 
@@ -76,6 +81,30 @@ impl Recorder<'_> {
                 self.events.iter().filter(onset).count()
             ));
         }
+    }
+
+    /// That the account of energy does not close, and what to do.
+    fn warning_of_energy(&self) -> Option<String> {
+        let balance = &self.balance;
+        let laws = self.dynamics.mechanism.clearance_joints.iter().filter_map(|joint| joint.law.friction);
+        let slowest = laws.map(|law| law.stick_velocity()).fold(f64::INFINITY, f64::min);
+        let remedy = if balance.is_off_in_friction() {
+            format!(
+                "it goes off where friction is steep, so set velocity_tolerance={:.0e}, a thousandth of the stick-slip \
+                 velocity, or a smaller rtol",
+                FINE_STICKING * slowest
+            )
+        } else {
+            "set a smaller rtol".to_owned()
+        };
+        balance.is_off().then(|| {
+            format!(
+                "the balance of energy is off by {:.1e} J, {:.2} % of the largest energy; forces and torques \
+                 may be off as much: {remedy}",
+                balance.worst,
+                100.0 * balance.worst / balance.largest
+            )
+        })
     }
 
     /// Notes what is known before the first step.

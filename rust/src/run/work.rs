@@ -42,6 +42,11 @@ impl Work {
         self.start_energy = dynamics.total_energy();
     }
 
+    /// What contacts and dampers took [J].
+    pub fn losses(&self) -> f64 {
+        self.contacts.iter().map(|loss| loss.impact + loss.friction).sum::<f64>() + self.damping
+    }
+
     /// Adds the powers of the present state over a time `dt` [s]; after
     /// [`Dynamics::find_reactions`].
     pub fn add(&mut self, dynamics: &Dynamics, dt: f64) {

@@ -1,0 +1,275 @@
+//! Whether a run keeps its account of energy.
+//!
+//! What the change of the stored energy over a step has more than work and losses explain is an error of the
+//! step, its gap. To know it takes the powers at four instants inside, half of a run's work. Unless outputs ask
+//! for energies, only some steps are looked at: each is drawn with a known probability p, and its gap counts 1/p
+//! times. Nearly all that is missing goes with steps in which a contact changes its sliding velocity where its
+//! friction law is steep (docs/decisions.md), so p follows that change; and it follows the last gaps.
+
+use crate::contact::clearance::{ContactState, Phase, SlidingVelocity};
+use crate::integrators::dense::DenseStep;
+use crate::run::recorder::Recorder;
+use crate::run::work::GAUSS;
+
+/// Turn of a drive [rad] over which Gauss's quadrature with four points adds its work to rounding.
+pub(crate) const WORK_TURN: f64 = 0.5;
+
+/// Part of the largest energy that may stay unexplained without a warning.
+const LARGEST_GAP: f64 = 1e-3;
+/// Least probability with which a step is looked at: where nothing is stiff, and where friction is.
+const LEAST: [f64; 2] = [1.0 / 64.0, 1.0 / 16.0];
+/// Gap of a step, as a part of the largest energy, from which on every step like it is looked at: where nothing is
+/// stiff, and where friction is.
+const TELLING_GAP: [f64; 2] = [1e-5, 4e-6];
+/// Length of a step times the rate at which friction damps the sliding from which on friction is stiff.
+const STIFF: f64 = 1.0;
+/// Change of the sliding velocity over a stiff step, as a part of that from which on friction is constant, from
+/// which on every step is looked at.
+const TELLING_CHANGE: f64 = 0.1;
+/// How the largest gap of a step is forgotten, from one that is looked at to the next.
+const MEMORY: f64 = 0.9;
+/// Standard deviations of the sum that may be the luck of the draw.
+const LUCK: f64 = 1.0;
+/// Part of the energies themselves that is rounding.
+const ROUNDING: f64 = 1e-12;
+/// The multiples of the golden ratio fill the unit interval evenly, however steps repeat.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// What the steps of a run leave unexplained of its energy.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Balance {
+    /// Steps so far.
+    steps: usize,
+    /// Every step is looked at: its work is wanted anyway.
+    always: bool,
+    /// Start of the present step [s].
+    time: f64,
+    /// Friction of the joints there.
+    slides: Vec<Slide>,
+    /// Gap of a step lately [J]: where nothing is stiff, and where friction is.
+    lately: [f64; 2],
+    /// Potential energy before the first step that was looked at [J].
+    potential: Option<f64>,
+    /// Sums over the steps: of their gaps, the work put in and what was lost.
+    gap: Estimate,
+    works: [Estimate; 2],
+    /// The sum of the gaps where it was largest, less what may be luck or rounding [J].
+    surely: f64,
+    /// The same with all [J].
+    pub(crate) worst: f64,
+    /// Largest energy of any kind so far [J].
+    pub(crate) largest: f64,
+    /// Sums of the sizes of the gaps [J]: where nothing is stiff, and where friction is.
+    sizes: [f64; 2],
+}
+
+/// How a contact slides.
+#[derive(Clone, Copy, Debug)]
+struct Slide {
+    /// Sliding velocity as a part of that from which on friction is constant; from there on, and where nothing
+    /// presses, 1 or -1.
+    velocity: f64,
+    /// Rate at which friction damps the sliding, at most [1/s].
+    rate: f64,
+}
+
+/// A sum over all steps by those that were drawn.
+#[derive(Clone, Copy, Debug, Default)]
+struct Estimate {
+    /// The sum [J].
+    sum: f64,
+    /// Its variance by the luck of the draw [J²].
+    variance: f64,
+}
+
+impl Estimate {
+    /// Adds a step that was drawn with a probability.
+    fn add(&mut self, value: f64, probability: f64) {
+        let times = 1.0 / probability;
+        self.sum += times * value;
+        self.variance += times * (times - 1.0) * value * value;
+    }
+
+    /// Size of the sum, less what may be luck.
+    fn surely(&self) -> f64 {
+        self.sum.abs() - LUCK * self.variance.sqrt()
+    }
+}
+
+/// Energies of a state, and work and losses up to it.
+struct Account {
+    kinetic: f64,
+    potential: f64,
+    contact: f64,
+    input: f64,
+    losses: f64,
+}
+
+impl Balance {
+    /// Nothing yet, for `joints` clearance joints.
+    pub(crate) fn new(joints: usize) -> Self {
+        Self { slides: vec![Slide { velocity: 1.0, rate: 0.0 }; joints], ..Self::default() }
+    }
+
+    /// Probability with which a step is to be looked at, by the gaps before it.
+    fn probability(&self, stiff: bool) -> f64 {
+        let class = usize::from(stiff);
+        let telling = TELLING_GAP[class] * self.largest;
+        if self.lately[class] < telling && !self.always {
+            (self.lately[class] / telling).max(LEAST[class])
+        } else {
+            1.0
+        }
+    }
+
+    /// Whether the present step is drawn with a probability.
+    fn draws(&self, probability: f64) -> bool {
+        (self.steps as f64 * GOLDEN).fract() < probability
+    }
+
+    /// Whether friction is stiff in a step of this length, by its start.
+    fn is_stiff(&self, h: f64) -> bool {
+        self.slides.iter().any(|slide| slide.velocity.abs() < 1.0 && slide.rate * h > STIFF)
+    }
+
+    /// Whether too much is unexplained.
+    pub(crate) fn is_off(&self) -> bool {
+        self.surely > LARGEST_GAP * self.largest
+    }
+
+    /// Whether most of it is where friction is stiff.
+    pub(crate) fn is_off_in_friction(&self) -> bool {
+        self.sizes[1] > self.sizes[0]
+    }
+
+    /// Adds a step that was drawn with a probability.
+    fn add(&mut self, start: &Account, end: &Account, stiff: bool, probability: f64) {
+        let stored = |account: &Account| account.kinetic + account.potential + account.contact;
+        let works = [end.input - start.input, end.losses - start.losses];
+        let gap = stored(end) - stored(start) - works[0] + works[1];
+        if !gap.is_finite() {
+            return;
+        }
+        self.gap.add(gap, probability);
+        self.sizes[usize::from(stiff)] += gap.abs() / probability;
+        let lately = &mut self.lately[usize::from(stiff)];
+        *lately = gap.abs().max(MEMORY * *lately);
+        let potential = *self.potential.get_or_insert(start.potential);
+        for account in [start, end] {
+            let kinds = [account.kinetic, account.potential - potential, account.contact];
+            self.largest = kinds.into_iter().map(f64::abs).fold(self.largest, f64::max);
+        }
+        for (sum, work) in self.works.iter_mut().zip(works) {
+            sum.add(work, probability);
+            self.largest = self.largest.max(sum.surely());
+        }
+        let surely = self.gap.surely() - ROUNDING * (end.kinetic + end.potential.abs());
+        if surely > self.surely {
+            (self.surely, self.worst) = (surely, self.gap.sum.abs());
+        }
+    }
+}
+
+impl Recorder<'_> {
+    /// Adds the powers of a state to the work.
+    pub(crate) fn add_work(&mut self, t: f64, q: &[f64], v: &[f64], dt: f64) {
+        if !self.dynamics.acceleration(t, q, v, &mut self.a) {
+            self.a.fill(f64::NAN);
+        }
+        self.dynamics.accelerate(&self.a);
+        self.dynamics.find_reactions();
+        self.work.add(&self.dynamics, dt);
+    }
+
+    /// Adds the work from the start of a step to the instant `to` in it, in pieces that the drives allow: a
+    /// step is as long as what moves freely lets it be, and a crank may have turned many times in it.
+    pub(crate) fn add_work_of(&mut self, step: &DenseStep, to: f64) {
+        let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
+        let mut from = step.t;
+        while from < to {
+            let next = (from + self.continued(from, f64::NAN, WORK_TURN)).min(to);
+            for (place, weight) in GAUSS {
+                let t = from + place * (next - from);
+                step.at((t - step.t) / step.h, &mut q, &mut v);
+                self.add_work(t, &q, &v, weight * (next - from));
+            }
+            from = next;
+            if from < to && !(self.monitor)(step.t) {
+                // Cancelled: the step is the last.
+                break;
+            }
+        }
+        (self.q, self.v) = (q, v);
+    }
+
+    /// Prepares for the step that starts at `t`, in motion.
+    pub(crate) fn watch_energy(&mut self, t: f64) {
+        self.balance.steps += 1;
+        self.balance.always = self.needs.work;
+        self.balance.time = t;
+        for index in 0..self.balance.slides.len() {
+            self.balance.slides[index] = self.slide(index);
+        }
+    }
+
+    fn slide(&self, index: usize) -> Slide {
+        let joint = &self.dynamics.mechanism.clearance_joints[index];
+        let (Phase::Contact { clipped: false, .. }, Some(law)) =
+            (self.dynamics.phases[index], joint.law.friction)
+        else {
+            return Slide { velocity: 1.0, rate: 0.0 };
+        };
+        let ContactState { penetration, sliding_velocity, normal_force, .. } =
+            self.dynamics.contact_state(index);
+        // The law may be told a part of the sliding velocity only.
+        let told = match joint.law.sliding {
+            SlidingVelocity::Surface => 1.0,
+            SlidingVelocity::ContactPoint => penetration / (penetration + joint.law.clearance),
+        };
+        Slide {
+            velocity: (sliding_velocity / law.steep_until()).clamp(-1.0, 1.0),
+            rate: told * law.steepness() * normal_force / self.dynamics.mechanism.scales.contacts[index].mass,
+        }
+    }
+
+    /// Whether the step from the last start to `end` may be looked at.
+    pub(crate) fn may_look(&self, end: f64) -> bool {
+        let stiff = self.balance.is_stiff(end - self.balance.time);
+        stiff || self.balance.draws(self.balance.probability(false))
+    }
+
+    /// Adds the work of an accepted step, and what the step leaves unexplained, if it is drawn.
+    pub(crate) fn look_at(&mut self, step: &DenseStep) {
+        let stiff = self.balance.is_stiff(step.end_time() - self.balance.time);
+        let mut probability = self.balance.probability(stiff);
+        if stiff && probability < 1.0 {
+            let (q, v) = step.end.split_at(step.end.len() / 2);
+            self.dynamics.move_to(step.end_time(), q, v);
+            for (index, start) in self.balance.slides.iter().enumerate() {
+                let change = self.slide(index).velocity - start.velocity;
+                probability = probability.max(change.abs() / TELLING_CHANGE);
+            }
+        }
+        if self.balance.draws(probability) {
+            let (q, v) = step.start.split_at(step.start.len() / 2);
+            self.dynamics.move_to(step.t, q, v);
+            let start = self.account();
+            self.add_work_of(step, step.end_time());
+            self.move_inside(step, step.end_time());
+            self.dynamics.move_to(step.end_time(), &self.q, &self.v);
+            let end = self.account();
+            self.balance.add(&start, &end, stiff, probability.min(1.0));
+        }
+    }
+
+    /// The account in the state that the dynamics was last moved to.
+    fn account(&self) -> Account {
+        Account {
+            kinetic: self.dynamics.kinetic_energy(),
+            potential: self.dynamics.potential_energy(),
+            contact: self.dynamics.contact_energies(),
+            input: self.work.input,
+            losses: self.work.losses(),
+        }
+    }
+}
