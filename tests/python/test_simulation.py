@@ -316,15 +316,15 @@ def test_other_threads_run_during_a_simulation():
 
     thread = threading.Thread(target=tick)
     thread.start()
-    start = time.monotonic()
+    start = time.process_time()
     try:
-        cc.simulate(cc.mechanisms.slider_crank(), duration=1.0, samples=2)
+        cc.simulate(cc.mechanisms.slider_crank(), duration=3.0, samples=2)
     finally:
-        end = time.monotonic()
+        work, count = time.process_time() - start, len(ticks)
         stop.set()
         thread.join()
-    during = [start, *(tick for tick in ticks if start < tick < end), end]
-    assert max(np.diff(during)) < max(0.25 * (end - start), 0.05)
+    # A core that kept the interpreter to itself would give way once in 50 ms, when it looks for interrupts.
+    assert count > 2.0 * work / 0.05
 
 
 LIMITS = "max_steps=10**9, max_events=10**9"
