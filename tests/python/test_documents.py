@@ -30,3 +30,21 @@ def test_example_runs(example: Path, tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(sys, "argv", [str(example), str(tmp_path)])
     runpy.run_path(str(example), run_name="__main__")
     assert list(tmp_path.glob("*.png"))
+
+
+def test_the_map_of_the_code_names_files_that_exist() -> None:
+    text = (ROOT / "docs" / "developing.md").read_text(encoding="utf-8")
+    named = re.findall(r"`((?:rust/src|python/chebclear|tests|docs|benchmarks)/[\w/.]+)`", text)
+    assert len(named) > 20
+    assert not [path for path in named if not (ROOT / path).exists()]
+    rooms = {"rust/src": "Rust room", "python/chebclear": "Python room"}
+    for root, title in rooms.items():
+        table = text[text.index(f"| {title}") :].split("\n\n")[0]
+        rows = re.findall(r"^\| `(\w+)/` \|.*\| (.*) \|$", table, re.MULTILINE)
+        folders = {
+            path.name for path in (ROOT / root).iterdir() if path.is_dir() and path.name[0] not in "_."
+        }
+        assert {room for room, _ in rows} == folders
+        for room, files in rows:
+            for file in re.findall(r"`([\w.]+)`", files):
+                assert (ROOT / root / room / file).exists(), f"{root}/{room}/{file}"

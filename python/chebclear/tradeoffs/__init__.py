@@ -1,4 +1,4 @@
-"""Accuracy against cost: of the runs of one scene, and of the bounds of one study.
+"""Accuracy against cost of the runs of one scene: methods and tolerances, and which to take.
 
-In: a `Scene` or a `Study`; out: tables, recommendations. Uses `study`, `run`, `scene` and `base`.
+In: a `Scene`; out: a `Tradeoff` with tables and recommendations. Uses `run`, `plots`, `scene` and `base`.
 """
