@@ -69,6 +69,8 @@ from .scene.scene import (
     TorsionSpring,
 )
 from .study.band import Band, Margin
+from .study.effects import Effects, Estimate
+from .study.features import FeatureInterval, FeatureResult, FeatureTable, Rank, Ranking
 from .study.hybrid import Normal, QuantileBand, Uniform, normal, uniform
 from .study.results import BoundErrors, Comparison, StudyResult, compare
 from .study.sensitivity import VarianceShares
@@ -97,11 +99,16 @@ __all__ = [
     "Comparison",
     "Contacts",
     "Damper",
+    "Effects",
     "EndState",
     "ErrorEstimate",
+    "Estimate",
     "Events",
     "Extremum",
     "Feature",
+    "FeatureInterval",
+    "FeatureResult",
+    "FeatureTable",
     "Fixed",
     "Flores",
     "Force",
@@ -123,6 +130,8 @@ __all__ = [
     "Prismatic",
     "Problem",
     "QuantileBand",
+    "Rank",
+    "Ranking",
     "Recommendation",
     "RestraintZones",
     "Revolute",

@@ -77,6 +77,7 @@ class Settings:
         velocity_tolerance: object,
         features: object = None,
         cycles: object = 1,
+        outputs_needed: bool = True,
     ) -> Settings:
         """Settings from what the user gave; what is wrong with it is noted in `checks`."""
         absolute = {
@@ -89,7 +90,7 @@ class Settings:
             skip=checks.real("skip", skip, "s", least=0.0),
             rtol=checks.real("rtol", rtol, "-", least=LEAST_RTOL, most=MOST_RTOL),
             method=checks.word("method", method, METHODS),
-            outputs=_checked_names(checks, outputs),
+            outputs=_checked_names(checks, outputs, needed=outputs_needed),
             max_steps=checks.whole("max_steps", max_steps, least=1, most=MOST_COUNT),
             max_events=checks.whole("max_events", max_events, least=1, most=MOST_COUNT),
             features=checked_features(checks, features),
@@ -176,7 +177,7 @@ def _require_room(runs: int, samples: int, columns: int) -> None:
         )
 
 
-def _checked_names(checks: Checks, outputs: object) -> tuple[str, ...] | None:
+def _checked_names(checks: Checks, outputs: object, needed: bool) -> tuple[str, ...] | None:
     if outputs is None:
         return None
     if isinstance(outputs, str) or not isinstance(outputs, Iterable):
@@ -188,6 +189,6 @@ def _checked_names(checks: Checks, outputs: object) -> tuple[str, ...] | None:
             checks.add(f"outputs must be column names, got {name!r}", wrong_type=True)
         elif names.index(name) == index and names.count(name) > 1:
             checks.add(f'outputs names "{name}" more than once')
-    if not names:
+    if needed and not names:
         checks.add("outputs must name at least one column; None stands for all")
     return names

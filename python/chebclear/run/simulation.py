@@ -130,6 +130,7 @@ def simulate(
         velocity_tolerance=velocity_tolerance,
         features=features,
         cycles=cycles,
+        outputs_needed=not features,
     )
     if start is not None and not isinstance(start, EndState):
         checks.add(f"start must be the end of a run, got {start!r}", wrong_type=True)

@@ -21,6 +21,7 @@ from ..run.settings import Settings
 from ..run.trajectory import Stats, column_index
 from ..scene.scene import Interval, Scene
 from .band import Band
+from .features import FeatureResult, FeatureTable, Ranking
 from .judgement import judged
 from .surrogate import BoundKind, Surrogate
 
@@ -35,7 +36,7 @@ class StudyResult(records.ArrayRecord):
     """
 
     kind: str
-    """``"chebyshev"`` or ``"scan"``."""
+    """``"chebyshev"``, ``"scan"`` or ``"sample"``."""
     bands: dict[str, Band]
     """Band of each output by name."""
     degrees: tuple[int, ...] | None
@@ -53,8 +54,53 @@ class StudyResult(records.ArrayRecord):
     scene: Scene
     """The scene at the midpoint of all intervals."""
 
+    features: FeatureTable | None = None
+    """The features of all runs; None if none were asked for."""
+
+    def feature(self, name: str) -> FeatureResult:
+        """One feature over the box: its interval, quantiles, and what it hangs on.
+
+        Parameters
+        ----------
+        name : str
+            The name it was asked for by.
+
+        Returns
+        -------
+        FeatureResult
+
+        Raises
+        ------
+        KeyError
+            If there is no such feature.
+        """
+        if self.features is None:
+            raise KeyError(f'unknown feature "{name}": ask for it in Study(features=...)')
+        return self.features[name]
+
+    def ranking(self, feature: str) -> Ranking:
+        """Which tolerance to tighten: what halving each interval would do to that of a feature.
+
+        Parameters
+        ----------
+        feature : str
+            Name of the feature.
+
+        Returns
+        -------
+        Ranking
+
+        Raises
+        ------
+        KeyError, ValueError
+            If there is no such feature, or there are too few runs to tell.
+        """
+        return self.feature(feature).ranking()
+
     def __repr__(self) -> str:
-        how = "scan" if self.degrees is None else f"chebyshev of degree {' x '.join(map(str, self.degrees))}"
+        how = (
+            self.kind if self.degrees is None else f"chebyshev of degree {' x '.join(map(str, self.degrees))}"
+        )
         return f"<StudyResult: {how}, {len(self.parameters)} runs, {', '.join(self.outputs)}>"
 
     def __getitem__(self, output: str) -> Band:
@@ -72,7 +118,10 @@ class StudyResult(records.ArrayRecord):
     @property
     def t(self) -> Array:
         """Instants [s], shape (samples,)."""
-        return self._any.t
+        for band in self.bands.values():
+            return band.t
+        settings = self.settings
+        return np.linspace(settings.skip, settings.skip + settings.duration, settings.samples)
 
     @property
     def intervals(self) -> dict[str, Interval]:
@@ -94,8 +143,12 @@ class StudyResult(records.ArrayRecord):
         return self[output].runs
 
     @property
-    def _any(self) -> Band:
-        return next(iter(self.bands.values()))
+    def _any(self) -> Band | FeatureTable:
+        """What knows the runs; a study without outputs has features."""
+        for band in self.bands.values():
+            return band
+        assert self.features is not None
+        return self.features
 
     @classmethod
     def from_runs(
@@ -109,6 +162,7 @@ class StudyResult(records.ArrayRecord):
         degrees: tuple[int, ...] | None,
         nodes: tuple[int, ...],
         bounds: BoundKind = "range",
+        kind: str | None = None,
         **facts: Any,
     ) -> StudyResult:
         """The result from the values of all runs.
@@ -131,6 +185,8 @@ class StudyResult(records.ArrayRecord):
             Number of nodes or points of each parameter [-].
         bounds : {"range", "eq31"}
             How polynomials are bounded, see `Surrogate.bounds`.
+        kind : str, optional
+            What the runs are; ``"chebyshev"`` or ``"scan"`` by the degrees if not given.
         **facts
             The remaining fields.
         """
@@ -164,7 +220,7 @@ class StudyResult(records.ArrayRecord):
                 verdict=verdict,
                 margin=margin,
             )
-        kind = "scan" if degrees is None else "chebyshev"
+        kind = kind or ("scan" if degrees is None else "chebyshev")
         return cls(kind=kind, bands=bands, degrees=degrees, nodes=nodes, bounds=bounds, **facts)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
@@ -181,8 +237,11 @@ class StudyResult(records.ArrayRecord):
             The file written.
         """
         runs = [np.vstack([band.runs, band.nominal]) for band in self.bands.values()]
-        arrays = {"t": self.t, "values": np.stack(runs, axis=-1), "parameters": self.parameters}
-        facts = {
+        shape = (len(self.parameters) + 1, len(self.t), len(runs))
+        values = np.stack(runs, axis=-1) if runs else np.empty(shape)
+        arrays = {"t": self.t, "values": values, "parameters": self.parameters}
+        facts: dict[str, Any] = {
+            "kind_of_study": self.kind,
             "outputs": self.outputs,
             "intervals": {name: [side.lower, side.upper] for name, side in self.intervals.items()},
             "degrees": self.degrees,
@@ -193,6 +252,9 @@ class StudyResult(records.ArrayRecord):
             "settings": dataclasses.asdict(self.settings),
             "scene": json.loads(self.scene.to_json()),
         }
+        if self.features is not None:
+            arrays |= {"features": self.features.values, "nominal_features": self.features.nominal}
+            facts |= {"features": self.features.names, "random": self.features.random}
         return records.save(path, "study", arrays, facts)
 
     @classmethod
@@ -214,12 +276,25 @@ class StudyResult(records.ArrayRecord):
             If the file holds something else.
         """
         arrays, facts = records.load(path, "study")
+        intervals = {name: Interval(*ends) for name, ends in facts["intervals"].items()}
+        features = None
+        if "features" in facts:
+            features = FeatureTable(
+                tuple(facts["features"]),
+                arrays["features"],
+                arrays["nominal_features"],
+                intervals,
+                arrays["parameters"],
+                facts["random"],
+            )
         return cls.from_runs(
             arrays["t"],
             facts["outputs"],
             arrays["values"],
-            {name: Interval(*ends) for name, ends in facts["intervals"].items()},
+            intervals,
             arrays["parameters"],
+            kind=facts.get("kind_of_study"),
+            features=features,
             degrees=None if facts["degrees"] is None else tuple(facts["degrees"]),
             nodes=tuple(facts["nodes"]),
             bounds=facts.get("bounds", "eq31"),  # files before it was written

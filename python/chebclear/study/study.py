@@ -21,6 +21,14 @@ from ..run.settings import MAX_EVENTS, MAX_STEPS, Settings
 from ..run.simulation import warn_once
 from ..run.trajectory import Stats
 from ..scene.scene import Interval, Scene
+from .features import (
+    Asked,
+    FeatureTable,
+    checked_features,
+    feature_values,
+    settling_warnings,
+    tracked_features,
+)
 from .hybrid import Normal, Uniform
 from .judgement import doubts
 from .results import StudyResult as StudyResult
@@ -87,6 +95,12 @@ class Study:
     position_tolerance, velocity_tolerance : float, optional
         Absolute tolerances [m], [m/s], at most half the smallest clearance, or the size of a scene without
         one, and the speed of the scene; from `rtol` and these scales if not given.
+    features : mapping of str to Feature or callable, optional
+        Numbers of every run by name, such as ``{"peak force": cc.peak("wrist.normal_force")}``: of the
+        continuous motion, so that `outputs` may then be empty. A callable gets the `Trajectory` of every run,
+        simulated once more for it in this process, and returns a number, or one for each cycle.
+    cycles : int
+        Equal pieces of the sampled time, each with features of its own [-].
 
     Raises
     ------
@@ -126,8 +140,11 @@ class Study:
         max_events: int = MAX_EVENTS,
         position_tolerance: float | None = None,
         velocity_tolerance: float | None = None,
+        features: Mapping[str, Asked] | None = None,
+        cycles: int = 1,
     ) -> None:
         checks = Checks()
+        self.features = checked_features(checks, features)
         self.build = build
         self.intervals = _checked_intervals(checks, parameters)
         self.random = {
@@ -149,6 +166,9 @@ class Study:
             max_events=max_events,
             position_tolerance=position_tolerance,
             velocity_tolerance=velocity_tolerance,
+            features=tracked_features(self.features.values()),
+            cycles=cycles,
+            outputs_needed=not self.features,
         )
         self.threads = (
             None if threads is None else checks.whole("threads", threads, least=1, most=MOST_THREADS)
@@ -257,6 +277,38 @@ class Study:
         ]
         return self._run(tensor_grid(sides), tuple(counts), None)
 
+    def sample(self, runs: int = 81, *, seed: int = 0) -> StudyResult:
+        """Simulate at random points of the box, uniform and independent: what features want.
+
+        Parameters
+        ----------
+        runs : int
+            Number of runs [-], at least 2 and at most 1 000 000; one at the midpoint comes on top.
+        seed : int
+            Seed of the random points [-].
+
+        Returns
+        -------
+        StudyResult
+            Its bands are the extremes of the runs.
+
+        Raises
+        ------
+        SceneError, SimulationError, ValueError, TypeError
+            As `chebyshev`.
+        """
+        checks = Checks()
+        count = checks.whole("runs", runs, least=2, most=MOST_RUNS)
+        start = checks.whole("seed", seed, least=0)
+        checks.finish()
+        sides = list(self.intervals.values())
+        points = np.random.default_rng(start).uniform(
+            [side.lower for side in sides], [side.upper for side in sides], (count, len(sides))
+        )
+        result = self.run_points(points, (count,), None, random=True)
+        warn_once(result.warnings, stacklevel=3)
+        return result
+
     def _per_parameter(
         self, checks: Checks, name: str, given: object, least: Sequence[int], most: int
     ) -> list[int]:
@@ -338,6 +390,8 @@ class Study:
         counts: tuple[int, ...],
         degrees: tuple[int, ...] | None,
         bounds: BoundKind = "range",
+        *,
+        random: bool = False,
     ) -> StudyResult:
         """Simulate at the points and, last, at the midpoint; does not pass on warnings.
 
@@ -351,6 +405,8 @@ class Study:
             Degrees to fit [-]; None takes the extremes of the runs as bounds.
         bounds : {"range", "eq31"}
             How polynomials are bounded, see `chebyshev`.
+        random : bool
+            Whether the points are spread at random over the box.
 
         Returns
         -------
@@ -378,6 +434,13 @@ class Study:
         require_success(runs, given)
         told = zip(built, runs["warnings"], strict=True)
         messages = gathered_warnings([[*of_build, *of_run] for of_build, of_run in told])
+        table = None
+        if self.features:
+            values = feature_values(self.features, settings, scenes, given, runs["features"])
+            table = FeatureTable(
+                tuple(self.features), values[:-1], values[-1], self.intervals, points, random
+            )
+            messages += settling_warnings(self.features, settings, scenes[-1], runs["features"])
         result = StudyResult.from_runs(
             runs["t"],
             runs["columns"],
@@ -387,10 +450,12 @@ class Study:
             degrees=degrees,
             nodes=counts,
             bounds=bounds,
+            kind="sample" if random else None,
             stats=tuple(Stats(**stats) for stats in runs["stats"]),
             warnings=messages,
             settings=settings,
             scene=scenes[-1],
+            features=table,
         )
         # A result that is read back from a file has these warnings already.
         return replace(result, warnings=(*result.warnings, *doubts(result.bands)))

@@ -87,10 +87,17 @@ impl<'s> Sweep<'s> {
             finished.fetch_add(1, Ordering::Relaxed);
             Some(run)
         };
-        let runs: Option<Vec<_>> = self.pool.install(|| {
-            let places = values.par_chunks_mut(size.max(1));
-            self.mechanisms.par_iter().zip(places).with_max_len(1).map(simulate).collect()
-        });
+        // Not in chunks, of which there would be none where only features are asked for.
+        let mut rest = values;
+        let mut places = Vec::with_capacity(self.mechanisms.len());
+        for _ in &self.mechanisms {
+            let (place, others) = rest.split_at_mut(size);
+            places.push(place);
+            rest = others;
+        }
+        let runs: Option<Vec<_>> = self
+            .pool
+            .install(|| self.mechanisms.par_iter().zip(places).with_max_len(1).map(simulate).collect());
         runs.map(gather).transpose()
     }
 }

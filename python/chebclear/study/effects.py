@@ -1,0 +1,370 @@
+"""Which parameter a feature hangs on: a polynomial in the parameters, and the scatter that it leaves."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base import files as records
+
+Array = NDArray[np.float64]
+
+CONFIDENCE = 0.95
+"""Rate at which intervals of estimates hold the true value [-]."""
+MOST_DEGREE = 8
+"""Largest total degree that is tried."""
+# Most terms of a polynomial over the number of runs.
+_TERMS_PART = 0.7
+# Fewest degrees of freedom that an estimate of scatter needs.
+_LEAST_FREE = 4
+# Resampled sets of runs.
+_REPLICATES = 200
+# Points of the box at which polynomials are looked at; widths are then known to this part of themselves.
+_POINTS, _POINTS_ERROR = 4096, 1e-2
+# Largest share of what a polynomial misses that is taken to belong to any parameter: more is told as scatter.
+_MISSED = 0.01
+# Part of the runs that the width of a feature's interval refers to.
+_CENTRAL = 0.95
+
+
+class Estimate(NamedTuple):
+    """A number and the interval that holds its true value with a confidence of 95 %."""
+
+    value: float
+    """The estimate."""
+    lower: float
+    """Lower end of the interval."""
+    upper: float
+    """Upper end of the interval."""
+
+    def __str__(self) -> str:
+        return f"{100.0 * self.value:.0f} % ({100.0 * self.lower:.0f} to {100.0 * self.upper:.0f})"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Effects(records.ArrayRecord):
+    """The variance of a feature over the box, split by a polynomial in the parameters.
+
+    The parameters are taken to be uniform and independent. The shares are of the variance of the feature in
+    one cycle of one run.
+    """
+
+    degree: int
+    """Total degree of the polynomial, chosen by leave-one-out [-]."""
+    deviation: float
+    """Standard deviation of the feature over the box in its unit."""
+    main: dict[str, Estimate]
+    """Share of each parameter alone [-]."""
+    interactions: Estimate
+    """Share of parameters together [-]."""
+    scatter: Estimate
+    """Share that no parameter explains [-]: impacts that fall differently at every point of the box. Without
+    scatter it is what a polynomial of this degree misses, and its interval reaches down to 0."""
+    monotone: dict[str, str]
+    """``"rises"`` or ``"falls"`` with a parameter everywhere in the box, for those of which that is certain;
+    of the mean, where there is scatter."""
+
+
+class _Fit(NamedTuple):
+    """Least squares on orthonormal Legendre polynomials of a total degree."""
+
+    powers: NDArray[np.int64]
+    solve: Array
+    leverage: Array
+    spread: Array
+    basis: Array
+
+
+def powers_up_to(parameters: int, degree: int) -> NDArray[np.int64]:
+    """Degrees in each parameter of all terms up to a total degree, shape (terms, parameters)."""
+
+    def rows(left: int, count: int) -> Iterator[tuple[int, ...]]:
+        if count == 0:
+            yield ()
+            return
+        for first in range(left + 1):
+            for rest in rows(left - first, count - 1):
+                yield (first, *rest)
+
+    return np.array(sorted(rows(degree, parameters), key=lambda row: (sum(row), row)), dtype=np.int64)
+
+
+def legendre_terms(points: Array, powers: NDArray[np.int64], derivative: int | None = None) -> Array:
+    """Products of Legendre polynomials at points of the cube [-1, 1]^k, shape (points, terms).
+
+    They are orthonormal under the uniform distribution. With `derivative` they are differentiated with
+    respect to that parameter.
+    """
+    most = int(powers.max(initial=0))
+    values = np.ones((most + 1, *points.shape))
+    slopes = np.zeros((most + 1, *points.shape))
+    for n in range(1, most + 1):
+        before = values[n - 2] if n > 1 else np.zeros(points.shape)
+        values[n] = ((2 * n - 1) * points * values[n - 1] - (n - 1) * before) / n
+        slopes[n] = n * values[n - 1] + points * slopes[n - 1]
+    norms = np.sqrt(2.0 * np.arange(most + 1) + 1.0)[:, None, None]
+    terms = np.ones((len(points), len(powers)))
+    for axis in range(points.shape[1]):
+        table = norms * (slopes if axis == derivative else values)
+        terms *= table[powers[:, axis], :, axis].T
+    return terms
+
+
+def even_points(count: int, parameters: int) -> Array:
+    """Points that fill the cube [-1, 1]^k evenly, shape (points, parameters): multiples of the powers of a
+    root of x^(k + 1) = x + 1, modulo 1."""
+    root = 2.0
+    for _ in range(60):
+        root = (1.0 + root) ** (1.0 / (parameters + 1))
+    steps = root ** -np.arange(1.0, parameters + 1.0)
+    return 2.0 * ((0.5 + np.arange(1, count + 1)[:, None] * steps) % 1.0) - 1.0
+
+
+def fits_of(points: Array) -> list[_Fit]:
+    """The polynomials that so many runs allow, from degree 0 on."""
+    runs, parameters = points.shape
+    fits: list[_Fit] = []
+    for degree in range(MOST_DEGREE + 1):
+        count = math.comb(parameters + degree, degree)
+        if degree and (count > _TERMS_PART * runs or runs - count < _LEAST_FREE):
+            break
+        powers = powers_up_to(parameters, degree)
+        basis = legendre_terms(points, powers)
+        orthogonal, triangle = np.linalg.qr(basis)
+        leverage = np.sum(orthogonal**2, axis=1)
+        # Points on a grid do not tell more powers apart than they have values.
+        if degree and (
+            np.abs(np.diag(triangle)).min() < 1e-8 * math.sqrt(runs) or leverage.max() > 1.0 - 1e-9
+        ):
+            break
+        inverse = np.linalg.inv(triangle)
+        fits.append(_Fit(powers, inverse @ orthogonal.T, leverage, np.sum(inverse**2, axis=1), basis))
+    return fits
+
+
+def left_out(fit: _Fit, values: Array) -> Array:
+    """Errors at every run of the polynomial fitted to the others."""
+    return (values - fit.basis @ (fit.solve @ values)) / (1.0 - fit.leverage)
+
+
+def best_degree(fits: list[_Fit], values: Array) -> int:
+    """The degree of the smallest leave-one-out error; at least 1 where the runs allow it."""
+    errors = [math.sqrt(float(np.mean(left_out(fit, values) ** 2))) for fit in fits]
+    return max(int(np.argmin(errors)), min(1, len(fits) - 1))
+
+
+class _Model(NamedTuple):
+    """A polynomial for a feature, and those of resampled sets of runs."""
+
+    fit: _Fit
+    terms: Array
+    """Coefficients, shape (terms,)."""
+    again: Array
+    """Those of resampled sets, shape (terms, replicates)."""
+    variances: Array
+    """Of each parameter, interactions and scatter, shape (parameters + 2,)."""
+    resampled: Array
+    """Those of resampled sets, shape (parameters + 2, replicates)."""
+    scattered: Array
+    """What the polynomial leaves of every value, flat."""
+    scale: Array
+    """By how much the scatter of a resampled set may be larger, shape (replicates,)."""
+
+
+def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) -> Effects:
+    """Split the variance of a feature.
+
+    Parameters
+    ----------
+    names : list of str
+        Names of the parameters.
+    points : ndarray, shape (runs, parameters)
+        Parameters of the runs, from -1 to 1 over each interval.
+    values : ndarray, shape (runs, cycles)
+        The feature in its unit.
+    seed : int
+        Seed of the resampling.
+
+    Returns
+    -------
+    Effects
+
+    Raises
+    ------
+    ValueError
+        If there are too few runs for a polynomial of degree 1, or points that do not tell the parameters
+        apart.
+    """
+    models, degree = _models(points, values, seed)
+    variances = np.maximum(models[0].variances, 0.0)
+    total = float(variances.sum())
+    shares = variances / total if total > 0.0 else variances
+    ranges, tops = [], []
+    for model in models:
+        totals = model.resampled.sum(axis=0)
+        # Neither cut off at 0 nor at 1 before the ends are taken.
+        ranges.append(_ends(model.resampled / np.where(totals > 0.0, totals, math.inf)))
+        tops.append(_highest_share(model))
+    lower, upper = np.min([low for low, _ in ranges], axis=0), np.max([high for _, high in ranges], axis=0)
+    missed = _missed(models[0], values)
+    lower[:-1] -= missed
+    upper[:-1] += missed
+    # Higher degrees are taken to explain no more than the highest one did.
+    lower[-1] = min(float(low[-1]) - top for (low, _), top in zip(ranges, tops, strict=True))
+    lower, upper = np.clip(lower, 0.0, shares), np.clip(upper, shares, 1.0)
+    estimates = [Estimate(*map(float, row)) for row in zip(shares, lower, upper, strict=True)]
+    signs = [_certain_signs(model, points.shape[1]) for model in models]
+    words = {1: "rises", -1: "falls"}
+    certain = [word[0] if len(set(word)) == 1 else 0 for word in zip(*signs, strict=True)]
+    return Effects(
+        degree=degree,
+        deviation=math.sqrt(total),
+        main=dict(zip(names, estimates, strict=False)),
+        interactions=estimates[-2],
+        scatter=estimates[-1],
+        monotone={name: words[sign] for name, sign in zip(names, certain, strict=True) if sign},
+    )
+
+
+def find_narrowing(names: list[str], points: Array, values: Array, seed: int = 0) -> dict[str, Estimate]:
+    """By what part the interval that holds 95 % of the values becomes narrower when the interval of a
+    parameter is halved around its midpoint [-].
+
+    The scatter is taken to stay as it is. Parameters and errors are those of `find_effects`.
+    """
+    models, _ = _models(points, values, seed)
+    found = [_narrowed(model, points.shape[1], seed) for model in models]
+    effect = found[0][0]
+    ranges = [_ends(again) for _, again in found]
+    beyond = _missed(models[0], values) + _POINTS_ERROR
+    lower = np.minimum(np.min([low for low, _ in ranges], axis=0) - beyond, effect)
+    upper = np.maximum(np.max([high for _, high in ranges], axis=0) + beyond, effect)
+    rows = zip(effect, lower, upper, strict=True)
+    return {name: Estimate(*map(float, row)) for name, row in zip(names, rows, strict=True)}
+
+
+def _ends(resampled: Array) -> tuple[Array, Array]:
+    """Ends of the intervals of estimates from their resampled values, shape (estimates, replicates)."""
+    lower, upper = np.quantile(resampled, [0.5 - 0.5 * CONFIDENCE, 0.5 + 0.5 * CONFIDENCE], axis=1)
+    return lower, upper
+
+
+def _models(points: Array, values: Array, seed: int) -> tuple[list[_Model], int]:
+    """The polynomial of the chosen degree, and the next one: it tells what the chosen one may have missed."""
+    fits = fits_of(points)
+    if len(fits) < 2:
+        parameters = points.shape[1]
+        least = max(parameters + 1 + _LEAST_FREE, math.ceil((parameters + 1) / _TERMS_PART))
+        raise ValueError(
+            f"effects of {parameters} parameters need at least {least} runs that vary all of them, "
+            f"got {len(points)}"
+        )
+    degree = best_degree(fits, values.mean(axis=1))
+    return [_model(fit, values, seed) for fit in fits[degree : degree + 2]], degree
+
+
+def _model(fit: _Fit, values: Array, seed: int) -> _Model:
+    """One polynomial, with those of resampled sets of runs.
+
+    Residuals are resampled, divided by their leverage, and with them the variance between cycles; the
+    scatter is scaled as its own estimate may be off.
+    """
+    random = np.random.default_rng(seed)
+    runs, cycles = values.shape
+    free = runs - len(fit.powers)
+    mean = values.mean(axis=1)
+    within = values.var(axis=1, ddof=1) * (1.0 - 1.0 / cycles) if cycles > 1 else np.zeros(runs)
+    terms = fit.solve @ mean
+    smooth = fit.basis @ terms
+    residuals = (mean - smooth) / np.sqrt(1.0 - fit.leverage)
+    residuals -= residuals.mean()
+    drawn = random.integers(runs, size=(runs, _REPLICATES))
+    scale = np.sqrt(free / random.chisquare(free, _REPLICATES))
+    copies = smooth[:, None] + residuals[drawn] * scale
+    again = fit.solve @ copies
+    return _Model(
+        fit=fit,
+        terms=terms,
+        again=again,
+        variances=_variances(fit, terms[:, None], mean[:, None], np.array([within.mean()]))[:, 0],
+        resampled=_variances(fit, again, copies, within[drawn].mean(axis=0)),
+        scattered=(values - mean[:, None] + residuals[:, None]).ravel(),
+        scale=scale,
+    )
+
+
+def _missed(model: _Model, values: Array) -> float:
+    """Share of the variance by which a smooth part that the polynomial misses may move the others: its
+    leave-one-out error over the standard deviation."""
+    total = float(np.maximum(model.variances, 0.0).sum())
+    error = float(np.mean(left_out(model.fit, values.mean(axis=1)) ** 2))
+    return min(_MISSED, math.sqrt(error / total)) if total > 0.0 else 0.0
+
+
+def _variances(fit: _Fit, terms: Array, means: Array, within: Array) -> Array:
+    """Variances of each parameter, interactions and scatter without bias, shape (parameters + 2, sets)."""
+    noise = np.sum((means - fit.basis @ terms) ** 2, axis=0) / (len(means) - len(fit.powers))
+    squares = terms**2 - noise * fit.spread[:, None]
+    active = fit.powers > 0
+    alone = active.sum(axis=1) == 1
+    groups = [alone & active[:, axis] for axis in range(fit.powers.shape[1])]
+    groups.append(active.sum(axis=1) > 1)
+    return np.array([*(squares[group].sum(axis=0) for group in groups), noise + within])
+
+
+def _highest_share(model: _Model) -> float:
+    """Share of the variance that the terms of the highest degree explain."""
+    total = float(model.variances.sum())
+    order = model.fit.powers.sum(axis=1)
+    highest = order == order.max()
+    noise = float(model.variances[-1])
+    found = float(np.sum(model.terms[highest] ** 2 - noise * model.fit.spread[highest]))
+    return max(found, 0.0) / total if total > 0.0 else 0.0
+
+
+def _narrowed(model: _Model, parameters: int, seed: int) -> tuple[Array, Array]:
+    """By how much the interval of 95 % of the values narrows with each parameter halved, and in resampled
+    sets, shapes (parameters,) and (parameters, replicates)."""
+    box = even_points(_POINTS, parameters)
+    random = np.random.default_rng([seed, 1])
+    # The same scatter for all boxes: they are compared.
+    noise = model.scattered[random.integers(len(model.scattered), size=(_POINTS, _REPLICATES))]
+    ends = [0.5 - 0.5 * _CENTRAL, 0.5 + 0.5 * _CENTRAL]
+
+    def widths(points: Array) -> tuple[float, Array]:
+        basis = legendre_terms(points, model.fit.powers)
+        lower, upper = np.quantile((basis @ model.terms)[:, None] + noise, ends)
+        lowers, uppers = np.quantile(basis @ model.again + noise * model.scale, ends, axis=0)
+        return float(upper - lower), np.asarray(uppers - lowers)
+
+    whole, wholes = widths(box)
+    narrowing, again = np.zeros(parameters), np.zeros((parameters, _REPLICATES))
+    if whole > 0.0:
+        for axis in range(parameters):
+            halved = box.copy()
+            halved[:, axis] *= 0.5
+            width, all_widths = widths(halved)
+            narrowing[axis] = 1.0 - width / whole
+            again[axis] = 1.0 - all_widths / np.where(wholes > 0.0, wholes, math.inf)
+    return narrowing, again
+
+
+def _certain_signs(model: _Model, parameters: int) -> list[int]:
+    """Signs of slopes that do not change in the box, in nearly all resampled sets; 0 where not certain."""
+    box = even_points(_POINTS // 16, parameters)
+    if parameters <= 8:
+        box = np.concatenate([box, np.array(list(itertools.product((-1.0, 1.0), repeat=parameters)))])
+    signs = []
+    for axis in range(parameters):
+        slopes = legendre_terms(box, model.fit.powers, derivative=axis)
+        own, again = slopes @ model.terms, slopes @ model.again
+        rises, falls = np.mean(again.min(axis=0) > 0.0), np.mean(again.max(axis=0) < 0.0)
+        nearly = 0.5 + 0.5 * CONFIDENCE
+        signs.append(int(own.min() > 0.0 and rises >= nearly) - int(own.max() < 0.0 and falls >= nearly))
+    return signs

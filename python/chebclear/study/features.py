@@ -1,0 +1,441 @@
+"""Features over a study: how far a number of a run reaches over the box, and which parameter it hangs on."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..base import files as records
+from ..base.arguments import Checks, as_number, did_you_mean
+from ..errors import describe
+from ..run.features import Feature
+from ..run.settings import Settings
+from ..run.simulation import run_scene
+from ..run.tracking import settling_time
+from ..scene.scene import Interval, Scene
+from .band import RESOLVED
+from .effects import (
+    Effects,
+    Estimate,
+    best_degree,
+    even_points,
+    find_effects,
+    find_narrowing,
+    fits_of,
+    left_out,
+    legendre_terms,
+)
+
+if TYPE_CHECKING:
+    from ..run.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+Asked = Feature | Callable[["Trajectory"], ArrayLike]
+
+# When the extrema of a feature are.
+_TIMES = {
+    "peak": ("time_of_peak",),
+    "lowest": ("time_of_lowest",),
+    "peak_to_peak": ("time_of_peak", "time_of_lowest"),
+}
+# Parts into which runs are divided to see how many are in the interval of the others.
+_FOLDS = 10
+# Points at which the extremes of a polynomial are looked for, and the best of them that are improved.
+_POINTS, _BEST = 4096, 10
+# Halving a tolerance that narrows the interval by less than this certainly does not help.
+_HELPFUL = 0.1
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FeatureTable(records.ArrayRecord):
+    """The features of all runs of a study."""
+
+    names: tuple[str, ...]
+    """Names of the features."""
+    values: Array
+    """In the units of the features, shape (runs, cycles, features)."""
+    nominal: Array
+    """Those of the run at the midpoint of all intervals, shape (cycles, features)."""
+    intervals: dict[str, Interval]
+    """Interval of each parameter by name [SI units]."""
+    parameters: Array
+    """Parameters of the runs [SI units], shape (runs, parameters)."""
+    random: bool
+    """Whether the runs are spread at random over the box, so that one may speak of a further run."""
+
+    def __getitem__(self, name: str) -> FeatureResult:
+        if name not in self.names:
+            raise KeyError(f'unknown feature "{name}"{did_you_mean(name, self.names)}')
+        index = self.names.index(name)
+        return FeatureResult(
+            name=name,
+            values=self.values[:, :, index],
+            nominal=self.nominal[:, index],
+            intervals=self.intervals,
+            parameters=self.parameters,
+            random=self.random,
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FeatureResult(records.ArrayRecord):
+    """One feature over the box of parameters."""
+
+    name: str
+    """Name of the feature."""
+    values: Array
+    """In the unit of the feature, shape (runs, cycles)."""
+    nominal: Array
+    """At the midpoint of all intervals, shape (cycles,)."""
+    intervals: dict[str, Interval]
+    """Interval of each parameter by name [SI units]."""
+    parameters: Array
+    """Parameters of the runs [SI units], shape (runs, parameters)."""
+    random: bool
+    """Whether the runs are spread at random over the box."""
+
+    def __str__(self) -> str:
+        reach = self.interval
+        text = f"{self.name}: {reach.lower:.6g} to {reach.upper:.6g} ({reach.verdict})"
+        text += f"; of the runs {100.0 * reach.coverage:.1f} % are in the interval of the others"
+        if not math.isnan(reach.whole_run):
+            text += f", of a further one at least {100.0 * reach.whole_run:.1f} % may be expected"
+        return text
+
+    @cached_property
+    def interval(self) -> FeatureInterval:
+        """How far the feature reaches over the box."""
+        return find_interval(self._points, self.values, self.nominal, self.random)
+
+    @cached_property
+    def effects(self) -> Effects:
+        """Which parameter the feature hangs on, and how much no parameter explains.
+
+        Raises
+        ------
+        ValueError
+            If there are too few runs to tell.
+        """
+        return find_effects(list(self.intervals), self._points, self.values)
+
+    def quantile(self, shares: ArrayLike) -> Array:
+        """Values that so many of the runs, all cycles together, stay below.
+
+        Parameters
+        ----------
+        shares : float or array_like
+            Shares of the runs from 0 to 1 [-].
+
+        Returns
+        -------
+        ndarray
+            In the unit of the feature. Quantiles over the box, for uniform and independent parameters.
+
+        Raises
+        ------
+        ValueError
+            If a share is out of range, or the runs are not spread at random.
+        """
+        given = np.asarray(shares, dtype=float)
+        if not np.all((given >= 0.0) & (given <= 1.0)):
+            raise ValueError(f"shares must be from 0 to 1, got {shares!r}")
+        if not self.random:
+            raise ValueError("runs on a grid have no quantiles over the box: use Study.sample")
+        return np.asarray(np.quantile(self.values, given))
+
+    def ranking(self) -> Ranking:
+        """What halving the interval of each parameter would do to the interval of the feature."""
+        effects = self.effects
+        narrowings = find_narrowing(list(self.intervals), self._points, self.values)
+        rows = [
+            Rank(name, narrowing, effects.main[name], effects.monotone.get(name))
+            for name, narrowing in narrowings.items()
+        ]
+        rows.sort(key=lambda row: -row.narrowing.value)
+        return Ranking(self.name, tuple(rows), effects.interactions, effects.scatter)
+
+    @property
+    def _points(self) -> Array:
+        """Parameters from -1 to 1 over each interval, shape (runs, parameters)."""
+        middle = np.array([side.midpoint for side in self.intervals.values()])
+        half = np.array([side.half_width for side in self.intervals.values()])
+        return np.asarray((self.parameters - middle) / half)
+
+
+@dataclass(frozen=True)
+class FeatureInterval:
+    """How far a feature reaches over the box."""
+
+    lower: float
+    """Lower end in the unit of the feature."""
+    upper: float
+    """Upper end in the unit of the feature."""
+    verdict: Literal["resolved", "sampled"]
+    """``"resolved"``: the range of a polynomial in the parameters that follows the feature, with its error.
+    ``"sampled"``: the extremes of the runs; the feature may reach further between them."""
+    coverage: float
+    """Share of the runs, with all their cycles, that are in the interval made from the others in ten parts
+    [-]."""
+    whole_run: float
+    """Probability that a further run at random parameters is in the interval with all its cycles, without
+    further assumption [-]; NaN for runs on a grid."""
+
+
+def find_interval(points: Array, values: Array, nominal: Array, random: bool) -> FeatureInterval:
+    """The interval of a feature.
+
+    Parameters
+    ----------
+    points : ndarray, shape (runs, parameters)
+        Parameters of the runs, from -1 to 1 over each interval.
+    values : ndarray, shape (runs, cycles)
+        The feature in its unit.
+    nominal : ndarray, shape (cycles,)
+        That of the run at the midpoint.
+    random : bool
+        Whether the runs are spread at random over the box.
+
+    Returns
+    -------
+    FeatureInterval
+    """
+    runs = len(values)
+    lower, upper, resolved = _reach(points, values)
+    inside = np.zeros(runs, dtype=bool)
+    for fold in range(min(_FOLDS, runs)):
+        out = np.arange(runs) % _FOLDS == fold
+        if out.all():
+            break
+        low, high, _ = _reach(points[~out], values[~out])
+        inside[out] = np.all((values[out] >= low) & (values[out] <= high), axis=1)
+    return FeatureInterval(
+        lower=min(lower, float(nominal.min())),
+        upper=max(upper, float(nominal.max())),
+        verdict="resolved" if resolved else "sampled",
+        coverage=float(inside.mean()),
+        whole_run=(runs - 1) / (runs + 1) if random else math.nan,
+    )
+
+
+def _reach(points: Array, values: Array) -> tuple[float, float, bool]:
+    """Lower and upper end from some runs, and whether a polynomial follows them."""
+    lower, upper = float(values.min()), float(values.max())
+    mean = values.mean(axis=1)
+    fits = fits_of(points)
+    degree = best_degree(fits, mean)
+    if degree == 0 or upper == lower:
+        return lower, upper, upper == lower
+    fit = fits[degree]
+    error = float(np.max(np.abs(left_out(fit, mean)))) + float(np.max(np.abs(values - mean[:, None])))
+    if error > RESOLVED * (upper - lower):
+        return lower, upper, False
+    terms = fit.solve @ mean
+
+    def smooth(at: Array) -> Array:
+        return np.asarray(legendre_terms(at, fit.powers) @ terms)
+
+    highest, lowest = _highest(smooth, points.shape[1]), -_highest(lambda at: -smooth(at), points.shape[1])
+    return min(lower, lowest - error), max(upper, highest + error), True
+
+
+def _highest(function: Callable[[Array], Array], parameters: int) -> float:
+    """Largest value of a polynomial found in the cube: even points and corners, the best of them improved."""
+    points = even_points(_POINTS, parameters)
+    if parameters <= 10:
+        corners = np.array(list(itertools.product((-1.0, 1.0), repeat=parameters)))
+        points = np.concatenate([points, corners])
+    values = function(points)
+    best = points[np.argsort(values)[-_BEST:]]
+    steps = np.linspace(-1.0, 1.0, 41)
+    for _ in range(3):
+        for axis in range(parameters):
+            tried = np.repeat(best[:, None, :], len(steps), axis=1)
+            tried[:, :, axis] = steps
+            heights = function(tried.reshape(-1, parameters)).reshape(len(best), len(steps))
+            own = function(best)
+            better = heights.max(axis=1) > own
+            best[better, axis] = steps[heights.argmax(axis=1)[better]]
+    return float(max(values.max(), function(best).max()))
+
+
+@dataclass(frozen=True)
+class Rank:
+    """What one parameter does to a feature."""
+
+    parameter: str
+    """Name of the parameter."""
+    narrowing: Estimate
+    """By what part the interval of the feature narrows when that of the parameter is halved [-]."""
+    share: Estimate
+    """Share of the variance that the parameter alone explains [-]."""
+    monotone: str | None
+    """``"rises"`` or ``"falls"`` where that is certain."""
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Which tolerance to tighten: the parameters by what halving their interval does to a feature.
+
+    ``print(ranking)`` shows the table and what it says; `rows` are the bars of a tornado chart.
+    """
+
+    feature: str
+    """Name of the feature."""
+    rows: tuple[Rank, ...]
+    """The parameters, the most effective first."""
+    interactions: Estimate
+    """Share of the variance of parameters together [-]."""
+    scatter: Estimate
+    """Share of the variance that no parameter explains [-]."""
+
+    def __iter__(self) -> Iterator[Rank]:
+        return iter(self.rows)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def advice(self) -> tuple[str, ...]:
+        """What the table says, a sentence for each parameter of which it is certain."""
+        sentences = []
+        largest = max(self.rows, key=lambda row: row.share.value)
+        for row in self.rows:
+            if row.narrowing.upper < _HELPFUL:
+                scattered = self.scatter.value >= max(0.5, largest.share.value)
+                part = self.scatter.value if scattered else largest.share.value
+                why = "scatter that no parameter explains" if scattered else f"that of {largest.parameter}"
+                sentences.append(
+                    f"tightening {row.parameter} does not help: {100.0 * part:.0f} % of the spread is {why}"
+                )
+            elif row.narrowing.lower > 0.0:
+                sentences.append(f"halving the interval of {row.parameter} narrows it by {row.narrowing}")
+        return tuple(sentences)
+
+    def __str__(self) -> str:
+        head = ("parameter", "halving it narrows by", "share of the variance", "monotone")
+        rows = [head] + [
+            (row.parameter, str(row.narrowing), str(row.share), row.monotone or "") for row in self.rows
+        ]
+        rows += [("together", "", str(self.interactions), ""), ("scatter", "", str(self.scatter), "")]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+        return "\n".join([self.feature, *lines, *self.advice()])
+
+
+def checked_features(checks: Checks, given: object) -> dict[str, Asked]:
+    """Features by name from what the user gave; what is wrong with them is noted in `checks`."""
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping):
+        checks.add(
+            f'features must map names to features such as peak("slider.ax"), got {given!r}', wrong_type=True
+        )
+        return {}
+    asked: dict[str, Asked] = {}
+    for name, feature in given.items():
+        if not isinstance(name, str):
+            checks.add(f"names of features must be texts, got {name!r}", wrong_type=True)
+        elif not isinstance(feature, Feature) and not callable(feature):
+            checks.add(
+                f'features["{name}"] must be a feature such as peak("slider.ax") or a callable of a run, '
+                f"got {feature!r}",
+                wrong_type=True,
+            )
+        else:
+            asked[name] = feature
+    return asked
+
+
+def tracked_features(asked: Iterable[Asked]) -> tuple[Feature, ...]:
+    """What the core must find for features: those it knows, and when their extrema are."""
+    known = [feature for feature in asked if isinstance(feature, Feature)]
+    known += [Feature(time, feature.of) for feature in known for time in _TIMES.get(feature.kind, ())]
+    return tuple(dict.fromkeys(known))
+
+
+def feature_values(
+    asked: Mapping[str, Asked],
+    settings: Settings,
+    scenes: Sequence[Scene],
+    given: Sequence[Mapping[str, float]],
+    tracked: Array,
+) -> Array:
+    """The features of all runs, shape (runs, cycles, features).
+
+    Parameters
+    ----------
+    asked : mapping of str to Feature or callable
+        What was asked for by name.
+    settings : Settings
+        How the runs were simulated.
+    scenes : sequence of Scene
+        What was simulated.
+    given : sequence of mapping of str to float
+        Parameters of every run [SI units].
+    tracked : ndarray, shape (runs, cycles, tracked features)
+        What the core found, in the order of the settings.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a feature is not finite, or a callable returns something else than numbers.
+    """
+    values = np.empty((len(scenes), settings.cycles, len(asked)))
+    called = {}
+    for index, (name, feature) in enumerate(asked.items()):
+        if isinstance(feature, Feature):
+            values[:, :, index] = tracked[:, :, settings.features.index(feature)]
+            unknown = np.flatnonzero(~np.all(np.isfinite(values[:, :, index]), axis=1))
+            if len(unknown):
+                raise ValueError(f'feature "{name}" is not finite with {describe(given[unknown[0]])}')
+        else:
+            called[index] = (name, feature)
+    for row, scene in enumerate(scenes) if called else ():
+        run = run_scene(scene, settings)
+        for index, (name, function) in called.items():
+            try:
+                values[row, :, index] = _called(name, function, run)
+            except Exception as error:
+                error.add_note(f'in feature "{name}" of the run with {describe(given[row])}')
+                raise
+    return values
+
+
+def settling_warnings(
+    asked: Mapping[str, Asked], settings: Settings, scene: Scene, tracked: Array
+) -> tuple[str, ...]:
+    """Which extrema lie where the start settles, in at least half of the runs."""
+    settled, messages = settling_time(scene), []
+    for name, feature in asked.items():
+        if not isinstance(feature, Feature) or feature.kind not in _TIMES:
+            continue
+        times = [
+            tracked[:, 0, settings.features.index(Feature(kind, feature.of))] for kind in _TIMES[feature.kind]
+        ]
+        early = np.any([time < settled for time in times], axis=0)
+        if 2 * early.sum() >= len(early):
+            messages.append(
+                f'feature "{name}": its extremum lies in the first revolution, where the start settles, in '
+                f"{early.sum()} of {len(early)} runs; skip={settled:.4g} looks later"
+            )
+    return tuple(messages)
+
+
+def _called(name: str, function: Callable[[Trajectory], ArrayLike], run: Trajectory) -> Array:
+    """What a callable makes of a run, shape (cycles,)."""
+    cycles = run.settings.cycles
+    value = function(run)
+    number = as_number(value)
+    array = np.full(cycles, number) if number is not None else np.asarray(value)
+    if array.shape != (cycles,) or array.dtype.kind not in "iuf":
+        wanted = "a number" if cycles == 1 else f"a number, or one for each of {cycles} cycles"
+        raise TypeError(f'feature "{name}" must return {wanted}, got {value!r}')
+    if not np.all(np.isfinite(array)):
+        raise ValueError(f'feature "{name}" must be finite, got {value!r}')
+    return array.astype(float)

@@ -1,0 +1,247 @@
+"""Effects of parameters on synthetic features whose shares are known in closed form."""
+
+import math
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear.study.effects import even_points, find_effects, find_narrowing, legendre_terms, powers_up_to
+from chebclear.study.features import find_interval
+
+# Variances of z, z² and z1 z2 for z uniform in [-1, 1]: 1/3, 4/45 and 1/9.
+LINE, SQUARE, PRODUCT = 1.0 / 3.0, 4.0 / 45.0, 1.0 / 9.0
+
+
+def quadratic(z):
+    return 2.0 * z[:, 0] + z[:, 1] + 0.8 * z[:, 0] * z[:, 1] + 0.5 * z[:, 2] ** 2
+
+
+def exponential(z):
+    return np.exp(z[:, 0] + 0.5 * z[:, 1])
+
+
+def kink(z):
+    return np.abs(z[:, 0] - 0.3) + 0.5 * z[:, 1]
+
+
+def exponential_variances():
+    """Means of exp and exp² of each factor give the variances of the parts of a product."""
+    first, second = math.sinh(1.0), math.sinh(0.5) / 0.5
+    alone = math.sinh(2.0) / 2.0 - first**2, math.sinh(1.0) - second**2
+    return alone[0] * second**2, alone[1] * first**2, alone[0] * alone[1]
+
+
+def kink_variances():
+    """|z - a| has the mean (1 + a²) / 2 and the mean square 1/3 + a²."""
+    return 1.0 / 3.0 + 0.09 - (0.5 * 1.09) ** 2, 0.25 * LINE, 0.0
+
+
+MODELS = {
+    "quadratic": (quadratic, (4.0 * LINE, LINE, 0.25 * SQUARE, 0.64 * PRODUCT)),
+    "exponential": (exponential, exponential_variances()),
+    "kink": (kink, kink_variances()),
+}
+
+
+@pytest.mark.parametrize("scatter", [0.0, 0.3, 0.9])
+@pytest.mark.parametrize("name", MODELS)
+def test_true_shares_are_in_their_intervals(name, scatter):
+    """95 % is stated; 0.88 of a hundred intervals is three deviations below."""
+    function, variances = MODELS[name]
+    parameters, deviation = len(variances) - 1, math.sqrt(sum(variances) * scatter / (1.0 - scatter))
+    truth = [*(part * (1.0 - scatter) / sum(variances) for part in variances), scatter]
+    names, hits, errors = [f"p{k}" for k in range(parameters)], [], []
+    for repetition in range(25):
+        random = np.random.default_rng([repetition, parameters])
+        points = random.uniform(-1.0, 1.0, (41, parameters))
+        values = function(points) + deviation * random.normal(size=41)
+        effects = find_effects(names, points, values[:, None])
+        estimates = [*effects.main.values(), effects.interactions, effects.scatter]
+        assert all(0.0 <= each.lower <= each.value <= each.upper <= 1.0 for each in estimates)
+        hits.append([e.lower - 1e-9 <= t <= e.upper + 1e-9 for e, t in zip(estimates, truth, strict=True)])
+        errors.append([e.value - t for e, t in zip(estimates, truth, strict=True)])
+    assert np.mean(hits) >= 0.88
+    assert np.abs(np.mean(errors, axis=0)).max() < 0.08
+
+
+def test_scatter_between_cycles_is_scatter():
+    """Four revolutions of each run scatter by a variance of 1, runs by another 1, the parameter does 2."""
+    hits = []
+    for repetition in range(20):
+        random = np.random.default_rng(repetition)
+        points = random.uniform(-1.0, 1.0, (41, 2))
+        values = math.sqrt(6.0) * points[:, :1] + random.normal(size=(41, 1)) + random.normal(size=(41, 4))
+        effects = find_effects(["a", "b"], points, values)
+        truth = {"a": 0.5, "b": 0.0, "scatter": 0.5}
+        found = effects.main | {"scatter": effects.scatter}
+        hits.append([found[name].lower <= truth[name] <= found[name].upper for name in truth])
+    assert np.mean(hits) >= 0.85
+
+
+def test_narrowing_of_a_sum_of_lines():
+    """The interval of one line halves; where two share the spread, brute force says by how much."""
+    points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 2))
+    alone = find_narrowing(["a", "b"], points, (3.0 * points[:, 0])[:, None])
+    assert alone["a"].value == pytest.approx(0.5, abs=2e-3)
+    assert alone["a"].lower <= 0.5 <= alone["a"].upper
+    assert alone["b"].value == pytest.approx(0.0, abs=1e-9)
+    many = np.random.default_rng(1).uniform(-1.0, 1.0, (400_000, 2))
+    width, halved = (
+        np.ptp(np.quantile(many @ slopes, [0.025, 0.975])) for slopes in ((2.0, 1.0), (1.0, 1.0))
+    )
+    both = find_narrowing(["a", "b"], points, (points @ [2.0, 1.0])[:, None])
+    assert both["a"].lower <= 1.0 - halved / width <= both["a"].upper
+    assert both["a"].value == pytest.approx(1.0 - halved / width, abs=5e-3)
+
+
+def test_monotone_only_where_certain():
+    points = np.random.default_rng(3).uniform(-1.0, 1.0, (60, 3))
+    values = np.exp(points[:, 0]) - 0.4 * points[:, 1] + points[:, 2] ** 2
+    assert find_effects(["a", "b", "c"], points, values[:, None]).monotone == {"a": "rises", "b": "falls"}
+    noisy = 0.2 * points[:, 0] + np.random.default_rng(4).normal(size=60)
+    assert find_effects(["a", "b", "c"], points, noisy[:, None]).monotone == {}
+
+
+def test_terms_are_orthonormal():
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    grid = np.stack([axis.ravel() for axis in np.meshgrid(nodes, nodes, indexing="ij")], axis=1)
+    terms = legendre_terms(grid, powers_up_to(2, 6))
+    products = (terms * np.outer(weights, weights).ravel()[:, None] / 4.0).T @ terms
+    assert np.abs(products - np.eye(28)).max() < 1e-12
+    step = 1e-6
+    sides = [legendre_terms(grid + np.array([0.0, s * step]), powers_up_to(2, 6)) for s in (1.0, -1.0)]
+    slopes = legendre_terms(grid, powers_up_to(2, 6), derivative=1)
+    assert np.abs((sides[0] - sides[1]) / (2.0 * step) - slopes).max() < 1e-6
+
+
+@pytest.mark.parametrize("parameters", [1, 2, 5])
+def test_points_are_even(parameters):
+    points = even_points(4096, parameters)
+    assert np.abs(points).max() <= 1.0
+    assert np.abs(points.mean(axis=0)).max() < 4e-3
+    assert np.abs((points**2).mean(axis=0) - LINE).max() < 4e-3
+
+
+class TestInterval:
+    def test_scatter_is_bounded_by_its_extremes(self):
+        """The promise is distribution-free: (N - 1) / (N + 1) of further runs on average."""
+        inside = []
+        for repetition in range(60):
+            random = np.random.default_rng(repetition)
+            points, values = random.uniform(-1.0, 1.0, (41, 2)), random.gumbel(size=(41, 1))
+            found = find_interval(points, values, values[0], True)
+            assert found.verdict == "sampled" and found.whole_run == 40.0 / 42.0
+            further = random.gumbel(size=1000)
+            inside.append(np.mean((further >= found.lower) & (further <= found.upper)))
+        assert np.mean(inside) == pytest.approx(40.0 / 42.0, abs=0.02)
+
+    def test_a_smooth_feature_reaches_its_corners(self):
+        points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 3))
+        found = find_interval(points, quadratic(points)[:, None], np.zeros(1), True)
+        assert found.verdict == "resolved"
+        assert found.upper == pytest.approx(2.0 + 1.0 + 0.8 + 0.5, rel=1e-9)
+        assert found.lower == pytest.approx(-2.0 - 1.0 + 0.8, rel=1e-9)
+        assert found.coverage == 1.0
+
+    def test_a_kink_is_not_resolved(self):
+        points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 2))
+        assert find_interval(points, kink(points)[:, None], np.zeros(1), True).verdict == "sampled"
+
+    def test_a_constant_feature(self):
+        points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 2))
+        found = find_interval(points, np.full((41, 1), 7.0), np.full(1, 7.0), True)
+        assert (found.lower, found.upper, found.coverage) == (7.0, 7.0, 1.0)
+        effects = find_effects(["a", "b"], points, np.full((41, 1), 7.0))
+        assert effects.deviation == pytest.approx(0.0, abs=1e-12)
+
+
+def slider(crank_length, rod_length, **fixed):
+    return cc.mechanisms.slider_crank(crank_length=crank_length, rod_length=rod_length, **fixed)
+
+
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+class TestStudy:
+    def study(self, features, outputs=(), **options):
+        sides = {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.05)}
+        options = {"duration": 2e-3, "samples": 2, "rtol": 1e-4} | options
+        return cc.Study(slider, sides, outputs, features=features, **options)
+
+    def test_features_without_outputs_are_those_of_single_runs(self, tmp_path):
+        wanted = {
+            "force": cc.peak("wrist.normal_force"),
+            "share": cc.contact_share("wrist"),
+            "steps": lambda run: float(run.stats.steps),
+        }
+        study = self.study(wanted, cycles=2)
+        result = study.sample(5, seed=3)
+        assert result.outputs == () and len(result.t) == 2
+        assert result.features.values.shape == (5, 2, 3)
+        for row, given in enumerate(result.parameters):
+            run = cc.simulate(slider(*given), 2e-3, 2, 1e-4)
+            force = run.feature(wanted["force"], cycles=2)
+            assert np.array_equal(result.feature("force").values[row], force)
+            assert result.feature("steps").values[row, 0] == run.stats.steps
+        assert np.array_equal(result.parameters, study.sample(5, seed=3).parameters)
+        loaded = cc.StudyResult.load(result.save(tmp_path / "study"))
+        assert loaded == result and loaded.kind == "sample"
+
+    def test_every_kind_of_study_has_its_table(self):
+        wanted = {"mean": cc.mean("slider.x")}
+        fitted = self.study(wanted, ["slider.x"]).chebyshev(2)
+        scanned = self.study(wanted, ["slider.x"]).scan(3)
+        assert fitted.features.values.shape == scanned.features.values.shape == (9, 1, 1)
+        # The mean position grows with both lengths, by a metre each for a metre in the first instants.
+        assert fitted.feature("mean").interval.verdict == "resolved"
+        assert fitted.feature("mean").effects.monotone == {"crank_length": "rises", "rod_length": "rises"}
+        assert math.isnan(scanned.feature("mean").interval.whole_run)
+        with pytest.raises(ValueError, match="grid"):
+            scanned.feature("mean").quantile(0.5)
+
+    def test_ranking_of_a_mean_position(self):
+        result = self.study({"mean": cc.mean("slider.x")}).sample(21)
+        ranking = result.ranking("mean")
+        # 10 mm of crank and 12 mm of rod, uniform; the crank counts by a little less than its length.
+        assert [row.parameter for row in ranking] == ["rod_length", "crank_length"]
+        assert sum(row.share.value for row in ranking) == pytest.approx(1.0, abs=1e-3)
+        assert ranking.scatter.value < 1e-3
+        assert "halving the interval of rod_length narrows it by" in str(ranking)
+
+    def test_what_does_not_help_is_said(self):
+        random = np.random.default_rng(0)
+        points = random.uniform(0.0, 2.0, (161, 2))
+        values = (0.3 * points[:, 0] + random.normal(size=161))[:, None, None]
+        sides = {"gap": cc.interval(0.0, 2.0), "rod": cc.interval(0.0, 2.0)}
+        table = cc.FeatureTable(("peak",), values, values[0], sides, points, True)
+        ranking = table["peak"].ranking()
+        assert ranking.scatter.lower > 0.8
+        assert any(
+            line.startswith("tightening rod does not help: 9")
+            and "scatter that no parameter explains" in line
+            for line in ranking.advice()
+        )
+        assert table["peak"].quantile(0.5) == np.median(values)
+
+    def test_extrema_in_the_settling_start_are_told(self):
+        with pytest.warns(cc.ChebclearWarning, match='feature "force": its extremum lies in the first'):
+            self.study({"force": cc.peak("wrist.normal_force")}).sample(2)
+
+    def test_mistakes(self):
+        with pytest.raises(KeyError, match=r"Study\(features=...\)"):
+            self.study({}, ["slider.x"]).sample(2).feature("force")
+        with pytest.raises(KeyError, match="did you mean"):
+            self.study({"force": cc.peak("slider.x")}).sample(2).feature("forse")
+        with pytest.raises(ValueError, match="at least 7 runs"):
+            self.study({"force": cc.peak("slider.x")}).sample(4).ranking("force")
+        with pytest.raises(ValueError, match="unknown output"):
+            self.study({"force": cc.peak("slider.xx")}).sample(2)
+        for wrong in ("peak", [cc.peak("slider.x")], {"a": 3.0}, {1: cc.peak("slider.x")}):
+            with pytest.raises(TypeError, match="features"):
+                self.study(wrong, ["slider.x"])
+        with pytest.raises(ValueError, match="outputs must name"):
+            self.study(None)
+
+    @pytest.mark.parametrize("value", [math.nan, "much", [1.0, 2.0]])
+    def test_callables_must_return_numbers(self, value):
+        with pytest.raises((ValueError, TypeError), match='feature "mine" must') as caught:
+            self.study({"mine": lambda run: value}).sample(2)
+        assert "crank_length = " in caught.value.__notes__[0]
