@@ -5,6 +5,7 @@ import json
 import math
 import random
 import tomllib
+from pathlib import Path
 
 import chebclear as cc
 import jsonschema
@@ -12,7 +13,9 @@ import pytest
 from chebclear.templates.expressions import ExpressionError, parse
 from chebclear.templates.json_schema import scene_file_schema
 from chebclear.templates.toml_text import read_toml, write_toml
-from chebclear.templates.units import UnitError, convert, parse_unit
+from chebclear.templates.units import UnitError, convert, is_quantity, parse_unit
+
+ROOT = Path(__file__).parents[2]
 
 HOSTILE = [
     "__import__('os').system('true')",
@@ -90,6 +93,11 @@ def test_quantities_have_the_bits_of_their_literals():
     assert convert("210 GPa", "Pa") == 210e9
     assert convert("3 kg mm2", "kg m²") == 3e-6
     assert convert("12 N mm/deg", "N m/rad") == pytest.approx(12e-3 * 180 / math.pi, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["0.3 * length", "2 - x", "1 / 3", "2 ** x", "3 + (1)", "mass"])
+def test_a_calculation_is_no_quantity(text):
+    assert not is_quantity(text)
 
 
 @pytest.mark.parametrize(
@@ -400,3 +408,11 @@ def test_the_shipped_schema_is_current():
     folder = importlib.resources.files("chebclear.templates")
     shipped = json.loads(folder.joinpath("scene.schema.json").read_text(encoding="utf-8"))
     assert shipped == scene_file_schema(), "write scene_file_schema() to scene.schema.json again"
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.toml")), ids=lambda path: path.name)
+def test_the_scene_files_of_the_examples_run(path):
+    template = cc.load(path)
+    jsonschema.Draft4Validator(scene_file_schema()).validate(tomllib.loads(path.read_text(encoding="utf-8")))
+    run = template.simulate(duration=1e-3, skip=0.0, samples=3)
+    assert run.success and template.study().intervals

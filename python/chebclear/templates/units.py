@@ -102,7 +102,7 @@ _FACTORS: dict[str, Callable[[float], float]] = {
     "1/deg": math.degrees,
     "rpm": rpm,
 }
-_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s+(\S.*?)\s*")
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s+([^\s*+/()-].*?)\s*")
 _FACTOR = re.compile(r"([^\s*/^\d.()]+)(?:\^?\(?(-?\d+(?:\.\d+)?)\)?)?")
 _RAISED = str.maketrans("\u00b2\u00b3\u2074\u00b7", "234*")
 MOST_CHARACTERS = 100
