@@ -126,8 +126,9 @@ class ErrorEstimate(records.ArrayRecord):
 
     One has a tenth of its tolerances, the other a hundredth and another method. ``estimate["slider.vx"]`` is
     the `OutputError` of that output. Up to its horizon the true error was more than twice the largest
-    difference in 1 of 700 outputs of drawn scenes, and never ten times; see ``benchmarks/claims.py``. Beyond
-    the horizon the difference is the distance of unrelated motions and no longer estimates an error.
+    difference in 1 of 280 outputs of drawn scenes, and more than ten times in one run of 1842; see
+    ``benchmarks/claims.py``. Beyond the horizon the difference is the distance of unrelated motions and no
+    longer estimates an error.
     """
 
     columns: tuple[str, ...]
