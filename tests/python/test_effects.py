@@ -94,6 +94,26 @@ def test_narrowing_of_a_sum_of_lines():
     assert both["a"].value == pytest.approx(1.0 - halved / width, abs=5e-3)
 
 
+def test_scatter_that_grows_with_a_parameter_narrows_with_it():
+    """Skewed scatter between 0.05 and 0.55 of a parameter; brute force says what halving does."""
+    many = np.random.default_rng(0).uniform(-1.0, 1.0, (400_000, 2))
+
+    def feature(points, random):
+        return points[:, 0] + (0.3 + 0.25 * points[:, 0]) * random.gumbel(size=len(points))
+
+    sides = [feature(many * scale, np.random.default_rng(1)) for scale in ((1.0, 1.0), (0.5, 1.0))]
+    whole, halved = (np.ptp(np.quantile(side, [0.025, 0.975])) for side in sides)
+    hits, values = [], []
+    for repetition in range(12):
+        random = np.random.default_rng([repetition, 7])
+        points = random.uniform(-1.0, 1.0, (81, 2))
+        found = find_narrowing(["a", "b"], points, feature(points, random)[:, None])["a"]
+        hits.append(found.lower <= 1.0 - halved / whole <= found.upper)
+        values.append(found.value)
+    assert np.mean(hits) >= 0.65
+    assert np.mean(values) == pytest.approx(1.0 - halved / whole, abs=0.06)
+
+
 def test_monotone_only_where_certain():
     points = np.random.default_rng(3).uniform(-1.0, 1.0, (60, 3))
     values = np.exp(points[:, 0]) - 0.4 * points[:, 1] + points[:, 2] ** 2

@@ -172,7 +172,11 @@ class _Model(NamedTuple):
     resampled: Array
     """Those of resampled sets, shape (parameters + 2, replicates)."""
     scattered: Array
-    """What the polynomial leaves of every value, flat."""
+    """What the polynomial leaves of every value, over the size of the scatter there, flat."""
+    growth: Array
+    """Slopes of the logarithm of that size over each parameter, shape (parameters,)."""
+    growths: Array
+    """Those of resampled sets, shape (parameters, replicates)."""
     scale: Array
     """By how much the scatter of a resampled set may be larger, shape (replicates,)."""
 
@@ -236,7 +240,8 @@ def find_narrowing(names: list[str], points: Array, values: Array, seed: int = 0
     """By what part the interval that holds 95 % of the values becomes narrower when the interval of a
     parameter is halved around its midpoint [-].
 
-    The scatter is taken to stay as it is. Parameters and errors are those of `find_effects`.
+    The size of the scatter may grow with the parameters, else it is taken to stay. Parameters and errors are
+    those of `find_effects`.
     """
     models, _ = _models(points, values, seed)
     found = [_narrowed(model, points.shape[1], seed) for model in models]
@@ -266,10 +271,10 @@ def _models(points: Array, values: Array, seed: int) -> tuple[list[_Model], int]
             f"got {len(points)}"
         )
     degree = best_degree(fits, values.mean(axis=1))
-    return [_model(fit, values, seed) for fit in fits[degree : degree + 2]], degree
+    return [_model(fit, points, values, seed) for fit in fits[degree : degree + 2]], degree
 
 
-def _model(fit: _Fit, values: Array, seed: int) -> _Model:
+def _model(fit: _Fit, points: Array, values: Array, seed: int) -> _Model:
     """One polynomial, with those of resampled sets of runs.
 
     Residuals are resampled, divided by their leverage, and with them the variance between cycles; the
@@ -288,13 +293,17 @@ def _model(fit: _Fit, values: Array, seed: int) -> _Model:
     scale = np.sqrt(free / random.chisquare(free, _REPLICATES))
     copies = smooth[:, None] + residuals[drawn] * scale
     again = fit.solve @ copies
+    growth, growths = _growth(points, residuals, random)
+    size = np.exp(points @ growth)[:, None]
     return _Model(
         fit=fit,
         terms=terms,
         again=again,
         variances=_variances(fit, terms[:, None], mean[:, None], np.array([within.mean()]))[:, 0],
         resampled=_variances(fit, again, copies, within[drawn].mean(axis=0)),
-        scattered=(values - mean[:, None] + residuals[:, None]).ravel(),
+        scattered=((values - mean[:, None] + residuals[:, None]) / size).ravel(),
+        growth=growth,
+        growths=growths,
         scale=scale,
     )
 
@@ -305,6 +314,27 @@ def _missed(model: _Model, values: Array) -> float:
     total = float(np.maximum(model.variances, 0.0).sum())
     error = float(np.mean(left_out(model.fit, values.mean(axis=1)) ** 2))
     return min(_MISSED, math.sqrt(error / total)) if total > 0.0 else 0.0
+
+
+def _growth(points: Array, residuals: Array, random: np.random.Generator) -> tuple[Array, Array]:
+    """How the logarithm of the size of scatter grows with each parameter, and in resampled sets.
+
+    It is a straight line through the logarithms of the residuals; slopes below two standard errors are zero.
+    """
+    runs, parameters = points.shape
+    square = residuals**2
+    slopes = np.zeros(parameters)
+    if runs <= parameters + _LEAST_FREE or not square.max() > 0.0:
+        return slopes, np.zeros((parameters, _REPLICATES))
+    basis = np.concatenate([np.ones((runs, 1)), points], axis=1)
+    logs = 0.5 * np.log(np.maximum(square, 1e-12 * square.max()))
+    inverse = np.linalg.inv(basis.T @ basis)
+    solved = inverse @ (basis.T @ logs)
+    spread = np.sum((logs - basis @ solved) ** 2) / (runs - parameters - 1)
+    errors = np.sqrt(spread * np.diag(inverse)[1:])
+    drawn = solved[1:, None] + errors[:, None] * random.normal(size=(parameters, _REPLICATES))
+    certain = np.abs(solved[1:]) > 2.0 * errors
+    return np.where(certain, solved[1:], 0.0), np.where(np.abs(drawn) > 2.0 * errors[:, None], drawn, 0.0)
 
 
 def _variances(fit: _Fit, terms: Array, means: Array, within: Array) -> Array:
@@ -339,8 +369,10 @@ def _narrowed(model: _Model, parameters: int, seed: int) -> tuple[Array, Array]:
 
     def widths(points: Array) -> tuple[float, Array]:
         basis = legendre_terms(points, model.fit.powers)
-        lower, upper = np.quantile((basis @ model.terms)[:, None] + noise, ends)
-        lowers, uppers = np.quantile(basis @ model.again + noise * model.scale, ends, axis=0)
+        own = noise * np.exp(points @ model.growth)[:, None]
+        lower, upper = np.quantile((basis @ model.terms)[:, None] + own, ends)
+        sized = noise * np.exp(points @ model.growths) * model.scale
+        lowers, uppers = np.quantile(basis @ model.again + sized, ends, axis=0)
         return float(upper - lower), np.asarray(uppers - lowers)
 
     whole, wholes = widths(box)
