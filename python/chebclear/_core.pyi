@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "calibrated_bands",
     "chebyshev_derivative",
     "chebyshev_evaluate",
     "chebyshev_fit",
@@ -13,9 +14,13 @@ __all__ = [
     "inspect",
     "interval_bounds",
     "polynomial_ranges",
+    "random_points",
     "restart_at_end",
     "simulate",
+    "sobol_points",
     "sweep",
+    "total_degree_basis",
+    "total_degree_exponents",
 ]
 
 @type_check_only
@@ -91,6 +96,18 @@ class _Ranges(TypedDict):
     lowest_at: NDArray[np.float64]
     highest_at: NDArray[np.float64]
 
+@type_check_only
+class _CalibratedBand(TypedDict):
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+    window: float
+    inflation: float
+    coverage: float
+    whole_run: float
+    degree: int | None
+    error: float | None
+    coefficients: NDArray[np.float64] | None
+
 def simulate(
     scene: str,
     settings: str,
@@ -121,3 +138,15 @@ def interval_bounds(
 def polynomial_ranges(
     coefficients: NDArray[np.float64], degrees: Sequence[int], threads: int | None = None
 ) -> _Ranges: ...
+def sobol_points(parameters: int, first: int, count: int, seed: int | None) -> NDArray[np.float64]: ...
+def random_points(parameters: int, first: int, count: int, seed: int) -> NDArray[np.float64]: ...
+def total_degree_exponents(parameters: int, degree: int) -> list[list[int]]: ...
+def total_degree_basis(points: NDArray[np.float64], degree: int) -> NDArray[np.float64]: ...
+def calibrated_bands(
+    values: NDArray[np.float64],
+    points: NDArray[np.float64],
+    scored: int,
+    limits: Sequence[tuple[float, float]],
+    coverage: float,
+    threads: int | None,
+) -> list[_CalibratedBand]: ...

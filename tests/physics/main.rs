@@ -2,6 +2,7 @@
 
 mod assembly;
 mod bad_elements;
+mod bands;
 mod chebyshev;
 mod constrained;
 mod contact;

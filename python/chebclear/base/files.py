@@ -192,7 +192,7 @@ def same(first: Any, second: Any) -> bool:
     if type(first) is not type(second):
         return False
     if dataclasses.is_dataclass(first):
-        names = [item.name for item in dataclasses.fields(first)]
+        names = [item.name for item in dataclasses.fields(first) if item.compare]
         return all(same(getattr(first, name), getattr(second, name)) for name in names)
     if isinstance(first, (list, tuple)):
         return len(first) == len(second) and all(map(same, first, second))

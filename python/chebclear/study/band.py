@@ -34,16 +34,16 @@ RESOLVED = 0.05
 class Margin:
     """What a band was made from, and how far it goes beyond its runs."""
 
-    method: Literal["polynomial", "envelope", "trend", "runs"]
-    """The range of a polynomial in the parameters; running extremes of the runs in time; the range of a
-    polynomial with the running extremes of what it leaves; or the extremes of the runs alone."""
+    method: Literal["polynomial", "envelope", "runs"]
+    """The range of a polynomial in the parameters with its largest error at runs it was not fitted to;
+    running extremes of the runs in time, widened; or the extremes of the runs alone."""
     degree: int | None = None
     """Degree of the polynomial [-], the largest of all parameters; None without one."""
     error: float = math.nan
     """Largest error of the polynomial at runs it was not fitted to, over the width of the hull, both averaged
     over time [-]; NaN without such a run."""
     window: float = field(default=0.0, metadata=unit("s"))
-    """How far the running extremes reach to either side [s]."""
+    """How far the running extremes reach to either side [s]; the mean where several were averaged."""
     inflation: float = 0.0
     """By how many local spreads of the runs the band was then widened to either side [-]."""
 
@@ -52,10 +52,10 @@ class Margin:
 class Band(records.ArrayRecord):
     """The range of one output over a box of parameters, for every instant.
 
-    In a Chebyshev study `lower` and `upper` bound the fitted polynomial, by its certified range or, with
-    slack, by Eq. (31). They bound the response only as far as the polynomial follows it, which `verdict`
-    says. In a scan they are the smallest and largest of the runs, which is an inner bound: the response may
-    reach further between them.
+    From `Study.band`, `lower` and `upper` were widened until runs that took no part in them were inside. In a
+    Chebyshev study they bound the fitted polynomial, by its certified range or, with slack, by Eq. (31), and
+    the response only as far as the polynomial follows it, which `verdict` says. In a scan they are the
+    smallest and largest of the runs, which is an inner bound: the response may reach further between them.
     """
 
     name: str

@@ -9,7 +9,7 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +21,21 @@ from ..run.settings import Settings
 from ..run.trajectory import Stats, column_index
 from ..scene.scene import Interval, Scene
 from .band import Band
+from .calibrated import Demand, calibrated_bands
 from .features import FeatureResult, FeatureTable, Ranking
 from .judgement import judged
 from .surrogate import BoundKind, Surrogate
 
 Array = NDArray[np.float64]
+
+
+class Extendable(Protocol):
+    """A study that can add runs to its results."""
+
+    def extended(
+        self, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult] = ()
+    ) -> StudyResult:
+        """A result with further runs."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -36,13 +46,13 @@ class StudyResult(records.ArrayRecord):
     """
 
     kind: str
-    """``"chebyshev"``, ``"scan"`` or ``"sample"``."""
+    """``"band"``, ``"chebyshev"``, ``"scan"`` or ``"sample"``."""
     bands: dict[str, Band]
     """Band of each output by name."""
     degrees: tuple[int, ...] | None
-    """Degree of the polynomials in each parameter [-]; None for a scan."""
+    """Degree of the polynomials in each parameter [-]; None but for a Chebyshev study."""
     nodes: tuple[int, ...]
-    """Number of nodes or scan points on each parameter [-]."""
+    """Number of nodes or scan points on each parameter [-]; empty for a calibrated study."""
     bounds: BoundKind
     """How polynomials are bounded: ``"range"``, certified, or ``"eq31"``, by Eq. (31) of the paper."""
     stats: tuple[Stats, ...]
@@ -53,6 +63,14 @@ class StudyResult(records.ArrayRecord):
     """How the runs were simulated."""
     scene: Scene
     """The scene at the midpoint of all intervals."""
+    demand: Demand | None = None
+    """What was asked of a calibrated study; None for the others."""
+    study: Extendable | None = field(default=None, compare=False)
+    """The study this is the result of; None once it was copied, pickled or loaded."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        # What builds the scenes need not survive a pickle, and need not for the result to be whole.
+        return {name: value for name, value in vars(self).items() if name != "study"}
 
     features: FeatureTable | None = None
     """The features of all runs; None if none were asked for."""
@@ -98,9 +116,9 @@ class StudyResult(records.ArrayRecord):
         return self.feature(feature).ranking()
 
     def __repr__(self) -> str:
-        how = (
-            self.kind if self.degrees is None else f"chebyshev of degree {' x '.join(map(str, self.degrees))}"
-        )
+        how = self.kind
+        if self.degrees is not None:
+            how += f" of degree {' x '.join(map(str, self.degrees))}"
         return f"<StudyResult: {how}, {len(self.parameters)} runs, {', '.join(self.outputs)}>"
 
     def __getitem__(self, output: str) -> Band:
@@ -138,6 +156,32 @@ class StudyResult(records.ArrayRecord):
         """Parameters of every run [SI units], shape (runs, parameters); without the nominal run."""
         return self._any.parameters
 
+    def extend(self, runs: int, *, include: StudyResult | Sequence[StudyResult] = ()) -> StudyResult:
+        """Add runs to a calibrated study; nothing is simulated twice.
+
+        Parameters
+        ----------
+        runs : int
+            Number of further runs [-], at least 0; the sequence of points goes on.
+        include : StudyResult or sequence of StudyResult, optional
+            Results of the same study whose runs are taken as well, as for `Study.band`.
+
+        Returns
+        -------
+        StudyResult
+            The same bits as if all runs had been asked for at once.
+
+        Raises
+        ------
+        ValueError
+            If this is no result of `Study.band`, or does not know its study any more.
+        SceneError, SimulationError, TypeError
+            As `Study.band`.
+        """
+        if self.study is None:
+            raise ValueError("a result that was copied or loaded does not know its study: make it again")
+        return self.study.extended(self, runs, include)
+
     def values(self, output: str) -> Array:
         """Values of an output in every run, in its unit, shape (runs, samples); without the nominal run."""
         return self[output].runs
@@ -163,6 +207,8 @@ class StudyResult(records.ArrayRecord):
         nodes: tuple[int, ...],
         bounds: BoundKind = "range",
         kind: str | None = None,
+        demand: Demand | None = None,
+        threads: int | None = None,
         **facts: Any,
     ) -> StudyResult:
         """The result from the values of all runs.
@@ -187,9 +233,16 @@ class StudyResult(records.ArrayRecord):
             How polynomials are bounded, see `Surrogate.bounds`.
         kind : str, optional
             What the runs are; ``"chebyshev"`` or ``"scan"`` by the degrees if not given.
+        demand : Demand, optional
+            What is asked of a calibrated study; the runs at Sobol' points come first then.
+        threads : int, optional
+            Threads for the bands of a calibrated study [-].
         **facts
             The remaining fields.
         """
+        if demand is not None:
+            bands = calibrated_bands(t, outputs, values, intervals, parameters, demand, threads)
+            return cls("band", bands, degrees=None, nodes=(), bounds=bounds, demand=demand, **facts)
         bands = {}
         lowest, highest = values.min(axis=0), values.max(axis=0)
         for index, name in enumerate(outputs):
@@ -247,6 +300,7 @@ class StudyResult(records.ArrayRecord):
             "degrees": self.degrees,
             "nodes": self.nodes,
             "bounds": self.bounds,
+            "demand": None if self.demand is None else dataclasses.asdict(self.demand),
             "stats": [dataclasses.asdict(stats) for stats in self.stats],
             "warnings": self.warnings,
             "settings": dataclasses.asdict(self.settings),
@@ -298,6 +352,7 @@ class StudyResult(records.ArrayRecord):
             degrees=None if facts["degrees"] is None else tuple(facts["degrees"]),
             nodes=tuple(facts["nodes"]),
             bounds=facts.get("bounds", "eq31"),  # files before it was written
+            demand=None if facts.get("demand") is None else Demand.from_dict(facts["demand"]),
             stats=tuple(Stats(**stats) for stats in facts["stats"]),
             warnings=tuple(facts["warnings"]),
             settings=Settings.from_dict(facts["settings"]),

@@ -6,15 +6,19 @@ import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import CancelledError, Executor, wait
+from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..base.units import unit
 from ..errors import Problem, SceneError, SimulationError, describe
+from ..run.settings import Settings
+from ..run.trajectory import Stats
 from ..scene.scene import Interval, Scene
 
 if TYPE_CHECKING:
@@ -32,6 +36,38 @@ MOST_RUNS = 1_000_000
 _CHUNKS = 64
 # Longest time that is waited for pieces to end that are no longer wanted [s]: they need a tenth of it.
 _LAST_WAIT = 1.0
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Runs of a study that all succeeded, the nominal one last."""
+
+    t: NDArray[np.float64] = field(metadata=unit("s"))
+    """Instants [s], shape (samples,)."""
+    outputs: tuple[str, ...]
+    """Names of the outputs."""
+    values: NDArray[np.float64]
+    """All outputs of all runs in their units, shape (runs + 1, samples, outputs)."""
+    scenes: list[Scene]
+    """What was simulated."""
+    stats: tuple[Stats, ...]
+    """What each run cost."""
+    warnings: tuple[str, ...]
+    """What the user should be warned of, each text once."""
+    settings: Settings
+    """How the runs were simulated."""
+    features: NDArray[np.float64] | None
+    """Features of all runs, shape (runs + 1, cycles, features); None if none were asked for."""
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What a `StudyResult` says of its runs besides their values."""
+        return {
+            "stats": self.stats,
+            "warnings": self.warnings,
+            "settings": self.settings,
+            "scene": self.scenes[-1],
+        }
 
 
 def simulate_all(

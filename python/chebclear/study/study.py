@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import inspect
-import math
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -15,12 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks, did_you_mean
-from ..base.progress import bar, is_request
+from ..base.progress import is_request
 from ..errors import ChebclearWarning, SceneError, describe
 from ..run.settings import MAX_EVENTS, MAX_STEPS, Settings
 from ..run.simulation import warn_once
 from ..run.trajectory import Stats
 from ..scene.scene import Interval, Scene
+from . import sampled
+from .arguments import (
+    MAX_RUNS,
+    Progress,
+    check_keywords,
+    check_runs,
+    checked_fixed,
+    checked_intervals,
+    reporter,
+)
 from .features import (
     Asked,
     FeatureTable,
@@ -36,6 +43,7 @@ from .results import compare as compare
 from .runs import (
     MOST_NODES,
     MOST_RUNS,
+    Runs,
     gathered_warnings,
     located,
     require_ends,
@@ -48,11 +56,8 @@ from .surrogate import MOST_RANGE_DEGREE, BoundKind, chebyshev_grid, tensor_grid
 from .tradeoff import StudyTradeoff, measure
 
 Array = NDArray[np.float64]
-Progress = Callable[[int, int], None]
 
 MOST_THREADS = 1024
-MAX_RUNS = 20_000
-"""Runs that a call starts without being asked for more [-]: a minute or two of the paper's mechanism."""
 
 
 class Study:
@@ -146,14 +151,14 @@ class Study:
         checks = Checks()
         self.features = checked_features(checks, features)
         self.build = build
-        self.intervals = _checked_intervals(checks, parameters)
+        self.intervals = checked_intervals(checks, parameters)
         self.random = {
             name: given
             for name, given in (parameters.items() if isinstance(parameters, Mapping) else ())
             if isinstance(given, Normal | Uniform)
         }
-        self.fixed = _checked_fixed(checks, fixed)
-        _check_keywords(checks, build, self.intervals, self.fixed)
+        self.fixed = checked_fixed(checks, fixed)
+        check_keywords(checks, build, self.intervals, self.fixed)
         self.settings = Settings.checked(
             checks,
             duration=duration,
@@ -235,7 +240,7 @@ class Study:
         checks.whole("max_runs", max_runs, least=1)
         checks.word("bounds", bounds, ("range", "eq31"))
         checks.finish()
-        _check_runs(counts, max_runs, "a lower degree")
+        check_runs(counts, max_runs, "a lower degree")
         if bounds == "range" and max(degrees) > MOST_RANGE_DEGREE:
             raise ValueError(
                 f'degree must be at most {MOST_RANGE_DEGREE} for bounds="range", got {max(degrees)}: take a '
@@ -270,12 +275,71 @@ class Study:
         counts = self._per_parameter(checks, "points", points, [2] * len(self.intervals), MOST_NODES)
         checks.whole("max_runs", max_runs, least=1)
         checks.finish()
-        _check_runs(counts, max_runs, "fewer points")
+        check_runs(counts, max_runs, "fewer points")
         sides = [
             np.linspace(side.lower, side.upper, count)
             for side, count in zip(self.intervals.values(), counts, strict=True)
         ]
         return self._run(tensor_grid(sides), tuple(counts), None)
+
+    def band(
+        self,
+        runs: int = 81,
+        *,
+        coverage: float = 0.999,
+        rtol: float = 1e-4,
+        seed: int = 0,
+        include: StudyResult | Sequence[StudyResult] = (),
+        max_runs: int = MAX_RUNS,
+    ) -> StudyResult:
+        """Bands that a further run keeps, with what runs that took no part in them say of it.
+
+        Simulates at the points of a scrambled Sobol' sequence and at the midpoint. Where a polynomial in the
+        parameters follows an output, the band is its range with its largest error at runs that it was not
+        fitted to. Elsewhere no number of runs that one can afford resolves the single run, but its
+        distribution over the box changes slowly in time: the band then is a mean of running extremes of the
+        runs over windows in time, widened until held-out runs are inside.
+
+        Parameters
+        ----------
+        runs : int
+            Number of runs at Sobol' points [-], at least 3; one at the midpoint comes on top.
+        coverage : float
+            Share of the samples of a further run that should be inside [-], between 0 and 1.
+        rtol : float
+            Relative tolerance of the integrator [-], in place of that of the study: bands need no better
+            runs, although single ones change. Velocities of impacting mechanisms are resolved more often at
+            1e-5.
+        seed : int
+            Seed of the points [-], 0 to 2**64 - 1. The same seed gives the same bits on any number of
+            threads.
+        include : StudyResult or sequence of StudyResult, optional
+            Results of the same study whose runs are taken as well. They take part in all bands but are not
+            held out, since their points may lie on a grid.
+        max_runs : int
+            Runs above which nothing is started [-].
+
+        Returns
+        -------
+        StudyResult
+            Its `extend` adds runs. The bands have a polynomial where they are ``"resolved"``.
+
+        Raises
+        ------
+        SceneError, SimulationError, ValueError, TypeError
+            As `chebyshev`.
+        """
+        result = sampled.band(self, runs, coverage, rtol, seed, include, max_runs)
+        warn_once(result.warnings, stacklevel=3)
+        return result
+
+    def extended(
+        self, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult] = ()
+    ) -> StudyResult:
+        """A result of `band` with further runs; see `StudyResult.extend`."""
+        longer = sampled.extended(self, result, runs, include)
+        warn_once(longer.warnings, stacklevel=4)
+        return longer
 
     def sample(self, runs: int = 81, *, seed: int = 0) -> StudyResult:
         """Simulate at random points of the box, uniform and independent: what features want.
@@ -417,16 +481,42 @@ class Study:
         SceneError, SimulationError
             As `chebyshev`.
         """
-        midpoint = [side.midpoint for side in self.intervals.values()]
-        given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in [*points, midpoint]]
+        runs = self.simulated(points, self.settings)
+        table = None
+        if runs.features is not None:
+            values = runs.features
+            table = FeatureTable(
+                tuple(self.features), values[:-1], values[-1], self.intervals, points, random
+            )
+        result = StudyResult.from_runs(
+            runs.t,
+            runs.outputs,
+            runs.values,
+            self.intervals,
+            points,
+            degrees=degrees,
+            nodes=counts,
+            bounds=bounds,
+            kind="sample" if random else None,
+            features=table,
+            study=self,
+            **runs.facts,
+        )
+        # A result that is read back from a file has these warnings already.
+        return replace(result, warnings=(*result.warnings, *doubts(result.bands)))
+
+    def simulated(self, points: Array, settings: Settings, *, midpoint: bool = True) -> Runs:
+        """The runs at the points and, if asked for, last at the midpoint; does not pass on warnings."""
+        middle = [[side.midpoint for side in self.intervals.values()]] if midpoint else []
+        given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in [*points, *middle]]
         scenes, built = self._scenes(given)
         require_ends(self.intervals, points, lambda ends: self._scenes(ends)[0])
         texts = [scene_text(scene, parameters) for scene, parameters in zip(scenes, given, strict=True)]
         try:
-            settings = self.settings.for_scene(scenes[-1], runs=len(scenes))
+            settings = settings.for_scene(scenes[-1], runs=len(scenes))
         except SceneError as error:
             raise SceneError(located(given[-1], error.problems)) from None
-        with _reporter(self.progress) as report:
+        with reporter(self.progress) as report:
             try:
                 runs = simulate_all(texts, settings.to_json(), self.threads, self.executor, report)
             except SceneError as error:
@@ -434,31 +524,20 @@ class Study:
         require_success(runs, given)
         told = zip(built, runs["warnings"], strict=True)
         messages = gathered_warnings([[*of_build, *of_run] for of_build, of_run in told])
-        table = None
+        features = None
         if self.features:
-            values = feature_values(self.features, settings, scenes, given, runs["features"])
-            table = FeatureTable(
-                tuple(self.features), values[:-1], values[-1], self.intervals, points, random
-            )
+            features = feature_values(self.features, settings, scenes, given, runs["features"])
             messages += settling_warnings(self.features, settings, scenes[-1], runs["features"])
-        result = StudyResult.from_runs(
-            runs["t"],
-            runs["columns"],
-            runs["values"],
-            self.intervals,
-            points,
-            degrees=degrees,
-            nodes=counts,
-            bounds=bounds,
-            kind="sample" if random else None,
+        return Runs(
+            t=runs["t"],
+            outputs=tuple(runs["columns"]),
+            values=runs["values"],
+            scenes=scenes,
             stats=tuple(Stats(**stats) for stats in runs["stats"]),
             warnings=messages,
             settings=settings,
-            scene=scenes[-1],
-            features=table,
+            features=features,
         )
-        # A result that is read back from a file has these warnings already.
-        return replace(result, warnings=(*result.warnings, *doubts(result.bands)))
 
     def _scenes(self, given: list[dict[str, float]]) -> tuple[list[Scene], list[list[str]]]:
         """The scenes of all runs, and what `build` warned of in each; other warnings take their usual way."""
@@ -468,7 +547,7 @@ class Study:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             for parameters in given:
-                scenes.append(self._scene(parameters))
+                scenes.append(self.scene(parameters))
                 told.append([str(one.message) for one in caught if one.category is ChebclearWarning])
                 others += [one for one in caught if one.category is not ChebclearWarning]
                 caught.clear()
@@ -477,7 +556,8 @@ class Study:
             warnings.warn_explicit(one.message, one.category, one.filename, one.lineno, registry=seen)
         return scenes, told
 
-    def _scene(self, parameters: dict[str, float]) -> Scene:
+    def scene(self, parameters: dict[str, float]) -> Scene:
+        """The scene at these values of the parameters [SI units]; errors name them."""
         try:
             scene = self.build(**parameters, **self.fixed)
         except SceneError as error:
@@ -488,78 +568,3 @@ class Study:
         if not isinstance(scene, Scene):
             raise TypeError(f"build must return a Scene, got {scene!r} for {describe(parameters)}")
         return scene
-
-
-def _checked_intervals(checks: Checks, parameters: object) -> dict[str, Interval]:
-    if not isinstance(parameters, Mapping):
-        checks.add(f"parameters must map names to intervals, got {parameters!r}", wrong_type=True)
-        return {}
-    if not parameters:
-        checks.add("parameters must name at least one interval")
-    for name, side in parameters.items():
-        if not isinstance(side, Interval | Normal | Uniform):
-            checks.add(
-                f'parameters["{name}"] must be an interval(lower, upper), got {side!r}', wrong_type=True
-            )
-    return {
-        name: side if isinstance(side, Interval) else Interval(*side.reach)
-        for name, side in parameters.items()
-        if isinstance(side, Interval | Normal | Uniform)
-    }
-
-
-def _checked_fixed(checks: Checks, fixed: object) -> dict[str, Any]:
-    if fixed is None:
-        return {}
-    if not isinstance(fixed, Mapping):
-        checks.add(f"fixed must map names to values, got {fixed!r}", wrong_type=True)
-        return {}
-    return dict(fixed)
-
-
-def _check_runs(counts: Sequence[int], max_runs: int, fewer: str) -> None:
-    """Refuse what would fill the memory or take hours before the first run."""
-    runs = math.prod(counts)
-    grid = " x ".join(map(str, counts))
-    if runs > MOST_RUNS:
-        raise ValueError(f"a study must have at most {MOST_RUNS} runs, got {grid} = {runs}")
-    if runs > max_runs:
-        raise ValueError(
-            f"{grid} = {runs} runs are more than max_runs = {max_runs}: take {fewer}, or allow them with "
-            f"max_runs={runs}"
-        )
-
-
-def _check_keywords(checks: Checks, build: object, intervals: Iterable[str], fixed: Iterable[str]) -> None:
-    """Whether `build` can be called with these keywords, as far as its signature tells."""
-    for name in sorted(set(intervals) & set(fixed)):
-        checks.add(f'"{name}" is both a parameter and fixed')
-    if not callable(build):
-        checks.add(f"build must be callable, got {build!r}", wrong_type=True)
-        return
-    try:
-        signature = inspect.signature(build).parameters.values()
-    except (TypeError, ValueError):  # a callable that does not tell, as some compiled ones
-        return
-    by_keyword = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
-    known = [item.name for item in signature if item.kind in by_keyword]
-    needed = [item.name for item in signature if item.kind in by_keyword and item.default is item.empty]
-    given = list(dict.fromkeys([*intervals, *fixed]))
-    if not any(item.kind is item.VAR_KEYWORD for item in signature):
-        for name in given:
-            if name not in known:
-                checks.add(f'build has no parameter "{name}"{did_you_mean(name, known)}')
-    for name in needed:
-        if name not in given:
-            checks.add(f'build needs a value for "{name}": give it in parameters or fixed')
-
-
-@contextmanager
-def _reporter(progress: bool | Progress | None) -> Iterator[Progress | None]:
-    if callable(progress):
-        yield progress
-    elif progress:
-        with bar("study", "runs") as report:
-            yield report
-    else:
-        yield None

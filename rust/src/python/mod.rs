@@ -4,6 +4,7 @@
 //! `chebclear.errors`, so that they can be pickled.
 
 mod arrays;
+mod bands;
 
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex};
@@ -437,5 +438,10 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(chebyshev_derivative, module)?)?;
     module.add_function(wrap_pyfunction!(interval_bounds, module)?)?;
     module.add_function(wrap_pyfunction!(polynomial_ranges, module)?)?;
+    module.add_function(wrap_pyfunction!(bands::sobol_points, module)?)?;
+    module.add_function(wrap_pyfunction!(bands::random_points, module)?)?;
+    module.add_function(wrap_pyfunction!(bands::total_degree_exponents, module)?)?;
+    module.add_function(wrap_pyfunction!(bands::total_degree_basis, module)?)?;
+    module.add_function(wrap_pyfunction!(bands::calibrated_bands, module)?)?;
     Ok(())
 }

@@ -1,9 +1,11 @@
-//! Many runs: sweeps over parameters (the only threads), Chebyshev polynomials and their bounds. In: mechanisms, or
-//! samples of runs; out: trajectories, coefficients, bounds. Uses `run` and `numerics`.
+//! Many runs: points of the box, sweeps over parameters (with `band` and `range` the only threads), polynomials and
+//! their bounds, bands. In: mechanisms, or samples of runs; out: trajectories, coefficients, bounds. Uses `run` and `numerics`.
 
+pub mod band;
 mod bernstein;
 pub mod bounds;
 mod branch_and_bound;
 pub mod chebyshev;
+pub mod points;
 pub mod range;
 pub mod sweep;

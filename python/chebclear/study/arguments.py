@@ -1,0 +1,98 @@
+"""Checks of what a study is made from, and the progress that it shows."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from ..base.arguments import Checks, did_you_mean
+from ..base.progress import bar
+from ..scene.scene import Interval
+from .hybrid import Normal, Uniform
+from .runs import MOST_RUNS
+
+Progress = Callable[[int, int], None]
+
+MAX_RUNS = 20_000
+"""Runs that a call starts without being asked for more [-]: a minute or two of the paper's mechanism."""
+
+
+def checked_intervals(checks: Checks, parameters: object) -> dict[str, Interval]:
+    """The sides of the box."""
+    if not isinstance(parameters, Mapping):
+        checks.add(f"parameters must map names to intervals, got {parameters!r}", wrong_type=True)
+        return {}
+    if not parameters:
+        checks.add("parameters must name at least one interval")
+    for name, side in parameters.items():
+        if not isinstance(side, Interval | Normal | Uniform):
+            checks.add(
+                f'parameters["{name}"] must be an interval(lower, upper), got {side!r}', wrong_type=True
+            )
+    return {
+        name: side if isinstance(side, Interval) else Interval(*side.reach)
+        for name, side in parameters.items()
+        if isinstance(side, Interval | Normal | Uniform)
+    }
+
+
+def checked_fixed(checks: Checks, fixed: object) -> dict[str, Any]:
+    """The keywords that are the same for all runs."""
+    if fixed is None:
+        return {}
+    if not isinstance(fixed, Mapping):
+        checks.add(f"fixed must map names to values, got {fixed!r}", wrong_type=True)
+        return {}
+    return dict(fixed)
+
+
+def check_runs(counts: Sequence[int], max_runs: int, fewer: str) -> None:
+    """Refuse what would fill the memory or take hours before the first run."""
+    runs = math.prod(counts)
+    grid = " x ".join(map(str, counts))
+    if runs > MOST_RUNS:
+        raise ValueError(f"a study must have at most {MOST_RUNS} runs, got {grid} = {runs}")
+    if runs > max_runs:
+        raise ValueError(
+            f"{grid} = {runs} runs are more than max_runs = {max_runs}: take {fewer}, or allow them with "
+            f"max_runs={runs}"
+        )
+
+
+def check_keywords(checks: Checks, build: object, intervals: Iterable[str], fixed: Iterable[str]) -> None:
+    """Whether `build` can be called with these keywords, as far as its signature tells."""
+    for name in sorted(set(intervals) & set(fixed)):
+        checks.add(f'"{name}" is both a parameter and fixed')
+    if not callable(build):
+        checks.add(f"build must be callable, got {build!r}", wrong_type=True)
+        return
+    try:
+        signature = inspect.signature(build).parameters.values()
+    except (TypeError, ValueError):  # a callable that does not tell, as some compiled ones
+        return
+    by_keyword = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+    known = [item.name for item in signature if item.kind in by_keyword]
+    needed = [item.name for item in signature if item.kind in by_keyword and item.default is item.empty]
+    given = list(dict.fromkeys([*intervals, *fixed]))
+    if not any(item.kind is item.VAR_KEYWORD for item in signature):
+        for name in given:
+            if name not in known:
+                checks.add(f'build has no parameter "{name}"{did_you_mean(name, known)}')
+    for name in needed:
+        if name not in given:
+            checks.add(f'build needs a value for "{name}": give it in parameters or fixed')
+
+
+@contextmanager
+def reporter(progress: bool | Progress | None) -> Iterator[Progress | None]:
+    """What to call with the runs done and the runs in all, if anything."""
+    if callable(progress):
+        yield progress
+    elif progress:
+        with bar("study", "runs") as report:
+            yield report
+    else:
+        yield None

@@ -1,0 +1,148 @@
+"""Bands that are calibrated on held-out runs: what was asked of them, and what the core makes of the runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..scene.scene import Interval
+from .band import Band, Margin, Verdict
+from .points import on_cube
+from .polynomial import total_degree_polynomial
+
+Array = NDArray[np.float64]
+
+# Fewer held-out runs cannot tell of a share of 0.1 %; see `needed_runs`.
+_UNSEEN = 0.0112
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What was asked of a calibrated study."""
+
+    coverage: float
+    """Share of the samples of a further run that should be in the band [-]."""
+    runs: int
+    """Runs at Sobol' points, the first of all; they are held out in turn [-]."""
+    seed: int
+    """Seed of the points [-]."""
+    limits: dict[str, tuple[float, float]]
+    """What no value of an output can be beyond, by name, in its unit."""
+
+    @classmethod
+    def from_dict(cls, plain: Mapping[str, object]) -> Demand:
+        """What JSON made of a demand."""
+        limits = {name: tuple(ends) for name, ends in dict(plain["limits"]).items()}  # type: ignore[call-overload]
+        return cls(**{**plain, "limits": limits})  # type: ignore[arg-type]
+
+
+def needed_runs(coverage: float) -> int:
+    """Least number of held-out runs that can speak of a coverage: that many may hide one run far outside."""
+    return max(3, int(np.ceil(_UNSEEN / (1.0 - coverage))))
+
+
+def calibrated_bands(
+    t: Array,
+    outputs: Sequence[str],
+    values: Array,
+    intervals: dict[str, Interval],
+    parameters: Array,
+    demand: Demand,
+    threads: int | None = None,
+) -> dict[str, Band]:
+    """The bands of all outputs.
+
+    Parameters
+    ----------
+    t : ndarray, shape (samples,)
+        Instants [s].
+    outputs : sequence of str
+        Names of the outputs.
+    values : ndarray, shape (runs + 1, samples, outputs)
+        All outputs of all runs in their units: first those at Sobol' points, the nominal run last.
+    intervals : dict of str to Interval
+        Interval of each parameter [SI units].
+    parameters : ndarray, shape (runs, parameters)
+        Parameters of the runs [SI units].
+    demand : Demand
+        What is asked.
+    threads : int, optional
+        Threads to work on [-]; all processors if not given.
+
+    Raises
+    ------
+    ValueError
+        If a value is not finite, or there are fewer than three runs at Sobol' points.
+    """
+    points = np.vstack([on_cube(intervals, parameters), np.zeros(len(intervals))])
+    limits = [demand.limits[name] for name in outputs]
+    found = _core.calibrated_bands(values, points, demand.runs, limits, demand.coverage, threads)
+    spacing = float(t[-1] - t[0]) / (len(t) - 1)
+    lowest, highest = values.min(axis=0), values.max(axis=0)
+    bands = {}
+    for index, (name, band) in enumerate(zip(outputs, found, strict=True)):
+        surrogate = None
+        if band["degree"] is not None and band["coefficients"] is not None:
+            surrogate = total_degree_polynomial(intervals, band["degree"], band["coefficients"])
+        margin = Margin(
+            method="envelope" if surrogate is None else "polynomial",
+            degree=band["degree"],
+            error=float("nan") if band["error"] is None else band["error"],
+            window=band["window"] * spacing,
+            inflation=band["inflation"],
+        )
+        bands[name] = Band(
+            name=name,
+            t=t,
+            lower=band["lower"],
+            upper=band["upper"],
+            nominal=values[-1, :, index],
+            hull=(lowest[:, index], highest[:, index]),
+            intervals=intervals,
+            parameters=parameters,
+            runs=values[:-1, :, index],
+            surrogate=surrogate,
+            verdict=_verdict(band["degree"] is not None, band["coverage"], demand),
+            margin=margin,
+            coverage=band["coverage"],
+            whole_run=band["whole_run"],
+        )
+    return bands
+
+
+def _verdict(resolved: bool, coverage: float, demand: Demand) -> Verdict:
+    if resolved:
+        return "resolved"
+    enough = demand.runs >= needed_runs(demand.coverage)
+    return "calibrated" if enough and coverage >= demand.coverage else "undersampled"
+
+
+def is_remark(text: str) -> bool:
+    """Whether a warning is one of `remarks`."""
+    return text.startswith("undersampled: ")
+
+
+def remarks(bands: Mapping[str, Band], demand: Demand) -> list[str]:
+    """What the user should be warned of."""
+    short = [name for name, band in bands.items() if band.verdict == "undersampled"]
+    if not short:
+        return []
+    least = needed_runs(demand.coverage)
+    asked = f"{100.0 * demand.coverage:g} % of the samples"
+    names = ", ".join(short)
+    if demand.runs < least:
+        return [
+            f"undersampled: {demand.runs} runs cannot tell whether {asked} of a further run are in the band "
+            f"of {names}; at least {least} are needed"
+        ]
+    worst = min(bands[name].coverage for name in short)
+    # The share outside falls about as one over the number of runs.
+    more = max(1, int(np.ceil(demand.runs * (1.0 - worst) / (1.0 - demand.coverage))) - demand.runs)
+    return [
+        f"undersampled: only {100.0 * worst:.4g} % of the samples of held-out runs are in the band of "
+        f"{names}, {asked} were asked for; about {more} more runs would do: result.extend({more})"
+    ]

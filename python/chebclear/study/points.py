@@ -1,0 +1,53 @@
+"""Points of the box at which a study simulates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..scene.scene import Interval
+
+Array = NDArray[np.float64]
+
+
+def sobol_points(intervals: Mapping[str, Interval], first: int, count: int, seed: int) -> Array:
+    """Points of a scrambled Sobol' sequence, which fills the box evenly however many are taken.
+
+    Parameters
+    ----------
+    intervals : mapping of str to Interval
+        Sides of the box.
+    first, count : int
+        Number of the first point and of points; the same seed continues the same sequence.
+    seed : int
+        Seed of the scrambling. The points are the same on every machine.
+
+    Returns
+    -------
+    ndarray, shape (count, parameters)
+        Physical values.
+    """
+    return on_box(intervals, _core.sobol_points(len(intervals), first, count, seed))
+
+
+def random_points(intervals: Mapping[str, Interval], count: int, seed: int) -> Array:
+    """Independent points, uniform in the box; arguments as `sobol_points`."""
+    return on_box(intervals, _core.random_points(len(intervals), 0, count, seed))
+
+
+def on_box(intervals: Mapping[str, Interval], cube: Array) -> Array:
+    """Physical values of points of the cube [-1, 1]."""
+    sides = list(intervals.values())
+    middle = np.array([side.midpoint for side in sides])
+    return middle + np.array([side.half_width for side in sides]) * cube
+
+
+def on_cube(intervals: Mapping[str, Interval], points: Array) -> Array:
+    """Where points of the box are in the cube [-1, 1]; rounding takes none outside."""
+    sides = list(intervals.values())
+    middle = np.array([side.midpoint for side in sides])
+    cube: Array = (points - middle) / np.array([side.half_width for side in sides])
+    return np.clip(cube, -1.0, 1.0)

@@ -1,0 +1,126 @@
+"""Polynomials of total degree: few terms where there are many parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from ..base.arguments import did_you_mean
+from ..scene.scene import Interval
+from .surrogate import BoundKind, PolynomialRange, Surrogate
+
+Array = NDArray[np.float64]
+
+# Up to here a polynomial is kept as a tensor, of which more is known; 1441 samples then take 15 MB.
+_MOST_TENSOR = 1296
+
+
+def total_degree_polynomial(intervals: Mapping[str, Interval], degree: int, terms: Array) -> Surrogate:
+    """The polynomial with these coefficients.
+
+    Parameters
+    ----------
+    intervals : mapping of str to Interval
+        Interval of each parameter [SI units].
+    degree : int
+        Largest sum of the exponents of a term [-].
+    terms : ndarray, shape (terms, samples)
+        Coefficients in the unit of the output, in the order of the degrees of the terms.
+
+    Returns
+    -------
+    Surrogate
+        A `TotalDegree` where the tensor of coefficients would be large.
+    """
+    parameters = len(intervals)
+    degrees = (degree,) * parameters
+    if (degree + 1) ** parameters > _MOST_TENSOR:
+        return TotalDegree(dict(intervals), degrees, terms)
+    tensor = np.zeros((degree + 1,) * parameters + terms.shape[1:])
+    exponents = np.array(_core.total_degree_exponents(parameters, degree))
+    tensor[tuple(exponents.T)] = terms
+    return Surrogate(dict(intervals), degrees, tensor.reshape(-1, terms.shape[1]))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TotalDegree(Surrogate):
+    """A Chebyshev polynomial in the parameters for every instant, with terms up to a total degree.
+
+    `terms` holds the coefficients in the order of the degrees of the terms; `degrees` is the total degree,
+    once for every parameter.
+    """
+
+    @property
+    def coefficients(self) -> Array:
+        """Not kept as an array over the degrees of all parameters: always a ValueError."""
+        raise self._missing("array of coefficients")
+
+    def bounds(self, kind: BoundKind = "range") -> tuple[Array, Array]:
+        """Lower and upper bounds of the polynomial over the box by Eq. (31), each of shape (samples,).
+
+        Raises
+        ------
+        ValueError
+            If the certified range is asked for.
+        """
+        if kind != "eq31":
+            raise self._missing("certified range")
+        radius = np.abs(self.terms[1:]).sum(axis=0)
+        return self.terms[0] - radius, self.terms[0] + radius
+
+    def range(self, threads: int | None = None) -> PolynomialRange:
+        """Not known for so many terms: always a ValueError."""
+        raise self._missing("certified range")
+
+    def slope(self, parameter: str) -> Surrogate:
+        """Not kept as a polynomial: always a ValueError; `derivative` has its values."""
+        raise self._missing("polynomial of slopes")
+
+    def frozen(self, parameter: str) -> Surrogate:
+        """Not kept as a polynomial: always a ValueError."""
+        raise self._missing("polynomial at a midpoint")
+
+    def _missing(self, what: str) -> ValueError:
+        return ValueError(
+            f"a polynomial of total degree {self.degrees[0]} in {len(self.degrees)} parameters has no {what} "
+            "here: its tensor of coefficients would be too large"
+        )
+
+    def evaluate(self, values: Mapping[str, ArrayLike]) -> Array:
+        """The polynomial at physical values of all parameters; see `Band.evaluate`."""
+        points, shape = self._normalised(values)
+        basis = _core.total_degree_basis(np.ascontiguousarray(points), self.degrees[0])
+        return (basis @ self.terms).reshape(*shape, self.terms.shape[1])
+
+    def derivative(
+        self, parameter: str, *, normalised: bool = False, at: Mapping[str, ArrayLike] | None = None
+    ) -> Array:
+        """Derivative with respect to one parameter; see `Band.sensitivity`."""
+        names = list(self.intervals)
+        if parameter not in names:
+            raise ValueError(f'unknown parameter "{parameter}"{did_you_mean(parameter, names)}')
+        if at is None:
+            at = {name: side.midpoint for name, side in self.intervals.items()}
+        points, shape = self._normalised(at)
+        basis = _slopes(points, names.index(parameter), self.degrees[0])
+        slope = (basis @ self.terms).reshape(*shape, self.terms.shape[1])
+        return slope if normalised else slope / self.intervals[parameter].half_width
+
+
+def _slopes(points: Array, axis: int, degree: int) -> Array:
+    """Derivatives of all terms with respect to one variable, shape (points, terms)."""
+    exponents = np.array(_core.total_degree_exponents(points.shape[1], degree))
+    values = np.polynomial.chebyshev.chebvander(points, degree)
+    slopes = np.zeros_like(values[:, axis])
+    for n in range(1, degree + 1):
+        series = np.polynomial.chebyshev.chebder(np.eye(degree + 1)[n])
+        slopes[:, n] = np.polynomial.chebyshev.chebval(points[:, axis], series)
+    values[:, axis] = slopes
+    product = np.ones((len(points), len(exponents)))
+    for other in range(points.shape[1]):
+        product *= values[:, other, exponents[:, other]]
+    return product

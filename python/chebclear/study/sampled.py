@@ -1,0 +1,233 @@
+"""Calibrated studies: runs at points that fill the box evenly, and what is made of them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.arguments import Checks
+from ..errors import SceneError
+from ..run.settings import LEAST_RTOL, MOST_RTOL, Settings
+from ..run.trajectory import Stats
+from ..scene.scene import ClearanceRevolute, Interval, Scene
+from .calibrated import Demand, is_remark, remarks
+from .features import Asked, FeatureTable
+from .limits import physical_limits
+from .points import sobol_points
+from .results import StudyResult
+from .runs import MOST_RUNS, Runs
+
+Array = NDArray[np.float64]
+
+LEAST_RUNS = 3
+MOST_SEED = 2**64 - 1
+MOST_PARAMETERS = 32
+"""Parameters for which there are Sobol' points [-]."""
+
+
+class Sampled(Protocol):
+    """What is needed of a study."""
+
+    intervals: dict[str, Interval]
+    settings: Settings
+    threads: int | None
+    features: dict[str, Asked]
+
+    def simulated(self, points: Array, settings: Settings, *, midpoint: bool = True) -> Runs:
+        """The runs at points and at the midpoint."""
+
+    def scene(self, parameters: dict[str, float]) -> Scene:
+        """The scene at these values of the parameters."""
+
+    def extended(
+        self, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult] = ()
+    ) -> StudyResult:
+        """A result with further runs."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Finished runs."""
+
+    parameters: Array
+    """Parameters [SI units], shape (runs, parameters)."""
+    values: Array
+    """Outputs in their units, shape (runs, samples, outputs)."""
+    stats: tuple[Stats, ...]
+    """What each run cost."""
+    features: Array | None
+    """Features, shape (runs, cycles, features); None if none were asked for."""
+
+    @classmethod
+    def of(cls, result: StudyResult, outputs: Sequence[str]) -> Table:
+        """The runs of a result, without the nominal one."""
+        values = np.stack([result.values(name) for name in outputs], axis=-1)
+        features = None if result.features is None else result.features.values
+        return cls(result.parameters, values, result.stats[:-1], features)
+
+    def __getitem__(self, rows: slice) -> Table:
+        features = None if self.features is None else self.features[rows]
+        return Table(self.parameters[rows], self.values[rows], self.stats[rows], features)
+
+    @classmethod
+    def new(cls, points: Array, runs: Runs) -> Table:
+        """The runs at the points and, if it is among them, the nominal one."""
+        parameters = np.resize(points, (len(runs.stats), points.shape[1]))
+        return cls(parameters, runs.values, runs.stats, runs.features)
+
+
+def band(
+    study: Sampled,
+    runs: int,
+    coverage: float,
+    rtol: float,
+    seed: int,
+    include: StudyResult | Sequence[StudyResult],
+    max_runs: int,
+) -> StudyResult:
+    """What `Study.band` returns; see there."""
+    checks = Checks()
+    checks.whole("runs", runs, least=LEAST_RUNS, most=max_runs)
+    checks.real("coverage", coverage, "-", above=0.0, below=1.0)
+    checks.real("rtol", rtol, "-", least=LEAST_RTOL, most=MOST_RTOL)
+    checks.whole("seed", seed, least=0, most=MOST_SEED)
+    if len(study.intervals) > MOST_PARAMETERS:
+        checks.add(
+            f"a band takes at most {MOST_PARAMETERS} parameters, the study has {len(study.intervals)}: "
+            "give those that matter least as fixed"
+        )
+    others = _results(checks, include)
+    checks.finish()
+    points = sobol_points(study.intervals, 0, runs, seed)
+    settings = dataclasses.replace(study.settings, rtol=float(rtol))
+    new = study.simulated(points, settings)
+    limits = physical_limits(new.outputs, _largest_clearances(study, new.scenes))
+    demand = Demand(float(coverage), runs, int(seed), limits)
+    if not new.outputs:
+        raise ValueError("a band needs outputs: name some in Study(outputs=...)")
+    table = Table.new(points, new)
+    scored, nominal = table[:runs], table[runs:]
+    kept = _others(others, new.t, new.outputs, new.scenes[-1])
+    facts = {"t": new.t, "outputs": new.outputs, "settings": new.settings, "scene": new.scenes[-1]}
+    return _result(study, demand, [scored], kept, nominal, new.warnings, facts)
+
+
+def extended(
+    study: Sampled, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult]
+) -> StudyResult:
+    """What `StudyResult.extend` returns; see there."""
+    checks = Checks()
+    checks.whole("runs", runs, least=0, most=MOST_RUNS)
+    others = _results(checks, include)
+    demand = result.demand
+    if demand is None:
+        checks.add(f"only a result of Study.band can be extended, this is one of Study.{result.kind}")
+    checks.finish()
+    assert demand is not None, "the checks let no other result pass"
+    outputs = result.outputs
+    old = Table.of(result, outputs)
+    nominal_values = np.stack([result[name].nominal for name in outputs], axis=-1)[None]
+    features = None if result.features is None else result.features.nominal[None]
+    nominal = Table(old.parameters[:1], nominal_values, result.stats[-1:], features)
+    scored, told = [old[: demand.runs]], [text for text in result.warnings if not is_remark(text)]
+    if runs > 0:
+        points = sobol_points(study.intervals, demand.runs, runs, demand.seed)
+        new = study.simulated(points, result.settings, midpoint=False)
+        scored.append(Table.new(points, new))
+        told += new.warnings
+    kept = [old[demand.runs :], *_others(others, result.t, outputs, result.scene)]
+    demand = dataclasses.replace(demand, runs=demand.runs + runs)
+    facts = {"t": result.t, "outputs": outputs, "settings": result.settings, "scene": result.scene}
+    return _result(study, demand, scored, kept, nominal, told, facts)
+
+
+def _result(
+    study: Sampled,
+    demand: Demand,
+    scored: Sequence[Table],
+    kept: Sequence[Table],
+    nominal: Table,
+    warnings: Sequence[str],
+    facts: dict[str, Any],
+) -> StudyResult:
+    tables = [*scored, *kept]
+    parameters = np.concatenate([table.parameters for table in tables])
+    # Runs of another result may not know the features.
+    found = [table.features for table in [*tables, nominal] if table.features is not None]
+    features = None
+    if study.features and len(found) == len(tables) + 1:
+        values = np.concatenate(found)
+        features = FeatureTable(
+            tuple(study.features), values[:-1], values[-1], study.intervals, parameters, random=True
+        )
+    result = StudyResult.from_runs(
+        intervals=study.intervals,
+        parameters=parameters,
+        values=np.concatenate([table.values for table in [*tables, nominal]]),
+        degrees=None,
+        nodes=(),
+        demand=demand,
+        threads=study.threads,
+        stats=tuple(stats for table in [*tables, nominal] for stats in table.stats),
+        warnings=tuple(warnings),
+        features=features,
+        study=study,
+        **facts,
+    )
+    # What the bands lack is known only now.
+    return dataclasses.replace(result, warnings=(*warnings, *remarks(result.bands, demand)))
+
+
+def _results(checks: Checks, include: object) -> list[StudyResult]:
+    """The results whose runs are to be taken as well."""
+    given = [include] if isinstance(include, StudyResult) else include
+    if not isinstance(given, Sequence) or not all(isinstance(one, StudyResult) for one in given):
+        checks.add(f"include must be results of studies, got {include!r}", wrong_type=True)
+        return []
+    return list(given)
+
+
+def _others(results: Sequence[StudyResult], t: Array, outputs: Sequence[str], scene: Scene) -> list[Table]:
+    """The runs of other results, which must be of the same study."""
+    checks = Checks()
+    for index, result in enumerate(results):
+        missing = [name for name in outputs if name not in result.outputs]
+        if missing:
+            checks.add(f"include[{index}] misses the outputs {', '.join(missing)}")
+        if not np.array_equal(result.t, t):
+            checks.add(f"include[{index}] has other instants")
+        if result.scene != scene:
+            checks.add(f"include[{index}] is of another study: its midpoint is another scene")
+    checks.finish()
+    return [Table.of(result, outputs) for result in results]
+
+
+def _largest_clearances(study: Sampled, scenes: Sequence[Scene]) -> dict[str, float]:
+    """Largest clearance of each joint in the box, where it depends on one parameter at a time [m].
+
+    Joints of which the ends of the box do not tell are left out.
+    """
+    middle = {name: side.midpoint for name, side in study.intervals.items()}
+    nominal, largest = _clearances(scenes[-1]), _clearances(scenes[-1])
+    for name, side in study.intervals.items():
+        ends = []
+        for end in (side.lower, side.upper):
+            try:
+                ends.append(_clearances(study.scene({**middle, name: end})))
+            except SceneError:  # no mechanism there
+                return {}
+        for joint in nominal:
+            largest[joint] += max(0.0, *(at[joint] - nominal[joint] for at in ends))
+    for scene in scenes:
+        for joint, clearance in _clearances(scene).items():
+            largest[joint] = max(largest[joint], clearance)
+    return largest
+
+
+def _clearances(scene: Scene) -> dict[str, float]:
+    return {joint.name: joint.clearance for joint in scene.joints if isinstance(joint, ClearanceRevolute)}

@@ -1,0 +1,115 @@
+//! Points of studies, and bands from their runs.
+
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2, PyReadonlyArray3};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+use super::arrays::{flat, matrix};
+use super::grid_error;
+use crate::study::band::{self, OutputBand, Table, regression};
+use crate::study::points::{self, MOST_PARAMETERS, MOST_POINTS};
+
+/// Points of a scrambled Sobol' sequence in [-1, 1]^parameters; without a seed it is not scrambled.
+#[pyfunction]
+pub fn sobol_points<'py>(
+    py: Python<'py>,
+    parameters: usize,
+    first: u64,
+    count: usize,
+    seed: Option<u64>,
+) -> PyResult<Bound<'py, PyAny>> {
+    if !(1..=MOST_PARAMETERS).contains(&parameters) {
+        return Err(PyValueError::new_err(format!(
+            "parameters must be >= 1 and <= {MOST_PARAMETERS} for Sobol' points, got {parameters}"
+        )));
+    }
+    if first.checked_add(count as u64).is_none_or(|end| end > MOST_POINTS) {
+        return Err(PyValueError::new_err(format!("a sequence has at most {MOST_POINTS} points")));
+    }
+    matrix(py, points::sobol_points(parameters, first, count, seed), parameters)
+}
+
+/// Independent uniform points of [-1, 1]^parameters.
+#[pyfunction]
+pub fn random_points<'py>(
+    py: Python<'py>,
+    parameters: usize,
+    first: u64,
+    count: usize,
+    seed: u64,
+) -> PyResult<Bound<'py, PyAny>> {
+    matrix(py, points::random_points(parameters, first, count, seed), parameters)
+}
+
+/// Exponents of the terms of a polynomial of total degree, terms x parameters.
+#[pyfunction]
+pub fn total_degree_exponents(parameters: usize, degree: usize) -> Vec<Vec<usize>> {
+    let all = regression::exponents(parameters, degree);
+    all.chunks(parameters.max(1)).map(<[usize]>::to_vec).collect()
+}
+
+/// Values of the terms of a polynomial of total degree at points of [-1, 1]^parameters, points x terms.
+#[pyfunction]
+pub fn total_degree_basis<'py>(
+    py: Python<'py>,
+    points: PyReadonlyArray2<'py, f64>,
+    degree: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (points, [_, parameters]) = flat(&points)?;
+    matrix(py, regression::basis(&points, parameters, degree), regression::term_count(parameters, degree))
+}
+
+/// Calibrated bands of all outputs.
+#[pyfunction]
+pub fn calibrated_bands<'py>(
+    py: Python<'py>,
+    values: PyReadonlyArray3<'py, f64>,
+    points: PyReadonlyArray2<'py, f64>,
+    scored: usize,
+    limits: Vec<[f64; 2]>,
+    coverage: f64,
+    threads: Option<usize>,
+) -> PyResult<Bound<'py, PyList>> {
+    let (points, [_, parameters]) = flat(&points)?;
+    let view = values.as_array();
+    let (samples, outputs) = (view.shape()[1], view.shape()[2]);
+    let copied;
+    let values = match view.as_slice() {
+        Some(values) => values,
+        None => {
+            copied = view.iter().copied().collect::<Vec<f64>>();
+            &copied
+        }
+    };
+    let table = Table { points: &points, parameters, values, samples, outputs, scored };
+    let bands = py.detach(|| band::bands(&table, &limits, coverage, threads)).map_err(grid_error)?;
+    let result = PyList::empty(py);
+    for band in bands {
+        result.append(as_dict(py, band, samples)?)?;
+    }
+    Ok(result)
+}
+
+fn as_dict<'py>(py: Python<'py>, band: OutputBand, samples: usize) -> PyResult<Bound<'py, PyDict>> {
+    let result = PyDict::new(py);
+    let array = |values: Vec<f64>| -> Bound<'py, PyArray1<f64>> { values.into_pyarray(py) };
+    result.set_item("lower", array(band.lower))?;
+    result.set_item("upper", array(band.upper))?;
+    result.set_item("window", band.window)?;
+    result.set_item("inflation", band.inflation)?;
+    result.set_item("coverage", band.held_out.coverage)?;
+    result.set_item("whole_run", band.held_out.whole_run)?;
+    let (degree, error, coefficients) = match band.polynomial {
+        Some(polynomial) => (
+            Some(polynomial.degree),
+            Some(polynomial.error),
+            Some(matrix(py, polynomial.coefficients, samples)?),
+        ),
+        None => (None, None, None),
+    };
+    result.set_item("degree", degree)?;
+    result.set_item("error", error)?;
+    result.set_item("coefficients", coefficients)?;
+    Ok(result)
+}

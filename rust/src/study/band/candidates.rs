@@ -1,0 +1,248 @@
+//! Bounds from the extremes of the runs in time windows, widened until held-out runs are inside.
+//!
+//! The distribution of an output over the box changes slowly in time even where no polynomial follows the
+//! single run, so the runs of neighboring instants tell of each other. A bound is the mean of the running
+//! extremes over windows of falling length: what is near counts more. Some lengths are tried, with the
+//! extremes of the runs and with those of their deviations from the mean run; the narrowest bands are averaged.
+
+use super::calibrate::{Demand, Excess, HeldOut, inflation};
+use super::extremes::{ALWAYS, Bound, Growing, Top, tops};
+use super::running::{Window, running_mean};
+
+/// Longest window to either side, a part of the duration.
+const LONGEST: f64 = 1.0 / 12.0;
+
+/// From one window to the next shorter one. Ratios of 1.3 to 2 gave the same widths.
+const RATIO: f64 = 1.5;
+
+/// Windows of a mean, besides the instant itself.
+const MEMBERS: usize = 7;
+
+/// The local spread is averaged over this part of the duration to either side; its mean over all time is
+/// added by the second factor, for what happens where no run has shown it yet.
+const SPREAD_WINDOW: f64 = 1.0 / 18.0;
+const SPREAD_FLOOR: f64 = 0.3;
+
+/// Bands up to this many times as wide as the narrowest are averaged with it. A single one would be chosen
+/// for its luck, and the choice would jump when a sample is added.
+const AVERAGED: f64 = 1.05;
+
+/// The runs of one output.
+#[derive(Clone, Copy, Debug)]
+pub struct Runs<'a> {
+    /// Values, runs x samples; the scored ones first.
+    pub values: &'a [f64],
+    /// Samples of a run, at least 2.
+    pub samples: usize,
+    /// Runs that are held out in turn; the others always count.
+    pub scored: usize,
+    /// What no value can be beyond: lower and upper limit.
+    pub limits: [f64; 2],
+}
+
+/// A calibrated band.
+#[derive(Clone, Debug)]
+pub struct Calibrated {
+    /// Lower bounds.
+    pub lower: Vec<f64>,
+    /// Upper bounds.
+    pub upper: Vec<f64>,
+    /// Longest window to either side, in samples; mean of the bands that were averaged.
+    pub window: f64,
+    /// Local spreads by which the band was widened, mean of the bands that were averaged.
+    pub inflation: f64,
+    /// What held-out runs did.
+    pub held_out: HeldOut,
+}
+
+/// One side of the runs: values for the upper side, negative values for the lower one.
+struct Side {
+    /// Largest value of all runs at every instant.
+    hull: Vec<f64>,
+    /// Largest value of a run that can be left out, and which; no run where another has it.
+    runs: Vec<u32>,
+    /// Local spread.
+    spread: Vec<f64>,
+    /// Bounds of every window, from the shortest; the extremes of the runs, then those of their deviations.
+    families: [Vec<Bound>; 2],
+}
+
+/// One side of a band before it is widened.
+struct Shape {
+    bound: Vec<f64>,
+    excesses: Vec<(usize, Excess)>,
+}
+
+struct Candidate {
+    shapes: [Shape; 2],
+    window: f64,
+    inflation: f64,
+    width: f64,
+}
+
+/// The calibrated band of the runs.
+pub fn calibrated(runs: &Runs<'_>, demand: &Demand) -> Calibrated {
+    let samples = runs.samples;
+    let windows = ladder(samples);
+    let mean = mean_run(runs);
+    let opposite: Vec<f64> = runs.values.iter().map(|value| -value).collect();
+    let opposite_mean: Vec<f64> = mean.iter().map(|value| -value).collect();
+    let sides =
+        [Side::new(&opposite, &opposite_mean, runs, &windows), Side::new(runs.values, &mean, runs, &windows)];
+    let mut candidates = Vec::new();
+    for family in 0..2 {
+        for longest in 0..=windows.len() {
+            // Windows below a sample serve in the means of longer ones only.
+            if longest > 0 && windows[longest - 1] < 0.5 {
+                continue;
+            }
+            let shapes = [sides[0].shape(family, longest), sides[1].shape(family, longest)];
+            let window = if longest == 0 { 0.0 } else { windows[longest - 1] };
+            candidates.push(Candidate::new(shapes, &sides, runs.limits, window, demand));
+        }
+    }
+    averaged(&candidates, &sides, runs, demand)
+}
+
+/// Half-lengths of the windows in samples, from below a tenth of a sample to the longest.
+fn ladder(samples: usize) -> Vec<f64> {
+    let mut windows = Vec::new();
+    let mut window = LONGEST * (samples - 1) as f64;
+    while window > 0.1 {
+        windows.push(window);
+        window /= RATIO;
+    }
+    windows.reverse();
+    windows
+}
+
+fn mean_run(runs: &Runs<'_>) -> Vec<f64> {
+    let mut mean = vec![0.0; runs.samples];
+    for row in runs.values.chunks_exact(runs.samples).take(runs.scored) {
+        mean.iter_mut().zip(row).for_each(|(mean, value)| *mean += value);
+    }
+    mean.iter_mut().for_each(|mean| *mean /= runs.scored as f64);
+    mean
+}
+
+impl Side {
+    fn new(values: &[f64], mean: &[f64], runs: &Runs<'_>, windows: &[f64]) -> Self {
+        let samples = runs.samples;
+        let largest = tops(values, samples, runs.scored);
+        let hull: Vec<f64> = largest.iter().map(|top| top.first).collect();
+        let labels: Vec<u32> = largest.iter().map(|top| top.run).collect();
+        let reach: Vec<f64> = hull.iter().zip(mean).map(|(hull, mean)| (hull - mean).max(0.0)).collect();
+        let floor = SPREAD_FLOOR * reach.iter().sum::<f64>() / samples as f64;
+        let mut spread = running_mean(&reach, Window::new(SPREAD_WINDOW * (samples - 1) as f64));
+        spread.iter_mut().for_each(|spread| *spread += floor);
+        let deviations: Vec<Top> = largest
+            .iter()
+            .zip(mean)
+            .map(|(top, mean)| Top { first: top.first - mean, second: top.second - mean, ..*top })
+            .collect();
+        let family = |start: Vec<Top>, base: Option<&[f64]>| {
+            let mut growing = Growing::new(start);
+            let mut bounds = vec![Bound::over(Window::new(0.0), &mut growing, &labels)];
+            bounds.extend(windows.iter().map(|&w| Bound::over(Window::new(w), &mut growing, &labels)));
+            for bound in &mut bounds {
+                for (at, &base) in base.into_iter().flatten().enumerate() {
+                    bound.all[at] += base;
+                    bound.without[at] += base;
+                }
+            }
+            bounds
+        };
+        let families = [family(largest, None), family(deviations, Some(mean))];
+        Self { hull, runs: labels, spread, families }
+    }
+
+    /// The mean of the bounds over the `longest`-th window, the next shorter ones and the instant itself.
+    fn shape(&self, family: usize, longest: usize) -> Shape {
+        let bounds = &self.families[family];
+        let members = || (0..=longest).rev().take(MEMBERS).chain((longest > 0).then_some(0));
+        let count = members().count() as f64;
+        let mut bound = vec![0.0; self.hull.len()];
+        let mut without = vec![0.0; self.hull.len()];
+        for member in members() {
+            for at in 0..bound.len() {
+                bound[at] += bounds[member].all[at];
+                without[at] += bounds[member].without[at];
+            }
+        }
+        let mut excesses = Vec::new();
+        for at in 0..bound.len() {
+            // Means are rounded: a bound must not cut the runs.
+            bound[at] = (bound[at] / count).max(self.hull[at]);
+            let excess = self.hull[at] - without[at] / count;
+            if self.runs[at] != ALWAYS && excess > 0.0 && self.spread[at] > 0.0 {
+                excesses.push((at, Excess { run: self.runs[at], score: excess / self.spread[at] }));
+            }
+        }
+        Shape { bound, excesses }
+    }
+}
+
+impl Candidate {
+    fn new(shapes: [Shape; 2], sides: &[Side; 2], limits: [f64; 2], window: f64, demand: &Demand) -> Self {
+        let excesses: Vec<Excess> =
+            shapes.iter().flat_map(|shape| shape.excesses.iter().map(|(_, excess)| *excess)).collect();
+        let inflation = inflation(&excesses, demand);
+        let mut candidate = Self { shapes, window, inflation, width: 0.0 };
+        for (side, limit) in [(0, -limits[0]), (1, limits[1])] {
+            candidate.width += candidate.widened(side, &sides[side], limit).iter().sum::<f64>();
+        }
+        candidate
+    }
+
+    /// The bound of a side, widened and cut at what no value can be beyond.
+    fn widened(&self, side: usize, of: &Side, limit: f64) -> Vec<f64> {
+        (0..of.hull.len())
+            .map(|at| {
+                let wide = self.shapes[side].bound[at] + self.inflation * of.spread[at];
+                wide.min(limit.max(of.hull[at]))
+            })
+            .collect()
+    }
+}
+
+/// The mean of the narrowest candidates, and what held-out runs do in it.
+fn averaged(candidates: &[Candidate], sides: &[Side; 2], runs: &Runs<'_>, demand: &Demand) -> Calibrated {
+    let narrowest = candidates.iter().map(|candidate| candidate.width).fold(f64::INFINITY, f64::min);
+    let chosen: Vec<&Candidate> =
+        candidates.iter().filter(|candidate| candidate.width <= AVERAGED * narrowest).collect();
+    let share = 1.0 / chosen.len() as f64;
+    let mut bounds = [vec![0.0; runs.samples], vec![0.0; runs.samples]];
+    let inflation = chosen.iter().map(|candidate| candidate.inflation).sum::<f64>() * share;
+    let mut excesses = Vec::new();
+    for (side, limit) in [(0, -runs.limits[0]), (1, runs.limits[1])] {
+        let of = &sides[side];
+        // How far the largest run is outside of the mean of the bounds that were made without it. Where it
+        // keeps one of them before that is widened, the distance was not kept: the sum is at most too large.
+        let mut outside = vec![-inflation; runs.samples];
+        for candidate in &chosen {
+            for (bound, wide) in bounds[side].iter_mut().zip(candidate.widened(side, of, limit)) {
+                *bound += share * wide;
+            }
+            for (at, excess) in &candidate.shapes[side].excesses {
+                outside[*at] += share * excess.score;
+            }
+        }
+        excesses.extend(
+            (0..runs.samples)
+                .filter(|&at| outside[at] > 0.0)
+                .map(|at| Excess { run: of.runs[at], score: outside[at] }),
+        );
+        // Sums of shares are rounded.
+        for (bound, &hull) in bounds[side].iter_mut().zip(&of.hull) {
+            *bound = bound.max(hull).min(limit.max(hull));
+        }
+    }
+    let [opposite, upper] = bounds;
+    Calibrated {
+        lower: opposite.into_iter().map(|value| -value).collect(),
+        upper,
+        window: chosen.iter().map(|candidate| candidate.window).sum::<f64>() * share,
+        inflation,
+        held_out: HeldOut::of(&excesses, demand),
+    }
+}

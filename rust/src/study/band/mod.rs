@@ -1,0 +1,206 @@
+//! Bands of outputs over a box of parameters, from runs at points of it, with what held-out runs say of them.
+//! In: values of runs, the points, a demand; out: bounds, the method that gave them and how far they may be
+//! trusted. Knows neither mechanisms nor threads but its own.
+
+pub mod calibrate;
+pub mod candidates;
+pub mod extremes;
+pub mod regression;
+pub mod resolve;
+pub mod running;
+pub mod search;
+
+use rayon::prelude::*;
+
+use crate::study::chebyshev::GridError;
+use calibrate::{Demand, HeldOut};
+use candidates::{Calibrated, Runs, calibrated};
+use regression::Regression;
+use resolve::{MOST_DEGREE, MOST_TERMS, Resolved, resolved};
+
+/// Runs at points of the box, of all outputs.
+#[derive(Clone, Copy, Debug)]
+pub struct Table<'a> {
+    /// Points in [-1, 1]^k, rows x parameters.
+    pub points: &'a [f64],
+    /// Number of parameters.
+    pub parameters: usize,
+    /// Values, rows x samples x outputs.
+    pub values: &'a [f64],
+    /// Number of samples.
+    pub samples: usize,
+    /// Number of outputs.
+    pub outputs: usize,
+    /// Runs spread evenly or at random over the box, the first rows: they are held out in turn. The others
+    /// always count.
+    pub scored: usize,
+}
+
+/// A polynomial that follows the response.
+#[derive(Clone, Debug)]
+pub struct Polynomial {
+    /// Total degree.
+    pub degree: usize,
+    /// Largest error at held-out runs over the width of the hull, both averaged over time [-].
+    pub error: f64,
+    /// Coefficients in the order of [`regression::exponents`], terms x samples.
+    pub coefficients: Vec<f64>,
+}
+
+/// The band of one output.
+#[derive(Clone, Debug)]
+pub struct OutputBand {
+    /// Lower bounds, one for every sample.
+    pub lower: Vec<f64>,
+    /// Upper bounds.
+    pub upper: Vec<f64>,
+    /// Half-length of the window of the running extremes, in samples.
+    pub window: f64,
+    /// Local spreads by which the band was widened to either side; 0 with a polynomial.
+    pub inflation: f64,
+    /// What held-out runs did.
+    pub held_out: HeldOut,
+    /// The polynomial the band is made from, if one follows the response.
+    pub polynomial: Option<Polynomial>,
+}
+
+/// A polynomial is not used for a band that is this many times wider than the calibrated one.
+const MOST_EXCESS: f64 = 1.5;
+
+/// The bands of all outputs so that `coverage` of the samples of further runs are inside.
+///
+/// `limits` are what no value of an output can be beyond. The work is done on `threads` threads of a private pool
+/// (default: one for every processor); every output is one piece of it, so the results are the same bits
+/// for any number.
+///
+/// # Errors
+///
+/// Numbers that do not fit each other, fewer than three scored runs or two samples, a value or point that is
+/// not finite, a coverage that is not between 0 and 1, threads that cannot be started.
+pub fn bands(
+    table: &Table<'_>,
+    limits: &[[f64; 2]],
+    coverage: f64,
+    threads: Option<usize>,
+) -> Result<Vec<OutputBand>, GridError> {
+    check(table, limits, coverage)?;
+    let rows = table.points.len() / table.parameters;
+    let most_terms = (MOST_TERMS * rows as f64) as usize;
+    let regression = Regression::new(table.points, table.parameters, MOST_DEGREE, most_terms);
+    let one = |output: usize| {
+        let column = gather(table, rows, output);
+        let runs =
+            Runs { values: &column, samples: table.samples, scored: table.scored, limits: limits[output] };
+        let demand = Demand { coverage, runs: table.scored, samples: table.samples };
+        band(&runs, &regression, &demand)
+    };
+    in_parallel(table.outputs, threads, one)
+}
+
+/// The band of one output.
+fn band(runs: &Runs<'_>, regression: &Regression, demand: &Demand) -> OutputBand {
+    let calibrated = calibrated(runs, demand);
+    // Of an output that does not vary the calibrated band has no width, the other that of rounding.
+    let rounding: f64 = calibrated.upper.iter().map(|upper| 1e-12 * upper.abs()).sum();
+    let most = MOST_EXCESS * width(&calibrated.lower, &calibrated.upper) + rounding;
+    match resolved(runs, regression, demand) {
+        Some(resolved) if width(&resolved.lower, &resolved.upper) <= most => resolved.into(),
+        _ => calibrated.into(),
+    }
+}
+
+fn width(lower: &[f64], upper: &[f64]) -> f64 {
+    upper.iter().zip(lower).map(|(upper, lower)| upper - lower).sum()
+}
+
+impl From<Calibrated> for OutputBand {
+    fn from(band: Calibrated) -> Self {
+        Self {
+            lower: band.lower,
+            upper: band.upper,
+            window: band.window,
+            inflation: band.inflation,
+            held_out: band.held_out,
+            polynomial: None,
+        }
+    }
+}
+
+impl From<Resolved> for OutputBand {
+    fn from(band: Resolved) -> Self {
+        let polynomial =
+            Polynomial { degree: band.degree, error: band.error, coefficients: band.coefficients };
+        Self {
+            lower: band.lower,
+            upper: band.upper,
+            window: band.window,
+            inflation: 0.0,
+            held_out: band.held_out,
+            polynomial: Some(polynomial),
+        }
+    }
+}
+
+/// The values of one output, rows x samples.
+fn gather(table: &Table<'_>, rows: usize, output: usize) -> Vec<f64> {
+    let mut column = Vec::with_capacity(rows * table.samples);
+    column.extend(table.values.iter().skip(output).step_by(table.outputs));
+    column
+}
+
+/// `work` for every output, in order, on threads of a private pool: the global one would not survive a fork.
+fn in_parallel<T: Send>(
+    outputs: usize,
+    threads: Option<usize>,
+    work: impl Fn(usize) -> T + Send + Sync,
+) -> Result<Vec<T>, GridError> {
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let count = threads.unwrap_or(processors).clamp(1, outputs.max(1));
+    if count == 1 {
+        return Ok((0..outputs).map(work).collect());
+    }
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(count)
+        .build()
+        .map_err(|error| GridError::new(format!("threads cannot be started: {error}")))?;
+    Ok(pool.install(|| (0..outputs).into_par_iter().with_max_len(1).map(work).collect()))
+}
+
+fn check(table: &Table<'_>, limits: &[[f64; 2]], coverage: f64) -> Result<(), GridError> {
+    let fail = |message: String| Err(GridError::new(message));
+    if table.parameters == 0 || !table.points.len().is_multiple_of(table.parameters) {
+        return fail(format!(
+            "{} coordinates do not make points of {} parameters",
+            table.points.len(),
+            table.parameters
+        ));
+    }
+    let rows = table.points.len() / table.parameters;
+    let needed = rows.checked_mul(table.samples).and_then(|count| count.checked_mul(table.outputs));
+    if needed != Some(table.values.len()) || limits.len() != table.outputs {
+        return fail(format!(
+            "{} values and {} limits: {rows} runs x {} samples x {} outputs are needed",
+            table.values.len(),
+            limits.len(),
+            table.samples,
+            table.outputs
+        ));
+    }
+    if !(3..=rows).contains(&table.scored) || table.scored >= extremes::ALWAYS as usize {
+        return fail(format!("scored must be >= 3 and <= {rows}, got {}", table.scored));
+    }
+    if table.samples < 2 {
+        return fail(format!("samples must be >= 2, got {}", table.samples));
+    }
+    if !(coverage > 0.0 && coverage < 1.0) {
+        return fail(format!("coverage must be > 0 and < 1, got {coverage}"));
+    }
+    if let Some(at) = table.points.iter().position(|z| !(-1.0..=1.0).contains(z)) {
+        return fail(format!("run {} is at {}, outside [-1, 1]", at / table.parameters, table.points[at]));
+    }
+    if let Some(at) = table.values.iter().position(|value| !value.is_finite()) {
+        let run = at / (table.samples * table.outputs);
+        return fail(format!("run {run} has a value {}: all must be finite", table.values[at]));
+    }
+    Ok(())
+}

@@ -1,0 +1,181 @@
+//! Polynomials of total degree fitted to scattered points by least squares, and their errors at points they
+//! were not fitted to.
+//!
+//! ```text
+//! y(z) ≈ Σ_e c_e T_{e_1}(z_1) ··· T_{e_k}(z_k),    e_1 + ... + e_k <= degree
+//! ```
+//!
+//! The terms are in the order of their degrees. With the basis matrix A = Q R, the first columns of Q then
+//! belong to the polynomials of every lower degree: one factorization serves all. With h_i the squared norm of row i of Q the error at a point left out is its residual over 1 - h_i (`[Allen1974]`).
+
+use nalgebra::DMatrix;
+
+/// Points with a hat diagonal nearer to 1 are met exactly by the polynomial and tell nothing of its error.
+const MOST_LEVERAGE: f64 = 1.0 - 1e-6;
+
+/// A column of the basis that is nearer than this to the span of the columns before it, relative to its
+/// length, cannot be told from them at these points.
+const LEAST_INDEPENDENT: f64 = 1e-6;
+
+/// Exponents of all terms up to a total degree, row-major terms x parameters, in the order of their degrees.
+pub fn exponents(parameters: usize, degree: usize) -> Vec<usize> {
+    let mut all = Vec::new();
+    let mut term = vec![0; parameters];
+    for total in 0..=degree {
+        append_terms(&mut all, &mut term, 0, total);
+    }
+    all
+}
+
+fn append_terms(all: &mut Vec<usize>, term: &mut Vec<usize>, axis: usize, left: usize) {
+    if axis + 1 == term.len() {
+        term[axis] = left;
+        all.extend_from_slice(term);
+        return;
+    }
+    for exponent in (0..=left).rev() {
+        term[axis] = exponent;
+        append_terms(all, term, axis + 1, left - exponent);
+    }
+}
+
+/// Number of terms up to a total degree, C(parameters + degree, degree), at most `usize::MAX`.
+pub fn term_count(parameters: usize, degree: usize) -> usize {
+    (1..=degree).fold(1usize, |count, d| count.saturating_mul(parameters + d) / d)
+}
+
+/// Values of all terms at points of [-1, 1]^k, row-major points x terms.
+pub fn basis(points: &[f64], parameters: usize, degree: usize) -> Vec<f64> {
+    let exponents = exponents(parameters, degree);
+    let mut values = Vec::with_capacity(points.len() / parameters * exponents.len() / parameters);
+    let mut powers = vec![0.0; parameters * (degree + 1)];
+    for point in points.chunks_exact(parameters) {
+        for (&z, row) in point.iter().zip(powers.chunks_exact_mut(degree + 1)) {
+            let (mut previous, mut current) = (z, 1.0);
+            for power in row {
+                *power = current;
+                (previous, current) = (current, 2.0 * z * current - previous);
+            }
+        }
+        for term in exponents.chunks_exact(parameters) {
+            values.push(term.iter().enumerate().map(|(axis, e)| powers[axis * (degree + 1) + e]).product());
+        }
+    }
+    values
+}
+
+/// The least-squares problem of a set of points, for all total degrees up to a largest one.
+#[derive(Clone, Debug)]
+pub struct Regression {
+    /// Number of points.
+    pub runs: usize,
+    /// Number of parameters.
+    pub parameters: usize,
+    /// Number of terms of every degree, from 0; the last one is that of the largest degree.
+    pub terms: Vec<usize>,
+    /// Orthonormal basis at the points, runs x terms.
+    orthonormal: Vec<f64>,
+    /// What takes orthonormal coefficients to those of the terms: the upper triangle R.
+    triangle: DMatrix<f64>,
+    /// Squared norms of the rows of the orthonormal basis, one list for every degree.
+    leverages: Vec<Vec<f64>>,
+}
+
+impl Regression {
+    /// Prepares the fits to points of [-1, 1]^k, row-major runs x parameters: of every total degree up to
+    /// `most_degree` with at most `most_terms` terms that the points tell apart.
+    pub fn new(points: &[f64], parameters: usize, most_degree: usize, most_terms: usize) -> Self {
+        let runs = points.len() / parameters;
+        let mut degree = 0;
+        while degree < most_degree && term_count(parameters, degree + 1) <= most_terms.min(runs) {
+            degree += 1;
+        }
+        let terms: Vec<usize> = (0..=degree).map(|degree| term_count(parameters, degree)).collect();
+        let columns = terms[degree];
+        let matrix = DMatrix::from_row_slice(runs, columns, &basis(points, parameters, degree));
+        let norms: Vec<f64> = (0..columns).map(|column| matrix.column(column).norm()).collect();
+        let (orthonormal, triangle) = matrix.qr().unpack();
+        let orthonormal: Vec<f64> = orthonormal.transpose().iter().copied().collect();
+        let mut regression =
+            Self { runs, parameters, terms: Vec::new(), orthonormal, triangle, leverages: Vec::new() };
+        for count in terms {
+            let told = (0..count).all(|c| regression.triangle[(c, c)].abs() > LEAST_INDEPENDENT * norms[c]);
+            let leverages: Vec<f64> = (0..runs)
+                .map(|run| regression.orthonormal[run * columns..][..count].iter().map(|q| q * q).sum())
+                .collect();
+            if !told || leverages.iter().any(|&leverage| leverage > MOST_LEVERAGE) {
+                break;
+            }
+            regression.terms.push(count);
+            regression.leverages.push(leverages);
+        }
+        regression
+    }
+
+    /// Largest degree that can be fitted with a point to spare; None where there is but one run.
+    pub fn most_degree(&self) -> Option<usize> {
+        self.terms.len().checked_sub(1)
+    }
+
+    /// Squared norm of every row of the orthonormal basis of a degree.
+    pub fn leverages(&self, degree: usize) -> &[f64] {
+        &self.leverages[degree]
+    }
+
+    /// Row of the orthonormal basis of a degree at a point.
+    pub fn row(&self, run: usize, degree: usize) -> &[f64] {
+        &self.orthonormal[run * self.triangle.ncols()..][..self.terms[degree]]
+    }
+
+    /// Coefficients in the orthonormal basis of a degree, terms x `columns`, of values runs x `columns`.
+    pub fn project(&self, values: &[f64], columns: usize, degree: usize) -> Vec<f64> {
+        let mut result = vec![0.0; self.terms[degree] * columns];
+        for (run, row) in values.chunks_exact(columns).enumerate() {
+            for (&factor, target) in self.row(run, degree).iter().zip(result.chunks_exact_mut(columns)) {
+                add_scaled(target, factor, row);
+            }
+        }
+        result
+    }
+
+    /// Takes the terms of a degree that are not of the degree below out of residuals, runs x `columns`.
+    pub fn reduce(&self, residuals: &mut [f64], projected: &[f64], columns: usize, degree: usize) {
+        let first = if degree == 0 { 0 } else { self.terms[degree - 1] };
+        for (run, row) in residuals.chunks_exact_mut(columns).enumerate() {
+            for term in first..self.terms[degree] {
+                add_scaled(row, -self.row(run, degree)[term], &projected[term * columns..][..columns]);
+            }
+        }
+    }
+
+    /// Errors at points left out, runs x `columns`: every residual over one minus its leverage.
+    pub fn leave_one_out(&self, residuals: &[f64], columns: usize, degree: usize) -> Vec<f64> {
+        let mut errors = residuals.to_vec();
+        for (row, leverage) in errors.chunks_exact_mut(columns).zip(&self.leverages[degree]) {
+            row.iter_mut().for_each(|error| *error /= 1.0 - leverage);
+        }
+        errors
+    }
+
+    /// Coefficients of the terms of a degree from those in its orthonormal basis, both terms x `columns`.
+    pub fn coefficients(&self, projected: &[f64], columns: usize, degree: usize) -> Vec<f64> {
+        let mut result = projected[..self.terms[degree] * columns].to_vec();
+        for term in (0..self.terms[degree]).rev() {
+            let (before, from) = result.split_at_mut(term * columns);
+            let row = &mut from[..columns];
+            let pivot = self.triangle[(term, term)];
+            row.iter_mut().for_each(|value| *value /= pivot);
+            for (earlier, target) in before.chunks_exact_mut(columns).enumerate() {
+                add_scaled(target, -self.triangle[(earlier, term)], row);
+            }
+        }
+        result
+    }
+}
+
+/// Adds `factor` times `source` to `target`.
+pub fn add_scaled(target: &mut [f64], factor: f64, source: &[f64]) {
+    for (t, s) in target.iter_mut().zip(source) {
+        *t += factor * s;
+    }
+}

@@ -1,0 +1,196 @@
+//! Whether a polynomial in the parameters follows an output, and the band that it then gives.
+
+use super::calibrate::{Demand, Excess, HeldOut};
+use super::candidates::Runs;
+use super::extremes::{ALWAYS, Growing, Top, tops};
+use super::regression::{Regression, exponents};
+use super::running::{Window, running_maximum};
+use super::search::Search;
+use crate::study::range::polynomial_ranges;
+
+/// Largest degree that is tried; beyond, even smooth outputs gained nothing.
+pub const MOST_DEGREE: usize = 8;
+
+/// Largest part of the runs that the terms of a polynomial may be.
+pub const MOST_TERMS: f64 = 0.7;
+
+/// Largest error of a trusted polynomial at runs it was not fitted to, over the width of the hull of the
+/// runs, both averaged over time. Against the hull, since the range of a wild polynomial is itself wide.
+pub const TRUSTED: f64 = 0.05;
+
+/// No higher degree is looked for below this error.
+const ENOUGH: f64 = 1e-3;
+
+/// Instants on which the degree is chosen.
+const PROBES: usize = 128;
+
+/// The margin at an instant is the largest error within this part of the duration to either side.
+const MARGIN_WINDOW: f64 = 1.0 / 90.0;
+
+/// Terms of the tensor up to which the range of the polynomial is certified: 6 parameters of degree 2, or 4 of
+/// degree 5.
+const MOST_TENSOR: usize = 1296;
+
+/// A band from a polynomial.
+#[derive(Clone, Debug)]
+pub struct Resolved {
+    /// Lower bounds.
+    pub lower: Vec<f64>,
+    /// Upper bounds.
+    pub upper: Vec<f64>,
+    /// Total degree.
+    pub degree: usize,
+    /// Error of the polynomial over the width of the hull [-].
+    pub error: f64,
+    /// Coefficients, terms x samples.
+    pub coefficients: Vec<f64>,
+    /// Half-length of the window of the margin, in samples.
+    pub window: f64,
+    /// What held-out runs did.
+    pub held_out: HeldOut,
+}
+
+/// The polynomial that follows the runs, with its error, if there is one.
+///
+/// All rows of values take part in the fit, but only the scored ones tell of its error.
+pub fn resolved(runs: &Runs<'_>, regression: &Regression, demand: &Demand) -> Option<Resolved> {
+    let degree = chosen_degree(runs, regression)?;
+    let samples = runs.samples;
+    let projected = regression.project(runs.values, samples, degree);
+    let mut residuals = runs.values.to_vec();
+    (0..=degree).for_each(|degree| regression.reduce(&mut residuals, &projected, samples, degree));
+    let mut errors = regression.leave_one_out(&residuals, samples, degree);
+    errors.truncate(runs.scored * samples);
+    let error = relative_error(runs, &errors, samples);
+    if error > TRUSTED {
+        return None;
+    }
+
+    let coefficients = regression.coefficients(&projected, samples, degree);
+    let [lowest, highest] = range(&coefficients, samples, regression.parameters, degree);
+    errors.iter_mut().for_each(|error| *error = error.abs());
+    let largest = tops(&errors, samples, runs.scored);
+    let window = Window::new(MARGIN_WINDOW * (samples - 1) as f64);
+    let margin = running_maximum(&largest.iter().map(|top| top.first).collect::<Vec<_>>(), window);
+    let [hull_lower, hull_upper] = hull(runs);
+    let [least, most] = runs.limits;
+    let lower: Vec<f64> =
+        (0..samples).map(|at| (lowest[at] - margin[at]).max(least).min(hull_lower[at])).collect();
+    let upper: Vec<f64> =
+        (0..samples).map(|at| (highest[at] + margin[at]).min(most).max(hull_upper[at])).collect();
+    let excesses = held_out_excesses(runs, largest, window, &lowest, &highest);
+    let held_out = HeldOut::of(&excesses, demand);
+    let window = MARGIN_WINDOW * (samples - 1) as f64;
+    Some(Resolved { lower, upper, degree, error, coefficients, window, held_out })
+}
+
+/// The degree with the least error at held-out runs, looked for on some instants; None where no polynomial
+/// is near being trusted.
+fn chosen_degree(runs: &Runs<'_>, regression: &Regression) -> Option<usize> {
+    let last = runs.samples - 1;
+    let count = PROBES.min(runs.samples);
+    let probes: Vec<usize> = (0..count).map(|probe| probe * last / (count - 1).max(1)).collect();
+    let rows = runs.values.chunks_exact(runs.samples);
+    let values: Vec<f64> = rows.flat_map(|row| probes.iter().map(|&at| row[at])).collect();
+    let few = Runs { values: &values, samples: count, ..*runs };
+    let most = regression.most_degree()?;
+    let projected = regression.project(&values, count, most);
+    let mut residuals = values.clone();
+    let (mut best, mut error_of_best) = (0, f64::INFINITY);
+    for degree in 0..=most {
+        regression.reduce(&mut residuals, &projected, count, degree);
+        let errors = regression.leave_one_out(&residuals, count, degree);
+        let error = relative_error(&few, &errors, count);
+        if error < error_of_best {
+            (best, error_of_best) = (degree, error);
+        }
+        if error < ENOUGH {
+            break;
+        }
+    }
+    // Instants between the probes may be better.
+    (error_of_best <= 1.2 * TRUSTED).then_some(best)
+}
+
+/// Largest error of the scored runs over the width of the hull, both averaged over time; 0 where the hull
+/// has no width and the error none.
+fn relative_error(runs: &Runs<'_>, errors: &[f64], samples: usize) -> f64 {
+    let mut largest = vec![0.0_f64; samples];
+    for row in errors.chunks_exact(samples).take(runs.scored) {
+        largest.iter_mut().zip(row).for_each(|(largest, error)| *largest = largest.max(error.abs()));
+    }
+    let [lower, upper] = hull(runs);
+    let width: f64 = upper.iter().zip(&lower).map(|(upper, lower)| upper - lower).sum();
+    let error: f64 = largest.iter().sum();
+    // Rounding of the fit must not count against an output that does not vary.
+    let size: f64 = upper.iter().zip(&lower).map(|(upper, lower)| upper.abs().max(lower.abs())).sum();
+    if error <= 1e-12 * size { 0.0 } else { error / width }
+}
+
+/// Smallest and largest value of all rows at every instant.
+fn hull(runs: &Runs<'_>) -> [Vec<f64>; 2] {
+    let mut lower = vec![f64::INFINITY; runs.samples];
+    let mut upper = vec![f64::NEG_INFINITY; runs.samples];
+    for row in runs.values.chunks_exact(runs.samples) {
+        for (at, &value) in row.iter().enumerate() {
+            lower[at] = lower[at].min(value);
+            upper[at] = upper[at].max(value);
+        }
+    }
+    [lower, upper]
+}
+
+/// Bounds of the polynomials over the box: certified where the tensor of coefficients is small, else by search.
+fn range(coefficients: &[f64], samples: usize, parameters: usize, degree: usize) -> [Vec<f64>; 2] {
+    let certified = tensor(coefficients, samples, parameters, degree)
+        .and_then(|tensor| polynomial_ranges(&tensor, samples, &vec![degree; parameters], Some(1)).ok());
+    if let Some(ranges) = certified {
+        return [ranges.lower, ranges.upper];
+    }
+    let search = Search::new(parameters, degree);
+    let mut column = vec![0.0; coefficients.len() / samples];
+    let mut result = [vec![0.0; samples], vec![0.0; samples]];
+    for at in 0..samples {
+        column.iter_mut().zip(coefficients.chunks_exact(samples)).for_each(|(c, row)| *c = row[at]);
+        result[1][at] = search.largest(&column);
+        column.iter_mut().for_each(|c| *c = -*c);
+        result[0][at] = -search.largest(&column);
+    }
+    result
+}
+
+/// The coefficients as an array of `degree` + 1 terms for every parameter, if it is not too large.
+fn tensor(coefficients: &[f64], samples: usize, parameters: usize, degree: usize) -> Option<Vec<f64>> {
+    let terms = (degree + 1).checked_pow(parameters as u32).filter(|&terms| terms <= MOST_TENSOR)?;
+    let mut tensor = vec![0.0; terms * samples];
+    let exponents = exponents(parameters, degree);
+    for (term, row) in exponents.chunks_exact(parameters).zip(coefficients.chunks_exact(samples)) {
+        let place = term.iter().fold(0, |place, exponent| place * (degree + 1) + exponent);
+        tensor[place * samples..][..samples].copy_from_slice(row);
+    }
+    Some(tensor)
+}
+
+/// Where runs leave the band whose margin knows nothing of them. Only the run with the largest error of a
+/// window can.
+fn held_out_excesses(
+    runs: &Runs<'_>,
+    largest: Vec<Top>,
+    window: Window,
+    lowest: &[f64],
+    highest: &[f64],
+) -> Vec<Excess> {
+    let mut growing = Growing::new(largest);
+    let margins = growing.grow(window.whole);
+    let mut excesses = Vec::new();
+    for (at, margin) in margins.iter().enumerate() {
+        if margin.run != ALWAYS {
+            let value = runs.values[margin.run as usize * runs.samples + at];
+            let score = (value - highest[at]).max(lowest[at] - value) - margin.second;
+            if score > 0.0 {
+                excesses.push(Excess { run: margin.run, score });
+            }
+        }
+    }
+    excesses
+}

@@ -1,0 +1,465 @@
+//! Bands from runs: windows and leave-one-out against brute force, coverage of processes of known distribution.
+
+use chebclear::study::band::calibrate::{Demand, Excess, HeldOut, inflation};
+use chebclear::study::band::extremes::{ALWAYS, Bound, Growing, tops};
+use chebclear::study::band::regression::{Regression, basis, exponents, term_count};
+use chebclear::study::band::running::{Window, running_maximum, running_mean, running_minimum};
+use chebclear::study::band::{OutputBand, Table, bands};
+use chebclear::study::points::{SplitMix64, random_points, sobol_points};
+
+const NONE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
+/// A normal variable by the sum of twelve uniform ones: bounded, but close enough in the range of the tests.
+fn normal(random: &mut SplitMix64) -> f64 {
+    (0..12).map(|_| random.uniform()).sum::<f64>() - 6.0
+}
+
+/// Value of the polyline through equally spaced values.
+fn polyline(values: &[f64], place: f64) -> f64 {
+    let at = (place.floor() as usize).min(values.len() - 2);
+    values[at] + (place - at as f64) * (values[at + 1] - values[at])
+}
+
+/// The values of the polyline over a window, densely and at all its corners.
+fn window_values(values: &[f64], at: usize, reach: f64) -> Vec<f64> {
+    let last = (values.len() - 1) as f64;
+    let (from, to) = ((at as f64 - reach).max(0.0), (at as f64 + reach).min(last));
+    let count = 20_000;
+    let mut found: Vec<f64> =
+        (0..=count).map(|k| polyline(values, from + (to - from) * k as f64 / count as f64)).collect();
+    let corners = (0..values.len()).filter(|&k| (from..=to).contains(&(k as f64)));
+    found.extend(corners.map(|k| values[k]));
+    found
+}
+
+#[test]
+fn running_extremes_and_means_are_those_of_the_polyline() {
+    let mut random = SplitMix64::new(3);
+    let values: Vec<f64> = (0..23).map(|_| random.uniform()).collect();
+    for reach in [0.0, 0.3, 1.0, 1.7, 4.0, 6.5, 30.0] {
+        let window = Window::new(reach);
+        let (highest, lowest) = (running_maximum(&values, window), running_minimum(&values, window));
+        let mean = running_mean(&values, window);
+        for at in 0..values.len() {
+            let inside = window_values(&values, at, reach);
+            // Windows that the end cuts short are not filled up to it by a part of a sample.
+            let cut = at as f64 + reach.ceil() > 22.0 || (at as f64) < reach.ceil();
+            let largest = inside.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let smallest = inside.iter().copied().fold(f64::INFINITY, f64::min);
+            if !cut {
+                assert!((highest[at] - largest).abs() < 1e-12, "{reach} {at}");
+                assert!((lowest[at] - smallest).abs() < 1e-12, "{reach} {at}");
+            }
+            assert!(highest[at] <= largest + 1e-12 && lowest[at] >= smallest - 1e-12);
+            let expected =
+                if reach == 0.0 { values[at] } else { inside[..20_001].iter().sum::<f64>() / 20_001.0 };
+            assert!((mean[at] - expected).abs() < 1e-3, "{reach} {at}: {} {expected}", mean[at]);
+        }
+    }
+}
+
+#[test]
+fn leave_one_out_extremes_equal_those_without_the_run() {
+    let (rows, columns, scored) = (7, 40, 5);
+    let mut random = SplitMix64::new(8);
+    // Few values, so that runs tie.
+    let values: Vec<f64> = (0..rows * columns).map(|_| (9.0 * random.uniform()).floor()).collect();
+    let start = tops(&values, columns, scored);
+    let largest = |at: usize, half: usize, left_out: Option<usize>| {
+        let span = at.saturating_sub(half)..=(at + half).min(columns - 1);
+        let kept = (0..rows).filter(|&row| Some(row) != left_out);
+        kept.flat_map(|row| span.clone().map(move |t| (row, t)))
+            .map(|(row, t)| values[row * columns + t])
+            .fold(f64::NEG_INFINITY, f64::max)
+    };
+    let mut growing = Growing::new(start);
+    for half in [0, 1, 2, 3, 7, 8, 30, 60] {
+        let found = growing.grow(half).to_vec();
+        for (at, top) in found.iter().enumerate() {
+            assert_eq!(top.first, largest(at, half, None));
+            for run in 0..scored {
+                assert_eq!(top.without(run as u32), largest(at, half, Some(run)), "{half} {at} {run}");
+            }
+            assert_eq!(top.without(ALWAYS), top.first.min(top.without(ALWAYS)));
+        }
+    }
+}
+
+#[test]
+fn a_window_between_two_lengths_is_between_their_bounds() {
+    let mut random = SplitMix64::new(2);
+    let values: Vec<f64> = (0..4 * 30).map(|_| random.uniform()).collect();
+    let start = tops(&values, 30, 4);
+    let runs: Vec<u32> = start.iter().map(|top| top.run).collect();
+    let over = |reach: f64| Bound::over(Window::new(reach), &mut Growing::new(start.clone()), &runs);
+    let (inner, middle, outer) = (over(2.0), over(2.25), over(3.0));
+    for at in 0..30 {
+        let expected = 0.75 * inner.all[at] + 0.25 * outer.all[at];
+        assert!((middle.all[at] - expected).abs() < 1e-15);
+        assert!(middle.without[at] <= middle.all[at]);
+    }
+}
+
+#[test]
+fn sobol_points_fill_every_dyadic_interval() {
+    for seed in [None, Some(0), Some(1), Some(u64::MAX)] {
+        let (parameters, count) = (32, 256);
+        let points = sobol_points(parameters, 0, count, seed);
+        for axis in 0..parameters {
+            let mut cells = vec![0; count];
+            for point in points.chunks_exact(parameters) {
+                cells[(0.5 * (point[axis] + 1.0) * count as f64) as usize] += 1;
+            }
+            assert!(cells.iter().all(|&cell| cell == 1), "axis {axis}, seed {seed:?}");
+        }
+        // The first two axes are a (0, 2)-sequence: boxes of any shape with the volume of a point.
+        for digits in 0..=8 {
+            let mut cells = vec![0; count];
+            let (wide, high) = (1 << digits, count >> digits);
+            for point in points.chunks_exact(parameters) {
+                let place = |axis: usize, cells: usize| (0.5 * (point[axis] + 1.0) * cells as f64) as usize;
+                cells[place(0, wide) * high + place(1, high)] += 1;
+            }
+            assert!(cells.iter().all(|&cell| cell == 1), "{wide} x {high}, seed {seed:?}");
+        }
+    }
+}
+
+#[test]
+fn a_sequence_of_points_goes_on() {
+    let whole = sobol_points(5, 0, 100, Some(7));
+    let mut parts = sobol_points(5, 0, 41, Some(7));
+    parts.extend(sobol_points(5, 41, 59, Some(7)));
+    assert_eq!(whole, parts);
+    assert_ne!(whole, sobol_points(5, 0, 100, Some(8)));
+    let whole = random_points(3, 0, 50, 4);
+    let mut parts = random_points(3, 0, 20, 4);
+    parts.extend(random_points(3, 20, 30, 4));
+    assert_eq!(whole, parts);
+    assert!(whole.iter().all(|z| (-1.0..1.0).contains(z)));
+    let mean = random_points(1, 0, 10_000, 1).iter().sum::<f64>() / 10_000.0;
+    assert!(mean.abs() < 0.03); // five standard deviations
+}
+
+#[test]
+fn points_out_of_reach_are_none() {
+    assert!(sobol_points(0, 0, 3, None).is_empty() && sobol_points(33, 0, 3, None).is_empty());
+    assert!(sobol_points(2, u64::MAX, 3, None).is_empty());
+}
+
+/// The first numbers of SplitMix64 with seed 1234567, as published with its reference implementation.
+#[test]
+fn the_generator_is_splitmix64() {
+    let mut random = SplitMix64::new(1_234_567);
+    let expected = [6_457_827_717_110_365_317, 3_203_168_211_198_807_973, 9_817_491_932_198_370_423];
+    assert_eq!(expected, [random.bits(), random.bits(), random.bits()]);
+}
+
+#[test]
+fn terms_are_counted_and_valued() {
+    assert_eq!(exponents(2, 2), [0, 0, 1, 0, 0, 1, 2, 0, 1, 1, 0, 2]);
+    for (parameters, degree) in [(1, 8), (2, 5), (3, 4), (8, 3)] {
+        assert_eq!(exponents(parameters, degree).len(), parameters * term_count(parameters, degree));
+    }
+    assert_eq!(term_count(8, 3), 165);
+    let z = [0.3, -0.7];
+    let t = |n: usize, z: f64| (n as f64 * z.acos()).cos();
+    for (value, e) in basis(&z, 2, 5).iter().zip(exponents(2, 5).chunks(2)) {
+        assert!((value - t(e[0], z[0]) * t(e[1], z[1])).abs() < 1e-14);
+    }
+}
+
+/// A smooth and a rough function of two parameters at random points, runs x 2.
+fn two_outputs(points: &[f64]) -> Vec<f64> {
+    points
+        .chunks_exact(2)
+        .flat_map(|z| [(z[0] + 0.5 * z[1]).exp(), (30.0 * z[0] * z[1]).sin() + z[1].abs()])
+        .collect()
+}
+
+#[test]
+fn errors_at_points_left_out_are_those_of_fits_without_them() {
+    let points = sobol_points(2, 0, 30, Some(1));
+    let values = two_outputs(&points);
+    let regression = Regression::new(&points, 2, 8, 21);
+    assert_eq!(regression.most_degree(), Some(5));
+    for degree in 0..=4 {
+        let projected = regression.project(&values, 2, degree);
+        let mut residuals = values.clone();
+        (0..=degree).for_each(|d| regression.reduce(&mut residuals, &projected, 2, d));
+        let errors = regression.leave_one_out(&residuals, 2, degree);
+        for run in [0, 7, 29] {
+            let without = |list: &[f64]| [&list[..2 * run], &list[2 * run + 2..]].concat();
+            let (points, others) = (without(&points), without(&values));
+            let fit = Regression::new(&points, 2, degree, 21);
+            let coefficients = fit.coefficients(&fit.project(&others, 2, degree), 2, degree);
+            let terms = basis(&sobol_points(2, run as u64, 1, Some(1)), 2, degree);
+            for output in 0..2 {
+                let predicted: f64 =
+                    terms.iter().zip(coefficients.chunks(2)).map(|(term, c)| term * c[output]).sum();
+                let expected = values[2 * run + output] - predicted;
+                assert!((errors[2 * run + output] - expected).abs() < 1e-9, "{degree} {run} {output}");
+            }
+        }
+    }
+}
+
+#[test]
+fn points_on_a_grid_bear_only_the_degrees_they_tell_apart() {
+    let levels = [-1.0, 0.0, 1.0];
+    let points: Vec<f64> = levels.iter().flat_map(|&x| levels.iter().flat_map(move |&y| [x, y])).collect();
+    // T_3 takes the values of T_1 there.
+    assert_eq!(Regression::new(&points, 2, 8, 9).most_degree(), Some(2));
+    assert_eq!(Regression::new(&points[..2], 2, 8, 9).most_degree(), None);
+}
+
+fn excesses(scores: &[(u32, f64)]) -> Vec<Excess> {
+    scores.iter().map(|&(run, score)| Excess { run, score }).collect()
+}
+
+#[test]
+fn a_band_that_all_runs_keep_is_not_widened() {
+    let demand = Demand { coverage: 0.999, runs: 41, samples: 721 };
+    assert_eq!(inflation(&[], &demand), 0.0);
+    let held_out = HeldOut::of(&[], &demand);
+    assert_eq!(held_out.coverage, 1.0);
+    assert!((held_out.whole_run - 40.0 / 42.0).abs() < 1e-15);
+}
+
+#[test]
+fn the_level_of_runs_is_a_quantile_of_their_largest_scores() {
+    // 0.94 of 50 places: the 47th smallest of 49 scores. One sample each is no loss that counts.
+    let demand = Demand { coverage: 0.5, runs: 49, samples: 1_000_000 };
+    let scores: Vec<(u32, f64)> = (0..49).map(|run| (run, f64::from(run) + 1.0)).collect();
+    assert!((inflation(&excesses(&scores), &demand) - 47.0).abs() < 1e-9);
+    let left: Vec<(u32, f64)> = scores[47..].to_vec();
+    let held_out = HeldOut::of(&excesses(&left), &demand);
+    assert!((held_out.whole_run - 46.0 / 50.0).abs() < 1e-15);
+    assert!((held_out.coverage - (1.0 - 2.0 / 49e6)).abs() < 1e-15);
+}
+
+#[test]
+fn exponential_scores_are_met_at_the_share_aimed_at() {
+    // All samples of all runs are outside by an exponentially distributed score of mean 2: the share beyond x
+    // is exp(-x / 2), to which one run is added for the worst.
+    let mut random = SplitMix64::new(5);
+    let (runs, samples) = (100, 1000);
+    let scores: Vec<(u32, f64)> =
+        (0..runs * samples).map(|index| ((index / samples) as u32, -2.0 * random.uniform().ln())).collect();
+    for coverage in [0.9, 0.99, 0.999] {
+        let demand = Demand { coverage, runs, samples };
+        let level = inflation(&excesses(&scores), &demand);
+        let beyond = scores.iter().filter(|(_, score)| *score > level).count() as f64 / 1e5;
+        let allowed = 1.0 - coverage;
+        // The run level asks for more than the sample level here: 94 % of runs with all samples inside.
+        assert!(beyond <= allowed, "{coverage}: {beyond}");
+        assert!(level < 2.0 * (1000.0_f64 * 100.0).ln(), "{coverage}: {level}");
+    }
+}
+
+fn table<'a>(
+    points: &'a [f64],
+    parameters: usize,
+    values: &'a [f64],
+    samples: usize,
+    outputs: usize,
+) -> Table<'a> {
+    let scored = points.len() / parameters;
+    Table { points, parameters, values, samples, outputs, scored }
+}
+
+fn one_band(points: &[f64], parameters: usize, values: &[f64], limits: [f64; 2]) -> OutputBand {
+    let samples = values.len() / (points.len() / parameters);
+    let table = table(points, parameters, values, samples, 1);
+    bands(&table, &[limits], 0.999, Some(1)).unwrap().remove(0)
+}
+
+#[test]
+fn a_polynomial_is_resolved_and_its_range_is_the_band() {
+    let points = sobol_points(2, 0, 41, Some(0));
+    let samples = 50;
+    let values: Vec<f64> = points
+        .chunks_exact(2)
+        .flat_map(|z| {
+            (0..samples).map(move |at| {
+                let phase = 0.1 * at as f64;
+                z[0] * z[0] * phase.cos() + z[0] * z[1] * phase.sin()
+            })
+        })
+        .collect();
+    let band = one_band(&points, 2, &values, NONE);
+    let polynomial = band.polynomial.expect("resolved");
+    assert_eq!(polynomial.degree, 2);
+    assert!(polynomial.error < 1e-12);
+    for at in 0..samples {
+        let phase = 0.1 * at as f64;
+        let value = |x: f64, y: f64| x * x * phase.cos() + x * y * phase.sin();
+        let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
+        for x in 0..=2000 {
+            for y in [-1.0, 1.0] {
+                let value = value(1e-3 * f64::from(x) - 1.0, y);
+                (lowest, highest) = (lowest.min(value), highest.max(value));
+            }
+        }
+        assert!((band.lower[at] - lowest).abs() < 1e-5 && (band.upper[at] - highest).abs() < 1e-5, "{at}");
+    }
+    assert_eq!(band.held_out.coverage, 1.0);
+}
+
+#[test]
+fn many_parameters_are_resolved_by_search() {
+    let points = sobol_points(8, 0, 120, Some(0));
+    let samples = 20;
+    // Monotone in each parameter, with products: the extremes are at corners.
+    let values: Vec<f64> = points
+        .chunks_exact(8)
+        .flat_map(|z| {
+            let sum: f64 = z.iter().enumerate().map(|(axis, z)| z * (1.0 + axis as f64)).sum();
+            let y = sum + 0.3 * z[0] * z[7];
+            (0..samples).map(move |at| y * (1.0 + 0.1 * at as f64))
+        })
+        .collect();
+    let band = one_band(&points, 8, &values, NONE);
+    assert_eq!(band.polynomial.expect("resolved").degree, 2);
+    for at in 0..samples {
+        let scale = 1.0 + 0.1 * at as f64;
+        assert!((band.upper[at] - 36.3 * scale).abs() < 1e-9, "{}", band.upper[at]);
+        assert!((band.lower[at] + 35.7 * scale).abs() < 1e-9, "{}", band.lower[at]);
+    }
+}
+
+#[test]
+fn the_error_at_a_kink_is_told_and_noise_is_not_resolved() {
+    for count in [25, 41, 81, 161, 321] {
+        let points = sobol_points(1, 0, count, Some(3));
+        let kink: Vec<f64> = points.iter().flat_map(|z| [(z - 0.3).abs(), (z - 0.3).abs()]).collect();
+        let band = one_band(&points, 1, &kink, NONE);
+        // The error of the best polynomial of degree 8 is 0.28 / 8 of the slope at the kink (Bernstein): what
+        // is left is in the error and in the band, whatever it is called.
+        if let Some(polynomial) = &band.polynomial {
+            assert!(polynomial.error > 0.02, "{count}: {}", polynomial.error);
+        }
+        assert!(band.lower.iter().all(|&lower| lower <= 0.05) && band.upper.iter().all(|&u| u >= 1.25));
+        let mut random = SplitMix64::new(1);
+        let noise: Vec<f64> = (0..2 * count).map(|_| random.uniform()).collect();
+        assert!(one_band(&points, 1, &noise, NONE).polynomial.is_none());
+    }
+}
+
+/// Runs of y(t) = a sin(2 π t) + b cos(6 π t) + noise that changes within a twentieth of the time; no
+/// parameter explains any of it.
+fn process(random: &mut SplitMix64, samples: usize) -> Vec<f64> {
+    let (a, b) = (1.0 + 0.2 * normal(random), 0.3 * normal(random));
+    let knots: Vec<f64> = (0..22).map(|_| 0.3 * normal(random)).collect();
+    (0..samples)
+        .map(|at| {
+            let t = at as f64 / (samples - 1) as f64;
+            let turn = 2.0 * std::f64::consts::PI * t;
+            a * turn.sin() + b * (3.0 * turn).cos() + polyline(&knots, 20.0 * t)
+        })
+        .collect()
+}
+
+#[test]
+fn fresh_runs_of_random_processes_keep_the_band() {
+    let samples = 201;
+    for (runs, least) in [(41, 0.9985), (81, 0.999)] {
+        let mut inside = 0;
+        let (repetitions, fresh) = (10, 200);
+        let mut promised = 0.0;
+        let mut whole = 0;
+        for repetition in 0..repetitions {
+            let mut random = SplitMix64::new(100 + repetition);
+            let values: Vec<f64> = (0..runs).flat_map(|_| process(&mut random, samples)).collect();
+            let points = random_points(2, 0, runs, repetition);
+            let band = one_band(&points, 2, &values, NONE);
+            assert!(band.polynomial.is_none());
+            promised += band.held_out.whole_run / repetitions as f64;
+            for _ in 0..fresh {
+                let run = process(&mut random, samples);
+                let kept =
+                    (0..samples).filter(|&at| (band.lower[at]..=band.upper[at]).contains(&run[at])).count();
+                inside += kept;
+                whole += usize::from(kept == samples);
+            }
+        }
+        let coverage = inside as f64 / (repetitions as usize * fresh * samples) as f64;
+        let whole = whole as f64 / (repetitions as usize * fresh) as f64;
+        assert!(coverage >= least, "{runs} runs: {coverage}");
+        assert!(whole >= promised - 0.02, "{runs} runs: {whole} of whole runs, promised {promised}");
+    }
+}
+
+#[test]
+fn bounds_hold_the_runs_and_respect_limits() {
+    let mut random = SplitMix64::new(9);
+    let (runs, samples) = (30, 101);
+    let points = sobol_points(2, 0, runs, Some(0));
+    // A force: zero most of the time.
+    let values: Vec<f64> = (0..runs * samples).map(|_| (10.0 * normal(&mut random) - 9.0).max(0.0)).collect();
+    let band = one_band(&points, 2, &values, [0.0, f64::INFINITY]);
+    for at in 0..samples {
+        assert_eq!(band.lower[at], 0.0);
+        assert!(values.iter().skip(at).step_by(samples).all(|&value| value <= band.upper[at]));
+    }
+    assert!(one_band(&points, 2, &values, NONE).lower.iter().all(|&lower| lower <= 0.0));
+}
+
+#[test]
+fn a_constant_output_is_its_own_band() {
+    let points = sobol_points(3, 0, 20, Some(0));
+    let band = one_band(&points, 3, &[2.5; 40], NONE);
+    assert!(band.lower.iter().chain(&band.upper).all(|bound| (bound - 2.5).abs() < 1e-14));
+    assert_eq!(band.polynomial.expect("resolved").error, 0.0);
+    assert_eq!(band.held_out.coverage, 1.0);
+}
+
+#[test]
+fn bands_are_the_same_bits_on_any_number_of_threads() {
+    let mut random = SplitMix64::new(4);
+    let (runs, samples, outputs) = (25, 60, 7);
+    let points = sobol_points(2, 0, runs, Some(0));
+    let values: Vec<f64> = (0..runs * samples * outputs).map(|_| normal(&mut random)).collect();
+    let table = table(&points, 2, &values, samples, outputs);
+    let limits = vec![NONE; outputs];
+    let all: Vec<Vec<OutputBand>> =
+        [1, 2, 5].map(|threads| bands(&table, &limits, 0.99, Some(threads)).unwrap()).to_vec();
+    for other in &all[1..] {
+        for (a, b) in all[0].iter().zip(other) {
+            assert_eq!((&a.lower, &a.upper, a.held_out), (&b.lower, &b.upper, b.held_out));
+        }
+    }
+}
+
+#[test]
+fn rows_that_are_not_held_out_always_count() {
+    let mut random = SplitMix64::new(6);
+    let (runs, samples) = (20, 50);
+    let points = sobol_points(2, 0, runs + 1, Some(0));
+    let mut values: Vec<f64> = (0..runs * samples).map(|_| random.uniform()).collect();
+    values.extend(vec![5.0; samples]);
+    let table = Table { points: &points, parameters: 2, values: &values, samples, outputs: 1, scored: runs };
+    let band = &bands(&table, &[NONE], 0.99, Some(1)).unwrap()[0];
+    // No run that is held out can leave the band upwards, so it need not be widened there for them.
+    assert!(band.upper.iter().all(|&upper| upper >= 5.0));
+    assert!(band.held_out.coverage > 0.98);
+}
+
+#[test]
+fn wrong_tables_are_refused() {
+    let points = sobol_points(2, 0, 4, Some(0));
+    let values = [1.0; 8];
+    let good = table(&points, 2, &values, 2, 1);
+    let message =
+        |table: Table<'_>, coverage: f64| bands(&table, &[NONE], coverage, None).unwrap_err().message;
+    assert!(message(Table { samples: 3, ..good }, 0.9).contains("8 values"));
+    assert!(message(Table { scored: 2, ..good }, 0.9).contains("scored must be >= 3 and <= 4, got 2"));
+    assert!(message(Table { parameters: 0, ..good }, 0.9).contains("parameters"));
+    assert!(message(good, 1.0).contains("coverage must be > 0 and < 1"));
+    let broken = [1.0, 1.0, f64::NAN, 1.0, 1.0, 1.0, 1.0, 1.0];
+    assert!(message(Table { values: &broken, ..good }, 0.9).contains("run 1 has a value NaN"));
+    let outside = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0];
+    assert!(message(Table { points: &outside, ..good }, 0.9).contains("run 3 is at 2"));
+    let short = Table { samples: 1, values: &values[..4], ..good };
+    assert!(message(short, 0.9).contains("samples must be >= 2"));
+}

@@ -1,0 +1,262 @@
+"""Calibrated studies: closed forms, fresh runs, points against SciPy, sampling steps, wrong input."""
+
+import copy
+import math
+import pickle
+import warnings
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear import _core
+from chebclear.base.files import same
+from chebclear.study.limits import physical_limits
+from chebclear.study.polynomial import TotalDegree, total_degree_polynomial
+from scipy.stats import qmc
+
+TIME = {"duration": 0.4, "samples": 41}
+PLANET = {"gravity": cc.interval(8.0, 11.0), "tilt": cc.interval(0.3, 1.2)}
+LENGTHS = {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.1)}
+WRIST = ["slider.x", "slider.vx", "slider.ax", "wrist.penetration", "wrist.normal_force", "wrist.contact"]
+
+
+def faller(gravity=9.81, tilt=0.5 * math.pi, mass=2.0):
+    """A block on a guide without friction: along the guide it falls by gravity sin(tilt) t^2 / 2."""
+    return cc.Scene(
+        [cc.Body("block", mass=mass, inertia=0.1)],
+        [cc.Prismatic("guide", "ground", "block", axis=(math.cos(tilt), math.sin(tilt)))],
+        [cc.Gravity((0.0, -gravity))],
+    )
+
+
+def height(t, gravity, tilt):
+    return -0.5 * gravity * np.sin(tilt) ** 2 * t**2
+
+
+def planet_study(**options):
+    return cc.Study(faller, PLANET, ["block.y", "block.vy"], **(TIME | options))
+
+
+def wrist_study(samples=181, parameters=LENGTHS, **options):
+    # The second quarter of a revolution: impacts, but few enough runs for a test.
+    times = {"duration": 7.5e-3, "skip": 7.5e-3, "samples": samples}
+    return cc.Study(cc.mechanisms.slider_crank, parameters, WRIST, **(times | options))
+
+
+@pytest.fixture(scope="module")
+def planet():
+    return planet_study().band(21)
+
+
+@pytest.fixture(scope="module")
+def wrist():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", cc.ChebclearWarning)
+        return wrist_study().band(41)
+
+
+@pytest.mark.parametrize("parameters", [1, 2, 8, 32])
+def test_points_are_those_of_scipy_without_scrambling(parameters):
+    ours = _core.sobol_points(parameters, 0, 200, None)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that 200 is no power of two
+        theirs = qmc.Sobol(parameters, scramble=False, bits=32).random(200)
+    np.testing.assert_array_equal(ours, 2.0 * theirs - 1.0)
+
+
+def test_scrambled_points_are_more_even_than_random_ones():
+    even = [_core.sobol_points(4, 0, 128, seed) for seed in range(5)]
+    rough = [_core.random_points(4, 0, 128, seed) for seed in range(5)]
+    discrepancy = [[qmc.discrepancy(0.5 * (z + 1.0)) for z in points] for points in (even, rough)]
+    assert max(discrepancy[0]) < 0.3 * min(discrepancy[1])
+    assert len({points.tobytes() for points in even}) == 5
+
+
+def test_a_smooth_response_is_resolved(planet):
+    assert planet.kind == "band" and planet.degrees is None and planet.nodes == ()
+    assert planet.parameters.shape == (21, 2) and len(planet.stats) == 22
+    assert planet.demand.runs == 21 and planet.settings.rtol == 1e-4
+    band, t = planet["block.y"], planet.t
+    assert band.verdict == "resolved" and band.margin.method == "polynomial" and band.margin.error < 0.05
+    lowest, highest = height(t, 11.0, 1.2), height(t, 8.0, 0.3)
+    scale = float((highest - lowest).max())
+    assert np.all(band.lower <= lowest + 1e-9) and np.all(band.upper >= highest - 1e-9)
+    assert np.all(band.width - (highest - lowest) < 0.03 * scale)
+    np.testing.assert_allclose(band.nominal, height(t, 9.5, 0.75), atol=1e-8)
+    assert band.coverage == 1.0 and band.whole_run == pytest.approx(20 / 22)
+    slope = band.sensitivity("gravity")
+    np.testing.assert_allclose(slope, -0.5 * np.sin(0.75) ** 2 * t**2, atol=2e-3)
+    assert band.worst("lower")["gravity"][-1] == 11.0
+
+
+def test_impacts_are_calibrated_and_say_so(wrist):
+    assert wrist["slider.x"].verdict == "resolved"
+    force = wrist["wrist.normal_force"]
+    assert force.verdict == "calibrated" and force.margin.method == "envelope"
+    assert force.coverage >= 0.999 and 0.85 < force.whole_run < 1.0
+    assert force.margin.window > 0.0 and force.margin.degree is None and math.isnan(force.margin.error)
+    assert np.all(force.lower <= force.hull[0]) and np.all(force.upper >= force.hull[1])
+    for use in (lambda: force.sensitivity("rod_length"), lambda: force.evaluate(**{})):
+        with pytest.raises(ValueError, match="has no polynomial"):
+            use()
+
+
+def test_fresh_runs_keep_the_bands(wrist):
+    study = wrist_study(rtol=1e-4)
+    rng = np.random.default_rng(11)
+    points = np.stack([rng.uniform(side.lower, side.upper, 60) for side in LENGTHS.values()], axis=-1)
+    fresh = study.simulated(points, study.settings).values[:-1]
+    for index, name in enumerate(WRIST):
+        band = wrist[name]
+        inside = (fresh[:, :, index] >= band.lower) & (fresh[:, :, index] <= band.upper)
+        # 60 runs tell 99.9 % to some tenths of a per cent; the extremes of the runs alone hold 95 %.
+        assert inside.mean() > 0.995, name
+
+
+def test_physics_limits_the_bounds(wrist):
+    assert np.all(wrist["wrist.normal_force"].lower >= 0.0)
+    assert np.all(wrist["wrist.penetration"].lower >= -2e-5)
+    contact = wrist["wrist.contact"]
+    assert np.all(contact.lower >= 0.0) and np.all(contact.upper <= 1.0)
+
+
+def test_limits_by_name():
+    names = [
+        "a.penetration",
+        "b.penetration",
+        "energy.contact",
+        "a.contact",
+        "energy.total",
+        "a.wear",
+        "rod.x",
+    ]
+    positive, none = (0.0, math.inf), (-math.inf, math.inf)
+    assert list(physical_limits(names, {"a": 1e-4}).values()) == [
+        (-1e-4, math.inf), none, positive, (0.0, 1.0), none, positive, none,
+    ]  # fmt: skip
+
+
+def test_the_largest_clearance_of_the_box_limits_the_penetration():
+    study = wrist_study(parameters={"clearance": cc.interval(1e-5, 3e-5)}, samples=11)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", cc.ChebclearWarning)
+        result = study.band(3)
+    lower, upper = result.demand.limits["wrist.penetration"]
+    assert (lower, upper) == (pytest.approx(-3e-5, rel=1e-12), math.inf)
+
+
+def test_twice_as_many_samples_give_the_same_band(wrist):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", cc.ChebclearWarning)
+        fine = wrist_study(samples=361).band(41)
+    for name in WRIST:
+        coarse, band = wrist[name], fine[name]
+        moved = np.abs(band.lower[::2] - coarse.lower) + np.abs(band.upper[::2] - coarse.upper)
+        assert moved.mean() <= 2 * 0.03 * max(coarse.width.mean(), 1e-12), name
+
+
+def test_runs_are_added_and_none_is_lost(wrist):
+    study = wrist_study()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", cc.ChebclearWarning)
+        longer = study.band(16).extend(25)
+        split = study.band(41, seed=5)
+    assert longer.demand == wrist.demand and same(longer.bands, wrist.bands)
+    assert not same(split.bands, wrist.bands)
+    assert longer.stats == wrist.stats
+
+
+def test_runs_on_a_grid_take_part():
+    study = planet_study(rtol=1e-4)
+    grid = study.scan(3)
+    result = study.band(12, include=grid)
+    assert result.parameters.shape == (21, 2) and result.demand.runs == 12 and len(result.stats) == 22
+    np.testing.assert_array_equal(result.parameters[12:], grid.parameters)
+    band = result["block.y"]
+    # The corners are in the hull.
+    np.testing.assert_allclose(band.hull[0], height(result.t, 11.0, 1.2), atol=1e-8)
+    assert same(study.band(5).extend(7, include=[grid]).bands, result.bands)
+
+
+def test_threads_do_not_change_a_bit(wrist):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", cc.ChebclearWarning)
+        assert same(wrist_study(threads=1).band(41).bands, wrist.bands)
+
+
+def test_results_are_values(wrist, tmp_path):
+    assert copy.copy(wrist) == wrist and wrist.study is not None
+    pickled = pickle.loads(pickle.dumps(wrist))
+    assert pickled == wrist and pickled.study is None
+    loaded = cc.StudyResult.load(wrist.save(tmp_path / "wrist"))
+    assert loaded == wrist and loaded.demand == wrist.demand
+    with pytest.raises(ValueError, match="does not know its study"):
+        loaded.extend(3)
+    assert repr(wrist).startswith("<StudyResult: band, 41 runs, slider.x")
+
+
+def test_too_few_runs_are_told():
+    study = wrist_study(samples=61)
+    with pytest.warns(cc.ChebclearWarning, match="undersampled: 5 runs cannot tell whether 99.9 %"):
+        result = study.band(5)
+    assert result["wrist.normal_force"].verdict == "undersampled"
+    with pytest.warns(cc.ChebclearWarning, match="undersampled"):
+        again = result.extend(0)
+    assert again == result
+    assert not [text for text in study.band(5, coverage=0.9).warnings if "undersampled: 5 runs" in text]
+
+
+def test_a_parameter_without_effect_and_two_samples():
+    study = cc.Study(faller, {"mass": cc.interval(1.0, 3.0)}, ["block.y"], duration=0.4, samples=2)
+    band = study.band(5)["block.y"]
+    assert band.verdict == "resolved" and band.max_width < 1e-9
+
+
+def test_wrong_input_is_listed():
+    study = planet_study()
+    with pytest.raises(ValueError) as caught:
+        study.band(2, coverage=1.0, rtol=1.0, seed=-1)
+    for part in ("runs must be", "coverage must be", "rtol must be", "seed must be"):
+        assert part in str(caught.value)
+    with pytest.raises(TypeError, match="include must be results"):
+        study.band(5, include=[3])
+    other = cc.Study(faller, PLANET, ["block.y"], duration=0.4, samples=21).scan(2)
+    with pytest.raises(ValueError) as caught:
+        study.band(5, include=[other, cc.Study(faller, {"tilt": PLANET["tilt"]}, **TIME).scan(2)])
+    for part in ("include[0] misses the outputs block.vy", "include[0] has other instants", "include[1]"):
+        assert part in str(caught.value)
+    with pytest.raises(ValueError, match=r"only a result of Study\.band"):
+        study.scan(2).extend(3)
+    with pytest.raises(ValueError, match="runs must be"):
+        study.band(100, max_runs=50)
+    many = {f"p{index}": cc.interval(1.0, 2.0) for index in range(33)}
+    with pytest.raises(ValueError, match="at most 32 parameters"):
+        cc.Study(lambda **given: faller(), many, ["block.y"], **TIME).band(5)
+
+
+def test_polynomials_of_many_parameters():
+    rng = np.random.default_rng(3)
+    box = {f"p{index}": cc.Interval(1.0, 1.0 + index + 1.0) for index in range(8)}
+    terms = rng.normal(size=(165, 4))
+    sparse = total_degree_polynomial(box, 3, terms)
+    assert isinstance(sparse, TotalDegree)
+    point = {name: rng.uniform(side.lower, side.upper) for name, side in box.items()}
+    value = sparse.evaluate(point)
+    lower, upper = sparse.bounds("eq31")
+    assert value.shape == (4,) and np.all(lower <= value) and np.all(value <= upper)
+    step = 1e-5
+    ahead = sparse.evaluate(point | {"p3": point["p3"] + step})
+    behind = sparse.evaluate(point | {"p3": point["p3"] - step})
+    np.testing.assert_allclose(sparse.derivative("p3", at=point), (ahead - behind) / (2 * step), rtol=1e-5)
+    with pytest.raises(ValueError, match="total degree 3"):
+        _ = sparse.coefficients
+    for use in (sparse.bounds, sparse.range, lambda: sparse.slope("p1"), lambda: sparse.frozen("p1")):
+        with pytest.raises(ValueError, match="would be too large"):
+            use()
+    # The same polynomial as a tensor, in the first two parameters.
+    small = {name: box[name] for name in ("p0", "p1")}
+    tensor = total_degree_polynomial(small, 3, terms[:10])
+    twin = TotalDegree(small, (3, 3), terms[:10])
+    at = {name: point[name] for name in small}
+    np.testing.assert_allclose(tensor.evaluate(at), twin.evaluate(at), rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(tensor.derivative("p1"), twin.derivative("p1"), rtol=1e-12, atol=1e-12)
