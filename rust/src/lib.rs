@@ -20,6 +20,7 @@ pub mod numerics;
 pub mod run;
 pub mod scene;
 pub mod study;
+pub mod tree;
 
 #[cfg(feature = "python")]
 mod python;

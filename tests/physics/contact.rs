@@ -4,11 +4,11 @@ use chebclear::contact::clearance::{ClearanceLaw, Phase, RelativeMotion, Sliding
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
 use chebclear::dynamics::Dynamics;
-use chebclear::mechanism::compiled::State;
 use chebclear::numerics::dual::{Dual, Scalar};
 use chebclear::run::settings::Settings;
 use chebclear::run::trajectory::{simulate, simulate_from};
 use chebclear::scene::parts::{Joint, Scene};
+use chebclear::tree::elements::State;
 
 use crate::support::{Random, body, compile, derivative, paper_friction};
 

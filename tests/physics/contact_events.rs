@@ -4,10 +4,10 @@ use chebclear::contact::clearance::SlidingVelocity;
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
 use chebclear::integrators::Status;
-use chebclear::mechanism::compiled::State;
 use chebclear::run::settings::{Method, Settings};
 use chebclear::run::trajectory::{EventKind, Trajectory, simulate, simulate_from};
 use chebclear::scene::parts::{Drive, Force, Joint, JointKind, Scene};
+use chebclear::tree::elements::State;
 use std::f64::consts::PI;
 
 use crate::support::{body, compile, ideal, paper_friction, point};

@@ -3,10 +3,11 @@
 use chebclear::contact::clearance::SlidingVelocity;
 use chebclear::contact::normal::{Damping, NormalLaw};
 use chebclear::dynamics::Dynamics;
-use chebclear::mechanism::compiled::{ContactScales, Mechanism, State};
-use chebclear::mechanism::kinematics::Vec2;
+use chebclear::mechanism::compiled::Mechanism;
 use chebclear::scene::parts::{Body, Drive, Force, ForceFrame, Joint, JointKind, Scene};
 use chebclear::scene::time_function::TimeFunction;
+use chebclear::tree::elements::{ContactScales, State};
+use chebclear::tree::kinematics::Vec2;
 
 use crate::random_trees::cases;
 use crate::support::{body, compile, ideal, point};

@@ -6,10 +6,10 @@ use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
 use chebclear::integrators::Status;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P};
-use chebclear::mechanism::compiled::State;
 use chebclear::run::settings::{Method, Settings};
 use chebclear::run::trajectory::{Trajectory, resume, simulate, simulate_from};
 use chebclear::scene::parts::{Joint, Scene};
+use chebclear::tree::elements::State;
 
 use crate::problems::{distance, kepler, van_der_pol};
 use crate::support::{Random, body, compile, slider_crank};

@@ -2,11 +2,11 @@
 
 use chebclear::contact::clearance::SlidingVelocity;
 use chebclear::contact::normal::{Damping, NormalLaw};
-use chebclear::mechanism::compiled::State;
 use chebclear::run::settings::Settings;
 use chebclear::run::trajectory::{EventKind, Trajectory, simulate_from};
 use chebclear::scene::parts::{Force, ForceFrame, Joint, Scene};
 use chebclear::scene::time_function::TimeFunction;
+use chebclear::tree::elements::State;
 
 use crate::support::{body, compile};
 

@@ -1,6 +1,6 @@
 //! Frames on ground take a shorter way than others: it must lead to the same place.
 
-use chebclear::mechanism::kinematics::{
+use chebclear::tree::kinematics::{
     Coordinate, Frame, FrameKind, FrameState, Vec2, accelerate_frames, frames_at_rest, move_frames,
 };
 

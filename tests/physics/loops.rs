@@ -4,6 +4,7 @@ use chebclear::dynamics::{Dynamics, Linearisation};
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::run::trajectory::{Settings, Trajectory, simulate};
 use chebclear::scene::parts::{Body, Drive, Force, Joint, JointKind, Scene, Start};
+use chebclear::tree::elements::Scales;
 
 use crate::support::{body, compile, derivative, ideal, point, slider_crank};
 
@@ -92,13 +93,14 @@ fn ideal_slider_crank_is_solved_without_integration() {
     let torque = column(&run, "drive.torque");
     let kinetic = |t: f64| {
         let mut dynamics = Dynamics::new(&mechanism);
+        let scales = Scales { levers: vec![1.0; 2], ..mechanism.scales.clone() };
         let (mut q, mut v) = (mechanism.start.q.clone(), mechanism.start.v.clone());
         let steps = 2000;
         for step in 1..=steps {
-            dynamics.project(t * step as f64 / steps as f64, &mut q, &mut v, &[1.0, 1.0]).unwrap();
+            dynamics.project(t * step as f64 / steps as f64, &mut q, &mut v, &scales).unwrap();
         }
         dynamics.move_to(t, &q, &v);
-        let energy = |body: &chebclear::mechanism::compiled::BodyPlacement| {
+        let energy = |body: &chebclear::tree::elements::BodyPlacement| {
             let frame = dynamics.frame(body.frame);
             0.5 * body.mass * frame.point(body.center).velocity.norm_squared()
                 + 0.5 * body.inertia * frame.angular_velocity.powi(2)
@@ -173,7 +175,8 @@ fn loop_jacobian_agrees_with_differences() {
     let mechanism = compile(&four_bar(None));
     let mut dynamics = Dynamics::new(&mechanism);
     let (q, mut v) = (mechanism.start.q.clone(), vec![1.3, -0.4, 0.9]);
-    dynamics.project(0.0, &mut q.clone(), &mut v, &[1.0; 3]).unwrap();
+    let scales = Scales { levers: vec![1.0; 3], ..mechanism.scales.clone() };
+    dynamics.project(0.0, &mut q.clone(), &mut v, &scales).unwrap();
     let mut linear = Linearisation::new(3);
     assert!(dynamics.linearise(0.0, &q, &v, &mut linear));
     for k in 0..3 {

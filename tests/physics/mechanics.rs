@@ -31,7 +31,7 @@ fn turned(angle: f64, vector: Vec2) -> Vec2 {
 /// Cartesian states of all bodies after `move_to`.
 fn cartesian(dynamics: &Dynamics) -> Vec<CartesianState> {
     dynamics
-        .mechanism
+        .tree
         .bodies
         .iter()
         .enumerate()

@@ -3,10 +3,11 @@
 use chebclear::contact::clearance::SlidingVelocity;
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
-use chebclear::mechanism::compiled::{Mechanism, State};
+use chebclear::mechanism::compiled::Mechanism;
 use chebclear::run::settings::Settings;
 use chebclear::run::trajectory::{EventKind, Trajectory, simulate, simulate_from};
 use chebclear::scene::parts::{Drive, Force, Joint, JointKind, Scene};
+use chebclear::tree::elements::State;
 
 use crate::support::{body, compile, ideal, point, slider_crank};
 

@@ -52,6 +52,7 @@ fn in_motion(scene: Scene, mut mechanism: Mechanism, inertias: Vec<f64>, random:
     let v = mechanism.start.q.iter().map(|_| random.within(-2.0, 2.0)).collect();
     let regimes = mechanism.clearance_joints.iter().map(|_| random.index(3)).collect();
     let phases = mechanism
+        .tree
         .clearance_joints
         .iter_mut()
         .map(|joint| {
@@ -73,7 +74,7 @@ impl Case {
     pub fn set_friction(&mut self, joint: usize, sliding: f64) {
         let (low, high) = [(1.5, 2.0), (0.6, 1.6), (0.3, 0.7)][self.regimes[joint]];
         if let Some(FrictionLaw::ModifiedCoulomb { stick_slip_velocity, static_sliding_velocity, .. }) =
-            &mut self.mechanism.clearance_joints[joint].law.friction
+            &mut self.mechanism.tree.clearance_joints[joint].law.friction
         {
             *stick_slip_velocity = low * sliding.abs().max(1e-3);
             *static_sliding_velocity = high * sliding.abs().max(1e-3);

@@ -35,15 +35,14 @@ RUST_ROOMS = [
     "numerics",
     "contact",
     "scene",
-    "mechanism",
+    "tree",
     "dynamics",
+    "mechanism",
     "integrators",
     "run",
     "study",
     "python",
 ]
-# Arrows against the order that are still to be turned round.
-RUST_CIRCLES = {("mechanism", "dynamics")}
 
 USES_CORE = {"scene", "run", "study"}
 USES_MATPLOTLIB = {"plots", "paper", "tradeoffs"}
@@ -164,7 +163,7 @@ def test_rust_imports_go_one_way():
         for used in rust_uses(rust_code(path.read_text(encoding="utf-8"))) - {user}:
             if RUST_ROOMS.index(used) > RUST_ROOMS.index(user):
                 wrong.add((user, used, path.name))
-    assert {(user, used) for user, used, _ in wrong} == RUST_CIRCLES, sorted(wrong)
+    assert not wrong, sorted(wrong)
 
 
 @pytest.mark.parametrize("crate", CRATES)

@@ -23,11 +23,10 @@ pub struct ContactLoss {
 impl Dynamics<'_> {
     /// Kinetic energy of all bodies [J].
     pub fn kinetic_energy(&self) -> f64 {
-        let mechanism = self.mechanism;
-        mechanism
-            .inertias
+        let tree = self.tree;
+        tree.inertias
             .iter()
-            .chain(&mechanism.driven_inertias)
+            .chain(&tree.driven_inertias)
             .map(|body| {
                 let frame = &self.states[body.frame];
                 let velocity = frame.point(body.center).velocity;
@@ -38,19 +37,17 @@ impl Dynamics<'_> {
 
     /// Potential energy of gravity, from the origin, and of the springs [J].
     pub fn potential_energy(&self) -> f64 {
-        let mechanism = self.mechanism;
-        let bodies = mechanism.inertias.iter().chain(&mechanism.driven_inertias);
+        let tree = self.tree;
+        let bodies = tree.inertias.iter().chain(&tree.driven_inertias);
         let gravity: f64 = bodies
-            .map(|body| {
-                -body.mass * mechanism.gravity.dot(&self.states[body.frame].point(body.center).position)
-            })
+            .map(|body| -body.mass * tree.gravity.dot(&self.states[body.frame].point(body.center).position))
             .sum();
-        let links: f64 = mechanism
+        let links: f64 = tree
             .links
             .iter()
             .map(|link| 0.5 * link.stiffness * (self.link_motion(link)[0] - link.length).powi(2))
             .sum();
-        let torsions: f64 = mechanism
+        let torsions: f64 = tree
             .torsions
             .iter()
             .map(|torsion| 0.5 * torsion.stiffness * self.torsion_motion(torsion)[0].powi(2))
@@ -60,7 +57,7 @@ impl Dynamics<'_> {
 
     /// Elastic energy K δ^(n+1) / (n+1) of a contact [J].
     pub fn contact_energy(&self, index: usize) -> f64 {
-        let joint = &self.mechanism.clearance_joints[index];
+        let joint = &self.tree.clearance_joints[index];
         if self.phases[index] == Phase::Free {
             return 0.0;
         }
@@ -80,7 +77,7 @@ impl Dynamics<'_> {
 
     /// What a contact dissipates.
     pub fn contact_loss(&self, index: usize) -> ContactLoss {
-        let joint = &self.mechanism.clearance_joints[index];
+        let joint = &self.tree.clearance_joints[index];
         if self.phases[index] == Phase::Free {
             return ContactLoss::default();
         }
@@ -101,14 +98,14 @@ impl Dynamics<'_> {
     /// Power of the drives and the given forces and torques [W]; after
     /// [`Dynamics::find_reactions`].
     pub fn input_power(&self) -> f64 {
-        let mechanism = self.mechanism;
-        let drives: f64 = (0..mechanism.driven.len()).map(|index| self.drive_power(index)).sum();
-        let forces: f64 = mechanism
+        let tree = self.tree;
+        let drives: f64 = (0..tree.driven.len()).map(|index| self.drive_power(index)).sum();
+        let forces: f64 = tree
             .applied_forces
             .iter()
             .map(|applied| self.applied_force(applied)[0].dot(&self.point(applied.point).velocity))
             .sum();
-        let torques: f64 = mechanism
+        let torques: f64 = tree
             .applied_torques
             .iter()
             .map(|applied| {
@@ -121,16 +118,16 @@ impl Dynamics<'_> {
 
     /// Power of a drive [W]; after [`Dynamics::find_reactions`].
     pub fn drive_power(&self, index: usize) -> f64 {
-        let driven = &self.mechanism.driven[index];
+        let driven = &self.tree.driven[index];
         self.drive_effort(index) * driven.sign * self.coordinates[driven.column].velocity
     }
 
     /// Power that the dampers take [W].
     pub fn damping_loss(&self) -> f64 {
         let links: f64 =
-            self.mechanism.links.iter().map(|link| link.damping * self.link_motion(link)[1].powi(2)).sum();
+            self.tree.links.iter().map(|link| link.damping * self.link_motion(link)[1].powi(2)).sum();
         let torsions: f64 = self
-            .mechanism
+            .tree
             .torsions
             .iter()
             .map(|torsion| torsion.damping * self.torsion_motion(torsion)[1].powi(2))

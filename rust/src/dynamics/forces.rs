@@ -1,9 +1,9 @@
 //! Springs, dampers, given forces and torques: generalised forces and their exact derivatives.
 
 use super::Dynamics;
-use crate::mechanism::compiled::{AppliedForce, Link, Torsion};
-use crate::mechanism::kinematics::{Vec2, perp, turned};
 use crate::numerics::dual::{Dual, Scalar};
+use crate::tree::elements::{AppliedForce, Link, Torsion};
+use crate::tree::kinematics::{Vec2, perp, turned};
 
 impl Link {
     /// Force on the second point, where `e` is that point seen from the first and `rate` its rate.
@@ -28,23 +28,23 @@ impl Dynamics<'_> {
     /// Adds the generalised forces of springs, dampers and given forces.
     #[inline]
     pub(super) fn add_forces(&self, forces: &mut [f64]) {
-        let mechanism = self.mechanism;
-        for link in &mechanism.links {
+        let tree = self.tree;
+        for link in &tree.links {
             let [a, b] = link.points.map(|point| self.point(point));
             let force = link.force((b.position - a.position).into(), (b.velocity - a.velocity).into());
             self.add_pair(link.points, [a.position, b.position], force.into(), [0.0; 2], forces);
         }
-        for torsion in &mechanism.torsions {
+        for torsion in &tree.torsions {
             self.add_couple(torsion.frames, self.torsion_torque(torsion), forces);
         }
-        for applied in &mechanism.applied_forces {
+        for applied in &tree.applied_forces {
             let position = self.point(applied.point).position;
             let [force, _] = self.applied_force(applied);
-            for &(column, i) in &mechanism.paths[applied.point.frame].free {
+            for &(column, i) in &tree.paths[applied.point.frame].free {
                 forces[i] += self.column(column, position).0.dot(&force);
             }
         }
-        for applied in &mechanism.applied_torques {
+        for applied in &tree.applied_torques {
             self.add_couple(applied.frames, applied.torque.at(self.t)[0], forces);
         }
     }
@@ -52,7 +52,7 @@ impl Dynamics<'_> {
     /// Adds the generalised force of a torque on the second frame and its reaction on the first.
     fn add_couple(&self, frames: [usize; 2], torque: f64, forces: &mut [f64]) {
         for (frame, sign) in frames.into_iter().zip([-1.0, 1.0]) {
-            for &(column, i) in &self.mechanism.paths[frame].free {
+            for &(column, i) in &self.tree.paths[frame].free {
                 forces[i] += sign * self.states[column + 1].turn * torque;
             }
         }
@@ -100,9 +100,9 @@ impl Dynamics<'_> {
 
     /// Adds the derivatives of all these forces to those of the force residual.
     pub(super) fn add_force_derivatives(&mut self) {
-        let mechanism = self.mechanism;
+        let tree = self.tree;
         let columns = self.coordinates.len();
-        for link in &mechanism.links {
+        for link in &tree.links {
             let [a, b] = link.points.map(|point| self.point(point));
             let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
             let force = link.force::<Dual<5>>(
@@ -111,13 +111,13 @@ impl Dynamics<'_> {
             );
             self.add_pair_derivatives(link.points, [0.0; 2], [force[0], force[1], Dual::constant(0.0)]);
         }
-        for torsion in &mechanism.torsions {
+        for torsion in &tree.torsions {
             let ends = || torsion.frames.into_iter().zip([-1.0, 1.0]);
             for (frame, sign) in ends() {
-                for &(column, i) in &mechanism.paths[frame].free {
+                for &(column, i) in &tree.paths[frame].free {
                     let turn = sign * self.states[column + 1].turn;
                     for (other, other_sign) in ends() {
-                        for &k in &mechanism.paths[other].columns {
+                        for &k in &tree.paths[other].columns {
                             let by = turn * other_sign * self.states[k + 1].turn;
                             self.residual_q[i * columns + k] += torsion.stiffness * by;
                             self.residual_v[i * columns + k] += torsion.damping * by;
@@ -126,10 +126,10 @@ impl Dynamics<'_> {
                 }
             }
         }
-        for applied in &mechanism.applied_forces {
+        for applied in &tree.applied_forces {
             let position = self.point(applied.point).position;
             let [force, rate] = self.applied_force(applied);
-            let path = &mechanism.paths[applied.point.frame];
+            let path = &tree.paths[applied.point.frame];
             for &(column, i) in &path.free {
                 let (by, _) = self.column(column, position);
                 self.residual_t[i] -= by.dot(&rate);
@@ -141,10 +141,10 @@ impl Dynamics<'_> {
                 }
             }
         }
-        for applied in &mechanism.applied_torques {
+        for applied in &tree.applied_torques {
             let rate = applied.torque.at(self.t)[1];
             for (frame, sign) in applied.frames.into_iter().zip([-1.0, 1.0]) {
-                for &(column, i) in &mechanism.paths[frame].free {
+                for &(column, i) in &tree.paths[frame].free {
                     let turn = sign * self.states[column + 1].turn;
                     self.residual_t[i] -= turn * rate;
                 }

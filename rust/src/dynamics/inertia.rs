@@ -6,8 +6,8 @@
 //! its mass centre, the motion of that, its moment of inertia and two scalars more.
 
 use super::Dynamics;
-use crate::mechanism::compiled::{FrameInertia, Mechanism};
-use crate::mechanism::kinematics::{FrameState, Vec2};
+use crate::tree::elements::{FrameInertia, Tree};
+use crate::tree::kinematics::{FrameState, Vec2};
 
 /// All that hangs on a frame, in motion.
 #[derive(Clone, Copy, Debug)]
@@ -100,11 +100,11 @@ pub(super) struct Composites {
 }
 
 impl Composites {
-    pub(super) fn new(mechanism: &Mechanism) -> Self {
-        let (count, d) = (mechanism.frames.len(), mechanism.free.len());
+    pub(super) fn new(tree: &Tree) -> Self {
+        let (count, d) = (tree.frames.len(), tree.free.len());
         let nothing = |frame| FrameInertia { frame, mass: 0.0, center: Vec2::zeros(), inertia: 0.0 };
         let mut own: Vec<FrameInertia> = (0..count).map(nothing).collect();
-        for body in &mechanism.inertias {
+        for body in &tree.inertias {
             own[body.frame] = *body;
         }
         let mut masses: Vec<f64> = own.iter().map(|body| body.mass).collect();
@@ -112,17 +112,17 @@ impl Composites {
         let mut parts: Vec<Part> = Vec::new();
         let mut coupled = vec![false; d * d];
         // Children come after their parents: what hangs on a frame is known when its turn comes.
-        for frame in (1..count).rev().filter(|&frame| !mechanism.paths[frame].free.is_empty()) {
+        for frame in (1..count).rev().filter(|&frame| !tree.paths[frame].free.is_empty()) {
             if masses[frame] == 0.0 {
                 continue;
             }
-            let parent = mechanism.frames[frame].parent;
+            let parent = tree.frames[frame].parent;
             let sum = masses[parent] + masses[frame];
             let fraction = masses[frame] / sum;
             let reduced_mass = masses[parent] * fraction;
             merges[parent].push(Merge { child: parts.len(), fraction, reduced_mass });
             masses[parent] = sum;
-            let mut above = mechanism.paths[frame].free.clone();
+            let mut above = tree.paths[frame].free.clone();
             let freedom = above.pop_if(|(column, _)| *column + 1 == frame).map(|(_, freedom)| freedom);
             if let Some(i) = freedom {
                 coupled[i * d + i] = true;
@@ -179,14 +179,14 @@ impl Dynamics<'_> {
     /// Adds the derivatives of the inertial forces to those of the residual; frames in motion with
     /// their accelerations.
     pub(super) fn add_inertia_derivatives(&mut self) {
-        let mechanism = self.mechanism;
+        let tree = self.tree;
         let columns = self.coordinates.len();
         for place in 0..self.composites.parts.len() {
             let part = &self.composites.parts[place];
             let Part { own, freedom, .. } = *part;
             let body = part.compose(&self.states[own.frame], &self.composites.bodies);
             self.composites.bodies[place] = body;
-            let path = &mechanism.paths[own.frame];
+            let path = &tree.paths[own.frame];
             let lower = own.frame - 1;
             // Of two columns the lower one says which composite body both move.
             if let Some(i) = freedom {
@@ -222,12 +222,12 @@ impl Dynamics<'_> {
 
     /// Adds ∂R/∂z̈ d³z/dt³ of the driven coordinates whose speed changes.
     pub(super) fn add_jerks(&mut self) {
-        let mechanism = self.mechanism;
-        for &index in &mechanism.accelerated {
-            let (driven, jerk) = (mechanism.driven[index].column, self.jerks[index]);
+        let tree = self.tree;
+        for &index in &tree.accelerated {
+            let (driven, jerk) = (tree.driven[index].column, self.jerks[index]);
             for (part, body) in self.composites.parts.iter().zip(&self.composites.bodies) {
                 let frame = part.own.frame;
-                let path = &mechanism.paths[frame];
+                let path = &tree.paths[frame];
                 // Of the driven column and a free one, the lower says which composite both move.
                 let free = match part.freedom {
                     Some(_) if path.columns.binary_search(&driven).is_ok() => {

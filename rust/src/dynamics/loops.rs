@@ -1,8 +1,9 @@
 //! Closed loops: multipliers by a Schur complement, projection, derivatives.
 
 use super::Dynamics;
-use crate::mechanism::kinematics::{PointState, Vec2};
 use crate::numerics::linear::{symmetric_factor, symmetric_solve};
+use crate::tree::elements::Scales;
+use crate::tree::kinematics::{PointState, Vec2};
 
 /// Newton steps of a projection: two are the rule, ten close a step of a kinematic run.
 const PROJECTIONS: usize = 20;
@@ -79,19 +80,19 @@ impl Dynamics<'_> {
     /// Adds the forces of the loop closures to accelerations computed without them; false in a
     /// singular pose. Frames are in motion without free accelerations, the mass matrix is factored.
     pub(super) fn close_accelerations(&mut self, a: &mut [f64]) -> bool {
-        let mechanism = self.mechanism;
+        let tree = self.tree;
         let d = a.len();
-        let rows = 2 * mechanism.closures.len();
+        let rows = 2 * tree.closures.len();
         if rows == 0 {
             return true;
         }
         self.loops.e.fill(0.0);
-        for (index, closure) in mechanism.closures.iter().enumerate() {
+        for (index, closure) in tree.closures.iter().enumerate() {
             let mut bias = Vec2::zeros();
             for (point, sign) in [(closure.b, 1.0), (closure.a, -1.0)] {
                 let state = self.point(point);
                 bias += sign * state.acceleration;
-                for &(column, i) in &mechanism.paths[point.frame].free {
+                for &(column, i) in &tree.paths[point.frame].free {
                     let (b, _) = self.column(column, state.position);
                     self.loops.e[2 * index * d + i] += sign * b.x;
                     self.loops.e[(2 * index + 1) * d + i] += sign * b.y;
@@ -130,33 +131,33 @@ impl Dynamics<'_> {
 
     /// Largest gap [m] and gap rate [m/s] of the loop closures, after [`Dynamics::move_to`].
     pub fn closure_residual(&self) -> (f64, f64) {
-        self.mechanism.closures.iter().fold((0.0, 0.0), |(gap, rate), closure| {
+        self.tree.closures.iter().fold((0.0, 0.0), |(gap, rate), closure| {
             let (a, b) = (self.point(closure.a), self.point(closure.b));
             ((b.position - a.position).norm().max(gap), (b.velocity - a.velocity).norm().max(rate))
         })
     }
 
     /// Moves a state that nearly closes the loops onto them, in the metric of the mass matrix:
-    /// positions by Newton's method, then velocities. Returns how far, by `levers`; `None` in a singular
-    /// pose or where Newton does not converge.
-    pub fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64], levers: &[f64]) -> Option<Correction> {
+    /// positions by Newton's method, then velocities. Returns how far, by the levers of the scales; `None` in
+    /// a singular pose or where Newton does not converge.
+    pub fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64], scales: &Scales) -> Option<Correction> {
         let mut correction =
             Correction { rounded_position: true, rounded_velocity: true, ..Correction::default() };
-        let mut closed = self.mechanism.closures.is_empty();
+        let mut closed = self.tree.closures.is_empty();
         let mut a = std::mem::take(&mut self.scratch);
         for _ in 0..PROJECTIONS {
             if closed || !self.acceleration(t, q, v, &mut a) {
                 break;
             }
-            let [closes, stays] = self.is_closed(q, v, levers);
+            let [closes, stays] = self.is_closed(q, v, scales);
             closed = closes;
             correction.rounded_position &= closed;
             correction.position =
-                correction.position.max(self.close(q, levers, &mut a, |point| point.position));
+                correction.position.max(self.close(q, &scales.levers, &mut a, |point| point.position));
             if closed {
                 // In a pose that has since changed by rounding.
                 correction.rounded_velocity = stays;
-                correction.velocity = self.close(v, levers, &mut a, |point| point.velocity);
+                correction.velocity = self.close(v, &scales.levers, &mut a, |point| point.velocity);
             }
         }
         self.scratch = a;
@@ -165,15 +166,15 @@ impl Dynamics<'_> {
 
     /// Whether the loop closures have neither gaps nor gap rates but for rounding, after
     /// [`Dynamics::move_to`].
-    fn is_closed(&self, q: &[f64], v: &[f64], levers: &[f64]) -> [bool; 2] {
-        let scales = &self.mechanism.scales;
-        let largest =
-            |of: &[f64]| of.iter().zip(levers).map(|(x, lever)| (x * lever).abs()).fold(0.0, f64::max);
+    fn is_closed(&self, q: &[f64], v: &[f64], scales: &Scales) -> [bool; 2] {
+        let largest = |of: &[f64]| {
+            of.iter().zip(&scales.levers).map(|(x, lever)| (x * lever).abs()).fold(0.0, f64::max)
+        };
         // Angles of many turns have rounding errors of their own, at the size of the mechanism. What adds up
         // to the velocity of a point may be far larger than the sum.
         let (size, speed) = (scales.length + largest(q), scales.speed + largest(v));
         let meet = |a: Vec2, b: Vec2, scale: f64| (b - a).amax() <= ROUNDING * (a.amax() + b.amax() + scale);
-        self.mechanism.closures.iter().fold([true; 2], |[closed, stays], closure| {
+        self.tree.closures.iter().fold([true; 2], |[closed, stays], closure| {
             let (a, b) = (self.point(closure.a), self.point(closure.b));
             [closed && meet(a.position, b.position, size), stays && meet(a.velocity, b.velocity, speed)]
         })
@@ -187,7 +188,7 @@ impl Dynamics<'_> {
         change: &mut [f64],
         of: impl Fn(PointState) -> Vec2,
     ) -> f64 {
-        for (index, closure) in self.mechanism.closures.iter().enumerate() {
+        for (index, closure) in self.tree.closures.iter().enumerate() {
             let gap = of(self.point(closure.b)) - of(self.point(closure.a));
             self.loops.right[2 * index] = gap.x;
             self.loops.right[2 * index + 1] = gap.y;
@@ -204,15 +205,15 @@ impl Dynamics<'_> {
 
     /// Derivatives of Eᵀ λ with λ fixed, and of the closures' accelerations.
     pub(super) fn add_closure_derivatives(&mut self) {
-        let mechanism = self.mechanism;
+        let tree = self.tree;
         let columns = self.coordinates.len();
         self.loops.acceleration_q.fill(0.0);
         self.loops.acceleration_v.fill(0.0);
-        for (index, closure) in mechanism.closures.iter().enumerate() {
+        for (index, closure) in tree.closures.iter().enumerate() {
             let force = Vec2::new(self.loops.multipliers[2 * index], self.loops.multipliers[2 * index + 1]);
             for (point, sign) in [(closure.b, 1.0), (closure.a, -1.0)] {
                 let state = self.point(point);
-                let path = &mechanism.paths[point.frame];
+                let path = &tree.paths[point.frame];
                 for &k in &path.columns {
                     let frame = &self.states[k + 1];
                     let by_position = sign * frame.acceleration_column(state.acceleration);
@@ -234,11 +235,11 @@ impl Dynamics<'_> {
     /// Adds the part of a driven coordinate's third derivative to the rates of the closures'
     /// accelerations.
     pub(super) fn add_closure_jerks(&mut self, driven: usize, jerk: f64) {
-        let mechanism = self.mechanism;
-        let d = mechanism.free.len();
-        for (index, closure) in mechanism.closures.iter().enumerate() {
+        let tree = self.tree;
+        let d = tree.free.len();
+        for (index, closure) in tree.closures.iter().enumerate() {
             for (point, sign) in [(closure.b, 1.0), (closure.a, -1.0)] {
-                if mechanism.paths[point.frame].columns.binary_search(&driven).is_ok() {
+                if tree.paths[point.frame].columns.binary_search(&driven).is_ok() {
                     let (by, _) = self.column(driven, self.point(point).position);
                     self.residual_t[d + 2 * index] += sign * by.x * jerk;
                     self.residual_t[d + 2 * index + 1] += sign * by.y * jerk;

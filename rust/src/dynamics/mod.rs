@@ -27,14 +27,14 @@ pub use reactions::Wrench;
 pub use response::Compliance;
 
 use crate::contact::clearance::{ContactState, Phase, RelativeMotion};
-use crate::mechanism::compiled::{ClearanceJoint, FramePoint, Mechanism};
-use crate::mechanism::kinematics::{
-    Coordinate, FrameState, PointState, Vec2, accelerate_frames, frames_at_rest, move_frames, perp,
-};
 use crate::numerics::dual::Dual;
 use crate::numerics::instant::Instant;
 use crate::numerics::linear::{symmetric_factor, symmetric_solve};
 use crate::numerics::turns::{Turns, rewind};
+use crate::tree::elements::{ClearanceJoint, FramePoint, Tree};
+use crate::tree::kinematics::{
+    Coordinate, FrameState, PointState, Vec2, accelerate_frames, frames_at_rest, move_frames, perp,
+};
 
 /// Derivatives of the accelerations a(t, q, v): row-major d x d matrices and a vector.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -73,7 +73,7 @@ pub struct JointMotion {
 #[derive(Clone, Debug)]
 pub struct Dynamics<'m> {
     /// What moves.
-    pub mechanism: &'m Mechanism,
+    pub tree: &'m Tree,
     /// Contact phase of every clearance joint.
     pub phases: Vec<Phase>,
     /// Full turns of every column that the coordinates leave out.
@@ -109,50 +109,50 @@ struct JointColumn {
 
 impl<'m> Dynamics<'m> {
     /// The mechanism with every clearance joint in free flight.
-    pub fn new(mechanism: &'m Mechanism) -> Self {
-        let d = mechanism.degrees_of_freedom();
-        let columns = mechanism.frames.len() - 1;
+    pub fn new(tree: &'m Tree) -> Self {
+        let d = tree.degrees_of_freedom();
+        let columns = tree.frames.len() - 1;
         Self {
-            mechanism,
-            phases: vec![Phase::Free; mechanism.clearance_joints.len()],
+            tree,
+            phases: vec![Phase::Free; tree.clearance_joints.len()],
             turns: vec![0.0; columns],
             // Equal to no time: the frames have not been moved yet.
             t: f64::NAN.into(),
-            jerks: vec![0.0; mechanism.driven.len()],
+            jerks: vec![0.0; tree.driven.len()],
             coordinates: vec![Coordinate::default(); columns],
-            states: frames_at_rest(&mechanism.frames, -mechanism.gravity),
-            composites: Composites::new(mechanism),
+            states: frames_at_rest(&tree.frames, -tree.gravity),
+            composites: Composites::new(tree),
             mass: vec![0.0; d * d],
             residual_q: vec![0.0; d * columns],
             residual_v: vec![0.0; d * columns],
-            residual_t: vec![0.0; d + 2 * mechanism.closures.len()],
+            residual_t: vec![0.0; d + 2 * tree.closures.len()],
             joint_columns: vec![JointColumn::default(); columns],
-            loops: Loops::new(2 * mechanism.closures.len(), d, columns),
+            loops: Loops::new(2 * tree.closures.len(), d, columns),
             scratch: vec![0.0; d],
-            reactions: vec![Wrench::default(); mechanism.ideal_joints.len()],
-            demands: vec![Wrench::default(); mechanism.bodies.len()],
+            reactions: vec![Wrench::default(); tree.ideal_joints.len()],
+            demands: vec![Wrench::default(); tree.bodies.len()],
         }
     }
 
     /// Moves all frames to a state, with the free coordinates not accelerated.
     pub fn move_to(&mut self, t: impl Into<Instant>, q: &[f64], v: &[f64]) {
-        let mechanism = self.mechanism;
+        let tree = self.tree;
         let t = t.into();
         self.t = t;
-        for (&column, (&position, &velocity)) in mechanism.free.iter().zip(q.iter().zip(v)) {
+        for (&column, (&position, &velocity)) in tree.free.iter().zip(q.iter().zip(v)) {
             self.coordinates[column] = Coordinate { position, velocity, acceleration: 0.0 };
         }
-        for (driven, jerk) in mechanism.driven.iter().zip(&mut self.jerks) {
+        for (driven, jerk) in tree.driven.iter().zip(&mut self.jerks) {
             (self.coordinates[driven.column], *jerk, self.turns[driven.column]) = driven.at(t);
         }
-        move_frames(&mechanism.frames, &self.coordinates, &mut self.states);
+        move_frames(&tree.frames, &self.coordinates, &mut self.states);
     }
 
     /// Whether the frames have the positions and velocities of this state.
     #[inline]
     pub fn is_at(&self, t: Instant, q: &[f64], v: &[f64]) -> bool {
         self.t == t
-            && self.mechanism.free.iter().zip(q.iter().zip(v)).all(|(&column, (&position, &velocity))| {
+            && self.tree.free.iter().zip(q.iter().zip(v)).all(|(&column, (&position, &velocity))| {
                 let coordinate = &self.coordinates[column];
                 coordinate.position == position && coordinate.velocity == velocity
             })
@@ -160,10 +160,10 @@ impl<'m> Dynamics<'m> {
 
     /// Gives the free coordinates accelerations, after [`Dynamics::move_to`].
     pub fn accelerate(&mut self, a: &[f64]) {
-        for (&column, &acceleration) in self.mechanism.free.iter().zip(a) {
+        for (&column, &acceleration) in self.tree.free.iter().zip(a) {
             self.coordinates[column].acceleration = acceleration;
         }
-        accelerate_frames(&self.mechanism.frames, &self.coordinates, &mut self.states);
+        accelerate_frames(&self.tree.frames, &self.coordinates, &mut self.states);
     }
 
     /// Motion of a frame after [`Dynamics::move_to`]; accelerations are relative to free fall.
@@ -173,13 +173,13 @@ impl<'m> Dynamics<'m> {
 
     /// Angle of a frame [rad] with all its turns.
     pub fn angle(&self, frame: usize) -> f64 {
-        let turns = self.mechanism.paths[frame].columns.iter().map(|&column| self.turns[column]).sum();
+        let turns = self.tree.paths[frame].columns.iter().map(|&column| self.turns[column]).sum();
         rewind(self.states[frame].angle, turns)
     }
 
     /// Angle of a body [rad] with all its turns.
     pub fn body_angle(&self, body: usize) -> f64 {
-        let body = &self.mechanism.bodies[body];
+        let body = &self.tree.bodies[body];
         self.angle(body.frame) + body.angle
     }
 
@@ -227,7 +227,7 @@ impl<'m> Dynamics<'m> {
 
     /// State of the contact of a clearance joint after [`Dynamics::move_to`].
     pub fn contact_state(&self, index: usize) -> ContactState<f64> {
-        let joint = &self.mechanism.clearance_joints[index];
+        let joint = &self.tree.clearance_joints[index];
         joint.law.evaluate(&self.contact_motion(joint), self.phases[index])
     }
 
@@ -237,7 +237,7 @@ impl<'m> Dynamics<'m> {
         self.move_to(t, q, v);
         let d = a.len();
         self.composites.assemble(&self.states, &mut self.mass, a);
-        for (joint, phase) in self.mechanism.clearance_joints.iter().zip(&self.phases) {
+        for (joint, phase) in self.tree.clearance_joints.iter().zip(&self.phases) {
             if let Phase::Contact { clipped: false, .. } = phase {
                 self.add_contact(joint, *phase, a);
             }
@@ -280,11 +280,11 @@ impl<'m> Dynamics<'m> {
         [moment_a, moment_b]: [f64; 2],
         forces: &mut [f64],
     ) {
-        for &(column, i) in &self.mechanism.paths[b.frame].free {
+        for &(column, i) in &self.tree.paths[b.frame].free {
             let (by, turn) = self.column(column, position_b);
             forces[i] += by.dot(&force) + turn * moment_b;
         }
-        for &(column, i) in &self.mechanism.paths[a.frame].free {
+        for &(column, i) in &self.tree.paths[a.frame].free {
             let (by, turn) = self.column(column, position_a);
             forces[i] -= by.dot(&force) + turn * moment_a;
         }
@@ -314,7 +314,7 @@ impl<'m> Dynamics<'m> {
         self.add_jerks();
         let d = out.a.len();
         // Transposed first: every derivative is solved as a contiguous row.
-        for (freedom, &column) in self.mechanism.free.iter().enumerate() {
+        for (freedom, &column) in self.tree.free.iter().enumerate() {
             let row = freedom * d..(freedom + 1) * d;
             self.accelerations_by(&mut out.a_q[row.clone()], |this, r| this.residual_by_position(r, column));
             self.accelerations_by(&mut out.a_v[row], |this, r| this.residual_by_velocity(r, column));
@@ -322,7 +322,7 @@ impl<'m> Dynamics<'m> {
         transpose(&mut out.a_q, d);
         transpose(&mut out.a_v, d);
         self.accelerations_by(&mut out.a_t, |this, r| {
-            this.mechanism.driven.iter().fold(this.residual_t[r], |sum, driven| {
+            this.tree.driven.iter().fold(this.residual_t[r], |sum, driven| {
                 let Coordinate { velocity, acceleration, .. } = this.coordinates[driven.column];
                 sum + this.residual_by_position(r, driven.column) * velocity
                     + this.residual_by_velocity(r, driven.column) * acceleration
@@ -346,7 +346,7 @@ impl<'m> Dynamics<'m> {
 
     #[inline]
     fn entry(&self, force: &[f64], closure: &[f64], row: usize, column: usize) -> f64 {
-        let (d, columns) = (self.mechanism.free.len(), self.coordinates.len());
+        let (d, columns) = (self.tree.free.len(), self.coordinates.len());
         if row < d { force[row * columns + column] } else { closure[(row - d) * columns + column] }
     }
 
@@ -375,7 +375,7 @@ impl<'m> Dynamics<'m> {
     }
 
     fn add_contact_derivatives(&mut self, index: usize) {
-        let joint = &self.mechanism.clearance_joints[index];
+        let joint = &self.tree.clearance_joints[index];
         let gradient = joint.law.force_gradient(&self.contact_motion(joint), self.phases[index]);
         if gradient[0].value == 0.0 && gradient[1].value == 0.0 {
             // Touching only in name (δ ≤ 0 to rounding): the derivatives vanish with the force.
@@ -397,17 +397,17 @@ impl<'m> Dynamics<'m> {
         [radius_a, radius_b]: [f64; 2],
         [force_x, force_y, moment]: [Dual<5>; 3],
     ) {
-        let mechanism = self.mechanism;
+        let tree = self.tree;
         let columns = self.coordinates.len();
         let force = Vec2::new(force_x.value, force_y.value);
         let ends = [(b, radius_b, 1.0), (a, radius_a, -1.0)];
         // Columns below both points do not move them.
-        let last = ends.iter().filter_map(|(point, ..)| mechanism.paths[point.frame].columns.last()).max();
+        let last = ends.iter().filter_map(|(point, ..)| tree.paths[point.frame].columns.last()).max();
         let Some(moving) = last.map(|last| last + 1) else { return };
         self.joint_columns[..moving].fill(JointColumn::default());
         for (point, radius, sign) in ends {
             let state = self.point(point);
-            for &column in &mechanism.paths[point.frame].columns {
+            for &column in &tree.paths[point.frame].columns {
                 let frame = &self.states[column + 1];
                 let entry = &mut self.joint_columns[column];
                 entry.eccentricity += sign * frame.column(state.position);
@@ -425,7 +425,7 @@ impl<'m> Dynamics<'m> {
             let (fx_q, fx_v) = directional(&force_x, &by);
             let (fy_q, fy_v) = directional(&force_y, &by);
             let (ft_q, ft_v) = directional(&moment, &by);
-            for (i, &column) in mechanism.free.iter().enumerate() {
+            for (i, &column) in tree.free.iter().enumerate() {
                 if column >= moving {
                     break;
                 }
@@ -439,7 +439,7 @@ impl<'m> Dynamics<'m> {
         }
         for (point, _, sign) in ends {
             let position = self.point(point).position;
-            let path = &mechanism.paths[point.frame];
+            let path = &tree.paths[point.frame];
             for &k in &path.columns {
                 for &(column, i) in &path.free {
                     self.residual_q[i * columns + k] -=
@@ -454,7 +454,7 @@ impl<'m> Dynamics<'m> {
         let mut columns = vec![Vec2::zeros(); self.coordinates.len()];
         for (point, sign) in [(b, 1.0), (a, -1.0)] {
             let position = self.point(point).position;
-            for &column in &self.mechanism.paths[point.frame].columns {
+            for &column in &self.tree.paths[point.frame].columns {
                 columns[column] += sign * self.column(column, position).0;
             }
         }
@@ -477,7 +477,7 @@ impl<'m> Dynamics<'m> {
                     return f64::NAN;
                 }
                 self.accelerate(&a);
-                let motion = self.joint_motion(&self.mechanism.clearance_joints[index]);
+                let motion = self.joint_motion(&self.tree.clearance_joints[index]);
                 motion.acceleration.dot(&motion.eccentricity.normalize())
             };
             let (without, with) = (response(true), response(false));

@@ -6,8 +6,8 @@
 
 use super::Dynamics;
 use crate::contact::clearance::Phase;
-use crate::mechanism::compiled::Realisation;
-use crate::mechanism::kinematics::Vec2;
+use crate::tree::elements::Realisation;
+use crate::tree::kinematics::Vec2;
 
 /// A force and a moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -34,9 +34,9 @@ impl Dynamics<'_> {
     /// Computes what every ideal joint transmits, after [`Dynamics::acceleration`] and
     /// [`Dynamics::accelerate`].
     pub fn find_reactions(&mut self) {
-        let mechanism = self.mechanism;
+        let tree = self.tree;
         let mut demands = std::mem::take(&mut self.demands);
-        for (demand, body) in demands.iter_mut().zip(&mechanism.bodies) {
+        for (demand, body) in demands.iter_mut().zip(&tree.bodies) {
             let frame = &self.states[body.frame];
             let center = frame.point(body.center);
             let inertial = body.mass * center.acceleration;
@@ -47,7 +47,7 @@ impl Dynamics<'_> {
                 demands[body].add(-1.0, wrench);
             }
         };
-        for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
+        for (index, joint) in tree.clearance_joints.iter().enumerate() {
             if self.phases[index] == Phase::Free {
                 continue;
             }
@@ -62,26 +62,25 @@ impl Dynamics<'_> {
                 supply(body, Wrench::at(position, sign * force, sign * radius * friction));
             }
         }
-        for link in &mechanism.links {
+        for link in &tree.links {
             let force = self.link_force(link);
             for ((point, body), sign) in link.points.into_iter().zip(link.bodies).zip([-1.0, 1.0]) {
                 supply(body, Wrench::at(self.point(point).position, sign * force, 0.0));
             }
         }
-        let torsions =
-            mechanism.torsions.iter().map(|torsion| (torsion.bodies, self.torsion_torque(torsion)));
+        let torsions = tree.torsions.iter().map(|torsion| (torsion.bodies, self.torsion_torque(torsion)));
         let torques =
-            mechanism.applied_torques.iter().map(|applied| (applied.bodies, applied.torque.at(self.t)[0]));
+            tree.applied_torques.iter().map(|applied| (applied.bodies, applied.torque.at(self.t)[0]));
         for (bodies, torque) in torsions.chain(torques) {
             for (body, sign) in bodies.into_iter().zip([-1.0, 1.0]) {
                 supply(body, Wrench { force: Vec2::zeros(), moment: sign * torque });
             }
         }
-        for applied in &mechanism.applied_forces {
+        for applied in &tree.applied_forces {
             let [force, _] = self.applied_force(applied);
             supply(applied.body, Wrench::at(self.point(applied.point).position, force, 0.0));
         }
-        for (index, closure) in mechanism.closures.iter().enumerate() {
+        for (index, closure) in tree.closures.iter().enumerate() {
             let force = self.closure_force(index);
             for ((point, body), sign) in
                 [closure.a, closure.b].into_iter().zip(closure.bodies).zip([-1.0, 1.0])
@@ -89,8 +88,8 @@ impl Dynamics<'_> {
                 supply(body, Wrench::at(self.point(point).position, sign * force, 0.0));
             }
         }
-        for &index in mechanism.tree.iter().rev() {
-            let joint = &mechanism.ideal_joints[index];
+        for &index in tree.tree_joints.iter().rev() {
+            let joint = &tree.ideal_joints[index];
             if let Realisation::Tree { child, sign, .. } = joint.realisation {
                 let carried = demands[child];
                 let parent = if sign > 0.0 { joint.bodies[0] } else { joint.bodies[1] };
@@ -111,7 +110,7 @@ impl Dynamics<'_> {
     /// What an ideal joint, with its drive, exerts on its second body: the force and the moment about
     /// the joint's point on that body; after [`Dynamics::find_reactions`].
     pub fn reaction(&self, index: usize) -> Wrench {
-        let joint = &self.mechanism.ideal_joints[index];
+        let joint = &self.tree.ideal_joints[index];
         match joint.realisation {
             Realisation::Cut(closure) => Wrench { force: self.closure_force(closure), moment: 0.0 },
             Realisation::Tree { .. } => {
@@ -125,9 +124,9 @@ impl Dynamics<'_> {
     /// Torque [N m] or force [N] that a drive exerts on the second body of its joint, along the
     /// coordinate of the joint; after [`Dynamics::find_reactions`].
     pub fn drive_effort(&self, index: usize) -> f64 {
-        let driven = &self.mechanism.driven[index];
+        let driven = &self.tree.driven[index];
         let Wrench { force, moment } = self.reaction(driven.joint);
-        match self.mechanism.ideal_joints[driven.joint].realisation {
+        match self.tree.ideal_joints[driven.joint].realisation {
             // The axis of the frame has the sign of the joint.
             Realisation::Tree { sign, .. } if !driven.turns => {
                 sign * self.states[driven.column + 1].axis.dot(&force)
@@ -139,7 +138,7 @@ impl Dynamics<'_> {
     /// What the bodies that no joint carries still ask for: zero where the equations of motion hold.
     pub fn unbalanced(&self) -> Wrench {
         let carried = |body: usize| {
-            self.mechanism
+            self.tree
                 .ideal_joints
                 .iter()
                 .any(|joint| matches!(joint.realisation, Realisation::Tree { child, .. } if child == body))

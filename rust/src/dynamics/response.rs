@@ -3,9 +3,9 @@
 use nalgebra::Matrix2;
 
 use super::Dynamics;
-use crate::mechanism::compiled::FramePoint;
-use crate::mechanism::kinematics::Vec2;
 use crate::numerics::linear::symmetric_solve;
+use crate::tree::elements::FramePoint;
+use crate::tree::kinematics::Vec2;
 
 /// Part of a compliance below which another is rounding: what closed loops leave of it where they hold the
 /// two points together, and one of its directions beside the other. Likewise for their columns.
@@ -55,11 +55,11 @@ impl Dynamics<'_> {
     /// Rows x and y of the Jacobian of a point seen from another, for the free coordinates. What moves both
     /// points alike has entries of zero, not of rounding.
     fn relative_rows(&self, [a, b]: [FramePoint; 2]) -> [Vec<f64>; 2] {
-        let d = self.mechanism.free.len();
+        let d = self.tree.free.len();
         let (mut relative, mut sizes) = (vec![Vec2::zeros(); d], vec![0.0_f64; d]);
         for (point, sign) in [(b, 1.0), (a, -1.0)] {
             let position = self.point(point).position;
-            for &(column, freedom) in &self.mechanism.paths[point.frame].free {
+            for &(column, freedom) in &self.tree.paths[point.frame].free {
                 let (by, _) = self.column(column, position);
                 relative[freedom] += sign * by;
                 sizes[freedom] = sizes[freedom].max(by.amax());

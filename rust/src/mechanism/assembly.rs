@@ -5,12 +5,12 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::dynamics::Dynamics;
 use crate::error::{Problem, SceneError};
-use crate::mechanism::compiled::{FramePoint, IdealKind, Mechanism, Realisation, Scales, State};
 use crate::mechanism::immovable::no_acceleration;
-use crate::mechanism::kinematics::{FrameKind, Vec2};
 use crate::mechanism::scales::{contact_scales, length_scale, levers, speed_from_rest, speed_scale};
 use crate::numerics::turns::unwind;
 use crate::scene::parts::{Scene, Start};
+use crate::tree::elements::{FramePoint, IdealKind, Realisation, Scales, State, Tree};
+use crate::tree::kinematics::{FrameKind, Vec2};
 
 /// Newton steps before an assembly is given up. A rough guess needs about ten; a hundred only
 /// when it creeps along a singular pose.
@@ -20,29 +20,13 @@ const ITERATIONS: usize = 100;
 /// a few hundred rounding errors, far below any clearance that could be simulated.
 const CLOSED: f64 = 1e-13;
 
-impl Mechanism {
-    /// Compiles a scene: checks it, spans the tree, assembles the start.
-    ///
-    /// # Errors
-    /// Every problem of [`Scene::check`]; otherwise bodies that are not connected, a structure, loops
-    /// that prescribe more than can move, or a mechanism that cannot be assembled.
-    pub fn compile(scene: &Scene) -> Result<Mechanism, SceneError> {
-        scene.check()?;
-        let mut mechanism = Mechanism::span(scene)?;
-        assemble(&mut mechanism, scene)?;
-        mechanism.doubts = scene.doubts();
-        mechanism.doubts.extend(mechanism.doubt_balance(scene));
-        Ok(mechanism)
-    }
-}
-
-/// Computes `start`, `scales` and the joints' load-dependent constants of a mechanism.
-pub(crate) fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), SceneError> {
+/// The start of a tree and its scales.
+pub(crate) fn assemble(tree: &Tree, scene: &Scene) -> Result<(State, Scales), SceneError> {
     let length = length_scale(scene);
-    let rough = rough_coordinates(mechanism, scene);
+    let rough = rough_coordinates(tree, scene);
     let d = rough.len();
-    let mut dynamics = Dynamics::new(mechanism);
-    let conditions = Conditions::new(mechanism, scene);
+    let mut dynamics = Dynamics::new(tree);
+    let conditions = Conditions::new(tree, scene);
     let mut q = rough.clone();
     slide_together(&mut dynamics, &conditions, &mut q, length);
     let mut residual = close_positions(&mut dynamics, &conditions, &mut q, length);
@@ -64,14 +48,14 @@ pub(crate) fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), S
                 } else {
                     "; the start may also contradict itself or the drives"
                 },
-                excess(mechanism)
+                excess(tree)
             ),
         ));
     }
     let (v, gap_rate) = close_velocities(&mut dynamics, &conditions, &q, length);
     dynamics.move_to(0.0, &q, &v);
-    check_directions(mechanism, &dynamics)?;
-    let speed = speed_scale(mechanism, &dynamics, length);
+    check_directions(tree, &dynamics)?;
+    let speed = speed_scale(tree, &dynamics, length);
     // The least-squares velocity leaves a rate only where no velocity closes the joints: the pose
     // is singular and the drive pushes against it.
     if gap_rate.is_nan() || gap_rate > 1e-9 * speed {
@@ -81,27 +65,25 @@ pub(crate) fn assemble(mechanism: &mut Mechanism, scene: &Scene) -> Result<(), S
                 "the assembled pose is singular{}: no velocity keeps the joints together \
                  (remaining rate {gap_rate:.3e} m/s); start the drive at another angle{}",
                 if scene.start.is_empty() { "" } else { ", or the start contradicts itself or the drives" },
-                excess(mechanism)
+                excess(tree)
             ),
         ));
     }
-    check_mobility(mechanism, &dynamics, &conditions, length)?;
-    let levers = levers(mechanism, &dynamics);
+    check_mobility(tree, &dynamics, &conditions, length)?;
+    let levers = levers(tree, &dynamics);
     let mut accelerations = vec![0.0; d];
     if !dynamics.acceleration(0.0, &q, &v, &mut accelerations) {
-        return Err(no_acceleration(mechanism, &mut dynamics, &v));
+        return Err(no_acceleration(tree, &mut dynamics, &v));
     }
     dynamics.accelerate(&accelerations);
-    let speed = if speed > 0.0 { speed } else { speed_from_rest(mechanism, &dynamics, length) };
+    let speed = if speed > 0.0 { speed } else { speed_from_rest(tree, &dynamics, length) };
     let contacts = contact_scales(&mut dynamics, speed, length);
-    mechanism.start = State { q, v };
-    mechanism.scales = Scales { length, speed, levers, contacts };
-    Ok(())
+    Ok((State { q, v }, Scales { length, speed, levers, contacts }))
 }
 
 /// A spring with a length, or a damper, has no direction between points that coincide.
-fn check_directions(mechanism: &Mechanism, dynamics: &Dynamics) -> Result<(), SceneError> {
-    let lost = mechanism.links.iter().filter(|link| !dynamics.link_force(link).norm().is_finite());
+fn check_directions(tree: &Tree, dynamics: &Dynamics) -> Result<(), SceneError> {
+    let lost = tree.links.iter().filter(|link| !dynamics.link_force(link).norm().is_finite());
     let problems: Vec<Problem> = lost
         .map(|link| {
             Problem::new(
@@ -119,14 +101,14 @@ fn check_directions(mechanism: &Mechanism, dynamics: &Dynamics) -> Result<(), Sc
 /// Every closure must restrict the motion by two more equations: otherwise a joint is redundant
 /// (its forces cannot be known) or the pose is a change point. And something must be able to move.
 fn check_mobility(
-    mechanism: &Mechanism,
+    tree: &Tree,
     dynamics: &Dynamics,
     conditions: &Conditions,
     length: f64,
 ) -> Result<(), SceneError> {
-    let units = column_units(mechanism, length);
+    let units = column_units(tree, length);
     let (_, jacobian) = conditions.positions(dynamics, &units, length.log2().ceil().exp2());
-    for (index, closure) in mechanism.closures.iter().enumerate() {
+    for (index, closure) in tree.closures.iter().enumerate() {
         let rows = 2 * (index + 1);
         let part = jacobian.rows(0, rows).into_owned();
         let rank = if part.ncols() == 0 { 0 } else { part.clone().rank(SINGULAR_VELOCITY * part.amax()) };
@@ -138,13 +120,13 @@ fn check_mobility(
                      pose: it is redundant (remove it or give it clearance), or the mechanism starts at a \
                      change point with links in line (start it elsewhere){}",
                     closure.name,
-                    excess(mechanism)
+                    excess(tree)
                 ),
             ));
         }
     }
     // The closures are independent here, so a count decides.
-    if mechanism.mobility() == 0 && mechanism.driven.is_empty() {
+    if tree.mobility() == 0 && tree.driven.is_empty() {
         return Err(SceneError::single(
             "joints",
             "the scene is a structure: its joints hold every body and nothing is driven, so nothing can move; \
@@ -155,12 +137,12 @@ fn check_mobility(
 }
 
 /// What to add to a problem of the assembly where the loops ask for more than can move.
-fn excess(mechanism: &Mechanism) -> String {
-    let (free, equations) = (mechanism.free.len(), 2 * mechanism.closures.len());
+fn excess(tree: &Tree) -> String {
+    let (free, equations) = (tree.free.len(), 2 * tree.closures.len());
     if equations <= free {
         return String::new();
     }
-    let names: Vec<String> = mechanism.closures.iter().map(|closure| format!("{:?}", closure.name)).collect();
+    let names: Vec<String> = tree.closures.iter().map(|closure| format!("{:?}", closure.name)).collect();
     format!(
         "; the loops closed by {} ask for {equations} equations of {free} free coordinate{}: a joint or a drive \
          is too many",
@@ -171,16 +153,16 @@ fn excess(mechanism: &Mechanism) -> String {
 
 /// Free coordinates that give the bodies their rough angles, or those that the start gives with all their
 /// turns: springs count them, and what follows meets them up to full turns only.
-fn rough_coordinates(mechanism: &Mechanism, scene: &Scene) -> Vec<f64> {
-    let mut angles = vec![0.0; mechanism.frames.len()];
-    let mut coordinates = vec![0.0; mechanism.frames.len()];
-    for (index, frame) in mechanism.frames.iter().enumerate().skip(1) {
+fn rough_coordinates(tree: &Tree, scene: &Scene) -> Vec<f64> {
+    let mut angles = vec![0.0; tree.frames.len()];
+    let mut coordinates = vec![0.0; tree.frames.len()];
+    for (index, frame) in tree.frames.iter().enumerate().skip(1) {
         angles[index] = angles[frame.parent];
         if frame.kind != FrameKind::Revolute {
             continue;
         }
-        let driven = mechanism.driven.iter().find(|driven| driven.column == index - 1);
-        let wanted = mechanism
+        let driven = tree.driven.iter().find(|driven| driven.column == index - 1);
+        let wanted = tree
             .bodies
             .iter()
             .zip(&scene.bodies)
@@ -196,18 +178,18 @@ fn rough_coordinates(mechanism: &Mechanism, scene: &Scene) -> Vec<f64> {
             });
         coordinates[index] = match driven {
             Some(driven) => driven.sign * driven.motion.at(0.0)[0],
-            None => given_turn(mechanism, scene, index - 1).unwrap_or(wanted - angles[index]),
+            None => given_turn(tree, scene, index - 1).unwrap_or(wanted - angles[index]),
         };
         angles[index] += coordinates[index];
     }
-    mechanism.free.iter().map(|&column| coordinates[column + 1]).collect()
+    tree.free.iter().map(|&column| coordinates[column + 1]).collect()
 }
 
 /// The coordinate that the start gives to the revolute joint of a column, if any.
-fn given_turn(mechanism: &Mechanism, scene: &Scene, column: usize) -> Option<f64> {
+fn given_turn(tree: &Tree, scene: &Scene, column: usize) -> Option<f64> {
     scene.start.iter().find_map(|start| {
         let Start::Joint { joint: name, position: Some(position), .. } = start else { return None };
-        let joint = mechanism.ideal_joints.iter().find(|joint| joint.name == *name)?;
+        let joint = tree.ideal_joints.iter().find(|joint| joint.name == *name)?;
         match joint.realisation {
             Realisation::Tree { column: Some(own), sign, .. } if own == column => Some(sign * position),
             _ => None,
@@ -217,12 +199,11 @@ fn given_turn(mechanism: &Mechanism, scene: &Scene, column: usize) -> Option<f64
 
 /// Unit of each free coordinate for least squares: 1 rad, and the size of the mechanism as a
 /// power of two, so that a scene in other units takes bit for bit the same steps.
-fn column_units(mechanism: &Mechanism, length: f64) -> Vec<f64> {
+fn column_units(tree: &Tree, length: f64) -> Vec<f64> {
     let unit = length.log2().ceil().exp2();
-    mechanism
-        .free
+    tree.free
         .iter()
-        .map(|&column| match mechanism.frames[column + 1].kind {
+        .map(|&column| match tree.frames[column + 1].kind {
             FrameKind::Revolute => 1.0,
             FrameKind::Prismatic { .. } => unit,
         })
@@ -251,7 +232,7 @@ struct GivenCoordinate {
 }
 
 impl Conditions {
-    fn new(mechanism: &Mechanism, scene: &Scene) -> Self {
+    fn new(tree: &Tree, scene: &Scene) -> Self {
         let eccentric = |name: &str| {
             let given = scene.start.iter().find_map(|start| match start {
                 Start::Clearance { joint, eccentricity, rate } if joint == name => {
@@ -262,14 +243,14 @@ impl Conditions {
             given.unwrap_or((Vec2::zeros(), Vec2::zeros()))
         };
         let closures =
-            mechanism.closures.iter().map(|closure| ([closure.a, closure.b], Vec2::zeros(), Vec2::zeros()));
-        let joints = mechanism.clearance_joints.iter().map(|joint| {
+            tree.closures.iter().map(|closure| ([closure.a, closure.b], Vec2::zeros(), Vec2::zeros()));
+        let joints = tree.clearance_joints.iter().map(|joint| {
             let (eccentricity, rate) = eccentric(&joint.name);
             ([joint.bearing, joint.journal], eccentricity, rate)
         });
         Self {
             pairs: closures.chain(joints).collect(),
-            coordinates: scene.start.iter().filter_map(|start| given_coordinate(mechanism, start)).collect(),
+            coordinates: scene.start.iter().filter_map(|start| given_coordinate(tree, start)).collect(),
         }
     }
 
@@ -322,19 +303,19 @@ impl Conditions {
         unit: f64,
         given: impl Fn(&GivenCoordinate) -> Option<f64>,
     ) -> DMatrix<f64> {
-        let mechanism = dynamics.mechanism;
-        let mut jacobian = DMatrix::zeros(self.rows(&given), mechanism.free.len());
+        let tree = dynamics.tree;
+        let mut jacobian = DMatrix::zeros(self.rows(&given), tree.free.len());
         for (index, &(pair, ..)) in self.pairs.iter().enumerate() {
             let columns = dynamics.gap_columns(pair);
             for axis in 0..2 {
-                for (freedom, &column) in mechanism.free.iter().enumerate() {
+                for (freedom, &column) in tree.free.iter().enumerate() {
                     jacobian[(2 * index + axis, freedom)] = columns[column][axis] / unit * units[freedom];
                 }
             }
         }
         for (row, one) in self.coordinates.iter().filter(|one| given(one).is_some()).enumerate() {
             let scale = if one.turns { 1.0 } else { 1.0 / unit };
-            for (freedom, &column) in mechanism.free.iter().enumerate() {
+            for (freedom, &column) in tree.free.iter().enumerate() {
                 jacobian[(2 * self.pairs.len() + row, freedom)] =
                     one.columns[column] * scale * units[freedom];
             }
@@ -350,17 +331,17 @@ impl GivenCoordinate {
     }
 }
 
-fn given_coordinate(mechanism: &Mechanism, start: &Start) -> Option<GivenCoordinate> {
+fn given_coordinate(tree: &Tree, start: &Start) -> Option<GivenCoordinate> {
     // Names were checked with the scene.
-    let index_of = |name: &str| mechanism.bodies.iter().position(|body| body.name == name);
+    let index_of = |name: &str| tree.bodies.iter().position(|body| body.name == name);
     let between = |bodies: [Option<usize>; 2], position, velocity| {
-        let mut columns = vec![0.0; mechanism.frames.len() - 1];
+        let mut columns = vec![0.0; tree.frames.len() - 1];
         let mut zero = 0.0;
         for (body, sign) in bodies.into_iter().zip([-1.0, 1.0]) {
-            let Some(placed) = body.map(|body| &mechanism.bodies[body]) else { continue };
+            let Some(placed) = body.map(|body| &tree.bodies[body]) else { continue };
             zero += sign * placed.angle;
-            for &column in &mechanism.paths[placed.frame].columns {
-                columns[column] += sign * mechanism.frames[column + 1].kind.turn();
+            for &column in &tree.paths[placed.frame].columns {
+                columns[column] += sign * tree.frames[column + 1].kind.turn();
             }
         }
         Some(GivenCoordinate { columns, turns: true, zero, position, velocity })
@@ -371,10 +352,10 @@ fn given_coordinate(mechanism: &Mechanism, start: &Start) -> Option<GivenCoordin
             between([None, index_of(body)], *angle, *angular_velocity)
         }
         Start::Joint { joint, position, velocity } => {
-            let joint = mechanism.ideal_joints.iter().find(|other| other.name == *joint)?;
+            let joint = tree.ideal_joints.iter().find(|other| other.name == *joint)?;
             match joint.realisation {
                 Realisation::Tree { column: Some(column), .. } if joint.kind == IdealKind::Prismatic => {
-                    let mut columns = vec![0.0; mechanism.frames.len() - 1];
+                    let mut columns = vec![0.0; tree.frames.len() - 1];
                     columns[column] = 1.0;
                     let (position, velocity) = (*position, *velocity);
                     Some(GivenCoordinate { columns, turns: false, zero: 0.0, position, velocity })
@@ -406,13 +387,13 @@ fn least_squares(jacobian: DMatrix<f64>, right: &DVector<f64>, cutoff: f64) -> D
 /// Closes the gaps as far as sliding alone can: the user gave angles and no positions, so a body without
 /// ideal joints keeps its angle. Gaps are linear in the slides.
 fn slide_together(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f64], length: f64) {
-    let mechanism = dynamics.mechanism;
-    let units = column_units(mechanism, length);
+    let tree = dynamics.tree;
+    let units = column_units(tree, length);
     let unit = length.log2().ceil().exp2();
     dynamics.move_to(0.0, q, &vec![0.0; q.len()]);
     let (residual, mut jacobian) = conditions.positions(dynamics, &units, unit);
-    for (k, &column) in mechanism.free.iter().enumerate() {
-        if mechanism.frames[column + 1].kind == FrameKind::Revolute {
+    for (k, &column) in tree.free.iter().enumerate() {
+        if tree.frames[column + 1].kind == FrameKind::Revolute {
             jacobian.column_mut(k).fill(0.0);
         }
     }
@@ -424,9 +405,9 @@ fn slide_together(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f64
 
 /// Newton's method with halved steps on the conditions; what remains [m].
 fn close_positions(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f64], length: f64) -> f64 {
-    let mechanism = dynamics.mechanism;
+    let tree = dynamics.tree;
     let at_rest = vec![0.0; q.len()];
-    let units = column_units(mechanism, length);
+    let units = column_units(tree, length);
     let unit = length.log2().ceil().exp2();
     dynamics.move_to(0.0, q, &at_rest);
     let (mut residual, mut jacobian) = conditions.positions(dynamics, &units, unit);
@@ -465,7 +446,7 @@ fn close_velocities(
     q: &[f64],
     length: f64,
 ) -> (Vec<f64>, f64) {
-    let units = column_units(dynamics.mechanism, length);
+    let units = column_units(dynamics.tree, length);
     let unit = length.log2().ceil().exp2();
     let mut v = vec![0.0; q.len()];
     // The conditions are linear in v: the second pass only removes the rounding of the first.

@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, Schur};
 use crate::dynamics::{Dynamics, Linearisation};
 use crate::error::Problem;
 use crate::mechanism::assembly::assemble;
-use crate::mechanism::compiled::{Mechanism, State};
 use crate::scene::parts::{Joint, JointKind, Scene, Start};
+use crate::tree::elements::{Scales, State, Tree};
 
 /// Accelerations that are none, as a part of those that the loads give the mechanism elsewhere; rounding leaves 1e-15.
 const BALANCED: f64 = 1e-9;
@@ -16,70 +16,61 @@ const UNSTABLE: f64 = 1e-3;
 /// Steps for the eigenvalues: a few a row are needed.
 const ITERATIONS: usize = 1000;
 
-impl Mechanism {
-    /// A doubt about a start at rest in an unstable balance of loads. Clearances are left out: a journal in flight
-    /// bears no load, but what it will bear is that of the joint without play.
-    pub(crate) fn doubt_balance(&self, scene: &Scene) -> Option<Problem> {
-        let rests = self
-            .start
-            .v
-            .iter()
-            .zip(&self.scales.levers)
-            .all(|(v, lever)| (v * lever).abs() <= BALANCED * self.scales.speed);
-        if !rests || self.scales.speed == 0.0 {
-            return None;
-        }
-        let growth = if self.clearance_joints.is_empty() {
-            self.growth()?
-        } else {
-            let scene = without_play(scene);
-            let mut ideal = Mechanism::span(&scene).ok()?;
-            assemble(&mut ideal, &scene).ok()?;
-            ideal.growth()?
-        };
-        let tenfold = std::f64::consts::LN_10 / growth;
-        Some(Problem::new(
-            "start",
-            format!(
-                "the mechanism starts at rest in a pose in which all loads balance, but unstably, as upright or along \
-                 a dead center: a deviation grows tenfold in {tenfold:.2e} s, and rounding alone decides when and to \
-                 which side it leaves; start it a little beside"
-            ),
-        ))
+/// A doubt about a start at rest in an unstable balance of loads. Clearances are left out: a journal in flight
+/// bears no load, but what it will bear is that of the joint without play.
+pub(crate) fn doubt_balance(tree: &Tree, start: &State, scales: &Scales, scene: &Scene) -> Option<Problem> {
+    let rests =
+        start.v.iter().zip(&scales.levers).all(|(v, lever)| (v * lever).abs() <= BALANCED * scales.speed);
+    if !rests || scales.speed == 0.0 {
+        return None;
     }
+    let growth = if tree.clearance_joints.is_empty() {
+        growth(tree, start, scales)?
+    } else {
+        let scene = without_play(scene);
+        let ideal = Tree::span(&scene).ok()?;
+        let (start, scales) = assemble(&ideal, &scene).ok()?;
+        growth(&ideal, &start, &scales)?
+    };
+    let tenfold = std::f64::consts::LN_10 / growth;
+    Some(Problem::new(
+        "start",
+        format!(
+            "the mechanism starts at rest in a pose in which all loads balance, but unstably, as upright or along \
+             a dead center: a deviation grows tenfold in {tenfold:.2e} s, and rounding alone decides when and to \
+             which side it leaves; start it a little beside"
+        ),
+    ))
+}
 
-    /// Rate [1/s] at which a deviation from the start grows, if nothing accelerates there but a deviation would.
-    fn growth(&self) -> Option<f64> {
-        let d = self.degrees_of_freedom();
-        let State { q, v } = &self.start;
-        let mut dynamics = Dynamics::new(self);
-        let mut linear = Linearisation::new(d);
-        let crossing = self.scales.length / self.scales.speed;
-        let solved = dynamics.linearise(0.0, q, v, &mut linear);
-        let acceleration = self.scales.length / (crossing * crossing);
-        let balanced = linear
-            .a
-            .iter()
-            .zip(&self.scales.levers)
-            .all(|(a, lever)| (a * lever).abs() <= BALANCED * acceleration);
-        if d == 0 || !solved || !balanced {
-            return None;
-        }
-        // (q, v)' = (v, a_q q + a_v v), in units of the crossing time.
-        let matrix =
-            DMatrix::from_fn(2 * d, 2 * d, |row, column| match (row.checked_sub(d), column.checked_sub(d)) {
-                (None, Some(column)) => f64::from(u8::from(row == column)),
-                (None, None) => 0.0,
-                (Some(row), None) => linear.a_q[row * d + column] * crossing * crossing,
-                (Some(row), Some(column)) => linear.a_v[row * d + column] * crossing,
-            });
-        if !matrix.iter().all(|entry| entry.is_finite()) {
-            return None;
-        }
-        let eigenvalues = Schur::try_new(matrix, f64::EPSILON, ITERATIONS)?.complex_eigenvalues();
-        let growth = eigenvalues.iter().map(|value| value.re).fold(0.0, f64::max);
-        (growth > UNSTABLE).then_some(growth / crossing)
+/// Rate [1/s] at which a deviation from the start grows, if nothing accelerates there but a deviation would.
+fn growth(tree: &Tree, start: &State, scales: &Scales) -> Option<f64> {
+    let d = tree.degrees_of_freedom();
+    let State { q, v } = start;
+    let mut dynamics = Dynamics::new(tree);
+    let mut linear = Linearisation::new(d);
+    let crossing = scales.length / scales.speed;
+    let solved = dynamics.linearise(0.0, q, v, &mut linear);
+    let acceleration = scales.length / (crossing * crossing);
+    let balanced =
+        linear.a.iter().zip(&scales.levers).all(|(a, lever)| (a * lever).abs() <= BALANCED * acceleration);
+    if d == 0 || !solved || !balanced {
+        return None;
     }
+    // (q, v)' = (v, a_q q + a_v v), in units of the crossing time.
+    let matrix =
+        DMatrix::from_fn(2 * d, 2 * d, |row, column| match (row.checked_sub(d), column.checked_sub(d)) {
+            (None, Some(column)) => f64::from(u8::from(row == column)),
+            (None, None) => 0.0,
+            (Some(row), None) => linear.a_q[row * d + column] * crossing * crossing,
+            (Some(row), Some(column)) => linear.a_v[row * d + column] * crossing,
+        });
+    if !matrix.iter().all(|entry| entry.is_finite()) {
+        return None;
+    }
+    let eigenvalues = Schur::try_new(matrix, f64::EPSILON, ITERATIONS)?.complex_eigenvalues();
+    let growth = eigenvalues.iter().map(|value| value.re).fold(0.0, f64::max);
+    (growth > UNSTABLE).then_some(growth / crossing)
 }
 
 /// The scene with joints that have no play.

@@ -1,341 +1,47 @@
-//! The compiled mechanism: flat, constant, holding only what the scene uses.
-//!
-//! The ideal joints span a tree; clearance joints are cut, they only exert forces. Each moving
-//! frame of the tree has one coordinate. Rigidly joined bodies share a frame, a driven
-//! coordinate is a function of time, and what remains free is all that is integrated: the
-//! paper's slider-crank has 2 coordinates instead of 9 and 7 constraints. How the tree is
-//! grown stands in `tree.rs`.
+//! The compiled mechanism: a tree of frames, its assembled start, and the sizes by which errors are judged.
 
-use crate::contact::clearance::ClearanceLaw;
-use crate::error::Problem;
-use crate::mechanism::kinematics::{Coordinate, Frame, Vec2};
-use crate::numerics::instant::Instant;
-use crate::numerics::turns::Turns;
-use crate::scene::time_function::TimeFunction;
+use std::ops::Deref;
 
-/// A coordinate that is a function of time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DrivenCoordinate {
-    /// Name of the drive.
-    pub name: String,
-    /// Index of the joint in `ideal_joints`.
-    pub joint: usize,
-    /// Column of the coordinate (frame index minus one).
-    pub column: usize,
-    /// Angle [rad] or displacement [m] of body b of the joint relative to body a.
-    pub motion: TimeFunction,
-    /// Whether the coordinate is an angle.
-    pub turns: bool,
-    /// -1 where the tree runs through a revolute joint from body b to body a.
-    pub sign: f64,
-}
-
-impl DrivenCoordinate {
-    /// Value and rates at an instant, and the third derivative. An angle is given within half a
-    /// turn, with the full turns beside it.
-    #[inline(always)]
-    pub fn at(&self, t: Instant) -> (Coordinate, f64, Turns) {
-        let (motion, turns) = if self.turns { self.motion.angle_at(t) } else { (self.motion.at(t), 0.0) };
-        let [position, velocity, acceleration, jerk] = motion.map(|value| self.sign * value);
-        (Coordinate { position, velocity, acceleration }, jerk, self.sign * turns)
-    }
-}
-
-/// A body and where it sits on its frame.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BodyPlacement {
-    /// Name.
-    pub name: String,
-    /// Mass [kg].
-    pub mass: f64,
-    /// Moment of inertia about the centre of mass [kg m²].
-    pub inertia: f64,
-    /// Frame that carries the body.
-    pub frame: usize,
-    /// The frame was made for this body; others are welded to it.
-    pub hung: bool,
-    /// Origin of the body frame in the frame [m].
-    pub origin: Vec2,
-    /// Angle of the body frame in the frame [rad].
-    pub angle: f64,
-    /// Centre of mass in the frame [m].
-    pub center: Vec2,
-    /// Named points in the frame [m].
-    pub points: Vec<(String, Vec2)>,
-}
-
-/// The columns of the velocity transformation that move a frame.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Path {
-    /// All columns from the root to the frame, ascending.
-    pub columns: Vec<usize>,
-    /// The free ones among them, with the index of their degree of freedom.
-    pub free: Vec<(usize, usize)>,
-}
-
-/// Mass of all bodies rigidly joined on one frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FrameInertia {
-    /// The frame.
-    pub frame: usize,
-    /// Mass [kg].
-    pub mass: f64,
-    /// Common centre of mass in the frame [m].
-    pub center: Vec2,
-    /// Moment of inertia about it [kg m²].
-    pub inertia: f64,
-}
-
-/// A point fixed on a frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FramePoint {
-    /// The frame.
-    pub frame: usize,
-    /// Position in the frame [m].
-    pub offset: Vec2,
-}
-
-/// A revolute joint with clearance.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ClearanceJoint {
-    /// Name.
-    pub name: String,
-    /// Centre of the bearing.
-    pub bearing: FramePoint,
-    /// Centre of the journal.
-    pub journal: FramePoint,
-    /// Indices of the bodies that carry bearing and journal; `None` is ground.
-    pub bodies: [Option<usize>; 2],
-    /// Sizes and force laws.
-    pub law: ClearanceLaw,
-    /// Floor of the latched impact velocity [m/s], if the scene gives one.
-    pub impact_velocity_floor: Option<f64>,
-}
-
-/// A revolute joint at which a loop of ideal joints was cut: its two points must coincide.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Closure {
-    /// Name of the joint.
-    pub name: String,
-    /// Point on the first body.
-    pub a: FramePoint,
-    /// Point on the second body.
-    pub b: FramePoint,
-    /// Indices of the two bodies.
-    pub bodies: [Option<usize>; 2],
-}
-
-/// What an ideal joint lets the bodies do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum IdealKind {
-    /// They turn.
-    Revolute,
-    /// They slide.
-    Prismatic,
-    /// Nothing.
-    Fixed,
-}
-
-/// How the tree satisfies an ideal joint.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Realisation {
-    /// It carries `child`: by the coordinate of a column, or rigidly.
-    Tree {
-        /// The body it carries.
-        child: usize,
-        /// Its coordinate; none in a fixed joint.
-        column: Option<usize>,
-        /// -1 where the tree runs through the joint from body b to body a.
-        sign: f64,
-    },
-    /// It is cut: the loop closure of this index.
-    Cut(usize),
-}
-
-/// A joint without play.
-#[derive(Clone, Debug, PartialEq)]
-pub struct IdealJoint {
-    /// Name.
-    pub name: String,
-    /// What it allows.
-    pub kind: IdealKind,
-    /// Indices of the two bodies; `None` is ground.
-    pub bodies: [Option<usize>; 2],
-    /// Its points on them.
-    pub points: [FramePoint; 2],
-    /// How the tree satisfies it.
-    pub realisation: Realisation,
-}
-
-/// A spring and a damper between two points.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Link {
-    /// Name.
-    pub name: String,
-    /// Its ends.
-    pub points: [FramePoint; 2],
-    /// Indices of the bodies that carry them; `None` is ground.
-    pub bodies: [Option<usize>; 2],
-    /// Stiffness [N/m].
-    pub stiffness: f64,
-    /// Length without force [m].
-    pub length: f64,
-    /// Damping [N s/m].
-    pub damping: f64,
-}
-
-/// A spring and a damper that turn two bodies against each other.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Torsion {
-    /// Name.
-    pub name: String,
-    /// The frames of the bodies.
-    pub frames: [usize; 2],
-    /// Indices of the bodies; `None` is ground.
-    pub bodies: [Option<usize>; 2],
-    /// Stiffness [N m/rad].
-    pub stiffness: f64,
-    /// Angle of the second frame relative to the first without torque [rad].
-    pub angle: f64,
-    /// Damping [N m s/rad].
-    pub damping: f64,
-}
-
-/// A given force at a point.
-#[derive(Clone, Debug, PartialEq)]
-pub struct AppliedForce {
-    /// Name.
-    pub name: String,
-    /// Where it acts.
-    pub point: FramePoint,
-    /// Index of the body it acts on; `None` is ground.
-    pub body: Option<usize>,
-    /// Its components [N].
-    pub components: [TimeFunction; 2],
-    /// Cosine and sine of the angle between the axes of the components and those of the frame, if
-    /// the force turns with the frame.
-    pub turned: Option<[f64; 2]>,
-}
-
-/// A given torque.
-#[derive(Clone, Debug, PartialEq)]
-pub struct AppliedTorque {
-    /// Name.
-    pub name: String,
-    /// Frame that it turns back, frame that it turns.
-    pub frames: [usize; 2],
-    /// Indices of the bodies likewise; `None` is ground.
-    pub bodies: [Option<usize>; 2],
-    /// The torque [N m].
-    pub torque: TimeFunction,
-}
-
-/// Sizes by which errors are judged; all come from the scene, none is absolute.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Scales {
-    /// Size of the mechanism [m].
-    pub length: f64,
-    /// Speed of its points [m/s]; zero if nothing moves at the start and nothing drives it.
-    pub speed: f64,
-    /// Largest displacement [m] of a point per unit of each degree of freedom.
-    pub levers: Vec<f64>,
-    /// Of the contact of every clearance joint.
-    pub contacts: Vec<ContactScales>,
-}
-
-/// Sizes of a contact that rests under the load of the scene.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactScales {
-    /// Mass that the contact feels [kg], the harmonic mean over all directions.
-    pub mass: f64,
-    /// Penetration at which it carries the load [m].
-    pub resting_penetration: f64,
-    /// Velocity of an oscillation about it that just stays in contact [m/s].
-    pub resting_speed: f64,
-    /// Impact velocity at which the contact is critically damped under the load [m/s]; zero for a law that
-    /// latches none.
-    pub resting_velocity: f64,
-}
-
-/// Position and velocity of the free coordinates.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct State {
-    /// Free coordinates [rad or m].
-    pub q: Vec<f64>,
-    /// Their velocities [rad/s or m/s].
-    pub v: Vec<f64>,
-}
+use crate::error::{Problem, SceneError};
+use crate::mechanism::assembly::assemble;
+use crate::mechanism::balance::doubt_balance;
+use crate::scene::parts::Scene;
+use crate::tree::elements::{Scales, State, Tree};
 
 /// A compiled scene.
 #[derive(Clone, Debug)]
 pub struct Mechanism {
-    /// Frames, ground first, parents before children.
-    pub frames: Vec<Frame>,
-    /// Name of the coordinate of every column.
-    pub coordinate_names: Vec<String>,
-    /// Columns of the degrees of freedom, ascending.
-    pub free: Vec<usize>,
-    /// Coordinates that are functions of time.
-    pub driven: Vec<DrivenCoordinate>,
-    /// Those of them (indices) whose speed changes.
-    pub accelerated: Vec<usize>,
-    /// For every frame the columns that move it.
-    pub paths: Vec<Path>,
-    /// Bodies in the order of the scene.
-    pub bodies: Vec<BodyPlacement>,
-    /// Inertias that the degrees of freedom move.
-    pub inertias: Vec<FrameInertia>,
-    /// Inertias that only drives move: they matter for nothing but the drives' torques.
-    pub driven_inertias: Vec<FrameInertia>,
-    /// Joints with clearance, in the order of the scene.
-    pub clearance_joints: Vec<ClearanceJoint>,
-    /// Loop closures, in the order of the scene; none in a tree.
-    pub closures: Vec<Closure>,
-    /// Joints without play, in the order of the scene.
-    pub ideal_joints: Vec<IdealJoint>,
-    /// The joints of the tree as indices of `ideal_joints`, parents before children.
-    pub tree: Vec<usize>,
-    /// Springs and dampers between points.
-    pub links: Vec<Link>,
-    /// Springs and dampers between bodies.
-    pub torsions: Vec<Torsion>,
-    /// Given forces.
-    pub applied_forces: Vec<AppliedForce>,
-    /// Given torques.
-    pub applied_torques: Vec<AppliedTorque>,
-    /// Acceleration of free fall [m/s²].
-    pub gravity: Vec2,
-    /// What looks like a wrong number or unit in the scene, each with its path.
-    pub doubts: Vec<Problem>,
+    /// Bodies, joints and forces.
+    pub tree: Tree,
     /// Assembled start: every clearance joint concentric in position and velocity.
     pub start: State,
     /// Scales for error control.
     pub scales: Scales,
+    /// What looks like a wrong number or unit in the scene, each with its path.
+    pub doubts: Vec<Problem>,
 }
 
 impl Mechanism {
-    /// Number of coordinates that are not functions of time alone.
-    pub fn degrees_of_freedom(&self) -> usize {
-        self.free.len()
+    /// Compiles a scene: checks it, spans the tree, assembles the start.
+    ///
+    /// # Errors
+    /// Every problem of [`Scene::check`]; otherwise bodies that are not connected, a structure, loops
+    /// that prescribe more than can move, or a mechanism that cannot be assembled.
+    pub fn compile(scene: &Scene) -> Result<Mechanism, SceneError> {
+        scene.check()?;
+        let tree = Tree::span(scene)?;
+        let (start, scales) = assemble(&tree, scene)?;
+        let mut doubts = scene.doubts();
+        doubts.extend(doubt_balance(&tree, &start, &scales, scene));
+        Ok(Mechanism { tree, start, scales, doubts })
     }
+}
 
-    /// Degrees of freedom that remain once the loops are closed; the closures are independent.
-    pub fn mobility(&self) -> usize {
-        self.free.len().saturating_sub(2 * self.closures.len())
-    }
-    /// The next instant after `t` [s] at which a given function of time is not smooth.
-    pub fn next_break(&self, t: f64) -> f64 {
-        self.time_functions().map(|(_, function)| function.next_break(t)).fold(f64::INFINITY, f64::min)
-    }
+/// A mechanism is read as its tree: bodies, joints and forces are those of the tree.
+impl Deref for Mechanism {
+    type Target = Tree;
 
-    /// All given functions of time: motions, forces, torques.
-    pub fn time_functions(&self) -> impl Iterator<Item = (&str, &TimeFunction)> {
-        let motions = self.driven.iter().map(|driven| (driven.name.as_str(), &driven.motion));
-        let forces = self
-            .applied_forces
-            .iter()
-            .flat_map(|force| force.components.iter().map(|function| (force.name.as_str(), function)));
-        let torques = self.applied_torques.iter().map(|torque| (torque.name.as_str(), &torque.torque));
-        motions.chain(forces).chain(torques)
+    fn deref(&self) -> &Tree {
+        &self.tree
     }
 }

@@ -13,9 +13,9 @@
 //! statement of the same mechanism, from which joint reactions follow and against which the
 //! tree is tested.
 
-use crate::mechanism::kinematics::{Vec2, direction, perp, turned};
 use crate::scene::parts::{Attachment, Joint, JointKind, Scene};
 use crate::scene::time_function::TimeFunction;
+use crate::tree::kinematics::{Vec2, direction, perp, turned};
 
 /// Position and velocity of a body: centre of mass and angle.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,16 +2,16 @@
 
 use crate::dynamics::Dynamics;
 use crate::error::SceneError;
-use crate::mechanism::compiled::Mechanism;
+use crate::tree::elements::Tree;
 
 /// The reason, in the pose last moved to, of a mechanism whose free coordinates start with the velocities `v`.
-pub(crate) fn no_acceleration(mechanism: &Mechanism, dynamics: &mut Dynamics, v: &[f64]) -> SceneError {
+pub(crate) fn no_acceleration(tree: &Tree, dynamics: &mut Dynamics, v: &[f64]) -> SceneError {
     if !dynamics.is_regular() {
         return SceneError::single("bodies", "the mass matrix is singular in the assembled pose");
     }
     // Accelerations have squares of velocities.
     let overflows = |rate: f64| !(rate * rate).is_finite();
-    for driven in &mechanism.driven {
+    for driven in &tree.driven {
         let [_, rate, ..] = driven.motion.at(0.0);
         if overflows(rate) {
             let unit = if driven.turns { "rad/s" } else { "m/s" };

@@ -1,11 +1,9 @@
-//! The compiled mechanism: flat, constant, holding only what the scene uses. In: a scene; out: frames, spanning
-//! tree, cut joints, assembled start, scales. Uses `scene`, `contact`, `numerics`.
+//! The compiled mechanism, complete when it exists. In: a scene; out: its tree, an assembled start, scales for error
+//! control, doubts. Uses `dynamics`, `tree`, `scene`, `numerics`.
 
-pub mod assembly;
+mod assembly;
 mod balance;
 pub mod compiled;
 pub mod constraints;
 mod immovable;
-pub mod kinematics;
 mod scales;
-mod tree;

@@ -1,9 +1,9 @@
 //! The sizes of a mechanism by which errors are judged; all come from the scene, none is absolute.
 
 use crate::dynamics::Dynamics;
-use crate::mechanism::compiled::{ClearanceJoint, ContactScales, FrameInertia, Mechanism};
-use crate::mechanism::kinematics::{FrameKind, Vec2};
 use crate::scene::parts::{Joint, Scene, extent};
+use crate::tree::elements::{ClearanceJoint, ContactScales, FrameInertia, Tree};
+use crate::tree::kinematics::{FrameKind, Vec2};
 
 /// Largest distance between two points of a body, or of ground; a joint's radius if all points
 /// coincide; 1 m in a scene without any length.
@@ -23,25 +23,25 @@ pub(crate) fn length_scale(scene: &Scene) -> f64 {
 /// Fastest of: the points at the start, the drives over the size of the mechanism, a free fall over
 /// it, what the given forces and torques can do in it. A mechanism that nothing of this moves, as
 /// one that springs set off, has the speed its start accelerations give it over its size.
-pub(crate) fn speed_scale(mechanism: &Mechanism, dynamics: &Dynamics, length: f64) -> f64 {
-    let mut speed = (mechanism.gravity.norm() * length).sqrt();
-    for driven in &mechanism.driven {
+pub(crate) fn speed_scale(tree: &Tree, dynamics: &Dynamics, length: f64) -> f64 {
+    let mut speed = (tree.gravity.norm() * length).sqrt();
+    for driven in &tree.driven {
         let fastest = driven.motion.fastest(if driven.turns { 1.0 } else { length });
         speed = speed.max(fastest * if driven.turns { length } else { 1.0 });
     }
-    for body in mechanism.inertias.iter().chain(&mechanism.driven_inertias) {
+    for body in tree.inertias.iter().chain(&tree.driven_inertias) {
         speed = speed.max(dynamics.frame(body.frame).point(body.center).velocity.norm());
     }
-    for joint in &mechanism.clearance_joints {
+    for joint in &tree.clearance_joints {
         speed = speed.max(dynamics.point(joint.journal).velocity.norm());
     }
-    let mass = total_mass(mechanism);
-    for applied in &mechanism.applied_forces {
+    let mass = total_mass(tree);
+    for applied in &tree.applied_forces {
         let force: f64 = applied.components.iter().map(|component| component.scales()[0]).sum();
         let growing = applied.components.iter().map(|component| component.speed_in_growing(mass, length));
         speed = growing.fold(speed.max((force * length / mass).sqrt()), f64::max);
     }
-    for applied in &mechanism.applied_torques {
+    for applied in &tree.applied_torques {
         speed = speed.max((applied.torque.scales()[0] / mass).sqrt());
         // As a force at the distance of the size of the mechanism.
         speed = speed.max(applied.torque.speed_in_growing(mass * length, length));
@@ -50,36 +50,36 @@ pub(crate) fn speed_scale(mechanism: &Mechanism, dynamics: &Dynamics, length: f6
 }
 
 /// The same from the accelerations that [`Dynamics::accelerate`] gave the bodies.
-pub(crate) fn speed_from_rest(mechanism: &Mechanism, dynamics: &Dynamics, length: f64) -> f64 {
+pub(crate) fn speed_from_rest(tree: &Tree, dynamics: &Dynamics, length: f64) -> f64 {
     let acceleration = |body: &FrameInertia| {
         let frame = dynamics.frame(body.frame);
         frame.point(body.center).acceleration.norm().max(length * frame.angular_acceleration.abs())
     };
-    (mechanism.inertias.iter().map(acceleration).fold(0.0, f64::max) * length).sqrt()
+    (tree.inertias.iter().map(acceleration).fold(0.0, f64::max) * length).sqrt()
 }
 
-fn total_mass(mechanism: &Mechanism) -> f64 {
-    mechanism.bodies.iter().map(|body| body.mass).sum()
+fn total_mass(tree: &Tree) -> f64 {
+    tree.bodies.iter().map(|body| body.mass).sum()
 }
 
 /// How far [m] a unit of each degree of freedom moves the points that matter: centres of mass,
 /// clearance joints and their surfaces.
-pub(crate) fn levers(mechanism: &Mechanism, dynamics: &Dynamics) -> Vec<f64> {
-    let mut levers = vec![0.0_f64; mechanism.free.len()];
+pub(crate) fn levers(tree: &Tree, dynamics: &Dynamics) -> Vec<f64> {
+    let mut levers = vec![0.0_f64; tree.free.len()];
     let mut raise = |frame: usize, point: Vec2, radius: f64| {
-        for &(column, freedom) in &mechanism.paths[frame].free {
-            let lever = match mechanism.frames[column + 1].kind {
+        for &(column, freedom) in &tree.paths[frame].free {
+            let lever = match tree.frames[column + 1].kind {
                 FrameKind::Revolute => (point - dynamics.frame(column + 1).position).norm().max(radius),
                 FrameKind::Prismatic { .. } => 1.0,
             };
             levers[freedom] = levers[freedom].max(lever);
         }
     };
-    for body in &mechanism.inertias {
+    for body in &tree.inertias {
         let gyration = (body.inertia / body.mass).sqrt();
         raise(body.frame, dynamics.frame(body.frame).point(body.center).position, gyration);
     }
-    for joint in &mechanism.clearance_joints {
+    for joint in &tree.clearance_joints {
         raise(joint.bearing.frame, dynamics.point(joint.bearing).position, joint.law.bearing_radius);
         raise(joint.journal.frame, dynamics.point(joint.journal).position, joint.law.journal_radius);
     }
@@ -99,8 +99,8 @@ const UNLOADED_PENETRATION: f64 = 1e-6;
 /// to 0.15 kg in the direction in which the joint opens), 0.110 to 0.112 (0.07 to 0.34) at the coupler of the
 /// ready-made six-bar, 0.27 to 0.28 (0.14 to 5.1) in the quick return.
 pub(crate) fn contact_scales(dynamics: &mut Dynamics, speed: f64, length: f64) -> Vec<ContactScales> {
-    let mechanism = dynamics.mechanism;
-    let total = total_mass(mechanism);
+    let tree = dynamics.tree;
+    let total = total_mass(tree);
     let of_joint = |joint: &ClearanceJoint| {
         let law = joint.law.normal;
         let opening = dynamics.joint_motion(joint).acceleration.norm();
@@ -118,5 +118,5 @@ pub(crate) fn contact_scales(dynamics: &mut Dynamics, speed: f64, length: f64) -
             resting_velocity: law.resting_velocity(load, mass),
         }
     };
-    mechanism.clearance_joints.iter().map(of_joint).collect()
+    tree.clearance_joints.iter().map(of_joint).collect()
 }

@@ -18,7 +18,7 @@ use pyo3::types::{PyDict, PyList};
 use self::arrays::{flat, matrix, new_array, require_spare_memory, sample_times};
 use crate::dynamics::Dynamics;
 use crate::error::SceneError;
-use crate::mechanism::compiled::{BodyPlacement, Mechanism};
+use crate::mechanism::compiled::Mechanism;
 use crate::run::outputs::{column_names, further_column_names};
 use crate::run::restart::Restart;
 use crate::run::settings::read_settings;
@@ -28,6 +28,7 @@ use crate::scene::reader::read_scene;
 use crate::study::chebyshev::MOST_NODES;
 use crate::study::sweep::Sweep;
 use crate::study::{bounds, chebyshev, range};
+use crate::tree::elements::BodyPlacement;
 
 /// How often the waiting thread looks for Ctrl-C and reports progress.
 const WAKE: Duration = Duration::from_millis(50);

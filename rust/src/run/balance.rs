@@ -213,7 +213,7 @@ impl Recorder<'_> {
     }
 
     fn slide(&self, index: usize) -> Slide {
-        let joint = &self.dynamics.mechanism.clearance_joints[index];
+        let joint = &self.mechanism.clearance_joints[index];
         let (Phase::Contact { clipped: false, .. }, Some(law)) =
             (self.dynamics.phases[index], joint.law.friction)
         else {
@@ -228,7 +228,7 @@ impl Recorder<'_> {
         };
         Slide {
             velocity: (sliding_velocity / law.steep_until()).clamp(-1.0, 1.0),
-            rate: told * law.steepness() * normal_force / self.dynamics.mechanism.scales.contacts[index].mass,
+            rate: told * law.steepness() * normal_force / self.mechanism.scales.contacts[index].mass,
         }
     }
 

@@ -7,7 +7,7 @@ use crate::run::recorder::Recorder;
 impl Recorder<'_> {
     /// Notes the force of an open contact, in motion with its accelerations.
     pub(crate) fn watch_contact(&mut self, t: f64, index: usize) {
-        let joint = &self.dynamics.mechanism.clearance_joints[index];
+        let joint = &self.mechanism.clearance_joints[index];
         let (phase, Some(open)) = (self.dynamics.phases[index], &mut self.open_contacts[index]) else {
             return;
         };

@@ -15,7 +15,7 @@ const LANDING_PART: f64 = 1e-2;
 impl Recorder<'_> {
     /// Rounding of the penetration [m]: of the difference of two positions.
     pub(crate) fn gap_resolution(&self, index: usize) -> f64 {
-        let mechanism = self.dynamics.mechanism;
+        let mechanism = self.mechanism;
         let joint = &mechanism.clearance_joints[index];
         let [journal, bearing] =
             [joint.journal, joint.bearing].map(|point| self.dynamics.point(point).position);
@@ -45,7 +45,7 @@ impl Recorder<'_> {
         if hysteresis_factor == 0.0 {
             return Guard::INACTIVE;
         }
-        let joint = &self.dynamics.mechanism.clearance_joints[index];
+        let joint = &self.mechanism.clearance_joints[index];
         let bracket = ClearanceLaw::damping_bracket(state.penetration_rate, hysteresis_factor);
         // Rounding of the difference of two velocities, and what the tolerance leaves open: where
         // the damping is strong the bracket stays near zero for long, and its noise is no event.

@@ -22,7 +22,7 @@ pub(crate) struct Onset {
 impl Recorder<'_> {
     /// The onset of a contact in a state that lies on the surface or a little beyond it.
     pub(crate) fn onset(&mut self, t: f64, q: &[f64], v: &[f64], index: usize) -> Onset {
-        let mechanism = self.dynamics.mechanism;
+        let mechanism = self.mechanism;
         let law = &mechanism.clearance_joints[index].law.normal;
         let mass = self.contact_mass(t, q, v, index);
         let impact_velocity = self.surface_velocity(index);
@@ -45,7 +45,7 @@ impl Recorder<'_> {
     fn surface_velocity(&mut self, index: usize) -> f64 {
         self.dynamics.accelerate(&self.a);
         let state = self.dynamics.contact_state(index);
-        let motion = self.dynamics.joint_motion(&self.dynamics.mechanism.clearance_joints[index]);
+        let motion = self.dynamics.joint_motion(&self.mechanism.clearance_joints[index]);
         let distance = motion.eccentricity.norm();
         let tangential = motion.eccentricity.perp(&motion.rate) / distance;
         let acceleration =
@@ -59,7 +59,7 @@ impl Recorder<'_> {
         self.dynamics.move_to(0.0, q, v);
         for index in 0..self.dynamics.phases.len() {
             let state = self.dynamics.contact_state(index);
-            let mechanism = self.dynamics.mechanism;
+            let mechanism = self.mechanism;
             let joint = &mechanism.clearance_joints[index];
             let law = &joint.law.normal;
             let slowest =
@@ -94,7 +94,7 @@ impl Recorder<'_> {
         if !self.dynamics.acceleration(t, q, v, &mut self.a) {
             return f64::INFINITY;
         }
-        let joint = &self.dynamics.mechanism.clearance_joints[index];
+        let joint = &self.mechanism.clearance_joints[index];
         let normal = self.dynamics.joint_motion(joint).eccentricity.normalize();
         self.dynamics.compliance([joint.bearing, joint.journal]).mass_along(normal)
     }

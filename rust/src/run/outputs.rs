@@ -3,10 +3,11 @@
 use crate::contact::clearance::Phase;
 use crate::dynamics::Dynamics;
 use crate::error::{Problem, SceneError, did_you_mean};
-use crate::mechanism::compiled::{IdealKind, Mechanism, Realisation};
-use crate::mechanism::kinematics::PointState;
+use crate::mechanism::compiled::Mechanism;
 use crate::run::work::Work;
 use crate::scene::parts::ENERGY as ENERGY_OUTPUT;
+use crate::tree::elements::{IdealKind, Realisation};
+use crate::tree::kinematics::PointState;
 
 /// Quantities of a body; x and y are those of its centre of mass.
 const BODY: [&str; 9] =
@@ -209,14 +210,14 @@ impl Column {
 
     /// Value in the state the dynamics was last moved to.
     pub fn value(self, dynamics: &Dynamics, work: &Work) -> f64 {
-        let mechanism = dynamics.mechanism;
+        let tree = dynamics.tree;
         match self {
             Column::Body(index, quantity) => body_value(dynamics, index, quantity),
             Column::Joint(index, quantity) => joint_value(dynamics, index, quantity),
             Column::Drive(index) => dynamics.drive_effort(index),
             Column::DrivePower(index) => dynamics.drive_power(index),
             Column::Point(index, place, quantity) => {
-                let body = &mechanism.bodies[index];
+                let body = &tree.bodies[index];
                 let point = dynamics.frame(body.frame).point(body.points[place].1);
                 point_value(dynamics, &point, quantity)
             }
@@ -226,13 +227,13 @@ impl Column {
                 [reaction.force.x, reaction.force.y, reaction.moment][quantity]
             }
             Column::Link(index, quantity) => {
-                let link = &mechanism.links[index];
+                let link = &tree.links[index];
                 let [length, rate] = dynamics.link_motion(link);
                 let tension = link.stiffness * (length - link.length) + link.damping * rate;
                 [length, rate, tension][quantity]
             }
             Column::Torsion(index, quantity) => {
-                let torsion = &mechanism.torsions[index];
+                let torsion = &tree.torsions[index];
                 [relative_turning(dynamics, torsion.bodies, 0), dynamics.torsion_torque(torsion)][quantity]
             }
             Column::Loss(index, quantity) => {
@@ -248,7 +249,7 @@ impl Column {
 fn relative_turning(dynamics: &Dynamics, bodies: [Option<usize>; 2], quantity: usize) -> f64 {
     let [a, b] = bodies.map(|body| {
         body.map_or([0.0; 3], |body| {
-            let frame = dynamics.frame(dynamics.mechanism.bodies[body].frame);
+            let frame = dynamics.frame(dynamics.tree.bodies[body].frame);
             [dynamics.body_angle(body), frame.angular_velocity, frame.angular_acceleration]
         })
     });
@@ -257,13 +258,13 @@ fn relative_turning(dynamics: &Dynamics, bodies: [Option<usize>; 2], quantity: u
 
 /// Of x, y, vx, vy, ax, ay; the frames accelerate relative to free fall.
 fn point_value(dynamics: &Dynamics, point: &PointState, quantity: usize) -> f64 {
-    let acceleration = point.acceleration + dynamics.mechanism.gravity;
+    let acceleration = point.acceleration + dynamics.tree.gravity;
     let [p, v] = [point.position, point.velocity];
     [p.x, p.y, v.x, v.y, acceleration.x, acceleration.y][quantity]
 }
 
 fn body_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
-    let body = &dynamics.mechanism.bodies[index];
+    let body = &dynamics.tree.bodies[index];
     let frame = dynamics.frame(body.frame);
     match quantity {
         2 => dynamics.body_angle(index),
@@ -274,7 +275,7 @@ fn body_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
 }
 
 fn coordinate_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
-    let joint = &dynamics.mechanism.ideal_joints[index];
+    let joint = &dynamics.tree.ideal_joints[index];
     if let (IdealKind::Prismatic, Realisation::Tree { column: Some(column), .. }) =
         (joint.kind, joint.realisation)
     {
@@ -300,7 +301,7 @@ fn energy_value(dynamics: &Dynamics, work: &Work, quantity: usize) -> f64 {
 
 fn joint_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
     let state = dynamics.contact_state(index);
-    let eccentricity = dynamics.joint_motion(&dynamics.mechanism.clearance_joints[index]).eccentricity;
+    let eccentricity = dynamics.joint_motion(&dynamics.tree.clearance_joints[index]).eccentricity;
     match quantity {
         0 => eccentricity.x,
         1 => eccentricity.y,

@@ -39,7 +39,7 @@ impl Recorder<'_> {
                 break true;
             }
             let step = self.continued(t, last, LARGEST_TURN);
-            let next = (t + step).min(self.dynamics.mechanism.next_break(t));
+            let next = (t + step).min(self.mechanism.next_break(t));
             if next >= end {
                 self.dynamics.move_to(t, q, v);
                 self.keep();
@@ -115,7 +115,7 @@ impl Recorder<'_> {
     /// How long [s] the drives may go on at once after a step of length `last` (NaN for none): until
     /// one has turned by `largest_turn` [rad], or slid by as much of the size of the mechanism.
     pub(crate) fn continued(&self, t: f64, last: f64, largest_turn: f64) -> f64 {
-        let mechanism = self.dynamics.mechanism;
+        let mechanism = self.mechanism;
         let largest = |turns: bool| largest_turn * if turns { 1.0 } else { mechanism.scales.length };
         let mut step =
             mechanism.time_functions().map(|(_, function)| function.pace()).fold(f64::INFINITY, f64::min);
@@ -148,6 +148,6 @@ impl Recorder<'_> {
         for (q, v) in q.iter_mut().zip(&*v) {
             *q += v * (t - from);
         }
-        self.dynamics.project(t, q, v, &self.dynamics.mechanism.scales.levers).is_some()
+        self.dynamics.project(t, q, v, &self.mechanism.scales).is_some()
     }
 }

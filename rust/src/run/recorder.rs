@@ -6,8 +6,7 @@ use crate::dynamics::{Dynamics, Linearisation, relative_motion};
 use crate::integrators::dense::DenseStep;
 use crate::integrators::events::Guard;
 use crate::integrators::{Checkpoint, HybridSystem, Limits, Projection};
-use crate::mechanism::compiled::{Mechanism, State};
-use crate::mechanism::kinematics::FrameKind;
+use crate::mechanism::compiled::Mechanism;
 use crate::numerics::instant::Instant;
 use crate::numerics::turns::{rewind, unwind};
 use crate::run::balance::Balance;
@@ -19,6 +18,8 @@ use crate::run::settings::Settings;
 use crate::run::tolerances::Tolerances;
 use crate::run::tracking::Tracking;
 use crate::run::work::Work;
+use crate::tree::elements::State;
+use crate::tree::kinematics::FrameKind;
 
 /// Largest correction of a projection, in tolerances of a step.
 const LARGEST_PROJECTION: f64 = 10.0;
@@ -32,6 +33,7 @@ pub(crate) const GUARDS: usize = 2;
 
 /// The mechanism as the integrator sees it, taking samples as it goes.
 pub(crate) struct Recorder<'a> {
+    pub(crate) mechanism: &'a Mechanism,
     pub(crate) dynamics: Dynamics<'a>,
     pub(crate) settings: &'a Settings,
     columns: Vec<Column>,
@@ -92,6 +94,7 @@ impl<'a> Recorder<'a> {
         let tracking = Tracking::new(plan, settings, from + settings.skip, d);
         let needs = Needs::of(&columns);
         Self {
+            mechanism,
             dynamics: Dynamics::new(mechanism),
             settings,
             needs: Needs { work: needs.work || tracking.needs_work(), ..needs },
@@ -148,7 +151,7 @@ impl<'a> Recorder<'a> {
 
     /// Limits of the integration.
     pub(crate) fn limits(&self) -> Limits {
-        let scales = &self.dynamics.mechanism.scales;
+        let scales = &self.mechanism.scales;
         let crossing = FIRST_STEP * scales.length / scales.speed;
         // Where nothing moves: a part of the whole run.
         let whole = FIRST_STEP * (self.settings.skip + self.settings.duration);
@@ -183,7 +186,7 @@ impl<'a> Recorder<'a> {
 
     /// Gives angles their full turns back.
     pub(crate) fn rewind(&self, q: &mut [f64]) {
-        for (q, &column) in q.iter_mut().zip(&self.dynamics.mechanism.free) {
+        for (q, &column) in q.iter_mut().zip(&self.mechanism.free) {
             *q = rewind(*q, self.dynamics.turns[column]);
         }
     }
@@ -203,7 +206,7 @@ impl<'a> Recorder<'a> {
 
     /// Keeps angles within half a turn, so that they do not lose digits as the turns add up.
     pub(crate) fn unwind(&mut self, q: &mut [f64]) {
-        let mechanism = self.dynamics.mechanism;
+        let mechanism = self.mechanism;
         for (q, &column) in q.iter_mut().zip(&mechanism.free) {
             if let FrameKind::Revolute = mechanism.frames[column + 1].kind {
                 let (angle, turns) = unwind(*q);
@@ -235,7 +238,7 @@ impl<'a> Recorder<'a> {
     fn state_inside(&mut self, step: &DenseStep, t: f64, q: &mut [f64], v: &mut [f64]) {
         let theta = (t - step.t) / step.h;
         step.at(theta, q, v);
-        if self.dynamics.project(t, q, v, &self.dynamics.mechanism.scales.levers).is_none() {
+        if self.dynamics.project(t, q, v, &self.mechanism.scales).is_none() {
             step.at(theta, q, v);
         }
     }
@@ -262,7 +265,7 @@ impl<'a> Recorder<'a> {
 
     /// Bounds the next step and notes penetrations and forces, in motion with its accelerations.
     fn watch(&mut self, t: f64) {
-        let mechanism = self.dynamics.mechanism;
+        let mechanism = self.mechanism;
         self.step_bound = mechanism.next_break(t) - t;
         for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
             let motion = self.dynamics.joint_motion(joint);
@@ -314,7 +317,7 @@ impl HybridSystem for Recorder<'_> {
     }
 
     fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
-        self.tolerances.in_phases(self.dynamics.mechanism, &self.dynamics.phases, position, velocity);
+        self.tolerances.in_phases(self.mechanism, &self.dynamics.phases, position, velocity);
     }
 
     fn step_bound(&self) -> f64 {
@@ -333,7 +336,7 @@ impl HybridSystem for Recorder<'_> {
         self.breaks_away = false;
         for index in 0..self.dynamics.phases.len() {
             let state = self.dynamics.contact_state(index);
-            let steep = self.dynamics.mechanism.clearance_joints[index].law.stick_velocity();
+            let steep = self.mechanism.clearance_joints[index].law.stick_velocity();
             self.breaks_away |=
                 self.stuck[index] && steep.is_some_and(|steep| state.sliding_velocity.abs() > steep);
             guards[GUARDS * index] = self.gap_guard(index, &state);
@@ -386,11 +389,11 @@ impl HybridSystem for Recorder<'_> {
     }
 
     fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64]) -> Projection {
-        let mechanism = self.dynamics.mechanism;
+        let mechanism = self.mechanism;
         if mechanism.closures.is_empty() {
             return Projection::Unneeded;
         }
-        let Some(correction) = self.dynamics.project(t, q, v, &mechanism.scales.levers) else {
+        let Some(correction) = self.dynamics.project(t, q, v, &mechanism.scales) else {
             return Projection::Singular;
         };
         let position = correction.position / (LARGEST_PROJECTION * self.tolerances.position);

@@ -2,8 +2,9 @@
 
 use crate::contact::clearance::Phase;
 use crate::error::{Problem, SceneError};
-use crate::mechanism::compiled::{ContactScales, Mechanism, State};
+use crate::mechanism::compiled::Mechanism;
 use crate::run::settings::{DEFAULT_RTOL, Settings};
+use crate::tree::elements::{ContactScales, State};
 
 /// Position tolerance of a scene with clearance: `rtol` times this part of the smallest
 /// clearance. 0.5 is the scale on which the methods were compared (1e-5 m at 0.02 mm).

@@ -2,7 +2,7 @@
 
 use crate::error::{Problem, SceneError};
 use crate::integrators::{HybridSystem, Stats, Status, resume_with};
-use crate::mechanism::compiled::{Mechanism, State};
+use crate::mechanism::compiled::Mechanism;
 use crate::numerics::memory::filled;
 pub use crate::run::contacts::{Contact, Event, EventKind};
 use crate::run::features::Plan;
@@ -11,6 +11,7 @@ use crate::run::recorder::{GUARDS, Recorder};
 use crate::run::restart::{End, Memory, Restart};
 pub use crate::run::settings::{Method, Settings};
 use crate::run::tolerances::check_tolerances;
+use crate::tree::elements::State;
 
 /// The result of one run.
 #[derive(Clone, Debug)]

@@ -30,7 +30,7 @@ impl Recorder<'_> {
     pub(crate) fn warnings(&mut self) -> Vec<String> {
         let mut warnings = std::mem::take(&mut self.warnings);
         self.warn_of_floors(&mut warnings);
-        for (joint, deepest) in self.dynamics.mechanism.clearance_joints.iter().zip(&self.deepest) {
+        for (joint, deepest) in self.mechanism.clearance_joints.iter().zip(&self.deepest) {
             if *deepest > DEEP * joint.law.journal_radius {
                 warnings.push(format!(
                     "joint {:?}: the penetration reached {deepest:.2e} m, more than {DEEP} of the journal radius: \
@@ -39,7 +39,7 @@ impl Recorder<'_> {
                 ));
             }
         }
-        for (joint, stick) in self.dynamics.mechanism.clearance_joints.iter().zip(&self.sticks) {
+        for (joint, stick) in self.mechanism.clearance_joints.iter().zip(&self.sticks) {
             if let Some(slow) = joint.law.stick_velocity()
                 && stick.crept > CREEPING * stick.pressed
                 && slow * stick.crept > NOTICEABLE * joint.law.clearance
@@ -59,7 +59,7 @@ impl Recorder<'_> {
 
     /// Impacts that were damped as ones at the floor of the impact velocity.
     fn warn_of_floors(&self, warnings: &mut Vec<String>) {
-        let mechanism = self.dynamics.mechanism;
+        let mechanism = self.mechanism;
         for (index, (joint, &floored)) in mechanism.clearance_joints.iter().zip(&self.floored).enumerate() {
             if floored == 0 {
                 continue;
@@ -86,7 +86,7 @@ impl Recorder<'_> {
     /// That the account of energy does not close, and what to do.
     fn warning_of_energy(&self) -> Option<String> {
         let balance = &self.balance;
-        let laws = self.dynamics.mechanism.clearance_joints.iter().filter_map(|joint| joint.law.friction);
+        let laws = self.mechanism.clearance_joints.iter().filter_map(|joint| joint.law.friction);
         let slowest = laws.map(|law| law.stick_velocity()).fold(f64::INFINITY, f64::min);
         let remedy = if balance.is_off_in_friction() {
             format!(
@@ -109,7 +109,7 @@ impl Recorder<'_> {
 
     /// Notes what is known before the first step.
     pub(crate) fn warn_of_scene(&mut self) {
-        let mechanism = self.dynamics.mechanism;
+        let mechanism = self.mechanism;
         self.warnings.extend(mechanism.doubts.iter().map(ToString::to_string));
         for (joint, scales) in mechanism.clearance_joints.iter().zip(&mechanism.scales.contacts) {
             if let Damping::LankaraniNikravesh { restitution } = joint.law.normal.damping

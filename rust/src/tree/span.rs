@@ -7,16 +7,16 @@ use std::collections::VecDeque;
 
 use crate::contact::clearance::ClearanceLaw;
 use crate::error::{Problem, SceneError};
-use crate::mechanism::compiled::{
-    AppliedForce, AppliedTorque, BodyPlacement, ClearanceJoint, Closure, DrivenCoordinate, FrameInertia,
-    FramePoint, IdealJoint, IdealKind, Link, Mechanism, Path, Realisation, Scales, State, Torsion,
-};
-use crate::mechanism::kinematics::{Frame, FrameKind, Vec2, direction, turned};
 use crate::scene::parts::{Attachment, Force, ForceFrame, GROUND, Joint, JointKind, Scene};
+use crate::tree::elements::{
+    AppliedForce, AppliedTorque, BodyPlacement, ClearanceJoint, Closure, DrivenCoordinate, FrameInertia,
+    FramePoint, IdealJoint, IdealKind, Link, Path, Realisation, Torsion, Tree,
+};
+use crate::tree::kinematics::{Frame, FrameKind, Vec2, direction, turned};
 
-impl Mechanism {
-    /// The tree of a checked scene, not assembled yet: start and scales are empty.
-    pub(crate) fn span(scene: &Scene) -> Result<Mechanism, SceneError> {
+impl Tree {
+    /// The tree of a checked scene.
+    pub(crate) fn span(scene: &Scene) -> Result<Tree, SceneError> {
         let mut builder = Builder::new(scene);
         builder.span()?;
         builder.check_clearances()?;
@@ -282,7 +282,7 @@ impl<'a> Builder<'a> {
         FramePoint { frame: placement.frame, offset: placement.to_frame(end.position) }
     }
 
-    fn finish(mut self) -> Mechanism {
+    fn finish(mut self) -> Tree {
         let scene = self.scene;
         let columns = self.frames.len() - 1;
         let is_driven = |column: usize| self.driven.iter().any(|driven| driven.column == column);
@@ -376,11 +376,11 @@ impl<'a> Builder<'a> {
             index_of[index] = ideal_joints.len();
             ideal_joints.push(IdealJoint { name: name.clone(), kind, bodies, points, realisation });
         }
-        let tree = self.order.iter().map(|&joint| index_of[joint]).collect();
+        let tree_joints = self.order.iter().map(|&joint| index_of[joint]).collect();
         for driven in &mut self.driven {
             driven.joint = index_of[driven.joint];
         }
-        let mut mechanism = Mechanism {
+        let mut tree = Tree {
             frames: Vec::new(),
             coordinate_names: Vec::new(),
             free,
@@ -393,36 +393,33 @@ impl<'a> Builder<'a> {
             clearance_joints,
             closures,
             ideal_joints,
-            tree,
+            tree_joints,
             links: Vec::new(),
             torsions: Vec::new(),
             applied_forces: Vec::new(),
             applied_torques: Vec::new(),
             gravity: Vec2::zeros(),
-            doubts: Vec::new(),
-            start: State::default(),
-            scales: Scales::default(),
         };
-        self.add_forces(&mut mechanism);
-        mechanism.frames = self.frames;
-        mechanism.coordinate_names = self.coordinate_names;
+        self.add_forces(&mut tree);
+        tree.frames = self.frames;
+        tree.coordinate_names = self.coordinate_names;
         let speeds_up =
             |(index, driven): (usize, &DrivenCoordinate)| (!driven.motion.is_linear()).then_some(index);
-        mechanism.accelerated = self.driven.iter().enumerate().filter_map(speeds_up).collect();
-        mechanism.driven = self.driven;
-        mechanism
+        tree.accelerated = self.driven.iter().enumerate().filter_map(speeds_up).collect();
+        tree.driven = self.driven;
+        tree
     }
 
-    fn add_forces(&self, mechanism: &mut Mechanism) {
+    fn add_forces(&self, tree: &mut Tree) {
         let placement =
             |body: Option<usize>| body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND);
         let body_of = |name: &str| self.scene.body_index(name).unwrap_or_default();
         for force in &self.scene.forces {
             match force {
-                Force::Gravity { acceleration } => mechanism.gravity += Vec2::from(*acceleration),
+                Force::Gravity { acceleration } => tree.gravity += Vec2::from(*acceleration),
                 Force::Spring { name, a, b, stiffness, length, damping } => {
                     let ends = [a, b].map(|reference| self.end(reference));
-                    mechanism.links.push(Link {
+                    tree.links.push(Link {
                         name: name.clone(),
                         points: ends.map(|end| self.place(end)),
                         bodies: ends.map(|end| end.body),
@@ -434,7 +431,7 @@ impl<'a> Builder<'a> {
                 Force::TorsionSpring { name, a, b, stiffness, angle, damping } => {
                     let bodies = [a, b].map(|name| body_of(name));
                     let [first, second] = bodies.map(placement);
-                    mechanism.torsions.push(Torsion {
+                    tree.torsions.push(Torsion {
                         name: name.clone(),
                         frames: [first.frame, second.frame],
                         bodies,
@@ -446,7 +443,7 @@ impl<'a> Builder<'a> {
                 Force::Applied { name, point, x, y, frame } => {
                     let end = self.end(point);
                     let angle = placement(end.body).angle;
-                    mechanism.applied_forces.push(AppliedForce {
+                    tree.applied_forces.push(AppliedForce {
                         name: name.clone(),
                         point: self.place(end),
                         body: end.body,
@@ -456,7 +453,7 @@ impl<'a> Builder<'a> {
                 }
                 Force::Torque { name, body, reaction, torque } => {
                     let bodies = [reaction, body].map(|name| body_of(name));
-                    mechanism.applied_torques.push(AppliedTorque {
+                    tree.applied_torques.push(AppliedTorque {
                         name: name.clone(),
                         frames: bodies.map(|body| placement(body).frame),
                         bodies,
