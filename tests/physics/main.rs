@@ -5,6 +5,7 @@ mod bad_elements;
 mod bands;
 mod chebyshev;
 mod constrained;
+mod constraints;
 mod contact;
 mod contact_events;
 mod effective_mass;

@@ -7,12 +7,10 @@ use chebclear::contact::clearance::{Phase, SlidingVelocity};
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::Damping;
 use chebclear::dynamics::{Dynamics, Linearisation};
-use chebclear::mechanism::constraints::{
-    CartesianConstraint, CartesianState, Equation, cartesian_constraints,
-};
 use chebclear::scene::parts::{Force, ForceFrame, Joint};
 use nalgebra::{DMatrix, DVector, Rotation2, Vector2};
 
+use crate::constraints::{CartesianConstraint, CartesianState, Equation, cartesian_constraints};
 use crate::random_trees::{Case, REGIMES, cases};
 use crate::support::derivative;
 

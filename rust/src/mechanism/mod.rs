@@ -4,6 +4,5 @@
 mod assembly;
 mod balance;
 pub mod compiled;
-pub mod constraints;
 mod immovable;
 mod scales;

@@ -10,12 +10,11 @@
 //! ```
 //!
 //! The tree of joint coordinates satisfies them identically; they are the independent
-//! statement of the same mechanism, from which joint reactions follow and against which the
-//! tree is tested.
+//! statement of the same mechanism against which the tree and its joint reactions are tested.
 
-use crate::scene::parts::{Attachment, Joint, JointKind, Scene};
-use crate::scene::time_function::TimeFunction;
-use crate::tree::kinematics::{Vec2, direction, perp, turned};
+use chebclear::scene::parts::{Attachment, Joint, JointKind, Scene};
+use chebclear::scene::time_function::TimeFunction;
+use chebclear::tree::kinematics::{Vec2, direction, perp, turned};
 
 /// Position and velocity of a body: centre of mass and angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
