@@ -1,0 +1,214 @@
+//! Exact derivatives of the accelerations with respect to positions, velocities and time.
+
+use crate::contact::clearance::Phase;
+use crate::dynamics::Dynamics;
+use crate::numerics::dual::Dual;
+use crate::numerics::linear::symmetric_solve;
+use crate::tree::elements::FramePoint;
+use crate::tree::kinematics::{Coordinate, Vec2, perp};
+
+/// Derivatives of the accelerations a(t, q, v): row-major d x d matrices and a vector.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Linearisation {
+    /// The accelerations themselves.
+    pub a: Vec<f64>,
+    /// ∂a/∂q.
+    pub a_q: Vec<f64>,
+    /// ∂a/∂v.
+    pub a_v: Vec<f64>,
+    /// ∂a/∂t.
+    pub a_t: Vec<f64>,
+}
+
+impl Linearisation {
+    /// Zeros for `d` degrees of freedom.
+    pub fn new(d: usize) -> Self {
+        Self { a: vec![0.0; d], a_q: vec![0.0; d * d], a_v: vec![0.0; d * d], a_t: vec![0.0; d] }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct JointColumn {
+    eccentricity: Vec2,
+    rate: Vec2,
+    spin: f64,
+}
+
+impl Dynamics<'_> {
+    /// Accelerations and their exact derivatives. Returns false as [`Dynamics::acceleration`].
+    ///
+    /// With the residual `R(z, ż, z̈) = Bᵀ(M q̈ - Q) = 0` the derivatives are
+    /// `M a_q = -∂R/∂q`, `M a_v = -∂R/∂v`; a driven coordinate moves with time and given forces
+    /// change, so `M a_t = -∂R/∂t - Σ_driven (∂R/∂z ż + ∂R/∂ż z̈ + ∂R/∂z̈ d³z/dt³)`.
+    pub fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], out: &mut Linearisation) -> bool {
+        if !self.acceleration(t, q, v, &mut out.a) {
+            return false;
+        }
+        self.accelerate(&out.a);
+        self.residual_q.fill(0.0);
+        self.residual_v.fill(0.0);
+        self.residual_t.fill(0.0);
+        self.add_inertia_derivatives();
+        for index in 0..self.phases.len() {
+            if let Phase::Contact { clipped: false, .. } = self.phases[index] {
+                self.add_contact_derivatives(index);
+            }
+        }
+        self.add_force_derivatives();
+        self.add_closure_derivatives();
+        self.add_jerks();
+        let d = out.a.len();
+        // Transposed first: every derivative is solved as a contiguous row.
+        for (freedom, &column) in self.tree.free.iter().enumerate() {
+            let row = freedom * d..(freedom + 1) * d;
+            self.accelerations_by(&mut out.a_q[row.clone()], |this, r| this.residual_by_position(r, column));
+            self.accelerations_by(&mut out.a_v[row], |this, r| this.residual_by_velocity(r, column));
+        }
+        transpose(&mut out.a_q, d);
+        transpose(&mut out.a_v, d);
+        self.accelerations_by(&mut out.a_t, |this, r| {
+            this.tree.driven.iter().fold(this.residual_t[r], |sum, driven| {
+                let Coordinate { velocity, acceleration, .. } = this.coordinates[driven.column];
+                sum + this.residual_by_position(r, driven.column) * velocity
+                    + this.residual_by_velocity(r, driven.column) * acceleration
+            })
+        });
+        true
+    }
+
+    /// Derivative of residual `row` with respect to the position of a column: force residuals below
+    /// d, accelerations of the closures from d.
+    #[inline]
+    fn residual_by_position(&self, row: usize, column: usize) -> f64 {
+        self.entry(&self.residual_q, &self.loops.acceleration_q, row, column)
+    }
+
+    /// The same with respect to the velocity.
+    #[inline]
+    fn residual_by_velocity(&self, row: usize, column: usize) -> f64 {
+        self.entry(&self.residual_v, &self.loops.acceleration_v, row, column)
+    }
+
+    #[inline]
+    fn entry(&self, force: &[f64], closure: &[f64], row: usize, column: usize) -> f64 {
+        let (d, columns) = (self.tree.free.len(), self.coordinates.len());
+        if row < d { force[row * columns + column] } else { closure[(row - d) * columns + column] }
+    }
+
+    /// Change of the accelerations that cancels a change of the residuals: of the force residual
+    /// (rows below d) and of the closures' accelerations (rows from d).
+    fn accelerations_by(&mut self, out: &mut [f64], residual: impl Fn(&Self, usize) -> f64) {
+        let d = out.len();
+        for (i, value) in out.iter_mut().enumerate() {
+            *value = -residual(self, i);
+        }
+        symmetric_solve(&self.mass, d, out);
+        let rows = self.loops.right.len();
+        for r in 0..rows {
+            self.loops.right[r] = residual(self, d + r);
+        }
+        if rows > 0 {
+            self.loops.correct(out);
+        }
+    }
+
+    /// ∂²r/∂z_j∂z_k of a point below both frames.
+    #[inline]
+    pub(super) fn second_column(&self, j: usize, k: usize, point: Vec2) -> Vec2 {
+        let (upper, lower) = (j.min(k), j.max(k));
+        self.states[upper + 1].turn * perp(self.states[lower + 1].column(point))
+    }
+
+    fn add_contact_derivatives(&mut self, index: usize) {
+        let joint = &self.tree.clearance_joints[index];
+        let gradient = joint.law.force_gradient(&self.contact_motion(joint), self.phases[index]);
+        if gradient[0].value == 0.0 && gradient[1].value == 0.0 {
+            // Touching only in name (δ ≤ 0 to rounding): the derivatives vanish with the force.
+            return;
+        }
+        let law = &joint.law;
+        self.add_pair_derivatives(
+            [joint.bearing, joint.journal],
+            [law.bearing_radius, law.journal_radius],
+            gradient,
+        );
+    }
+
+    /// Adds the derivatives of a force on point b, its reaction on point a, and its moments, which
+    /// are a third component times `radii`; all depend on the relative motion of the points.
+    pub(super) fn add_pair_derivatives(
+        &mut self,
+        [a, b]: [FramePoint; 2],
+        [radius_a, radius_b]: [f64; 2],
+        [force_x, force_y, moment]: [Dual<5>; 3],
+    ) {
+        let tree = self.tree;
+        let columns = self.coordinates.len();
+        let force = Vec2::new(force_x.value, force_y.value);
+        let ends = [(b, radius_b, 1.0), (a, radius_a, -1.0)];
+        // Columns below both points do not move them.
+        let last = ends.iter().filter_map(|(point, ..)| tree.paths[point.frame].columns.last()).max();
+        let Some(moving) = last.map(|last| last + 1) else { return };
+        self.joint_columns[..moving].fill(JointColumn::default());
+        for (point, radius, sign) in ends {
+            let state = self.point(point);
+            for &column in &tree.paths[point.frame].columns {
+                let frame = &self.states[column + 1];
+                let entry = &mut self.joint_columns[column];
+                entry.eccentricity += sign * frame.column(state.position);
+                entry.rate += sign * frame.velocity_column(state.velocity);
+                entry.spin += sign * frame.turn * radius;
+            }
+        }
+        // -∂/∂z_k of E_iᵀ F + S_i F_t, first through the force, then through E_i.
+        for k in 0..moving {
+            let by = self.joint_columns[k];
+            if by == JointColumn::default() {
+                // On another branch of the tree.
+                continue;
+            }
+            let (fx_q, fx_v) = directional(&force_x, &by);
+            let (fy_q, fy_v) = directional(&force_y, &by);
+            let (ft_q, ft_v) = directional(&moment, &by);
+            for (i, &column) in tree.free.iter().enumerate() {
+                if column >= moving {
+                    break;
+                }
+                let of = &self.joint_columns[column];
+                let place = i * columns + k;
+                self.residual_q[place] -=
+                    of.eccentricity.x * fx_q + of.eccentricity.y * fy_q + of.spin * ft_q;
+                self.residual_v[place] -=
+                    of.eccentricity.x * fx_v + of.eccentricity.y * fy_v + of.spin * ft_v;
+            }
+        }
+        for (point, _, sign) in ends {
+            let position = self.point(point).position;
+            let path = &tree.paths[point.frame];
+            for &k in &path.columns {
+                for &(column, i) in &path.free {
+                    self.residual_q[i * columns + k] -=
+                        sign * self.second_column(column, k, position).dot(&force);
+                }
+            }
+        }
+    }
+}
+
+/// Derivative of a force component with respect to the position and the velocity of a column.
+#[inline]
+fn directional(component: &Dual<5>, by: &JointColumn) -> (f64, f64) {
+    let g = &component.gradient;
+    let by_position =
+        g[0] * by.eccentricity.x + g[1] * by.eccentricity.y + g[2] * by.rate.x + g[3] * by.rate.y;
+    let by_velocity = g[2] * by.eccentricity.x + g[3] * by.eccentricity.y + g[4] * by.spin;
+    (by_position, by_velocity)
+}
+
+fn transpose(matrix: &mut [f64], n: usize) {
+    for i in 0..n {
+        for j in i + 1..n {
+            matrix.swap(i * n + j, j * n + i);
+        }
+    }
+}
