@@ -148,5 +148,6 @@ def calibrated_bands(
     scored: int,
     limits: Sequence[tuple[float, float]],
     coverage: float,
+    certified: bool,
     threads: int | None,
 ) -> list[_CalibratedBand]: ...

@@ -1,10 +1,11 @@
 //! Bands from runs: windows and leave-one-out against brute force, coverage of processes of known distribution.
 
 use chebclear::study::band::calibrate::{Demand, Excess, HeldOut, inflation};
+use chebclear::study::band::certify::least_runs;
 use chebclear::study::band::extremes::{ALWAYS, Bound, Growing, tops};
 use chebclear::study::band::regression::{Regression, basis, exponents, term_count};
 use chebclear::study::band::running::{Window, running_maximum, running_mean, running_minimum};
-use chebclear::study::band::{OutputBand, Table, bands};
+use chebclear::study::band::{Method, OutputBand, Table, bands};
 use chebclear::study::points::{SplitMix64, random_points, sobol_points};
 
 const NONE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
@@ -271,7 +272,7 @@ fn table<'a>(
 fn one_band(points: &[f64], parameters: usize, values: &[f64], limits: [f64; 2]) -> OutputBand {
     let samples = values.len() / (points.len() / parameters);
     let table = table(points, parameters, values, samples, 1);
-    bands(&table, &[limits], 0.999, Some(1)).unwrap().remove(0)
+    bands(&table, &[limits], 0.999, Method::Calibrated, Some(1)).unwrap().remove(0)
 }
 
 #[test]
@@ -422,8 +423,9 @@ fn bands_are_the_same_bits_on_any_number_of_threads() {
     let values: Vec<f64> = (0..runs * samples * outputs).map(|_| normal(&mut random)).collect();
     let table = table(&points, 2, &values, samples, outputs);
     let limits = vec![NONE; outputs];
-    let all: Vec<Vec<OutputBand>> =
-        [1, 2, 5].map(|threads| bands(&table, &limits, 0.99, Some(threads)).unwrap()).to_vec();
+    let all: Vec<Vec<OutputBand>> = [1, 2, 5]
+        .map(|threads| bands(&table, &limits, 0.99, Method::Calibrated, Some(threads)).unwrap())
+        .to_vec();
     for other in &all[1..] {
         for (a, b) in all[0].iter().zip(other) {
             assert_eq!((&a.lower, &a.upper, a.held_out), (&b.lower, &b.upper, b.held_out));
@@ -439,7 +441,7 @@ fn rows_that_are_not_held_out_always_count() {
     let mut values: Vec<f64> = (0..runs * samples).map(|_| random.uniform()).collect();
     values.extend(vec![5.0; samples]);
     let table = Table { points: &points, parameters: 2, values: &values, samples, outputs: 1, scored: runs };
-    let band = &bands(&table, &[NONE], 0.99, Some(1)).unwrap()[0];
+    let band = &bands(&table, &[NONE], 0.99, Method::Calibrated, Some(1)).unwrap()[0];
     // No run that is held out can leave the band upwards, so it need not be widened there for them.
     assert!(band.upper.iter().all(|&upper| upper >= 5.0));
     assert!(band.held_out.coverage > 0.98);
@@ -450,8 +452,9 @@ fn wrong_tables_are_refused() {
     let points = sobol_points(2, 0, 4, Some(0));
     let values = [1.0; 8];
     let good = table(&points, 2, &values, 2, 1);
-    let message =
-        |table: Table<'_>, coverage: f64| bands(&table, &[NONE], coverage, None).unwrap_err().message;
+    let message = |table: Table<'_>, coverage: f64| {
+        bands(&table, &[NONE], coverage, Method::Calibrated, None).unwrap_err().message
+    };
     assert!(message(Table { samples: 3, ..good }, 0.9).contains("8 values"));
     assert!(message(Table { scored: 2, ..good }, 0.9).contains("scored must be >= 3 and <= 4, got 2"));
     assert!(message(Table { parameters: 0, ..good }, 0.9).contains("parameters"));
@@ -462,4 +465,95 @@ fn wrong_tables_are_refused() {
     assert!(message(Table { points: &outside, ..good }, 0.9).contains("run 3 is at 2"));
     let short = Table { samples: 1, values: &values[..4], ..good };
     assert!(message(short, 0.9).contains("samples must be >= 2"));
+}
+
+#[test]
+fn certified_bands_keep_their_promise_in_the_mean() {
+    // The mean share outside over many studies is at most the one demanded, whatever the distribution:
+    // here with rare excursions that most studies of 60 runs hardly see.
+    let (samples, runs, fresh, repetitions) = (40, 60, 100, 60);
+    let excursion = |random: &mut SplitMix64| -> Vec<f64> {
+        let height = if random.uniform() < 0.05 { 20.0 * random.uniform() } else { random.uniform() };
+        let phase = random.uniform();
+        (0..samples).map(|at| height * (0.3 * at as f64 + phase).sin() + 0.1 * normal(random)).collect()
+    };
+    let coverage = 0.97;
+    let mut shares = Vec::new();
+    for repetition in 0..repetitions {
+        let mut random = SplitMix64::new(5000 + repetition);
+        let values: Vec<f64> = (0..runs).flat_map(|_| excursion(&mut random)).collect();
+        let points = random_points(1, 0, runs, repetition);
+        let table = table(&points, 1, &values, samples, 1);
+        let band = &bands(&table, &[NONE], coverage, Method::Certified, Some(1)).unwrap()[0];
+        assert!(band.polynomial.is_none() && band.held_out.coverage >= coverage - 1e-12);
+        let mut outside = 0;
+        for _ in 0..fresh {
+            let run = excursion(&mut random);
+            outside +=
+                (0..samples).filter(|&at| !(band.lower[at]..=band.upper[at]).contains(&run[at])).count();
+        }
+        shares.push(outside as f64 / (fresh * samples) as f64);
+    }
+    let mean = shares.iter().sum::<f64>() / shares.len() as f64;
+    assert!(mean <= 1.0 - coverage, "{mean}");
+    // It is no empty promise: something is outside.
+    assert!(mean > 0.002, "{mean}");
+}
+
+#[test]
+fn certified_scores_are_those_of_hulls_without_the_run() {
+    let (runs, samples) = (25, 30);
+    let mut random = SplitMix64::new(12);
+    let values: Vec<f64> = (0..runs * samples).map(|_| normal(&mut random)).collect();
+    let points = random_points(1, 0, runs, 0);
+    for coverage in [0.9, 0.95, 0.96] {
+        let table = table(&points, 1, &values, samples, 1);
+        let band = &bands(&table, &[NONE], coverage, Method::Certified, Some(1)).unwrap()[0];
+        // Losses by brute force: the band of the others, with the spread of the others.
+        let losses = |level: f64| -> f64 {
+            (0..runs)
+                .map(|left_out| {
+                    let others: Vec<&[f64]> = values
+                        .chunks_exact(samples)
+                        .enumerate()
+                        .filter(|(run, _)| *run != left_out)
+                        .map(|(_, row)| row)
+                        .collect();
+                    let end = |at: usize, largest: bool| {
+                        let column = others.iter().map(|row| row[at]);
+                        if largest {
+                            column.fold(f64::MIN, f64::max)
+                        } else {
+                            column.fold(f64::MAX, f64::min)
+                        }
+                    };
+                    let width: Vec<f64> = (0..samples).map(|at| end(at, true) - end(at, false)).collect();
+                    let floor = 0.3 * width.iter().sum::<f64>() / samples as f64;
+                    let mean = running_mean(&width, Window::new((samples - 1) as f64 / 18.0));
+                    let run = &values[left_out * samples..][..samples];
+                    let outside = (0..samples).filter(|&at| {
+                        let margin = level * (mean[at] + floor);
+                        run[at] > end(at, true) + margin || run[at] < end(at, false) - margin
+                    });
+                    outside.count() as f64 / samples as f64
+                })
+                .sum()
+        };
+        let allowed = (1.0 - coverage) * (runs + 1) as f64 - 1.0;
+        assert!(losses(band.inflation + 1e-9) <= allowed + 1e-9, "{coverage}");
+        if band.inflation > 0.0 {
+            assert!(losses(band.inflation - 1e-9) > allowed, "{coverage}: a lower level would do");
+        }
+    }
+}
+
+#[test]
+fn too_few_runs_certify_nothing() {
+    assert_eq!(least_runs(0.999), 999);
+    assert_eq!(least_runs(0.9), 9);
+    let points = random_points(1, 0, 8, 0);
+    let values = [1.0; 16];
+    let table = table(&points, 1, &values, 2, 1);
+    let message = bands(&table, &[NONE], 0.9, Method::Certified, None).unwrap_err().message;
+    assert!(message.contains("8 runs cannot certify a coverage of 0.9: at least 9 are needed"), "{message}");
 }

@@ -260,3 +260,22 @@ def test_polynomials_of_many_parameters():
     at = {name: point[name] for name in small}
     np.testing.assert_allclose(tensor.evaluate(at), twin.evaluate(at), rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(tensor.derivative("p1"), twin.derivative("p1"), rtol=1e-12, atol=1e-12)
+
+
+def test_a_certified_band_says_what_is_proved():
+    study = planet_study(samples=5)
+    result = study.certify(0.97)
+    assert result.kind == "certify" and result.demand.runs == 50 and result.parameters.shape == (50, 2)
+    band = result["block.y"]
+    assert band.verdict == "certified" and band.margin.method == "runs" and band.surrogate is None
+    assert 0.97 <= band.coverage < 1.0
+    assert "independently and uniformly from the box" in result.statement and "97 %" in result.statement
+    assert "estimated" in study.band(15).statement and study.scan(2).statement is None
+    # Nothing is evened out: the points are those of a plain generator.
+    assert not np.array_equal(result.parameters, study.certify(0.97, seed=1).parameters)
+    with pytest.raises(ValueError, match="takes 1500 runs, more than max_runs = 100"):
+        study.certify(max_runs=100)
+    with pytest.raises(ValueError, match="coverage must be"):
+        study.certify(1.0)
+    with pytest.raises(ValueError, match=r"only a result of Study\.band"):
+        result.extend(3)

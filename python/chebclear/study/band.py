@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
-Verdict = Literal["resolved", "not resolved", "calibrated", "undersampled", "sampled"]
+Verdict = Literal["resolved", "not resolved", "calibrated", "certified", "undersampled", "sampled"]
 
 # Largest error of a polynomial that is trusted, over the width of the hull of the runs.
 RESOLVED = 0.05
@@ -83,13 +83,14 @@ class Band(records.ArrayRecord):
     """``"resolved"``: a polynomial follows the response, so that its sensitivities and worst cases are those
     of the response. ``"not resolved"``: it does not, or nothing tells. ``"calibrated"``: the band is bounded
     as a whole, with the coverage below, but no derivative in the parameters exists at this number of runs.
+    ``"certified"``: its mean coverage is proved.
     ``"undersampled"``: the coverage asked for was not reached. ``"sampled"``: the extremes of the runs, an
     inner bound."""
     margin: Margin
     """What the band was made from."""
     coverage: float = math.nan
-    """Share of the samples of a run that is in the band made without it, mean over the runs [-]; NaN where it
-    was not measured."""
+    """Share of the samples of a run that is in the band made without it, mean over the runs [-]; of a
+    certified band what is proved; NaN where it was not measured."""
     whole_run: float = math.nan
     """Probability that a further run at random parameters is in the band throughout [-]; NaN where nothing
     may be promised."""

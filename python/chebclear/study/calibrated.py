@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 
 # Fewer held-out runs cannot tell of a share of 0.1 %; see `needed_runs`.
 _UNSEEN = 0.0112
+LEAST_CERTIFYING = 10
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,8 @@ class Demand:
     """Seed of the points [-]."""
     limits: dict[str, tuple[float, float]]
     """What no value of an output can be beyond, by name, in its unit."""
+    certified: bool = False
+    """Whether the band is to be proved, from independent runs at random points."""
 
     @classmethod
     def from_dict(cls, plain: Mapping[str, object]) -> Demand:
@@ -80,7 +83,9 @@ def calibrated_bands(
     """
     points = np.vstack([on_cube(intervals, parameters), np.zeros(len(intervals))])
     limits = [demand.limits[name] for name in outputs]
-    found = _core.calibrated_bands(values, points, demand.runs, limits, demand.coverage, threads)
+    found = _core.calibrated_bands(
+        values, points, demand.runs, limits, demand.coverage, demand.certified, threads
+    )
     spacing = float(t[-1] - t[0]) / (len(t) - 1)
     lowest, highest = values.min(axis=0), values.max(axis=0)
     bands = {}
@@ -89,7 +94,7 @@ def calibrated_bands(
         if band["degree"] is not None and band["coefficients"] is not None:
             surrogate = total_degree_polynomial(intervals, band["degree"], band["coefficients"])
         margin = Margin(
-            method="envelope" if surrogate is None else "polynomial",
+            method="runs" if demand.certified else "envelope" if surrogate is None else "polynomial",
             degree=band["degree"],
             error=float("nan") if band["error"] is None else band["error"],
             window=band["window"] * spacing,
@@ -115,10 +120,33 @@ def calibrated_bands(
 
 
 def _verdict(resolved: bool, coverage: float, demand: Demand) -> Verdict:
+    if demand.certified:
+        return "certified"
     if resolved:
         return "resolved"
     enough = demand.runs >= needed_runs(demand.coverage)
     return "calibrated" if enough and coverage >= demand.coverage else "undersampled"
+
+
+def certifying_runs(coverage: float) -> int:
+    """Runs that certify a coverage: half as many again as one run outside throughout would need."""
+    return max(LEAST_CERTIFYING, int(np.ceil(1.5 / (1.0 - coverage) * (1.0 - 1e-12))))
+
+
+def statement(demand: Demand) -> str:
+    """What a study promises, in words."""
+    share = f"{100.0 * demand.coverage:g} %"
+    if demand.certified:
+        return (
+            f"If parameters are drawn independently and uniformly from the box, the samples of a further run "
+            f"are in the band with an expected share of at least {share}. That holds for every mechanism; "
+            f"the expectation is over the {demand.runs} runs of this study as well as over the further one."
+        )
+    return (
+        f"The bands were widened until {share} of the samples of runs that took no part in them were inside, "
+        f"on {demand.runs} runs spread evenly over the box. What a further run does was estimated from them, "
+        "not proved; Study.certify proves it with more runs."
+    )
 
 
 def is_remark(text: str) -> bool:

@@ -21,7 +21,7 @@ from ..run.settings import Settings
 from ..run.trajectory import Stats, column_index
 from ..scene.scene import Interval, Scene
 from .band import Band
-from .calibrated import Demand, calibrated_bands
+from .calibrated import Demand, calibrated_bands, statement
 from .features import FeatureResult, FeatureTable, Ranking
 from .judgement import judged
 from .surrogate import BoundKind, Surrogate
@@ -46,7 +46,7 @@ class StudyResult(records.ArrayRecord):
     """
 
     kind: str
-    """``"band"``, ``"chebyshev"``, ``"scan"`` or ``"sample"``."""
+    """``"band"``, ``"certify"``, ``"chebyshev"``, ``"scan"`` or ``"sample"``."""
     bands: dict[str, Band]
     """Band of each output by name."""
     degrees: tuple[int, ...] | None
@@ -156,6 +156,11 @@ class StudyResult(records.ArrayRecord):
         """Parameters of every run [SI units], shape (runs, parameters); without the nominal run."""
         return self._any.parameters
 
+    @property
+    def statement(self) -> str | None:
+        """What a calibrated or certified study promises, in words; None for the others."""
+        return None if self.demand is None else statement(self.demand)
+
     def extend(self, runs: int, *, include: StudyResult | Sequence[StudyResult] = ()) -> StudyResult:
         """Add runs to a calibrated study; nothing is simulated twice.
 
@@ -242,7 +247,15 @@ class StudyResult(records.ArrayRecord):
         """
         if demand is not None:
             bands = calibrated_bands(t, outputs, values, intervals, parameters, demand, threads)
-            return cls("band", bands, degrees=None, nodes=(), bounds=bounds, demand=demand, **facts)
+            return cls(
+                "certify" if demand.certified else "band",
+                bands,
+                degrees=None,
+                nodes=(),
+                bounds=bounds,
+                demand=demand,
+                **facts,
+            )
         bands = {}
         lowest, highest = values.min(axis=0), values.max(axis=0)
         for index, name in enumerate(outputs):

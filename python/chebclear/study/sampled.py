@@ -15,10 +15,10 @@ from ..errors import SceneError
 from ..run.settings import LEAST_RTOL, MOST_RTOL, Settings
 from ..run.trajectory import Stats
 from ..scene.scene import ClearanceRevolute, Interval, Scene
-from .calibrated import Demand, is_remark, remarks
+from .calibrated import Demand, certifying_runs, is_remark, remarks
 from .features import Asked, FeatureTable
 from .limits import physical_limits
-from .points import sobol_points
+from .points import random_points, sobol_points
 from .results import StudyResult
 from .runs import MOST_RUNS, Runs
 
@@ -104,16 +104,41 @@ def band(
     others = _results(checks, include)
     checks.finish()
     points = sobol_points(study.intervals, 0, runs, seed)
-    settings = dataclasses.replace(study.settings, rtol=float(rtol))
-    new = study.simulated(points, settings)
-    limits = physical_limits(new.outputs, _largest_clearances(study, new.scenes))
-    demand = Demand(float(coverage), runs, int(seed), limits)
+    demand = Demand(float(coverage), runs, int(seed), {})
+    return _simulated(study, demand, points, rtol, others)
+
+
+def certify(study: Sampled, coverage: float, rtol: float, seed: int, max_runs: int) -> StudyResult:
+    """What `Study.certify` returns; see there."""
+    checks = Checks()
+    checks.real("coverage", coverage, "-", above=0.0, below=1.0)
+    checks.real("rtol", rtol, "-", least=LEAST_RTOL, most=MOST_RTOL)
+    checks.whole("seed", seed, least=0, most=MOST_SEED)
+    checks.whole("max_runs", max_runs, least=1)
+    checks.finish()
+    runs = certifying_runs(coverage)
+    if runs > max_runs:
+        raise ValueError(
+            f"a coverage of {coverage!r} takes {runs} runs, more than max_runs = {max_runs}: ask for less, "
+            f"or allow them with max_runs={runs}"
+        )
+    points = random_points(study.intervals, runs, seed)
+    return _simulated(study, Demand(float(coverage), runs, int(seed), {}, certified=True), points, rtol, [])
+
+
+def _simulated(
+    study: Sampled, demand: Demand, points: Array, rtol: float, others: Sequence[StudyResult]
+) -> StudyResult:
+    """The result of runs at the points and the midpoint."""
+    new = study.simulated(points, dataclasses.replace(study.settings, rtol=float(rtol)))
     if not new.outputs:
         raise ValueError("a band needs outputs: name some in Study(outputs=...)")
+    limits = physical_limits(new.outputs, _largest_clearances(study, new.scenes))
     table = Table.new(points, new)
-    scored, nominal = table[:runs], table[runs:]
+    scored, nominal = table[: demand.runs], table[demand.runs :]
     kept = _others(others, new.t, new.outputs, new.scenes[-1])
     facts = {"t": new.t, "outputs": new.outputs, "settings": new.settings, "scene": new.scenes[-1]}
+    demand = dataclasses.replace(demand, limits=limits)
     return _result(study, demand, [scored], kept, nominal, new.warnings, facts)
 
 
@@ -125,7 +150,7 @@ def extended(
     checks.whole("runs", runs, least=0, most=MOST_RUNS)
     others = _results(checks, include)
     demand = result.demand
-    if demand is None:
+    if demand is None or demand.certified:
         checks.add(f"only a result of Study.band can be extended, this is one of Study.{result.kind}")
     checks.finish()
     assert demand is not None, "the checks let no other result pass"

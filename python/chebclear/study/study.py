@@ -333,6 +333,36 @@ class Study:
         warn_once(result.warnings, stacklevel=3)
         return result
 
+    def certify(
+        self, coverage: float = 0.999, *, rtol: float = 1e-4, seed: int = 0, max_runs: int = MAX_RUNS
+    ) -> StudyResult:
+        """Bands with a proof: a further run is inside with the coverage in the mean, for every mechanism.
+
+        The one assumption is that parameters are drawn independently and uniformly from the box. The bands
+        are hulls of independent runs at random points, widened as leave-one-out hulls demand.
+
+        Parameters
+        ----------
+        coverage : float
+            Expected share of the samples of a further run inside [-], between 0 and 1. It takes
+            1.5 / (1 - coverage) runs, 1500 for 0.999.
+        rtol, seed, max_runs : optional
+            As of `band` [-].
+
+        Returns
+        -------
+        StudyResult
+            Its `statement` says in words what is proved.
+
+        Raises
+        ------
+        SceneError, SimulationError, ValueError, TypeError
+            As `chebyshev`.
+        """
+        result = sampled.certify(self, coverage, rtol, seed, max_runs)
+        warn_once(result.warnings, stacklevel=3)
+        return result
+
     def extended(
         self, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult] = ()
     ) -> StudyResult:

@@ -7,7 +7,7 @@ use pyo3::types::{PyDict, PyList};
 
 use super::arrays::{flat, matrix};
 use super::grid_error;
-use crate::study::band::{self, OutputBand, Table, regression};
+use crate::study::band::{self, Method, OutputBand, Table, regression};
 use crate::study::points::{self, MOST_PARAMETERS, MOST_POINTS};
 
 /// Points of a scrambled Sobol' sequence in [-1, 1]^parameters; without a seed it is not scrambled.
@@ -60,8 +60,9 @@ pub fn total_degree_basis<'py>(
     matrix(py, regression::basis(&points, parameters, degree), regression::term_count(parameters, degree))
 }
 
-/// Calibrated bands of all outputs.
+/// Calibrated or certified bands of all outputs.
 #[pyfunction]
+#[allow(clippy::too_many_arguments)]
 pub fn calibrated_bands<'py>(
     py: Python<'py>,
     values: PyReadonlyArray3<'py, f64>,
@@ -69,6 +70,7 @@ pub fn calibrated_bands<'py>(
     scored: usize,
     limits: Vec<[f64; 2]>,
     coverage: f64,
+    certified: bool,
     threads: Option<usize>,
 ) -> PyResult<Bound<'py, PyList>> {
     let (points, [_, parameters]) = flat(&points)?;
@@ -82,8 +84,9 @@ pub fn calibrated_bands<'py>(
             &copied
         }
     };
+    let method = if certified { Method::Certified } else { Method::Calibrated };
     let table = Table { points: &points, parameters, values, samples, outputs, scored };
-    let bands = py.detach(|| band::bands(&table, &limits, coverage, threads)).map_err(grid_error)?;
+    let bands = py.detach(|| band::bands(&table, &limits, coverage, method, threads)).map_err(grid_error)?;
     let result = PyList::empty(py);
     for band in bands {
         result.append(as_dict(py, band, samples)?)?;

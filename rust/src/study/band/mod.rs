@@ -4,6 +4,7 @@
 
 pub mod calibrate;
 pub mod candidates;
+pub mod certify;
 pub mod extremes;
 pub mod regression;
 pub mod resolve;
@@ -15,6 +16,7 @@ use rayon::prelude::*;
 use crate::study::chebyshev::GridError;
 use calibrate::{Demand, HeldOut};
 use candidates::{Calibrated, Runs, calibrated};
+use certify::certified;
 use regression::Regression;
 use resolve::{MOST_DEGREE, MOST_TERMS, Resolved, resolved};
 
@@ -67,6 +69,15 @@ pub struct OutputBand {
 /// A polynomial is not used for a band that is this many times wider than the calibrated one.
 const MOST_EXCESS: f64 = 1.5;
 
+/// How bands are made from runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// By held-out runs, with a polynomial where one follows the response.
+    Calibrated,
+    /// By a proof for independent runs, see [`certify`].
+    Certified,
+}
+
 /// The bands of all outputs so that `coverage` of the samples of further runs are inside.
 ///
 /// `limits` are what no value of an output can be beyond. The work is done on `threads` threads of a private pool
@@ -81,9 +92,17 @@ pub fn bands(
     table: &Table<'_>,
     limits: &[[f64; 2]],
     coverage: f64,
+    method: Method,
     threads: Option<usize>,
 ) -> Result<Vec<OutputBand>, GridError> {
     check(table, limits, coverage)?;
+    if method == Method::Certified && table.scored < certify::least_runs(coverage) {
+        return Err(GridError::new(format!(
+            "{} runs cannot certify a coverage of {coverage}: at least {} are needed",
+            table.scored,
+            certify::least_runs(coverage)
+        )));
+    }
     let rows = table.points.len() / table.parameters;
     let most_terms = (MOST_TERMS * rows as f64) as usize;
     let regression = Regression::new(table.points, table.parameters, MOST_DEGREE, most_terms);
@@ -92,7 +111,10 @@ pub fn bands(
         let runs =
             Runs { values: &column, samples: table.samples, scored: table.scored, limits: limits[output] };
         let demand = Demand { coverage, runs: table.scored, samples: table.samples };
-        band(&runs, &regression, &demand)
+        match method {
+            Method::Calibrated => band(&runs, &regression, &demand),
+            Method::Certified => certified(&runs, &demand).into(),
+        }
     };
     in_parallel(table.outputs, threads, one)
 }
