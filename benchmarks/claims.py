@@ -74,10 +74,7 @@ def judged(run: cc.Trajectory, truth: Array, check: Array) -> Claims:
         for difference in (run.values - truth, truth - check)
     ]
     error, unknown = largest
-    parted = np.isfinite(estimate.horizon)
-    # What has parted differs by 1 % of its range from there on, and by less before.
-    at_most = np.where(parted, 0.01 * estimate.ranges, math.inf)
-    claim = np.fmin(estimate.max_difference, at_most)
+    claim = np.array([estimate[column].claim for column in estimate.columns])
     moves = (estimate.ranges > 0.0) & (error > 0.0)
     known = unknown < KNOWN * np.maximum(claim, error)
     chosen = np.flatnonzero(moves & known)

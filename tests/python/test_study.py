@@ -534,3 +534,17 @@ def test_displacement_of_the_papers_case_study():
     ]
     assert 100.0 * row.lower == pytest.approx(0.078, abs=0.001)
     assert 100.0 * row.upper == pytest.approx(0.219, abs=0.001)
+
+
+def test_a_band_that_is_widest_while_the_start_settles_says_so():
+    side = {"crank_length": cc.interval(0.05, rel=0.02)}
+    options = {"outputs": ["wrist.normal_force"], "samples": 121, "fixed": {"clearance": 2e-4}}
+    turn = cc.mechanisms.slider_crank().period
+    for how in ("scan", "band"):
+        early = cc.Study(cc.mechanisms.slider_crank, side, duration=2 * turn, **options)
+        late = cc.Study(cc.mechanisms.slider_crank, side, duration=turn, skip=turn, **options)
+        with pytest.warns(cc.ChebclearWarning, match="settling: wrist.*skip=0.03 looks later"):
+            result = early.scan(5) if how == "scan" else early.band(5)
+        assert result["wrist.normal_force"].width.argmax() < 60
+        later = late.scan(5) if how == "scan" else late.band(5)
+        assert not any("settling" in text for text in later.warnings)

@@ -97,6 +97,7 @@ def test_the_estimate_is_the_error_against_the_closed_form(method):
         error = abs(run[name][-1] - truth)
         estimate = run.error[name]
         assert 0.4 * error < estimate.max_difference < 2.5 * error
+        assert estimate.claim == 2.0 * estimate.max_difference
         assert estimate.relative == pytest.approx(estimate.max_difference / abs(np.ptp(run[name])), rel=1e-3)
         assert estimate.horizon == math.inf
 
@@ -114,6 +115,7 @@ def test_the_estimate_of_a_chaotic_run_has_a_horizon(tmp_path):
     assert 0.5 * error.max() < force.max_difference < 2.0 * error.max()
     first = np.flatnonzero(error > 0.01 * np.ptp(true))[0]
     assert 0.5 * run.t[first] < force.horizon < 2.0 * run.t[first] and force.parted
+    assert force.claim == 0.02 * force.range and error[run.t < force.horizon].max() < force.claim
     assert run.error["slider.y"].range == 0.0 and math.isnan(run.error["slider.y"].relative)
     for twin in (
         pickle.loads(pickle.dumps(run)),

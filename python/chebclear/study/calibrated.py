@@ -151,7 +151,7 @@ def statement(demand: Demand) -> str:
 
 def is_remark(text: str) -> bool:
     """Whether a warning is one of `remarks`."""
-    return text.startswith("undersampled: ")
+    return text.startswith(("undersampled: ", "settling: "))
 
 
 def remarks(bands: Mapping[str, Band], demand: Demand) -> list[str]:

@@ -83,6 +83,24 @@ def judged(
     return verdict, Margin("polynomial", degree=max(surrogate.degrees), error=error)
 
 
+def early_widths(bands: Mapping[str, Band], settled: float) -> list[str]:
+    """One warning for all bands that are widest before an instant [s] by which the start has settled.
+
+    Bands that end before it say nothing of a settled motion, and nothing was asked of it.
+    """
+    early = [
+        name
+        for name, band in bands.items()
+        if band.t[int(np.argmax(band.width))] < settled < band.t[-1] and band.max_width > 0.0
+    ]
+    if not early:
+        return []
+    return [
+        f"settling: {', '.join(early)}: the band is widest in the first revolution, where the start settles; "
+        f"skip={settled:.4g} looks later"
+    ]
+
+
 def doubts(bands: Mapping[str, Band]) -> list[str]:
     """One warning for all outputs that no polynomial follows."""
     lost = {

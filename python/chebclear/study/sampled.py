@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks
 from ..errors import SceneError
 from ..run.settings import LEAST_RTOL, MOST_RTOL, Settings
+from ..run.tracking import settling_time
 from ..run.trajectory import Stats
 from ..scene.scene import ClearanceRevolute, Interval, Scene
 from .calibrated import Demand, certifying_runs, is_remark, remarks
 from .features import Asked, FeatureTable
+from .judgement import early_widths
 from .limits import physical_limits
 from .points import random_points, sobol_points
 from .results import StudyResult
@@ -205,7 +207,8 @@ def _result(
         **facts,
     )
     # What the bands lack is known only now.
-    return dataclasses.replace(result, warnings=(*warnings, *remarks(result.bands, demand)))
+    told = remarks(result.bands, demand) + early_widths(result.bands, settling_time(result.scene))
+    return dataclasses.replace(result, warnings=(*warnings, *told))
 
 
 def _results(checks: Checks, include: object) -> list[StudyResult]:

@@ -16,6 +16,7 @@ from ..base.progress import is_request
 from ..errors import ChebclearWarning, SceneError, describe
 from ..run.settings import MAX_EVENTS, MAX_STEPS, Settings
 from ..run.simulation import warn_once
+from ..run.tracking import settling_time
 from ..run.trajectory import Stats
 from ..scene.scene import Interval, Scene
 from . import sampled
@@ -37,7 +38,7 @@ from .features import (
     tracked_features,
 )
 from .hybrid import Normal, Uniform
-from .judgement import doubts
+from .judgement import doubts, early_widths
 from .results import StudyResult as StudyResult
 from .results import compare as compare
 from .runs import (
@@ -533,7 +534,8 @@ class Study:
             **runs.facts,
         )
         # A result that is read back from a file has these warnings already.
-        return replace(result, warnings=(*result.warnings, *doubts(result.bands)))
+        found = doubts(result.bands) + early_widths(result.bands, settling_time(result.scene))
+        return replace(result, warnings=(*result.warnings, *found))
 
     def simulated(self, points: Array, settings: Settings, *, midpoint: bool = True) -> Runs:
         """The runs at the points and, if asked for, last at the midpoint; does not pass on warnings."""
