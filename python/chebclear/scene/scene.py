@@ -60,7 +60,7 @@ from .parts import Joint as Joint
 from .parts import Prismatic as Prismatic
 from .parts import Revolute as Revolute
 from .parts import Start as Start
-from .schema import Part, Points, Vector, read, write
+from .schema import Part, Points, Vector, at_or_below, read, write
 
 
 @dataclass(frozen=True)
@@ -265,8 +265,8 @@ def _further_problems(text: str, known: Sequence[Problem]) -> list[Problem]:
 
 
 def _within(problem: Problem, known: Problem) -> bool:
-    """Whether a problem follows from a known one: at its path, or below; ``a[10]`` is not below ``a[1]``."""
-    if problem.path == known.path or problem.path.startswith((f"{known.path}.", f"{known.path}[")):
+    """Whether a problem follows from a known one."""
+    if at_or_below(problem.path, known.path):
         return True
     # The points of a table are judged together, at its times.
     table = re.fullmatch(r"(.*)\.(times|values)(\[\d+\])?", known.path)

@@ -264,3 +264,8 @@ def _read_value(plain: Any, annotation: str) -> Any:
 def join(path: str, name: str) -> str:
     """Path of a field of the record at `path`."""
     return f"{path}.{name}" if path else name
+
+
+def at_or_below(path: str, other: str) -> bool:
+    """Whether a path is the other one or a part of it; ``a[10]`` is no part of ``a[1]``."""
+    return path == other or path.startswith((f"{other}.", f"{other}["))

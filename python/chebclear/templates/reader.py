@@ -15,7 +15,7 @@ from ..base.quantities import Interval
 from ..errors import Problem, SceneError
 from ..run.settings import METHODS
 from ..scene.scene import Scene
-from ..scene.schema import Part
+from ..scene.schema import Part, at_or_below
 from .expressions import Expression, ExpressionError, parse
 from .template import Parameter, Template, evaluated, path_text
 from .toml_text import MOST_CHARACTERS, Path, Place, read_toml
@@ -189,7 +189,10 @@ class _Reader:
             self.problems += [
                 problem
                 for problem in error.problems
-                if not broken or not any(_related(problem.path, path) for path in seen)
+                if not broken
+                or not any(
+                    at_or_below(problem.path, path) or at_or_below(path, problem.path) for path in seen
+                )
             ]
 
     # --- parameters
@@ -434,11 +437,3 @@ class _Reader:
 
     def _note(self, path: Path, message: str) -> None:
         self.problems.append(Problem(path_text(path), message))
-
-
-def _related(path: str, known: str) -> bool:
-    return (
-        path == known
-        or path.startswith((f"{known}.", f"{known}["))
-        or known.startswith((f"{path}.", f"{path}["))
-    )
