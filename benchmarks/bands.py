@@ -21,8 +21,8 @@ from typing import Any
 import chebclear as cc
 import numpy as np
 from chebclear import interval, mechanisms
-from chebclear.study.calibrated import calibrated_bands
-from chebclear.study.points import random_points
+from chebclear.study.band.calibrated import calibrated_bands
+from chebclear.study.polynomials.points import random_points
 
 SAMPLES = 721
 REFERENCE, FRESH = 4000, 1500

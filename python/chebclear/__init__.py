@@ -68,16 +68,17 @@ from .scene.scene import (
     TorsionDamper,
     TorsionSpring,
 )
-from .study.band import Band, Margin
-from .study.effects import Effects, Estimate
-from .study.features import FeatureInterval, FeatureResult, FeatureTable, Rank, Ranking
-from .study.hybrid import Normal, QuantileBand, Uniform, normal, uniform
-from .study.results import BoundErrors, Comparison, StudyResult, compare
-from .study.sensitivity import VarianceShares
+from .study.band.band import Band, Margin
+from .study.band.hybrid import Normal, QuantileBand, Uniform, normal, uniform
+from .study.band.zones import RestraintZones, restraint_zones
+from .study.comparison import BoundErrors, Comparison, compare
+from .study.features.effects import Effects, Estimate
+from .study.features.features import FeatureInterval, FeatureResult, FeatureTable, Rank, Ranking
+from .study.polynomials.sensitivity import VarianceShares
+from .study.polynomials.surrogate import PolynomialRange, Surrogate
+from .study.results import StudyResult
 from .study.study import Study
-from .study.surrogate import PolynomialRange, Surrogate
 from .study.tradeoff import StudyTradeoff, StudyTradeoffPoint
-from .study.zones import RestraintZones, restraint_zones
 from .templates.reader import load, loads
 from .templates.template import Parameter, Template
 from .tradeoffs.of_scene import tradeoff

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from chebclear import _core
 from chebclear.base.files import same
-from chebclear.study.limits import physical_limits
-from chebclear.study.polynomial import TotalDegree, total_degree_polynomial
+from chebclear.study.band.limits import physical_limits
+from chebclear.study.polynomials.total_degree import TotalDegree, total_degree_polynomial
 from scipy.stats import qmc
 
 TIME = {"duration": 0.4, "samples": 41}

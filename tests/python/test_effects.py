@@ -5,8 +5,14 @@ import math
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.study.effects import even_points, find_effects, find_narrowing, legendre_terms, powers_up_to
-from chebclear.study.features import find_interval
+from chebclear.study.features.effects import (
+    even_points,
+    find_effects,
+    find_narrowing,
+    legendre_terms,
+    powers_up_to,
+)
+from chebclear.study.features.features import find_interval
 
 # Variances of z, z² and z1 z2 for z uniform in [-1, 1]: 1/3, 4/45 and 1/9.
 LINE, SQUARE, PRODUCT = 1.0 / 3.0, 4.0 / 45.0, 1.0 / 9.0

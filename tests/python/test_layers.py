@@ -44,6 +44,11 @@ RUST_ROOMS = [
     "python",
 ]
 
+# A chapter of a room uses only chapters that stand before it, and no file beside them.
+CHAPTERS = {"study": ["polynomials", "band", "features"]}
+MOST_FILES = 12
+"""Files of a Python room or chapter, besides the one that says what it is for."""
+
 USES_CORE = {"scene", "run", "study"}
 USES_MATPLOTLIB = {"plots", "paper", "tradeoffs"}
 CRATES = {"pyo3": "python", "numpy": "python", "rayon": "study"}
@@ -91,6 +96,32 @@ def test_python_imports_go_one_way():
         if used == "_core":
             assert user in USES_CORE, f"{file} uses the core"
     assert not wrong, sorted(wrong)
+
+
+@pytest.mark.parametrize("room", CHAPTERS)
+def test_chapters_of_a_room_build_on_each_other(room):
+    known, wrong = CHAPTERS[room], set()
+    assert {folder.parent.name for folder in (PACKAGE / room).glob("*/__init__.py")} == set(known)
+    for path in (PACKAGE / room).glob("*/*.py"):
+        user = path.parent.name
+        for name in python_imports(path, ast.parse(path.read_text(encoding="utf-8"))):
+            used = name.split(".")[2:] if name.startswith(f"chebclear.{room}.") else [user]
+            if used[0] not in known[: known.index(user) + 1]:
+                wrong.add((user, used[0], path.name))
+    assert not wrong, sorted(wrong)
+
+
+def test_rooms_hold_few_files_and_say_what_they_use():
+    for folder in {path.parent for path in python_files()} - {PACKAGE}:
+        files = {path.name for path in folder.glob("*.py")}
+        assert len(files - {"__init__.py"}) <= MOST_FILES, folder
+        text = ast.get_docstring(ast.parse((folder / "__init__.py").read_text(encoding="utf-8")))
+        assert re.search(r"^In: .*; out: .*\bUses ", text, re.MULTILINE | re.DOTALL), folder
+        said = re.findall(r"`(?:\w+\.)?(\w+)`", text.partition("Uses ")[2])
+        room = folder.relative_to(PACKAGE).parts[0]
+        used = {arrow[2] for arrow in python_arrows() if arrow[1] == room} - {"errors", "_core"}
+        if folder.parent == PACKAGE and "every room" not in text:
+            assert used <= set(said), f"{room} uses {used - set(said)} and does not say so"
 
 
 def module_of(name, modules):

@@ -9,7 +9,7 @@ import re
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.study.surrogate import chebyshev_grid, tensor_grid
+from chebclear.study.polynomials.surrogate import chebyshev_grid, tensor_grid
 from numpy.polynomial import chebyshev
 
 # Three scales, none symmetric about zero.

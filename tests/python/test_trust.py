@@ -7,8 +7,8 @@ from pathlib import Path
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.study.judgement import fit_error, judged
-from chebclear.study.surrogate import chebyshev_grid
+from chebclear.study.band.judgement import fit_error, judged
+from chebclear.study.polynomials.surrogate import chebyshev_grid
 
 PLANE = {"a": cc.Interval(2.0, 6.0), "b": cc.Interval(-1e-3, 3e-3)}
 MIDDLE = {name: side.midpoint for name, side in PLANE.items()}
@@ -187,7 +187,7 @@ def test_variance_shares_of_random_polynomials_against_sampling():
     rng = np.random.default_rng(5)
     box = {name: cc.Interval(-1.0, 1.0) for name in "abc"}
     surrogate = cc.Surrogate(box, (3, 2, 3), rng.normal(size=(48, 2)))
-    from chebclear.study.sensitivity import variance_shares
+    from chebclear.study.polynomials.sensitivity import variance_shares
 
     shares = variance_shares(surrogate)
     points, other = rng.uniform(-1.0, 1.0, (2, 40_000, 3))

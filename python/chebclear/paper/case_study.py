@@ -27,10 +27,11 @@ from ..errors import ChebclearWarning
 from ..run.simulation import simulate
 from ..run.trajectory import Stats, Trajectory
 from ..scene.scene import Interval, interval, rpm
-from ..study.band import Band
-from ..study.results import root_mean_square
-from ..study.study import Study, StudyResult, compare
-from ..study.zones import RestraintZones, zones_of
+from ..study.band.band import Band
+from ..study.band.zones import RestraintZones, zones_of
+from ..study.comparison import compare, root_mean_square
+from ..study.results import StudyResult
+from ..study.study import Study
 
 Array = NDArray[np.float64]
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ..study.band import Band
+    from ..study.band.band import Band
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ from typing import Any
 from ..base.arguments import Checks, did_you_mean
 from ..base.progress import bar
 from ..scene.scene import Interval
-from .hybrid import Normal, Uniform
-from .runs import MOST_RUNS
+from .band.hybrid import Normal, Uniform
+from .runs import MOST_NODES, MOST_RUNS
 
 Progress = Callable[[int, int], None]
 
@@ -47,6 +47,31 @@ def checked_fixed(checks: Checks, fixed: object) -> dict[str, Any]:
         checks.add(f"fixed must map names to values, got {fixed!r}", wrong_type=True)
         return {}
     return dict(fixed)
+
+
+def per_parameter(
+    checks: Checks,
+    name: str,
+    given: object,
+    intervals: Iterable[str],
+    least: Sequence[int],
+    most: int = MOST_NODES,
+) -> list[int]:
+    """One whole number for every parameter, from one for all or a mapping by name."""
+    if not isinstance(given, Mapping):
+        return [checks.whole(name, given, least=max(least, default=1), most=most)] * len(least)
+    known = list(intervals)
+    for key in given:
+        if key not in known:
+            checks.add(f'{name} has the unknown parameter "{key}"{did_you_mean(key, known)}')
+    counts = []
+    for key, bound in zip(known, least, strict=True):
+        if key in given:
+            counts.append(checks.whole(f'{name}["{key}"]', given[key], least=bound, most=most))
+        else:
+            checks.add(f'{name} misses the parameter "{key}"')
+            counts.append(bound)
+    return counts
 
 
 def check_runs(counts: Sequence[int], max_runs: int, fewer: str) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -15,16 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base import files as records
-from ..base.arguments import Checks
-from ..base.units import unit
 from ..run.settings import Settings
 from ..run.trajectory import Stats, column_index
 from ..scene.scene import Interval, Scene
-from .band import Band
-from .calibrated import Demand, calibrated_bands, statement
-from .features import FeatureResult, FeatureTable, Ranking
-from .judgement import judged
-from .surrogate import BoundKind, Surrogate
+from .band.band import Band
+from .band.calibrated import Demand, calibrated_bands, statement
+from .band.judgement import judged
+from .features.features import FeatureResult, FeatureTable, Ranking
+from .polynomials.surrogate import BoundKind, Surrogate
 
 Array = NDArray[np.float64]
 
@@ -371,145 +368,3 @@ class StudyResult(records.ArrayRecord):
             settings=Settings.from_dict(facts["settings"]),
             scene=Scene.from_json(json.dumps(facts["scene"])),
         )
-
-
-@dataclass(frozen=True)
-class BoundErrors:
-    """How the bounds of one output differ from reference bounds, over a span of time."""
-
-    lower: float
-    """Relative difference of the root mean squares of the lower bounds [-]."""
-    upper: float
-    """Relative difference of the root mean squares of the upper bounds [-]."""
-    width: float
-    """Largest width of the band in the unit of the output."""
-    reference_width: float
-    """Largest width of the reference band in the unit of the output."""
-    slack: float
-    """How much wider the band is at its widest than the reference at its, relative to the reference [-]."""
-
-    def __getitem__(self, name: str) -> float:
-        names = [item.name for item in dataclasses.fields(self)]
-        column_index(names, name)
-        return float(getattr(self, name))
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """Comparison of two studies; ``comparison["slider.vx"]`` holds the `BoundErrors` of that output."""
-
-    errors: dict[str, BoundErrors]
-    """Errors of each output by name."""
-    start: float = field(metadata=unit("s"))
-    """First instant compared [s]."""
-    end: float = field(metadata=unit("s"))
-    """Last instant compared [s]."""
-
-    def __getitem__(self, output: str) -> BoundErrors:
-        column_index(list(self.errors), output)
-        return self.errors[output]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.errors)
-
-    def __len__(self) -> int:
-        return len(self.errors)
-
-    def to_dict(self) -> dict[str, dict[str, float]]:
-        """Plain numbers: for each output the fields of `BoundErrors`, relative ones as fractions [-]."""
-        return {name: dataclasses.asdict(row) for name, row in self.errors.items()}
-
-    def __str__(self) -> str:
-        head = ("output", "lower [%]", "upper [%]", "width", "reference", "slack [%]")
-        rows = [head] + [
-            (
-                name,
-                f"{100.0 * row.lower:.3f}",
-                f"{100.0 * row.upper:.3f}",
-                f"{row.width:.6g}",
-                f"{row.reference_width:.6g}",
-                f"{100.0 * row.slack:+.2f}",
-            )
-            for name, row in self.errors.items()
-        ]
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        lines = [
-            "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip()
-            for row in rows
-        ]
-        return "\n".join([f"bounds from t = {self.start:.6g} s to {self.end:.6g} s", *lines])
-
-
-def compare(
-    result: StudyResult, reference: StudyResult, start: float | None = None, end: float | None = None
-) -> Comparison:
-    """Compare the bounds of two studies as the paper's Table 3 does.
-
-    The relative error of a bound is |RMS(bound) - RMS(reference)| / RMS(reference) with the root mean square
-    over time. It says nothing of where in time the bounds differ.
-
-    Parameters
-    ----------
-    result : StudyResult
-        Usually of `Study.chebyshev`.
-    reference : StudyResult
-        Usually of `Study.scan`; at the same instants.
-    start, end : float, optional
-        Span of time [s], ends included; all of it if not given.
-
-    Returns
-    -------
-    Comparison
-        For the outputs that both have. A relative number is NaN where the reference is zero throughout.
-
-    Raises
-    ------
-    ValueError, TypeError
-        If the instants differ, no output is in both, or no sample is in the span.
-    """
-    checks = Checks()
-    for name, given in (("result", result), ("reference", reference)):
-        if not isinstance(given, StudyResult):
-            checks.add(
-                f"{name} must be a StudyResult, as Study.chebyshev and Study.scan return, got {given!r}",
-                wrong_type=True,
-            )
-    checks.finish()
-    t = result.t
-    first = float(t[0]) if start is None else checks.real("start", start, "s")
-    last = float(t[-1]) if end is None else checks.real("end", end, "s")
-    if first > last:
-        checks.add(f"start must be <= end, got start = {first!r} and end = {last!r}")
-    # Samples at the ends of the span must not be lost to rounding.
-    margin = 1e-9 * float(t[-1] - t[0])
-    span = (t >= first - margin) & (t <= last + margin)
-    if not span.any():
-        checks.add(f"no sample between start and end; the samples are in [{t[0]:.6g}, {t[-1]:.6g}] s")
-    if not (t.shape == reference.t.shape and np.allclose(t, reference.t, rtol=0.0, atol=margin)):
-        checks.add("both results must have the same instants: the same duration and number of samples")
-    shared = [name for name in result if name in reference.outputs]
-    if not shared:
-        checks.add(f"no output is in both results: {list(result.outputs)} and {list(reference.outputs)}")
-    checks.finish()
-
-    errors = {}
-    for name in shared:
-        band, other = result[name], reference[name]
-        width, reference_width = float(band.width[span].max()), float(other.width[span].max())
-        errors[name] = BoundErrors(
-            lower=abs(_relative(root_mean_square(band.lower[span]), root_mean_square(other.lower[span]))),
-            upper=abs(_relative(root_mean_square(band.upper[span]), root_mean_square(other.upper[span]))),
-            width=width,
-            reference_width=reference_width,
-            slack=_relative(width, reference_width),
-        )
-    return Comparison(errors, float(t[span][0]), float(t[span][-1]))
-
-
-def root_mean_square(values: Array) -> float:
-    """Root mean square, in the unit of the values."""
-    return math.sqrt(float(np.mean(values * values)))
-
-
-def _relative(value: float, reference: float) -> float:
-    return (value - reference) / reference if reference else math.nan

@@ -5,23 +5,24 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..errors import SceneError
-from ..run.settings import LEAST_RTOL, MOST_RTOL, Settings
+from ..run.settings import LEAST_RTOL, MOST_RTOL
 from ..run.tracking import settling_time
 from ..run.trajectory import Stats
-from ..scene.scene import ClearanceRevolute, Interval, Scene
-from .calibrated import Demand, certifying_runs, is_remark, remarks
-from .features import Asked, FeatureTable
-from .judgement import early_widths
-from .limits import physical_limits
-from .points import random_points, sobol_points
+from ..scene.scene import ClearanceRevolute, Scene
+from .band.calibrated import Demand, certifying_runs, is_remark, remarks
+from .band.judgement import early_widths
+from .band.limits import physical_limits
+from .features.features import FeatureTable
+from .polynomials.points import random_points, sobol_points
 from .results import StudyResult
+from .runner import Runner
 from .runs import MOST_RUNS, Runs
 
 Array = NDArray[np.float64]
@@ -30,26 +31,6 @@ LEAST_RUNS = 3
 MOST_SEED = 2**64 - 1
 MOST_PARAMETERS = 32
 """Parameters for which there are Sobol' points [-]."""
-
-
-class Sampled(Protocol):
-    """What is needed of a study."""
-
-    intervals: dict[str, Interval]
-    settings: Settings
-    threads: int | None
-    features: dict[str, Asked]
-
-    def simulated(self, points: Array, settings: Settings, *, midpoint: bool = True) -> Runs:
-        """The runs at points and at the midpoint."""
-
-    def scene(self, parameters: dict[str, float]) -> Scene:
-        """The scene at these values of the parameters."""
-
-    def extended(
-        self, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult] = ()
-    ) -> StudyResult:
-        """A result with further runs."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +65,7 @@ class Table:
 
 
 def band(
-    study: Sampled,
+    study: Runner,
     runs: int,
     coverage: float,
     rtol: float,
@@ -110,7 +91,7 @@ def band(
     return _simulated(study, demand, points, rtol, others)
 
 
-def certify(study: Sampled, coverage: float, rtol: float, seed: int, max_runs: int) -> StudyResult:
+def certify(study: Runner, coverage: float, rtol: float, seed: int, max_runs: int) -> StudyResult:
     """What `Study.certify` returns; see there."""
     checks = Checks()
     checks.real("coverage", coverage, "-", above=0.0, below=1.0)
@@ -129,7 +110,7 @@ def certify(study: Sampled, coverage: float, rtol: float, seed: int, max_runs: i
 
 
 def _simulated(
-    study: Sampled, demand: Demand, points: Array, rtol: float, others: Sequence[StudyResult]
+    study: Runner, demand: Demand, points: Array, rtol: float, others: Sequence[StudyResult]
 ) -> StudyResult:
     """The result of runs at the points and the midpoint."""
     new = study.simulated(points, dataclasses.replace(study.settings, rtol=float(rtol)))
@@ -145,7 +126,7 @@ def _simulated(
 
 
 def extended(
-    study: Sampled, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult]
+    study: Runner, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult]
 ) -> StudyResult:
     """What `StudyResult.extend` returns; see there."""
     checks = Checks()
@@ -174,7 +155,7 @@ def extended(
 
 
 def _result(
-    study: Sampled,
+    study: Runner,
     demand: Demand,
     scored: Sequence[Table],
     kept: Sequence[Table],
@@ -203,7 +184,6 @@ def _result(
         stats=tuple(stats for table in [*tables, nominal] for stats in table.stats),
         warnings=tuple(warnings),
         features=features,
-        study=study,
         **facts,
     )
     # What the bands lack is known only now.
@@ -235,7 +215,7 @@ def _others(results: Sequence[StudyResult], t: Array, outputs: Sequence[str], sc
     return [Table.of(result, outputs) for result in results]
 
 
-def _largest_clearances(study: Sampled, scenes: Sequence[Scene]) -> dict[str, float]:
+def _largest_clearances(study: Runner, scenes: Sequence[Scene]) -> dict[str, float]:
     """Largest clearance of each joint in the box, where it depends on one parameter at a time [m].
 
     Joints of which the ends of the box do not tell are left out.

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..base.arguments import Checks, did_you_mean
+from ..base.arguments import Checks
 from ..base.progress import is_request
-from ..errors import ChebclearWarning, SceneError, describe
 from ..run.settings import MAX_EVENTS, MAX_STEPS, Settings
 from ..run.simulation import warn_once
-from ..run.tracking import settling_time
-from ..run.trajectory import Stats
 from ..scene.scene import Interval, Scene
 from . import sampled
 from .arguments import (
@@ -27,41 +22,20 @@ from .arguments import (
     check_runs,
     checked_fixed,
     checked_intervals,
-    reporter,
+    per_parameter,
 )
-from .features import (
-    Asked,
-    FeatureTable,
-    checked_features,
-    feature_values,
-    settling_warnings,
-    tracked_features,
-)
-from .hybrid import Normal, Uniform
-from .judgement import doubts, early_widths
-from .results import StudyResult as StudyResult
-from .results import compare as compare
-from .runs import (
-    MOST_NODES,
-    MOST_RUNS,
-    Runs,
-    gathered_warnings,
-    located,
-    require_ends,
-    require_success,
-    scene_text,
-    simulate_all,
-    with_parameters,
-)
-from .surrogate import MOST_RANGE_DEGREE, BoundKind, chebyshev_grid, tensor_grid
+from .band.hybrid import Normal, Uniform
+from .features.features import Asked, checked_features, tracked_features
+from .polynomials.surrogate import MOST_RANGE_DEGREE, BoundKind, chebyshev_grid, tensor_grid
+from .results import StudyResult
+from .runner import Runner
+from .runs import MOST_NODES, MOST_RUNS
 from .tradeoff import StudyTradeoff, measure
-
-Array = NDArray[np.float64]
 
 MOST_THREADS = 1024
 
 
-class Study:
+class Study(Runner):
     """A mechanism whose parameters are known to lie in intervals.
 
     Parameters
@@ -235,9 +209,11 @@ class Study:
         """
         checks = Checks()
         # One node more than the degree must be possible.
-        degrees = self._per_parameter(checks, "degree", degree, [1] * len(self.intervals), MOST_NODES - 1)
+        degrees = per_parameter(
+            checks, "degree", degree, self.intervals, [1] * len(self.intervals), MOST_NODES - 1
+        )
         least = [degree + 1 for degree in degrees]
-        counts = least if nodes is None else self._per_parameter(checks, "nodes", nodes, least, MOST_NODES)
+        counts = least if nodes is None else per_parameter(checks, "nodes", nodes, self.intervals, least)
         checks.whole("max_runs", max_runs, least=1)
         checks.word("bounds", bounds, ("range", "eq31"))
         checks.finish()
@@ -248,7 +224,7 @@ class Study:
                 'lower degree or bounds="eq31"'
             )
         points = chebyshev_grid(list(self.intervals.values()), counts)
-        return self._run(points, tuple(counts), tuple(degrees), bounds)
+        return self._told(self.run_points(points, tuple(counts), tuple(degrees), bounds))
 
     def scan(self, points: int | Mapping[str, int] = 10, *, max_runs: int = MAX_RUNS) -> StudyResult:
         """Brute force: simulate on equally spaced points; the bounds are the extremes of the runs.
@@ -273,7 +249,9 @@ class Study:
             As `chebyshev`.
         """
         checks = Checks()
-        counts = self._per_parameter(checks, "points", points, [2] * len(self.intervals), MOST_NODES)
+        counts = per_parameter(
+            checks, "points", points, self.intervals, [2] * len(self.intervals), MOST_NODES
+        )
         checks.whole("max_runs", max_runs, least=1)
         checks.finish()
         check_runs(counts, max_runs, "fewer points")
@@ -281,7 +259,7 @@ class Study:
             np.linspace(side.lower, side.upper, count)
             for side, count in zip(self.intervals.values(), counts, strict=True)
         ]
-        return self._run(tensor_grid(sides), tuple(counts), None)
+        return self._told(self.run_points(tensor_grid(sides), tuple(counts), None))
 
     def band(
         self,
@@ -330,9 +308,7 @@ class Study:
         SceneError, SimulationError, ValueError, TypeError
             As `chebyshev`.
         """
-        result = sampled.band(self, runs, coverage, rtol, seed, include, max_runs)
-        warn_once(result.warnings, stacklevel=3)
-        return result
+        return self._told(sampled.band(self, runs, coverage, rtol, seed, include, max_runs))
 
     def certify(
         self, coverage: float = 0.999, *, rtol: float = 1e-4, seed: int = 0, max_runs: int = MAX_RUNS
@@ -360,17 +336,13 @@ class Study:
         SceneError, SimulationError, ValueError, TypeError
             As `chebyshev`.
         """
-        result = sampled.certify(self, coverage, rtol, seed, max_runs)
-        warn_once(result.warnings, stacklevel=3)
-        return result
+        return self._told(sampled.certify(self, coverage, rtol, seed, max_runs))
 
     def extended(
         self, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult] = ()
     ) -> StudyResult:
         """A result of `band` with further runs; see `StudyResult.extend`."""
-        longer = sampled.extended(self, result, runs, include)
-        warn_once(longer.warnings, stacklevel=4)
-        return longer
+        return self._told(sampled.extended(self, result, runs, include), stacklevel=5)
 
     def sample(self, runs: int = 81, *, seed: int = 0) -> StudyResult:
         """Simulate at random points of the box, uniform and independent: what features want.
@@ -400,27 +372,7 @@ class Study:
         points = np.random.default_rng(start).uniform(
             [side.lower for side in sides], [side.upper for side in sides], (count, len(sides))
         )
-        result = self.run_points(points, (count,), None, random=True)
-        warn_once(result.warnings, stacklevel=3)
-        return result
-
-    def _per_parameter(
-        self, checks: Checks, name: str, given: object, least: Sequence[int], most: int
-    ) -> list[int]:
-        """One whole number for every parameter."""
-        if not isinstance(given, Mapping):
-            return [checks.whole(name, given, least=max(least, default=1), most=most)] * len(least)
-        for key in given:
-            if key not in self.intervals:
-                checks.add(f'{name} has the unknown parameter "{key}"{did_you_mean(key, self.intervals)}')
-        counts = []
-        for key, bound in zip(self.intervals, least, strict=True):
-            if key in given:
-                counts.append(checks.whole(f'{name}["{key}"]', given[key], least=bound, most=most))
-            else:
-                checks.add(f'{name} misses the parameter "{key}"')
-                counts.append(bound)
-        return counts
+        return self._told(self.run_points(points, (count,), None, random=True))
 
     def tradeoff(
         self,
@@ -468,135 +420,7 @@ class Study:
         warn_once(result.warnings, stacklevel=3)
         return result
 
-    def _run(
-        self,
-        points: Array,
-        counts: tuple[int, ...],
-        degrees: tuple[int, ...] | None,
-        bounds: BoundKind = "range",
-    ) -> StudyResult:
-        result = self.run_points(points, counts, degrees, bounds)
-        warn_once(result.warnings, stacklevel=4)
-        return result
-
-    def run_points(
-        self,
-        points: Array,
-        counts: tuple[int, ...],
-        degrees: tuple[int, ...] | None,
-        bounds: BoundKind = "range",
-        *,
-        random: bool = False,
-    ) -> StudyResult:
-        """Simulate at the points and, last, at the midpoint; does not pass on warnings.
-
-        Parameters
-        ----------
-        points : ndarray, shape (runs, parameters)
-            Parameters of the runs [SI units]; those of `chebyshev_grid` if there are degrees.
-        counts : tuple of int
-            Nodes or points of each parameter [-].
-        degrees : tuple of int or None
-            Degrees to fit [-]; None takes the extremes of the runs as bounds.
-        bounds : {"range", "eq31"}
-            How polynomials are bounded, see `chebyshev`.
-        random : bool
-            Whether the points are spread at random over the box.
-
-        Returns
-        -------
-        StudyResult
-
-        Raises
-        ------
-        SceneError, SimulationError
-            As `chebyshev`.
-        """
-        runs = self.simulated(points, self.settings)
-        table = None
-        if runs.features is not None:
-            values = runs.features
-            table = FeatureTable(
-                tuple(self.features), values[:-1], values[-1], self.intervals, points, random
-            )
-        result = StudyResult.from_runs(
-            runs.t,
-            runs.outputs,
-            runs.values,
-            self.intervals,
-            points,
-            degrees=degrees,
-            nodes=counts,
-            bounds=bounds,
-            kind="sample" if random else None,
-            features=table,
-            study=self,
-            **runs.facts,
-        )
-        # A result that is read back from a file has these warnings already.
-        found = doubts(result.bands) + early_widths(result.bands, settling_time(result.scene))
-        return replace(result, warnings=(*result.warnings, *found))
-
-    def simulated(self, points: Array, settings: Settings, *, midpoint: bool = True) -> Runs:
-        """The runs at the points and, if asked for, last at the midpoint; does not pass on warnings."""
-        middle = [[side.midpoint for side in self.intervals.values()]] if midpoint else []
-        given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in [*points, *middle]]
-        scenes, built = self._scenes(given)
-        require_ends(self.intervals, points, lambda ends: self._scenes(ends)[0])
-        texts = [scene_text(scene, parameters) for scene, parameters in zip(scenes, given, strict=True)]
-        try:
-            settings = settings.for_scene(scenes[-1], runs=len(scenes))
-        except SceneError as error:
-            raise SceneError(located(given[-1], error.problems)) from None
-        with reporter(self.progress) as report:
-            try:
-                runs = simulate_all(texts, settings.to_json(), self.threads, self.executor, report)
-            except SceneError as error:
-                raise with_parameters(error, given) from None
-        require_success(runs, given)
-        told = zip(built, runs["warnings"], strict=True)
-        messages = gathered_warnings([[*of_build, *of_run] for of_build, of_run in told])
-        features = None
-        if self.features:
-            features = feature_values(self.features, settings, scenes, given, runs["features"])
-            messages += settling_warnings(self.features, settings, scenes[-1], runs["features"])
-        return Runs(
-            t=runs["t"],
-            outputs=tuple(runs["columns"]),
-            values=runs["values"],
-            scenes=scenes,
-            stats=tuple(Stats(**stats) for stats in runs["stats"]),
-            warnings=messages,
-            settings=settings,
-            features=features,
-        )
-
-    def _scenes(self, given: list[dict[str, float]]) -> tuple[list[Scene], list[list[str]]]:
-        """The scenes of all runs, and what `build` warned of in each; other warnings take their usual way."""
-        scenes: list[Scene] = []
-        told: list[list[str]] = []
-        others: list[warnings.WarningMessage] = []
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            for parameters in given:
-                scenes.append(self.scene(parameters))
-                told.append([str(one.message) for one in caught if one.category is ChebclearWarning])
-                others += [one for one in caught if one.category is not ChebclearWarning]
-                caught.clear()
-        seen: dict[Any, Any] = {}  # so that a place in `build` warns once, not in every run
-        for one in others:
-            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno, registry=seen)
-        return scenes, told
-
-    def scene(self, parameters: dict[str, float]) -> Scene:
-        """The scene at these values of the parameters [SI units]; errors name them."""
-        try:
-            scene = self.build(**parameters, **self.fixed)
-        except SceneError as error:
-            raise SceneError(located(parameters, error.problems)) from error
-        except Exception as error:
-            error.add_note(f"in build with {describe(parameters)}")
-            raise
-        if not isinstance(scene, Scene):
-            raise TypeError(f"build must return a Scene, got {scene!r} for {describe(parameters)}")
-        return scene
+    def _told(self, result: StudyResult, stacklevel: int = 4) -> StudyResult:
+        """The result of this study, with its warnings passed on to whoever called the caller."""
+        warn_once(result.warnings, stacklevel=stacklevel)
+        return replace(result, study=self)

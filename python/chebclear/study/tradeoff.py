@@ -7,7 +7,7 @@ import math
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +18,11 @@ from ..base.tables import format_number, format_table, markdown_table
 from ..base.units import unit
 from ..errors import SimulationError
 from ..run.trajectory import column_index
-from ..scene.scene import Interval
-from .band import Band
+from .band.band import Band
+from .polynomials.surrogate import MOST_RANGE_DEGREE, chebyshev_grid, tensor_grid
 from .results import StudyResult
+from .runner import Runner
 from .runs import MOST_NODES, MOST_RUNS
-from .surrogate import MOST_RANGE_DEGREE, BoundKind, chebyshev_grid, tensor_grid
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -268,21 +268,6 @@ class _Setting:
     @property
     def stages(self) -> int:
         return 0 if self.result is None else sum(stats.stages for stats in self.result.stats)
-
-
-class Runner(Protocol):
-    """What is asked of a `Study`, which offers this measurement as a method and so may not be imported."""
-
-    @property
-    def intervals(self) -> dict[str, Interval]: ...
-
-    def run_points(
-        self,
-        points: Array,
-        counts: tuple[int, ...],
-        degrees: tuple[int, ...] | None,
-        bounds: BoundKind = "range",
-    ) -> StudyResult: ...
 
 
 def measure(

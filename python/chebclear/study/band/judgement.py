@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ..polynomials.surrogate import Surrogate
 from .band import RESOLVED, Band, Margin, Verdict
-from .surrogate import Surrogate
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _core
-from ..scene.scene import Interval
+from ... import _core
+from ...scene.scene import Interval
 
 Array = NDArray[np.float64]
 

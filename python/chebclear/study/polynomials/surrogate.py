@@ -13,10 +13,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import _core
-from ..base import files as records
-from ..base.arguments import Checks, did_you_mean
-from ..scene.scene import Interval
+from ... import _core
+from ...base import files as records
+from ...base.arguments import Checks, did_you_mean
+from ...scene.scene import Interval
 
 Array = NDArray[np.float64]
 

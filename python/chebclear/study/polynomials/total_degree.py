@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import _core
-from ..base.arguments import did_you_mean
-from ..scene.scene import Interval
+from ... import _core
+from ...base.arguments import did_you_mean
+from ...scene.scene import Interval
 from .surrogate import BoundKind, PolynomialRange, Surrogate
 
 Array = NDArray[np.float64]

@@ -10,12 +10,12 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _core
-from ..base import files as records
-from ..base.arguments import Checks, did_you_mean
-from ..base.units import unit
-from ..scene.scene import Interval
-from .surrogate import Surrogate
+from ... import _core
+from ...base import files as records
+from ...base.arguments import Checks, did_you_mean
+from ...base.units import unit
+from ...scene.scene import Interval
+from ..polynomials.surrogate import Surrogate
 
 Array = NDArray[np.float64]
 

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base import files as records
-from ..base.arguments import Checks, as_number, did_you_mean
-from ..errors import describe
-from ..run.features import Feature
-from ..run.settings import Settings
-from ..run.simulation import run_scene
-from ..run.tracking import settling_time
-from ..scene.scene import Interval, Scene
-from .band import RESOLVED
+from ...base import files as records
+from ...base.arguments import Checks, as_number, did_you_mean
+from ...errors import describe
+from ...run.features import Feature
+from ...run.settings import Settings
+from ...run.simulation import run_scene
+from ...run.tracking import settling_time
+from ...scene.scene import Interval, Scene
+from ..band.band import RESOLVED
 from .effects import (
     Effects,
     Estimate,
@@ -34,7 +34,7 @@ from .effects import (
 )
 
 if TYPE_CHECKING:
-    from ..run.trajectory import Trajectory
+    from ...run.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 Asked = Feature | Callable[["Trajectory"], ArrayLike]

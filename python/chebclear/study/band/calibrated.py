@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _core
-from ..scene.scene import Interval
+from ... import _core
+from ...scene.scene import Interval
+from ..polynomials.points import on_cube
+from ..polynomials.total_degree import total_degree_polynomial
 from .band import Band, Margin, Verdict
-from .points import on_cube
-from .polynomial import total_degree_polynomial
 
 Array = NDArray[np.float64]
 

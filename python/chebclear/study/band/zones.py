@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base import files as records
-from ..base.arguments import Checks
+from ...base import files as records
+from ...base.arguments import Checks
 from .band import Band, running_maximum
 
 Array = NDArray[np.float64]

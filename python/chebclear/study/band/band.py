@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base import files as records
-from ..base.arguments import Checks, as_number
-from ..base.units import unit
-from ..errors import ChebclearWarning
-from ..scene.scene import Interval
+from ...base import files as records
+from ...base.arguments import Checks, as_number
+from ...base.units import unit
+from ...errors import ChebclearWarning
+from ...scene.scene import Interval
+from ..polynomials.sensitivity import VarianceShares, variance_shares
+from ..polynomials.surrogate import Surrogate
 from .hybrid import Normal, QuantileBand, Uniform, quantile_bounds
-from .sensitivity import VarianceShares, variance_shares
-from .surrogate import Surrogate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -420,7 +420,7 @@ class Band(records.ArrayRecord):
         -------
         Axes
         """
-        from ..plots import results as plot
+        from ...plots import results as plot
 
         return plot.plot_band(self, ax=ax, **options)
 

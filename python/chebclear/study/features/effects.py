@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base import files as records
+from ...base import files as records
 
 Array = NDArray[np.float64]
 

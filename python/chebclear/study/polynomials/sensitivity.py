@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base import files as records
+from ...base import files as records
 from .surrogate import Surrogate
 
 Array = NDArray[np.float64]
