@@ -8,6 +8,7 @@ from . import mechanisms
 from .base.files import package_version
 from .base.quantities import Interval, interval, rpm
 from .errors import ChebclearError, ChebclearWarning, Problem, SceneError, SimulationError
+from .loading import load_result
 from .mechanisms import hertz_stiffness
 from .plots.costs import plot_study_tradeoff, plot_tradeoff
 from .plots.drawing.scene import plot_scene
@@ -167,6 +168,7 @@ __all__ = [
     "impulse",
     "interval",
     "load",
+    "load_result",
     "loads",
     "loss",
     "lowest",

@@ -127,6 +127,30 @@ def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any
     ValueError
         If the file holds something else, or was written by a later version.
     """
+    with _opened(path) as (archive, facts):
+        if facts["kind"] != kind:
+            raise ValueError(f"{os.fspath(path)} holds a {facts['kind']}, not a {kind}")
+        try:
+            return {name: archive[name] for name in archive.files if name != "metadata"}, facts
+        except _DAMAGE as error:
+            raise ValueError(f"{os.fspath(path)} is damaged: {error}") from None
+
+
+def kind_of(path: str | os.PathLike[str]) -> str:
+    """What a file that `save` wrote holds.
+
+    Raises
+    ------
+    ValueError
+        If `save` did not write it, or a later version of it did.
+    """
+    with _opened(path) as (_, facts):
+        return str(facts["kind"])
+
+
+@contextmanager
+def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[np.lib.npyio.NpzFile, dict[str, Any]]]:
+    """The archive and the facts in a file that `save` wrote."""
     stranger = ValueError(f"{os.fspath(path)} was not written by chebclear")
     # Opened here, since numpy leaves a file open that turns out to be no archive.
     with Path(path).open("rb") as file:
@@ -143,12 +167,7 @@ def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any
             raise ValueError(
                 f"{os.fspath(path)} has format {facts['format']}, this version reads up to {FORMAT}"
             )
-        if facts["kind"] != kind:
-            raise ValueError(f"{os.fspath(path)} holds a {facts['kind']}, not a {kind}")
-        try:
-            return {name: archive[name] for name in archive.files if name != "metadata"}, facts
-        except _DAMAGE as error:
-            raise ValueError(f"{os.fspath(path)} is damaged: {error}") from None
+        yield archive, facts
 
 
 @contextmanager

@@ -17,8 +17,11 @@ from numpy.typing import NDArray
 from ..base import files as records
 from ..base.arguments import Checks
 from ..base.units import unit
+from ..data.dataset import Dataset
+from ..data.exports import Exports
 from ..scene.scene import Scene
 from .accuracy import ErrorEstimate
+from .dataset import common_facts, run_dataset
 from .features import EXTREMA, Extremum, Feature
 from .names import output_meant
 from .settings import MOST_CYCLES, Settings, require_features
@@ -154,7 +157,7 @@ class EndState:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(records.ArrayRecord):
+class Trajectory(records.ArrayRecord, Exports):
     """The result of one simulation; ``run["slider.x"]`` is the column of that name.
 
     Trajectories compare (NaN equals NaN), copy, pickle, save and load. Their arrays are read-only: change a
@@ -219,15 +222,23 @@ class Trajectory(records.ArrayRecord):
     def __iter__(self) -> Iterator[str]:
         return iter(self.columns)
 
-    def to_dict(self) -> dict[str, Array]:
-        """``t`` and all columns by name, as a data frame wants them.
+    def dataset(self) -> Dataset:
+        """The samples and the tables of contacts as named arrays with units; see `Exports`.
 
         Returns
         -------
-        dict of str to ndarray, shape (samples,)
-            Views; in the units of the columns.
+        Dataset
+            The columns over ``t``; ``events.time``, ``contacts.peak_force`` and so on over axes of their own.
         """
-        return {"t": self.t, **{name: self[name] for name in self.columns}}
+        names = ("events", "contacts", "skipped_events", "skipped_contacts")
+        told = {"status": self.status, "message": self.message, "end_time": self.end_time}
+        return run_dataset(
+            self.t,
+            self.columns,
+            self.values,
+            {name: getattr(self, name) for name in names},
+            told | common_facts(self.settings, self.scene, self.warnings),
+        )
 
     def peak(self, output: str) -> Extremum:
         """Largest value of an output in the sampled time: of the continuous motion, not of the samples.

@@ -2,5 +2,5 @@
 
 In: a callable that builds scenes, and intervals; out: a `StudyResult` with a `Band` for every output.
 Uses its chapters `polynomials`, `band` and `features`, which build on each other in this order, and the rooms
-`plots`, `run`, `scene` and `base`.
+`plots`, `run`, `scene`, `data` and `base`.
 """

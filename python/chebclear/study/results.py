@@ -14,12 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base import files as records
+from ..data.dataset import Dataset
+from ..data.exports import Exports
+from ..run.dataset import common_facts
 from ..run.settings import Settings
 from ..run.trajectory import Stats, column_index
 from ..scene.scene import Interval, Scene
 from .band.band import Band
 from .band.calibrated import Demand, calibrated_bands, statement
 from .band.judgement import judged
+from .dataset import study_dataset
 from .features.features import FeatureResult, FeatureTable, Ranking
 from .polynomials.surrogate import BoundKind, Surrogate
 
@@ -36,7 +40,7 @@ class Extendable(Protocol):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StudyResult(records.ArrayRecord):
+class StudyResult(records.ArrayRecord, Exports):
     """The bands of all outputs of a study; ``result["slider.vx"]`` is the `Band` of that output.
 
     Results compare (NaN equals NaN), copy, pickle, save and load. Their arrays are read-only: change a copy.
@@ -285,6 +289,27 @@ class StudyResult(records.ArrayRecord):
             )
         kind = kind or ("scan" if degrees is None else "chebyshev")
         return cls(kind=kind, bands=bands, degrees=degrees, nodes=nodes, bounds=bounds, **facts)
+
+    def dataset(self) -> Dataset:
+        """Bands, runs, parameters and features as named arrays with units; see `Exports`.
+
+        Returns
+        -------
+        Dataset
+            ``slider.x.lower``, ``.upper`` and ``.nominal`` over ``t``, ``slider.x.runs`` over ``run`` and
+            ``t``, ``parameters.NAME`` over ``run``, ``features.NAME`` over ``run`` and ``cycle``.
+        """
+        features = {}
+        if self.features is not None:
+            features = {name: self.features.values[:, :, k] for k, name in enumerate(self.features.names)}
+        told: dict[str, str | int | float] = {"kind": self.kind, "runs": len(self.parameters)}
+        return study_dataset(
+            self.t,
+            self.bands,
+            dict(zip(self.parameter_names, self.parameters.T, strict=True)),
+            features,
+            told | common_facts(self.settings, self.scene, self.warnings),
+        )
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything to one compressed ``.npz`` file.

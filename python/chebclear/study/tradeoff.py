@@ -16,6 +16,8 @@ from ..base import files as records
 from ..base.arguments import Checks
 from ..base.tables import format_number, format_table, markdown_table
 from ..base.units import unit
+from ..data.dataset import Dataset, numbered
+from ..data.exports import Exports
 from ..errors import SimulationError
 from ..run.trajectory import column_index
 from .band.band import Band
@@ -82,7 +84,7 @@ class StudyRecommendation(records.ArrayRecord):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StudyTradeoff(records.ArrayRecord):
+class StudyTradeoff(records.ArrayRecord, Exports):
     """Accuracy against cost of the bounds of a study.
 
     The reference is what all runs together reach: an inner bound, which `reference_change` judges.
@@ -213,6 +215,16 @@ class StudyTradeoff(records.ArrayRecord):
                 row.append(format_number(100.0 * float(point.fit_error[column]), 2))
             rows.append([*row, point.status] if failures else row)
         return head, rows
+
+    def dataset(self) -> Dataset:
+        """The table as named arrays with units; see `Exports`.
+
+        Returns
+        -------
+        Dataset
+            The columns of `to_dict` over ``setting``.
+        """
+        return numbered("setting", self.to_dict(), {"seconds": "s"})
 
     def to_dict(self) -> dict[str, list[Any]]:
         """The table as columns of plain numbers and words, as a data frame wants them.

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from ..base import files as records
 from ..base.tables import format_number, format_table, markdown_table
 from ..base.units import unit
+from ..data.dataset import Dataset, numbered
+from ..data.exports import Exports
 from ..run.accuracy import HORIZON_PART
 from ..run.settings import Settings
 from ..run.trajectory import Stats, column_index
@@ -36,7 +38,7 @@ _SHOWN = 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tradeoff(records.ArrayRecord):
+class Tradeoff(records.ArrayRecord, Exports):
     """Accuracy against cost of one scene; ``result["rodas4", 1e-6]`` is that `TradeoffPoint`.
 
     Errors are differences from the run `reference`, which has an error itself: `check`, a run of another
@@ -264,6 +266,19 @@ class Tradeoff(records.ArrayRecord):
     def _instant_before(self, time: float) -> float:
         """The last instant at which the outputs still agree, if they part at this time."""
         return float(self.t[max(int(np.searchsorted(self.t, time)) - 1, 0)])
+
+    def dataset(self) -> Dataset:
+        """The table as named arrays with units; see `Exports`.
+
+        Returns
+        -------
+        Dataset
+            The columns of `to_dict` over ``setting``.
+        """
+        units = {"rtol": "-", "seconds": "s"}
+        units |= {f"error {name}": column_unit(name) for name in self.outputs}
+        units |= {f"horizon {name}": "s" for name in self.outputs}
+        return numbered("setting", self.to_dict(), units)
 
     def to_dict(self) -> dict[str, list[Any]]:
         """The table as columns of plain numbers and words, as a data frame wants them.

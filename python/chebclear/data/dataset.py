@@ -1,0 +1,98 @@
+"""Named arrays with units: what a result hands to other programs, whatever the result is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One array of a dataset."""
+
+    dimensions: tuple[str, ...]
+    """Name of each axis."""
+    values: NDArray[Any]
+    """Numbers or words, one axis for each dimension."""
+    unit: str = ""
+    """Unit of the numbers; ``"-"`` for a number without one and ``""`` where none is known."""
+
+    def __post_init__(self) -> None:
+        if self.values.ndim != len(self.dimensions):
+            raise ValueError(f"{self.values.ndim} axes are not the dimensions {self.dimensions}")
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """Named arrays over shared axes, the first of which is that of the table."""
+
+    axis: str
+    """Dimension of the table, which has a variable of the same name, as ``"t"``."""
+    variables: dict[str, Variable]
+    """The arrays by name; words joined by dots, as ``"slider.x.lower"``."""
+    facts: dict[str, str | int | float] = field(default_factory=dict)
+    """What else is known: status, settings, versions, the scene as JSON."""
+
+    def table(self) -> dict[str, NDArray[Any]]:
+        """The arrays along the axis alone, by name; the axis itself comes first."""
+        names = [name for name, variable in self.variables.items() if variable.dimensions == (self.axis,)]
+        names.sort(key=lambda name: name != self.axis)
+        return {name: self.variables[name].values for name in names}
+
+    def unit(self, name: str) -> str:
+        """Unit of a variable by its name."""
+        return self.variables[name].unit
+
+
+def records(prefix: str, dimension: str, table: object, units: dict[str, str]) -> dict[str, Variable]:
+    """The arrays of a record of equally long columns, named ``"PREFIX.FIELD"``.
+
+    Parameters
+    ----------
+    prefix : str
+        Name of the table.
+    dimension : str
+        Name of its axis.
+    table : object
+        A dataclass of one-dimensional arrays.
+    units : dict of str to str
+        Unit of each field that has one.
+
+    Returns
+    -------
+    dict of str to Variable
+    """
+    return {
+        f"{prefix}.{name}": Variable((dimension,), np.asarray(column), units.get(name, ""))
+        for name, column in vars(table).items()
+        if isinstance(column, np.ndarray)
+    }
+
+
+def numbered(axis: str, columns: Mapping[str, Sequence[Any]], units: Mapping[str, str]) -> Dataset:
+    """Rows of a table as a dataset, counted along its axis.
+
+    Parameters
+    ----------
+    axis : str
+        What a row is, as ``"setting"``.
+    columns : mapping of str to sequence
+        Numbers or words of equal count; a None among numbers becomes NaN.
+    units : mapping of str to str
+        Unit of each column that has one.
+
+    Returns
+    -------
+    Dataset
+    """
+    variables: dict[str, Variable] = {}
+    for name, column in columns.items():
+        numbers = all(entry is None or isinstance(entry, int | float) for entry in column)
+        values = np.array(column, dtype=float) if numbers and None in column else np.array(column)
+        variables[name] = Variable((axis,), values, units.get(name, ""))
+    count = len(next(iter(columns.values())))
+    return Dataset(axis, {axis: Variable((axis,), np.arange(count), "-"), **variables})

@@ -1,0 +1,113 @@
+"""The ways out of a result, the same for all of them."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import matlab, tables, xarrays
+from .dataset import Dataset
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+
+class Exports:
+    """Base of results that other programs can read."""
+
+    def dataset(self) -> Dataset:
+        """The result as named arrays with units: what all the exports are made from.
+
+        Returns
+        -------
+        Dataset
+        """
+        raise NotImplementedError
+
+    def to_dict(self) -> dict[str, Any]:
+        """The table of the result by column, the axis first, as `to_csv` and `to_dataframe` have it.
+
+        Returns
+        -------
+        dict of str to ndarray
+            Views where the result holds the column itself, in the units of `to_csv`.
+        """
+        return self.dataset().table()
+
+    def to_csv(self, path: str | os.PathLike[str]) -> Path:
+        """Write the table to a CSV file: a line of names with units in brackets, then a line a sample.
+
+        Numbers are written so that they are read back to the last bit. An existing file is replaced, as a
+        whole or not at all.
+
+        Parameters
+        ----------
+        path : path
+            Where to; ``.csv`` is appended if there is no suffix.
+
+        Returns
+        -------
+        Path
+            The file written.
+        """
+        return tables.to_csv(self.dataset(), path)
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """The table as a pandas data frame.
+
+        Its index is the axis, its ``attrs`` hold the units by column (``attrs["units"]``) and the facts.
+
+        Returns
+        -------
+        pandas.DataFrame
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        return tables.to_dataframe(self.dataset())
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Everything, runs and tables of contacts too, as an xarray dataset; units and facts as attributes.
+
+        Returns
+        -------
+        xarray.Dataset
+            It can be written with ``to_netcdf``.
+
+        Raises
+        ------
+        ImportError
+            If xarray is not installed.
+        """
+        return xarrays.to_xarray(self.dataset())
+
+    def to_mat(self, path: str | os.PathLike[str]) -> Path:
+        """Write everything to a MATLAB file (version 5).
+
+        Names are structures at their dots: ``slider.x`` of the result is ``slider.x`` in MATLAB, its unit is
+        ``units.slider.x``, and the facts are in ``about``. Words that MATLAB does not accept as names are
+        changed as `matlab_name` says. An existing file is replaced, as a whole or not at all.
+
+        Parameters
+        ----------
+        path : path
+            Where to; ``.mat`` is appended if there is no suffix.
+
+        Returns
+        -------
+        Path
+            The file written.
+
+        Raises
+        ------
+        ImportError
+            If SciPy is not installed.
+        """
+        return matlab.to_mat(self.dataset(), path)
+
+
+__all__ = ["Exports"]

@@ -1,0 +1,23 @@
+"""Libraries that only one export needs."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+
+def needed(library: str, caller: str) -> Any:
+    """A library, or an error that says how to get it.
+
+    Raises
+    ------
+    ImportError
+        If it is not installed.
+    """
+    try:
+        return importlib.import_module(library)
+    except ModuleNotFoundError as error:
+        name = library.partition(".")[0]
+        if error.name != name:  # it is there, something that it needs itself is not
+            raise
+        raise ImportError(f"{caller} needs {name}: pip install 'chebclear[data]'", name=name) from None

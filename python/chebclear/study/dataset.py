@@ -1,0 +1,57 @@
+"""The bands of a study as named arrays, for other programs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..data.dataset import Dataset, Variable
+from ..scene.columns import column_unit
+from .band.band import Band
+
+Array = NDArray[np.float64]
+
+
+def study_dataset(
+    t: Array,
+    bands: Mapping[str, Band],
+    parameters: Mapping[str, Array],
+    features: Mapping[str, Array],
+    facts: Mapping[str, str | int | float],
+) -> Dataset:
+    """Bands and runs of a study.
+
+    Parameters
+    ----------
+    t : ndarray, shape (samples,)
+        Instants [s].
+    bands : mapping of str to Band
+        Band of each output.
+    parameters : mapping of str to ndarray, shape (runs,)
+        Values of each parameter in the runs [SI units].
+    features : mapping of str to ndarray, shape (runs, cycles)
+        Features of the runs.
+    facts : mapping
+        What else is known.
+
+    Returns
+    -------
+    Dataset
+        ``OUTPUT.lower``, ``.upper`` and ``.nominal`` over ``t``, ``OUTPUT.runs`` over ``run`` and ``t``,
+        ``parameters.NAME`` over ``run``.
+    """
+    variables = {"t": Variable(("t",), t, "s")}
+    told = dict(facts)
+    for name, band in bands.items():
+        unit = column_unit(name)
+        for side in ("lower", "upper", "nominal"):
+            variables[f"{name}.{side}"] = Variable(("t",), getattr(band, side), unit)
+        variables[f"{name}.runs"] = Variable(("run", "t"), band.runs, unit)
+        told[f"{name}.verdict"] = band.verdict
+        if band.coverage == band.coverage:  # not NaN
+            told[f"{name}.coverage"] = band.coverage
+    variables |= {f"parameters.{name}": Variable(("run",), values) for name, values in parameters.items()}
+    variables |= {f"features.{name}": Variable(("run", "cycle"), values) for name, values in features.items()}
+    return Dataset("t", variables, told)
