@@ -101,6 +101,7 @@ def _add_paper(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     command.add_argument("--no-figures", action="store_true", help="write the tables and arrays only")
 
 
+# Long because it lists the options of one command.
 def _add_tradeoff(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     from .paper import case_study as paper
     from .tradeoffs.recommendation import COSTS

@@ -1,8 +1,9 @@
 //! Events of systems whose motion, and so every instant of an event, is known in closed form.
 
 use chebclear::dynamics::Linearisation;
+use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::events::Guard;
-use chebclear::integrators::rosenbrock::{DenseStep, Rosenbrock};
+use chebclear::integrators::rosenbrock::Rosenbrock;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P};
 use chebclear::integrators::{HybridSystem, Limits, Outcome, Status, integrate};
 use chebclear::numerics::instant::Instant;
@@ -108,6 +109,7 @@ impl HybridSystem for Switching {
             *out = Guard {
                 value: sign * value,
                 rate: if self.rates_known { sign * rate } else { f64::NAN },
+                margin: 0.25,
                 resolution: self.resolution,
                 overshoot: self.overshoot,
             };

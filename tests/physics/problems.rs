@@ -1,7 +1,8 @@
 //! Smooth initial value problems `q̈ = a(q, q̇, t)` for the integrator, with exact derivatives.
 
 use chebclear::dynamics::Linearisation;
-use chebclear::integrators::rosenbrock::{DenseStep, Rosenbrock};
+use chebclear::integrators::dense::DenseStep;
+use chebclear::integrators::rosenbrock::Rosenbrock;
 use chebclear::integrators::tableaus::Tableau;
 use chebclear::integrators::{HybridSystem, Limits, Outcome, integrate};
 use chebclear::numerics::instant::Instant;

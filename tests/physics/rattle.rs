@@ -192,6 +192,7 @@ impl HybridSystem for Rattle {
         guards[0] = Guard {
             value: sign * state.penetration,
             rate: sign * state.penetration_rate,
+            margin: 0.0,
             resolution,
             overshoot: (8.0 * resolution).max(1e-2 * SCALES[0] * self.rtol),
         };
@@ -203,6 +204,7 @@ impl HybridSystem for Rattle {
                 Guard {
                     value: if clipped { -bracket } else { bracket },
                     rate: f64::NAN,
+                    margin: 0.25,
                     resolution,
                     overshoot: (8.0 * resolution).max(1e-4),
                 }

@@ -1,7 +1,7 @@
 //! Adaptive integration: error against tolerance, and how a run ends when something goes wrong.
 
 use chebclear::dynamics::Linearisation;
-use chebclear::integrators::rosenbrock::DenseStep;
+use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P, Tableau};
 use chebclear::integrators::{HybridSystem, Limits, Outcome, Projection, Status, integrate};
 use chebclear::numerics::instant::Instant;

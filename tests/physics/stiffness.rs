@@ -5,7 +5,7 @@ use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::dop853::Dop853;
 use chebclear::integrators::rosenbrock::Rosenbrock;
 use chebclear::integrators::tableaus::RODAS4;
-use chebclear::integrators::{HybridSystem, Limits, MethodMemory, Stats, Status, Stepper, integrate_with};
+use chebclear::integrators::{HybridSystem, Limits, Settled, Stats, Status, Stepper, integrate_with};
 use chebclear::numerics::instant::Instant;
 use chebclear::run::settings::{Method, Settings};
 use chebclear::run::trajectory::simulate;
@@ -147,13 +147,13 @@ fn the_automatic_choice_is_the_same_again_and_can_be_taken_up() {
     let (second, again) = run(&mut *Method::Auto.stepper(3, 1e-6));
     assert_eq!((first.stats, end.map(f64::to_bits)), (second.stats, again.map(f64::to_bits)));
     // The run ends in a contact that sticks; a new method that is told so goes on with implicit steps.
-    let memory = method.memory();
-    assert!(memory.implicit && !method.is_explicit(), "{memory:?}");
+    let memory = *method.memory().expect("a method of two remembers");
+    assert!(memory.implicit && !method.step().is_explicit, "{memory:?}");
     let mut other = Method::Auto.stepper(3, 1e-6);
-    assert!(other.is_explicit());
-    other.recall(memory);
-    assert!(!other.is_explicit() && other.memory() == memory);
-    assert_eq!(Method::Rodas4.stepper(3, 1e-6).memory(), MethodMemory::default());
+    assert!(other.step().is_explicit);
+    *other.memory().expect("a method of two remembers") = memory;
+    assert!(!other.step().is_explicit);
+    assert!(Method::Rodas4.stepper(3, 1e-6).memory().is_none());
 }
 
 /// DOP853 that never knows the first slope of a step from the last of the one before.
@@ -163,6 +163,10 @@ struct Forgetful {
 }
 
 impl Stepper for Forgetful {
+    fn restart(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]) {
+        self.tolerances = [position_tolerance.to_vec(), velocity_tolerance.to_vec()];
+    }
+
     fn begin(
         &mut self,
         system: &mut dyn HybridSystem,
@@ -171,7 +175,7 @@ impl Stepper for Forgetful {
         v: &[f64],
         stats: &mut Stats,
     ) -> bool {
-        self.inner.weigh(&self.tolerances[0], &self.tolerances[1]);
+        self.inner.restart(&self.tolerances[0], &self.tolerances[1]);
         self.inner.begin(system, t, q, v, stats)
     }
 
@@ -179,36 +183,27 @@ impl Stepper for Forgetful {
         self.inner.attempt(system, h, stats)
     }
 
-    fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool {
-        self.inner.finish_dense(system, stats)
-    }
-
-    fn glance(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
-        self.inner.glance(theta, q, v);
-    }
-
-    fn largest_growth(&self) -> f64 {
-        self.inner.largest_growth()
-    }
-
     fn step(&mut self) -> &mut DenseStep {
         self.inner.step()
     }
 
-    fn error(&self) -> &[f64] {
-        self.inner.error()
+    fn estimate_inside(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
+        self.inner.estimate_inside(theta, q, v);
     }
 
-    fn embedded_order(&self) -> usize {
-        self.inner.embedded_order()
+    fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool {
+        self.inner.finish_dense(system, stats)
     }
 
-    fn weigh(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]) {
-        self.tolerances = [position_tolerance.to_vec(), velocity_tolerance.to_vec()];
-    }
-
-    fn is_explicit(&self) -> bool {
-        self.inner.is_explicit()
+    fn settle(
+        &mut self,
+        system: &mut dyn HybridSystem,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        stats: &mut Stats,
+    ) -> Settled {
+        self.inner.settle(system, t, q, v, stats)
     }
 }
 
@@ -298,7 +293,7 @@ fn the_stiffness_of_a_step_is_its_length_times_the_fastest_rate() {
             let h = product / rate;
             let (mut explicit, mut implicit) = (Dop853::new(1), Rosenbrock::new(RODAS4, 1));
             for method in [&mut explicit as &mut dyn Stepper, &mut implicit] {
-                method.weigh(&position, &velocity);
+                method.restart(&position, &velocity);
                 assert!(method.begin(&mut system, 0.3, &[0.7], &[0.2], &mut stats));
                 assert!(method.attempt(&mut system, h, &mut stats));
             }
@@ -307,7 +302,8 @@ fn the_stiffness_of_a_step_is_its_length_times_the_fastest_rate() {
             assert!((found / product - 1.0).abs() < 0.2, "{found} instead of {product}");
             assert!((0.999..2.0).contains(&(bound / product)), "{bound} for {product}");
             assert!((implicit.damping() - damping).abs() <= 1e-12 * damping);
-            assert!((explicit.largest_growth() * product / 5.9 - 1.0).abs() < 0.3);
+            let settled = explicit.settle(&mut system, 0.3 + h, &[0.7], &[0.2], &mut stats);
+            assert!((settled.largest_growth * product / 5.9 - 1.0).abs() < 0.3);
         }
     }
 }
@@ -338,7 +334,7 @@ fn the_explicit_error_estimate_does_not_vanish_where_a_step_crosses_a_kink() {
                 assert!(method.begin(&mut system, 0.0, &[0.0], &[0.0], &mut stats));
                 assert!(method.attempt(&mut system, 1.0, &mut stats));
                 let exact = (1.0 - system.0).powf(power + 1.0) / (power + 1.0);
-                (method.step().end[1] - exact).abs() / method.error()[1]
+                (method.step().end[1] - exact).abs() / method.step().error[1]
             })
             .collect();
         ratios.sort_by(f64::total_cmp);
@@ -369,9 +365,13 @@ fn the_explicit_error_estimate_vanishes_for_polynomials_that_the_method_integrat
         let mut stats = Stats::default();
         assert!(method.begin(&mut Power(power), 0.0, &[0.0], &[1.0], &mut stats));
         assert!(method.attempt(&mut Power(power), 1.0, &mut stats));
-        println!("t^{power}: {:?}", method.error());
+        println!("t^{power}: {:?}", method.step().error);
         // Order conditions met to eleven digits gave 2e-11, which was all that limited slow mechanisms.
-        assert!(method.error().iter().all(|error| *error < 1e-13), "t^{power}: {:?}", method.error());
+        assert!(
+            method.step().error.iter().all(|error| *error < 1e-13),
+            "t^{power}: {:?}",
+            method.step().error
+        );
     }
 }
 

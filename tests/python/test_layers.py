@@ -189,6 +189,16 @@ def rust_uses(code):
     return found
 
 
+def rust_inherent(code):
+    """Types that a file gives methods which no trait asks for."""
+    headers = re.findall(r"^\s*impl\b([^{]*)\{", code, flags=re.MULTILINE)
+    for header in headers:
+        while (plain := re.sub(r"<[^<>]*>", "", header)) != header:
+            header = plain
+        if " for " not in header:
+            yield re.findall(r"\w+", header.split(" where ")[0])[-1]
+
+
 def test_rust_imports_go_one_way():
     wrong = set()
     for path in rust_files():
@@ -197,6 +207,17 @@ def test_rust_imports_go_one_way():
             if RUST_ROOMS.index(used) > RUST_ROOMS.index(user):
                 wrong.add((user, used, path.name))
     assert not wrong, sorted(wrong)
+
+
+def test_rust_methods_stand_in_the_room_of_their_type():
+    rooms, methods = {}, set()
+    for path in rust_files():
+        code = rust_code(path.read_text(encoding="utf-8"))
+        for name in re.findall(r"^\s*(?:pub(?:\([^)]*\))? )?(?:struct|enum) (\w+)", code, flags=re.MULTILINE):
+            rooms.setdefault(name, set()).add(rust_room(path))
+        methods |= {(name, rust_room(path), path.name) for name in rust_inherent(code)}
+    wrong = {(name, path) for name, room, path in methods if room not in rooms[name]}
+    assert methods and not wrong, sorted(wrong)
 
 
 @pytest.mark.parametrize("crate", CRATES)
@@ -230,3 +251,64 @@ def draw():
         "chebclear.run.settings.Settings",
     }
     assert rust_uses("use crate::{error, scene::{a, b}};\nuse crate::run::x;") == {"error", "scene", "run"}
+    headers = ["A", "<'a> B<'a>", "C for D", "<S: T> E<S> for F", "G<f64>"]
+    assert list(rust_inherent("\n".join(f"impl {header} {{" for header in headers))) == ["A", "B", "G"]
+
+
+LONGEST_FUNCTION = 60  # lines, without the docstring and signature in Python
+LONG = re.compile(r"^\s*(?://|#) Long because \S.*\w")
+
+
+def long_python(text):
+    """Functions that are too long without a reason: (line, name, length)."""
+    lines = text.splitlines()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            body = node.body[1:] if ast.get_docstring(node) is not None else node.body
+            length = node.end_lineno - body[0].lineno + 1 if body else 0
+            first = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
+            if length > LONGEST_FUNCTION and not reason_above(lines, first - 1):
+                yield node.lineno, node.name, length
+
+
+def long_rust(text):
+    """The same for formatted Rust: a function ends at the brace below the start of its first line."""
+    lines = text.splitlines()
+    for first, line in enumerate(lines):
+        if not (match := re.match(r"(\s*)(?:pub(?:\([^)]*\))? )?(?:const )?fn (\w+)", line)):
+            continue
+        ends = (
+            n for n in range(first, len(lines)) if lines[n] == match[1] + "}" or lines[n].endswith(("}", ";"))
+        )
+        # A signature, or a body, on one line ends there.
+        short = line.endswith((";", "}"))
+        last = first if short else next(n for n in ends if re.match(match[1] + r"[})]", lines[n]))
+        if last - first + 1 > LONGEST_FUNCTION and not reason_above(lines, first):
+            yield first + 1, match[2], last - first + 1
+
+
+def reason_above(lines, first):
+    """Whether the comments, attributes and decorators above a line say why a function is long."""
+    while first > 0 and re.match(r"\s*(//|#)", lines[first - 1]):
+        first -= 1
+        if LONG.match(lines[first]):
+            return True
+    return False
+
+
+@pytest.mark.parametrize("root, ending, long", [(PACKAGE, "py", long_python), (CRATE, "rs", long_rust)])
+def test_functions_are_short_or_say_why_not(root, ending, long):
+    found = {path: list(long(path.read_text(encoding="utf-8"))) for path in sorted(root.rglob(f"*.{ending}"))}
+    assert found
+    assert not any(found.values()), {
+        str(path.relative_to(root)): found[path] for path in found if found[path]
+    }
+
+
+def test_the_reader_of_lengths_counts_lines():
+    body = "    a()\n"
+    python = "def f(\n    x,\n):\n" + body * 61 + "# Long because it lists.\ndef g():\n" + body * 61
+    assert list(long_python(python)) == [(1, "f", 61)]
+    rust = "impl A {\n    fn f(\n        &self,\n    ) -> bool {\n" + body * 57 + "    }\n\n    fn g();\n}\n"
+    rust += "// Long because it lists.\n#[inline]\npub fn h() {\n" + body * 59 + "}\n"
+    assert list(long_rust(rust)) == [(2, "f", 61)]

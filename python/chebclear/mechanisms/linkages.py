@@ -158,6 +158,7 @@ def four_bar(
     )
 
 
+# Long because it lists the parts of one mechanism.
 def six_bar(
     *,
     ground_length: float = 0.12,

@@ -13,6 +13,7 @@ from .joints import TABLE_2_FRICTION, Arguments, Play, bar, direction, on_circle
 _TABLE_2_SPEED = rpm(2000.0)
 
 
+# Long because it lists the parts of one mechanism.
 def slider_crank(
     *,
     crank_length: float = 0.05,
@@ -239,6 +240,7 @@ def flores_slider_crank(
     return slider_crank(clearance=clearance, crank_speed=crank_speed, **(defaults | changes))
 
 
+# Long because it lists the parts of one mechanism.
 def quick_return(
     *,
     crank_length: float = 0.05,

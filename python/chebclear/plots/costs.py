@@ -25,6 +25,7 @@ _COSTS = {
 }
 
 
+# Long because all it draws has a style and words of its own.
 def plot_tradeoff(
     result: CostsLike,
     output: str | None = None,

@@ -40,6 +40,7 @@ REFERENCE_METHODS = ("rodas5p", "rodas4")
 _INSTANTS = 241
 
 
+# Long because all its runs share a reference and a report of progress.
 def tradeoff(
     scene: Scene,
     duration: float,

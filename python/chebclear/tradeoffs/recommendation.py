@@ -123,6 +123,7 @@ def power(number: float) -> str:
     return f"{float(digits):g}e{int(exponent)}"
 
 
+# Long because its cases exclude each other one after the other.
 def recommendation(
     result: Measured, accuracy: float | Mapping[str, float], *, until: float | None, cost: str
 ) -> Recommendation:

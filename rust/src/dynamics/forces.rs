@@ -5,23 +5,22 @@ use crate::numerics::dual::{Dual, Scalar};
 use crate::tree::elements::{AppliedForce, Link, Torsion};
 use crate::tree::kinematics::{Vec2, perp, turned};
 
-impl Link {
-    /// Force on the second point, where `e` is that point seen from the first and `rate` its rate.
-    ///
-    /// A damper, or a spring with a natural length, has no direction between points that coincide:
-    /// the force is then not a number.
-    #[inline]
-    fn force<S: Scalar>(&self, e: [S; 2], rate: [S; 2]) -> [S; 2] {
-        if self.length == 0.0 && self.damping == 0.0 {
-            return e.map(|component| component * -self.stiffness);
-        }
-        let length = (e[0] * e[0] + e[1] * e[1]).sqrt();
-        let inverse = S::constant(1.0) / length;
-        let normal = e.map(|component| component * inverse);
-        let lengthening = rate[0] * normal[0] + rate[1] * normal[1];
-        let tension = (length - self.length) * self.stiffness + lengthening * self.damping;
-        normal.map(|component| -(component * tension))
+/// Force of a spring or damper on its second point, where `e` is that point seen from the first and `rate` its
+/// rate.
+///
+/// A damper, or a spring with a natural length, has no direction between points that coincide: the force is then
+/// not a number.
+#[inline]
+fn force_of<S: Scalar>(link: &Link, e: [S; 2], rate: [S; 2]) -> [S; 2] {
+    if link.length == 0.0 && link.damping == 0.0 {
+        return e.map(|component| component * -link.stiffness);
     }
+    let length = (e[0] * e[0] + e[1] * e[1]).sqrt();
+    let inverse = S::constant(1.0) / length;
+    let normal = e.map(|component| component * inverse);
+    let lengthening = rate[0] * normal[0] + rate[1] * normal[1];
+    let tension = link.tension(length, lengthening);
+    normal.map(|component| -(component * tension))
 }
 
 impl Dynamics<'_> {
@@ -31,7 +30,7 @@ impl Dynamics<'_> {
         let tree = self.tree;
         for link in &tree.links {
             let [a, b] = link.points.map(|point| self.point(point));
-            let force = link.force((b.position - a.position).into(), (b.velocity - a.velocity).into());
+            let force = force_of(link, (b.position - a.position).into(), (b.velocity - a.velocity).into());
             self.add_pair(link.points, [a.position, b.position], force.into(), [0.0; 2], forces);
         }
         for torsion in &tree.torsions {
@@ -83,7 +82,7 @@ impl Dynamics<'_> {
     /// Force of a spring or damper on its second point [N].
     pub fn link_force(&self, link: &Link) -> Vec2 {
         let [a, b] = link.points.map(|point| self.point(point));
-        link.force((b.position - a.position).into(), (b.velocity - a.velocity).into()).into()
+        force_of(link, (b.position - a.position).into(), (b.velocity - a.velocity).into()).into()
     }
 
     /// A given force in the world frame [N], and its rate [N/s] without the turning of the body.
@@ -105,7 +104,8 @@ impl Dynamics<'_> {
         for link in &tree.links {
             let [a, b] = link.points.map(|point| self.point(point));
             let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
-            let force = link.force::<Dual<5>>(
+            let force = force_of::<Dual<5>>(
+                link,
                 [Dual::input(e.x, 0), Dual::input(e.y, 1)],
                 [Dual::input(rate.x, 2), Dual::input(rate.y, 3)],
             );

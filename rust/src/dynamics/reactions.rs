@@ -42,11 +42,28 @@ impl Dynamics<'_> {
             let inertial = body.mass * center.acceleration;
             *demand = Wrench::at(center.position, inertial, body.inertia * frame.angular_acceleration);
         }
-        let mut supply = |body: Option<usize>, wrench: Wrench| {
+        self.each_load(&mut |body, wrench| {
             if let Some(body) = body {
                 demands[body].add(-1.0, wrench);
             }
-        };
+        });
+        for &index in tree.tree_joints.iter().rev() {
+            let joint = &tree.ideal_joints[index];
+            if let Realisation::Tree { child, sign, .. } = joint.realisation {
+                let carried = demands[child];
+                let parent = if sign > 0.0 { joint.bodies[0] } else { joint.bodies[1] };
+                if let Some(parent) = parent {
+                    demands[parent].add(1.0, carried);
+                }
+                self.reactions[index] = Wrench { force: sign * carried.force, moment: sign * carried.moment };
+            }
+        }
+        self.demands = demands;
+    }
+
+    /// Tells `supply` every force that acts on a body but those of the tree's joints.
+    fn each_load(&self, supply: &mut impl FnMut(Option<usize>, Wrench)) {
+        let tree = self.tree;
         for (index, joint) in tree.clearance_joints.iter().enumerate() {
             if self.phases[index] == Phase::Free {
                 continue;
@@ -88,18 +105,6 @@ impl Dynamics<'_> {
                 supply(body, Wrench::at(self.point(point).position, sign * force, 0.0));
             }
         }
-        for &index in tree.tree_joints.iter().rev() {
-            let joint = &tree.ideal_joints[index];
-            if let Realisation::Tree { child, sign, .. } = joint.realisation {
-                let carried = demands[child];
-                let parent = if sign > 0.0 { joint.bodies[0] } else { joint.bodies[1] };
-                if let Some(parent) = parent {
-                    demands[parent].add(1.0, carried);
-                }
-                self.reactions[index] = Wrench { force: sign * carried.force, moment: sign * carried.moment };
-            }
-        }
-        self.demands = demands;
     }
 
     /// Force of a loop closure on its second point [N].

@@ -18,7 +18,7 @@ use crate::integrators::dense::DenseStep;
 use crate::integrators::dop853::Dop853;
 use crate::integrators::rosenbrock::Rosenbrock;
 use crate::integrators::tableaus::Tableau;
-use crate::integrators::{HybridSystem, MethodMemory, Stats, Stepper};
+use crate::integrators::{HybridSystem, MethodMemory, Settled, Stats, Stepper};
 
 // Tuned on the sliding and sticking journals and slider-cranks of `benchmarks/stiffness.rs`, errors of
 // 1e-3 to 1e-7.
@@ -63,82 +63,22 @@ impl Auto {
         }
     }
 
-    fn active(&self) -> &dyn Stepper {
-        if self.memory.implicit { &self.implicit } else { &self.explicit }
-    }
-
-    fn active_mut(&mut self) -> &mut dyn Stepper {
+    fn active(&mut self) -> &mut dyn Stepper {
         if self.memory.implicit { &mut self.implicit } else { &mut self.explicit }
     }
 
-    /// Looks away from stiffness for a while, the longer the more often in this phase.
+    /// Considers no switch to the Rosenbrock method for a while, the longer the more often in this phase.
     fn pause(&mut self) {
         self.memory.pause = self.memory.next_pause;
         self.memory.next_pause = (2 * self.memory.next_pause).min(LONGEST_PAUSE);
     }
-}
 
-impl Stepper for Auto {
-    fn begin(
+    /// Whether the other method takes the next step, after one of a stiffness that led to (q, v) at `t`.
+    fn switches(
         &mut self,
+        stiffness: f64,
         system: &mut dyn HybridSystem,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
-        stats: &mut Stats,
-    ) -> bool {
-        self.active_mut().begin(system, t, q, v, stats)
-    }
-
-    fn attempt(&mut self, system: &mut dyn HybridSystem, h: f64, stats: &mut Stats) -> bool {
-        self.active_mut().attempt(system, h, stats)
-    }
-
-    fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool {
-        self.active_mut().finish_dense(system, stats)
-    }
-
-    fn glance(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
-        self.active_mut().glance(theta, q, v);
-    }
-
-    fn largest_growth(&self) -> f64 {
-        self.active().largest_growth()
-    }
-
-    fn reliance(&self) -> f64 {
-        self.active().reliance()
-    }
-
-    fn step(&mut self) -> &mut DenseStep {
-        self.active_mut().step()
-    }
-
-    fn error(&self) -> &[f64] {
-        self.active().error()
-    }
-
-    fn embedded_order(&self) -> usize {
-        self.active().embedded_order()
-    }
-
-    fn weigh(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]) {
-        self.explicit.weigh(position_tolerance, velocity_tolerance);
-        self.implicit.weigh(position_tolerance, velocity_tolerance);
-        let MethodMemory { implicit, steps, .. } = self.memory;
-        self.memory = MethodMemory { implicit, steps, next_pause: PAUSE, ..MethodMemory::default() };
-    }
-
-    fn is_explicit(&self) -> bool {
-        !self.memory.implicit
-    }
-
-    fn settle(
-        &mut self,
-        system: &mut dyn HybridSystem,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
+        (t, q, v): (f64, &[f64], &[f64]),
         stats: &mut Stats,
     ) -> bool {
         let implicit = self.memory.implicit;
@@ -147,7 +87,6 @@ impl Stepper for Auto {
             self.memory.pause -= 1;
             return false;
         }
-        let stiffness = if implicit { self.implicit.stiffness() } else { self.explicit.stiffness() };
         // The rate cannot be measured among the rounding errors, and yet the error estimate is no rounding error.
         let drowned = !implicit && stiffness == 0.0 && self.explicit.error_in_tolerances() > NOISY;
         let contradicts = if implicit {
@@ -180,12 +119,61 @@ impl Stepper for Auto {
         self.memory.implicit = !implicit;
         true
     }
+}
 
-    fn memory(&self) -> MethodMemory {
-        self.memory
+impl Stepper for Auto {
+    fn restart(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]) {
+        self.explicit.restart(position_tolerance, velocity_tolerance);
+        self.implicit.restart(position_tolerance, velocity_tolerance);
+        let MethodMemory { implicit, steps, .. } = self.memory;
+        self.memory = MethodMemory { implicit, steps, next_pause: PAUSE, ..MethodMemory::default() };
     }
 
-    fn recall(&mut self, memory: MethodMemory) {
-        self.memory = memory;
+    fn begin(
+        &mut self,
+        system: &mut dyn HybridSystem,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        stats: &mut Stats,
+    ) -> bool {
+        self.active().begin(system, t, q, v, stats)
+    }
+
+    fn attempt(&mut self, system: &mut dyn HybridSystem, h: f64, stats: &mut Stats) -> bool {
+        self.active().attempt(system, h, stats)
+    }
+
+    fn step(&mut self) -> &mut DenseStep {
+        self.active().step()
+    }
+
+    fn estimate_inside(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
+        self.active().estimate_inside(theta, q, v);
+    }
+
+    fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool {
+        self.active().finish_dense(system, stats)
+    }
+
+    fn settle(
+        &mut self,
+        system: &mut dyn HybridSystem,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        stats: &mut Stats,
+    ) -> Settled {
+        let (stiffness, largest_growth) = if self.memory.implicit {
+            (self.implicit.stiffness(), f64::INFINITY)
+        } else {
+            let stiffness = self.explicit.stiffness();
+            (stiffness, Dop853::largest_growth(stiffness))
+        };
+        Settled { largest_growth, switched: self.switches(stiffness, system, (t, q, v), stats) }
+    }
+
+    fn memory(&mut self) -> Option<&mut MethodMemory> {
+        Some(&mut self.memory)
     }
 }

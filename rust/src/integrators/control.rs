@@ -1,9 +1,12 @@
 //! The loop over the steps: step control, projections, what an accepted step changes.
 
+use crate::integrators::dense::DenseStep;
 use crate::integrators::events::{EventFinder, Guard};
 use crate::integrators::rosenbrock::Rosenbrock;
 use crate::integrators::tableaus::Tableau;
-use crate::integrators::{Checkpoint, HybridSystem, Limits, Outcome, Projection, Stats, Status, Stepper};
+use crate::integrators::{
+    Checkpoint, HybridSystem, Limits, Outcome, Projection, Settled, Stats, Status, Stepper,
+};
 
 /// Step-size factor of an attempt that failed (a number that is not finite, a singular W).
 const FAILURE_FACTOR: f64 = 0.1;
@@ -20,12 +23,12 @@ const LEAST_ERROR: f64 = 1e-8;
 /// for: at time zero there is no rounding of the time to measure it by.
 const EARLIEST: f64 = 1e-8;
 
-/// Largest [`Stepper::reliance`] of a step in which a contact breaks away. Beyond it the step follows the
-/// steep friction of its start, the error estimate is damped by the same slope, and it may swing past the
-/// stick-slip velocity without seeing that the friction would have held. Tuned on the slider-cranks of
+/// Largest [`DenseStep::damping`] of a step beyond a kink. Beyond it the step follows the slope before the kink, the
+/// error estimate is damped by the same slope, and it may swing past the kink without seeing that the acceleration
+/// changed. Tuned on contacts that break away from sticking, the slider-cranks of
 /// `benchmarks/stiffness.rs`: 10 takes up to a quarter off the work of a Rosenbrock method for errors of
 /// 1e-2 and 1e-3, 100 nothing, 3 and 1 cost up to 9 and 17 %.
-const LARGEST_RELIANCE: f64 = 10.0;
+const LARGEST_DAMPING: f64 = 10.0;
 
 /// The integration in progress.
 pub(super) struct Run<'a> {
@@ -53,8 +56,8 @@ pub(super) struct Run<'a> {
     checkpoint: Option<Checkpoint>,
     /// The dense output of the present step is complete.
     pub(super) dense: bool,
-    /// A contact that stuck at the start of the step slides at its end.
-    pub(super) breaks_away: bool,
+    /// The present step ends beyond a kink.
+    pub(super) beyond_kink: bool,
     /// Why the last attempt was refused, as the run ends if no shorter step helps.
     refusal: Status,
     /// End of the present step on the constraints, and how it came there.
@@ -128,7 +131,7 @@ pub fn resume_with(
         standing_events: 0,
         checkpoint: None,
         dense: false,
-        breaks_away: false,
+        beyond_kink: false,
         refusal: Status::StepUnderflow,
         next_q: vec![0.0; d],
         next_v: vec![0.0; d],
@@ -159,8 +162,8 @@ impl Run<'_> {
         h = h.min(self.limits.max_step);
         self.restart();
         self.steps_since_restart = from.steps_since_restart;
-        if let Some(memory) = from.memory {
-            self.method.recall(memory);
+        if let (Some(memory), Some(known)) = (self.method.memory(), from.memory) {
+            *memory = known;
         }
         while self.t < end {
             if !self.method.begin(self.system, self.t, &self.q, &self.v, &mut self.stats) {
@@ -178,7 +181,7 @@ impl Run<'_> {
                     step: planned,
                     last: [self.last_error, self.last_step],
                     steps_since_restart: self.steps_since_restart,
-                    memory: Some(self.method.memory()),
+                    memory: self.method.memory().copied(),
                 });
             }
             let (taken, error, landed) = self.attempt_and_land(h, end)?;
@@ -192,8 +195,10 @@ impl Run<'_> {
                     h = bound.min(taken * if repeated { FAILURE_FACTOR } else { 1.0 });
                 }
                 None => {
-                    h = self.next_step(taken, error);
-                    if self.method.settle(self.system, self.t, &self.q, &self.v, &mut self.stats) {
+                    let Settled { largest_growth, switched } =
+                        self.method.settle(self.system, self.t, &self.q, &self.v, &mut self.stats);
+                    h = self.next_step(taken, error, largest_growth);
+                    if switched {
                         self.stats.switches += 1;
                         // The errors of two methods have no trend.
                         self.steps_since_restart = 0;
@@ -207,7 +212,7 @@ impl Run<'_> {
     /// Reads tolerances and guards after a change of phase.
     pub(super) fn restart(&mut self) {
         self.system.tolerances(&mut self.position_tolerance, &mut self.velocity_tolerance);
-        self.method.weigh(&self.position_tolerance, &self.velocity_tolerance);
+        self.method.restart(&self.position_tolerance, &self.velocity_tolerance);
         self.system.guards(self.t.into(), &self.q, &self.v, &mut self.start_guards);
         self.steps_since_restart = 0;
     }
@@ -233,9 +238,9 @@ impl Run<'_> {
     }
 
     /// Local error relative to the tolerances: the largest over all coordinates.
-    fn error_norm(&self) -> f64 {
+    fn error_norm(&mut self) -> f64 {
         let d = self.q.len();
-        let (position, velocity) = self.method.error().split_at(d);
+        let (position, velocity) = self.method.step().error.split_at(d);
         let scaled = |error: &[f64], tolerance: &[f64]| {
             error.iter().zip(tolerance).map(|(e, tol)| e.abs() / tol).fold(0.0, |largest: f64, e| {
                 // max would drop a NaN, and a NaN must reject the step.
@@ -247,8 +252,8 @@ impl Run<'_> {
     }
 
     /// Factor by which the error estimate lets the step grow.
-    fn factor(&self, error: f64) -> f64 {
-        let exponent = 1.0 / (self.method.embedded_order() as f64 + 1.0);
+    fn factor(&mut self, error: f64) -> f64 {
+        let exponent = 1.0 / (self.method.step().embedded_order as f64 + 1.0);
         (SAFETY * error.powf(-exponent)).clamp(SMALLEST_FACTOR, LARGEST_FACTOR)
     }
 
@@ -287,7 +292,7 @@ impl Run<'_> {
     /// Takes a step of at most `h` with an acceptable error, or the part of it up to its first event: its
     /// length, its error and the guard. The part has an error of its own: where the motion grows at a rate r,
     /// a linearly implicit step is the worse the closer its length is to 1/(γr), be it a shorter one. Neither
-    /// may break a contact away blindly, or end further from the constraints than its error says.
+    /// may pass a kink blindly, or end further from the constraints than its error says.
     fn attempt_and_land(&mut self, mut h: f64, end: f64) -> Result<(f64, f64, Option<usize>), Failure> {
         let mut was_refused = false;
         self.refusal = Status::StepUnderflow;
@@ -298,35 +303,29 @@ impl Run<'_> {
             let failed = matches!(landed, Err((Status::NonFinite, _)));
             let (landed, landing_error) =
                 if failed { (None, f64::INFINITY) } else { (landed?, self.error_norm()) };
-            let blind = self.breaks_away && self.method.reliance() > LARGEST_RELIANCE;
-            let factor = if !landing_error.is_finite() {
-                self.refuse(Status::NonFinite, FAILURE_FACTOR)
+            let blind = self.beyond_kink && self.method.step().damping > LARGEST_DAMPING;
+            let (why, factor) = if !landing_error.is_finite() {
+                (Status::NonFinite, FAILURE_FACTOR)
             } else if blind {
-                self.refuse(Status::StepUnderflow, SMALLEST_FACTOR)
+                (Status::StepUnderflow, SMALLEST_FACTOR)
             } else if landing_error > 1.0 {
-                self.refuse(Status::StepUnderflow, self.factor(landing_error).min(SAFETY))
+                (Status::StepUnderflow, self.factor(landing_error).min(SAFETY))
             } else {
                 match self.project(end) {
                     Projection::Unneeded | Projection::Done => {
                         self.was_rejected |= was_refused;
                         return Ok((taken, error, landed));
                     }
-                    Projection::TooLarge(excess) => {
-                        self.refuse(Status::Projection, self.factor(excess).min(SAFETY))
-                    }
-                    Projection::Singular => self.refuse(Status::SingularMechanism, FAILURE_FACTOR),
+                    Projection::TooLarge(excess) => (Status::Projection, self.factor(excess).min(SAFETY)),
+                    Projection::Singular => (Status::SingularMechanism, FAILURE_FACTOR),
                 }
             };
+            // The step cannot stay.
+            self.stats.rejected += 1;
+            self.refusal = why;
             was_refused = true;
             h = factor * self.method.step().h;
         }
-    }
-
-    /// Notes that the step cannot stay; passes on by which factor to shorten it.
-    fn refuse(&mut self, why: Status, factor: f64) -> f64 {
-        self.stats.rejected += 1;
-        self.refusal = why;
-        factor
     }
 
     /// Moves the end of the step onto the constraints.
@@ -350,9 +349,9 @@ impl Run<'_> {
 
     /// Moves to the end of the step.
     fn accept(&mut self, end: f64, cut: bool) -> Result<(), Failure> {
-        let h = self.method.step().h;
+        let &mut DenseStep { h, is_explicit, .. } = self.method.step();
         self.stats.steps += 1;
-        self.stats.explicit_steps += usize::from(self.method.is_explicit());
+        self.stats.explicit_steps += usize::from(is_explicit);
         self.steps_since_restart += 1;
         if h > 0.0 {
             self.standing_events = 0;
@@ -377,8 +376,8 @@ impl Run<'_> {
     }
 
     /// Length of the next step, after an accepted one of length `h` with `error`.
-    fn next_step(&mut self, h: f64, error: f64) -> f64 {
-        let exponent = 1.0 / (self.method.embedded_order() as f64 + 1.0);
+    fn next_step(&mut self, h: f64, error: f64, largest_growth: f64) -> f64 {
+        let exponent = 1.0 / (self.method.step().embedded_order as f64 + 1.0);
         let error = error.max(LEAST_ERROR);
         let mut factor = self.factor(error);
         if self.steps_since_restart > UNPREDICTED_STEPS && self.last_step > 0.0 && error > LEAST_ERROR {
@@ -390,7 +389,7 @@ impl Run<'_> {
             factor = factor.min(1.0);
         }
         // Not below 1: that is for the error to say.
-        factor = factor.min(self.method.largest_growth().max(1.0));
+        factor = factor.min(largest_growth.max(1.0));
         self.last_step = h;
         self.last_error = error;
         h * factor

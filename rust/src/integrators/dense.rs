@@ -1,4 +1,4 @@
-//! A step and the polynomial through it, in the form that all methods share.
+//! A step with its error estimate and the polynomial through it, in the form that all methods share.
 //!
 //! ```text
 //! y(t + θh) = (1-θ) y₀ + θ (y₁ + (1-θ) (K₁ + θ K₂ + θ² K₃ + ...))
@@ -6,7 +6,7 @@
 
 use crate::numerics::instant::Instant;
 
-/// A step `t .. t + h` and the polynomial through it.
+/// A step `t .. t + h` as a method took it, and the polynomial through it.
 #[derive(Clone, Debug, Default)]
 pub struct DenseStep {
     /// Start of the step [s].
@@ -17,14 +17,33 @@ pub struct DenseStep {
     pub start: Vec<f64>,
     /// (q, v) at the end.
     pub end: Vec<f64>,
+    /// Local error estimate of (q, v) at the end.
+    pub error: Vec<f64>,
+    /// Length times the rate at which the Jacobian at the start damps the velocities [-]: how much more the step
+    /// relies on it than on the accelerations. Zero without a Jacobian.
+    pub damping: f64,
+    /// Order of the embedded solution.
+    pub embedded_order: usize,
+    /// Whether the method that took it is explicit.
+    pub is_explicit: bool,
     /// Rows K_r of the dense output, (q, v) each.
     pub(super) rows: Vec<f64>,
 }
 
 impl DenseStep {
-    /// A step of `n` components whose dense output has `rows` rows.
-    pub(super) fn new(n: usize, rows: usize) -> Self {
-        Self { t: 0.0, h: 0.0, start: vec![0.0; n], end: vec![0.0; n], rows: vec![0.0; rows * n] }
+    /// Memory for steps of `n` components by a method whose dense output has `rows` rows.
+    pub(super) fn new(n: usize, rows: usize, embedded_order: usize, is_explicit: bool) -> Self {
+        Self {
+            t: 0.0,
+            h: 0.0,
+            start: vec![0.0; n],
+            end: vec![0.0; n],
+            error: vec![0.0; n],
+            damping: 0.0,
+            embedded_order,
+            is_explicit,
+            rows: vec![0.0; rows * n],
+        }
     }
 
     /// State at `t + theta h`, theta in [0, 1], written to `q` and `v`.

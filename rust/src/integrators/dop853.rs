@@ -11,7 +11,7 @@
 use crate::integrators::dense::DenseStep;
 use crate::integrators::dop853_coefficients::{A, C, D, E3, E5, E5_OTHER, SLOPES, STAGES};
 use crate::integrators::stages::Stages;
-use crate::integrators::{HybridSystem, Stats, Stepper};
+use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
 use crate::numerics::instant::Instant;
 
 /// Length of a step times the fastest rate up to which nothing grows, be it damped (6.3) or an
@@ -29,7 +29,6 @@ pub struct Dop853 {
     /// Slopes (v, a).
     slopes: Stages,
     argument: Vec<f64>,
-    error: Vec<f64>,
     /// The second of the two combinations of order 5.
     other_error: Vec<f64>,
     step: DenseStep,
@@ -50,9 +49,9 @@ impl Dop853 {
             t: 0.0,
             slopes: Stages::new(SLOPES, n),
             argument: vec![0.0; n],
-            error: vec![0.0; n],
             other_error: vec![0.0; n],
-            step: DenseStep::new(n, 6),
+            // The estimate combines orders 5 and 3 to one that falls with the eighth power of the step.
+            step: DenseStep::new(n, 6, 7, true),
             last_argument: vec![0.0; n],
             weights: vec![1.0; n],
             end_slope_holds: false,
@@ -83,9 +82,14 @@ impl Dop853 {
         if distance > rounding { self.step.h * (change / distance).sqrt() } else { 0.0 }
     }
 
+    /// Factor by which a step after one of this stiffness may be longer without leaving the stable region.
+    pub(super) fn largest_growth(stiffness: f64) -> f64 {
+        if stiffness > 0.0 { STABLE / stiffness } else { f64::INFINITY }
+    }
+
     /// Local error estimate of the step last taken, in tolerances.
     pub fn error_in_tolerances(&self) -> f64 {
-        self.error.iter().zip(&self.weights).map(|(error, weight)| error * weight).fold(0.0, f64::max)
+        self.step.error.iter().zip(&self.weights).map(|(error, weight)| error * weight).fold(0.0, f64::max)
     }
 
     /// Evaluates the slope number `stage` from the ones before it.
@@ -103,6 +107,15 @@ impl Dop853 {
 }
 
 impl Stepper for Dop853 {
+    fn restart(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]) {
+        // A phase begins: other forces act in the same state.
+        self.end_slope_holds = false;
+        let tolerances = position_tolerance.iter().chain(velocity_tolerance);
+        for (weight, tolerance) in self.weights.iter_mut().zip(tolerances) {
+            *weight = 1.0 / tolerance;
+        }
+    }
+
     fn begin(
         &mut self,
         system: &mut dyn HybridSystem,
@@ -144,17 +157,34 @@ impl Stepper for Dop853 {
             }
         }
         self.step.end.copy_from_slice(&self.argument);
-        self.slopes.combine(&E5, &mut self.error, |_, sum| sum);
+        self.slopes.combine(&E5, &mut self.step.error, |_, sum| sum);
         self.slopes.combine(&E5_OTHER, &mut self.other_error, |_, sum| sum);
         self.slopes.combine(&E3, &mut self.argument, |_, sum| sum);
         let others = self.other_error.iter().zip(&self.argument);
-        for (error, (other, third)) in self.error.iter_mut().zip(others) {
+        for (error, (other, third)) in self.step.error.iter_mut().zip(others) {
             let square = *error * *error + other * other;
             let size = (square + 0.01 * third * third).sqrt();
             *error = if size > 0.0 { h * square / size } else { 0.0 * size };
         }
         self.end_slope_holds = self.step.end.iter().all(|y| y.is_finite());
         self.end_slope_holds
+    }
+
+    fn step(&mut self) -> &mut DenseStep {
+        &mut self.step
+    }
+
+    fn estimate_inside(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
+        // The cubic through the states and slopes of both ends; the full dense output costs three
+        // evaluations.
+        let (d, h, rest) = (self.d, self.step.h, 1.0 - theta);
+        for k in 0..2 * d {
+            let (start, end) = (self.step.start[k], self.step.end[k]);
+            let (change, slopes) = (end - start, [0, STAGES].map(|stage| h * self.slopes.at(stage, k)));
+            let bend = rest * (slopes[0] - change) - theta * (slopes[1] - change);
+            let value = rest * start + theta * end + theta * rest * bend;
+            if k < d { q[k] = value } else { v[k - d] = value }
+        }
     }
 
     fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool {
@@ -183,47 +213,14 @@ impl Stepper for Dop853 {
         true
     }
 
-    fn glance(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
-        // The cubic through the states and slopes of both ends; the full dense output costs three
-        // evaluations.
-        let (d, h, rest) = (self.d, self.step.h, 1.0 - theta);
-        for k in 0..2 * d {
-            let (start, end) = (self.step.start[k], self.step.end[k]);
-            let (change, slopes) = (end - start, [0, STAGES].map(|stage| h * self.slopes.at(stage, k)));
-            let bend = rest * (slopes[0] - change) - theta * (slopes[1] - change);
-            let value = rest * start + theta * end + theta * rest * bend;
-            if k < d { q[k] = value } else { v[k - d] = value }
-        }
-    }
-
-    fn largest_growth(&self) -> f64 {
-        let stiffness = self.stiffness();
-        if stiffness > 0.0 { STABLE / stiffness } else { f64::INFINITY }
-    }
-
-    fn step(&mut self) -> &mut DenseStep {
-        &mut self.step
-    }
-
-    fn error(&self) -> &[f64] {
-        &self.error
-    }
-
-    fn embedded_order(&self) -> usize {
-        // The estimate combines orders 5 and 3 to one that falls with the eighth power of the step.
-        7
-    }
-
-    fn weigh(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]) {
-        // A phase begins: other forces act in the same state.
-        self.end_slope_holds = false;
-        let tolerances = position_tolerance.iter().chain(velocity_tolerance);
-        for (weight, tolerance) in self.weights.iter_mut().zip(tolerances) {
-            *weight = 1.0 / tolerance;
-        }
-    }
-
-    fn is_explicit(&self) -> bool {
-        true
+    fn settle(
+        &mut self,
+        _system: &mut dyn HybridSystem,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _stats: &mut Stats,
+    ) -> Settled {
+        Settled { largest_growth: Self::largest_growth(self.stiffness()), switched: false }
     }
 }

@@ -7,7 +7,7 @@
 //! at once (the earliest wins, the others are found at the landing).
 
 use crate::integrators::HybridSystem;
-use crate::integrators::rosenbrock::DenseStep;
+use crate::integrators::dense::DenseStep;
 
 /// Value of a guard function.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +16,8 @@ pub struct Guard {
     pub value: f64,
     /// Its rate; NaN where it is not known.
     pub rate: f64,
+    /// Where the rate is not known: the value below which zero may lie nearer than two values tell.
+    pub margin: f64,
     /// Size of its rounding errors: closer to zero it has no sign.
     pub resolution: f64,
     /// How far beyond zero a landing may end.
@@ -25,7 +27,7 @@ pub struct Guard {
 impl Guard {
     /// A guard that is not watched in the present phase.
     pub const INACTIVE: Guard =
-        Guard { value: f64::INFINITY, rate: 0.0, resolution: 0.0, overshoot: f64::INFINITY };
+        Guard { value: f64::INFINITY, rate: 0.0, margin: 0.0, resolution: 0.0, overshoot: f64::INFINITY };
 
     fn crossed(&self) -> bool {
         self.value < -self.resolution
@@ -88,11 +90,11 @@ impl EventFinder {
     ///
     /// The cubic through end values and rates strays at most 4/27 h (|g'₀| + |g'₁|) below its
     /// ends; more than three times that is asked for. A guard of unknown rate must stay clear
-    /// of zero by more than its change over the step.
+    /// of zero by more than its change over the step and its margin.
     pub fn suspicious(h: f64, start: &[Guard], end: &[Guard]) -> bool {
         start.iter().zip(end).any(|(a, b)| {
             let margin = h * a.rate.abs().max(b.rate.abs());
-            let margin = if margin.is_nan() { (a.value - b.value).abs() + 0.25 } else { margin };
+            let margin = if margin.is_nan() { (a.value - b.value).abs() + a.margin } else { margin };
             let clear = a.value > margin && b.value > margin;
             // Also suspicious where a value is not a number.
             !clear

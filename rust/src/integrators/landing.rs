@@ -83,7 +83,7 @@ impl Run<'_> {
         if EventFinder::suspicious(h, &self.start_guards, &self.end_guards) {
             return true;
         }
-        self.method.glance(0.5, &mut self.inner_q, &mut self.inner_v);
+        self.method.estimate_inside(0.5, &mut self.inner_q, &mut self.inner_v);
         self.system.guards(middle, &self.inner_q, &self.inner_v, &mut self.inner_guards);
         EventFinder::suspicious(0.5 * h, &self.start_guards, &self.inner_guards)
             || EventFinder::suspicious(0.5 * h, &self.inner_guards, &self.end_guards)
@@ -122,7 +122,7 @@ impl Run<'_> {
             return Err((Status::EventLocation, Some(guard)));
         }
         let step = self.method.step();
-        step.h = 0.0;
+        (step.h, step.damping) = (0.0, 0.0);
         step.end.copy_from_slice(&step.start);
         self.end_guards.copy_from_slice(&self.start_guards);
         Ok(Some(guard))
@@ -132,7 +132,7 @@ impl Run<'_> {
         let step = self.method.step();
         let (q, v) = step.end.split_at(step.end.len() / 2);
         self.system.guards(step.instant(1.0), q, v, &mut self.end_guards);
-        self.breaks_away = self.system.breaks_away();
+        self.beyond_kink = self.system.is_beyond_kink();
     }
 
     /// Crosses the guard, and every other guard that is spent at the same instant, in order.

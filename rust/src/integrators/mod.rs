@@ -51,9 +51,9 @@ pub trait HybridSystem {
     /// Guards of the present phase.
     fn guards(&mut self, _t: Instant, _q: &[f64], _v: &[f64], _guards: &mut [Guard]) {}
 
-    /// Whether a contact that stuck at the start of the step slides in the state that the guards were last
-    /// asked for.
-    fn breaks_away(&self) -> bool {
+    /// Whether the state that the guards were last asked for lies beyond a kink of the accelerations, which the
+    /// Jacobian at the start of the step does not know.
+    fn is_beyond_kink(&self) -> bool {
         false
     }
 
@@ -87,7 +87,14 @@ pub trait HybridSystem {
 }
 
 /// A one-step method.
+///
+/// The loop over the steps calls [`Stepper::restart`] where a phase begins, [`Stepper::begin`] once in every
+/// state, [`Stepper::attempt`] until a step is accepted, and then [`Stepper::settle`] unless the step ended a
+/// phase. All but `begin` and `restart` speak of the step last taken.
 pub trait Stepper {
+    /// Learns what positions and velocities are worth against each other, where a phase begins.
+    fn restart(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]);
+
     /// Computes what all attempts from a state need; false where it does not exist.
     fn begin(
         &mut self,
@@ -102,61 +109,40 @@ pub trait Stepper {
     /// something is not finite.
     fn attempt(&mut self, system: &mut dyn HybridSystem, h: f64, stats: &mut Stats) -> bool;
 
-    /// Computes the dense output of the step last taken; false where something is not finite.
-    fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool;
-
-    /// State at a part of the step last taken, without further evaluations: enough to see whether the
-    /// guards must be looked at more closely.
-    fn glance(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]);
-
-    /// Largest factor by which the next step may be longer without leaving the stable region.
-    fn largest_growth(&self) -> f64 {
-        f64::INFINITY
-    }
-
-    /// Length of the step last taken times the rate at which the velocities were taken to be damped [-]: how
-    /// much more the method relies on its Jacobian than on the accelerations.
-    fn reliance(&self) -> f64 {
-        0.0
-    }
-
-    /// The step last taken.
+    /// The step with its error estimate.
     fn step(&mut self) -> &mut DenseStep;
 
-    /// Local error estimate of (q, v) of the step last taken.
-    fn error(&self) -> &[f64];
+    /// State at a part of the step from what the attempt computed, without further evaluations: enough to see
+    /// whether the guards must be looked at more closely.
+    fn estimate_inside(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]);
 
-    /// Order of the embedded solution.
-    fn embedded_order(&self) -> usize;
+    /// Completes the dense output of the step; false where something is not finite.
+    fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool;
 
-    /// Learns what positions and velocities are worth against each other, where a phase begins.
-    fn weigh(&mut self, _position_tolerance: &[f64], _velocity_tolerance: &[f64]) {}
-
-    /// Whether the method of the next step is explicit.
-    fn is_explicit(&self) -> bool {
-        false
-    }
-
-    /// Sees that the step last taken was accepted and led to (q, v) at `t`, in the same phase; true
-    /// where another method takes the next one.
+    /// Sees that the step was accepted and led to (q, v) at `t` in the same phase; passes on by which factor the
+    /// next one may be longer without leaving the stable region. A method of two may change to the other.
     fn settle(
         &mut self,
-        _system: &mut dyn HybridSystem,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
-        _stats: &mut Stats,
-    ) -> bool {
-        false
-    }
+        system: &mut dyn HybridSystem,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        stats: &mut Stats,
+    ) -> Settled;
 
     /// What the method knows of the steps before, for a run that is to be continued bit for bit.
-    fn memory(&self) -> MethodMemory {
-        MethodMemory::default()
+    fn memory(&mut self) -> Option<&mut MethodMemory> {
+        None
     }
+}
 
-    /// Takes up what [`Stepper::memory`] gave.
-    fn recall(&mut self, _memory: MethodMemory) {}
+/// What a method says of the step after an accepted one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settled {
+    /// Largest factor by which it may be longer.
+    pub largest_growth: f64,
+    /// It is taken by another method.
+    pub switched: bool,
 }
 
 /// What a method that switches knows of the steps before the present one.

@@ -9,10 +9,10 @@
 //! so that a d x d matrix is factored instead of 2d x 2d `[SanduNegrut2003]`.
 
 use crate::dynamics::Linearisation;
-pub use crate::integrators::dense::DenseStep;
+use crate::integrators::dense::DenseStep;
 use crate::integrators::stages::Stages;
 use crate::integrators::tableaus::Tableau;
-use crate::integrators::{HybridSystem, Stats, Stepper};
+use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
 use crate::numerics::instant::Instant;
 use crate::numerics::linear::{lu_factor, lu_solve};
 
@@ -32,8 +32,6 @@ pub struct Rosenbrock {
     /// Right-hand sides r_q and r_v of the present stage.
     residual: Vec<f64>,
     a: Vec<f64>,
-    /// Local error estimate of (q, v).
-    pub error: Vec<f64>,
     /// The step last taken.
     pub step: DenseStep,
     /// The dense output of that step is complete.
@@ -58,8 +56,7 @@ impl Rosenbrock {
             argument: vec![0.0; n],
             residual: vec![0.0; n],
             a: vec![0.0; d],
-            error: vec![0.0; n],
-            step: DenseStep::new(n, tableau.h.len() / tableau.stages),
+            step: DenseStep::new(n, tableau.h.len() / tableau.stages, tableau.embedded_order, false),
             dense: false,
             linear: Linearisation::new(d),
             start: (0.0, vec![0.0; d], vec![0.0; d]),
@@ -86,13 +83,7 @@ impl Rosenbrock {
         let Tableau { stages, gamma, alpha, d: time_weight, a: a_coefficients, c: c_coefficients, .. } =
             self.tableau;
         let diagonal = h * gamma;
-        for i in 0..d * d {
-            self.w[i] = -linear.a_v[i] - diagonal * linear.a_q[i];
-        }
-        for i in 0..d {
-            self.w[i * d + i] += 1.0 / diagonal;
-        }
-        if !lu_factor(&mut self.w, d, &mut self.weights, &mut self.pivots) {
+        if !self.factor(linear, diagonal) {
             return false;
         }
         self.dense = false;
@@ -133,8 +124,20 @@ impl Rosenbrock {
         }
         let start = &self.step.start[..];
         self.stages.combine(self.tableau.m, &mut self.step.end, |k, sum| start[k] + sum);
-        self.stages.combine(self.tableau.e, &mut self.error, |_, sum| sum);
+        self.stages.combine(self.tableau.e, &mut self.step.error, |_, sum| sum);
         self.step.end.iter().all(|y| y.is_finite())
+    }
+
+    /// Factors W = I/(hγ) - a_v - hγ a_q; false where it is singular.
+    fn factor(&mut self, linear: &Linearisation, diagonal: f64) -> bool {
+        let d = self.d;
+        for i in 0..d * d {
+            self.w[i] = -linear.a_v[i] - diagonal * linear.a_q[i];
+        }
+        for i in 0..d {
+            self.w[i * d + i] += 1.0 / diagonal;
+        }
+        lu_factor(&mut self.w, d, &mut self.weights, &mut self.pivots)
     }
 
     /// Length of the step last taken times a bound of the fastest rate of the motion [-], by the Jacobian
@@ -183,6 +186,12 @@ impl Rosenbrock {
 }
 
 impl Stepper for Rosenbrock {
+    fn restart(&mut self, _position_tolerance: &[f64], velocity_tolerance: &[f64]) {
+        for (weight, tolerance) in self.weights.iter_mut().zip(velocity_tolerance) {
+            *weight = 1.0 / tolerance;
+        }
+    }
+
     fn begin(
         &mut self,
         system: &mut dyn HybridSystem,
@@ -213,7 +222,17 @@ impl Stepper for Rosenbrock {
         let finite = self.take(system, &linear, t, h, &q, &v);
         self.linear = linear;
         self.start = (t, q, v);
+        self.step.damping = h * self.damping();
         finite
+    }
+
+    fn step(&mut self) -> &mut DenseStep {
+        &mut self.step
+    }
+
+    fn estimate_inside(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
+        Rosenbrock::finish_dense(self);
+        self.step.at(theta, q, v);
     }
 
     fn finish_dense(&mut self, _system: &mut dyn HybridSystem, _stats: &mut Stats) -> bool {
@@ -221,30 +240,14 @@ impl Stepper for Rosenbrock {
         true
     }
 
-    fn glance(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
-        Rosenbrock::finish_dense(self);
-        self.step.at(theta, q, v);
-    }
-
-    fn reliance(&self) -> f64 {
-        self.step.h * self.damping()
-    }
-
-    fn step(&mut self) -> &mut DenseStep {
-        &mut self.step
-    }
-
-    fn error(&self) -> &[f64] {
-        &self.error
-    }
-
-    fn embedded_order(&self) -> usize {
-        self.tableau.embedded_order
-    }
-
-    fn weigh(&mut self, _position_tolerance: &[f64], velocity_tolerance: &[f64]) {
-        for (weight, tolerance) in self.weights.iter_mut().zip(velocity_tolerance) {
-            *weight = 1.0 / tolerance;
-        }
+    fn settle(
+        &mut self,
+        _system: &mut dyn HybridSystem,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _stats: &mut Stats,
+    ) -> Settled {
+        Settled { largest_growth: f64::INFINITY, switched: false }
     }
 }

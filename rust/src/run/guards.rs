@@ -9,6 +9,8 @@ use crate::run::recorder::Recorder;
 /// 1e-3 a scene got half as far in 300 000 steps as with 0.1; with 1 a shaken bearing at rtol 1e-3 lost
 /// clips that tighter runs have.
 const BRACKET_PART: f64 = 0.1;
+/// The bracket, of order one, is looked at closely below this value.
+const BRACKET_MARGIN: f64 = 0.25;
 /// Largest penetration of a landing, as a part of the position tolerance.
 const LANDING_PART: f64 = 1e-2;
 
@@ -32,6 +34,7 @@ impl Recorder<'_> {
         Guard {
             value: sign * state.penetration,
             rate: sign * state.penetration_rate,
+            margin: 0.0,
             resolution,
             overshoot: (8.0 * resolution).max(LANDING_PART * self.tolerances.position),
         }
@@ -58,6 +61,7 @@ impl Recorder<'_> {
         Guard {
             value: if clipped { -bracket } else { bracket },
             rate: f64::NAN,
+            margin: BRACKET_MARGIN,
             resolution,
             // The force at the clip is off by this part of its elastic share at most.
             overshoot: (8.0 * resolution).max(1e-4),

@@ -229,8 +229,7 @@ impl Column {
             Column::Link(index, quantity) => {
                 let link = &tree.links[index];
                 let [length, rate] = dynamics.link_motion(link);
-                let tension = link.stiffness * (length - link.length) + link.damping * rate;
-                [length, rate, tension][quantity]
+                [length, rate, link.tension(length, rate)][quantity]
             }
             Column::Torsion(index, quantity) => {
                 let torsion = &tree.torsions[index];

@@ -344,7 +344,7 @@ impl HybridSystem for Recorder<'_> {
         }
     }
 
-    fn breaks_away(&self) -> bool {
+    fn is_beyond_kink(&self) -> bool {
         self.breaks_away
     }
 

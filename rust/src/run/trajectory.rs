@@ -1,12 +1,12 @@
 //! One run: a mechanism through time, sampled on a uniform grid.
 
 use crate::error::{Problem, SceneError};
-use crate::integrators::{HybridSystem, Stats, Status, resume_with};
+use crate::integrators::{Checkpoint, HybridSystem, Outcome, Stats, Status, resume_with};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::memory::filled;
 pub use crate::run::contacts::{Contact, Event, EventKind};
 use crate::run::features::Plan;
-use crate::run::outputs::{column_names, parse_columns};
+use crate::run::outputs::{Column, column_names, parse_columns};
 use crate::run::recorder::{GUARDS, Recorder};
 use crate::run::restart::{End, Memory, Restart};
 pub use crate::run::settings::{Method, Settings};
@@ -232,6 +232,28 @@ fn parts(mechanism: &Mechanism) -> Vec<String> {
     mechanism.coordinate_names.iter().chain(joints).cloned().collect()
 }
 
+/// What a run does besides integrating: its columns with their names, and its features.
+struct Asked {
+    names: Vec<String>,
+    columns: Vec<Column>,
+    plan: Plan,
+}
+
+impl Asked {
+    /// What the settings ask of a mechanism, for a table of `values` numbers.
+    fn of(mechanism: &Mechanism, settings: &Settings, values: usize) -> Result<Asked, SceneError> {
+        let names = columns(mechanism, settings);
+        let columns = parse_columns(mechanism, &names)?;
+        let plan = Plan::new(mechanism, &settings.features)?;
+        if Some(values) != settings.samples.checked_mul(columns.len()) {
+            let message =
+                format!("{} samples of {} columns are no {values} numbers", settings.samples, columns.len());
+            return Err(SceneError::single("settings.samples", message));
+        }
+        Ok(Asked { names, columns, plan })
+    }
+}
+
 fn run(
     mechanism: &Mechanism,
     start: &State,
@@ -242,18 +264,7 @@ fn run(
 ) -> Result<Trajectory, SceneError> {
     settings.check()?;
     check_tolerances(mechanism, start, settings)?;
-    let names = columns(mechanism, settings);
-    let columns = parse_columns(mechanism, &names)?;
-    let plan = Plan::new(mechanism, &settings.features)?;
-    if Some(values.len()) != settings.samples.checked_mul(columns.len()) {
-        let message = format!(
-            "{} samples of {} columns are no {} numbers",
-            settings.samples,
-            columns.len(),
-            values.len()
-        );
-        return Err(SceneError::single("settings.samples", message));
-    }
+    let Asked { names, columns, plan } = Asked::of(mechanism, settings, values.len())?;
     values.fill(f64::NAN);
     let from = restart.map_or(0.0, |restart| restart.time);
     let mut recorder = Recorder::new(mechanism, start, settings, (columns, values), plan, monitor, from);
@@ -277,54 +288,66 @@ fn run(
     if outcome.status == Status::Done {
         recorder.end_contacts(outcome.time, &q, &v);
     }
-    let failed = outcome.status != Status::Done && outcome.status != Status::Cancelled;
-    let joint = outcome.guard.map(|guard| mechanism.clearance_joints[guard / GUARDS].name.clone());
-    let paradox = if failed && outcome.status != Status::Projection {
-        recorder.dynamics.paradoxical_contact(outcome.time, &q, &v)
-    } else {
-        None
+    let run = finished(recorder, outcome, restart.is_some().then_some(from), State { q, v });
+    Ok(Trajectory { columns: names, ..run })
+}
+
+/// The result of a run that ended in a state: all but its samples and their names. `continues` is the instant from
+/// which it continued another [s].
+fn finished(mut recorder: Recorder, outcome: Outcome, continues: Option<f64>, mut end: State) -> Trajectory {
+    let mechanism = recorder.mechanism;
+    let name_of = |index: usize| mechanism.clearance_joints[index].name.clone();
+    let paradox = match outcome.status {
+        Status::Done | Status::Cancelled | Status::Projection => None,
+        _ => recorder.dynamics.paradoxical_contact(outcome.time, &end.q, &end.v),
     };
-    let paradox = paradox.map(|index| mechanism.clearance_joints[index].name.clone());
     let warnings = recorder.warnings();
-    let next_start = outcome.checkpoint.filter(|_| outcome.status == Status::Done).map(|checkpoint| {
-        let memory = std::mem::take(&mut recorder.kept);
-        recorder.keep();
-        let end = End { q: q.clone(), v: v.clone(), memory: std::mem::take(&mut recorder.kept) };
-        Restart { time: outcome.time, parts: parts(mechanism), checkpoint, memory, end: Some(end) }
-    });
-    recorder.rewind(&mut q);
+    let restart = outcome
+        .checkpoint
+        .filter(|_| outcome.status == Status::Done)
+        .map(|checkpoint| continuation(&mut recorder, outcome.time, checkpoint, &end));
+    recorder.rewind(&mut end.q);
     let mut events = recorder.finished_events();
     let mut contacts = recorder.finished_contacts();
     let joints = mechanism.clearance_joints.len();
     let features = recorder.tracking.answers(outcome.time, &events[1], &contacts[1], joints);
-    // What lies between the checkpoint and the start was reported by the run before.
-    for (events, contacts) in events.iter_mut().zip(&mut contacts) {
-        contacts
-            .retain(|contact| restart.is_none() || contact.separation.is_nan() || contact.separation > from);
-        events.retain(|event| restart.is_none() || event.time > from);
+    if let Some(from) = continues {
+        // What lies between the checkpoint and the start was reported by the run before.
+        for (events, contacts) in events.iter_mut().zip(&mut contacts) {
+            contacts.retain(|contact| contact.separation.is_nan() || contact.separation > from);
+            events.retain(|event| event.time > from);
+        }
     }
     let ([skipped_events, events], [skipped_contacts, contacts]) = (events, contacts);
-    Ok(Trajectory {
+    Trajectory {
         t: Vec::new(),
-        contacts,
-        skipped_contacts,
-        features,
         values: Vec::new(),
-        columns: names,
+        columns: Vec::new(),
         events,
         skipped_events,
         status: outcome.status,
         time: outcome.time,
-        joint,
-        paradox,
+        joint: outcome.guard.map(|guard| name_of(guard / GUARDS)),
+        paradox: paradox.map(name_of),
         doubtful: mechanism.doubts.iter().map(|doubt| doubt.path.clone()).collect(),
         stats: outcome.stats,
         floored_latches: recorder.floored.iter().sum(),
         largest_projection: recorder.largest_projection,
         warnings,
-        end: State { q, v },
-        restart: next_start,
-    })
+        contacts,
+        skipped_contacts,
+        features,
+        end,
+        restart,
+    }
+}
+
+/// Where a run that reached its end at a time [s] can be continued.
+fn continuation(recorder: &mut Recorder, time: f64, checkpoint: Checkpoint, end: &State) -> Restart {
+    let memory = std::mem::take(&mut recorder.kept);
+    recorder.keep();
+    let end = End { q: end.q.clone(), v: end.v.clone(), memory: std::mem::take(&mut recorder.kept) };
+    Restart { time, parts: parts(recorder.mechanism), checkpoint, memory, end: Some(end) }
 }
 
 /// Tables must cover the whole run: nothing is known beyond their ends.

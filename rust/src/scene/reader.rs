@@ -187,7 +187,7 @@ fn friction_law(node: Node, problems: &mut Problems) -> FrictionLaw {
     law
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 enum ForceType {
     Gravity,
     Spring,
@@ -213,38 +213,10 @@ fn force(node: Node, problems: &mut Problems) -> Force {
 
     let force = match kind {
         ForceType::Gravity => Force::Gravity { acceleration: fields.pair("acceleration", problems) },
-        ForceType::Spring => Force::Spring {
-            name: fields.text("name", problems),
-            a: fields.text("a", problems),
-            b: fields.text("b", problems),
-            stiffness: fields.number("stiffness", problems),
-            length: fields.number("length", problems),
-            damping: fields.number_or("damping", 0.0, problems),
-        },
-        ForceType::Damper => Force::Spring {
-            name: fields.text("name", problems),
-            a: fields.text("a", problems),
-            b: fields.text("b", problems),
-            stiffness: 0.0,
-            length: 0.0,
-            damping: fields.number("damping", problems),
-        },
-        ForceType::TorsionSpring => Force::TorsionSpring {
-            name: fields.text("name", problems),
-            a: fields.text("a", problems),
-            b: fields.text("b", problems),
-            stiffness: fields.number("stiffness", problems),
-            angle: fields.number_or("angle", 0.0, problems),
-            damping: fields.number_or("damping", 0.0, problems),
-        },
-        ForceType::TorsionDamper => Force::TorsionSpring {
-            name: fields.text("name", problems),
-            a: fields.text("a", problems),
-            b: fields.text("b", problems),
-            stiffness: 0.0,
-            angle: 0.0,
-            damping: fields.number("damping", problems),
-        },
+        ForceType::Spring | ForceType::Damper => link(kind == ForceType::Spring, &mut fields, problems),
+        ForceType::TorsionSpring | ForceType::TorsionDamper => {
+            torsion(kind == ForceType::TorsionSpring, &mut fields, problems)
+        }
         ForceType::Applied => {
             let axes = [("ground", ForceFrame::Ground), ("body", ForceFrame::Body)];
             Force::Applied {
@@ -266,6 +238,36 @@ fn force(node: Node, problems: &mut Problems) -> Force {
     };
     fields.finish(problems);
     force
+}
+
+/// A spring with its damper, or a damper alone: a spring without stiffness.
+fn link(is_spring: bool, fields: &mut Fields, problems: &mut Problems) -> Force {
+    let name = fields.text("name", problems);
+    let [a, b] = ["a", "b"].map(|end| fields.text(end, problems));
+    if is_spring {
+        let stiffness = fields.number("stiffness", problems);
+        let length = fields.number("length", problems);
+        let damping = fields.number_or("damping", 0.0, problems);
+        Force::Spring { name, a, b, stiffness, length, damping }
+    } else {
+        let damping = fields.number("damping", problems);
+        Force::Spring { name, a, b, stiffness: 0.0, length: 0.0, damping }
+    }
+}
+
+/// The same between two bodies.
+fn torsion(is_spring: bool, fields: &mut Fields, problems: &mut Problems) -> Force {
+    let name = fields.text("name", problems);
+    let [a, b] = ["a", "b"].map(|end| fields.text(end, problems));
+    if is_spring {
+        let stiffness = fields.number("stiffness", problems);
+        let angle = fields.number_or("angle", 0.0, problems);
+        let damping = fields.number_or("damping", 0.0, problems);
+        Force::TorsionSpring { name, a, b, stiffness, angle, damping }
+    } else {
+        let damping = fields.number("damping", problems);
+        Force::TorsionSpring { name, a, b, stiffness: 0.0, angle: 0.0, damping }
+    }
 }
 
 #[derive(Clone, Copy)]

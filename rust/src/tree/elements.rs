@@ -7,6 +7,7 @@
 //! grown stands in `span.rs`.
 
 use crate::contact::clearance::ClearanceLaw;
+use crate::numerics::dual::Scalar;
 use crate::numerics::instant::Instant;
 use crate::numerics::turns::Turns;
 use crate::scene::time_function::TimeFunction;
@@ -181,6 +182,14 @@ pub struct Link {
     pub length: f64,
     /// Damping [N s/m].
     pub damping: f64,
+}
+
+impl Link {
+    /// Tension [N] at a length [m] that grows at a rate [m/s].
+    #[inline]
+    pub fn tension<S: Scalar>(&self, length: S, rate: S) -> S {
+        (length - self.length) * self.stiffness + rate * self.damping
+    }
 }
 
 /// A spring and a damper that turn two bodies against each other.

@@ -3,4 +3,5 @@
 
 pub mod elements;
 pub mod kinematics;
+mod lists;
 mod span;

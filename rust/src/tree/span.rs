@@ -5,13 +5,9 @@
 
 use std::collections::VecDeque;
 
-use crate::contact::clearance::ClearanceLaw;
 use crate::error::{Problem, SceneError};
-use crate::scene::parts::{Attachment, Force, ForceFrame, GROUND, Joint, JointKind, Scene};
-use crate::tree::elements::{
-    AppliedForce, AppliedTorque, BodyPlacement, ClearanceJoint, Closure, DrivenCoordinate, FrameInertia,
-    FramePoint, IdealJoint, IdealKind, Link, Path, Realisation, Torsion, Tree,
-};
+use crate::scene::parts::{Attachment, Force, GROUND, Joint, JointKind, Scene};
+use crate::tree::elements::{DrivenCoordinate, FramePoint, Realisation, Tree};
 use crate::tree::kinematics::{Frame, FrameKind, Vec2, direction, turned};
 
 impl Tree {
@@ -26,18 +22,19 @@ impl Tree {
 
 /// Where a body ended up while the tree grows.
 #[derive(Clone, Copy)]
-struct Placement {
-    frame: usize,
-    hung: bool,
-    origin: Vec2,
-    angle: f64,
+pub(super) struct Placement {
+    pub(super) frame: usize,
+    pub(super) hung: bool,
+    pub(super) origin: Vec2,
+    pub(super) angle: f64,
 }
 
 impl Placement {
-    const GROUND: Placement = Placement { frame: 0, hung: false, origin: Vec2::new(0.0, 0.0), angle: 0.0 };
+    pub(super) const GROUND: Placement =
+        Placement { frame: 0, hung: false, origin: Vec2::new(0.0, 0.0), angle: 0.0 };
 
     /// A point of the body in the coordinates of its frame.
-    fn to_frame(self, point: [f64; 2]) -> Vec2 {
+    pub(super) fn to_frame(self, point: [f64; 2]) -> Vec2 {
         self.origin + rotated(Vec2::from(point), self.angle)
     }
 }
@@ -47,17 +44,18 @@ fn rotated(vector: Vec2, angle: f64) -> Vec2 {
     turned(vector, cosine, sine)
 }
 
-struct Builder<'a> {
-    scene: &'a Scene,
-    placements: Vec<Option<Placement>>,
+/// A tree as it grows.
+pub(super) struct Builder<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) placements: Vec<Option<Placement>>,
     /// For every joint of the scene whether it is cut.
     cut: Vec<bool>,
-    frames: Vec<Frame>,
-    coordinate_names: Vec<String>,
-    driven: Vec<DrivenCoordinate>,
+    pub(super) frames: Vec<Frame>,
+    pub(super) coordinate_names: Vec<String>,
+    pub(super) driven: Vec<DrivenCoordinate>,
     /// How the tree satisfies each joint of the scene, and the joints in the order of its growth.
-    realisations: Vec<Option<Realisation>>,
-    order: Vec<usize>,
+    pub(super) realisations: Vec<Option<Realisation>>,
+    pub(super) order: Vec<usize>,
 }
 
 impl<'a> Builder<'a> {
@@ -76,11 +74,11 @@ impl<'a> Builder<'a> {
     }
 
     /// Ends of a joint; names were checked before.
-    fn ends(&self, joint: &Joint) -> [Attachment; 2] {
+    pub(super) fn ends(&self, joint: &Joint) -> [Attachment; 2] {
         joint.references().map(|(_, reference)| self.end(reference))
     }
 
-    fn end(&self, reference: &str) -> Attachment {
+    pub(super) fn end(&self, reference: &str) -> Attachment {
         const CHECKED: Attachment = Attachment { body: None, position: [f64::NAN; 2] };
         self.scene.attachment(reference).unwrap_or(CHECKED)
     }
@@ -277,213 +275,8 @@ impl<'a> Builder<'a> {
         if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
     }
 
-    fn place(&self, end: Attachment) -> FramePoint {
+    pub(super) fn place(&self, end: Attachment) -> FramePoint {
         let placement = end.body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND);
         FramePoint { frame: placement.frame, offset: placement.to_frame(end.position) }
     }
-
-    fn finish(mut self) -> Tree {
-        let scene = self.scene;
-        let columns = self.frames.len() - 1;
-        let is_driven = |column: usize| self.driven.iter().any(|driven| driven.column == column);
-        let free: Vec<usize> = (0..columns).filter(|&column| !is_driven(column)).collect();
-        let mut paths = vec![Path::default()];
-        for (index, frame) in self.frames.iter().enumerate().skip(1) {
-            let mut path = paths[frame.parent].clone();
-            path.columns.push(index - 1);
-            if let Ok(freedom) = free.binary_search(&(index - 1)) {
-                path.free.push((index - 1, freedom));
-            }
-            paths.push(path);
-        }
-        let bodies: Vec<BodyPlacement> = scene
-            .bodies
-            .iter()
-            .zip(&self.placements)
-            .map(|(body, placement)| {
-                let placement = placement.unwrap_or(Placement::GROUND);
-                BodyPlacement {
-                    name: body.name.clone(),
-                    mass: body.mass,
-                    inertia: scene.central_inertia(body),
-                    frame: placement.frame,
-                    hung: placement.hung,
-                    origin: placement.origin,
-                    angle: placement.angle,
-                    center: placement.to_frame(body.center_of_mass),
-                    points: body
-                        .points
-                        .iter()
-                        .map(|point| (point.name.clone(), placement.to_frame(point.position)))
-                        .collect(),
-                }
-            })
-            .collect();
-        let (inertias, driven_inertias) = frame_inertias(&bodies, &paths);
-        let clearance_joints = scene
-            .joints
-            .iter()
-            .filter_map(|joint| {
-                let Joint::Clearance {
-                    name,
-                    journal_radius,
-                    clearance,
-                    contact,
-                    friction,
-                    sliding,
-                    impact_velocity_floor,
-                    ..
-                } = joint
-                else {
-                    return None;
-                };
-                let [bearing, journal] = self.ends(joint).map(|end| self.place(end));
-                Some(ClearanceJoint {
-                    name: name.clone(),
-                    bearing,
-                    journal,
-                    bodies: self.ends(joint).map(|end| end.body),
-                    law: ClearanceLaw {
-                        clearance: *clearance,
-                        journal_radius: *journal_radius,
-                        bearing_radius: journal_radius + clearance,
-                        normal: *contact,
-                        friction: *friction,
-                        sliding: *sliding,
-                    },
-                    impact_velocity_floor: *impact_velocity_floor,
-                })
-            })
-            .collect();
-        let mut closures = Vec::new();
-        let mut ideal_joints = Vec::new();
-        let mut index_of = vec![usize::MAX; scene.joints.len()];
-        for (index, joint) in scene.joints.iter().enumerate() {
-            let Joint::Ideal { name, kind, .. } = joint else { continue };
-            let ends = self.ends(joint);
-            let points = ends.map(|end| self.place(end));
-            let bodies = ends.map(|end| end.body);
-            let realisation = self.realisations[index].unwrap_or(Realisation::Cut(closures.len()));
-            if let Realisation::Cut(_) = realisation {
-                let [a, b] = points;
-                closures.push(Closure { name: name.clone(), a, b, bodies });
-            }
-            let kind = match kind {
-                JointKind::Revolute => IdealKind::Revolute,
-                JointKind::Prismatic { .. } => IdealKind::Prismatic,
-                JointKind::Fixed { .. } => IdealKind::Fixed,
-            };
-            index_of[index] = ideal_joints.len();
-            ideal_joints.push(IdealJoint { name: name.clone(), kind, bodies, points, realisation });
-        }
-        let tree_joints = self.order.iter().map(|&joint| index_of[joint]).collect();
-        for driven in &mut self.driven {
-            driven.joint = index_of[driven.joint];
-        }
-        let mut tree = Tree {
-            frames: Vec::new(),
-            coordinate_names: Vec::new(),
-            free,
-            driven: Vec::new(),
-            accelerated: Vec::new(),
-            paths,
-            bodies,
-            inertias,
-            driven_inertias,
-            clearance_joints,
-            closures,
-            ideal_joints,
-            tree_joints,
-            links: Vec::new(),
-            torsions: Vec::new(),
-            applied_forces: Vec::new(),
-            applied_torques: Vec::new(),
-            gravity: Vec2::zeros(),
-        };
-        self.add_forces(&mut tree);
-        tree.frames = self.frames;
-        tree.coordinate_names = self.coordinate_names;
-        let speeds_up =
-            |(index, driven): (usize, &DrivenCoordinate)| (!driven.motion.is_linear()).then_some(index);
-        tree.accelerated = self.driven.iter().enumerate().filter_map(speeds_up).collect();
-        tree.driven = self.driven;
-        tree
-    }
-
-    fn add_forces(&self, tree: &mut Tree) {
-        let placement =
-            |body: Option<usize>| body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND);
-        let body_of = |name: &str| self.scene.body_index(name).unwrap_or_default();
-        for force in &self.scene.forces {
-            match force {
-                Force::Gravity { acceleration } => tree.gravity += Vec2::from(*acceleration),
-                Force::Spring { name, a, b, stiffness, length, damping } => {
-                    let ends = [a, b].map(|reference| self.end(reference));
-                    tree.links.push(Link {
-                        name: name.clone(),
-                        points: ends.map(|end| self.place(end)),
-                        bodies: ends.map(|end| end.body),
-                        stiffness: *stiffness,
-                        length: *length,
-                        damping: *damping,
-                    });
-                }
-                Force::TorsionSpring { name, a, b, stiffness, angle, damping } => {
-                    let bodies = [a, b].map(|name| body_of(name));
-                    let [first, second] = bodies.map(placement);
-                    tree.torsions.push(Torsion {
-                        name: name.clone(),
-                        frames: [first.frame, second.frame],
-                        bodies,
-                        stiffness: *stiffness,
-                        angle: angle + first.angle - second.angle,
-                        damping: *damping,
-                    });
-                }
-                Force::Applied { name, point, x, y, frame } => {
-                    let end = self.end(point);
-                    let angle = placement(end.body).angle;
-                    tree.applied_forces.push(AppliedForce {
-                        name: name.clone(),
-                        point: self.place(end),
-                        body: end.body,
-                        components: [x.clone(), y.clone()],
-                        turned: (*frame == ForceFrame::Body).then(|| [angle.cos(), angle.sin()]),
-                    });
-                }
-                Force::Torque { name, body, reaction, torque } => {
-                    let bodies = [reaction, body].map(|name| body_of(name));
-                    tree.applied_torques.push(AppliedTorque {
-                        name: name.clone(),
-                        frames: bodies.map(|body| placement(body).frame),
-                        bodies,
-                        torque: torque.clone(),
-                    });
-                }
-            }
-        }
-    }
-}
-
-/// Sums the bodies of each frame (Steiner's theorem); frames that move freely, then those that
-/// only drives move. Bodies fixed to ground move nothing.
-fn frame_inertias(bodies: &[BodyPlacement], paths: &[Path]) -> (Vec<FrameInertia>, Vec<FrameInertia>) {
-    let (mut free, mut driven) = (Vec::new(), Vec::new());
-    for (frame, path) in paths.iter().enumerate().skip(1) {
-        let on_frame = || bodies.iter().filter(|body| body.frame == frame);
-        let mass: f64 = on_frame().map(|body| body.mass).sum();
-        if mass == 0.0 {
-            continue;
-        }
-        let center = match on_frame().collect::<Vec<_>>()[..] {
-            // A lone body keeps its centre of mass to the last bit.
-            [body] => body.center,
-            _ => on_frame().map(|body| body.mass * body.center).sum::<Vec2>() / mass,
-        };
-        let inertia =
-            on_frame().map(|body| body.inertia + body.mass * (body.center - center).norm_squared()).sum();
-        let list = if path.free.is_empty() { &mut driven } else { &mut free };
-        list.push(FrameInertia { frame, mass, center, inertia });
-    }
-    (free, driven)
 }

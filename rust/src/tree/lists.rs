@@ -1,0 +1,235 @@
+//! The flat lists of a tree that has grown: everything a run needs of the scene, in frames instead of bodies.
+
+use crate::contact::clearance::ClearanceLaw;
+use crate::scene::parts::{Force, ForceFrame, Joint, JointKind};
+use crate::tree::elements::{
+    AppliedForce, AppliedTorque, BodyPlacement, ClearanceJoint, Closure, DrivenCoordinate, FrameInertia,
+    IdealJoint, IdealKind, Link, Path, Realisation, Torsion, Tree,
+};
+use crate::tree::kinematics::{Frame, Vec2};
+use crate::tree::span::{Builder, Placement};
+
+/// The ideal joints of a scene, in a tree or cut.
+struct IdealJoints {
+    joints: Vec<IdealJoint>,
+    closures: Vec<Closure>,
+    /// Where a joint of the scene is among them.
+    index_of: Vec<usize>,
+}
+
+impl Builder<'_> {
+    pub(super) fn finish(mut self) -> Tree {
+        let columns = self.frames.len() - 1;
+        let is_driven = |column: usize| self.driven.iter().any(|driven| driven.column == column);
+        let free: Vec<usize> = (0..columns).filter(|&column| !is_driven(column)).collect();
+        let paths = paths(&self.frames, &free);
+        let bodies = self.bodies();
+        let (inertias, driven_inertias) = frame_inertias(&bodies, &paths);
+        let IdealJoints { joints: ideal_joints, closures, index_of } = self.ideal_joints();
+        let tree_joints = self.order.iter().map(|&joint| index_of[joint]).collect();
+        for driven in &mut self.driven {
+            driven.joint = index_of[driven.joint];
+        }
+        let speeds_up =
+            |(index, driven): (usize, &DrivenCoordinate)| (!driven.motion.is_linear()).then_some(index);
+        let mut tree = Tree {
+            frames: Vec::new(),
+            coordinate_names: Vec::new(),
+            free,
+            accelerated: self.driven.iter().enumerate().filter_map(speeds_up).collect(),
+            driven: Vec::new(),
+            paths,
+            bodies,
+            inertias,
+            driven_inertias,
+            clearance_joints: self.clearance_joints(),
+            closures,
+            ideal_joints,
+            tree_joints,
+            links: Vec::new(),
+            torsions: Vec::new(),
+            applied_forces: Vec::new(),
+            applied_torques: Vec::new(),
+            gravity: Vec2::zeros(),
+        };
+        self.add_forces(&mut tree);
+        tree.frames = self.frames;
+        tree.coordinate_names = self.coordinate_names;
+        tree.driven = self.driven;
+        tree
+    }
+
+    fn bodies(&self) -> Vec<BodyPlacement> {
+        let placed = self.scene.bodies.iter().zip(&self.placements);
+        placed
+            .map(|(body, placement)| {
+                let placement = placement.unwrap_or(Placement::GROUND);
+                let points = body.points.iter();
+                BodyPlacement {
+                    name: body.name.clone(),
+                    mass: body.mass,
+                    inertia: self.scene.central_inertia(body),
+                    frame: placement.frame,
+                    hung: placement.hung,
+                    origin: placement.origin,
+                    angle: placement.angle,
+                    center: placement.to_frame(body.center_of_mass),
+                    points: points
+                        .map(|point| (point.name.clone(), placement.to_frame(point.position)))
+                        .collect(),
+                }
+            })
+            .collect()
+    }
+
+    fn clearance_joints(&self) -> Vec<ClearanceJoint> {
+        let compiled = |joint: &Joint| {
+            let Joint::Clearance {
+                name,
+                journal_radius,
+                clearance,
+                contact,
+                friction,
+                sliding,
+                impact_velocity_floor,
+                ..
+            } = joint
+            else {
+                return None;
+            };
+            let [bearing, journal] = self.ends(joint).map(|end| self.place(end));
+            Some(ClearanceJoint {
+                name: name.clone(),
+                bearing,
+                journal,
+                bodies: self.ends(joint).map(|end| end.body),
+                law: ClearanceLaw {
+                    clearance: *clearance,
+                    journal_radius: *journal_radius,
+                    bearing_radius: journal_radius + clearance,
+                    normal: *contact,
+                    friction: *friction,
+                    sliding: *sliding,
+                },
+                impact_velocity_floor: *impact_velocity_floor,
+            })
+        };
+        self.scene.joints.iter().filter_map(compiled).collect()
+    }
+
+    fn ideal_joints(&self) -> IdealJoints {
+        let mut closures = Vec::new();
+        let mut joints = Vec::new();
+        let mut index_of = vec![usize::MAX; self.scene.joints.len()];
+        for (index, joint) in self.scene.joints.iter().enumerate() {
+            let Joint::Ideal { name, kind, .. } = joint else { continue };
+            let ends = self.ends(joint);
+            let points = ends.map(|end| self.place(end));
+            let bodies = ends.map(|end| end.body);
+            let realisation = self.realisations[index].unwrap_or(Realisation::Cut(closures.len()));
+            if let Realisation::Cut(_) = realisation {
+                let [a, b] = points;
+                closures.push(Closure { name: name.clone(), a, b, bodies });
+            }
+            let kind = match kind {
+                JointKind::Revolute => IdealKind::Revolute,
+                JointKind::Prismatic { .. } => IdealKind::Prismatic,
+                JointKind::Fixed { .. } => IdealKind::Fixed,
+            };
+            index_of[index] = joints.len();
+            joints.push(IdealJoint { name: name.clone(), kind, bodies, points, realisation });
+        }
+        IdealJoints { joints, closures, index_of }
+    }
+
+    fn add_forces(&self, tree: &mut Tree) {
+        let placement =
+            |body: Option<usize>| body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND);
+        let body_of = |name: &str| self.scene.body_index(name).unwrap_or_default();
+        for force in &self.scene.forces {
+            match force {
+                Force::Gravity { acceleration } => tree.gravity += Vec2::from(*acceleration),
+                Force::Spring { name, a, b, stiffness, length, damping } => {
+                    let ends = [a, b].map(|reference| self.end(reference));
+                    tree.links.push(Link {
+                        name: name.clone(),
+                        points: ends.map(|end| self.place(end)),
+                        bodies: ends.map(|end| end.body),
+                        stiffness: *stiffness,
+                        length: *length,
+                        damping: *damping,
+                    });
+                }
+                Force::TorsionSpring { name, a, b, stiffness, angle, damping } => {
+                    let bodies = [a, b].map(|name| body_of(name));
+                    let [first, second] = bodies.map(placement);
+                    tree.torsions.push(Torsion {
+                        name: name.clone(),
+                        frames: [first.frame, second.frame],
+                        bodies,
+                        stiffness: *stiffness,
+                        angle: angle + first.angle - second.angle,
+                        damping: *damping,
+                    });
+                }
+                Force::Applied { name, point, x, y, frame } => {
+                    let end = self.end(point);
+                    let angle = placement(end.body).angle;
+                    tree.applied_forces.push(AppliedForce {
+                        name: name.clone(),
+                        point: self.place(end),
+                        body: end.body,
+                        components: [x.clone(), y.clone()],
+                        turned: (*frame == ForceFrame::Body).then(|| [angle.cos(), angle.sin()]),
+                    });
+                }
+                Force::Torque { name, body, reaction, torque } => {
+                    let bodies = [reaction, body].map(|name| body_of(name));
+                    tree.applied_torques.push(AppliedTorque {
+                        name: name.clone(),
+                        frames: bodies.map(|body| placement(body).frame),
+                        bodies,
+                        torque: torque.clone(),
+                    });
+                }
+            }
+        }
+    }
+}
+
+/// For every frame the columns that move it; `free` are those of the degrees of freedom.
+fn paths(frames: &[Frame], free: &[usize]) -> Vec<Path> {
+    let mut paths = vec![Path::default()];
+    for (index, frame) in frames.iter().enumerate().skip(1) {
+        let mut path = paths[frame.parent].clone();
+        path.columns.push(index - 1);
+        if let Ok(freedom) = free.binary_search(&(index - 1)) {
+            path.free.push((index - 1, freedom));
+        }
+        paths.push(path);
+    }
+    paths
+}
+
+/// Sums the bodies of each frame (Steiner's theorem); frames that move freely, then those that
+/// only drives move. Bodies fixed to ground move nothing.
+fn frame_inertias(bodies: &[BodyPlacement], paths: &[Path]) -> (Vec<FrameInertia>, Vec<FrameInertia>) {
+    let (mut free, mut driven) = (Vec::new(), Vec::new());
+    for (frame, path) in paths.iter().enumerate().skip(1) {
+        let on_frame = || bodies.iter().filter(|body| body.frame == frame);
+        let mass: f64 = on_frame().map(|body| body.mass).sum();
+        if mass == 0.0 {
+            continue;
+        }
+        let center = match on_frame().collect::<Vec<_>>()[..] {
+            // A lone body keeps its centre of mass to the last bit.
+            [body] => body.center,
+            _ => on_frame().map(|body| body.mass * body.center).sum::<Vec2>() / mass,
+        };
+        let inertia =
+            on_frame().map(|body| body.inertia + body.mass * (body.center - center).norm_squared()).sum();
+        let list = if path.free.is_empty() { &mut driven } else { &mut free };
+        list.push(FrameInertia { frame, mass, center, inertia });
+    }
+    (free, driven)
+}
