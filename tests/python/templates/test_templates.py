@@ -15,7 +15,7 @@ from chebclear.templates.json_schema import scene_file_schema
 from chebclear.templates.toml_text import read_toml, write_toml
 from chebclear.templates.units import UnitError, convert, is_quantity, parse_unit
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 HOSTILE = [
     "__import__('os').system('true')",

@@ -6,7 +6,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 
-LAWS = Path(__file__).parents[2] / "docs" / "laws.md"
+LAWS = Path(__file__).parents[3] / "docs" / "laws.md"
 RADIUS = 0.02
 # Mass and inertia about the mass centre.
 BODIES = {"shaft": (2.0, 4e-4), "housing": (3.0, 1e-2)}

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from interrupts import work_after_interrupt
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 

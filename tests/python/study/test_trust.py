@@ -102,7 +102,7 @@ def test_saved_results_keep_their_bounds(tmp_path):
 
 
 def test_the_toggle_press_is_not_resolved():
-    press = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "toggle_press.py"))
+    press = runpy.run_path(str(Path(__file__).parents[3] / "examples" / "toggle_press.py"))
     box = {name: press["TOLERANCES"][name] for name in ("upper_length", "bearing_distance")}
     study = cc.Study(
         press["toggle_press"], box, ["ram.y", "knee.normal_force"], duration=0.06, samples=121, rtol=1e-5

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from interrupts import work_after_interrupt
 
-DATA = Path(__file__).parents[1] / "data"
+DATA = Path(__file__).parents[2] / "data"
 GRAVITY = 9.81  # [m/s^2]
 
 

@@ -1,0 +1,139 @@
+"""Accuracy against cost of the bounds of a study, where the response is linear."""
+
+import math
+import pickle
+from dataclasses import replace
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear.errors import SimulationError
+
+
+def faller(gravity):
+    return cc.Scene(
+        [cc.Body("block", 2.0, 0.1)],
+        [cc.Prismatic("guide", "ground", "block", axis=(0.0, 1.0))],
+        [cc.Gravity((0.0, -gravity))],
+    )
+
+
+@pytest.fixture(scope="module")
+def fall():
+    study = cc.Study(
+        faller, {"gravity": cc.interval(9.81, rel=0.1)}, ["block.y", "block.vy"], duration=0.5, samples=21
+    )
+    return study.tradeoff(degrees=[1, 2], points=[3], holdout=50)
+
+
+def test_bounds_of_a_linear_response_are_known(fall):
+    # y and vy are linear in gravity: degree 1 is exact and so is Eq. (31); the extremes of n Chebyshev nodes
+    # reach cos(pi / 2n) of the interval.
+    by_name = {(point.bounds, point.degree): point for point in fall}
+    assert list(by_name) == [
+        ("interval", 1),
+        ("polynomial", 1),
+        ("sampled", 1),
+        ("interval", 2),
+        ("polynomial", 2),
+        ("sampled", 2),
+        ("scan", None),
+    ]
+    for (bounds, degree), point in by_name.items():
+        narrow = math.cos(0.5 * math.pi / (degree + 1)) - 1.0 if bounds == "sampled" else 0.0
+        np.testing.assert_allclose(point.width_error, narrow, atol=1e-9)
+        np.testing.assert_allclose(point.escape, -0.5 * narrow, atol=1e-9)
+        if bounds == "sampled":
+            # Uniform hold-out points lie within with the probability of the part that the nodes reach; the
+            # two corners never do, and at t = 0 nothing moves.
+            assert np.all(np.abs(point.containment - (1.0 + narrow)) < 0.15)
+        else:
+            np.testing.assert_array_equal(point.containment, 1.0)
+        if degree is not None and bounds != "sampled":
+            assert np.all(point.fit_error < 1e-9)
+    assert fall.holdout == 52 and fall.reference_runs == 52 + 2 + 3 + 3
+    np.testing.assert_allclose(
+        fall.reference_width, [0.5 * 2 * 0.981 * 0.25 * 0.3417, 2 * 0.981 * 0.25], rtol=1e-3
+    )
+    assert [point.runs for point in fall] == [3, 3, 3, 4, 4, 4, 4]
+
+
+def test_the_cheapest_bounds_that_are_good_enough_are_taken(fall):
+    advice = fall.recommendation(width_error=0.01)
+    assert advice.point.degree == 1 and advice.point.bounds in ("interval", "polynomial")
+    assert "of degree 1 with 3 runs" in str(advice) and "100 % of 52 hold-out runs inside" in str(advice)
+    sampled = replace(fall, points=tuple(point for point in fall if point.bounds == "sampled"))
+    assert sampled.recommendation(0.01).point is None
+    assert sampled.recommendation(0.2, containment=0.5).point.degree == 2
+    # Too narrow by 1 - cos(pi / 6) and 1 - cos(pi / 4).
+    text = str(sampled.recommendation(0.01, containment=0.5))
+    assert "; the nearest: sampled bounds of degree 2 with 4 runs" in text and "13 % too narrow" in text
+    with pytest.raises(ValueError, match="containment must be"):
+        fall.recommendation(containment=1.5)
+
+
+def test_an_output_that_does_not_change_is_no_obstacle():
+    study = cc.Study(
+        faller, {"gravity": cc.interval(9.0, 10.0)}, ["block.x", "block.y"], duration=0.5, samples=11
+    )
+    result = study.tradeoff(degrees=[1], points=[], holdout=5)
+    assert result.reference_width[0] == 0.0 and math.isnan(result.points[0].width_error[0])
+    assert result.recommendation().point.degree == 1
+
+
+def test_a_motion_that_is_prescribed_has_no_error():
+    crank = cc.Scene(
+        [cc.Body("crank", 1.0, 0.1, center_of_mass=(0.1, 0.0))],
+        [cc.Revolute("pivot", "ground", "crank")],
+        [],
+        [cc.Speed("motor", "pivot", 3.0)],
+    )
+    result = cc.tradeoff(crank, 1.0, 11, rtols=[1e-3, 1e-6], repeats=1)
+    assert all(not point.growth.any() and np.all(point.horizon == math.inf) for point in result)
+    assert result.recommendation().point is not None and "≤ 0" in str(result)
+    constant = cc.tradeoff(crank, 1.0, 11, ["crank.angular_velocity"], rtols=[1e-3], repeats=1)
+    assert "all outputs constant" in str(constant.recommendation())
+    for made in (result, constant):
+        made.plot().figure.canvas.draw()
+
+
+def test_study_results_are_tables_plots_and_values(fall):
+    lines = fall.table().splitlines()
+    assert len(lines) == 2 + len(fall) == len(str(fall).splitlines())
+    assert pickle.loads(pickle.dumps(fall)) == fall
+    assert {len(column) for column in fall.to_dict().values()} == {len(fall)}
+    ax = fall.plot("block.vy")
+    labels = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert labels == ["interval", "polynomial", "sampled", "scan"]
+    with pytest.raises(KeyError, match="unknown column"):
+        fall.plot("block.v")
+
+
+def test_settings_of_a_study_that_fail_stay_in_the_table(monkeypatch):
+    study = cc.Study(faller, {"gravity": cc.interval(9.0, 10.0)}, ["block.y"], duration=0.5, samples=11)
+    real = study.run_points
+
+    def run_points(points, counts, degrees, bounds="range"):
+        if degrees == (2,):
+            raise SimulationError("max_steps", 0.1)
+        return real(points, counts, degrees, bounds)
+
+    monkeypatch.setattr(study, "run_points", run_points)
+    result = study.tradeoff(degrees=[1, 2], points=[], holdout=5)
+    assert [point.status for point in result] == ["done"] * 3 + ["max_steps"] * 3
+    assert result.table().count("max_steps") == 3
+    assert result.recommendation().point.degree == 1
+
+
+def test_wrong_arguments_of_a_study_are_listed_together():
+    study = cc.Study(faller, {"gravity": cc.interval(9.0, 10.0)}, ["block.y"], duration=0.5, samples=11)
+    with pytest.raises(ValueError) as caught:
+        study.tradeoff(degrees=[0], points="5", holdout=1, seed=-1)
+    words = [line.split()[0] for line in str(caught.value).splitlines()]
+    assert words == ["degrees[0]", "points", "holdout", "seed"]
+    with pytest.raises(ValueError, match="must not both be empty"):
+        study.tradeoff(degrees=[], points=[])
+    wide = {name: cc.interval(1.0, 2.0) for name in "abcdefg"}
+    many = cc.Study(lambda **given: faller(9.81), wide, ["block.y"], duration=0.5, samples=11)
+    with pytest.raises(ValueError, match="at most 1000000 runs"):
+        many.tradeoff(degrees=[9])
