@@ -2,7 +2,7 @@
 //!
 //! cargo bench --bench ranges [-- NAME]
 
-#[path = "../tests/physics/polynomials.rs"]
+#[path = "../tests/physics/study/polynomials.rs"]
 #[allow(dead_code)]
 mod polynomials;
 #[path = "../tests/physics/support.rs"]

@@ -2,9 +2,9 @@
 //!
 //! cargo bench --bench stiffness [-- --all]
 
-#[path = "../tests/physics/rattle.rs"]
+#[path = "../tests/physics/integrators/rattle.rs"]
 mod rattle;
-#[path = "../tests/physics/rodas6p.rs"]
+#[path = "../tests/physics/integrators/rodas6p.rs"]
 mod rodas6p;
 #[path = "../tests/physics/support.rs"]
 #[allow(dead_code)]

@@ -11,7 +11,7 @@ use chebclear::run::trajectory::{Trajectory, resume, simulate, simulate_from};
 use chebclear::scene::parts::{Joint, Scene};
 use chebclear::tree::elements::State;
 
-use crate::problems::{distance, kepler, van_der_pol};
+use crate::integrators::problems::{distance, kepler, van_der_pol};
 use crate::support::{Random, body, compile, slider_crank};
 
 const METHODS: [Method; 3] = [Method::Rodas5P, Method::Rodas4, Method::Dop853];

@@ -1,36 +1,61 @@
-//! Tests of the core physics: closed forms, identities, independent references.
+//! Tests of the core physics by room: closed forms, identities, independent references.
 
-mod assembly;
-mod bad_elements;
-mod bands;
-mod chebyshev;
-mod constrained;
-mod constraints;
-mod contact;
-mod contact_events;
-mod effective_mass;
-mod elements;
-mod energy;
-mod events;
+mod contact {
+    mod forces;
+}
+
+mod scene {
+    mod bad_elements;
+    mod scenes;
+    mod time_functions;
+}
+
+mod tree {
+    mod kinematics;
+}
+
+mod dynamics {
+    pub(crate) mod cartesian;
+    pub(crate) mod constraints;
+    mod loops;
+    mod mechanics;
+    pub(crate) mod random_trees;
+}
+
+mod mechanism {
+    mod assembly;
+    mod effective_mass;
+}
+
+mod integrators {
+    mod constrained;
+    mod events;
+    mod orders;
+    pub(crate) mod problems;
+    pub(crate) mod rattle;
+    pub(crate) mod rodas6p;
+    mod step_control;
+    mod stiffness;
+    mod tableaus;
+}
+
+mod run {
+    mod contact_events;
+    mod elements;
+    mod energy;
+    mod impact_floor;
+    mod oracles;
+    mod reference;
+    mod restart;
+    mod scaling;
+}
+
+mod study {
+    mod bands;
+    mod chebyshev;
+    pub(crate) mod polynomials;
+    mod ranges;
+}
+
 mod gates;
-mod impact_floor;
-mod integrators;
-mod kinematics;
-mod loops;
-mod mechanics;
-mod oracles;
-mod polynomials;
-mod problems;
-mod random_trees;
-mod ranges;
-mod rattle;
-mod reference;
-mod restart;
-mod rodas6p;
-mod scaling;
-mod scenes;
-mod step_control;
-mod stiffness;
 mod support;
-mod tableaus;
-mod time_functions;

@@ -126,6 +126,15 @@ def test_rooms_hold_few_files_and_say_what_they_use():
             assert used <= set(said), f"{room} uses {used - set(said)} and does not say so"
 
 
+def test_tests_stand_in_folders_named_after_rooms():
+    # Comparisons with other codes, and what is true of the package as a whole, belong to no room.
+    for tests, rooms in (("python", [*PYTHON_ROOMS, "independent", "package"]), ("physics", RUST_ROOMS)):
+        folders = {path.parent for path in (ROOT / "tests" / tests).glob("*/*") if path.is_file()}
+        names = {folder.name for folder in folders if folder.name != "__pycache__"}
+        assert names <= set(rooms), names - set(rooms)
+    assert not list((ROOT / "tests" / "python").glob("test_*.py"))
+
+
 def module_of(name, modules):
     """The module that a dotted name is, or is a part of."""
     while name and name not in modules:

@@ -8,7 +8,7 @@ use chebclear::integrators::{HybridSystem, Limits, Outcome, integrate};
 use chebclear::numerics::instant::Instant;
 use std::f64::consts::FRAC_PI_4;
 
-use crate::rodas6p::RODAS6P;
+use crate::integrators::rodas6p::RODAS6P;
 
 /// Accelerations: parameter, time since the start, q, v, out.
 type Law = fn(f64, f64, &[f64], &[f64], &mut [f64]);

@@ -4,8 +4,10 @@ use chebclear::integrators::dop853::Dop853;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P, Tableau};
 use chebclear::integrators::{Stats, Stepper};
 
-use crate::problems::{Problem, SmoothSystem, distance, kepler, pendulum, prothero_robinson, van_der_pol};
-use crate::rodas6p::RODAS6P;
+use crate::integrators::problems::{
+    Problem, SmoothSystem, distance, kepler, pendulum, prothero_robinson, van_der_pol,
+};
+use crate::integrators::rodas6p::RODAS6P;
 
 /// Steps of the references, and of the coarsest run. Every grid point of the runs, and the
 /// quarters between them, is a grid point of the reference.

@@ -7,8 +7,8 @@ use crate::support::{compile, slider_crank};
 /// Columns of the reference: time and slider velocity.
 pub fn reference_velocity(file: &str) -> Vec<(f64, f64)> {
     let text = match file {
-        "as_printed" => include_str!("../data/slider_crank_as_printed.csv"),
-        _ => include_str!("../data/slider_crank_physical.csv"),
+        "as_printed" => include_str!("../../data/slider_crank_as_printed.csv"),
+        _ => include_str!("../../data/slider_crank_physical.csv"),
     };
     text.lines()
         .filter(|line| !line.starts_with('#') && !line.starts_with("time"))

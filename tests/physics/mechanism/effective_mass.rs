@@ -9,7 +9,7 @@ use chebclear::scene::time_function::TimeFunction;
 use chebclear::tree::elements::{ContactScales, State};
 use chebclear::tree::kinematics::Vec2;
 
-use crate::random_trees::cases;
+use crate::dynamics::random_trees::cases;
 use crate::support::{body, compile, ideal, point};
 
 /// The scene with its last clearance joint made ideal: it closes a loop, or joins what floated.

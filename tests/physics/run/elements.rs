@@ -5,8 +5,8 @@ use chebclear::run::trajectory::{Settings, Trajectory, simulate};
 use chebclear::scene::parts::{Body, Drive, Force, ForceFrame, JointKind, Point, Scene, Start};
 use chebclear::scene::time_function::TimeFunction;
 
-use crate::problems::driven_pendulum;
-use crate::rodas6p::RODAS6P;
+use crate::integrators::problems::driven_pendulum;
+use crate::integrators::rodas6p::RODAS6P;
 use crate::support::{body, compile, ideal, point};
 
 const METHODS: [Method; 3] = [Method::Rodas4, Method::Rodas5P, Method::Dop853];
@@ -328,5 +328,5 @@ fn a_pendulum_on_a_driven_pivot_follows_its_equation() {
     }
     // The reference itself has converged.
     let half = driven_pendulum().equal_steps(RODAS6P, 1000, |_| {});
-    assert!(crate::problems::distance(&half, &states[2000]) < 1e-11);
+    assert!(crate::integrators::problems::distance(&half, &states[2000]) < 1e-11);
 }

@@ -1,6 +1,6 @@
 //! Certified ranges of polynomials: against closed forms, dense grids, another certificate and exact sums.
 
-use crate::polynomials::{CASES, extreme_points, random_coefficients, tensor, values};
+use crate::study::polynomials::{CASES, extreme_points, random_coefficients, tensor, values};
 use crate::support::Random;
 use chebclear::study::bounds::interval_bounds;
 use chebclear::study::chebyshev::{evaluate, fit, root_nodes};

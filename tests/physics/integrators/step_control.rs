@@ -6,7 +6,9 @@ use chebclear::integrators::tableaus::{RODAS4, RODAS5P, Tableau};
 use chebclear::integrators::{HybridSystem, Limits, Outcome, Projection, Status, integrate};
 use chebclear::numerics::instant::Instant;
 
-use crate::problems::{Problem, SmoothSystem, distance, kepler, pendulum, prothero_robinson, van_der_pol};
+use crate::integrators::problems::{
+    Problem, SmoothSystem, distance, kepler, pendulum, prothero_robinson, van_der_pol,
+};
 use crate::support::Random;
 
 /// What goes wrong with an evaluation.

@@ -4,8 +4,8 @@
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P, Tableau};
 use nalgebra::{DMatrix, DVector};
 
-use crate::problems::{distance, kepler, pendulum, prothero_robinson, van_der_pol};
-use crate::rodas6p::RODAS6P;
+use crate::integrators::problems::{distance, kepler, pendulum, prothero_robinson, van_der_pol};
+use crate::integrators::rodas6p::RODAS6P;
 
 type Vector = DVector<f64>;
 /// A function of t and y.

@@ -8,7 +8,7 @@ use chebclear::run::trajectory::{Settings, simulate};
 use chebclear::scene::parts::{Drive, Force, ForceFrame, Joint, JointKind, Scene};
 use chebclear::scene::time_function::{Spline, TimeFunction};
 
-use crate::mechanics::{acceleration, added, dynamics_of, moving_cases};
+use crate::dynamics::cartesian::{acceleration, added, dynamics_of, moving_cases};
 use crate::support::{body, compile, derivative, ideal, point, slider_crank};
 
 #[test]

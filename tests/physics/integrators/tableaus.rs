@@ -4,7 +4,7 @@
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P, Tableau};
 use nalgebra::{Complex, DMatrix, DVector};
 
-use crate::rodas6p::RODAS6P;
+use crate::integrators::rodas6p::RODAS6P;
 
 /// A rooted tree: indices of the subtrees at its root, its order, and its density γ(t).
 struct Tree {

@@ -11,9 +11,9 @@ use chebclear::run::settings::{Method, Settings};
 use chebclear::run::trajectory::simulate;
 use chebclear::scene::parts::{Drive, Joint};
 
-use crate::problems::{self, SmoothSystem, van_der_pol};
-use crate::rattle::{Rattle, distance};
-use crate::rodas6p::RODAS6P;
+use crate::integrators::problems::{self, SmoothSystem, van_der_pol};
+use crate::integrators::rattle::{Rattle, distance};
+use crate::integrators::rodas6p::RODAS6P;
 use crate::support::{self, Random};
 
 const METHODS: [Method; 4] = [Method::Auto, Method::Rodas5P, Method::Rodas4, Method::Dop853];
