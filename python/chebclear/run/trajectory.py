@@ -19,11 +19,13 @@ from ..base.arguments import Checks
 from ..base.units import unit
 from ..data.dataset import Dataset
 from ..data.exports import Exports
+from ..report import html
 from ..scene.scene import Scene
 from .accuracy import ErrorEstimate
 from .dataset import common_facts, run_dataset
 from .features import EXTREMA, Extremum, Feature
 from .names import output_meant
+from .report import run_document
 from .settings import MOST_CYCLES, Settings, require_features
 from .tracking import settling_time, simulate_features
 
@@ -347,6 +349,40 @@ class Trajectory(records.ArrayRecord, Exports):
         return plot.plot_trajectory(
             self, columns if isinstance(columns, str) else list(columns), ax=ax, **options
         )
+
+    def report(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        outputs: Sequence[str] | None = None,
+        title: str | None = None,
+    ) -> Path:
+        """Write a report of the run: one HTML file that needs no network and runs no scripts.
+
+        Parameters
+        ----------
+        path : path
+            Where to; ``.html`` is appended if there is no suffix. An existing file is replaced.
+        outputs : sequence of str, optional
+            Names of the columns to show; if not given, all of at most six, else the forces in the joints with
+            play, the drives and the last body.
+        title : str, optional
+            The heading.
+
+        Returns
+        -------
+        Path
+            The file written.
+
+        Raises
+        ------
+        KeyError
+            If an output is no column of the run.
+        """
+        if outputs is not None:
+            for name in outputs:
+                column_index(self.columns, name, self.scene)
+        return html.write(run_document(self, outputs, title), path)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything to one compressed ``.npz`` file.

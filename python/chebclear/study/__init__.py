@@ -1,6 +1,6 @@
 """Many runs: a scene whose parameters are known as intervals.
 
 In: a callable that builds scenes, and intervals; out: a `StudyResult` with a `Band` for every output.
-Uses its chapters `polynomials`, `band` and `features`, which build on each other in this order, and the rooms
-`plots`, `run`, `scene`, `data` and `base`.
+Uses its chapters `polynomials`, `band`, `features` and `report`, which build on each other in this order,
+and the rooms `plots`, `run`, `scene`, `report`, `data` and `base`.
 """

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..base import files as records
 from ..data.dataset import Dataset
 from ..data.exports import Exports
+from ..report import html
 from ..run.dataset import common_facts
 from ..run.settings import Settings
 from ..run.trajectory import Stats, column_index
@@ -26,6 +27,7 @@ from .band.judgement import judged
 from .dataset import study_dataset
 from .features.features import FeatureResult, FeatureTable, Ranking
 from .polynomials.surrogate import BoundKind, Surrogate
+from .report.document import study_document
 
 Array = NDArray[np.float64]
 
@@ -310,6 +312,23 @@ class StudyResult(records.ArrayRecord, Exports):
             features,
             told | common_facts(self.settings, self.scene, self.warnings),
         )
+
+    def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
+        """Write a report of the study: one HTML file that needs no network and runs no scripts.
+
+        Parameters
+        ----------
+        path : path
+            Where to; ``.html`` is appended if there is no suffix. An existing file is replaced.
+        title : str, optional
+            The heading: the question in words.
+
+        Returns
+        -------
+        Path
+            The file written.
+        """
+        return html.write(study_document(self, title), path)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything to one compressed ``.npz`` file.

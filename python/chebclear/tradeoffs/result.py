@@ -19,6 +19,7 @@ from ..base.tables import format_number, format_table, markdown_table
 from ..base.units import unit
 from ..data.dataset import Dataset, numbered
 from ..data.exports import Exports
+from ..report import html
 from ..run.accuracy import HORIZON_PART
 from ..run.settings import Settings
 from ..run.trajectory import Stats, column_index
@@ -27,6 +28,7 @@ from ..scene.scene import Scene
 from . import recommendation as recommend
 from .point import TradeoffPoint
 from .recommendation import Recommendation, in_words, largest_error, power
+from .report import tradeoff_document
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -180,10 +182,10 @@ class Tradeoff(records.ArrayRecord, Exports):
         str
             Without a final line break. Of more than four outputs only the worst error is shown.
         """
-        return markdown_table(*self._cells())
+        return markdown_table(*self.cells())
 
     def __str__(self) -> str:
-        return f"{self.describe_reference()}\n{format_table(*self._cells())}"
+        return f"{self.describe_reference()}\n{format_table(*self.cells())}"
 
     def describe_reference(self) -> str:
         """One sentence on what the errors were measured against and how far that is known."""
@@ -225,8 +227,13 @@ class Tradeoff(records.ArrayRecord, Exports):
             return list(self.outputs)
         return [self.outputs[_worst(largest_error(self.t, self.check.growth, None), self.ranges)]]
 
-    def _cells(self) -> tuple[list[str], list[list[str]]]:
-        """Header and rows of the table."""
+    def cells(self) -> tuple[list[str], list[list[str]]]:
+        """Header and rows of the table, as text.
+
+        Returns
+        -------
+        tuple of list of str and list of list of str
+        """
         spans = [self.end]
         if self.t[0] < self.trusted_until < self.end:
             spans.insert(0, self._instant_before(self.trusted_until))
@@ -319,6 +326,23 @@ class Tradeoff(records.ArrayRecord, Exports):
         from ..plots import costs as plot_costs
 
         return plot_costs.plot_tradeoff(self, output, ax=ax, **options)
+
+    def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
+        """Write a report: one HTML file that needs no network and runs no scripts.
+
+        Parameters
+        ----------
+        path : path
+            Where to; ``.html`` is appended if there is no suffix. An existing file is replaced.
+        title : str, optional
+            The heading.
+
+        Returns
+        -------
+        Path
+            The file written.
+        """
+        return html.write(tradeoff_document(self, title), path)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything to one compressed ``.npz`` file.

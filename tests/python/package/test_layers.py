@@ -20,6 +20,7 @@ PYTHON_ROOMS = [
     "errors",
     "base",
     "data",
+    "report",
     "scene",
     "mechanisms",
     "plots",
@@ -47,12 +48,12 @@ RUST_ROOMS = [
 ]
 
 # A chapter of a room uses only chapters that stand before it, and no file beside them.
-CHAPTERS = {"study": ["polynomials", "band", "features"]}
+CHAPTERS = {"study": ["polynomials", "band", "features", "report"]}
 MOST_FILES = 12
 """Files of a Python room or chapter, besides the one that says what it is for."""
 
 USES_CORE = {"scene", "run", "study"}
-USES_MATPLOTLIB = {"plots", "paper", "tradeoffs"}
+USES_MATPLOTLIB = {"plots", "report", "paper", "tradeoffs"}
 CRATES = {"pyo3": "python", "numpy": "python", "rayon": "study"}
 
 

@@ -1,0 +1,80 @@
+"""Quantities as a person writes them: ``"25.0 µm"``, ``"2.31 kN"``."""
+
+from __future__ import annotations
+
+import math
+
+from .tables import format_number
+
+_PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+
+# Units that a prefix may stand before, and the largest power of ten it may mean: nobody writes km/s².
+# Powers of a unit, as in m², would take the power of the prefix too.
+_LARGEST = {"m": 3, "m/s": 0, "m/s²": 0, "s": 0, "N": 9, "J": 9, "W": 9, "N m": 9, "N/m": 9, "Pa": 9, "Hz": 9}
+_LEAST = -12
+
+
+def prefix_of(size: float, unit: str) -> tuple[float, str]:
+    """Factor and unit in which a quantity of some size has one to three digits before the point.
+
+    Parameters
+    ----------
+    size : float
+        Size of the quantity in the unit.
+    unit : str
+        SI unit; one that takes no prefix stays as it is.
+
+    Returns
+    -------
+    tuple of float and str
+        What to multiply with, and the unit of the product.
+
+    Examples
+    --------
+    >>> prefix_of(2.5e-5, "m"), prefix_of(2310.0, "N"), prefix_of(2310.0, "m/s²"), prefix_of(0.02, "rad")
+    ((1000000.0, 'µm'), (0.001, 'kN'), (1.0, 'm/s²'), (1.0, 'rad'))
+    """
+    if unit not in _LARGEST or not (size > 0.0 and math.isfinite(size)):
+        return 1.0, unit
+    # Three digits count: 999.6 is written as 1.00 k.
+    exponent = int(f"{size:.2e}".partition("e")[2])
+    power = min(max(3 * (exponent // 3), _LEAST), _LARGEST[unit])
+    return 10.0**-power, f"{_PREFIXES[power]}{unit}"
+
+
+def format_quantity(value: float, unit: str, digits: int = 3) -> str:
+    """A number with its unit, with a prefix where the unit takes one.
+
+    Parameters
+    ----------
+    value : float
+        In the unit.
+    unit : str
+        SI unit; ``"-"`` and ``""`` are not written.
+    digits : int
+        Significant digits.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> format_quantity(2e-5, "m"), format_quantity(-2310.0, "N"), format_quantity(0.5, "-")
+    ('20.0 µm', '-2.31 kN', '0.500')
+    """
+    return format_range((value,), unit, digits)
+
+
+def format_range(values: tuple[float, ...], unit: str, digits: int = 3) -> str:
+    """Numbers with one unit, the prefix being that of the largest: ``"-1.20 .. 2.31 kN"``.
+
+    Examples
+    --------
+    >>> format_range((-0.001, 0.12), "m"), format_range((0.1, float("nan")), "N")
+    ('-1.00 .. 120 mm', '100 .. - mN')
+    """
+    known = [abs(value) for value in values if math.isfinite(value)]
+    factor, shown = prefix_of(max(known, default=0.0), unit)
+    text = " .. ".join(format_number(factor * value, digits) for value in values)
+    return f"{text} {shown}" if shown not in ("", "-") else text

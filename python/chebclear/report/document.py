@@ -1,0 +1,121 @@
+"""What a report says, without how it looks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Judgement = Literal["good", "fair", "bad"]
+
+
+@dataclass(frozen=True)
+class Text:
+    """A paragraph."""
+
+    text: str
+    """The sentences; no markup."""
+
+
+@dataclass(frozen=True)
+class Items:
+    """A list of sentences."""
+
+    items: Sequence[str]
+    """The sentences; no markup."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A word that judges; its symbol and color say the same."""
+
+    word: str
+    """The word, as ``"calibrated"``."""
+    judgement: Judgement
+    """Whether one may build on it."""
+
+    @property
+    def symbol(self) -> str:
+        """A sign for those who see no colors."""
+        return {"good": "✓", "fair": "~", "bad": "✗"}[self.judgement]
+
+    def __str__(self) -> str:
+        return f"{self.symbol} {self.word}"
+
+
+Cell = str | Verdict
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of equally many cells; the first cell of a row is its heading."""
+
+    caption: str
+    """What the table shows, in words."""
+    head: Sequence[str]
+    """Heading of each column, with units."""
+    rows: Sequence[Sequence[Cell]]
+    """The cells."""
+
+    def __post_init__(self) -> None:
+        wrong = [index for index, row in enumerate(self.rows) if len(row) != len(self.head)]
+        if wrong:
+            raise ValueError(f'rows {wrong} of the table "{self.caption}" do not have {len(self.head)} cells')
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure; it is drawn when the report is written."""
+
+    finding: str
+    """What is to be seen in it, for those who cannot see it."""
+    draw: Callable[[Axes], object]
+    """Draws into empty axes."""
+    height: float = 2.6
+    """Height over 4.5 inches of width [in]."""
+    caption: str = ""
+    """A sentence below it."""
+
+
+@dataclass(frozen=True)
+class Listing:
+    """A text to copy or to save: a script, a scene."""
+
+    name: str
+    """Name of the file."""
+    text: str
+    """Its text."""
+    shown: str
+    """What it is, in words."""
+
+
+Block = Text | Items | Table | Picture | Listing
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading and what is below it."""
+
+    title: str
+    """The heading."""
+    blocks: Sequence[Block]
+    """What is below it."""
+
+
+@dataclass(frozen=True)
+class Document:
+    """A whole report."""
+
+    title: str
+    """The question, in words."""
+    facts: Sequence[str]
+    """A line of short facts below the title: runs, seconds, version, date."""
+    answer: Sequence[str]
+    """The answer, a sentence each."""
+    doubts: Sequence[str]
+    """What cannot be trusted and why, a sentence each."""
+    sections: Sequence[Section] = field(default_factory=tuple)
+    """The rest."""

@@ -1,0 +1,93 @@
+"""A report as one HTML file that needs no network and runs no scripts."""
+
+from __future__ import annotations
+
+import base64
+import os
+import re
+from functools import partial
+from pathlib import Path
+
+from ..base.files import replaced
+from .document import Block, Document, Items, Listing, Picture, Section, Table, Text, Verdict
+from .pictures import embedded
+
+_KINDS = {Text: "text", Items: "items", Table: "table", Picture: "picture", Listing: "listing"}
+
+
+def as_html(document: Document) -> str:
+    """The text of the file.
+
+    Parameters
+    ----------
+    document : Document
+        What it says. All its texts are escaped.
+
+    Returns
+    -------
+    str
+    """
+    # Here, so that importing the package does not take its 40 ms.
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    # Jinja escapes nothing unless told; a name that the template does not know is a mistake, not a blank.
+    environment = Environment(
+        loader=PackageLoader("chebclear.report", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {
+        "embedded": embedded,
+        "download": _download,
+        "kind": lambda block: _KINDS[type(block)],
+    }
+    environment.tests |= {"verdict": lambda cell: isinstance(cell, Verdict), "number": _is_number}
+    environment.globals["anchor"] = partial(_anchor, list(document.sections))
+    return environment.get_template("report.html.j2").render(document=document)
+
+
+def write(document: Document, path: str | os.PathLike[str]) -> Path:
+    """Write a report; an existing file is replaced, as a whole or not at all.
+
+    Parameters
+    ----------
+    document : Document
+        What it says.
+    path : path
+        Where to; ``.html`` is appended if there is no suffix.
+
+    Returns
+    -------
+    Path
+        The file written.
+    """
+    path = Path(path)
+    path = path if path.suffix else path.with_suffix(".html")
+    text = as_html(document)
+    with replaced(path) as beside:
+        beside.write_text(text, encoding="utf-8")
+    return path
+
+
+def _download(listing: Listing) -> str:
+    return f"data:text/plain;charset=utf-8;base64,{base64.b64encode(listing.text.encode()).decode()}"
+
+
+def _anchor(sections: list[Section], section: Section) -> str:
+    """Address of a section within the page."""
+    return f"section-{1 + sections.index(section)}"
+
+
+def _kind(block: Block) -> str:
+    return _KINDS[type(block)]
+
+
+def _is_verdict(cell: object) -> bool:
+    return isinstance(cell, Verdict)
+
+
+def _is_number(cell: object) -> bool:
+    """Whether a cell begins like a number, so that its column is set flush right."""
+    return isinstance(cell, str) and re.match(r"[-+−±<>≤≥]?\s?\d", cell) is not None

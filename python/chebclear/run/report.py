@@ -1,0 +1,284 @@
+"""What a report says of one run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import fields
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.files import package_version
+from ..base.prefixes import format_quantity, format_range
+from ..base.units import units
+from ..plots.drawing.scene import plot_scene
+from ..report.document import Document, Items, Listing, Picture, Section, Table
+from ..scene.columns import column_unit
+from ..scene.scene import ClearanceRevolute, Scene
+from .settings import Settings
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+MOST_PICTURES = 6
+"""Outputs that are drawn if the user does not say which [-]."""
+
+
+class ReportedRun(Protocol):
+    """What is asked of a `Trajectory`, which has the report as a method and so may not be imported."""
+
+    @property
+    def t(self) -> Array: ...
+    @property
+    def columns(self) -> tuple[str, ...]: ...
+    @property
+    def contacts(self) -> Any: ...
+    @property
+    def stats(self) -> Any: ...
+    @property
+    def status(self) -> str: ...
+    @property
+    def success(self) -> bool: ...
+    @property
+    def message(self) -> str: ...
+    @property
+    def end_time(self) -> float: ...
+    @property
+    def warnings(self) -> tuple[str, ...]: ...
+    @property
+    def settings(self) -> Settings: ...
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def error(self) -> Any: ...
+    def __getitem__(self, column: str) -> Array: ...
+    def peak(self, output: str) -> Any: ...
+    def lowest(self, output: str) -> Any: ...
+    def plot(self, columns: str, *, ax: Any = None) -> Any: ...
+
+
+def run_document(run: ReportedRun, outputs: Sequence[str] | None, title: str | None) -> Document:
+    """The report of one run; see `Trajectory.report`."""
+    shown = list(outputs) if outputs is not None else outputs_to_show(run.scene, run.columns)
+    extremes = [_extremes(run, name) for name in shown]
+    answer = [
+        f"{name} goes from {format_quantity(low.value, unit)} at {format_quantity(low.time, 's')} to "
+        f"{format_quantity(high.value, unit)} at {format_quantity(high.time, 's')}."
+        for name, unit, low, high in extremes
+    ]
+    blocks: list[Any] = [_extremes_table(run, extremes)]
+    blocks += [
+        Picture(
+            f"{name} against time, from {format_range((low.value, high.value), unit)}.",
+            partial(_curve, run, name),
+        )
+        for name, unit, low, high in extremes
+    ]
+    doubts = list(run.warnings)
+    if not run.success:
+        doubts.insert(0, f"The run ended early, at {format_quantity(run.end_time, 's')}: {run.message}")
+    for name, _, low, high in extremes:
+        early = [word for word, one in (("lowest", low), ("highest", high)) if one.in_transient]
+        if early:
+            doubts.append(
+                f"{name} is {' and '.join(early)} in the first revolution, where the start settles: "
+                "skip=... looks later."
+            )
+    if run.error is None:
+        doubts.append('The error of the run was not estimated: simulate(..., error="estimate") does it.')
+    return Document(
+        title=title or f"How do {', '.join(shown)} move?",
+        facts=[run.status, f"{run.stats.steps} steps", f"{run.stats.events} contact changes", version_fact()],
+        answer=answer,
+        doubts=doubts,
+        sections=[
+            Section("The mechanism", [mechanism_picture(run.scene)]),
+            Section("How it moves", blocks),
+            *([Section("Contacts", [_contacts_table(run)])] if len(run.contacts.onset) else []),
+            Section("What it cost", [costs_table([run.stats])]),
+            reproduction(
+                run.settings, run.scene, run_script(run.settings, shown), "A script that simulates it again"
+            ),
+        ],
+    )
+
+
+def outputs_to_show(scene: Scene, columns: Sequence[str]) -> list[str]:
+    """The outputs to draw: all of few; of many the forces in the bearings, the drives and the last body."""
+    if len(columns) <= MOST_PICTURES:
+        return list(columns)
+    joints = [joint.name for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
+    wanted = [f"{name}.normal_force" for name in joints]
+    wanted += [f"{drive.name}.torque" for drive in scene.drives]
+    wanted += [f"{scene.bodies[-1].name}.{kind}" for kind in ("x", "vx", "ax")] if scene.bodies else []
+    found = [name for name in wanted if name in columns]
+    return (found or list(columns))[:MOST_PICTURES]
+
+
+def _extremes(run: ReportedRun, name: str) -> tuple[str, str, Any, Any]:
+    return name, column_unit(name), run.lowest(name), run.peak(name)
+
+
+def _curve(run: ReportedRun, name: str, ax: Axes) -> None:
+    run.plot(name, ax=ax)
+
+
+def _extremes_table(run: ReportedRun, extremes: Sequence[tuple[str, str, Any, Any]]) -> Table:
+    head = ["output", "lowest", "at", "highest", "at"]
+    rows = [
+        [
+            name,
+            format_quantity(low.value, unit),
+            format_quantity(low.time, "s"),
+            format_quantity(high.value, unit),
+            format_quantity(high.time, "s"),
+        ]
+        for name, unit, low, high in extremes
+    ]
+    if run.error is not None:
+        head += ["error at most", "known until"]
+        for row, (name, unit, *_) in zip(rows, extremes, strict=True):
+            error = run.error[name]
+            end = float(run.t[-1]) if math.isinf(error.horizon) else error.horizon
+            row += [format_quantity(error.claim, unit, 2), format_quantity(end, "s")]
+    return Table("Extremes of the continuous motion, not of the samples", head, rows)
+
+
+def _contacts_table(run: ReportedRun) -> Table:
+    """How often each joint was in contact and how hard."""
+    contacts, rows = run.contacts, []
+    for joint in dict.fromkeys(contacts.joint.tolist()):
+        chosen = contacts.joint == joint
+        impact = contacts.impact_velocity[chosen]
+        fastest = float(np.nanmax(impact)) if np.isfinite(impact).any() else math.nan
+        largest = int(np.argmax(np.where(chosen, contacts.peak_force, -np.inf)))
+        rows.append(
+            [
+                joint,
+                str(int(chosen.sum())),
+                format_quantity(fastest, "m/s"),
+                format_quantity(float(contacts.peak_force[largest]), "N"),
+                format_quantity(float(contacts.peak_time[largest]), "s"),
+            ]
+        )
+    head = ["joint", "contacts", "fastest impact", "largest force", "at"]
+    return Table("Contacts in the sampled time", head, rows)
+
+
+def mechanism_picture(scene: Scene) -> Picture:
+    """The mechanism as it starts."""
+    loose = [joint.name for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
+    bodies = f"{len(scene.bodies)} {'body' if len(scene.bodies) == 1 else 'bodies'}"
+    play = f"play at {', '.join(loose)}" if loose else "no play"
+    return Picture(
+        f"Drawing of the mechanism with {bodies} and {play}.",
+        partial(_mechanism, scene),
+        height=2.8,
+        caption="The mechanism as it starts.",
+    )
+
+
+def _mechanism(scene: Scene, ax: Axes) -> None:
+    plot_scene(scene, ax)
+
+
+def costs_table(stats: Sequence[Any]) -> Table:
+    """What some runs cost, in counts that do not depend on the machine."""
+    names = ("steps", "rejected", "stages", "evaluations", "jacobians", "events")
+    rows = []
+    for name in names:
+        counts = [getattr(one, name) for one in stats]
+        row = [name, str(sum(counts))]
+        rows.append(row if len(stats) == 1 else [*row, str(min(counts)), str(max(counts))])
+    head = ["count", "in all"] if len(stats) == 1 else ["count", "in all", "least of a run", "most of a run"]
+    return Table("Work of the integrator", head, rows)
+
+
+def version_fact() -> str:
+    """The version that made the report."""
+    return f"chebclear {package_version()}"
+
+
+def reproduction(
+    settings: Settings, scene: Scene, script: Listing | None, meaning: str, more: Sequence[Listing] = ()
+) -> Section:
+    """How to make the result again: settings, versions, scene and script."""
+    import platform
+
+    known = units(Settings)
+    rows = []
+    for item in fields(settings):
+        value = getattr(settings, item.name)
+        if value is None or value == ():
+            continue
+        if isinstance(value, tuple):
+            text = ", ".join(map(str, value))
+        elif item.name in known:
+            text = format_quantity(value, known[item.name], 6)
+        else:
+            text = f"{value:g}" if isinstance(value, float) else str(value)
+        rows.append([item.name, text])
+    rows += [
+        ["chebclear", package_version()],
+        ["numpy", np.__version__],
+        ["python", platform.python_version()],
+    ]
+    rows.append(["platform", platform.platform()])
+    listings = [Listing("scene.json", scene.to_json(), "The scene, as scene.json")]
+    if script is not None:
+        listings.insert(0, Listing(script.name, script.text, meaning))
+    return Section(
+        "How to reproduce it",
+        [Table("Settings and versions", ["setting", "value"], rows), *listings, *more],
+    )
+
+
+def run_script(settings: Settings, outputs: Sequence[str]) -> Listing:
+    """A script that simulates a scene file with these settings."""
+    lines = [
+        "from pathlib import Path",
+        "",
+        "import chebclear as cc",
+        "",
+        'scene = cc.Scene.from_json(Path("scene.json").read_text(encoding="utf-8"))',
+        "run = cc.simulate(",
+        "    scene,",
+        *(f"    {name}={value!r}," for name, value in settings_in_script(settings).items()),
+        ")",
+        f"print(run.status, run.peak({outputs[0]!r}))" if outputs else "print(run.status)",
+    ]
+    return Listing("run.py", "\n".join(lines) + "\n", "A script")
+
+
+def settings_in_script(settings: Settings) -> dict[str, Any]:
+    """Keywords of `simulate` and `Study` that differ from what they are without being said."""
+    names = (
+        "duration samples skip rtol method outputs max_steps max_events position_tolerance velocity_tolerance"
+    )
+    defaults = {"skip": 0.0, "max_steps": 10_000_000, "max_events": 1_000_000}
+    kept = {name: getattr(settings, name) for name in names.split()}
+    kept = {name: list(value) if isinstance(value, tuple) else value for name, value in kept.items()}
+    return {name: value for name, value in kept.items() if value is not None and value != defaults.get(name)}
+
+
+def warnings_section(warnings: Sequence[str]) -> list[Section]:
+    """What the user was warned of, if anything."""
+    return [Section("Warnings", [Items(list(warnings))])] if warnings else []
+
+
+__all__ = [
+    "costs_table",
+    "mechanism_picture",
+    "outputs_to_show",
+    "reproduction",
+    "run_document",
+    "run_script",
+    "settings_in_script",
+    "version_fact",
+    "warnings_section",
+]

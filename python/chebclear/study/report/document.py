@@ -1,0 +1,255 @@
+"""The report of a study, from its question to how it is reproduced."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...base.prefixes import format_quantity, format_range
+from ...base.tables import format_number
+from ...report.document import Block, Cell, Document, Items, Judgement, Picture, Section, Table, Text, Verdict
+from ...run.report import costs_table, mechanism_picture, reproduction, version_fact, warnings_section
+from ...run.settings import Settings
+from ...scene.columns import column_unit
+from ...scene.scene import Interval, Scene
+from ..band.band import Band
+from .ranking import feature_section
+from .script import study_listings
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+JUDGEMENTS: dict[str, Judgement] = {
+    "resolved": "good",
+    "certified": "good",
+    "calibrated": "good",
+    "sampled": "fair",
+    "undersampled": "fair",
+    "not resolved": "bad",
+}
+
+MEANINGS = {
+    "resolved": "a polynomial in the parameters follows the response; worst cases and sensitivities are "
+    "those of the response",
+    "certified": "the mean coverage is proved for parameters drawn uniformly from the box",
+    "calibrated": "the band was widened until held-out runs were inside; no derivative in the parameters "
+    "exists",
+    "sampled": "the extremes of the runs, an inner bound: the response may reach further between them",
+    "undersampled": "there were too few runs for the coverage that was asked for",
+    "not resolved": "no polynomial follows the response: its bounds may be left, and its worst cases are not "
+    "those of the response",
+}
+
+
+class ReportedStudy(Protocol):
+    """What is asked of a `StudyResult`, which has the report as a method and so may not be imported."""
+
+    @property
+    def kind(self) -> str: ...
+    @property
+    def bands(self) -> dict[str, Band]: ...
+    @property
+    def features(self) -> Any: ...
+    @property
+    def intervals(self) -> dict[str, Interval]: ...
+    @property
+    def parameters(self) -> Array: ...
+    @property
+    def stats(self) -> tuple[Any, ...]: ...
+    @property
+    def warnings(self) -> tuple[str, ...]: ...
+    @property
+    def settings(self) -> Settings: ...
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def demand(self) -> Any: ...
+    @property
+    def degrees(self) -> tuple[int, ...] | None: ...
+    @property
+    def nodes(self) -> tuple[int, ...]: ...
+    @property
+    def statement(self) -> str | None: ...
+    @property
+    def study(self) -> Any: ...
+
+
+def study_document(result: ReportedStudy, title: str | None) -> Document:
+    """The report of a study; see `StudyResult.report`."""
+    bands = result.bands
+    names = [*bands, *(result.features.names if result.features is not None else ())]
+    features = (
+        [feature_section(result.features[name]) for name in result.features.names] if result.features else []
+    )
+    answer = [sentence for _, sentences in features for sentence in sentences]
+    answer += [_reach(band) for band in bands.values()]
+    counted = f"{len(result.parameters)} runs and the one at the midpoint"
+    return Document(
+        title=title or f"How far do {_listed(names)} move over the tolerances?",
+        facts=[_method(result), counted, version_fact()],
+        answer=answer,
+        doubts=_doubts(result),
+        sections=[
+            Section(
+                "The mechanism and its tolerances",
+                [mechanism_picture(result.scene), _parameters(result.intervals)],
+            ),
+            *([Section("How far the outputs move", _band_blocks(result))] if bands else []),
+            *(section for section, _ in features),
+            *([Section("Worst cases", [_worst_cases(result)])] if bands else []),
+            Section("What the accuracy cost", _costs(result)),
+            *warnings_section(result.warnings),
+            reproduction(result.settings, result.scene, *study_listings(result)),
+        ],
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Names in a sentence; of many the first ones."""
+    if len(names) > 4:
+        return f"{', '.join(names[:3])} and {len(names) - 3} more outputs"
+    return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else "".join(names)
+
+
+def _method(result: ReportedStudy) -> str:
+    """How the bands were made, in a few words."""
+    if result.degrees is not None:
+        return f"Chebyshev polynomials of degree {' x '.join(map(str, result.degrees))}"
+    words = {"band": "calibrated bands", "certify": "certified bands", "scan": "scan of a grid"}
+    return words.get(result.kind, "random runs")
+
+
+def _reach(band: Band) -> str:
+    """How far an output moves, with the kind of statement that it is."""
+    unit = column_unit(band.name)
+    widest = int(np.argmax(band.width))
+    reach = format_range((float(band.lower.min()), float(band.upper.max())), unit)
+    verbs = {"sampled": "reached in the runs", "not resolved": "may be within (not resolved)"}
+    verb = verbs.get(band.verdict, f"stays within ({band.verdict})")
+    width, when = float(band.width[widest]), float(band.t[widest])
+    text = (
+        f"{band.name} {verb} {reach}. It is least certain at {format_quantity(when, 's')}, where the band is "
+    )
+    text += f"{format_quantity(width, unit)} wide"
+    if math.isfinite(band.coverage):
+        text += f"; {_share(band.coverage)} of the samples of held-out runs are inside"
+    return f"{text}."
+
+
+def _share(share: float) -> str:
+    """A share in per cent, never rounded up to all."""
+    return f"{math.floor(1e5 * share) / 1e3:g} %"
+
+
+def _doubts(result: ReportedStudy) -> list[str]:
+    """What the verdicts leave open; the texts of warnings that say more come from the study itself."""
+    doubts = []
+    for verdict, meaning in MEANINGS.items():
+        found = [name for name, band in result.bands.items() if band.verdict == verdict]
+        if found and JUDGEMENTS[verdict] != "good":
+            doubts.append(f"{_listed(found)}: {verdict}; {meaning}.")
+    if result.statement is not None:
+        doubts.append(result.statement)
+    if result.warnings:
+        count = len(result.warnings)
+        doubts.append(f"{count} {'warning is' if count == 1 else 'warnings are'} listed below.")
+    return doubts
+
+
+def _parameters(intervals: Mapping[str, Interval]) -> Table:
+    """The box."""
+    rows = [
+        [
+            name,
+            format_number(side.lower, 6),
+            format_number(side.midpoint, 6),
+            format_number(side.upper, 6),
+            f"±{format_number(side.half_width, 3)}",
+        ]
+        for name, side in intervals.items()
+    ]
+    return Table(
+        "The parameters and their intervals [SI units]",
+        ["parameter", "from", "middle", "to", "half width"],
+        rows,
+    )
+
+
+def _band_blocks(result: ReportedStudy) -> list[Block]:
+    """The table of verdicts, and every band."""
+    rows: list[list[Cell]] = []
+    for name, band in result.bands.items():
+        unit = column_unit(name)
+        further = "-" if math.isnan(band.whole_run) else _share(band.whole_run)
+        rows.append(
+            [
+                name,
+                format_range((float(band.lower.min()), float(band.upper.max())), unit),
+                format_quantity(band.max_width, unit),
+                Verdict(band.verdict, JUDGEMENTS[band.verdict]),
+                "-" if math.isnan(band.coverage) else _share(band.coverage),
+                further,
+            ]
+        )
+    head = ["output", "over the tolerances", "widest", "verdict", "held out", "a further run throughout"]
+    said = [verdict for verdict in MEANINGS if any(band.verdict == verdict for band in result.bands.values())]
+    blocks: list[Block] = [
+        Table("Bands and how far they can be trusted", head, rows),
+        Items([f"{verdict}: {MEANINGS[verdict]}." for verdict in said]),
+    ]
+    for name, band in result.bands.items():
+        reach = format_range((float(band.lower.min()), float(band.upper.max())), column_unit(name))
+        blocks.append(
+            Picture(
+                f"Band of {name} against time with the nominal run, {reach}, {band.verdict}.",
+                partial(_band, band),
+            )
+        )
+    return blocks
+
+
+def _band(band: Band, ax: Axes) -> None:
+    band.plot(ax=ax)
+
+
+def _worst_cases(result: ReportedStudy) -> Table:
+    """The runs in which each output was largest and smallest, and their parameters."""
+    rows = []
+    for name, band in result.bands.items():
+        unit = column_unit(name)
+        for word, find in (("largest", np.argmax), ("smallest", np.argmin)):
+            run, sample = np.unravel_index(int(find(band.runs)), band.runs.shape)
+            rows.append(
+                [
+                    name,
+                    word,
+                    format_quantity(float(band.runs[run, sample]), unit),
+                    format_quantity(float(band.t[sample]), "s"),
+                    *(format_number(float(value), 4) for value in band.parameters[run]),
+                ]
+            )
+    head = ["output", "case", "simulated there", "at", *result.intervals]
+    return Table("The extreme runs of each output, with their parameters [SI units]", head, rows)
+
+
+def _costs(result: ReportedStudy) -> list[Block]:
+    blocks: list[Block] = [costs_table(result.stats)]
+    errors = {
+        name: band.margin.error for name, band in result.bands.items() if math.isfinite(band.margin.error)
+    }
+    if errors:
+        rows = [[name, f"{100.0 * error:.2g} %"] for name, error in errors.items()]
+        caption = "Error of the polynomials at runs they were not fitted to, over the width of the runs"
+        blocks.append(Table(caption, ["output", "error"], rows))
+    if result.kind == "band":
+        blocks.append(
+            Text("More runs narrow a calibrated band: result.extend(runs) adds them and repeats none.")
+        )
+    return blocks

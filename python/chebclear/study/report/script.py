@@ -1,0 +1,70 @@
+"""The script that a report carries to make its study again."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+from ...report.document import Listing
+from ...run.report import settings_in_script
+
+_PACKAGE = "chebclear."
+
+
+def study_listings(result: Any) -> tuple[Listing, str]:
+    """The script, and what it is in words.
+
+    A ready-made mechanism is called by its name. What other callables built cannot be said in a script: it
+    then stands for them with the name they had.
+    """
+    build = getattr(result.study, "build", None)
+    module, name = getattr(build, "__module__", ""), getattr(build, "__qualname__", "")
+    ready_made = str(module).startswith(f"{_PACKAGE}mechanisms")
+    callable_text = f"cc.mechanisms.{name}" if ready_made else "build"
+    settings = settings_in_script(result.settings)
+    settings.pop("outputs", None)
+    fixed = getattr(result.study, "fixed", None)
+    lines = ["import chebclear as cc", ""]
+    if not ready_made:
+        told = f"{module}.{name}" if name else "not known any more"
+        lines += [
+            f"# What builds a scene from the parameters; it was {told}.",
+            f"from model import {callable_text}",
+            "",
+        ]
+    lines += [
+        "study = cc.Study(",
+        f"    {callable_text},",
+        "    {",
+        *(f"        {name!r}: cc.{side!r}," for name, side in result.intervals.items()),
+        "    },",
+        *([f"    outputs={list(result.bands)!r},"] if result.bands else []),
+        *(f"    {name}={value!r}," for name, value in settings.items()),
+        *([f"    fixed={fixed!r},"] if fixed else []),
+        ")",
+        f"result = {_call(result)}",
+        "print(result)",
+    ]
+    meaning = "The script of this study" if ready_made else "A script of this study, which needs your model"
+    return Listing("study.py", "\n".join(lines) + "\n", meaning), meaning
+
+
+def _call(result: Any) -> str:
+    """The call that made the result."""
+    demand = result.demand
+    if demand is not None:
+        known = {
+            name: value for name, value in dataclasses.asdict(demand).items() if name in ("coverage", "seed")
+        }
+        known |= {"rtol": result.settings.rtol}
+        if not demand.certified:
+            known = {"runs": demand.runs, **known}
+        arguments = ", ".join(f"{name}={value!r}" for name, value in known.items())
+        return f"study.{'certify' if demand.certified else 'band'}({arguments})"
+    names = list(result.intervals)
+    if result.degrees is not None:
+        degrees = dict(zip(names, result.degrees, strict=True))
+        return f"study.chebyshev(degree={degrees!r}, nodes={dict(zip(names, result.nodes, strict=True))!r})"
+    if result.kind == "scan":
+        return f"study.scan({dict(zip(names, result.nodes, strict=True))!r})"
+    return f"study.sample({len(result.parameters)})"

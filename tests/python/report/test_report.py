@@ -1,0 +1,243 @@
+"""Reports: what they say, that they need no network, and how a real browser shows them."""
+
+import html
+import json
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+
+import chebclear as cc
+import pytest
+from chebclear.report.document import Document, Items, Listing, Picture, Section, Table, Text, Verdict
+from chebclear.report.html import as_html, write
+
+HOSTILE = "<script>alert('x')</script>\"&<img src=http://example.org/a.png>"
+VOID = {"meta", "link", "img", "br", "input", "hr"}
+
+
+class Page(HTMLParser):
+    """The elements of a page with their attributes, and its text; notes tags that do not match."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.elements, self.open, self.mismatched, self.words = [], [], [], []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attributes):
+        self.elements.append((tag, dict(attributes)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        if not self.open or self.open.pop() != tag:
+            self.mismatched.append(tag)
+
+    def handle_data(self, data):
+        if "style" not in self.open:
+            self.words.append(data)
+
+    def all(self, tag):
+        return [attributes for name, attributes in self.elements if name == tag]
+
+    @property
+    def text(self):
+        return " ".join(" ".join(self.words).split())
+
+
+def is_local(address):
+    return address.startswith(("data:", "#"))
+
+
+def check(text):
+    """What every report must be; returns its page."""
+    page = Page(text)
+    assert text.startswith("<!DOCTYPE html>") and not page.mismatched and not page.open
+    assert page.all("html")[0]["lang"] == "en" and len(page.all("h1")) == 1 and len(page.all("main")) == 1
+    policy = next(one for one in page.all("meta") if one.get("http-equiv") == "Content-Security-Policy")
+    assert policy["content"] == "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+    assert not page.all("script") and not page.all("iframe") and not page.all("object")
+    assert not any(name.startswith("on") for _, attributes in page.elements for name in attributes)
+    addresses = [one[key] for _, one in page.elements for key in ("src", "href") if key in one]
+    assert addresses and all(map(is_local, addresses))
+    identities = [one["id"] for _, one in page.elements if "id" in one]
+    assert len(set(identities)) == len(identities)
+    assert {address[1:] for address in addresses if address.startswith("#")} <= set(identities)
+    assert all(len(image["alt"]) > 20 for image in page.all("img"))
+    assert all("scope" in head for head in page.all("th"))
+    assert len(page.all("caption")) == len(page.all("table"))
+    return page
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return cc.mechanisms.slider_crank(
+        crank_length=0.05, rod_length=0.12, clearance=2e-5, crank_speed=cc.rpm(2000)
+    )
+
+
+@pytest.fixture(scope="module")
+def result():
+    study = cc.Study(
+        cc.mechanisms.slider_crank,
+        {"crank_length": cc.interval(0.05, rel=0.02), "clearance": cc.interval(2e-5, rel=0.5)},
+        outputs=["slider.x", "wrist.normal_force"],
+        features={"peak force": cc.peak("wrist.normal_force")},
+        duration=0.01,
+        samples=61,
+        skip=0.03,
+    )
+    return study.band(20)
+
+
+@pytest.fixture(scope="module")
+def reports(scene, result, tmp_path_factory):
+    """A report of each kind of result."""
+    folder = tmp_path_factory.mktemp("reports")
+    run = cc.simulate(scene, duration=0.03, samples=301, error="estimate")
+    costs = cc.tradeoff(scene, duration=0.01, samples=101, outputs=["slider.vx"], rtols=[1e-3, 1e-5])
+    return {
+        "run": run.report(folder / "run"),
+        "study": result.report(folder / "study.html"),
+        "costs": costs.report(folder / "costs.html"),
+    }
+
+
+@pytest.mark.parametrize("kind", ["run", "study", "costs"])
+def test_a_report_is_one_file_without_network_and_scripts(reports, kind):
+    path = reports[kind]
+    assert path.suffix == ".html" and path.stat().st_size < 3e6
+    check(path.read_text(encoding="utf-8"))
+
+
+def test_the_report_of_a_study_says_what_the_result_says(reports, result):
+    page = Page(reports["study"].read_text(encoding="utf-8"))
+    for name, band in result.bands.items():
+        assert name in page.text and band.verdict in page.text
+    assert result.statement in page.text
+    assert all(warning in page.text for warning in result.warnings)
+    for sentence in result.ranking("peak force").advice():
+        assert sentence in page.text
+    assert json.dumps(json.loads(result.scene.to_json())["bodies"][0]["name"]) in page.text
+
+
+def test_the_script_of_a_report_makes_the_result_again(reports, result):
+    text = reports["study"].read_text(encoding="utf-8")
+    scripts = re.findall(r'<pre[^>]*aria-label="study.py"[^>]*>(.*?)</pre>', text, re.DOTALL)
+    found = {}
+    exec(html.unescape(scripts[0]).replace("print(result)", ""), found)
+    again = found["result"]
+    assert all(cc.compare(again, result)[name].slack == 0.0 for name in result.bands)
+    assert again.settings.rtol == result.settings.rtol and again.demand == result.demand
+
+
+def test_the_script_of_the_report_of_a_run_makes_it_again(scene, tmp_path, monkeypatch):
+    run = cc.simulate(scene, duration=0.004, samples=21, outputs=["slider.x"], skip=0.001)
+    text = run.report(tmp_path / "run").read_text(encoding="utf-8")
+    script, stored = (
+        html.unescape(re.search(rf'<pre[^>]*aria-label="{name}"[^>]*>(.*?)</pre>', text, re.DOTALL)[1])
+        for name in ("run.py", "scene.json")
+    )
+    (tmp_path / "scene.json").write_text(stored, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    found = {"print": lambda *_: None}
+    exec(script, found)
+    assert found["run"] == run
+
+
+def test_hostile_names_stay_text(tmp_path):
+    document = Document(
+        title=HOSTILE,
+        facts=[HOSTILE],
+        answer=[HOSTILE],
+        doubts=[HOSTILE],
+        sections=[
+            Section(
+                HOSTILE,
+                [
+                    Text(HOSTILE),
+                    Items([HOSTILE]),
+                    Table(HOSTILE, ["a", HOSTILE], [[HOSTILE, Verdict(HOSTILE, "bad")], [HOSTILE, HOSTILE]]),
+                    Picture(HOSTILE, lambda ax: ax.plot([0, 1]), caption=HOSTILE),
+                    Listing(HOSTILE, HOSTILE, HOSTILE),
+                ],
+            )
+        ],
+    )
+    page = check(as_html(document))
+    assert page.text.count(HOSTILE) >= 12
+    assert write(document, tmp_path / "hostile").read_text(encoding="utf-8") == as_html(document)
+
+
+def test_a_row_too_short_is_refused():
+    with pytest.raises(ValueError, match=r'rows \[1\] of the table "t" do not have 2 cells'):
+        Table("t", ["a", "b"], [["1", "2"], ["1"]])
+
+
+def test_pictures_are_paths_unless_they_hold_too_many_points():
+    def lines(count):
+        return lambda ax: ax.plot(range(count), [x % 7 for x in range(count)])
+
+    document = Document(
+        "t", [], [], [], [Section("s", [Picture("a" * 30, lines(10)), Picture("b" * 30, lines(30_000))])]
+    )
+    first, second = (image["src"] for image in check(as_html(document)).all("img"))
+    assert first.startswith("data:image/svg+xml;base64,") and second.startswith("data:image/png;base64,")
+
+
+def test_an_interrupted_report_leaves_the_old_file(tmp_path):
+    path = tmp_path / "report.html"
+    path.write_text("old")
+
+    def interrupt(ax):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write(Document("t", [], [], [], [Section("s", [Picture("p" * 30, interrupt)])]), path)
+    assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
+
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+
+# A page that shows reports in frames of some width and writes down how they are laid out.
+HARNESS = """<!DOCTYPE html><body><script>
+const found = [];
+const frames = %s.map(([address, width]) => new Promise(done => {
+  const frame = document.createElement("iframe");
+  frame.style.width = width + "px"; frame.style.height = "900px"; frame.style.border = "0";
+  frame.onload = () => {
+    const page = frame.contentDocument, root = page.documentElement;
+    found.push({address, width, content: root.scrollWidth, seen: root.clientWidth,
+      pictures: [...page.images].every(image => image.complete && image.naturalWidth > 0),
+      smallest: Math.min(...[...page.querySelectorAll("p, td, th, li")].map(
+        element => parseFloat(frame.contentWindow.getComputedStyle(element).fontSize)))});
+    done();
+  };
+  frame.src = address; document.body.appendChild(frame);
+}));
+Promise.all(frames).then(() => { document.body.textContent = JSON.stringify(found); });
+</script></body>"""
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium here: no browser looks at the reports")
+def test_a_browser_shows_reports_without_errors_and_without_scrolling_sideways(reports, tmp_path):
+    wanted = [[path.as_uri(), width] for path in reports.values() for width in (400, 1400)]
+    harness = tmp_path / "harness.html"
+    harness.write_text(HARNESS % json.dumps(wanted), encoding="utf-8")
+    command = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--allow-file-access-from-files"]
+    command += [
+        "--enable-logging=stderr",
+        "--virtual-time-budget=30000",
+        f"--user-data-dir={tmp_path / 'profile'}",
+    ]
+    shown = subprocess.run(
+        [*command, "--dump-dom", harness.as_uri()], capture_output=True, text=True, timeout=120, check=True
+    )
+    assert "CONSOLE" not in shown.stderr, shown.stderr
+    found = json.loads(shown.stdout.partition("<body>")[2].partition("</body>")[0])
+    assert len(found) == len(wanted)
+    for layout in found:
+        assert layout["content"] <= layout["seen"], layout
+        assert layout["pictures"], layout
+        assert layout["smallest"] >= 12.0, layout
