@@ -10,15 +10,11 @@ from .base.quantities import Interval, interval, rpm
 from .errors import ChebclearError, ChebclearWarning, Problem, SceneError, SimulationError
 from .loading import load_result
 from .mechanisms import hertz_stiffness
+from .plots.bands import plot_band, plot_sensitivity
 from .plots.costs import plot_study_tradeoff, plot_tradeoff
 from .plots.drawing.scene import plot_scene
-from .plots.results import (
-    plot_band,
-    plot_orbit,
-    plot_sensitivity,
-    plot_spectrogram,
-    plot_trajectory,
-)
+from .plots.runs import plot_contacts, plot_orbit, plot_poincare, plot_trajectory
+from .plots.spectra import plot_spectrogram
 from .run.accuracy import ErrorEstimate
 from .run.features import (
     Extremum,
@@ -178,7 +174,9 @@ __all__ = [
     "peak",
     "peak_to_peak",
     "plot_band",
+    "plot_contacts",
     "plot_orbit",
+    "plot_poincare",
     "plot_scene",
     "plot_sensitivity",
     "plot_spectrogram",

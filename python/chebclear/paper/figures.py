@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..plots import results as plot
+from ..plots.bands import plot_band
+from ..plots.runs import plot_trajectory
+from ..plots.spectra import plot_spectrogram
 from .case_study import (
     CRANK_ANGLE,
     CRANK_SPEED,
@@ -85,7 +87,7 @@ def response_bounds(study: ConventionStudy, clearance: str) -> Figure:
             window = ENVELOPE / 720.0 * DURATION
             band, scan = band.envelope(window), scan.envelope(window) if scan else None
             title += f"\n(bounds: running envelopes over {ENVELOPE:g}°; nominal: as it is)"
-        plot.plot_band(
+        plot_band(
             band,
             ax=ax,
             unit=unit,
@@ -121,7 +123,7 @@ def single_acceleration(study: ConventionStudy) -> Figure:
 def _single(study: ConventionStudy, axes: NDArray[Any], column: str, unit: str) -> None:
     for ax, letter, name in zip(axes.flat, "ab", ("longest", "shortest"), strict=True):
         run = study.single[name]
-        plot.plot_trajectory(run, column, ax=ax, unit=unit, x=_angle(run.t), x_label=ANGLE)
+        plot_trajectory(run, column, ax=ax, unit=unit, x=_angle(run.t), x_label=ANGLE)
         _finish(ax, f"({letter}) {NAMES[name]}")
 
 
@@ -133,7 +135,7 @@ def time_frequency(study: ConventionStudy) -> Figure:
         run = study.single[name]
         # The pieces are centred on 360 to 720 degrees; the run goes on for half a piece.
         held = _angle(run.t) >= 360.0 - 0.5 * PIECE
-        plot.plot_spectrogram(
+        plot_spectrogram(
             run.t[held],
             run["slider.ax"][held],
             ax=ax,
@@ -141,7 +143,7 @@ def time_frequency(study: ConventionStudy) -> Figure:
             overlap=0.98,
             x=_angle(run.t[held]),
             x_label=ANGLE,
-            colour_bar=False,
+            color_bar=False,
         )
         ax.set_xlim(360.0, 720.0)
         ax.set_xticks(np.arange(360.0, 721.0, 45.0))

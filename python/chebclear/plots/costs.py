@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..scene.columns import column_unit
-from .results import _axes, _line_style
+from ..scene.columns import column_unit, column_words
+from .axes import COLORS, MARKERS, line_style, new_axes
+from .labels import set_x_label, set_y_label, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 
     from .subjects import BoundCostsLike, CostsLike
 
-_MARKERS = "osD^vP*X"
 _COSTS = {
     "seconds": "time of a run on this machine [ms]",
     "steps": "steps [-]",
@@ -73,7 +73,7 @@ def plot_tradeoff(
     scale = float(result.ranges[result.outputs.index(name)])
     # An error of exactly zero has no place on a logarithmic axis: rounding stands for it.
     least = np.finfo(float).eps * (scale or 1.0)
-    ax = _axes(ax)
+    ax = new_axes(ax)
     ax.set_xscale("log")
     ax.set_yscale("log")
     if uncertainty > 0.0:
@@ -84,14 +84,14 @@ def plot_tradeoff(
     methods = list(dict.fromkeys(point.method for point in result.points))
     for index, method in enumerate(methods):
         errors, costs, hollow = [], [], []
-        colour = f"C{index}"
+        color = COLORS[index % len(COLORS)]
         for point in result.points:
             if point.method != method:
                 continue
             price = 1e3 * point.seconds if cost == "seconds" else float(getattr(point.stats, cost))
             error = result.error(point, name, until)
             if not point.success or math.isnan(error):
-                failures.setdefault((method, point.status, colour), []).append(price)
+                failures.setdefault((method, point.status, color), []).append(price)
                 continue
             unresolved = error <= 2.0 * uncertainty
             errors.append(max(error + uncertainty if unresolved else error, least))
@@ -100,19 +100,19 @@ def plot_tradeoff(
             hollow.append(unresolved)
         if not errors:
             continue
-        marker = {"marker": _MARKERS[index % len(_MARKERS)], "markersize": 4.5, "color": colour}
-        style = _line_style(line, linewidth=1.0, label=method, **marker)
+        marker = {"marker": MARKERS[index % len(MARKERS)], "markersize": 4.5, "color": color}
+        style = line_style(line, linewidth=1.0, label=method, **marker)
         ax.plot(errors, costs, **style)
         for error, price in ((x, y) for x, y, open_ in zip(errors, costs, hollow, strict=True) if open_):
             ax.plot(error, price, **{**style, "markerfacecolor": "white", "label": None, "linestyle": "none"})
-    for (method, status, colour), prices in failures.items():
+    for (method, status, color), prices in failures.items():
         ax.plot(
             np.full(len(prices), 0.98),
             prices,
             transform=ax.get_yaxis_transform(),
             marker="x",
             linestyle="none",
-            color=colour,
+            color=color,
             label=f"{method}, {len(prices)} failed: {status}",
         )
     if scale > 0.0:
@@ -121,10 +121,10 @@ def plot_tradeoff(
     if uncertainty > 0.0:
         # The grey area is seen, but does not push the points aside.
         ax.set_xlim(left=0.3 * leftmost)
-    unit = column_unit(name)
     span = result.end if until is None else until
-    ax.set_xlabel(f"largest error of {name} to {1e3 * span:.3g} ms" + (f" [{unit}]" if unit else ""))
-    ax.set_ylabel(_COSTS[cost])
+    what = f"largest error of {column_words(name)} to {1e3 * span:.3g} ms"
+    set_x_label(ax, with_unit(what, column_unit(name)))
+    set_y_label(ax, _COSTS[cost])
     _plain_ticks(ax.yaxis)
     _legend_above(ax)
     return ax
@@ -154,7 +154,7 @@ def plot_study_tradeoff(
     """
     name = result.outputs[0] if output is None else output
     column = result.outputs.index(name)
-    ax = _axes(ax)
+    ax = new_axes(ax)
     ax.set_xscale("log")
     ax.set_yscale("log")
     for index, bounds in enumerate(dict.fromkeys(point.bounds for point in result.points)):
@@ -163,14 +163,18 @@ def plot_study_tradeoff(
         errors = [float(point.width_error[column]) for point in points]
         # An error of exactly zero has no place on a logarithmic axis.
         sizes = [max(abs(error), np.finfo(float).eps) for error in errors]
-        marker = {"marker": _MARKERS[index % len(_MARKERS)], "markersize": 4.5, "color": f"C{index}"}
-        style = _line_style(line, linewidth=1.0, label=bounds, **marker)
+        marker = {
+            "marker": MARKERS[index % len(MARKERS)],
+            "markersize": 4.5,
+            "color": COLORS[index % len(COLORS)],
+        }
+        style = line_style(line, linewidth=1.0, label=bounds, **marker)
         ax.plot(runs, sizes, **style)
         for count, size, error in zip(runs, sizes, errors, strict=True):
             if error < 0.0:
                 ax.plot(count, size, **{**style, "markerfacecolor": "white", "label": None})
-    ax.set_xlabel("runs [-]")
-    ax.set_ylabel(f"width error of {name} [-]")
+    set_x_label(ax, "runs [-]")
+    set_y_label(ax, f"error of the width of {column_words(name)} [-]")
     _plain_ticks(ax.xaxis)
     _legend_above(ax, title="bounds; hollow: too narrow", columns=2)
     return ax

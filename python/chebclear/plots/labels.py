@@ -1,17 +1,57 @@
-"""Labels and legends that are read in full: beside the axes and above the data."""
+"""Labels and legends that are read in full: in words, beside the axes and clear of the data."""
 
 from __future__ import annotations
 
 import textwrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..scene.columns import column_words
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
 
 # Width of a letter, as a part of the size of the font: that of a wide text in matplotlib's own font.
 _LETTER = 0.6
+# A line of a legend is one and a half letters high; its frame and distance add two.
+_LEGEND_LINE, _LEGEND_FRAME = 1.5, 2.0
+# The line or patch of a legend beside its text, with the gaps [letters].
+_LEGEND_HANDLE = 5.0
+
+# What LaTeX does not read as it is written.
+_LATEX = {
+    "\\": r"\textbackslash{}",
+    "%": r"\%",
+    "_": r"\_",
+    "&": r"\&",
+    "#": r"\#",
+    "^": r"\^{}",
+    "µ": r"$\mu$",
+    "²": "$^2$",
+    "³": "$^3$",
+    "°": r"$^\circ$",
+    "±": r"$\pm$",
+    "∂": r"$\partial$",
+    "·": r"$\cdot$",
+    "≤": r"$\leq$",
+    "<": "$<$",
+    ">": "$>$",
+    "−": "$-$",
+}
+
+
+def typeset(text: str) -> str:
+    """A label as it is to be given to matplotlib: as LaTeX where ``text.usetex`` is on.
+
+    A text that has formulas between dollars is taken to be LaTeX already.
+    """
+    import matplotlib as mpl
+
+    if not mpl.rcParams["text.usetex"] or "$" in text:
+        return text
+    return "".join(_LATEX.get(letter, letter) for letter in text)
 
 
 def with_unit(name: str, unit: str) -> str:
@@ -19,32 +59,100 @@ def with_unit(name: str, unit: str) -> str:
     return " ".join(part for part in (name, f"[{unit}]" if unit else "") if part)
 
 
+def words_in_common(names: list[str]) -> str:
+    """What several columns are, in words, without their owners; empty if they are different quantities.
+
+    Examples
+    --------
+    >>> words_in_common(["slider.vx", "rod.vx"]), words_in_common(["slider.vx", "rod.vy"])
+    ('x velocity', '')
+    """
+    words = [column_words(name) for name in names]
+    if len(words) == 1:
+        return words[0]
+    quantities = {text.rpartition(" of ")[0] or text.rpartition(" in ")[0] for text in words}
+    return quantities.pop() if len(quantities) == 1 else ""
+
+
+def set_x_label(ax: Axes, text: str) -> None:
+    """A label below the axes."""
+    ax.set_xlabel(typeset(text))
+
+
 def set_y_label(ax: Axes, text: str) -> None:
     """A label beside the axes, in as many lines as the height needs."""
     label = ax.set_ylabel("")
     # Beside other axes a label has the height of its own, alone that of the figure.
     figure = ax.figure
-    height = _height(ax) if len(figure.axes) > 1 else figure.bbox.height / figure.dpi * 72.0
-    width = max(8, int(height / (_LETTER * float(label.get_fontsize()))))
-    label.set_text(textwrap.fill(text, width, break_long_words=False, break_on_hyphens=False))
+    height = _size(ax)[1] if len(figure.axes) > 1 else figure.bbox.height / figure.dpi * 72.0
+    label.set_text(_upright(text, height, float(label.get_fontsize())))
 
 
-def legend_above_the_data(ax: Axes) -> None:
-    """A legend in the upper part of the axes, whose limits leave it room above all that is drawn."""
-    legend = ax.legend(loc="upper center", fontsize="small")
-    texts = legend.get_texts()
-    # A line of a legend is one and a half letters high; its frame and distance add two.
-    room = (1.5 * len(texts) + 2.0) * float(texts[0].get_fontsize())
-    share = min(0.5, room / _height(ax))
-    drawn = np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in ax.lines])
-    lowest, highest = np.nanmin(drawn, initial=np.inf), np.nanmax(drawn, initial=-np.inf)
-    if not lowest < highest:
+def add_color_bar(ax: Axes, shades: ScalarMappable, text: str, **bar: Any) -> None:
+    """A color bar beside the axes, with a label in as many lines as their height needs."""
+    size = float(ax.yaxis.label.get_fontsize())
+    ax.figure.colorbar(shades, ax=ax, label=_upright(text, _size(ax)[1], size), **bar)
+
+
+def _upright(text: str, height: float, size: float) -> str:
+    """A text for an upright label, in lines that the height [points] holds at a size of the font [points]."""
+    width = max(8, int(height / (_LETTER * size)))
+    return typeset(textwrap.fill(text, width, break_long_words=False, break_on_hyphens=False))
+
+
+def legend_above_the_data(ax: Axes, title: str | None = None) -> None:
+    """A legend in the upper part of the axes, whose limits leave it room above all that is drawn.
+
+    Where the user has set the limits it goes to where it covers least.
+    """
+    handles, labels = ax.get_legend_handles_labels()
+    if not labels:
         return
-    # No fixed limits: they would be in the way of the equal scales.
-    ax.update_datalim([(0.0, lowest + (highest - lowest) / (1.0 - share))])
-    ax.autoscale_view()
+    width, height = _size(ax)
+    legend = ax.legend(handles, list(map(typeset, labels)), title=title, loc="upper center", fontsize="small")
+    font = float(legend.get_texts()[0].get_fontsize())
+    longest = max(map(len, labels)) * _LETTER + _LEGEND_HANDLE
+    columns = max(1, min(len(labels), int(width / (font * longest))))
+    lines = -(-len(labels) // columns) + (title is not None)
+    share = min(0.5, (_LEGEND_LINE * lines + _LEGEND_FRAME) * font / height)
+    limits = _drawn_limits(ax)
+    free = ax.get_autoscaley_on() and limits is not None
+    ax.legend(
+        handles,
+        list(map(typeset, labels)),
+        title=title,
+        title_fontsize="small",
+        loc="upper center" if free else "best",
+        ncols=columns,
+        fontsize="small",
+    )
+    if free and limits is not None:
+        scale = ax.yaxis.get_transform()
+        low, high = scale.transform(np.array(limits))
+        top = float(scale.inverted().transform(np.array([low + (high - low) / (1.0 - share)]))[0])
+        # No fixed limits: they would be in the way of equal scales, and of what is drawn next.
+        ax.update_datalim([(0.0, top)], updatex=False)
+        ax.autoscale_view()
 
 
-def _height(ax: Axes) -> float:
-    """Height of the axes [points]."""
-    return float(ax.get_window_extent().height / ax.figure.dpi * 72.0)
+def _drawn_limits(ax: Axes) -> tuple[float, float] | None:
+    """Lowest and highest ordinate of all that is drawn, or None if there is no such range."""
+    ends: list[float] = []
+    for line in ax.lines:
+        if line.get_transform().contains_branch_seperately(ax.transData)[1]:
+            ends += list(np.asarray(line.get_ydata(), dtype=float))
+    for collection in ax.collections:
+        ends += list(collection.get_datalim(ax.transData).intervaly)
+    values = np.array(ends)
+    values = values[np.isfinite(values)]
+    if ax.get_yscale() == "log":
+        values = values[values > 0.0]
+    if not len(values) or not values.min() < values.max():
+        return None
+    return float(values.min()), float(values.max())
+
+
+def _size(ax: Axes) -> tuple[float, float]:
+    """Width and height of the axes [points]."""
+    box = ax.get_window_extent()
+    return float(box.width / ax.figure.dpi * 72.0), float(box.height / ax.figure.dpi * 72.0)

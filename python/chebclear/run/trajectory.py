@@ -344,11 +344,9 @@ class Trajectory(records.ArrayRecord, Exports):
         -------
         Axes
         """
-        from ..plots import results as plot
+        from ..plots.runs import plot_trajectory
 
-        return plot.plot_trajectory(
-            self, columns if isinstance(columns, str) else list(columns), ax=ax, **options
-        )
+        return plot_trajectory(self, columns if isinstance(columns, str) else list(columns), ax=ax, **options)
 
     def report(
         self,

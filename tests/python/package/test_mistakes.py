@@ -14,6 +14,7 @@ import pytest
 from chebclear import cli
 from chebclear.paper import case_study as paper
 from chebclear.run import settings
+from chebclear.scene.columns import column_words
 from chebclear.tradeoffs import output as tradeoff_output
 
 MECHANISMS = cc.mechanisms
@@ -122,13 +123,15 @@ def test_no_column_lacks_its_unit():
         facts = scene.check()
         columns = facts.columns + facts.further_columns
         assert not [name for name in columns if not cc.scene.columns.column_unit(name)]
+        words = [column_words(name) for name in columns]
+        assert len(set(words)) == len(words) and not [text for text in words if "_" in text or "." in text]
     # Both end in "contact": an energy, and a yes or no.
     assert (
         cc.scene.columns.column_unit("energy.contact"),
         cc.scene.columns.column_unit("wrist.contact"),
     ) == ("J", "-")
     run = cc.simulate(swing, 0.1, 11, outputs=["spring.force", "energy.total"])
-    assert run.plot("spring.force").get_ylabel() == "spring.force [N]"
+    assert run.plot("spring.force").get_ylabel() == "force of spring [N]"
     with pytest.raises(ValueError, match="share a unit"):
         run.plot(["spring.force", "energy.total"])
 
@@ -215,7 +218,8 @@ def test_a_demand_without_meaning_is_found_before_the_runs(words, problem, monke
 def test_figures_show_the_outputs_that_are_hard(tmp_path):
     result = cc.tradeoff(MECHANISMS.four_bar(), 5e-3, 101, rtols=[1e-4, 1e-6], repeats=1)
     figure = tradeoff_output.figure(result)
-    shown = [ax.get_xlabel().split()[3] for ax in figure.axes]
+    named = {column_words(name): name for name in result.outputs}
+    shown = [named[ax.get_xlabel().split(" of ", 1)[1].split(" to ")[0]] for ax in figure.axes]
     errors = {
         name: max(result.error(point, name) / scale for point in result)
         for name, scale in zip(result.outputs, result.ranges, strict=True)

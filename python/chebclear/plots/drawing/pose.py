@@ -1,34 +1,46 @@
-"""Where the parts of an assembled scene are, for its picture."""
+"""Where the parts of a scene are, assembled or simulated, for its picture."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...scene.scene import ClearanceRevolute, Damper, Force, Scene, Spring
+from ..axes import COLORS
+
+if TYPE_CHECKING:
+    from ..subjects import RunLike
 
 Array = NDArray[np.float64]
 
 GROUND = "ground"
-GROUND_COLOUR = "0.45"
-# Paul Tol's bright scheme: told apart by colour-blind readers too.
-_COLOURS = ("#4477AA", "#EE6677", "#228833", "#CCBB44", "#AA3377", "#66CCEE")
+GROUND_COLOR = "0.45"
 
 
 class Pose:
-    """Where everything is: points of bodies in ground's frame, and the size of the mechanism."""
+    """Where everything is: points of bodies in ground's frame, and the size of the mechanism.
 
-    def __init__(self, scene: Scene) -> None:
-        facts = scene.check()
+    Assembled, or where `poses` says: origin [m] and angle [rad] of every body, shape (bodies, 3).
+    """
+
+    def __init__(self, scene: Scene, poses: Array | None = None) -> None:
         self.scene = scene
         self.bodies = {body.name: body for body in scene.bodies}
-        self.places = dict(zip(facts.bodies, facts.poses, strict=True))
-        self.colours = {name: _COLOURS[index % len(_COLOURS)] for index, name in enumerate(self.bodies)} | {
-            GROUND: GROUND_COLOUR
+        self.places: dict[str, tuple[float, float, float]]
+        if poses is None:
+            facts = scene.check()
+            self.places = dict(zip(facts.bodies, facts.poses, strict=True))
+        else:
+            self.places = {
+                name: (float(x), float(y), float(angle))
+                for name, (x, y, angle) in zip(self.bodies, poses, strict=True)
+            }
+        self.colors = {name: COLORS[index % len(COLORS)] for index, name in enumerate(self.bodies)} | {
+            GROUND: GROUND_COLOR
         }
         # The points of each body that a joint uses or the user named; ground counts where it is used.
         self.points: dict[str, list[Array]] = {name: [] for name in (*self.bodies, GROUND)}
@@ -52,7 +64,7 @@ class Pose:
         span = float(np.hypot(*np.ptp(everything, axis=0))) if len(everything) else 0.0
         # A lone body in a bearing has no extent but its journal's.
         self.size = max([span, *(4.0 * radius for radius in radii)]) or 1.0
-        self.centre: Array = (
+        self.center: Array = (
             0.5 * (everything.min(axis=0) + everything.max(axis=0)) if len(everything) else np.zeros(2)
         )
 
@@ -98,3 +110,41 @@ def ends_of(joint: Any) -> tuple[str, str]:
 def owner_of(end: str) -> str:
     """Body of a point ``"body.point"``."""
     return end.partition(".")[0]
+
+
+def simulated_poses(run: RunLike) -> Array:
+    """Origins and angles of all bodies at the samples of a run.
+
+    Parameters
+    ----------
+    run : Trajectory
+        The run.
+
+    Returns
+    -------
+    ndarray, shape (samples, bodies, 3)
+        x [m], y [m] and angle [rad]; NaN after a failure.
+
+    Raises
+    ------
+    ValueError
+        If the run has not the positions of all bodies.
+    """
+    wanted = [f"{body.name}.{axis}" for body in run.scene.bodies for axis in ("x", "y", "angle")]
+    missing = [name for name in wanted if name not in run.columns]
+    if missing:
+        more = "" if len(missing) <= 6 else f" and {len(missing) - 6} more"
+        raise ValueError(
+            f"the run lacks positions of bodies: {', '.join(missing[:6])}{more}. Simulate with outputs=None, "
+            'or with these, such as outputs=["*.x", "*.y", "*.angle", ...]'
+        )
+    poses = np.empty((len(run.t), len(run.scene.bodies), 3))
+    for index, body in enumerate(run.scene.bodies):
+        x, y, angle = (run[f"{body.name}.{axis}"] for axis in ("x", "y", "angle"))
+        # Columns are those of the center of mass.
+        sine, cosine = np.sin(angle), np.cos(angle)
+        offset_x, offset_y = body.center_of_mass
+        poses[:, index, 0] = x - (cosine * offset_x - sine * offset_y)
+        poses[:, index, 1] = y - (sine * offset_x + cosine * offset_y)
+        poses[:, index, 2] = angle
+    return poses

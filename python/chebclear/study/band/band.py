@@ -420,9 +420,9 @@ class Band(records.ArrayRecord):
         -------
         Axes
         """
-        from ...plots import results as plot
+        from ...plots.bands import plot_band
 
-        return plot.plot_band(self, ax=ax, **options)
+        return plot_band(self, ax=ax, **options)
 
     def _doubt(self, what: str) -> None:
         """Warn where the polynomial is not the response."""

@@ -1,0 +1,90 @@
+"""What all plots share: new axes, keywords of lines, units to show."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# Paul Tol's bright scheme: told apart by color-blind readers too, and not by hue alone.
+COLORS = ("#4477AA", "#EE6677", "#228833", "#CCBB44", "#AA3377", "#66CCEE")
+MARKERS = "osD^vP*X"
+
+# (unit asked for, SI unit) -> what one SI unit is in the unit asked for.
+_CONVERSIONS = {
+    ("mm", "m"): 1e3,
+    ("µm", "m"): 1e6,
+    ("mm/s", "m/s"): 1e3,
+    ("km/s²", "m/s²"): 1e-3,
+    ("deg", "rad"): 180.0 / np.pi,
+    ("deg/s", "rad/s"): 180.0 / np.pi,
+    ("kN", "N"): 1e-3,
+    ("ms", "s"): 1e3,
+}
+
+
+def new_axes(ax: Axes | None) -> Axes:
+    """`ax`, or the axes of a new figure: one of pyplot's if pyplot has been imported."""
+    if ax is not None:
+        return ax
+    if "matplotlib.pyplot" in sys.modules:
+        from matplotlib import pyplot
+
+        return pyplot.subplots(layout="constrained")[1]
+    from matplotlib.figure import Figure
+
+    return Figure(layout="constrained").subplots()
+
+
+def line_style(given: dict[str, Any], **defaults: Any) -> dict[str, Any]:
+    """The user's keywords over the defaults; short names such as ``lw`` count as the long ones."""
+    from matplotlib.cbook import normalize_kwargs
+    from matplotlib.lines import Line2D
+
+    return defaults | normalize_kwargs(given, Line2D)
+
+
+def unit_scale(si_unit: str, unit: str | None) -> tuple[float, str]:
+    """Factor from the SI unit to the unit asked for, and the unit to show.
+
+    Parameters
+    ----------
+    si_unit : str
+        Unit of the data.
+    unit : str or None
+        Unit to show; the SI unit if None.
+
+    Returns
+    -------
+    float, str
+
+    Raises
+    ------
+    ValueError
+        If the unit does not fit.
+
+    Examples
+    --------
+    >>> unit_scale("m", "µm")
+    (1000000.0, 'µm')
+    """
+    if unit is None or unit == si_unit:
+        return 1.0, si_unit
+    try:
+        return _CONVERSIONS[unit, si_unit], unit
+    except KeyError:
+        known = ", ".join([si_unit, *(shown for shown, base in _CONVERSIONS if base == si_unit)])
+        raise ValueError(f"unit must be one of {known} for a column in {si_unit}, got {unit!r}") from None
+
+
+def distinct_colors(ax: Axes) -> None:
+    """Give fresh axes lines that color-blind readers can tell apart, unless the user has chosen a style."""
+    import matplotlib as mpl
+    from cycler import cycler
+
+    if not ax.lines and mpl.rcParams["axes.prop_cycle"] == mpl.rcParamsDefault["axes.prop_cycle"]:
+        ax.set_prop_cycle(cycler(color=COLORS))

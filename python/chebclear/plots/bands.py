@@ -1,0 +1,216 @@
+"""Plots of studies: bands with their verdicts, sensitivities with restraint zones."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.columns import column_unit, column_words, plain_words
+from .axes import distinct_colors, line_style, new_axes, unit_scale
+from .labels import legend_above_the_data, set_x_label, set_y_label, with_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from .subjects import BandLike, ZonesLike
+
+Array = NDArray[np.float64]
+
+BOUNDS, NOMINAL, RUNS, ZONE = "#4477AA", "#AA3377", "0.55", "#228833"
+
+# How the area of a band is filled by what the verdict promises: plain where it follows the response, ever
+# coarser hatches where it does not.
+_HATCHES = {
+    "resolved": None,
+    "certified": None,
+    "calibrated": "....",
+    "sampled": "\\\\\\",
+    "not resolved": "///",
+    "undersampled": "xx",
+}
+# Areas of more corners than this are drawn as a picture in files of lines.
+_MOST_CORNERS = 4000
+
+
+def plot_band(
+    band: BandLike,
+    *,
+    ax: Axes | None = None,
+    unit: str | None = None,
+    x: Array | None = None,
+    x_label: str = "time [s]",
+    scan: BandLike | None = None,
+    nominal: bool = True,
+    runs: int = 0,
+    **fill: Any,
+) -> Axes:
+    """Draw a band: its area, its two bounds, and the nominal response.
+
+    The legend has the verdict in words, and the area is filled accordingly: plain where the band is resolved
+    or certified, dotted where it is calibrated, hatched where it is an inner bound or not resolved, and
+    crossed where it is undersampled.
+
+    Parameters
+    ----------
+    band : Band
+        The band of one output.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    unit : str, optional
+        Unit to show, such as ``"µm"``; SI if not given.
+    x : ndarray, optional
+        Abscissa in place of ``band.t``, such as the crank angle; goes with `x_label`.
+    x_label : str
+        Label of the abscissa, with its unit.
+    scan : Band, optional
+        Band of the same output to compare with, drawn as dashed lines. A scan is an inner bound.
+    nominal : bool
+        Draw the response at the midpoint of the intervals.
+    runs : int
+        How many of the simulated runs to draw, evenly chosen [-].
+    **fill
+        Passed to ``Axes.fill_between``.
+
+    Returns
+    -------
+    Axes
+    """
+    scale, shown = unit_scale(column_unit(band.name), unit)
+    ax = new_axes(ax)
+    abscissa = band.t if x is None else x
+    color = fill.pop("color", fill.pop("facecolor", BOUNDS))
+    style = {
+        "alpha": 0.25,
+        "linewidth": 0.0,
+        "edgecolor": color,
+        "hatch": _HATCHES.get(band.verdict),
+        "rasterized": len(band.t) > _MOST_CORNERS,
+        "label": verdict_words(band),
+    } | fill
+    if runs > 0 and len(band.runs):
+        chosen = np.unique(np.linspace(0, len(band.runs) - 1, min(runs, len(band.runs))).round().astype(int))
+        for place, index in enumerate(chosen):
+            label = f"{len(chosen)} of {len(band.runs)} runs" if place == 0 else None
+            ax.plot(
+                abscissa, scale * band.runs[index], color=RUNS, linewidth=0.3, rasterized=True, label=label
+            )
+    ax.fill_between(abscissa, scale * band.lower, scale * band.upper, facecolor=color, **style)
+    for bound in (band.lower, band.upper):
+        ax.plot(abscissa, scale * bound, color=color, linewidth=0.8)
+    if scan is not None:
+        for bound, label in ((scan.lower, "scan"), (scan.upper, None)):
+            ax.plot(abscissa, scale * bound, color="black", linewidth=0.8, linestyle=(0, (4, 2)), label=label)
+    if nominal:
+        ax.plot(abscissa, scale * band.nominal, color=NOMINAL, linewidth=0.7, label="nominal")
+    set_x_label(ax, x_label)
+    set_y_label(ax, with_unit(column_words(band.name), shown))
+    legend_above_the_data(ax)
+    return ax
+
+
+def verdict_words(band: BandLike) -> str:
+    """What the bounds of a band are, for a legend."""
+    if band.verdict == "sampled":
+        return "extremes of the runs (inner bound)"
+    if band.verdict == "certified":
+        return f"bounds, certified: {_percent(band.coverage)} expected inside"
+    if band.verdict in ("calibrated", "undersampled") and not math.isnan(band.coverage):
+        return f"bounds, {band.verdict}: {_percent(band.coverage)} of held-out samples inside"
+    return f"bounds, {band.verdict}"
+
+
+def _percent(share: float) -> str:
+    """A share near 1 with the digits that tell it from 1, never rounded up."""
+    return f"{math.floor(1e4 * share + 1e-9) / 100.0:g} %"
+
+
+def plot_sensitivity(
+    band: BandLike,
+    parameter: str,
+    *,
+    ax: Axes | None = None,
+    normalised: bool = False,
+    parameter_unit: str = "",
+    ideal: BandLike | None = None,
+    zones: ZonesLike | None = None,
+    x: Array | None = None,
+    x_label: str = "time [s]",
+    **line: Any,
+) -> Axes:
+    """Draw the sensitivity of an output to one parameter at the midpoint of the intervals.
+
+    Several on the same axes get a legend that names them.
+
+    Parameters
+    ----------
+    band : Band
+        The band of one output, from a Chebyshev study.
+    parameter : str
+        Name of the parameter.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    normalised : bool
+        Derivative with respect to the normalised variable in [-1, 1] instead of the physical parameter.
+    parameter_unit : str
+        Unit of the parameter, such as ``"m"``, for the label.
+    ideal : Band, optional
+        The same output of the mechanism without clearance, drawn dashed.
+    zones : RestraintZones, optional
+        What `restraint_zones` returned: where clearance hardly disturbs the sensitivity is shaded.
+    x : ndarray, optional
+        Abscissa in place of ``band.t``; goes with `x_label`.
+    x_label : str
+        Label of the abscissa, with its unit.
+    **line
+        Passed to ``Axes.plot``.
+
+    Returns
+    -------
+    Axes
+    """
+    slope = band.sensitivity(parameter, normalised=normalised)
+    reference = None if ideal is None else ideal.sensitivity(parameter, normalised=normalised)
+    ax = new_axes(ax)
+    distinct_colors(ax)
+    unit = column_unit(band.name)
+    if normalised:
+        what = f"{unit} per half interval"
+    else:
+        what = f"({unit})/{parameter_unit}" if parameter_unit else f"({unit}) per SI unit"
+    name = f"{column_words(band.name)} to {plain_words(parameter)}"
+    # Those that were drawn before have their unit behind their names.
+    earlier = [text for text in ax.get_legend_handles_labels()[1] if text.endswith("]")]
+    style = line_style(line, linewidth=0.9, label=f"{name} [{what}]")
+    abscissa = band.t if x is None else x
+    ax.plot(abscissa, slope, **style)
+    if reference is not None:
+        ax.plot(
+            abscissa,
+            reference,
+            color="black",
+            linewidth=0.8,
+            linestyle=(0, (4, 3)),
+            label="without clearance",
+        )
+    for number, (start, end) in enumerate(zones.spans if zones is not None else ()):
+        ends = np.interp((start, end), band.t, abscissa)
+        label = "restraint zone: clearance disturbs it least" if number == 0 else None
+        ax.axvspan(ends[0], ends[1], color=ZONE, alpha=0.15, linewidth=0.0, zorder=0, label=label)
+    set_x_label(ax, x_label)
+    # One unit for all of them, or each its own in the legend.
+    shared = all(other.endswith(f" [{what}]") for other in earlier)
+    many = bool(earlier)
+    set_y_label(
+        ax,
+        f"sensitivity of {name} [{what}]"
+        if not many
+        else f"sensitivity [{what}]"
+        if shared
+        else "sensitivity [see legend]",
+    )
+    if len(ax.get_legend_handles_labels()[1]) > 1:
+        legend_above_the_data(ax)
+    return ax

@@ -1,0 +1,81 @@
+"""Lines, areas and discs of a drawing, each with what it moves with; and how they are put on axes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+Owner = str | tuple[str, str]
+"""What a stroke moves with: a body or ground; the line between two points, with which it is stretched; or a
+point given twice, which it follows without turning."""
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """One line, area or disc where it is in the drawing."""
+
+    kind: Literal["line", "area", "disc"]
+    points: Array
+    """Corners, or the center of a disc [m], shape (points, 2)."""
+    owner: Owner
+    """What it moves with."""
+    layer: float
+    """Higher ones lie above lower ones [-]."""
+    color: str
+    """Color of the line or edge."""
+    width: float = 1.0
+    """Width of the line or edge [points]."""
+    face: str = "none"
+    """Color of the inside."""
+    alpha: float = 1.0
+    """Opacity of the inside [-]."""
+    radius: float = 0.0
+    """Radius of a disc [m]."""
+
+
+def put_on(ax: Axes, strokes: Iterable[Stroke]) -> list[object]:
+    """Draw strokes on axes.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    strokes : iterable of Stroke
+        What to draw.
+
+    Returns
+    -------
+    list of Artist
+        One artist for each stroke.
+    """
+    return [_put(ax, stroke) for stroke in strokes]
+
+
+def _put(ax: Axes, stroke: Stroke) -> object:
+    from matplotlib.colors import to_rgba
+    from matplotlib.patches import Circle, Polygon
+
+    if stroke.kind == "line":
+        x, y = stroke.points.T
+        return ax.plot(
+            x, y, color=stroke.color, linewidth=stroke.width, zorder=stroke.layer, solid_capstyle="round"
+        )[0]
+    face = "none" if stroke.face == "none" else to_rgba(stroke.face, stroke.alpha)
+    options = {
+        "facecolor": face,
+        "edgecolor": stroke.color,
+        "linewidth": stroke.width,
+        "zorder": stroke.layer,
+    }
+    if stroke.kind == "disc":
+        return ax.add_patch(Circle(tuple(stroke.points[0]), stroke.radius, **options))
+    return ax.add_patch(Polygon(stroke.points, closed=True, **options))

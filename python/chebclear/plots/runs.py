@@ -1,0 +1,374 @@
+"""Plots of single runs: columns over time, journals in their bearings, contacts, Poincaré sections.
+
+Every function takes ``ax=None``, draws on it, labels the axes in words with units and returns the Axes. None
+calls ``show``, none changes ``rcParams`` or the backend. Extra keywords go to the artist that carries the
+data. Without ``ax`` a new figure is made: one of pyplot's when pyplot has been imported (so that
+``plt.show()`` shows it), else a plain ``matplotlib.figure.Figure``, reached by ``ax.figure``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.arguments import did_you_mean
+from ..scene.columns import column_unit, column_words, plain_words
+from ..scene.scene import ClearanceRevolute
+from .axes import distinct_colors, line_style, new_axes, unit_scale
+from .labels import (
+    add_color_bar,
+    legend_above_the_data,
+    set_x_label,
+    set_y_label,
+    typeset,
+    with_unit,
+    words_in_common,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from .subjects import ContactsLike, RunLike
+
+Array = NDArray[np.float64]
+
+# Instants of a section may miss the samples by this part of the time between two of them.
+_ON_SAMPLE = 1e-3
+
+
+def plot_trajectory(
+    run: RunLike,
+    columns: str | Sequence[str],
+    *,
+    ax: Axes | None = None,
+    unit: str | None = None,
+    x: Array | None = None,
+    x_label: str = "time [s]",
+    **line: Any,
+) -> Axes:
+    """Draw columns of one simulation against time; a dotted line marks where a run ended early.
+
+    Parameters
+    ----------
+    run : Trajectory
+        What :func:`simulate` returned.
+    columns : str or sequence of str
+        Column names; all of one unit, since they share the axis.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    unit : str, optional
+        Unit to show, such as ``"µm"``; SI if not given.
+    x : ndarray, optional
+        Abscissa in place of ``run.t``, such as the crank angle; goes with `x_label`.
+    x_label : str
+        Label of the abscissa, with its unit.
+    **line
+        Passed to ``Axes.plot``.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    ValueError
+        If the columns have different units, or the unit does not fit them.
+    """
+    names = [columns] if isinstance(columns, str) else list(columns)
+    units = {column_unit(name) for name in names}
+    if len(units) != 1:
+        raise ValueError(f"columns on one axis must share a unit, got {names} in {sorted(units)}")
+    scale, shown = unit_scale(units.pop(), unit)
+    curves = [scale * run[name] for name in names]
+    abscissa = run.t if x is None else np.asarray(x, dtype=float)
+    ax = new_axes(ax)
+    distinct_colors(ax)
+    for name, curve in zip(names, curves, strict=True):
+        style = line_style(line, linewidth=0.9, label=column_words(name))
+        ax.plot(abscissa, curve, **style)
+    # A column of the run as abscissa is no more known after the end than the curves are.
+    known = np.isfinite(abscissa)
+    if not run.success and known.any():
+        # A curve that just stops looks like the whole of it.
+        end = float(np.interp(run.end_time, run.t[known], abscissa[known]))
+        words = f"the run ended early: {run.status}"
+        ax.axvline(end, color="black", linewidth=0.9, linestyle=":", label=words)
+        if known.all():
+            ax.set_xlim(abscissa.min(), abscissa.max())
+    set_x_label(ax, x_label)
+    # The legend names the columns; what they have in common is on the axis.
+    set_y_label(ax, with_unit(words_in_common(names), shown))
+    if len(ax.get_legend_handles_labels()[1]) > 1:
+        legend_above_the_data(ax)
+    return ax
+
+
+def plot_orbit(
+    run: RunLike,
+    joint: str,
+    *,
+    ax: Axes | None = None,
+    unit: str = "µm",
+    color_bar: bool = True,
+    **line: Any,
+) -> Axes:
+    """Draw the path of the journal center inside the clearance circle of a joint.
+
+    The circle has the radius of the clearance: inside it the journal flies free, outside it the surfaces
+    overlap by the distance to the circle. Axes are those of the ground. The path has the color of the normal
+    force, and is grey in free flight.
+
+    Parameters
+    ----------
+    run : Trajectory
+        What :func:`simulate` returned.
+    joint : str
+        Name of the clearance joint.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    unit : str
+        Unit of length to show.
+    color_bar : bool
+        Add a color bar with the force to the figure.
+    **line
+        Passed to ``matplotlib.collections.LineCollection`` for the path. With a ``color`` the path has that
+        color throughout, and no color bar.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    ValueError, KeyError
+        If the scene has no such clearance joint, the run has not its columns, or the unit does not fit.
+    """
+    from matplotlib.cbook import normalize_kwargs
+    from matplotlib.collections import LineCollection
+
+    clearance = _clearance_joint(run, joint).clearance
+    scale, shown = unit_scale("m", unit)
+    path = np.column_stack([scale * run[f"{joint}.eccentricity_{axis}"] for axis in "xy"])
+    style = normalize_kwargs(line, LineCollection)
+    own_color = {"color", "colors", "edgecolor"} & set(style)
+    force = None if own_color else run[f"{joint}.normal_force"]
+    ax = new_axes(ax)
+    turn = np.linspace(0.0, 2.0 * np.pi, 361)
+    radius = scale * clearance
+    ax.plot(
+        radius * np.cos(turn),
+        radius * np.sin(turn),
+        color="0.25",
+        linewidth=1.0,
+        linestyle="--",
+        label=f"clearance circle, radius {radius:.3g} {shown}",
+        zorder=3,
+    )
+    pieces = np.stack([path[:-1], path[1:]], axis=1)
+    defaults: dict[str, Any] = {"linewidth": 0.8, "label": "journal center"}
+    if force is None:
+        ax.add_collection(LineCollection(list(pieces), **(defaults | style)))
+    else:
+        between = np.fmax(force[:-1], force[1:])
+        pressed = between > 0.0
+        free = style | {"label": None}
+        ax.add_collection(LineCollection(list(pieces[~pressed]), **(defaults | free | {"colors": "0.75"})))
+        shades = LineCollection(
+            list(pieces[pressed]), array=between[pressed], **({"cmap": "viridis_r"} | defaults | style)
+        )
+        ax.add_collection(shades)
+        if color_bar and pressed.any():
+            label = with_unit(column_words(f"{joint}.normal_force"), "N")
+            add_color_bar(ax, shades, label)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.autoscale_view()
+    set_x_label(ax, with_unit(column_words(f"{joint}.eccentricity_x"), shown))
+    set_y_label(ax, with_unit(column_words(f"{joint}.eccentricity_y"), shown))
+    legend_above_the_data(ax)
+    return ax
+
+
+def plot_poincare(
+    run: RunLike,
+    x: str,
+    y: str,
+    *,
+    ax: Axes | None = None,
+    period: float | None = None,
+    shift: float = 0.0,
+    x_unit: str | None = None,
+    y_unit: str | None = None,
+    **points: Any,
+) -> Axes:
+    """Draw the Poincaré section of a run: two of its columns, once a period.
+
+    A motion that repeats itself every period is one point, every second period two; a chaotic one is a cloud
+    with structure. Skip the first periods, in which the start settles.
+
+    Parameters
+    ----------
+    run : Trajectory
+        What :func:`simulate` returned, with a whole number of samples a period.
+    x, y : str
+        Columns on the abscissa and ordinate.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    period : float, optional
+        Time from point to point [s]; ``run.scene.period``, a revolution of the slowest drive, if not given.
+    shift : float
+        Time from the first sample to the first point [s]: the phase of the section.
+    x_unit, y_unit : str, optional
+        Units to show; SI if not given.
+    **points
+        Passed to ``Axes.plot``.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    ValueError
+        If no samples lie where the section is taken; the message says which to ask for.
+    """
+    section = section_samples(run, period, shift)
+    data = []
+    for column, unit in ((x, x_unit), (y, y_unit)):
+        scale, shown = unit_scale(column_unit(column), unit)
+        data.append((scale * run[column][section], with_unit(column_words(column), shown)))
+    ax = new_axes(ax)
+    distinct_colors(ax)
+    style = line_style(points, marker=".", markersize=4.0, linestyle="none")
+    ax.plot(data[0][0], data[1][0], **style)
+    set_x_label(ax, data[0][1])
+    set_y_label(ax, data[1][1])
+    return ax
+
+
+def section_samples(run: RunLike, period: float | None, shift: float = 0.0) -> NDArray[np.int64]:
+    """Indices of the samples of a run that are whole periods apart.
+
+    Parameters
+    ----------
+    run : Trajectory
+        The run.
+    period : float or None
+        The period [s]; that of the scene if None.
+    shift : float
+        Time from the first sample to the first one taken [s].
+
+    Returns
+    -------
+    ndarray of int
+
+    Raises
+    ------
+    ValueError
+        If the samples do not fall on them.
+    """
+    period = run.scene.period if period is None else float(period)
+    spacing = float(run.t[-1] - run.t[0]) / (len(run.t) - 1)
+    if not period >= spacing * (1.0 - _ON_SAMPLE):
+        raise ValueError(f"period must be at least the {spacing:.6g} s between two samples, got {period!r}")
+    count = int((run.t[-1] - run.t[0] - shift) / period + _ON_SAMPLE) + 1
+    places = (shift + period * np.arange(max(count, 0))) / spacing
+    nearest = np.round(places).astype(np.int64)
+    if count < 1 or shift < 0.0 or np.abs(places - nearest).max() > _ON_SAMPLE:
+        each = max(1, round(period / spacing))
+        raise ValueError(
+            f"no samples lie a period of {period:.6g} s apart: ask for a duration of N periods and "
+            f"samples=N * {each} + 1, and for a shift of whole samples within it"
+        )
+    return nearest
+
+
+def plot_contacts(
+    runs: ContactsLike | Sequence[ContactsLike],
+    *,
+    ax: Axes | None = None,
+    joints: Sequence[str] | None = None,
+    labels: Sequence[str] | None = None,
+    color_bar: bool = True,
+    **bars: Any,
+) -> Axes:
+    """Draw when journals touch their bearings: a row for each joint, a bar for each contact.
+
+    Bars have the color of the largest normal force of the contact, on a logarithmic scale if that spans more
+    than a decade; a tick at their start is the impact.
+
+    Parameters
+    ----------
+    runs : Trajectory or sequence of Trajectory
+        What :func:`simulate` returned; several runs to compare them, one below the other.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    joints : sequence of str, optional
+        Clearance joints to show; all of the scene if not given.
+    labels : sequence of str, optional
+        Names of the runs, for the rows; their numbers if not given.
+    color_bar : bool
+        Add a color bar with the force to the figure.
+    **bars
+        Passed to ``matplotlib.collections.PolyCollection``.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    ValueError
+        If a joint is no clearance joint of the scene, or the labels are not one for each run.
+    """
+    from matplotlib.collections import PolyCollection
+    from matplotlib.colors import LogNorm, Normalize
+
+    several: list[ContactsLike] = list(runs) if isinstance(runs, Sequence) else [runs]
+    if labels is not None and len(labels) != len(several):
+        raise ValueError(f"labels must be one for each of {len(several)} runs, got {len(labels)}")
+    rows: list[str] = []
+    boxes, forces, onsets = [], [], []
+    for number, run in enumerate(several):
+        known = [joint.name for joint in run.scene.joints if isinstance(joint, ClearanceRevolute)]
+        for joint in known if joints is None else joints:
+            _clearance_joint(run, joint)
+            name = labels[number] if labels is not None else f"run {number + 1}"
+            shown = plain_words(joint)
+            rows.append(shown if len(several) == 1 else name if len(known) == 1 else f"{name}, {shown}")
+            row, found = len(rows) - 1, run.contacts
+            for index in np.flatnonzero(found.joint == joint):
+                start, end = max(found.onset[index], run.t[0]), found.separation[index]
+                end = min(end if np.isfinite(end) else run.end_time, run.t[-1])
+                boxes.append([(start, row - 0.35), (end, row - 0.35), (end, row + 0.35), (start, row + 0.35)])
+                forces.append(found.peak_force[index])
+                if np.isfinite(found.impact_velocity[index]):
+                    onsets.append((start, row))
+    ax = new_axes(ax)
+    peaks = np.maximum(np.array(forces), np.finfo(float).tiny)
+    wide = len(peaks) > 0 and peaks.max() > 20.0 * peaks.min()
+    norm = LogNorm() if wide else Normalize(0.0, peaks.max(initial=1.0))
+    style: dict[str, Any] = {"cmap": "viridis_r", "linewidth": 0.0, "norm": norm} | bars
+    shades = ax.add_collection(PolyCollection(boxes, array=peaks, **style))
+    if onsets:
+        times, places = np.array(onsets).T
+        ax.plot(
+            times, places, linestyle="none", marker="|", markersize=9.0, color="0.15", markeredgewidth=0.4
+        )
+    ax.set_yticks(range(len(rows)), [typeset(row) for row in rows])
+    ax.set_ylim(len(rows) - 0.4, -0.6)
+    ax.set_xlim(several[0].t[0], several[0].t[-1])
+    set_x_label(ax, "time [s]")
+    if color_bar and boxes:
+        add_color_bar(ax, shades, "largest normal force of the contact [N]")
+    return ax
+
+
+def _clearance_joint(run: RunLike | ContactsLike, name: str) -> ClearanceRevolute:
+    """The clearance joint of a run's scene."""
+    known = {joint.name: joint for joint in run.scene.joints if isinstance(joint, ClearanceRevolute)}
+    if name not in known:
+        raise ValueError(f'unknown clearance joint "{name}"{did_you_mean(name, list(known))}')
+    return known[name]

@@ -1,0 +1,170 @@
+"""Time-frequency plots: how the amplitudes of a signal lie over frequency, and how that changes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.columns import column_unit, column_words
+from .axes import new_axes
+from .labels import add_color_bar, set_x_label
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from .subjects import RunLike
+
+Array = NDArray[np.float64]
+
+
+def short_time_spectrum(
+    t: Array, signal: Array, *, window: float, overlap: float = 0.75
+) -> tuple[Array, Array, Array]:
+    """Amplitude of a signal by time and frequency: Fourier transforms of short overlapping pieces.
+
+    Each piece loses its mean, is weighted by a Hann window and padded with zeros to four times its length,
+    which only makes the picture finer. The resolution is about ``2 / window`` in frequency and ``window /
+    2`` in time.
+
+    Parameters
+    ----------
+    t : ndarray, shape (samples,)
+        Equally spaced instants [s].
+    signal : ndarray, shape (samples,)
+        The signal, in any unit.
+    window : float
+        Length of a piece [s].
+    overlap : float
+        Share of a piece that it has in common with the next one [-], at least 0 and below 1.
+
+    Returns
+    -------
+    centers : ndarray, shape (pieces,)
+        Middle of each piece [s].
+    frequencies : ndarray, shape (bins,)
+        Frequencies [Hz], up to half the sampling rate. What the signal holds above that is folded down into
+        the picture: sample finely enough.
+    amplitude : ndarray, shape (bins, pieces)
+        Amplitude in the unit of the signal: a sine of amplitude A gives a ridge of height A.
+
+    Raises
+    ------
+    ValueError
+        If the window holds fewer than 8 samples or is longer than the signal, or the overlap is out of range.
+    """
+    spacing = float(t[-1] - t[0]) / (len(t) - 1)
+    length = round(window / spacing)
+    if not 8 <= length <= len(t):
+        raise ValueError(
+            f"window must hold 8 to {len(t)} samples of {spacing:.3g} s each, got {window:.3g} s"
+        )
+    if not 0.0 <= overlap < 1.0:
+        raise ValueError(f"overlap must be at least 0 and below 1, got {overlap}")
+    from matplotlib import mlab
+
+    hop = max(1, round(length * (1.0 - overlap)))
+    found = mlab.specgram(
+        np.asarray(signal, dtype=float),
+        NFFT=length,
+        Fs=1.0 / spacing,
+        detrend="mean",
+        noverlap=length - hop,
+        pad_to=4 * length,
+        mode="magnitude",
+    )
+    magnitude: Array = np.asarray(found[0], dtype=float)
+    frequencies: Array = np.asarray(found[1], dtype=float)
+    centers: Array = t[0] + spacing * (hop * np.arange(magnitude.shape[1]) + 0.5 * (length - 1))
+    # One side of the spectrum holds half of the amplitude.
+    return centers, frequencies, 2.0 * magnitude
+
+
+def plot_spectrogram(
+    run: RunLike | Array,
+    column: str | Array,
+    *,
+    ax: Axes | None = None,
+    window: float | None = None,
+    overlap: float = 0.75,
+    unit: str | None = None,
+    decibels: float = 60.0,
+    color_bar: bool = True,
+    x: Array | None = None,
+    x_label: str = "time [s]",
+    **mesh: Any,
+) -> Axes:
+    """Draw the time-frequency plot of a signal: amplitude in decibels below the largest one.
+
+    Parameters
+    ----------
+    run : Trajectory or ndarray, shape (samples,)
+        What :func:`simulate` returned; or equally spaced instants [s].
+    column : str or ndarray, shape (samples,)
+        Column name; or the signal at those instants.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    window : float, optional
+        Length of the pieces that are transformed [s]; a 24th of the signal if not given.
+    overlap : float
+        Share of a piece that it has in common with the next one [-], at least 0 and below 1.
+    unit : str, optional
+        Unit of the signal, for the label of the color bar; that of the column if not given.
+    decibels : float
+        Range of the colors [dB]; smaller amplitudes have the darkest color.
+    color_bar : bool
+        Add a color bar to the figure.
+    x : ndarray, shape (samples,), optional
+        Abscissa that grows evenly with time, such as the crank angle; goes with `x_label`.
+    x_label : str
+        Label of the abscissa, with its unit.
+    **mesh
+        Passed to ``Axes.pcolormesh``. With ``vmax`` (amplitude in decibels re 1 unit) several plots share a
+        scale.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If the column is unknown, the data are neither a column nor two arrays, or the window does not fit.
+    """
+    t, signal = _signal(run, column)
+    if unit is None:
+        unit = column_unit(column) if isinstance(column, str) else ""
+    window = float(t[-1] - t[0]) / 24.0 if window is None else window
+    centers, frequencies, amplitude = short_time_spectrum(t, signal, window=window, overlap=overlap)
+    abscissa = centers if x is None else np.interp(centers, t, x)
+    ax = new_axes(ax)
+    level = 20.0 * np.log10(np.maximum(amplitude, np.finfo(float).tiny))
+    top = float(mesh.pop("vmax", level.max()))
+    style: dict[str, Any] = {
+        "shading": "nearest",
+        "cmap": "viridis",
+        "vmin": top - decibels,
+        "rasterized": True,
+    } | mesh
+    image = ax.pcolormesh(abscissa, frequencies / 1e3, level, vmax=top, **style)
+    set_x_label(ax, x_label)
+    ax.set_ylabel("frequency [kHz]")
+    if color_bar:
+        what = f"amplitude of {column_words(column)}" if isinstance(column, str) else "amplitude"
+        add_color_bar(ax, image, f"{what} [dB re 1 {unit or 'unit'}]", extend="min")
+    return ax
+
+
+def _signal(run: Any, column: Any) -> tuple[Array, Array]:
+    """Instants and values of what `plot_spectrogram` was given."""
+    if isinstance(column, str) and hasattr(run, "columns"):
+        return run.t, run[column]
+    t, signal = np.asarray(run), np.asarray(column)
+    numbers = t.dtype.kind in "iuf" and signal.dtype.kind in "iuf"
+    if not (numbers and t.ndim == 1 and len(t) >= 2 and t.shape == signal.shape):
+        raise TypeError(
+            "plot_spectrogram takes a run and the name of one of its columns, or two arrays of equal length, "
+            f"the instants and the signal; got {type(run).__name__} and {type(column).__name__}"
+        )
+    return t, signal

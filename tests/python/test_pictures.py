@@ -1,0 +1,232 @@
+"""Pictures: their data are those of the run, words and units are on the axes, and nothing is covered."""
+
+import re
+
+import chebclear as cc
+import matplotlib as mpl
+import numpy as np
+import pytest
+from chebclear.plots import labels
+from chebclear.plots.runs import section_samples
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+PERIOD = cc.mechanisms.slider_crank().period
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return cc.mechanisms.slider_crank(convention="corrected", clearance_at=("crank_pin", "wrist"))
+
+
+@pytest.fixture(scope="module")
+def run(scene):
+    return cc.simulate(scene, duration=0.5 * PERIOD, samples=1001)
+
+
+@pytest.fixture(scope="module")
+def results():
+    study = cc.Study(
+        cc.mechanisms.slider_crank,
+        {"crank_length": cc.interval(0.05, rel=0.01), "clearance": cc.interval(2e-5, rel=0.01)},
+        outputs=["slider.vx", "wrist.penetration"],
+        duration=0.004,
+        samples=81,
+    )
+    with pytest.warns(cc.ChebclearWarning):
+        return study.chebyshev(degree=2), study.scan(2)
+
+
+@pytest.fixture(params=[(6.4, 4.8), (3.5, 2.6), (9.0, 3.0)], ids=str)
+def ax(request):
+    return Figure(figsize=request.param, layout="constrained").subplots()
+
+
+def covered(ax):
+    """Points of the data that lie under the legend, after the figure was laid out."""
+    ax.figure.draw_without_rendering()
+    box = ax.get_legend().get_window_extent()
+    found = []
+    for line in ax.lines:
+        if line.get_transform().contains_branch(ax.transData) and line.get_transform() == ax.transData:
+            found += [line.get_transform().transform(line.get_xydata())]
+    for collection in ax.collections:
+        found += [
+            ax.transData.transform(path.vertices) for path in collection.get_paths() if len(path.vertices)
+        ]
+    points = np.concatenate(found)
+    inside = (
+        (points[:, 0] > box.x0) & (points[:, 0] < box.x1) & (points[:, 1] > box.y0) & (points[:, 1] < box.y1)
+    )
+    return points[inside]
+
+
+class TestLegendsCoverNoData:
+    def test_trajectories(self, run, ax):
+        names = ["slider.vx", "rod.vx", "rod.vy", "crank.vx"]
+        cc.plot_trajectory(run, names, ax=ax)
+        assert len(ax.get_legend().get_texts()) == 4
+        assert not len(covered(ax))
+
+    def test_labels_one_after_the_other(self, run, ax):
+        for name in ("wrist", "crank_pin"):
+            cc.plot_trajectory(run, f"{name}.normal_force", ax=ax, label=name)
+        assert [text.get_text() for text in ax.get_legend().get_texts()] == ["wrist", "crank_pin"]
+        assert not len(covered(ax))
+
+    def test_band(self, results, ax):
+        band, scan = (result["slider.vx"] for result in results)
+        cc.plot_band(band, scan=scan, runs=5, ax=ax)
+        assert not len(covered(ax))
+
+    def test_orbit(self, run, ax):
+        cc.plot_orbit(run, "wrist", ax=ax)
+        assert not len(covered(ax))
+
+
+@pytest.mark.parametrize("size", [(6.4, 4.8), (3.5, 3.2)])
+def test_nothing_is_clipped(run, results, size):
+    drawings = [
+        lambda ax: cc.plot_trajectory(run, "rod.angular_acceleration", ax=ax),
+        lambda ax: cc.plot_orbit(run, "crank_pin", ax=ax),
+        lambda ax: cc.plot_contacts([run, run], ax=ax),
+        lambda ax: cc.plot_spectrogram(run, "wrist.sliding_velocity", ax=ax),
+        lambda ax: cc.plot_band(results[0]["wrist.penetration"], ax=ax),
+        lambda ax: cc.plot_sensitivity(results[0]["slider.vx"], "crank_length", ax=ax, parameter_unit="m"),
+        lambda ax: cc.plot_poincare(run, "slider.x", "slider.vx", period=PERIOD / 100.0, ax=ax),
+    ]
+    for draw in drawings:
+        figure = Figure(figsize=size, layout="constrained")
+        with pytest.warns() if draw is drawings[5] else np.errstate():
+            draw(figure.subplots())
+        figure.draw_without_rendering()
+        texts = [text for ax in figure.axes for text in (ax.xaxis.label, ax.yaxis.label) if text.get_text()]
+        for ax in figure.axes:
+            low, high = sorted(ax.get_ylim())
+            texts += [text for text in ax.get_yticklabels() if low <= text.get_position()[1] <= high]
+        for text in texts:
+            box = text.get_window_extent()
+            assert box.x0 > -2.0 and box.y0 > -2.0, text
+            assert box.x1 < figure.bbox.x1 + 2.0 and box.y1 < figure.bbox.y1 + 2.0, text
+        for text in texts[:2]:
+            assert "_" not in text.get_text() and "." not in text.get_text()
+
+
+def test_the_orbit_has_the_color_of_the_force(run):
+    ax = cc.plot_orbit(run, "wrist", unit="mm", ax=Figure().subplots())
+    free, pressed = ax.collections
+    force = run["wrist.normal_force"]
+    between = np.maximum(force[:-1], force[1:])
+    assert 0 < len(free.get_paths()) < len(between)
+    np.testing.assert_allclose(pressed.get_array(), between[between > 0.0])
+    ends = np.array([path.vertices[1] for path in pressed.get_paths()])
+    np.testing.assert_allclose(ends[:, 0], 1e3 * run["wrist.eccentricity_x"][1:][between > 0.0])
+    assert ax.figure.axes[1].get_ylabel() == "normal force in wrist [N]"
+    plain = cc.plot_orbit(run, "wrist", color="red", ax=Figure().subplots())
+    assert len(plain.figure.axes) == 1 and len(plain.collections) == 1
+
+
+def test_a_band_says_its_verdict(results):
+    ax = Figure().subplots()
+    cc.plot_band(results[0]["wrist.penetration"], ax=ax)
+    cc.plot_band(results[1]["wrist.penetration"], ax=ax, color="orange", nominal=False)
+    words = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert words == ["bounds, not resolved", "nominal", "extremes of the runs (inner bound)"]
+    hatches = [collection.get_hatch() for collection in ax.collections]
+    assert all(hatches) and hatches[0] != hatches[1]
+
+
+def test_contacts_are_bars_from_onset_to_separation(run):
+    ax = cc.plot_contacts(run, joints=["wrist"], color_bar=False, ax=Figure().subplots())
+    own = run.contacts.joint == "wrist"
+    bars = ax.collections[0]
+    starts = [path.vertices[:, 0].min() for path in bars.get_paths()]
+    ends = [path.vertices[:, 0].max() for path in bars.get_paths()]
+    np.testing.assert_allclose(starts, run.contacts.onset[own])
+    last = np.where(np.isnan(run.contacts.separation[own]), run.t[-1], run.contacts.separation[own])
+    np.testing.assert_allclose(ends, last)
+    np.testing.assert_allclose(bars.get_array(), run.contacts.peak_force[own])
+    both = cc.plot_contacts([run, run], labels=["first", "second"], ax=Figure().subplots())
+    rows = [text.get_text() for text in both.get_yticklabels()]
+    assert rows == ["first, crank pin", "first, wrist", "second, crank pin", "second, wrist"]
+    with pytest.raises(ValueError, match='unknown clearance joint "wirst"; did you mean "wrist"'):
+        cc.plot_contacts(run, joints=["wirst"])
+
+
+class TestPoincare:
+    def test_points_are_whole_periods_apart(self):
+        scene = cc.mechanisms.slider_crank(clearance_at=())
+        run = cc.simulate(scene, duration=3.0 * scene.period, samples=3 * 40 + 1)
+        ax = cc.plot_poincare(run, "slider.x", "slider.vx", x_unit="mm", shift=0.25 * scene.period)
+        (points,) = ax.lines
+        assert len(points.get_xdata()) == 3
+        # Without clearance every revolution is the same.
+        np.testing.assert_allclose(points.get_xdata(), 1e3 * run["slider.x"][10], rtol=1e-9)
+        assert (ax.get_xlabel(), ax.get_ylabel()) == (
+            "x position of slider [mm]",
+            "x velocity of slider [m/s]",
+        )
+
+    def test_samples_that_miss_the_section_are_refused(self, run):
+        assert len(section_samples(run, PERIOD / 100.0)) == 51
+        with pytest.raises(ValueError, match=re.escape("samples=N * 20 + 1")):
+            section_samples(run, PERIOD / 101.0)
+        with pytest.raises(ValueError, match="period must be at least"):
+            section_samples(run, 1e-9)
+
+
+class TestSimulatedScene:
+    def test_bodies_are_where_they_were_simulated(self, run):
+        index = 333
+        ax = cc.plot_scene(run, run.t[index] + 1e-7, ax=Figure().subplots(), labels=False)
+        assert [text.get_text() for text in ax.texts] == [f"t = {run.t[index]:.6g} s"]
+        (journal,) = [
+            patch
+            for patch in ax.patches
+            if isinstance(patch, Circle) and patch.get_facecolor()[:3] == green()
+        ]
+        place = run["slider.x"][index], run["slider.y"][index]
+        np.testing.assert_allclose(journal.center, place, rtol=0.0, atol=1e-15)
+
+    def test_the_journal_is_where_its_eccentricity_says(self, run):
+        index, factor = 700, 50.0
+        ax = cc.plot_scene(run, run.t[index], exaggerate=factor, ax=Figure().subplots())
+        eccentricity = [run[f"wrist.eccentricity_{axis}"][index] for axis in "xy"]
+        rims = [patch for patch in ax.patches if isinstance(patch, Circle)]
+        bearings = {
+            patch.radius: patch.center for patch in rims if patch.get_facecolor()[:3] == (1.0, 1.0, 1.0)
+        }
+        bearing = np.array(
+            [center for radius, center in bearings.items() if radius > 9.8e-3 and center[0] > 0.05][-1]
+        )
+        (journal,) = [patch for patch in rims if patch.get_facecolor()[:3] == green()]
+        np.testing.assert_allclose(
+            np.array(journal.center) - bearing, factor * np.array(eccentricity), rtol=0.0, atol=1e-12
+        )
+
+    def test_what_is_missing_is_said(self, scene):
+        short = cc.simulate(scene, duration=1e-3, samples=3, outputs=["slider.*", "rod.x"])
+        with pytest.raises(
+            ValueError, match=r"crank\.x, crank\.y, crank\.angle, rod\.y, rod\.angle\. Simulate"
+        ):
+            cc.plot_scene(short)
+        with pytest.raises(ValueError, match=r"t must be a finite number >= 0 and <= 0\.001"):
+            cc.plot_scene(short, 1.0)
+        with pytest.raises(ValueError, match="t is the instant of a run"):
+            cc.plot_scene(scene, 0.0)
+        with pytest.raises(TypeError, match="scene must be a Scene or a run"):
+            cc.plot_scene("slider_crank")
+
+
+def green():
+    """Color of the third body."""
+    return mpl.colors.to_rgb("#228833")
+
+
+def test_labels_are_latex_on_request(run):
+    with mpl.rc_context({"text.usetex": True}):
+        assert labels.typeset("50 % of µm/s²_x") == r"50 \% of $\mu$m/s$^2$\_x"
+        assert labels.typeset("$l_1$ [mm]") == "$l_1$ [mm]"
+        ax = cc.plot_trajectory(run, "slider.ax", ax=Figure().subplots())
+        assert ax.get_ylabel() == "x acceleration of slider [m/s$^2$]"
+    assert labels.typeset("50 % of µm/s²_x") == "50 % of µm/s²_x"
