@@ -10,6 +10,7 @@ from .base.quantities import Interval, interval, rpm
 from .errors import ChebclearError, ChebclearWarning, Problem, SceneError, SimulationError
 from .loading import load_result
 from .mechanisms import hertz_stiffness
+from .plots.animation.animate import Animation, animate
 from .plots.bands import plot_band, plot_sensitivity
 from .plots.costs import plot_study_tradeoff, plot_tradeoff
 from .plots.drawing.scene import plot_scene
@@ -86,6 +87,7 @@ from .tradeoffs.result import Tradeoff
 __version__ = package_version()
 
 __all__ = [
+    "Animation",
     "Band",
     "Body",
     "BodyStart",
@@ -157,6 +159,7 @@ __all__ = [
     "Uniform",
     "VarianceShares",
     "__version__",
+    "animate",
     "compare",
     "contact_share",
     "hertz_stiffness",

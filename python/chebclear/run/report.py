@@ -184,7 +184,7 @@ def mechanism_picture(scene: Scene) -> Picture:
 
 
 def _mechanism(scene: Scene, ax: Axes) -> None:
-    plot_scene(scene, ax)
+    plot_scene(scene, ax=ax)
 
 
 def costs_table(stats: Sequence[Any]) -> Table:

@@ -1,0 +1,222 @@
+"""Runs as moving pictures."""
+
+from __future__ import annotations
+
+import base64
+import importlib
+import os
+import shutil
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...base.arguments import Checks, did_you_mean
+from ...scene.columns import column_words, plain_words
+from ...scene.scene import ClearanceRevolute, Scene
+from ..drawing.pose import simulated_poses
+from .motion import motion_of
+from .page import page_of
+from .stage import Stage
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..subjects import RunLike
+
+MOST_FRAMES = 2000
+MOST_RATE = 100
+_ENDINGS = (".gif", ".html", ".mp4")
+_JOINT_COLUMNS = ("eccentricity_x", "eccentricity_y", "normal_force", "friction_force")
+
+
+class Animation:
+    """A run as a moving picture, to be saved; `animate` makes it. Notebooks show it as a GIF."""
+
+    def __init__(self, stage: Stage, rate: int) -> None:
+        self._stage, self.rate = stage, rate
+
+    def __repr__(self) -> str:
+        return f"<Animation: {len(self)} frames, {self.rate:g} a second>"
+
+    def __len__(self) -> int:
+        return len(self._stage.motion.frames)
+
+    def figure(self, frame: int = 0) -> Figure:
+        """The picture of one frame; the same figure for all of them."""
+        self._stage.show(range(len(self))[frame])
+        return self._stage.figure
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the animation to a file.
+
+        Parameters
+        ----------
+        path : path
+            Where to. Its ending says what: ``.gif``; ``.html``, one page that plays without network; or
+            ``.mp4``, for which ``ffmpeg`` must be on the path or the package ``imageio-ffmpeg`` be installed.
+
+        Returns
+        -------
+        Path
+            The file written.
+
+        Raises
+        ------
+        ValueError
+            If the ending is another one.
+        RuntimeError
+            If there is no ffmpeg for an MP4.
+        """
+        file = Path(path)
+        if file.suffix not in _ENDINGS:
+            raise ValueError(f"an animation is saved as {', '.join(_ENDINGS)}, got {file.name!r}")
+        if file.suffix == ".html":
+            file.write_text(page_of(self._stage, self.rate, self._title(), self._note()), encoding="utf-8")
+        elif file.suffix == ".gif":
+            self._save_gif(file)
+        else:
+            self._save_movie(file)
+        return file
+
+    def _repr_html_(self) -> str:
+        with tempfile.TemporaryDirectory() as folder:
+            picture = base64.b64encode(self.save(Path(folder, "run.gif")).read_bytes()).decode("ascii")
+        return f'<img alt="{self._title()}" src="data:image/gif;base64,{picture}">'
+
+    def _save_gif(self, file: Path) -> None:
+        from PIL import Image
+
+        pictures = [Image.fromarray(picture) for picture in self._stage.pictures()]
+        # One palette for all: colors then do not flicker from frame to frame.
+        palette = pictures[len(pictures) // 2].quantize(128)
+        first, *rest = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures)
+        # The format counts in hundredths of a second.
+        pause = 10 * max(1, round(100.0 / self.rate))
+        first.save(file, save_all=True, append_images=rest, duration=pause, loop=0, optimize=True)
+
+    def _save_movie(self, file: Path) -> None:
+        import matplotlib as mpl
+        from matplotlib import animation
+
+        ffmpeg = _ffmpeg()
+        self._stage.settle()
+        figure, count = self._stage.figure, len(self)
+        movie = animation.FuncAnimation(figure, self._stage.show, frames=count, cache_frame_data=False)
+        with mpl.rc_context():
+            mpl.rcParams["animation.ffmpeg_path"] = ffmpeg
+            movie.save(str(file), writer="ffmpeg", fps=self.rate)
+
+    def _title(self) -> str:
+        motion = self._stage.motion
+        bodies = ", ".join(plain_words(body.name) for body in motion.scene.bodies)
+        return f"Mechanism of {bodies}"
+
+    def _note(self) -> str:
+        motion = self._stage.motion
+        span = float(motion.t[motion.frames[-1]] - motion.t[motion.frames[0]])
+        slower = (len(self) - 1) / self.rate / span
+        text = f"{span:.4g} s of the run, {slower:.3g} times slower, with its {column_words(motion.output)}."
+        if motion.loose is not None:
+            name = plain_words(motion.loose.joint.name)
+            text += f" The center of the journal of the {name} is free in the dashed circle."
+        return text
+
+
+def animate(
+    run: RunLike,
+    output: str | None = None,
+    *,
+    joint: str | None = None,
+    start: float | None = None,
+    end: float | None = None,
+    frames: int = 120,
+    rate: int = 25,
+    size: tuple[float, float] = (10.0, 5.0),
+) -> Animation:
+    """Show a run as a moving picture: the mechanism as it was simulated, a loose joint, and one output.
+
+    The bodies are drawn where the run has them; nothing is assembled again. One clearance joint is magnified
+    beside the mechanism, with its clearance drawn much larger than it is, the journal at its true place in
+    it, and the contact force on the journal as an arrow. Below runs the plot of one output.
+
+    Parameters
+    ----------
+    run : Trajectory
+        What `simulate` returned; with the positions of all bodies, and all quantities of the joint.
+    output : str, optional
+        The output that is plotted; the normal force in the joint, or the first column, if not given.
+    joint : str, optional
+        The clearance joint to magnify; the first one if not given.
+    start, end : float, optional
+        Part of the run to show [s]; all of it if not given.
+    frames : int
+        Number of pictures [-], evenly chosen of the samples, 2 to 2000.
+    rate : int
+        Pictures a second [1/s], at most 100.
+    size : tuple of float
+        Width and height of the picture [inch], of 100 dots each.
+
+    Returns
+    -------
+    Animation
+        Its `save` writes GIF, HTML and MP4.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument is wrong, or the run lacks columns: the message names the outputs to ask for.
+
+    Examples
+    --------
+    >>> from chebclear import mechanisms, simulate
+    >>> run = simulate(mechanisms.slider_crank(), duration=0.003, samples=61)
+    >>> animate(run, "slider.vx", frames=10)
+    <Animation: 10 frames, 25 a second>
+    """
+    checks = Checks()
+    if not isinstance(getattr(run, "scene", None), Scene):
+        checks.add(f"run must be a run of a scene, got {run!r}", wrong_type=True)
+        checks.finish()
+    first, last = float(run.t[0]), float(min(run.t[-1], run.end_time))
+    since = checks.real("start", first if start is None else start, "s", least=first, most=last)
+    until = checks.real("end", last if end is None else end, "s", least=first, most=last)
+    count = checks.whole("frames", frames, least=2, most=MOST_FRAMES)
+    pace = checks.whole("rate", rate, least=1, most=MOST_RATE)
+    loose = [each.name for each in run.scene.joints if isinstance(each, ClearanceRevolute)]
+    if joint is not None and joint not in loose:
+        checks.add(f'unknown clearance joint "{joint}"{did_you_mean(joint, loose)}')
+    chosen = joint if joint is not None else loose[0] if loose else None
+    shown = output if output is not None else f"{chosen}.normal_force" if chosen else run.columns[0]
+    needed = [shown, *(f"{chosen}.{quantity}" for quantity in _JOINT_COLUMNS if chosen)]
+    missing = [name for name in dict.fromkeys(needed) if name not in run.columns]
+    if missing:
+        checks.add(
+            f"the run lacks {', '.join(missing)}: simulate with outputs=None, or with these among them"
+        )
+    checks.finish()
+    poses = simulated_poses(run)
+    known = np.isfinite(poses).all(axis=(1, 2)) & (run.t >= since) & (run.t <= until)
+    samples = np.flatnonzero(known)
+    if len(samples) < 2:
+        raise ValueError(f"fewer than two samples lie between start={since:g} and end={until:g} s")
+    picked = np.unique(np.linspace(0, len(samples) - 1, count).round().astype(np.int64))
+    stage = Stage(motion_of(run, poses, samples, picked, chosen, shown), size)
+    return Animation(stage, pace)
+
+
+def _ffmpeg() -> str:
+    """Where ffmpeg is."""
+    import matplotlib as mpl
+
+    found = shutil.which(str(mpl.rcParams["animation.ffmpeg_path"]))
+    if found is not None:
+        return found
+    try:
+        packaged = importlib.import_module("imageio_ffmpeg")
+    except ImportError:
+        raise RuntimeError(
+            "an MP4 needs ffmpeg: install it, or the package imageio-ffmpeg, or save a .gif or .html"
+        ) from None
+    return str(packaged.get_ffmpeg_exe())

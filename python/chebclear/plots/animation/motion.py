@@ -1,0 +1,178 @@
+"""What moves in an animation: strokes with their transforms, the loose joint, one output; frame by frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...scene.columns import column_unit
+from ...scene.scene import ClearanceRevolute, Prismatic, Scene
+from ..drawing.pen import strokes_of
+from ..drawing.pose import GROUND, Pose, owner_of
+from ..drawing.strokes import Owner, Stroke
+from ..drawing.symbols import along
+
+if TYPE_CHECKING:
+    from ..subjects import RunLike
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LooseJoint:
+    """What one clearance joint does in an animation."""
+
+    joint: ClearanceRevolute
+    """The joint."""
+    colors: tuple[str, str]
+    """Colors of the bodies that hold the bearing and the journal."""
+    eccentricity: Array
+    """From the center of the bearing to that of the journal at every sample [m], shape (samples, 2)."""
+    force: Array
+    """Contact force on the journal at every sample [N], shape (samples, 2)."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A part of a run as an animation shows it."""
+
+    scene: Scene
+    """What was simulated."""
+    t: Array
+    """Instants of the samples that are shown [s], shape (samples,)."""
+    frames: NDArray[np.int64]
+    """Which of the samples are frames, shape (frames,)."""
+    strokes: tuple[Stroke, ...]
+    """The mechanism at the first frame."""
+    transforms: dict[Owner, Array]
+    """How each owner has moved since the first frame: ``(a, b, c, d, e, f)`` of x' = a x + c y + e and
+    y' = b x + d y + f, shape (frames, 6)."""
+    loose: LooseJoint | None
+    """The joint that is magnified; None without one."""
+    output: str
+    """Name of the output."""
+    values: Array
+    """The output at every sample, in its unit, shape (samples,)."""
+
+    @property
+    def unit(self) -> str:
+        """Unit of the output."""
+        return column_unit(self.output)
+
+    def view(self) -> tuple[Array, Array]:
+        """Lowest and highest corner of all that is drawn in any frame [m]."""
+        lows, highs = [], []
+        for stroke in self.strokes:
+            points = moved(self.transforms[stroke.owner], stroke.points)
+            lows.append(points.min(axis=(0, 1)) - stroke.radius)
+            highs.append(points.max(axis=(0, 1)) + stroke.radius)
+        return np.min(lows, axis=0), np.max(highs, axis=0)
+
+
+def moved(transforms: Array, points: Array) -> Array:
+    """Points after each of the transforms, shape (frames, points, 2)."""
+    matrices = transforms[:, :4].reshape(-1, 2, 2)  # the rows are what the unit vectors become
+    shifted: Array = points @ matrices + transforms[:, None, 4:]
+    return shifted
+
+
+def motion_of(
+    run: RunLike,
+    poses: Array,
+    samples: NDArray[np.int64],
+    frames: NDArray[np.int64],
+    joint: str | None,
+    output: str,
+) -> Motion:
+    """Prepare an animation.
+
+    Parameters
+    ----------
+    run : Trajectory
+        The run.
+    poses : ndarray, shape (samples of the run, bodies, 3)
+        Origins and angles of all bodies.
+    samples : ndarray of int
+        Samples of the run that are shown.
+    frames : ndarray of int
+        Which of them are frames.
+    joint : str or None
+        The clearance joint that is magnified.
+    output : str
+        Name of a column of the run.
+
+    Returns
+    -------
+    Motion
+    """
+    moments = [Pose(run.scene, poses[index]) for index in samples[frames]]
+    pen = strokes_of(moments[0], travel=_travels(moments))
+    owners = dict.fromkeys(stroke.owner for stroke in pen.strokes)
+    return Motion(
+        scene=run.scene,
+        t=run.t[samples],
+        frames=frames,
+        strokes=tuple(sorted(pen.strokes, key=lambda stroke: stroke.layer)),
+        transforms={
+            owner: np.array([_since(moments[0], pose, owner) for pose in moments]) for owner in owners
+        },
+        loose=None if joint is None else _loose(run, joint, samples, moments[0]),
+        output=output,
+        values=run[output][samples],
+    )
+
+
+def _since(first: Pose, pose: Pose, owner: Owner) -> Array:
+    """The transform of an owner between two poses."""
+    if owner == GROUND:
+        return np.array([1.0, 0.0, 0.0, 1.0, 0.0, 0.0])
+    if isinstance(owner, str):
+        start, end = first.places[owner], pose.places[owner]
+        turn = end[2] - start[2]
+        sine, cosine = np.sin(turn), np.cos(turn)
+        matrix = np.array([[cosine, sine], [-sine, cosine]])
+        return _about(np.array(start[:2]), np.array(end[:2]), matrix)
+    before, after = (np.array([each.at(end) for end in owner]) for each in (first, pose))
+    matrix = np.eye(2)
+    if owner[0] != owner[1]:
+        # Stretched along the line between the points, as wide as before.
+        way, across, length = along(*before)
+        new_way, new_across, new_length = along(*after)
+        matrix = np.outer(way, new_way) * (new_length / length if length > 0.0 else 1.0) + np.outer(
+            across, new_across
+        )
+    return _about(before[0], after[0], matrix)
+
+
+def _about(start: Array, end: Array, matrix: Array) -> Array:
+    """The transform that takes one point to another and turns or stretches what is around it."""
+    return np.concatenate([matrix.ravel(), end - start @ matrix])
+
+
+def _travels(moments: list[Pose]) -> dict[str, tuple[float, float]]:
+    """How far the block of each guide goes back and forth from where it is in the first frame [m]."""
+    travels = {}
+    for joint in moments[0].scene.joints:
+        if isinstance(joint, Prismatic):
+            places = [
+                float((pose.at(joint.b) - pose.at(joint.a)) @ pose.direction(joint.axis, owner_of(joint.a)))
+                for pose in moments
+            ]
+            travels[joint.name] = (min(places) - places[0], max(places) - places[0])
+    return travels
+
+
+def _loose(run: RunLike, name: str, samples: NDArray[np.int64], pose: Pose) -> LooseJoint:
+    joint = next(joint for joint in run.scene.joints if joint.name == name)
+    assert isinstance(joint, ClearanceRevolute)
+    eccentricity = np.column_stack([run[f"{name}.eccentricity_{axis}"][samples] for axis in "xy"])
+    size = np.hypot(*eccentricity.T)
+    normal = eccentricity / np.where(size > 0.0, size, 1.0)[:, None]
+    tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
+    pressed, dragged = (run[f"{name}.{kind}_force"][samples][:, None] for kind in ("normal", "friction"))
+    colors = pose.colors[owner_of(joint.bearing)], pose.colors[owner_of(joint.journal)]
+    # On the journal the normal force points back to the center of the bearing.
+    return LooseJoint(joint, colors, eccentricity, dragged * tangent - pressed * normal)

@@ -1,0 +1,211 @@
+"""Animations: bodies where the run has them, pages without network, files that players open."""
+
+import json
+import re
+import shutil
+import sys
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear.plots.animation import animate as module
+from chebclear.plots.animation.motion import motion_of, moved
+from chebclear.plots.animation.stage import GAP, arrow, drawn_path
+from chebclear.plots.drawing.pose import Pose, simulated_poses
+from PIL import Image
+
+
+def press():
+    """A crank that turns a rod, whose loose wrist presses a ram on a spring."""
+    return cc.Scene(
+        bodies=[
+            cc.Body("crank", 1.0, 1e-3, points={"A": (0.0, 0.0), "B": (0.05, 0.0)}, angle=0.5),
+            cc.Body("rod", 0.8, 2e-3, (0.06, 0.01), points={"B": (0.0, 0.0), "C": (0.16, 0.0)}, angle=-0.15),
+            cc.Body("ram", 2.0, 1e-3, points={"C": (0.0, 0.0), "tool": (0.03, 0.0)}),
+        ],
+        joints=[
+            cc.Revolute("bearing", "ground.A", "crank.A"),
+            cc.Revolute("pin", "crank.B", "rod.B"),
+            cc.ClearanceRevolute("wrist", "rod.C", "ram.C", 0.01, 5e-5, cc.Flores(1e10, 0.8)),
+            cc.Prismatic("guide", "ground.A", "ram.C", axis=(1.0, 0.0)),
+        ],
+        forces=[
+            cc.Spring("spring", "ground.wall", "ram.tool", stiffness=2000.0, length=0.12, damping=5.0),
+            cc.Force("load", "ram.tool", x=-40.0, y=0.0),
+            cc.TorsionDamper("oil", "ground", "crank", damping=0.2),
+            cc.Gravity((0.0, -9.81)),
+        ],
+        ground={"A": (0.0, 0.0), "wall": (0.36, 0.0)},
+        start=[cc.JointStart("bearing", velocity=40.0)],
+    )
+
+
+@pytest.fixture(scope="module")
+def run():
+    return cc.simulate(press(), duration=0.1, samples=801)
+
+
+@pytest.fixture(scope="module")
+def motion(run):
+    samples = np.arange(len(run.t))
+    frames = np.linspace(0, 800, 9).astype(int)
+    return motion_of(run, simulated_poses(run), samples, frames, "wrist", "ram.vx")
+
+
+def test_every_stroke_goes_with_what_it_belongs_to(run, motion):
+    poses = simulated_poses(run)
+    first = Pose(run.scene, poses[0])
+    for number, sample in enumerate(motion.frames):
+        pose = Pose(run.scene, poses[sample])
+        ends = ["ground.wall", "crank.B", "rod.B", "rod.C", "rod.center_of_mass", "ram.C", "ram.tool"]
+        for end in ends:
+            own = moved(motion.transforms[end.split(".")[0]], first.at(end)[None, :])[number, 0]
+            np.testing.assert_allclose(own, pose.at(end), rtol=0.0, atol=1e-15)
+        # A spring reaches from end to end, and does not become wider.
+        stretched = motion.transforms["ground.wall", "ram.tool"]
+        for end in ("ground.wall", "ram.tool"):
+            np.testing.assert_allclose(
+                moved(stretched, first.at(end)[None, :])[number, 0], pose.at(end), rtol=0.0, atol=1e-15
+            )
+        beside = moved(stretched, (first.at("ram.tool") + np.array([0.0, 0.01]))[None, :])[number, 0]
+        np.testing.assert_allclose(beside - pose.at("ram.tool"), [0.0, 0.01], rtol=0.0, atol=1e-15)
+        # A force given on ground's axes follows its point without turning.
+        follows = motion.transforms["ram.tool", "ram.tool"][number]
+        np.testing.assert_allclose(follows[:4], [1.0, 0.0, 0.0, 1.0])
+
+
+def test_centers_of_mass_are_the_columns_of_the_run(run, motion):
+    crosses = [stroke for stroke in motion.strokes if stroke.owner == "rod" and stroke.layer == 6]
+    assert len(crosses) == 2
+    for stroke in crosses:
+        middle = moved(motion.transforms["rod"], stroke.points).mean(axis=1)
+        there = np.column_stack([run["rod.x"], run["rod.y"]])[motion.frames]
+        np.testing.assert_allclose(middle, there, rtol=0.0, atol=1e-15)
+
+
+def test_the_rail_holds_the_block_in_every_frame(motion):
+    blocks = [stroke for stroke in motion.strokes if stroke.kind == "area" and stroke.layer == 1.5]
+    reach = moved(motion.transforms["ram"], blocks[0].points)[..., 0]
+    rails = [
+        stroke.points[:, 0]
+        for stroke in motion.strokes
+        if stroke.owner == "ground" and len(stroke.points) == 2
+    ]
+    low, high = min(map(np.min, rails)), max(rail.max() for rail in rails if rail.max() < 0.3)
+    assert low < reach.min() and reach.max() < high
+
+
+def test_the_journal_and_the_arrow_are_those_of_the_contact(run, motion):
+    loose = motion.loose
+    path = drawn_path(loose)
+    np.testing.assert_allclose(
+        np.hypot(*path.T), GAP * run["wrist.eccentricity"] / 5e-5, rtol=1e-6, atol=1e-9
+    )
+    force = np.hypot(run["wrist.normal_force"], run["wrist.friction_force"])
+    np.testing.assert_allclose(np.hypot(*loose.force.T), force, rtol=1e-12)
+    pressed = run["wrist.normal_force"] > 0.0
+    # The normal force pushes the journal back inside.
+    assert np.all(np.sum(loose.force * loose.eccentricity, axis=1)[pressed] < 0.0)
+    sample = int(np.flatnonzero(pressed)[0])
+    tail, tip = arrow(loose, np.arange(len(path)), sample)
+    np.testing.assert_allclose(np.hypot(*(tip - path[sample])), 1.0)  # on the surface of the journal
+    way = (tip - tail) / np.hypot(*(tip - tail))
+    np.testing.assert_allclose(way, loose.force[sample] / force[sample], rtol=1e-9, atol=1e-9)
+    free = int(np.flatnonzero(~pressed)[0])
+    tail, tip = arrow(loose, np.arange(len(path)), free)
+    assert np.array_equal(tail, tip)
+
+
+def test_the_page_needs_no_network_and_holds_the_motion(run, tmp_path):
+    animation = cc.animate(run, "ram.vx", frames=7)
+    assert (len(animation), repr(animation)) == (7, "<Animation: 7 frames, 25 a second>")
+    text = animation.save(tmp_path / "press.html").read_text(encoding="utf-8")
+    outside = re.sub(r"base64,[A-Za-z0-9+/=]*", "base64,", text)
+    assert not re.search(r"https?:|//[a-z]|url\(|@import|<link|src=\"(?!data:)|href=\"(?!data:)", outside)
+    assert "default-src 'none'" in text and '<html lang="en">' in text and text.count("<h1>") == 1
+    data = json.loads(re.search(r'<script id="motion" type="application/json">(.*?)</script>', text)[1])
+    assert len(data["time"]) == 7 and all(len(rows) == 7 for rows in data["owners"])
+    assert data["time"][-1] == "t = 0.10000 s"
+    ids = set(re.findall(r'id="(\w+)"', text))
+    assert {*data["shifts"], *data["shapes"], *data["paths"], *data["texts"]} <= ids
+    assert max(map(int, re.findall(r'data-owner="(\d+)"', text))) < len(data["owners"])
+    for path in data["paths"].values():
+        assert path["until"][-1] == len(path["points"]) and path["until"] == sorted(path["until"])
+    # The ram slides to the right on the page as it does in the run.
+    frames = np.linspace(0, 800, 7).round().astype(int)
+    shifts = [np.array([float(row.split()[4]) for row in rows]) for rows in data["owners"]]
+    travel = run["ram.x"][frames] - run["ram.x"][0]
+    fits = [np.corrcoef(shift, travel)[0, 1] for shift in shifts if np.ptp(shift) > 0.0]
+    assert max(fits) > 1.0 - 1e-9
+
+
+def test_a_gif_has_all_frames(run, tmp_path):
+    animation = cc.animate(run, frames=5, rate=10, size=(6.0, 3.0))
+    file = animation.save(tmp_path / "press.gif")
+    with Image.open(file) as picture:
+        assert (picture.format, picture.n_frames, picture.size) == ("GIF", 5, (600, 300))
+        assert picture.info["duration"] == 100 and picture.info["loop"] == 0
+        first = np.asarray(picture.convert("RGB")).astype(int)
+        picture.seek(3)
+        assert np.abs(np.asarray(picture.convert("RGB")).astype(int) - first).max() > 100
+    shown = animation._repr_html_()
+    assert (
+        shown.startswith('<img alt="Mechanism of crank, rod, ram" src="data:image/gif;base64,')
+        and "<script" not in shown
+    )
+
+
+def test_a_still_shows_its_instant(run):
+    figure = cc.animate(run, "ram.vx", frames=5).figure(-1)
+    words = {text.get_text() for ax in figure.axes for text in ax.texts}
+    assert "t = 0.10000 s" in words
+    plot = figure.axes[2]
+    np.testing.assert_array_equal(plot.lines[1].get_ydata(), run["ram.vx"])
+    assert plot.get_ylabel().replace("\n", " ") == "x velocity of ram [m/s]"
+    assert figure.axes[1].get_title().startswith("wrist, clearance drawn 70 times larger")
+
+
+def test_without_clearance_there_is_nothing_to_magnify(tmp_path):
+    scene = cc.mechanisms.four_bar(clearance_at=())
+    run = cc.simulate(scene, duration=scene.period, samples=101)
+    animation = cc.animate(run, frames=4)
+    assert len(animation.figure().axes) == 2
+    assert "trail" not in animation.save(tmp_path / "bar.html").read_text(encoding="utf-8")
+
+
+def test_what_is_wrong_is_said(run, tmp_path):
+    with pytest.raises(ValueError, match=r"saved as \.gif, \.html, \.mp4, got 'press\.avi'"):
+        cc.animate(run, frames=3).save(tmp_path / "press.avi")
+    with pytest.raises(TypeError, match="run must be a run of a scene"):
+        cc.animate(run.scene)
+    with pytest.raises(ValueError, match='unknown clearance joint "wirst"; did you mean "wrist"') as caught:
+        cc.animate(run, joint="wirst", frames=1, start=-1.0)
+    assert "frames must be" in str(caught.value) and "start must be" in str(caught.value)
+    with pytest.raises(ValueError, match=r"the run lacks spring\.force: simulate with outputs=None, or with"):
+        cc.animate(run, "spring.force")
+    short = cc.simulate(press(), duration=0.01, samples=11, outputs=["wrist.*", "ram.*"])
+    with pytest.raises(ValueError, match=r"lacks positions of bodies: crank\.x, .*outputs="):
+        cc.animate(short)
+
+
+def test_an_mp4_needs_ffmpeg(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    with pytest.raises(RuntimeError, match="an MP4 needs ffmpeg: install it, or the package imageio-ffmpeg"):
+        cc.animate(run, frames=3).save(tmp_path / "press.mp4")
+
+
+def test_an_mp4_is_one(run, tmp_path):
+    try:
+        module._ffmpeg()
+    except RuntimeError as error:
+        pytest.skip(str(error))
+    file = cc.animate(run, frames=3, size=(4.0, 2.0)).save(tmp_path / "press.mp4")
+    assert file.read_bytes()[4:8] == b"ftyp"
+
+
+def test_a_run_that_ended_early_is_shown_until_then():
+    run = cc.simulate(cc.mechanisms.slider_crank(), 0.06, 601, max_steps=500, on_failure="return")
+    animation = cc.animate(run, frames=10)
+    assert animation.figure(-1) is not None
+    assert animation._stage.motion.t[-1] <= run.end_time
