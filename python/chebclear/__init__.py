@@ -17,6 +17,7 @@ from .plots.drawing.scene import plot_scene
 from .plots.runs import plot_contacts, plot_orbit, plot_poincare, plot_trajectory
 from .plots.spectra import plot_spectrogram
 from .run.accuracy import ErrorEstimate
+from .run.contacts import Contact, Contacts, Event, Events
 from .run.features import (
     Extremum,
     Feature,
@@ -35,7 +36,7 @@ from .run.features import (
 )
 from .run.settings import Settings
 from .run.simulation import simulate
-from .run.trajectory import Contacts, EndState, Events, Stats, Trajectory
+from .run.trajectory import EndState, Stats, Trajectory
 from .scene.scene import (
     Body,
     BodyStart,
@@ -97,12 +98,14 @@ __all__ = [
     "ClearanceRevolute",
     "ClearanceStart",
     "Comparison",
+    "Contact",
     "Contacts",
     "Damper",
     "Effects",
     "EndState",
     "ErrorEstimate",
     "Estimate",
+    "Event",
     "Events",
     "Extremum",
     "Feature",

@@ -20,6 +20,8 @@ from zlib import error as ZlibError
 import numpy as np
 from numpy.typing import NDArray
 
+from .shown import Shown
+
 FORMAT = 1
 """Number of the file format; raised when a file can no longer be read the old way."""
 
@@ -220,7 +222,7 @@ def same(first: Any, second: Any) -> bool:
     return bool(first == second) or (first != first and second != second)
 
 
-class ArrayRecord:
+class ArrayRecord(Shown):
     """Base of results: frozen dataclasses that hold read-only arrays, equal if all their fields are."""
 
     __hash__ = None  # type: ignore[assignment]
@@ -243,20 +245,3 @@ class ArrayRecord:
 
     def __eq__(self, other: object) -> bool:
         return same(self, other) if type(other) is type(self) else NotImplemented
-
-    def __repr__(self) -> str:
-        fields = dataclasses.fields(self)  # type: ignore[arg-type]
-        shown = (f"{field.name}={_short(getattr(self, field.name))}" for field in fields)
-        return f"{type(self).__name__}({', '.join(shown)})"
-
-
-def _short(value: object) -> str:
-    """A value in a line: arrays by their shape, long collections by their length."""
-    if isinstance(value, np.ndarray):
-        return f"<array {value.shape}>"
-    text = repr(value)
-    if len(text) <= 80:
-        return text
-    if isinstance(value, tuple | list | dict):
-        return f"<{len(value)} entries>"
-    return f"<{type(value).__name__}>"

@@ -8,7 +8,7 @@ range that the output has in the whole run.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base import files as records
+from ..base.named import Named
 from ..base.units import unit
 from .names import output_meant
 
@@ -135,7 +136,7 @@ class OutputError(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ErrorEstimate(records.ArrayRecord):
+class ErrorEstimate(records.ArrayRecord, Named[OutputError]):
     """What two companion runs tell of the errors of a run.
 
     One has a tenth of its tolerances, the other a hundredth and another method. ``estimate["slider.vx"]`` is
@@ -161,10 +162,14 @@ class ErrorEstimate(records.ArrayRecord):
     compared_until: float = field(metadata=unit("s"))
     """End of the time that the run and both companions have reached [s]."""
 
-    def __getitem__(self, column: str) -> OutputError:
-        if column not in self.columns:
-            raise KeyError(f'unknown column "{column}"{output_meant(column, self.columns)}')
-        index = self.columns.index(column)
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return self.columns
+
+    def _entry(self, name: str) -> OutputError:
+        if name not in self.columns:
+            raise KeyError(f'unknown column "{name}"{output_meant(name, self.columns)}')
+        index = self.columns.index(name)
         horizon = float(self.horizon[index])
         # Of two companions that are done none ended before the run.
         ended = self.status != "done" and horizon == self.compared_until
@@ -175,8 +180,15 @@ class ErrorEstimate(records.ArrayRecord):
             math.isfinite(horizon) and not ended,
         )
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.columns)
+    def __repr__(self) -> str:
+        errors = [self._entry(name) for name in self.columns]
+        relative = np.array([error.relative for error in errors])
+        head = f"<ErrorEstimate of {len(errors)} outputs from runs up to rtol {self.rtol:g}, {self.status}"
+        if not np.isfinite(relative).any():
+            return f"{head}>"
+        worst = int(np.nanargmax(relative))
+        told = f"largest difference {relative[worst]:.2g} of the range, in {self.columns[worst]}"
+        return f"{head}:\n  {told}; {sum(error.parted for error in errors)} outputs parted>"
 
     @classmethod
     def between(

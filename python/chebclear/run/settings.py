@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import fnmatch
 import json
 import os
 from collections.abc import Iterable, Mapping
@@ -11,6 +10,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..base.arguments import Checks
+from ..base.named import matching
+from ..base.shown import Shown
 from ..base.units import unit
 from ..scene.scene import ClearanceRevolute, Scene
 from .features import JOINT_KINDS, Feature, checked_features
@@ -29,8 +30,8 @@ MOST_CYCLES = 1_000_000
 _MANY_SAMPLES = 1_000_000
 
 
-@dataclass(frozen=True)
-class Settings:
+@dataclass(frozen=True, repr=False)
+class Settings(Shown):
     """How a simulation is run."""
 
     duration: float = field(metadata=unit("s"))
@@ -133,18 +134,13 @@ class Settings:
         checks = Checks()
         names: dict[str, None] = {}
         for name in self.outputs:
-            found = [name] if name in columns else _matching(columns, name)
+            found = [name] if name in columns else matching(columns, name)
             if not found:
                 checks.add(f'unknown output "{name}"{output_meant(name, columns)}')
             names |= dict.fromkeys(found)
         checks.finish()
         _require_room(runs, self.samples, len(names))
         return dataclasses.replace(self, outputs=tuple(names))
-
-
-def _matching(columns: Iterable[str], pattern: str) -> list[str]:
-    """Columns that a pattern stands for; ``fnmatch.filter`` would be blind to case on Windows."""
-    return [column for column in columns if fnmatch.fnmatchcase(column, pattern)]
 
 
 def require_features(scene: Scene, features: Iterable[Feature]) -> None:

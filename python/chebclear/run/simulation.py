@@ -14,10 +14,11 @@ from ..base.progress import bar, is_request
 from ..errors import ChebclearWarning, SimulationError
 from ..scene.scene import Scene
 from .accuracy import ErrorEstimate
+from .contacts import Contacts, Events
 from .continuation import continuation
 from .features import Feature
 from .settings import LEAST_RTOL, MAX_EVENTS, MAX_STEPS, Settings
-from .trajectory import Contacts, EndState, Events, Stats, Trajectory
+from .trajectory import EndState, Stats, Trajectory
 
 # The companion runs of an error estimate have the tolerances of the run divided by these. The second takes
 # another method: one companion, or two of one method, too often share the error of the run

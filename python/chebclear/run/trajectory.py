@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -16,12 +16,15 @@ from numpy.typing import NDArray
 
 from ..base import files as records
 from ..base.arguments import Checks
+from ..base.named import Named
+from ..base.shown import Shown
 from ..base.units import unit
 from ..data.dataset import Dataset
 from ..data.exports import Exports
 from ..report import html
 from ..scene.scene import Scene
 from .accuracy import ErrorEstimate
+from .contacts import Contacts, Events
 from .dataset import common_facts, run_dataset
 from .features import EXTREMA, Extremum, Feature
 from .names import output_meant
@@ -32,8 +35,6 @@ from .tracking import settling_time, simulate_features
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .._core import _Contacts, _Events
-
 Array = NDArray[np.float64]
 
 # How the fields of an error estimate are written to a file.
@@ -41,8 +42,8 @@ _ERROR_ARRAYS = ("max_difference", "ranges", "horizon")
 _ERROR_FACTS = ("rtol", "status", "compared_until")
 
 
-@dataclass(frozen=True)
-class Stats:
+@dataclass(frozen=True, repr=False)
+class Stats(Shown):
     """What a simulation cost, in counts that do not depend on the machine."""
 
     steps: int
@@ -75,71 +76,6 @@ class Stats:
     """When it was taken [s]."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Events(records.ArrayRecord):
-    """Changes of contact, in the order of time."""
-
-    time: Array = field(metadata=unit("s"))
-    """When [s]."""
-    joint: NDArray[np.str_]
-    """Name of the clearance joint."""
-    kind: NDArray[np.str_]
-    """``"onset"``, ``"separation"``, or ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0."""
-    normal_velocity: Array = field(metadata=unit("m/s"))
-    """Penetration rate at that instant [m/s]."""
-
-    def __len__(self) -> int:
-        return len(self.time)
-
-    @classmethod
-    def of(cls, table: _Events) -> Events:
-        """The events as the core tells them."""
-        return cls(
-            time=table["time"],
-            joint=np.array(table["joint"], dtype=np.str_),
-            kind=np.array(table["kind"], dtype=np.str_),
-            normal_velocity=table["normal_velocity"],
-        )
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Contacts(records.ArrayRecord):
-    """Contacts from onset to separation, in the order of their onsets."""
-
-    joint: NDArray[np.str_]
-    """Name of the clearance joint."""
-    onset: Array = field(metadata=unit("s"))
-    """When journal and bearing touched [s]."""
-    separation: Array = field(metadata=unit("s"))
-    """When they parted [s]; NaN if the run, or the skipped time, ended in contact."""
-    impact_velocity: Array = field(metadata=unit("m/s"))
-    """Penetration rate at the onset [m/s]; NaN if the run began in contact."""
-    peak_force: Array = field(metadata=unit("N"))
-    """Largest normal force [N]; if the contact lasts from the skipped into the sampled time, that of each."""
-    peak_time: Array = field(metadata=unit("s"))
-    """When it acted [s]."""
-
-    def __len__(self) -> int:
-        return len(self.onset)
-
-    @classmethod
-    def of(cls, table: _Contacts) -> Contacts:
-        """The contacts as the core tells them."""
-        return cls(
-            joint=np.array(table["joint"], dtype=np.str_),
-            onset=table["onset"],
-            separation=table["separation"],
-            impact_velocity=table["impact_velocity"],
-            peak_force=table["peak_force"],
-            peak_time=table["peak_time"],
-        )
-
-    @property
-    def duration(self) -> Array:
-        """Separation minus onset [s]."""
-        return self.separation - self.onset
-
-
 @dataclass(frozen=True, repr=False)
 class EndState:
     """Where a simulation ended, for another one to start from: `simulate(scene, ..., start=run.end)`."""
@@ -159,8 +95,11 @@ class EndState:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(records.ArrayRecord, Exports):
-    """The result of one simulation; ``run["slider.x"]`` is the column of that name.
+class Trajectory(records.ArrayRecord, Exports, Named[Array]):
+    """The result of one simulation: ``run["slider.x"]`` is a column, ``run["slider.*"]`` a dict of columns.
+
+    A mapping from the names of the columns to views of shape (samples,): ``in``, ``len``, ``keys()``,
+    ``items()`` and ``dict(run)`` work; ``run.values`` is the array of all columns, as in pandas.
 
     Trajectories compare (NaN equals NaN), copy, pickle, save and load. Their arrays are read-only: change a
     copy.
@@ -170,7 +109,7 @@ class Trajectory(records.ArrayRecord, Exports):
     """Instants of the samples [s], shape (samples,)."""
     columns: tuple[str, ...]
     """Names of the columns."""
-    values: Array
+    values: Array = field()  # type: ignore[assignment] # an array, as in pandas, not the method of a mapping
     """All columns in SI units, shape (samples, columns); NaN after a failure."""
     events: Events
     """Changes of contact in the sampled time."""
@@ -217,12 +156,12 @@ class Trajectory(records.ArrayRecord, Exports):
         end = "" if self.success else f" at {self.end_time:g} s"
         return f"<Trajectory: {size} {start}to t = {self.t[-1]:g} s, {self.status}{end}>"
 
-    def __getitem__(self, column: str) -> Array:
-        """A view of one column, shape (samples,)."""
-        return self.values[:, column_index(self.columns, column, self.scene)]
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return self.columns
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.columns)
+    def _entry(self, name: str) -> Array:
+        return self.values[:, column_index(self.columns, name, self.scene)]
 
     def dataset(self) -> Dataset:
         """The samples and the tables of contacts as named arrays with units; see `Exports`.

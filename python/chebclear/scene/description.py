@@ -10,6 +10,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, Protocol
 
 from ..base.arguments import as_number
+from ..base.shown import listed
 from ..base.units import units
 from ..errors import SceneError
 from .parts import Body, ClearanceRevolute, Inspection, Prismatic
@@ -33,6 +34,22 @@ class Described(Protocol):
     def check(self) -> Inspection: ...
 
 
+def summarize_scene(scene: Described) -> str:
+    """The text of ``repr(scene)``: how many parts there are and their names, of many only the first ones."""
+    parts = {name: _parts(getattr(scene, name)) for name in scene._choices}
+    lines = [f"<Scene: {_counts(parts)}"]
+    for name, found in parts.items():
+        if found:
+            names = (str(getattr(part, "name", None) or type(part).__name__.lower()) for part in found)
+            lines.append(f"  {name}: {listed(names)}")
+    clearances = [part for part in parts["joints"] if isinstance(part, ClearanceRevolute)]
+    if clearances:
+        lines.append(
+            f"  clearance: {listed(f'{part.name} {_number(part.clearance)} m' for part in clearances)}"
+        )
+    return "\n".join(lines) + ">"
+
+
 def describe_scene(scene: Described) -> str:
     """The text of `Scene.describe`.
 
@@ -50,10 +67,7 @@ def describe_scene(scene: Described) -> str:
     except SceneError as error:
         facts, problems = None, error.problems
     parts = {name: _parts(getattr(scene, name)) for name in scene._choices}
-    # A scene need not say how it starts.
-    counted = {name: found for name, found in parts.items() if found or name != "start"}
-    counts = ", ".join(f"{len(found)} {_plural(name, len(found))}" for name, found in counted.items())
-    lines = [counts]
+    lines = [_counts(parts)]
     if isinstance(scene.ground, Points) and scene.ground:
         lines += ["", f"ground: points [m] {_points(scene.ground)}"]
     lines += ["", "bodies", *_bodies(parts["bodies"], facts)]
@@ -75,6 +89,12 @@ def describe_scene(scene: Described) -> str:
 
 def _parts(value: Any) -> tuple[Any, ...]:
     return value if isinstance(value, tuple) else ()
+
+
+def _counts(parts: Mapping[str, Sequence[Any]]) -> str:
+    # A scene need not say how it starts.
+    counted = {name: found for name, found in parts.items() if found or name != "start"}
+    return ", ".join(f"{len(found)} {_plural(name, len(found))}" for name, found in counted.items())
 
 
 def _plural(name: str, count: int) -> str:

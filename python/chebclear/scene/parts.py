@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar, TypeAlias
 
+from ..base.shown import Shown
 from ..base.units import unit
 from .forces import Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
 from .laws import (
@@ -176,8 +177,8 @@ Drive: TypeAlias = Speed | Motion
 Start: TypeAlias = JointStart | BodyStart | ClearanceStart
 
 
-@dataclass(frozen=True)
-class Inspection:
+@dataclass(frozen=True, repr=False)
+class Inspection(Shown):
     """What the core made of a scene; see `Scene.check`."""
 
     degrees_of_freedom: int

@@ -26,7 +26,7 @@ from ..base.quantities import interval as interval
 from ..base.quantities import rpm as rpm
 from ..base.units import unit
 from ..errors import Problem, SceneError
-from .description import describe_scene
+from .description import describe_scene, summarize_scene
 from .forces import Damper as Damper
 from .forces import Force as Force
 from .forces import Gravity as Gravity
@@ -63,7 +63,7 @@ from .parts import Start as Start
 from .schema import Part, Points, Vector, at_or_below, read, write
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Scene(Part):
     """A mechanism as the user describes it.
 
@@ -135,6 +135,9 @@ class Scene(Part):
         ]
         if turned:
             object.__setattr__(self, "bodies", tuple(turned))
+
+    def __repr__(self) -> str:
+        return summarize_scene(self)
 
     def to_json(self, indent: int | None = None) -> str:
         """The scene as JSON text; `from_json` reads the same scene back, bit for bit.

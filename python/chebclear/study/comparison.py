@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
+from ..base.named import Named
+from ..base.shown import Shown, shortened
 from ..base.units import unit
 from ..run.trajectory import column_index
 from .results import StudyResult
@@ -18,8 +19,8 @@ from .results import StudyResult
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class BoundErrors:
+@dataclass(frozen=True, repr=False)
+class BoundErrors(Shown):
     """How the bounds of one output differ from reference bounds, over a span of time."""
 
     lower: float
@@ -39,8 +40,8 @@ class BoundErrors:
         return float(getattr(self, name))
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Named[BoundErrors]):
     """Comparison of two studies; ``comparison["slider.vx"]`` holds the `BoundErrors` of that output."""
 
     errors: dict[str, BoundErrors]
@@ -50,15 +51,16 @@ class Comparison:
     end: float = field(metadata=unit("s"))
     """Last instant compared [s]."""
 
-    def __getitem__(self, output: str) -> BoundErrors:
-        column_index(list(self.errors), output)
-        return self.errors[output]
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(self.errors)
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.errors)
+    def _entry(self, name: str) -> BoundErrors:
+        column_index(list(self.errors), name)
+        return self.errors[name]
 
-    def __len__(self) -> int:
-        return len(self.errors)
+    def __repr__(self) -> str:
+        return "\n".join(shortened(str(self).splitlines()))
 
     def to_dict(self) -> dict[str, dict[str, float]]:
         """Plain numbers: for each output the fields of `BoundErrors`, relative ones as fractions [-]."""

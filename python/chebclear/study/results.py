@@ -5,15 +5,17 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence, ValuesView
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..base import files as records
+from ..base.named import Named
+from ..base.shown import listed
 from ..data.dataset import Dataset
 from ..data.exports import Exports
 from ..report import html
@@ -42,8 +44,11 @@ class Extendable(Protocol):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StudyResult(records.ArrayRecord, Exports):
+class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     """The bands of all outputs of a study; ``result["slider.vx"]`` is the `Band` of that output.
+
+    A mapping from the names of the outputs to their bands: ``in``, ``len``, ``keys()``, ``items()`` and
+    ``values()`` work, and ``result["slider.*"]`` is a dict of bands.
 
     Results compare (NaN equals NaN), copy, pickle, save and load. Their arrays are read-only: change a copy.
     """
@@ -122,14 +127,15 @@ class StudyResult(records.ArrayRecord, Exports):
         how = self.kind
         if self.degrees is not None:
             how += f" of degree {' x '.join(map(str, self.degrees))}"
-        return f"<StudyResult: {how}, {len(self.parameters)} runs, {', '.join(self.outputs)}>"
+        return f"<StudyResult: {how}, {len(self.parameters)} runs, {listed(self.outputs, most=4)}>"
 
-    def __getitem__(self, output: str) -> Band:
-        column_index(self.outputs, output, self.scene)
-        return self.bands[output]
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return self.outputs
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.bands)
+    def _entry(self, name: str) -> Band:
+        column_index(self.outputs, name, self.scene)
+        return self.bands[name]
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -190,9 +196,24 @@ class StudyResult(records.ArrayRecord, Exports):
             raise ValueError("a result that was copied or loaded does not know its study: make it again")
         return self.study.extended(self, runs, include)
 
-    def values(self, output: str) -> Array:
-        """Values of an output in every run, in its unit, shape (runs, samples); without the nominal run."""
-        return self[output].runs
+    @overload
+    def values(self) -> ValuesView[Band]: ...
+    @overload
+    def values(self, output: str) -> Array: ...
+    def values(self, output: str | None = None) -> ValuesView[Band] | Array:
+        """The bands, as of any mapping; of one output its values in every run, without the nominal run.
+
+        Parameters
+        ----------
+        output : str, optional
+            Name of an output.
+
+        Returns
+        -------
+        collections.abc.ValuesView of Band, or ndarray of shape (runs, samples)
+            The array in the unit of the output.
+        """
+        return self.bands.values() if output is None else self._entry(output).runs
 
     @property
     def _any(self) -> Band | FeatureTable:

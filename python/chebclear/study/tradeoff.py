@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..base import files as records
 from ..base.arguments import Checks
+from ..base.shown import listed, spoken
 from ..base.tables import format_number, format_table, markdown_table
 from ..base.units import unit
 from ..data.dataset import Dataset, numbered
@@ -82,6 +83,9 @@ class StudyRecommendation(records.ArrayRecord):
     def __str__(self) -> str:
         return self.text
 
+    def __repr__(self) -> str:
+        return spoken(self)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StudyTradeoff(records.ArrayRecord, Exports):
@@ -107,7 +111,7 @@ class StudyTradeoff(records.ArrayRecord, Exports):
     """What the user was warned of in the hold-out runs."""
 
     def __repr__(self) -> str:
-        return f"<StudyTradeoff: {len(self.points)} settings, {', '.join(self.outputs)}>"
+        return f"<StudyTradeoff: {len(self.points)} settings, {listed(self.outputs, most=4)}>"
 
     def __iter__(self) -> Iterator[StudyTradeoffPoint]:
         return iter(self.points)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..base import files as records
 from ..base.arguments import Checks, did_you_mean
+from ..base.shown import spoken
 from ..base.tables import format_number
 from ..base.units import unit
 from ..scene.columns import column_unit
@@ -49,6 +50,9 @@ class Recommendation(records.ArrayRecord):
     """Bound of the error of each output in its unit: that of the setting, or of the most accurate one."""
     text: str
     """One line."""
+
+    def __repr__(self) -> str:
+        return spoken(self)
 
     def __str__(self) -> str:
         return self.text

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base import files as records
+from ..base.shown import listed
 from ..base.tables import format_number, format_table, markdown_table
 from ..base.units import unit
 from ..data.dataset import Dataset, numbered
@@ -71,7 +72,8 @@ class Tradeoff(records.ArrayRecord, Exports):
 
     def __repr__(self) -> str:
         start = f"from t = {self.t[0]:g} s " if self.t[0] else ""
-        return f"<Tradeoff: {len(self.points)} runs {start}to t = {self.end:g} s, {', '.join(self.outputs)}>"
+        names = listed(self.outputs, most=4)
+        return f"<Tradeoff: {len(self.points)} runs {start}to t = {self.end:g} s, {names}>"
 
     def __getitem__(self, setting: tuple[str, float]) -> TradeoffPoint:
         method, rtol = setting

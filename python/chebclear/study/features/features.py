@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...base import files as records
 from ...base.arguments import Checks, as_number, did_you_mean
+from ...base.named import Named
+from ...base.shown import Shown, listed, shortened
 from ...errors import describe
 from ...run.features import Feature
 from ...run.settings import Settings
@@ -54,12 +56,15 @@ _HELPFUL = 0.1
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FeatureTable(records.ArrayRecord):
-    """The features of all runs of a study."""
+class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
+    """The features of all runs of a study: ``table["peak"]`` is the `FeatureResult` of that name.
+
+    A mapping from the names of the features; `values` is the array of all of them, as in pandas.
+    """
 
     names: tuple[str, ...]
     """Names of the features."""
-    values: Array
+    values: Array = field()  # type: ignore[assignment] # an array, as in pandas, not the method of a mapping
     """In the units of the features, shape (runs, cycles, features)."""
     nominal: Array
     """Those of the run at the midpoint of all intervals, shape (cycles, features)."""
@@ -70,7 +75,16 @@ class FeatureTable(records.ArrayRecord):
     random: bool
     """Whether the runs are spread at random over the box, so that one may speak of a further run."""
 
-    def __getitem__(self, name: str) -> FeatureResult:
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return self.names
+
+    def __repr__(self) -> str:
+        runs, cycles = self.values.shape[:2]
+        counted = f", {cycles} cycles" if cycles > 1 else ""
+        return f"<FeatureTable: {runs} runs{counted}, {listed(self.names, most=4)}>"
+
+    def _entry(self, name: str) -> FeatureResult:
         if name not in self.names:
             raise KeyError(f'unknown feature "{name}"{did_you_mean(name, self.names)}')
         index = self.names.index(name)
@@ -100,6 +114,12 @@ class FeatureResult(records.ArrayRecord):
     """Parameters of the runs [SI units], shape (runs, parameters)."""
     random: bool
     """Whether the runs are spread at random over the box."""
+
+    def __repr__(self) -> str:
+        runs, cycles = self.values.shape
+        counted = f"{runs} runs" if cycles == 1 else f"{runs} runs of {cycles} cycles"
+        reach = f"{np.min(self.values):.6g} to {np.max(self.values):.6g}"
+        return f"<FeatureResult of {self.name}: {counted}, {reach}>"
 
     def __str__(self) -> str:
         reach = self.interval
@@ -169,8 +189,8 @@ class FeatureResult(records.ArrayRecord):
         return np.asarray((self.parameters - middle) / half)
 
 
-@dataclass(frozen=True)
-class FeatureInterval:
+@dataclass(frozen=True, repr=False)
+class FeatureInterval(Shown):
     """How far a feature reaches over the box."""
 
     lower: float
@@ -265,8 +285,8 @@ def _highest(function: Callable[[Array], Array], parameters: int) -> float:
     return float(max(values.max(), function(best).max()))
 
 
-@dataclass(frozen=True)
-class Rank:
+@dataclass(frozen=True, repr=False)
+class Rank(Shown):
     """What one parameter does to a feature."""
 
     parameter: str
@@ -279,7 +299,7 @@ class Rank:
     """``"rises"`` or ``"falls"`` where that is certain."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Ranking:
     """Which tolerance to tighten: the parameters by what halving their interval does to a feature.
 
@@ -294,6 +314,9 @@ class Ranking:
     """Share of the variance of parameters together [-]."""
     scatter: Estimate
     """Share of the variance that no parameter explains [-]."""
+
+    def __repr__(self) -> str:
+        return "\n".join(shortened(str(self).splitlines()))
 
     def __iter__(self) -> Iterator[Rank]:
         return iter(self.rows)

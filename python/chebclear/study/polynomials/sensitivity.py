@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base import files as records
+from ...base.shown import listed
 from .surrogate import Surrogate
 
 Array = NDArray[np.float64]
@@ -25,7 +26,7 @@ class VarianceShares(records.ArrayRecord):
     """Share of each parameter with all its interactions [-], shape (samples,)."""
 
     def __repr__(self) -> str:
-        return f"<VarianceShares of {', '.join(self.main)}, uniform distributions assumed>"
+        return f"<VarianceShares of {listed(self.main, most=4)}, uniform distributions assumed>"
 
 
 def variance_shares(surrogate: Surrogate) -> VarianceShares:

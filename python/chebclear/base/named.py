@@ -1,0 +1,87 @@
+"""Mappings from the names of outputs: one entry by its name, several by a pattern."""
+
+from __future__ import annotations
+
+import fnmatch
+from abc import abstractmethod
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Generic, TypeVar
+
+from .arguments import did_you_mean
+
+Entry = TypeVar("Entry")
+
+
+def is_pattern(name: object) -> bool:
+    """Whether a name may stand for several: ``"*"``, ``"?"`` and ``"[...]"`` are those of a shell."""
+    return isinstance(name, str) and any(sign in name for sign in "*?[")
+
+
+def matching(names: Iterable[str], pattern: str) -> list[str]:
+    """Names that a pattern stands for; ``fnmatch.filter`` would be blind to case on Windows.
+
+    Examples
+    --------
+    >>> matching(["slider.x", "slider.vx", "rod.x"], "slider.*")
+    ['slider.x', 'slider.vx']
+    """
+    return [name for name in names if fnmatch.fnmatchcase(name, pattern)]
+
+
+class Named(Mapping[str, Entry], Generic[Entry]):
+    """Base of results with one entry for each name, in the order of the names.
+
+    A `collections.abc.Mapping`: ``in``, ``len``, iteration over the names, ``keys()``, ``items()``, ``get``
+    and ``dict(result)``. ``result["slider.*"]`` is a dict of the entries whose names match. Where a result
+    has one array of all entries, ``values`` is this array, as in pandas.
+    """
+
+    @property
+    @abstractmethod
+    def _names(self) -> Sequence[str]:
+        """The names in their order."""
+
+    @abstractmethod
+    def _entry(self, name: str) -> Entry:
+        """The entry of a name; KeyError, with the name that was meant, if there is none."""
+
+    def __getitem__(self, name: str) -> Entry:
+        if is_pattern(name) and name not in self._names:
+            # Type checkers cannot tell a pattern from a name: for them `matching` is there.
+            return self.matching(name)  # type: ignore[return-value]
+        return self._entry(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names
+
+    def matching(self, pattern: str) -> dict[str, Entry]:
+        """The entries whose names match a pattern such as ``"slider.*"``; brackets do the same.
+
+        Parameters
+        ----------
+        pattern : str
+            Name with ``*``, ``?`` or ``[...]`` as in a shell; capitals count.
+
+        Returns
+        -------
+        dict of str to entry
+            In the order of the names.
+
+        Raises
+        ------
+        KeyError
+            If no name matches.
+        """
+        found = matching(self._names, pattern)
+        if not found:
+            raise KeyError(f'nothing matches "{pattern}"{did_you_mean(pattern, self._names)}')
+        return {name: self._entry(name) for name in found}
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self._names)

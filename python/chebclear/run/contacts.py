@@ -1,0 +1,118 @@
+"""What happens in the clearance joints of a run: changes of contact, and contacts as a whole."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base import files as records
+from ..base.rows import Rows
+from ..base.units import unit
+
+if TYPE_CHECKING:
+    from .._core import _Contacts, _Events
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Event(records.ArrayRecord):
+    """One change of contact."""
+
+    time: float = field(metadata=unit("s"))
+    """When [s]."""
+    joint: str
+    """Name of the clearance joint."""
+    kind: str
+    """``"onset"``, ``"separation"``, or ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0."""
+    normal_velocity: float = field(metadata=unit("m/s"))
+    """Penetration rate at that instant [m/s]."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Events(Rows[Event]):
+    """Changes of contact, in the order of time: a sequence of `Event`, and an array of each field."""
+
+    row: ClassVar = Event
+
+    time: Array = field(metadata=unit("s"))
+    """When [s]."""
+    joint: NDArray[np.str_]
+    """Name of the clearance joint."""
+    kind: NDArray[np.str_]
+    """``"onset"``, ``"separation"``, or ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0."""
+    normal_velocity: Array = field(metadata=unit("m/s"))
+    """Penetration rate at that instant [m/s]."""
+
+    @classmethod
+    def of(cls, table: _Events) -> Events:
+        """The events as the core tells them."""
+        return cls(
+            time=table["time"],
+            joint=np.array(table["joint"], dtype=np.str_),
+            kind=np.array(table["kind"], dtype=np.str_),
+            normal_velocity=table["normal_velocity"],
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Contact(records.ArrayRecord):
+    """One contact, from onset to separation."""
+
+    joint: str
+    """Name of the clearance joint."""
+    onset: float = field(metadata=unit("s"))
+    """When journal and bearing touched [s]."""
+    separation: float = field(metadata=unit("s"))
+    """When they parted [s]; NaN if the run, or the skipped time, ended in contact."""
+    impact_velocity: float = field(metadata=unit("m/s"))
+    """Penetration rate at the onset [m/s]; NaN if the run began in contact."""
+    peak_force: float = field(metadata=unit("N"))
+    """Largest normal force [N]; if the contact lasts from the skipped into the sampled time, that of each."""
+    peak_time: float = field(metadata=unit("s"))
+    """When it acted [s]."""
+
+    @property
+    def duration(self) -> float:
+        """Separation minus onset [s]."""
+        return self.separation - self.onset
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Contacts(Rows[Contact]):
+    """Contacts in the order of their onsets: a sequence of `Contact`, and an array of each field."""
+
+    row: ClassVar = Contact
+
+    joint: NDArray[np.str_]
+    """Name of the clearance joint."""
+    onset: Array = field(metadata=unit("s"))
+    """When journal and bearing touched [s]."""
+    separation: Array = field(metadata=unit("s"))
+    """When they parted [s]; NaN if the run, or the skipped time, ended in contact."""
+    impact_velocity: Array = field(metadata=unit("m/s"))
+    """Penetration rate at the onset [m/s]; NaN if the run began in contact."""
+    peak_force: Array = field(metadata=unit("N"))
+    """Largest normal force [N]; if the contact lasts from the skipped into the sampled time, that of each."""
+    peak_time: Array = field(metadata=unit("s"))
+    """When it acted [s]."""
+
+    @classmethod
+    def of(cls, table: _Contacts) -> Contacts:
+        """The contacts as the core tells them."""
+        return cls(
+            joint=np.array(table["joint"], dtype=np.str_),
+            onset=table["onset"],
+            separation=table["separation"],
+            impact_velocity=table["impact_velocity"],
+            peak_force=table["peak_force"],
+            peak_time=table["peak_time"],
+        )
+
+    @property
+    def duration(self) -> Array:
+        """Separation minus onset [s]."""
+        return self.separation - self.onset
