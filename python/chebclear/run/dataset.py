@@ -51,9 +51,14 @@ def run_dataset(
     return Dataset("t", variables, dict(facts))
 
 
-def common_facts(settings: Settings, scene: Scene, warnings: Sequence[str]) -> dict[str, str | int | float]:
-    """Facts that every result can tell: versions, settings, warnings and the scene."""
-    plain = dataclasses.asdict(settings)
-    told: dict[str, str | int | float] = {"chebclear": package_version()}
-    told |= {name: value for name, value in plain.items() if isinstance(value, str | int | float)}
-    return told | {"warnings": "\n".join(warnings), "scene": scene.to_json()}
+def common_facts(
+    settings: Settings | None, scene: Scene | None, warnings: Sequence[str]
+) -> dict[str, str | int | float]:
+    """Facts that every result can tell: versions, settings, warnings and the scene, those that there are."""
+    told: dict[str, str | int | float] = {"chebclear": package_version(), "warnings": "\n".join(warnings)}
+    if settings is not None:
+        plain = dataclasses.asdict(settings)
+        told |= {name: value for name, value in plain.items() if isinstance(value, str | int | float)}
+    if scene is not None:
+        told["scene"] = scene.to_json()
+    return told

@@ -1,6 +1,7 @@
 """Many runs: a scene whose parameters are known as intervals.
 
-In: a callable that builds scenes, and intervals; out: a `StudyResult` with a `Band` for every output.
-Uses its chapters `polynomials`, `band`, `features` and `report`, which build on each other in this order,
-and the rooms `plots`, `run`, `scene`, `report`, `data` and `base`.
+In: a callable that builds scenes or is a model itself, or a table of finished runs, and intervals; out: a
+`StudyResult` with a `Band` for every output.
+Uses its chapters `polynomials`, `band`, `features`, `models` and `report`, which build on each other in this
+order, and the rooms `plots`, `run`, `scene`, `report`, `data` and `base`.
 """

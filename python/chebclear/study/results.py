@@ -67,10 +67,10 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     """What each run cost; the last one is the nominal run."""
     warnings: tuple[str, ...]
     """What the user was warned of, each text once."""
-    settings: Settings
-    """How the runs were simulated."""
-    scene: Scene
-    """The scene at the midpoint of all intervals."""
+    settings: Settings | None
+    """How the runs were simulated; None if they are those of a model of your own."""
+    scene: Scene | None
+    """The scene at the midpoint of all intervals; None without scenes."""
     demand: Demand | None = None
     """What was asked of a calibrated study; None for the others."""
     study: Extendable | None = field(default=None, compare=False)
@@ -81,7 +81,9 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         return {name: value for name, value in vars(self).items() if name != "study"}
 
     features: FeatureTable | None = None
-    """The features of all runs; None if none were asked for."""
+    """The features of all runs; None if there are none."""
+    nominal_parameters: Array | None = None
+    """Parameters of the run that stands for the nominal one, if a table of runs has none at the midpoint."""
 
     def feature(self, name: str) -> FeatureResult:
         """One feature over the box: its interval, quantiles, and what it hangs on.
@@ -148,6 +150,8 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         for band in self.bands.values():
             return band.t
         settings = self.settings
+        if settings is None:
+            return np.empty(0)
         return np.linspace(settings.skip, settings.skip + settings.duration, settings.samples)
 
     @property
@@ -238,6 +242,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         kind: str | None = None,
         demand: Demand | None = None,
         threads: int | None = None,
+        nominal_parameters: Array | None = None,
         **facts: Any,
     ) -> StudyResult:
         """The result from the values of all runs.
@@ -266,11 +271,16 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             What is asked of a calibrated study; the runs at Sobol' points come first then.
         threads : int, optional
             Threads for the bands of a calibrated study [-].
+        nominal_parameters : ndarray, optional
+            Parameters of the nominal run [SI units]; the midpoints if not given.
         **facts
             The remaining fields.
         """
+        facts["nominal_parameters"] = nominal_parameters
         if demand is not None:
-            bands = calibrated_bands(t, outputs, values, intervals, parameters, demand, threads)
+            bands = calibrated_bands(
+                t, outputs, values, intervals, parameters, demand, threads, nominal_parameters
+            )
             return cls(
                 "certify" if demand.certified else "band",
                 bands,
@@ -295,7 +305,8 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
                 lower, upper = surrogate.bounds(bounds)
             hull = lowest[:, index], highest[:, index]
             nominal = values[-1, :, index]
-            verdict, margin = judged(surrogate, nodes, runs, nominal, float(np.mean(hull[1] - hull[0])))
+            width = float(np.mean(hull[1] - hull[0]))
+            verdict, margin = judged(surrogate, nodes, runs, nominal, width, nominal_parameters)
             bands[name] = Band(
                 name=name,
                 t=t,
@@ -378,9 +389,11 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             "demand": None if self.demand is None else dataclasses.asdict(self.demand),
             "stats": [dataclasses.asdict(stats) for stats in self.stats],
             "warnings": self.warnings,
-            "settings": dataclasses.asdict(self.settings),
-            "scene": json.loads(self.scene.to_json()),
+            "settings": None if self.settings is None else dataclasses.asdict(self.settings),
+            "scene": None if self.scene is None else json.loads(self.scene.to_json()),
         }
+        if self.nominal_parameters is not None:
+            arrays["nominal_parameters"] = self.nominal_parameters
         if self.features is not None:
             arrays |= {"features": self.features.values, "nominal_features": self.features.nominal}
             facts |= {"features": self.features.names, "random": self.features.random}
@@ -430,6 +443,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             demand=None if facts.get("demand") is None else Demand.from_dict(facts["demand"]),
             stats=tuple(Stats(**stats) for stats in facts["stats"]),
             warnings=tuple(facts["warnings"]),
-            settings=Settings.from_dict(facts["settings"]),
-            scene=Scene.from_json(json.dumps(facts["scene"])),
+            settings=None if facts["settings"] is None else Settings.from_dict(facts["settings"]),
+            scene=None if facts["scene"] is None else Scene.from_json(json.dumps(facts["scene"])),
+            nominal_parameters=arrays.get("nominal_parameters"),
         )

@@ -19,6 +19,8 @@ from ..scene.scene import Interval, Scene
 from .arguments import Progress, reporter
 from .band.judgement import doubts, early_widths
 from .features.features import Asked, FeatureTable, feature_values, settling_warnings
+from .models.finished import FinishedRuns
+from .models.own import OwnModel
 from .polynomials.surrogate import BoundKind
 from .results import StudyResult
 from .runs import (
@@ -38,14 +40,16 @@ Array = NDArray[np.float64]
 class Runner:
     """A mechanism in a box of parameters, and how it is simulated; `Study` checks what it is made from."""
 
-    build: Callable[..., Scene]
-    """Makes the scene from the parameters and what is fixed."""
+    build: Callable[..., Any]
+    """Makes the scene, or what a model of the user's own returns, from the parameters and what is fixed."""
     intervals: dict[str, Interval]
     """Interval of each parameter by name [SI units]."""
     fixed: Mapping[str, Any]
     """Keywords of `build` that are the same for all runs."""
-    settings: Settings
-    """How a run is simulated."""
+    settings: Settings | None
+    """How a run is simulated; None if the runs are those of a model of the user's own."""
+    model: OwnModel | FinishedRuns | None
+    """Such a model, or a table of runs; None if `build` returns scenes."""
     features: dict[str, Asked]
     """What is found of every run besides its outputs, by name."""
     threads: int | None
@@ -63,6 +67,7 @@ class Runner:
         bounds: BoundKind = "range",
         *,
         random: bool = False,
+        kind: str | None = None,
     ) -> StudyResult:
         """Simulate at the points and, last, at the midpoint; does not pass on warnings.
 
@@ -78,6 +83,8 @@ class Runner:
             How polynomials are bounded, see `chebyshev`.
         random : bool
             Whether the points are spread at random over the box.
+        kind : str, optional
+            What the runs are; ``"chebyshev"`` or ``"scan"`` by the degrees if not given.
 
         Returns
         -------
@@ -88,13 +95,11 @@ class Runner:
         SceneError, SimulationError
             As `chebyshev`.
         """
-        runs = self.simulated(points, self.settings)
+        runs = self.made(points, self.settings)
         table = None
         if runs.features is not None:
             values = runs.features
-            table = FeatureTable(
-                tuple(self.features), values[:-1], values[-1], self.intervals, points, random
-            )
+            table = FeatureTable(runs.feature_names, values[:-1], values[-1], self.intervals, points, random)
         result = StudyResult.from_runs(
             runs.t,
             runs.outputs,
@@ -104,13 +109,27 @@ class Runner:
             degrees=degrees,
             nodes=counts,
             bounds=bounds,
-            kind="sample" if random else None,
+            kind=kind,
             features=table,
             **runs.facts,
         )
         # A result that is read back from a file has these warnings already.
-        found = doubts(result.bands) + early_widths(result.bands, settling_time(result.scene))
+        found = doubts(result.bands)
+        if result.scene is not None:
+            found += early_widths(result.bands, settling_time(result.scene))
         return replace(result, warnings=(*result.warnings, *found))
+
+    def made(self, points: Array, settings: Settings | None, *, midpoint: bool = True) -> Runs:
+        """The runs at the points and, if asked for, last the nominal one, whatever they come from."""
+        if settings is not None:
+            return self.simulated(points, settings, midpoint=midpoint)
+        if isinstance(self.model, FinishedRuns):
+            made = self.model.runs(points, midpoint=midpoint)
+        else:
+            assert self.model is not None, "what is not simulated comes from a model"
+            with reporter(self.progress) as report:
+                made = self.model.runs(points, midpoint=midpoint, report=report)
+        return Runs(scenes=[], stats=(), settings=None, **vars(made))
 
     def simulated(self, points: Array, settings: Settings, *, midpoint: bool = True) -> Runs:
         """The runs at the points and, if asked for, last at the midpoint; does not pass on warnings."""
@@ -133,7 +152,7 @@ class Runner:
         messages = gathered_warnings([[*of_build, *of_run] for of_build, of_run in told])
         features = None
         if self.features:
-            features = feature_values(self.features, settings, scenes, given, runs["features"])
+            features = feature_values(self.features, settings, scenes, given, runs)
             messages += settling_warnings(self.features, settings, scenes[-1], runs["features"])
         return Runs(
             t=runs["t"],
@@ -144,6 +163,7 @@ class Runner:
             warnings=messages,
             settings=settings,
             features=features,
+            feature_names=tuple(self.features),
         )
 
     def _scenes(self, given: list[dict[str, float]]) -> tuple[list[Scene], list[list[str]]]:
@@ -172,6 +192,11 @@ class Runner:
         except Exception as error:
             error.add_note(f"in build with {describe(parameters)}")
             raise
+        if isinstance(scene, Mapping):
+            raise TypeError(
+                "build returned a mapping instead of a Scene: a model of your own has its own time axis, so "
+                "leave out duration, samples and all else that says how to simulate"
+            )
         if not isinstance(scene, Scene):
             raise TypeError(f"build must return a Scene, got {scene!r} for {describe(parameters)}")
         return scene

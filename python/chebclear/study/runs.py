@@ -54,10 +54,14 @@ class Runs:
     """What each run cost."""
     warnings: tuple[str, ...]
     """What the user should be warned of, each text once."""
-    settings: Settings
-    """How the runs were simulated."""
+    settings: Settings | None
+    """How the runs were simulated; None if they were not."""
     features: NDArray[np.float64] | None
-    """Features of all runs, shape (runs + 1, cycles, features); None if none were asked for."""
+    """Features of all runs, shape (runs + 1, cycles, features); None if there are none."""
+    feature_names: tuple[str, ...]
+    """Names of the features."""
+    nominal_parameters: NDArray[np.float64] | None = None
+    """Parameters of the run that stands for the nominal one, shape (parameters,); None at the midpoint."""
 
     @property
     def facts(self) -> dict[str, Any]:
@@ -66,7 +70,8 @@ class Runs:
             "stats": self.stats,
             "warnings": self.warnings,
             "settings": self.settings,
-            "scene": self.scenes[-1],
+            "scene": self.scenes[-1] if self.scenes else None,
+            "nominal_parameters": self.nominal_parameters,
         }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -20,6 +21,7 @@ from .band.calibrated import Demand, certifying_runs, is_remark, remarks
 from .band.judgement import early_widths
 from .band.limits import physical_limits
 from .features.features import FeatureTable
+from .models.finished import FinishedRuns
 from .polynomials.points import random_points, sobol_points
 from .results import StudyResult
 from .runner import Runner
@@ -28,6 +30,10 @@ from .runs import MOST_RUNS, Runs
 Array = NDArray[np.float64]
 
 LEAST_RUNS = 3
+BAND_RUNS = 81
+"""Runs of a band that is not told how many [-]."""
+BAND_RTOL = 1e-4
+"""Relative tolerance of the runs of a band that is not told another [-]."""
 MOST_SEED = 2**64 - 1
 MOST_PARAMETERS = 32
 """Parameters for which there are Sobol' points [-]."""
@@ -60,24 +66,25 @@ class Table:
     @classmethod
     def new(cls, points: Array, runs: Runs) -> Table:
         """The runs at the points and, if it is among them, the nominal one."""
-        parameters = np.resize(points, (len(runs.stats), points.shape[1]))
+        # The nominal run may stand in the last row; nothing asks for its parameters here.
+        parameters = np.resize(points, (len(runs.values), points.shape[1]))
         return cls(parameters, runs.values, runs.stats, runs.features)
 
 
 def band(
     study: Runner,
-    runs: int,
+    runs: int | None,
     coverage: float,
-    rtol: float,
+    rtol: float | None,
     seed: int,
     include: StudyResult | Sequence[StudyResult],
     max_runs: int,
 ) -> StudyResult:
     """What `Study.band` returns; see there."""
     checks = Checks()
-    checks.whole("runs", runs, least=LEAST_RUNS, most=max_runs)
+    count = BAND_RUNS if runs is None else checks.whole("runs", runs, least=LEAST_RUNS, most=max_runs)
     checks.real("coverage", coverage, "-", above=0.0, below=1.0)
-    checks.real("rtol", rtol, "-", least=LEAST_RTOL, most=MOST_RTOL)
+    _check_rtol(checks, study, rtol)
     checks.whole("seed", seed, least=0, most=MOST_SEED)
     if len(study.intervals) > MOST_PARAMETERS:
         checks.add(
@@ -86,16 +93,20 @@ def band(
         )
     others = _results(checks, include)
     checks.finish()
-    points = sobol_points(study.intervals, 0, runs, seed)
-    demand = Demand(float(coverage), runs, int(seed), {})
-    return _simulated(study, demand, points, rtol, others)
+    if isinstance(study.model, FinishedRuns):
+        points = _finished_points(study.model, runs, LEAST_RUNS)
+        demand = Demand(float(coverage), len(points), int(seed), {}, finished=True)
+    else:
+        points = sobol_points(study.intervals, 0, count, seed)
+        demand = Demand(float(coverage), count, int(seed), {})
+    return _made(study, demand, points, rtol, others)
 
 
-def certify(study: Runner, coverage: float, rtol: float, seed: int, max_runs: int) -> StudyResult:
+def certify(study: Runner, coverage: float, rtol: float | None, seed: int, max_runs: int) -> StudyResult:
     """What `Study.certify` returns; see there."""
     checks = Checks()
     checks.real("coverage", coverage, "-", above=0.0, below=1.0)
-    checks.real("rtol", rtol, "-", least=LEAST_RTOL, most=MOST_RTOL)
+    _check_rtol(checks, study, rtol)
     checks.whole("seed", seed, least=0, most=MOST_SEED)
     checks.whole("max_runs", max_runs, least=1)
     checks.finish()
@@ -105,22 +116,56 @@ def certify(study: Runner, coverage: float, rtol: float, seed: int, max_runs: in
             f"a coverage of {coverage!r} takes {runs} runs, more than max_runs = {max_runs}: ask for less, "
             f"or allow them with max_runs={runs}"
         )
-    points = random_points(study.intervals, runs, seed)
-    return _simulated(study, Demand(float(coverage), runs, int(seed), {}, certified=True), points, rtol, [])
+    if isinstance(study.model, FinishedRuns):
+        if not study.model.independent:
+            raise ValueError(
+                "nothing can be proved from runs at points that someone chose: certify() needs runs drawn "
+                "independently and uniformly from the box, Study.from_runs(..., independent=True)"
+            )
+        points = _finished_points(study.model, None, runs)
+    else:
+        points = random_points(study.intervals, runs, seed)
+    demand = Demand(float(coverage), len(points), int(seed), {}, certified=True)
+    return _made(study, demand, points, rtol, [])
 
 
-def _simulated(
-    study: Runner, demand: Demand, points: Array, rtol: float, others: Sequence[StudyResult]
+def _check_rtol(checks: Checks, study: Runner, rtol: float | None) -> None:
+    if rtol is not None and study.model is not None:
+        checks.add("rtol is that of a simulation: a model of your own does not know it")
+    elif rtol is not None:
+        checks.real("rtol", rtol, "-", least=LEAST_RTOL, most=MOST_RTOL)
+
+
+def _finished_points(table: FinishedRuns, runs: int | None, least: int) -> Array:
+    """Points of a table but the nominal one, all or the first so many."""
+    points = table.points
+    wanted = len(points) if runs is None else runs
+    if len(points) < max(wanted, least):
+        raise ValueError(
+            f"the table has {len(points)} runs besides the nominal one, {max(wanted, least)} are needed"
+        )
+    table.require_scattered()
+    return points[:wanted]
+
+
+def _made(
+    study: Runner, demand: Demand, points: Array, rtol: float | None, others: Sequence[StudyResult]
 ) -> StudyResult:
     """The result of runs at the points and the midpoint."""
-    new = study.simulated(points, dataclasses.replace(study.settings, rtol=float(rtol)))
+    settings = study.settings
+    if settings is not None:
+        settings = dataclasses.replace(settings, rtol=BAND_RTOL if rtol is None else float(rtol))
+    new = study.made(points, settings)
     if not new.outputs:
         raise ValueError("a band needs outputs: name some in Study(outputs=...)")
-    limits = physical_limits(new.outputs, _largest_clearances(study, new.scenes))
+    limits = dict.fromkeys(new.outputs, (-math.inf, math.inf))
+    if new.scenes:
+        limits = physical_limits(new.outputs, _largest_clearances(study, new.scenes))
     table = Table.new(points, new)
     scored, nominal = table[: demand.runs], table[demand.runs :]
-    kept = _others(others, new.t, new.outputs, new.scenes[-1])
-    facts = {"t": new.t, "outputs": new.outputs, "settings": new.settings, "scene": new.scenes[-1]}
+    facts = {"t": new.t, "outputs": new.outputs, "feature_names": new.feature_names, **new.facts}
+    kept = _others(others, new.t, new.outputs, facts["scene"])
+    del facts["stats"], facts["warnings"]
     demand = dataclasses.replace(demand, limits=limits)
     return _result(study, demand, [scored], kept, nominal, new.warnings, facts)
 
@@ -135,6 +180,8 @@ def extended(
     demand = result.demand
     if demand is None or demand.certified:
         checks.add(f"only a result of Study.band can be extended, this is one of Study.{result.kind}")
+    elif demand.finished:
+        checks.add("a table of finished runs has no further ones: make a new table")
     checks.finish()
     assert demand is not None, "the checks let no other result pass"
     outputs = result.outputs
@@ -145,12 +192,19 @@ def extended(
     scored, told = [old[: demand.runs]], [text for text in result.warnings if not is_remark(text)]
     if runs > 0:
         points = sobol_points(study.intervals, demand.runs, runs, demand.seed)
-        new = study.simulated(points, result.settings, midpoint=False)
+        new = study.made(points, result.settings, midpoint=False)
         scored.append(Table.new(points, new))
         told += new.warnings
     kept = [old[demand.runs :], *_others(others, result.t, outputs, result.scene)]
     demand = dataclasses.replace(demand, runs=demand.runs + runs)
-    facts = {"t": result.t, "outputs": outputs, "settings": result.settings, "scene": result.scene}
+    facts = {
+        "t": result.t,
+        "outputs": outputs,
+        "settings": result.settings,
+        "scene": result.scene,
+        "nominal_parameters": result.nominal_parameters,
+        "feature_names": () if result.features is None else result.features.names,
+    }
     return _result(study, demand, scored, kept, nominal, told, facts)
 
 
@@ -168,11 +222,11 @@ def _result(
     # Runs of another result may not know the features.
     found = [table.features for table in [*tables, nominal] if table.features is not None]
     features = None
-    if study.features and len(found) == len(tables) + 1:
+    names = facts.pop("feature_names")
+    if names and len(found) == len(tables) + 1:
         values = np.concatenate(found)
-        features = FeatureTable(
-            tuple(study.features), values[:-1], values[-1], study.intervals, parameters, random=True
-        )
+        random = not isinstance(study.model, FinishedRuns) or study.model.independent
+        features = FeatureTable(names, values[:-1], values[-1], study.intervals, parameters, random)
     result = StudyResult.from_runs(
         intervals=study.intervals,
         parameters=parameters,
@@ -187,7 +241,9 @@ def _result(
         **facts,
     )
     # What the bands lack is known only now.
-    told = remarks(result.bands, demand) + early_widths(result.bands, settling_time(result.scene))
+    told = remarks(result.bands, demand)
+    if result.scene is not None:
+        told += early_widths(result.bands, settling_time(result.scene))
     return dataclasses.replace(result, warnings=(*warnings, *told))
 
 
@@ -200,7 +256,9 @@ def _results(checks: Checks, include: object) -> list[StudyResult]:
     return list(given)
 
 
-def _others(results: Sequence[StudyResult], t: Array, outputs: Sequence[str], scene: Scene) -> list[Table]:
+def _others(
+    results: Sequence[StudyResult], t: Array, outputs: Sequence[str], scene: Scene | None
+) -> list[Table]:
     """The runs of other results, which must be of the same study."""
     checks = Checks()
     for index, result in enumerate(results):

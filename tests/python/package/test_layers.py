@@ -48,7 +48,7 @@ RUST_ROOMS = [
 ]
 
 # A chapter of a room uses only chapters that stand before it, and no file beside them.
-CHAPTERS = {"study": ["polynomials", "band", "features", "report"]}
+CHAPTERS = {"study": ["polynomials", "band", "features", "models", "report"]}
 MOST_FILES = 12
 """Files of a Python room or chapter, besides the one that says what it is for."""
 

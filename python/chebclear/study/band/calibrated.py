@@ -35,6 +35,8 @@ class Demand:
     """What no value of an output can be beyond, by name, in its unit."""
     certified: bool = False
     """Whether the band is to be proved, from independent runs at random points."""
+    finished: bool = False
+    """Whether the runs came as a table, at points that someone else chose."""
 
     @classmethod
     def from_dict(cls, plain: Mapping[str, object]) -> Demand:
@@ -56,6 +58,7 @@ def calibrated_bands(
     parameters: Array,
     demand: Demand,
     threads: int | None = None,
+    nominal_parameters: Array | None = None,
 ) -> dict[str, Band]:
     """The bands of all outputs.
 
@@ -75,13 +78,18 @@ def calibrated_bands(
         What is asked.
     threads : int, optional
         Threads to work on [-]; all processors if not given.
+    nominal_parameters : ndarray, optional
+        Parameters of the nominal run [SI units], shape (parameters,); the midpoints if not given.
 
     Raises
     ------
     ValueError
         If a value is not finite, or there are fewer than three runs at Sobol' points.
     """
-    points = np.vstack([on_cube(intervals, parameters), np.zeros(len(intervals))])
+    nominal = np.zeros(len(intervals))
+    if nominal_parameters is not None:
+        nominal = on_cube(intervals, nominal_parameters)
+    points = np.vstack([on_cube(intervals, parameters), nominal])
     limits = [demand.limits[name] for name in outputs]
     found = _core.calibrated_bands(
         values, points, demand.runs, limits, demand.coverage, demand.certified, threads
@@ -142,9 +150,10 @@ def statement(demand: Demand) -> str:
             f"are in the band with an expected share of at least {share}. That holds for every mechanism; "
             f"the expectation is over the {demand.runs} runs of this study as well as over the further one."
         )
+    spread = "given, taken as spread evenly over the box" if demand.finished else "spread evenly over the box"
     return (
         f"The bands were widened until {share} of the samples of runs that took no part in them were inside, "
-        f"on {demand.runs} runs spread evenly over the box. What a further run does was estimated from them, "
+        f"on {demand.runs} runs {spread}. What a further run does was estimated from them, "
         "not proved; Study.certify proves it with more runs."
     )
 

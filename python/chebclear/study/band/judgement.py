@@ -14,7 +14,9 @@ from .band import RESOLVED, Band, Margin, Verdict
 Array = NDArray[np.float64]
 
 
-def fit_error(surrogate: Surrogate, nodes: Sequence[int], runs: Array, nominal: Array) -> Array:
+def fit_error(
+    surrogate: Surrogate, nodes: Sequence[int], runs: Array, nominal: Array, at: Array | None = None
+) -> Array:
     """Estimated error of a polynomial that was fitted on Chebyshev roots, for every instant.
 
     Along each axis in turn, the node of every line is predicted from the others of the line by the polynomial
@@ -38,15 +40,15 @@ def fit_error(surrogate: Surrogate, nodes: Sequence[int], runs: Array, nominal: 
     runs : ndarray, shape (runs, samples)
         What it was fitted to.
     nominal : ndarray, shape (samples,)
-        The run at the midpoint.
+        The run at the midpoint, or `at` these parameters [SI units].
 
     Returns
     -------
     ndarray, shape (samples,)
         In the unit of the output.
     """
-    middle = {name: side.midpoint for name, side in surrogate.intervals.items()}
-    error: Array = np.abs(surrogate.evaluate(middle) - nominal)
+    middle = [side.midpoint for side in surrogate.intervals.values()] if at is None else at
+    error: Array = np.abs(surrogate.evaluate(dict(zip(surrogate.intervals, middle, strict=True))) - nominal)
     grid = runs.reshape(*nodes, -1)
     for axis, (count, degree) in enumerate(zip(nodes, surrogate.degrees, strict=True)):
         highest = min(degree, count - 2)
@@ -70,12 +72,17 @@ def _left_out(count: int, degree: int) -> Array:
 
 
 def judged(
-    surrogate: Surrogate | None, nodes: Sequence[int], runs: Array, nominal: Array, width: float
+    surrogate: Surrogate | None,
+    nodes: Sequence[int],
+    runs: Array,
+    nominal: Array,
+    width: float,
+    at: Array | None = None,
 ) -> tuple[Verdict, Margin]:
     """Verdict on a band from its runs, of a mean `width` of their hull, and what it was made from."""
     if surrogate is None:
         return "sampled", Margin("runs")
-    miss = float(np.mean(fit_error(surrogate, nodes, runs, nominal)))
+    miss = float(np.mean(fit_error(surrogate, nodes, runs, nominal, at)))
     # Rounding of the runs must not count where an output does not change.
     noise = 1e-12 * float(np.max(np.abs(runs), initial=0.0))
     error = 0.0 if miss <= noise else miss / width if width > 0.0 else math.inf

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,8 +19,8 @@ from ...base.shown import Shown, listed, shortened
 from ...errors import describe
 from ...run.features import Feature
 from ...run.settings import Settings
-from ...run.simulation import run_scene
 from ...run.tracking import settling_time
+from ...run.trajectory import Stats
 from ...scene.scene import Interval, Scene
 from ..band.band import RESOLVED
 from .effects import (
@@ -34,12 +34,13 @@ from .effects import (
     left_out,
     legendre_terms,
 )
+from .swept import SweptRun
 
 if TYPE_CHECKING:
-    from ...run.trajectory import Trajectory
+    from ..._core import _Runs
 
 Array = NDArray[np.float64]
-Asked = Feature | Callable[["Trajectory"], ArrayLike]
+Asked = Feature | Callable[[Any], ArrayLike]
 
 # When the extrema of a feature are.
 _TIMES = {
@@ -387,7 +388,7 @@ def feature_values(
     settings: Settings,
     scenes: Sequence[Scene],
     given: Sequence[Mapping[str, float]],
-    tracked: Array,
+    runs: _Runs,
 ) -> Array:
     """The features of all runs, shape (runs, cycles, features).
 
@@ -401,8 +402,8 @@ def feature_values(
         What was simulated.
     given : sequence of mapping of str to float
         Parameters of every run [SI units].
-    tracked : ndarray, shape (runs, cycles, tracked features)
-        What the core found, in the order of the settings.
+    runs : dict
+        What the core made of them.
 
     Raises
     ------
@@ -410,20 +411,22 @@ def feature_values(
         If a feature is not finite, or a callable returns something else than numbers.
     """
     values = np.empty((len(scenes), settings.cycles, len(asked)))
-    called = {}
+    functions = {}
     for index, (name, feature) in enumerate(asked.items()):
         if isinstance(feature, Feature):
-            values[:, :, index] = tracked[:, :, settings.features.index(feature)]
+            values[:, :, index] = runs["features"][:, :, settings.features.index(feature)]
             unknown = np.flatnonzero(~np.all(np.isfinite(values[:, :, index]), axis=1))
             if len(unknown):
                 raise ValueError(f'feature "{name}" is not finite with {describe(given[unknown[0]])}')
         else:
-            called[index] = (name, feature)
-    for row, scene in enumerate(scenes) if called else ():
-        run = run_scene(scene, settings)
-        for index, (name, function) in called.items():
+            functions[index] = (name, feature)
+    for row, scene in enumerate(scenes) if functions else ():
+        samples, stats = runs["values"][row].view(), Stats(**runs["stats"][row])
+        samples.flags.writeable = False
+        run = SweptRun(scene, settings, runs["t"], runs["columns"], samples, stats)
+        for index, (name, function) in functions.items():
             try:
-                values[row, :, index] = _called(name, function, run)
+                values[row, :, index] = called(name, function, run, settings.cycles)
             except Exception as error:
                 error.add_note(f'in feature "{name}" of the run with {describe(given[row])}')
                 raise
@@ -450,9 +453,8 @@ def settling_warnings(
     return tuple(messages)
 
 
-def _called(name: str, function: Callable[[Trajectory], ArrayLike], run: Trajectory) -> Array:
-    """What a callable makes of a run, shape (cycles,)."""
-    cycles = run.settings.cycles
+def called(name: str, function: Callable[[Any], ArrayLike], run: Any, cycles: int) -> Array:
+    """What a callable makes of a run, shape (cycles,); TypeError or ValueError if no finite numbers."""
     value = function(run)
     number = as_number(value)
     array = np.full(cycles, number) if number is not None else np.asarray(value)

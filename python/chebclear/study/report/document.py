@@ -66,9 +66,9 @@ class ReportedStudy(Protocol):
     @property
     def warnings(self) -> tuple[str, ...]: ...
     @property
-    def settings(self) -> Settings: ...
+    def settings(self) -> Settings | None: ...
     @property
-    def scene(self) -> Scene: ...
+    def scene(self) -> Scene | None: ...
     @property
     def demand(self) -> Any: ...
     @property
@@ -97,18 +97,31 @@ def study_document(result: ReportedStudy, title: str | None) -> Document:
         answer=answer,
         doubts=_doubts(result),
         sections=[
-            Section(
-                "The mechanism and its tolerances",
-                [mechanism_picture(result.scene), _parameters(result.intervals)],
-            ),
+            _subject(result),
             *([Section("How far the outputs move", _band_blocks(result))] if bands else []),
             *(section for section, _ in features),
             *([Section("Worst cases", [_worst_cases(result)])] if bands else []),
-            Section("What the accuracy cost", _costs(result)),
+            *([Section("What the accuracy cost", costs)] if (costs := _costs(result)) else []),
             *warnings_section(result.warnings),
-            reproduction(result.settings, result.scene, *study_listings(result)),
+            *_again(result),
         ],
     )
+
+
+def _subject(result: ReportedStudy) -> Section:
+    """What was studied: a mechanism, or a model of the user's own."""
+    if result.scene is None:
+        return Section("The parameters and their intervals", [_parameters(result.intervals)])
+    return Section(
+        "The mechanism and its tolerances", [mechanism_picture(result.scene), _parameters(result.intervals)]
+    )
+
+
+def _again(result: ReportedStudy) -> list[Section]:
+    """How to make a study of scenes again; of a model of the user's own there is nothing to say."""
+    if result.settings is None or result.scene is None:
+        return []
+    return [reproduction(result.settings, result.scene, *study_listings(result))]
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -240,7 +253,7 @@ def _worst_cases(result: ReportedStudy) -> Table:
 
 
 def _costs(result: ReportedStudy) -> list[Block]:
-    blocks: list[Block] = [costs_table(result.stats)]
+    blocks: list[Block] = [costs_table(result.stats)] if result.stats else []
     errors = {
         name: band.margin.error for name, band in result.bands.items() if math.isfinite(band.margin.error)
     }

@@ -1,0 +1,61 @@
+"""A run of a study as a callable gets it: its samples, and the rest of it on demand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...run.settings import Settings
+from ...run.simulation import run_scene
+from ...run.trajectory import Stats, Trajectory, column_index
+from ...scene.scene import Scene
+
+Array = NDArray[np.float64]
+
+
+class SweptRun:
+    """What a `Trajectory` is, of a run that a study has made.
+
+    Samples, parameters of the run and its cost are at hand. Contacts, events, peaks and all else of a
+    `Trajectory` are not kept by a study: the first question for them simulates the run once more, step by
+    step the same.
+    """
+
+    def __init__(
+        self, scene: Scene, settings: Settings, t: Array, columns: Sequence[str], values: Array, stats: Stats
+    ) -> None:
+        self.scene = scene
+        self.settings = settings
+        self.t = t
+        self.columns = tuple(columns)
+        self.values = values
+        self.stats = stats
+        self.status = "done"
+        self.success = True
+
+    def __repr__(self) -> str:
+        return f"<run of a study: {len(self.columns)} columns of {len(self.t)} samples>"
+
+    def __getitem__(self, column: str) -> Array:
+        return self.values[:, column_index(self.columns, column, self.scene)]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.columns)
+
+    def to_dict(self) -> dict[str, Array]:
+        """``t`` and all columns by name."""
+        return {"t": self.t, **{name: self[name] for name in self.columns}}
+
+    @cached_property
+    def whole(self) -> Trajectory:
+        """The run simulated once more."""
+        return run_scene(self.scene, self.settings)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(self.whole, name)

@@ -1,0 +1,294 @@
+"""What can be asked of a study: ways to choose the points, and what is made of the runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..base.arguments import Checks
+from ..run.simulation import warn_once
+from . import sampled
+from .arguments import (
+    MAX_RUNS,
+    check_runs,
+    per_parameter,
+)
+from .models.finished import FinishedRuns
+from .polynomials.surrogate import MOST_RANGE_DEGREE, BoundKind, chebyshev_grid, tensor_grid
+from .results import StudyResult
+from .runner import Runner
+from .runs import MOST_NODES, MOST_RUNS
+from .tradeoff import StudyTradeoff, measure
+
+
+class Methods(Runner):
+    """The questions that a `Study` answers."""
+
+    def chebyshev(
+        self,
+        degree: int | Mapping[str, int] = 3,
+        nodes: int | Mapping[str, int] | None = None,
+        *,
+        bounds: BoundKind = "range",
+        max_runs: int = MAX_RUNS,
+    ) -> StudyResult:
+        """The paper's method: simulate on Chebyshev roots, fit polynomials, bound them.
+
+        The verdict of every band says whether its polynomial follows the response, by predicting left-out
+        runs; a warning names the outputs that are not resolved.
+
+        Parameters
+        ----------
+        degree : int or mapping of str to int
+            Degree of the polynomials [-], at least 1; for all parameters or by name.
+        nodes : int or mapping of str to int, optional
+            Number of roots [-]; one more than the degree if not given, and never fewer. The number of runs is
+            their product, at most 1 000 000, and one at the midpoint.
+        bounds : {"range", "eq31"}
+            The certified range of each polynomial, up to degree 30; or Eq. (31) of the paper, which is wider.
+        max_runs : int
+            Runs on the roots above which nothing is started [-]: five parameters may mean 100 000.
+
+        Returns
+        -------
+        StudyResult
+
+        Raises
+        ------
+        SceneError
+            If a scene is wrong; the parameters of the run are in the path of each problem.
+        SimulationError
+            If a run fails; names its parameters. No result is made from the others.
+        MemoryError
+            If the samples do not fit into the memory.
+        ValueError, TypeError
+            If an argument is wrong; all problems are listed.
+        """
+        checks = Checks()
+        # One node more than the degree must be possible.
+        degrees = per_parameter(
+            checks, "degree", degree, self.intervals, [1] * len(self.intervals), MOST_NODES - 1
+        )
+        least = [degree + 1 for degree in degrees]
+        counts = least if nodes is None else per_parameter(checks, "nodes", nodes, self.intervals, least)
+        checks.whole("max_runs", max_runs, least=1)
+        checks.word("bounds", bounds, ("range", "eq31"))
+        checks.finish()
+        check_runs(counts, max_runs, "a lower degree")
+        if bounds == "range" and max(degrees) > MOST_RANGE_DEGREE:
+            raise ValueError(
+                f'degree must be at most {MOST_RANGE_DEGREE} for bounds="range", got {max(degrees)}: take a '
+                'lower degree or bounds="eq31"'
+            )
+        points = chebyshev_grid(list(self.intervals.values()), counts)
+        return self._told(self.run_points(points, tuple(counts), tuple(degrees), bounds))
+
+    def scan(self, points: int | Mapping[str, int] = 10, *, max_runs: int = MAX_RUNS) -> StudyResult:
+        """Brute force: simulate on equally spaced points; the bounds are the extremes of the runs.
+
+        Parameters
+        ----------
+        points : int or mapping of str to int
+            Number of points [-], at least 2, both ends included; for all parameters or by name. The number of
+            runs is their product, at most 1 000 000, and one at the midpoint that does not count for the
+            bounds.
+        max_runs : int
+            Runs on the grid above which nothing is started [-]: ten points of five parameters are 100 000.
+
+        Returns
+        -------
+        StudyResult
+            Its bands are inner bounds and have no polynomial.
+
+        Raises
+        ------
+        SceneError, SimulationError, ValueError, TypeError
+            As `chebyshev`.
+        """
+        checks = Checks()
+        counts = per_parameter(
+            checks, "points", points, self.intervals, [2] * len(self.intervals), MOST_NODES
+        )
+        checks.whole("max_runs", max_runs, least=1)
+        checks.finish()
+        check_runs(counts, max_runs, "fewer points")
+        sides = [
+            np.linspace(side.lower, side.upper, count)
+            for side, count in zip(self.intervals.values(), counts, strict=True)
+        ]
+        return self._told(self.run_points(tensor_grid(sides), tuple(counts), None))
+
+    def band(
+        self,
+        runs: int | None = None,
+        *,
+        coverage: float = 0.999,
+        rtol: float | None = None,
+        seed: int = 0,
+        include: StudyResult | Sequence[StudyResult] = (),
+        max_runs: int = MAX_RUNS,
+    ) -> StudyResult:
+        """Bands that a further run keeps, with what runs that took no part in them say of it.
+
+        Simulates at the points of a scrambled Sobol' sequence and at the midpoint. Where a polynomial in the
+        parameters follows an output, the band is its range with its largest error at runs that it was not
+        fitted to. Elsewhere no number of runs that one can afford resolves the single run, but its
+        distribution over the box changes slowly in time: the band then is a mean of running extremes of the
+        runs over windows in time, widened until held-out runs are inside.
+
+        Parameters
+        ----------
+        runs : int, optional
+            Number of runs at Sobol' points [-], at least 3; one at the midpoint comes on top. 81 if not
+            given. Of a table of finished runs the first so many, or all.
+        coverage : float
+            Share of the samples of a further run that should be inside [-], between 0 and 1.
+        rtol : float, optional
+            Relative tolerance of the integrator [-], in place of that of the study; 1e-4 if not given, since
+            bands need no better runs, although single ones change. Velocities of impacting mechanisms are
+            resolved more often at 1e-5.
+        seed : int
+            Seed of the points [-], 0 to 2**64 - 1. The same seed gives the same bits on any number of
+            threads.
+        include : StudyResult or sequence of StudyResult, optional
+            Results of the same study whose runs are taken as well. They take part in all bands but are not
+            held out, since their points may lie on a grid.
+        max_runs : int
+            Runs above which nothing is started [-].
+
+        Returns
+        -------
+        StudyResult
+            Its `extend` adds runs. The bands have a polynomial where they are ``"resolved"``.
+
+        Raises
+        ------
+        SceneError, SimulationError, ValueError, TypeError
+            As `chebyshev`.
+        """
+        return self._told(sampled.band(self, runs, coverage, rtol, seed, include, max_runs))
+
+    def certify(
+        self, coverage: float = 0.999, *, rtol: float | None = None, seed: int = 0, max_runs: int = MAX_RUNS
+    ) -> StudyResult:
+        """Bands with a proof: a further run is inside with the coverage in the mean, for every mechanism.
+
+        The one assumption is that parameters are drawn independently and uniformly from the box. The bands
+        are hulls of independent runs at random points, widened as leave-one-out hulls demand.
+
+        Parameters
+        ----------
+        coverage : float
+            Expected share of the samples of a further run inside [-], between 0 and 1. It takes
+            1.5 / (1 - coverage) runs, 1500 for 0.999.
+        rtol, seed, max_runs : optional
+            As of `band` [-].
+
+        Returns
+        -------
+        StudyResult
+            Its `statement` says in words what is proved.
+
+        Raises
+        ------
+        SceneError, SimulationError, ValueError, TypeError
+            As `chebyshev`.
+        """
+        return self._told(sampled.certify(self, coverage, rtol, seed, max_runs))
+
+    def extended(
+        self, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult] = ()
+    ) -> StudyResult:
+        """A result of `band` with further runs; see `StudyResult.extend`."""
+        return self._told(sampled.extended(self, result, runs, include), stacklevel=5)
+
+    def sample(self, runs: int = 81, *, seed: int = 0) -> StudyResult:
+        """Simulate at random points of the box, uniform and independent: what features want.
+
+        Parameters
+        ----------
+        runs : int
+            Number of runs [-], at least 2 and at most 1 000 000; one at the midpoint comes on top. All of a
+            table of finished runs, whatever is given.
+        seed : int
+            Seed of the random points [-].
+
+        Returns
+        -------
+        StudyResult
+            Its bands are the extremes of the runs.
+
+        Raises
+        ------
+        SceneError, SimulationError, ValueError, TypeError
+            As `chebyshev`.
+        """
+        checks = Checks()
+        count = checks.whole("runs", runs, least=2, most=MOST_RUNS)
+        start = checks.whole("seed", seed, least=0)
+        checks.finish()
+        if isinstance(self.model, FinishedRuns):
+            own = self.model.points
+            return self._told(
+                self.run_points(own, (len(own),), None, random=self.model.independent, kind="sample")
+            )
+        sides = list(self.intervals.values())
+        points = np.random.default_rng(start).uniform(
+            [side.lower for side in sides], [side.upper for side in sides], (count, len(sides))
+        )
+        return self._told(self.run_points(points, (count,), None, random=True, kind="sample"))
+
+    def tradeoff(
+        self,
+        degrees: Sequence[int] = (1, 2, 3, 4, 5),
+        points: Sequence[int] = (5, 10),
+        *,
+        holdout: int = 100,
+        seed: int = 0,
+        max_runs: int = MAX_RUNS,
+    ) -> StudyTradeoff:
+        """Measure accuracy against cost of the bounds: degrees, scan points and ways of bounding.
+
+        All bounds are compared with what all runs together reach, hold-out runs at random points and at the
+        corners of the box included. That is an inner bound of the response: a true enclosure is at least as
+        wide.
+
+        Parameters
+        ----------
+        degrees : sequence of int
+            Degrees of Chebyshev studies, the same in every parameter [-].
+        points : sequence of int
+            Points of scans, the same for every parameter [-].
+        holdout : int
+            Number of random points [-], at least 2; the corners come on top, of up to 8 parameters.
+        seed : int
+            Seed of the random points [-].
+        max_runs : int
+            Runs of all settings and hold-out runs together above which nothing is started [-].
+
+        Returns
+        -------
+        StudyTradeoff
+            Settings of which a run failed are in it with their status.
+
+        Raises
+        ------
+        SceneError
+            If a scene is wrong.
+        SimulationError
+            If a hold-out run fails: there is nothing to compare with.
+        ValueError, TypeError
+            If an argument is wrong; all problems are listed.
+        """
+        if isinstance(self.model, FinishedRuns):
+            raise ValueError("a tradeoff makes further runs, which a table of finished runs does not have")
+        result = measure(self, degrees, points, holdout=holdout, seed=seed, max_runs=max_runs)
+        warn_once(result.warnings, stacklevel=3)
+        return result
+
+    def _told(self, result: StudyResult, stacklevel: int = 4) -> StudyResult:
+        """The result of this study, with its warnings passed on to whoever called the caller."""
+        warn_once(result.warnings, stacklevel=stacklevel)
+        return replace(result, study=self)

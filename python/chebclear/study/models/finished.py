@@ -1,0 +1,292 @@
+"""Tables of finished runs, whoever has made them: checked, and looked up by their parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...base.arguments import Checks, did_you_mean
+from ...errors import describe
+from ...run.features import Feature
+from ...scene.scene import Interval
+from .own import Returned, check_own_features, sampled_feature, time_axis
+
+Array = NDArray[np.float64]
+
+# A parameter is that of a run of a table if it differs by no more, over half the interval.
+_SAME_POINT = 1e-6
+# A square table is doubted if neighboring runs differ by less than this part of neighboring samples.
+_ROUGHER = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class FinishedRuns:
+    """A table of runs that someone else has made; nothing can be added to it."""
+
+    intervals: dict[str, Interval]
+    """Interval of each parameter by name."""
+    table: Returned
+    """All runs, in their order."""
+    parameters: Array
+    """Parameters of all runs, shape (runs, parameters)."""
+    independent: bool
+    """Whether the points were drawn independently and uniformly from the box."""
+
+    def __repr__(self) -> str:
+        return f"{len(self.parameters)} finished runs"
+
+    @property
+    def nominal(self) -> int:
+        """The run nearest to the midpoint, which stands for the nominal one."""
+        return int(np.argmin(np.max(np.abs(self._on_cube(self.parameters)), axis=1)))
+
+    @property
+    def points(self) -> Array:
+        """Parameters of the runs but the nominal one."""
+        return np.delete(self.parameters, self.nominal, axis=0)
+
+    def require_scattered(self) -> None:
+        """Refuse runs that may have twins, since a run that is held out is to be unlike the others.
+
+        Where a parameter has no effect, runs of a grid that differ only in it are the same.
+        """
+        for name, column in zip(self.intervals, self.parameters.T, strict=True):
+            distinct = len(np.unique(column))
+            if 2 * distinct < len(column):
+                raise ValueError(
+                    f"the {len(column)} runs take only {distinct} values of {name}: runs on a grid have "
+                    "twins where a parameter has no effect, so that holding runs out proves nothing. Use "
+                    "chebyshev() for Chebyshev roots, sample() for the extremes of the runs and features"
+                )
+
+    def run(self, **parameters: float) -> dict[str, Array | float]:
+        """The run with these parameters, as a model of one's own returns it."""
+        found = self.runs(np.array([[parameters[name] for name in self.intervals]]), midpoint=False)
+        own: dict[str, Array | float] = {"t": found.t} if found.outputs else {}
+        return own | {name: found.values[0, :, index] for index, name in enumerate(found.outputs)}
+
+    def runs(self, points: Array, *, midpoint: bool) -> Returned:
+        """The runs at the points and, if asked for, last the nominal one.
+
+        Raises
+        ------
+        ValueError
+            If the table has no run at one of the points.
+        """
+        own, wanted = self._on_cube(self.parameters), self._on_cube(points)
+        rows, missing = [], []
+        for index, point in enumerate(wanted):
+            distance = np.max(np.abs(own - point), axis=1)
+            rows.append(int(distance.argmin()))
+            if distance.min() > _SAME_POINT:
+                missing.append(index)
+        if missing:
+            first = dict(zip(self.intervals, map(float, points[missing[0]]), strict=True))
+            raise ValueError(
+                f"the table has no run at {len(missing)} of the {len(points)} points that are needed, the "
+                f"first with {describe(first)}: band() and sample() take the runs as they are"
+            )
+        warnings = list(self.table.warnings)
+        stand_in = None
+        if midpoint:
+            rows.append(self.nominal)
+            away = np.max(np.abs(own[self.nominal]))
+            if away > _SAME_POINT:
+                stand_in = self.parameters[self.nominal]
+                at = dict(zip(self.intervals, map(float, self.parameters[self.nominal]), strict=True))
+                warnings.append(
+                    "no run of the table is at the midpoint of all intervals: the nearest, with "
+                    f"{describe(at)}, stands for the nominal one"
+                )
+        features = self.table.features
+        return Returned(
+            t=self.table.t,
+            outputs=self.table.outputs,
+            values=self.table.values[rows],
+            warnings=tuple(warnings),
+            features=None if features is None else features[rows],
+            feature_names=self.table.feature_names,
+            nominal_parameters=stand_in,
+        )
+
+    def _on_cube(self, points: Array) -> Array:
+        middle = np.array([side.midpoint for side in self.intervals.values()])
+        half = np.array([side.half_width for side in self.intervals.values()])
+        return np.asarray((points - middle) / half)
+
+
+def finished_runs(
+    parameters: object,
+    t: object,
+    values: object,
+    *,
+    intervals: Mapping[str, Interval] | None,
+    features: Mapping[str, Feature] | None,
+    cycles: int,
+    independent: bool,
+) -> FinishedRuns:
+    """A table of runs, checked; arguments as those of `Study.from_runs`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If the table is not one; all problems are listed.
+    """
+    checks = Checks()
+    columns = _table_parameters(checks, parameters)
+    runs = len(next(iter(columns.values()))) if columns else 0
+    instants = np.empty(0) if t is None else time_axis(checks, t)
+    series, numbers, doubts = _table_values(checks, values, runs, instants, timed=t is not None)
+    sides = _table_intervals(checks, columns, intervals)
+    asked = features or {}
+    for name, feature in asked.items():
+        if not isinstance(feature, Feature):
+            checks.add(
+                f'features["{name}"] must be a feature such as peak("force"); put other numbers of the runs '
+                f"into values, got {feature!r}",
+                wrong_type=True,
+            )
+        elif feature.of not in series:
+            known = ", ".join(series) or "no time series"
+            checks.add(f'features["{name}"]: the table has no output "{feature.of}": it has {known}')
+        elif name in numbers:
+            checks.add(f'"{name}" is in values and in features')
+    check_own_features(checks, asked)
+    checks.whole("cycles", cycles, least=1)
+    checks.finish()
+    found = [sampled_feature(one, instants, series[one.of], cycles) for one in asked.values()]
+    found += [np.repeat(column[:, None], cycles, axis=1) for column in numbers.values()]
+    shape = (runs, len(instants) if series else 0, len(series))
+    table = Returned(
+        t=instants,
+        outputs=tuple(series),
+        values=np.stack(list(series.values()), axis=-1) if series else np.empty(shape),
+        warnings=tuple(doubts),
+        features=np.stack(found, axis=-1) if found else None,
+        feature_names=(*asked, *numbers),
+    )
+    return FinishedRuns(sides, table, np.stack(list(columns.values()), axis=-1), bool(independent))
+
+
+def _table_parameters(checks: Checks, given: object) -> dict[str, Array]:
+    """The column of each parameter; none if one is wrong."""
+    if not isinstance(given, Mapping) or not given:
+        checks.add(f"parameters must map names to the values of every run, got {given!r}", wrong_type=True)
+        return {}
+    columns = {}
+    for name, value in given.items():
+        column = _numbers(checks, f'parameters["{name}"]', value)
+        if column is None:
+            continue
+        if column.ndim != 1 or len(column) < 2:
+            checks.add(
+                f'parameters["{name}"] must have one value a run, 2 at least, got shape {column.shape}'
+            )
+            continue
+        columns[str(name)] = column
+    lengths = {name: len(column) for name, column in columns.items()}
+    if len(set(lengths.values())) > 1:
+        checks.add(f"parameters must all have the same number of runs, got {lengths}")
+        return {}
+    return columns if len(columns) == len(given) else {}
+
+
+def _numbers(checks: Checks, name: str, value: object) -> Array | None:
+    """An array of finite numbers, or a problem."""
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        checks.add(f"{name} must be numbers, got {value!r}", wrong_type=True)
+        return None
+    wrong = np.argwhere(~np.isfinite(array))
+    if len(wrong):
+        rows = len(np.unique(wrong[:, 0])) if array.ndim else 1
+        where = f" in run {wrong[0][0]}" if array.ndim else ""
+        checks.add(
+            f"{name} must be finite, got {array[tuple(wrong[0])]}{where} ({rows} runs in all): leave them out"
+        )
+        return None
+    return array
+
+
+def _table_values(
+    checks: Checks, given: object, runs: int, t: Array, *, timed: bool
+) -> tuple[dict[str, Array], dict[str, Array], list[str]]:
+    """Time series of shape (runs, samples), numbers of shape (runs,), and doubts of their orientation."""
+    if not isinstance(given, Mapping) or not given:
+        checks.add(
+            f"values must map names to arrays of shape (runs, samples) or (runs,), got {given!r}",
+            wrong_type=True,
+        )
+        return {}, {}, []
+    series, numbers, doubts = {}, {}, []
+    for name, value in given.items():
+        array = _numbers(checks, f'values["{name}"]', value)
+        if array is None or not runs or (timed and not len(t)):
+            continue  # what they are to be held against is wrong itself
+        if array.shape == (runs,):
+            numbers[str(name)] = array
+        elif timed and array.shape == (runs, len(t)):
+            series[str(name)] = array
+            if runs == len(t) and _looks_transposed(array):
+                doubts.append(
+                    f'values["{name}"] is square and smoother from run to run than in time: is it (samples, '
+                    "runs)? It is taken as (runs, samples)"
+                )
+        elif timed and array.shape == (len(t), runs):
+            checks.add(
+                f'values["{name}"] has shape {array.shape}, (samples, runs); it must be (runs, samples) = '
+                f"{(runs, len(t))}: transpose it"
+            )
+        else:
+            wanted = f"(runs, samples) = {(runs, len(t))} or " if timed else ""
+            checks.add(
+                f'values["{name}"] must have shape {wanted}(runs,) = {(runs,)}, got {array.shape}'
+                + ("" if timed or array.ndim < 2 else ": time series need t")
+            )
+    return series, numbers, doubts
+
+
+def _looks_transposed(array: Array) -> bool:
+    over_runs, over_time = (float(np.mean(np.abs(np.diff(array, axis=axis)))) for axis in (0, 1))
+    return over_runs < _ROUGHER * over_time
+
+
+def _table_intervals(checks: Checks, columns: Mapping[str, Array], given: object) -> dict[str, Interval]:
+    """The box: as given, or what the runs span."""
+    if given is not None and not isinstance(given, Mapping):
+        checks.add(f"intervals must map names to intervals, got {given!r}", wrong_type=True)
+        return {}
+    wanted: Mapping[str, Any] = given or {}
+    for name in wanted:
+        if columns and name not in columns:
+            checks.add(f'intervals names no parameter with "{name}"{did_you_mean(name, columns)}')
+    sides = {}
+    for name, column in columns.items():
+        least, most = float(column.min()), float(column.max())
+        side = wanted.get(name)
+        if side is None:
+            if least == most:
+                checks.add(
+                    f'parameters["{name}"] is {least!r} in every run: leave it out, or give its interval'
+                )
+                continue
+            side = Interval(least, most)
+        if not isinstance(side, Interval):
+            checks.add(
+                f'intervals["{name}"] must be an interval(lower, upper), got {side!r}', wrong_type=True
+            )
+            continue
+        slack = _SAME_POINT * side.half_width
+        outside = np.flatnonzero((column < side.lower - slack) | (column > side.upper + slack))
+        if len(outside):
+            checks.add(
+                f'parameters["{name}"] is {float(column[outside[0]])!r} in run {outside[0]}, outside its '
+                f"interval [{side.lower!r}, {side.upper!r}] ({len(outside)} runs in all)"
+            )
+        sides[name] = side
+    return sides

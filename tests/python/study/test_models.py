@@ -1,0 +1,200 @@
+"""Models of one's own and tables of finished runs in place of scenes."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from chebclear import ChebclearWarning, Study, StudyResult, interval, mechanisms, peak, rms
+from chebclear import loss as joint_loss
+
+BOX = {"a": interval(1.0, rel=0.1), "b": interval(2.0, rel=0.1)}
+T = np.linspace(0.0, 1.0, 101)
+
+
+def line(a, b):
+    """Its range over the box is known: from 0.9 t - 2.2 to 1.1 t - 1.8."""
+    return {"t": T, "x": a * T - b, "product": a * b}
+
+
+@pytest.fixture
+def table():
+    points = np.random.default_rng(0).uniform([0.9, 1.8], [1.1, 2.2], (40, 2))
+    values = points[:, :1] * T - points[:, 1:]
+    return {"a": points[:, 0], "b": points[:, 1]}, values
+
+
+@pytest.mark.parametrize("ask", ["band", "chebyshev", "scan"])
+def test_a_model_of_ones_own_gets_the_bands_of_a_scene(ask):
+    study = Study(line, BOX)
+    result = {"band": lambda: study.band(20), "chebyshev": study.chebyshev, "scan": study.scan}[ask]()
+    band = result["x"]
+    assert np.allclose(band.lower, 0.9 * T - 2.2, atol=1e-12)
+    assert np.allclose(band.upper, 1.1 * T - 1.8, atol=1e-12)
+    assert np.allclose(band.nominal, T - 2.0, atol=1e-15)
+    assert band.verdict == ("sampled" if ask == "scan" else "resolved")
+    reach = result.feature("product").interval
+    assert (reach.lower, reach.upper) == pytest.approx((0.9 * 1.8, 1.1 * 2.2), rel=1e-12)
+
+
+def test_a_model_is_certified_extended_and_saved(tmp_path):
+    study = Study(line, BOX, features={"peak": peak("x"), "end": lambda run: run["x"][-1]})
+    assert study.certify(0.9)["x"].verdict == "certified"
+    whole = study.band(20)
+    assert study.band(12).extend(8) == whole
+    assert StudyResult.load(whole.save(tmp_path / "own")) == whole
+    assert "x.lower" in whole.dataset().variables
+    assert "product" in whole.report(tmp_path / "own").read_text(encoding="utf-8")
+    assert np.array_equal(whole.feature("peak").values, whole.feature("end").values)
+
+
+def test_an_executor_calls_a_model_at_the_same_points():
+    with ThreadPoolExecutor(2) as pool:
+        assert Study(line, BOX, executor=pool).band(8) == Study(line, BOX).band(8)
+
+
+def test_a_model_of_numbers_alone_has_features_and_no_band():
+    study = Study(lambda a, b: {"product": a * b}, BOX)
+    assert study.sample(30).ranking("product").rows[0].narrowing.value > 0.0
+    with pytest.raises(ValueError, match="a band needs outputs"):
+        study.band(8)
+
+
+def test_features_of_samples_are_those_of_the_samples():
+    def wave(a, b):
+        return {"t": T, "x": b + a * np.sin(2.0 * np.pi * T)}
+
+    features = {"peak": peak("x"), "rms": rms("x")}
+    result = Study(wave, BOX, features=features, cycles=2).sample(5)
+    a, b = result.parameters.T
+    assert np.allclose(result.feature("peak").values, np.stack([b + a, b], axis=1), atol=1e-12)
+    # The two halves have the mean squares b² + a²/2 ± 4 a b / pi; trapezoids of 50 steps err by 1e-3.
+    squares = b**2 + a**2 / 2.0
+    both = np.stack([squares + 4.0 * a * b / np.pi, squares - 4.0 * a * b / np.pi], axis=1)
+    assert np.allclose(result.feature("rms").values ** 2, both, rtol=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("model", "message"),
+    [
+        (lambda a: 3.0, "must return a Scene, or a mapping"),
+        (lambda a: {"x": T}, "without a time axis"),
+        (lambda a: {"t": T, "x": T[None, :]}, r"must have a value for each of the 101 instants.*\(1, 101\)"),
+        (lambda a: {"t": T**2, "x": T}, "equally spaced"),
+        (lambda a: {"t": T[::-1], "x": T}, "rise from instant to instant"),
+        (lambda a: {"t": T}, "at least one output besides t"),
+        (lambda a: {"t": T, "x": "wide"}, "an array of numbers"),
+        (lambda a: {"t": T, "x": np.where(T > a - 0.55, np.nan, T)}, r"with a = .* not finite at t = "),
+        (lambda a: {"t": T, "x": T, "y": np.nan}, '"y" is not finite'),
+        (lambda a: {"t": T, "x" if a < 1.0 else "y": T}, "the first run"),
+        (lambda a: {"t": T[: 50 if a < 1.0 else 51], "x": T[: 50 if a < 1.0 else 51]}, "in the first run"),
+        (lambda a: mechanisms.pendulum_in_bearing(), "needs duration and samples"),
+    ],
+)
+def test_a_model_that_returns_something_else_is_told_so(model, message):
+    with pytest.raises((ValueError, TypeError), match=message):
+        Study(model, {"a": BOX["a"]}).band(8)
+
+
+def test_what_a_model_raises_names_the_parameters():
+    def fails(a):
+        raise ZeroDivisionError("no such press")
+
+    with pytest.raises(ZeroDivisionError) as caught:
+        Study(fails, {"a": BOX["a"]}).band(4)
+    assert "a = " in caught.value.__notes__[0]
+
+
+def test_what_only_simulations_have_is_refused_together():
+    with pytest.raises(ValueError, match=r"rtol is that of a simulation") as caught:
+        Study(line, BOX, rtol=1e-3, skip=1.0, features={"loss": joint_loss("wrist")})
+    assert "skip is that" in str(caught.value) and 'features["loss"]' in str(caught.value)
+    with pytest.raises(ValueError, match="rtol is that of a simulation"):
+        Study(line, BOX).band(8, rtol=1e-4)
+    with pytest.raises(TypeError, match="leave out duration"):
+        Study(line, BOX, duration=1.0, samples=11).band(8)
+    with pytest.raises(ValueError, match='no output "y"'):
+        Study(line, BOX, outputs=["y"]).band(8)
+
+
+def test_a_table_of_finished_runs_gets_the_band_of_its_runs(table, tmp_path):
+    parameters, values = table
+    study = Study.from_runs(parameters, T, {"x": values}, intervals=BOX, features={"peak": peak("x")})
+    with pytest.warns(ChebclearWarning, match="no run of the table is at the midpoint"):
+        result = study.band()
+    assert len(result.parameters) == 39, "the run next to the midpoint is the nominal one"
+    assert np.allclose(result["x"].lower, 0.9 * T - 2.2, atol=1e-12)
+    assert "given" in result.statement
+    assert np.isnan(result.feature("peak").interval.whole_run), "nothing is known of how they were drawn"
+    assert StudyResult.load(result.save(tmp_path / "table")) == result
+    for refused in (study.certify, study.tradeoff, study.chebyshev, lambda: result.extend(3)):
+        with pytest.raises(ValueError, match=r"table|independently"):
+            refused()
+    assert len(study.sample().parameters) == 39
+
+
+def test_runs_that_were_drawn_independently_are_certified(table):
+    parameters, values = table
+    study = Study.from_runs(parameters, T, {"x": values}, independent=True)
+    with pytest.warns(ChebclearWarning, match="midpoint"):
+        assert study.certify(0.95)["x"].verdict == "certified"
+    with pytest.raises(ValueError, match="has 39 runs besides the nominal one, 1500 are needed"):
+        study.certify(0.999)
+
+
+def test_a_table_on_chebyshev_roots_gets_the_polynomial_but_no_held_out_runs():
+    own = Study(line, BOX).chebyshev(degree=3)
+    order = np.random.default_rng(1).permutation(16)
+    parameters = dict(zip(BOX, own.parameters[order].T, strict=True))
+    study = Study.from_runs(parameters, T, {"x": own.values("x")[order]}, intervals=BOX)
+    with pytest.warns(ChebclearWarning, match="midpoint"):
+        result = study.chebyshev(degree=3)
+    assert np.array_equal(result["x"].upper, own["x"].upper)
+    assert result["x"].verdict == "resolved"
+    with pytest.raises(ValueError, match="runs on a grid have twins"):
+        study.band()
+
+
+def test_orientation_and_all_else_that_is_wrong_with_a_table_is_told_together(table):
+    parameters, values = table
+    holed = values.copy()
+    holed[7, 3] = np.nan
+    wrong = {"x": values.T, "y": values[:, :50], "z": holed, "w": "text"}
+    with pytest.raises(ValueError, match="transpose it") as caught:
+        Study.from_runs(parameters, T, wrong, intervals={"a": interval(1.0, rel=0.01), "c": BOX["b"]})
+    for part in ("(40, 50)", "nan in run 7", '"w"', "outside its interval", 'with "c"'):
+        assert part in str(caught.value), part
+    with pytest.raises(ValueError, match="time series need t"):
+        Study.from_runs(parameters, None, {"x": values})
+    with pytest.raises(ValueError, match=r"is 1.0 in every run"):
+        Study.from_runs({"a": np.ones(5)}, None, {"x": np.arange(5.0)})
+    with pytest.raises(ValueError, match="same number of runs"):
+        Study.from_runs({"a": [1.0, 2.0], "b": [1.0, 2.0, 3.0]}, None, {"x": [1.0, 2.0]})
+
+
+def test_a_square_table_that_looks_transposed_is_doubted():
+    a = np.random.default_rng(2).uniform(0.9, 1.1, 101)
+    values = np.sin(6.0 * a[:, None] * T) + 20.0 * (a[:, None] - 1.0)
+    with pytest.warns(ChebclearWarning, match="smoother from run to run than in time"):
+        Study.from_runs({"a": a}, T, {"x": values.T}).sample()
+
+
+def test_a_callable_feature_does_not_simulate_again(monkeypatch):
+    from chebclear import _core
+
+    calls = []
+    simulate = _core.simulate
+    monkeypatch.setattr(_core, "simulate", lambda *given: calls.append(1) or simulate(*given))
+    study = Study(
+        mechanisms.slider_crank,
+        {"crank_length": interval(0.05, rel=0.1)},
+        ["slider.x"],
+        duration=5e-3,
+        samples=51,
+        features={"end": lambda run: run["slider.x"][-1], "peak": peak("slider.x")},
+    )
+    result = study.sample(4)
+    assert not calls
+    assert np.array_equal(result.feature("end").values[:, 0], result.values("slider.x")[:, -1])
+    study.features = {"contacts": lambda run: len(run.contacts)}
+    assert study.sample(4).feature("contacts").nominal > 0
+    assert len(calls) == 5, "what a study does not keep costs each run once more"
