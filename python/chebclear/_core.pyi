@@ -149,5 +149,6 @@ def calibrated_bands(
     limits: Sequence[tuple[float, float]],
     coverage: float,
     certified: bool,
+    revolutions: int | None,
     threads: int | None,
 ) -> list[_CalibratedBand]: ...

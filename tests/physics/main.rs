@@ -52,6 +52,7 @@ mod run {
 
 mod study {
     mod bands;
+    mod bands_by_angle;
     mod chebyshev;
     pub(crate) mod polynomials;
     mod ranges;

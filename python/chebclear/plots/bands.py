@@ -41,7 +41,7 @@ def plot_band(
     ax: Axes | None = None,
     unit: str | None = None,
     x: Array | None = None,
-    x_label: str = "time [s]",
+    x_label: str | None = None,
     scan: BandLike | None = None,
     nominal: bool = True,
     runs: int = 0,
@@ -62,9 +62,9 @@ def plot_band(
     unit : str, optional
         Unit to show, such as ``"µm"``; SI if not given.
     x : ndarray, optional
-        Abscissa in place of ``band.t``, such as the crank angle; goes with `x_label`.
-    x_label : str
-        Label of the abscissa, with its unit.
+        Abscissa in place of ``band.t``, or of the crank angle of a band by angle; goes with `x_label`.
+    x_label : str, optional
+        Label of the abscissa, with its unit; that of the band's own if not given.
     scan : Band, optional
         Band of the same output to compare with, drawn as dashed lines. A scan is an inner bound.
     nominal : bool
@@ -80,7 +80,7 @@ def plot_band(
     """
     scale, shown = unit_scale(column_unit(band.name), unit)
     ax = new_axes(ax)
-    abscissa = band.t if x is None else x
+    abscissa, own_label = _own_abscissa(band) if x is None else (x, "")
     color = fill.pop("color", fill.pop("facecolor", BOUNDS))
     style = {
         "alpha": 0.25,
@@ -91,9 +91,10 @@ def plot_band(
         "label": verdict_words(band),
     } | fill
     if runs > 0 and len(band.runs):
+        rows = "runs" if band.angle is None else "revolutions"
         chosen = np.unique(np.linspace(0, len(band.runs) - 1, min(runs, len(band.runs))).round().astype(int))
         for place, index in enumerate(chosen):
-            label = f"{len(chosen)} of {len(band.runs)} runs" if place == 0 else None
+            label = f"{len(chosen)} of {len(band.runs)} {rows}" if place == 0 else None
             ax.plot(
                 abscissa, scale * band.runs[index], color=RUNS, linewidth=0.3, rasterized=True, label=label
             )
@@ -105,10 +106,17 @@ def plot_band(
             ax.plot(abscissa, scale * bound, color="black", linewidth=0.8, linestyle=(0, (4, 2)), label=label)
     if nominal:
         ax.plot(abscissa, scale * band.nominal, color=NOMINAL, linewidth=0.7, label="nominal")
-    set_x_label(ax, x_label)
+    set_x_label(ax, own_label if x_label is None else x_label)
     set_y_label(ax, with_unit(column_words(band.name), shown))
     legend_above_the_data(ax)
     return ax
+
+
+def _own_abscissa(band: BandLike) -> tuple[Array, str]:
+    """What a band is drawn over, and its label."""
+    if band.angle is None:
+        return band.t, "time [s]"
+    return np.degrees(band.angle), "crank angle [°]"
 
 
 def verdict_words(band: BandLike) -> str:
@@ -137,7 +145,7 @@ def plot_sensitivity(
     ideal: BandLike | None = None,
     zones: ZonesLike | None = None,
     x: Array | None = None,
-    x_label: str = "time [s]",
+    x_label: str | None = None,
     **line: Any,
 ) -> Axes:
     """Draw the sensitivity of an output to one parameter at the midpoint of the intervals.
@@ -161,9 +169,9 @@ def plot_sensitivity(
     zones : RestraintZones, optional
         What `restraint_zones` returned: where clearance hardly disturbs the sensitivity is shaded.
     x : ndarray, optional
-        Abscissa in place of ``band.t``; goes with `x_label`.
-    x_label : str
-        Label of the abscissa, with its unit.
+        Abscissa in place of ``band.t``, or of the crank angle of a band by angle; goes with `x_label`.
+    x_label : str, optional
+        Label of the abscissa, with its unit; that of the band's own if not given.
     **line
         Passed to ``Axes.plot``.
 
@@ -184,7 +192,7 @@ def plot_sensitivity(
     # Those that were drawn before have their unit behind their names.
     earlier = [text for text in ax.get_legend_handles_labels()[1] if text.endswith("]")]
     style = line_style(line, linewidth=0.9, label=f"{name} [{what}]")
-    abscissa = band.t if x is None else x
+    abscissa, own_label = _own_abscissa(band) if x is None else (x, "")
     ax.plot(abscissa, slope, **style)
     if reference is not None:
         ax.plot(
@@ -199,7 +207,7 @@ def plot_sensitivity(
         ends = np.interp((start, end), band.t, abscissa)
         label = "restraint zone: clearance disturbs it least" if number == 0 else None
         ax.axvspan(ends[0], ends[1], color=ZONE, alpha=0.15, linewidth=0.0, zorder=0, label=label)
-    set_x_label(ax, x_label)
+    set_x_label(ax, own_label if x_label is None else x_label)
     # One unit for all of them, or each its own in the legend.
     shared = all(other.endswith(f" [{what}]") for other in earlier)
     many = bool(earlier)

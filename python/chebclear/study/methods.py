@@ -129,6 +129,9 @@ class Methods(Runner):
         seed: int = 0,
         include: StudyResult | Sequence[StudyResult] = (),
         max_runs: int = MAX_RUNS,
+        cycles: int | None = None,
+        discard: int = 1,
+        angle: str | None = None,
     ) -> StudyResult:
         """Bands that a further run keeps, with what runs that took no part in them say of it.
 
@@ -137,6 +140,9 @@ class Methods(Runner):
         fitted to. Elsewhere no number of runs that one can afford resolves the single run, but its
         distribution over the box changes slowly in time: the band then is a mean of running extremes of the
         runs over windows in time, widened until held-out runs are inside.
+
+        With `cycles` the bands are **by crank angle**: all revolutions of all runs are pooled, which needs
+        fewer runs and still means something where a run is so long that impacts have made it unpredictable.
 
         Parameters
         ----------
@@ -157,6 +163,13 @@ class Methods(Runner):
             held out, since their points may lie on a grid.
         max_runs : int
             Runs above which nothing is started [-].
+        cycles : int, optional
+            Revolutions of every run [-] for bands by crank angle, in place of `skip` and `duration` of the
+            study; its `samples` are then those of one revolution. The drive must turn at constant speed.
+        discard : int
+            How many of the `cycles`, the first ones, are not pooled because the start settles in them [-].
+        angle : str, optional
+            Name of the driven joint whose angle is the crank angle; needed if several are driven.
 
         Returns
         -------
@@ -168,7 +181,8 @@ class Methods(Runner):
         SceneError, SimulationError, ValueError, TypeError
             As `chebyshev`.
         """
-        return self._told(sampled.band(self, runs, coverage, rtol, seed, include, max_runs))
+        made = sampled.band(self, runs, coverage, rtol, seed, include, max_runs, cycles, discard, angle)
+        return self._told(made)
 
     def certify(
         self, coverage: float = 0.999, *, rtol: float | None = None, seed: int = 0, max_runs: int = MAX_RUNS

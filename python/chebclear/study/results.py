@@ -167,7 +167,10 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     @property
     def parameters(self) -> Array:
         """Parameters of every run [SI units], shape (runs, parameters); without the nominal run."""
-        return self._any.parameters
+        known = self._any.parameters
+        if self._kept is None or not self.bands:
+            return known
+        return known[: -self._kept : self._kept]
 
     @property
     def statement(self) -> str | None:
@@ -215,9 +218,24 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         Returns
         -------
         collections.abc.ValuesView of Band, or ndarray of shape (runs, samples)
-            The array in the unit of the output.
+            The array in the unit of the output; by crank angle of shape (runs, revolutions, samples).
         """
-        return self.bands.values() if output is None else self._entry(output).runs
+        if output is None:
+            return self.bands.values()
+        return self.table(output)[:-1] if self._kept else self._entry(output).runs
+
+    def table(self, output: str) -> Array:
+        """Values of an output in every run as `values` returns them, with the nominal run last."""
+        band = self._entry(output)
+        if self._kept is None:
+            return np.vstack([band.runs, band.nominal])
+        return band.runs.reshape(-1, self._kept, len(band.t))
+
+    @property
+    def _kept(self) -> int | None:
+        """Revolutions of each run that are pooled."""
+        demand = self.demand
+        return None if demand is None or demand.revolutions is None else demand.revolutions.kept
 
     @property
     def _any(self) -> Band | FeatureTable:
@@ -254,7 +272,8 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         outputs : sequence of str
             Names of the outputs.
         values : ndarray, shape (runs + 1, samples, outputs)
-            All outputs of all runs in their units, the nominal run last.
+            All outputs of all runs in their units, the nominal run last; by crank angle of shape (runs + 1,
+            revolutions, samples, outputs).
         intervals : dict of str to Interval
             Interval of each parameter [SI units].
         parameters : ndarray, shape (runs, parameters)
@@ -375,7 +394,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         Path
             The file written.
         """
-        runs = [np.vstack([band.runs, band.nominal]) for band in self.bands.values()]
+        runs = [self.table(name) for name in self.bands]
         shape = (len(self.parameters) + 1, len(self.t), len(runs))
         values = np.stack(runs, axis=-1) if runs else np.empty(shape)
         arrays = {"t": self.t, "values": values, "parameters": self.parameters}

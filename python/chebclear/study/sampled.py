@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..errors import SceneError
-from ..run.settings import LEAST_RTOL, MOST_RTOL
+from ..run.settings import LEAST_RTOL, MOST_RTOL, Settings
 from ..run.tracking import settling_time
 from ..run.trajectory import Stats
 from ..scene.scene import ClearanceRevolute, Scene
 from .band.calibrated import Demand, certifying_runs, is_remark, remarks
 from .band.judgement import early_widths
 from .band.limits import physical_limits
+from .by_angle import cut, turning
 from .features.features import FeatureTable
 from .models.finished import FinishedRuns
 from .polynomials.points import random_points, sobol_points
@@ -46,7 +47,8 @@ class Table:
     parameters: Array
     """Parameters [SI units], shape (runs, parameters)."""
     values: Array
-    """Outputs in their units, shape (runs, samples, outputs)."""
+    """Outputs in their units, shape (runs, samples, outputs); by crank angle (runs, revolutions, samples,
+    outputs)."""
     stats: tuple[Stats, ...]
     """What each run cost."""
     features: Array | None
@@ -79,6 +81,9 @@ def band(
     seed: int,
     include: StudyResult | Sequence[StudyResult],
     max_runs: int,
+    cycles: int | None = None,
+    discard: int = 1,
+    angle: str | None = None,
 ) -> StudyResult:
     """What `Study.band` returns; see there."""
     checks = Checks()
@@ -91,15 +96,21 @@ def band(
             f"a band takes at most {MOST_PARAMETERS} parameters, the study has {len(study.intervals)}: "
             "give those that matter least as fixed"
         )
+    if cycles is None and angle is not None:
+        checks.add(f"angle is for bands by crank angle: give cycles too, or leave it, got {angle!r}")
     others = _results(checks, include)
     checks.finish()
+    settings = _settings(study, rtol)
     if isinstance(study.model, FinishedRuns):
         points = _finished_points(study.model, runs, LEAST_RUNS)
         demand = Demand(float(coverage), len(points), int(seed), {}, finished=True)
     else:
         points = sobol_points(study.intervals, 0, count, seed)
         demand = Demand(float(coverage), count, int(seed), {})
-    return _made(study, demand, points, rtol, others)
+    if cycles is not None:
+        settings, revolutions = turning(study, settings, cycles, discard, angle)
+        demand = dataclasses.replace(demand, revolutions=revolutions)
+    return _made(study, demand, points, settings, others)
 
 
 def certify(study: Runner, coverage: float, rtol: float | None, seed: int, max_runs: int) -> StudyResult:
@@ -126,7 +137,7 @@ def certify(study: Runner, coverage: float, rtol: float | None, seed: int, max_r
     else:
         points = random_points(study.intervals, runs, seed)
     demand = Demand(float(coverage), len(points), int(seed), {}, certified=True)
-    return _made(study, demand, points, rtol, [])
+    return _made(study, demand, points, _settings(study, rtol), [])
 
 
 def _check_rtol(checks: Checks, study: Runner, rtol: float | None) -> None:
@@ -148,14 +159,30 @@ def _finished_points(table: FinishedRuns, runs: int | None, least: int) -> Array
     return points[:wanted]
 
 
+def _settings(study: Runner, rtol: float | None) -> Settings | None:
+    """How the runs of a band are simulated; None where they are not."""
+    if study.settings is None:
+        return None
+    return dataclasses.replace(study.settings, rtol=BAND_RTOL if rtol is None else float(rtol))
+
+
+def _runs(
+    study: Runner, demand: Demand, points: Array, settings: Settings | None, *, midpoint: bool = True
+) -> Runs:
+    """The runs at the points, cut into the revolutions that are pooled."""
+    new = study.made(points, settings, midpoint=midpoint)
+    return new if demand.revolutions is None else cut(new, demand.revolutions)
+
+
 def _made(
-    study: Runner, demand: Demand, points: Array, rtol: float | None, others: Sequence[StudyResult]
+    study: Runner,
+    demand: Demand,
+    points: Array,
+    settings: Settings | None,
+    others: Sequence[StudyResult],
 ) -> StudyResult:
     """The result of runs at the points and the midpoint."""
-    settings = study.settings
-    if settings is not None:
-        settings = dataclasses.replace(settings, rtol=BAND_RTOL if rtol is None else float(rtol))
-    new = study.made(points, settings)
+    new = _runs(study, demand, points, settings)
     if not new.outputs:
         raise ValueError("a band needs outputs: name some in Study(outputs=...)")
     limits = dict.fromkeys(new.outputs, (-math.inf, math.inf))
@@ -164,7 +191,7 @@ def _made(
     table = Table.new(points, new)
     scored, nominal = table[: demand.runs], table[demand.runs :]
     facts = {"t": new.t, "outputs": new.outputs, "feature_names": new.feature_names, **new.facts}
-    kept = _others(others, new.t, new.outputs, facts["scene"])
+    kept = _others(others, demand, new.t, new.outputs, facts["scene"])
     del facts["stats"], facts["warnings"]
     demand = dataclasses.replace(demand, limits=limits)
     return _result(study, demand, [scored], kept, nominal, new.warnings, facts)
@@ -186,16 +213,16 @@ def extended(
     assert demand is not None, "the checks let no other result pass"
     outputs = result.outputs
     old = Table.of(result, outputs)
-    nominal_values = np.stack([result[name].nominal for name in outputs], axis=-1)[None]
+    nominal_values = np.stack([result.table(name)[-1] for name in outputs], axis=-1)[None]
     features = None if result.features is None else result.features.nominal[None]
     nominal = Table(old.parameters[:1], nominal_values, result.stats[-1:], features)
     scored, told = [old[: demand.runs]], [text for text in result.warnings if not is_remark(text)]
     if runs > 0:
         points = sobol_points(study.intervals, demand.runs, runs, demand.seed)
-        new = study.made(points, result.settings, midpoint=False)
+        new = _runs(study, demand, points, result.settings, midpoint=False)
         scored.append(Table.new(points, new))
         told += new.warnings
-    kept = [old[demand.runs :], *_others(others, result.t, outputs, result.scene)]
+    kept = [old[demand.runs :], *_others(others, demand, result.t, outputs, result.scene)]
     demand = dataclasses.replace(demand, runs=demand.runs + runs)
     facts = {
         "t": result.t,
@@ -257,7 +284,7 @@ def _results(checks: Checks, include: object) -> list[StudyResult]:
 
 
 def _others(
-    results: Sequence[StudyResult], t: Array, outputs: Sequence[str], scene: Scene | None
+    results: Sequence[StudyResult], demand: Demand, t: Array, outputs: Sequence[str], scene: Scene | None
 ) -> list[Table]:
     """The runs of other results, which must be of the same study."""
     checks = Checks()
@@ -265,7 +292,10 @@ def _others(
         missing = [name for name in outputs if name not in result.outputs]
         if missing:
             checks.add(f"include[{index}] misses the outputs {', '.join(missing)}")
-        if not np.array_equal(result.t, t):
+        revolutions = None if result.demand is None else result.demand.revolutions
+        if revolutions != demand.revolutions:
+            checks.add(f"include[{index}] has other revolutions, or none")
+        elif not np.array_equal(result.t, t):
             checks.add(f"include[{index}] has other instants")
         if result.scene != scene:
             checks.add(f"include[{index}] is of another study: its midpoint is another scene")

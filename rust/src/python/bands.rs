@@ -60,7 +60,7 @@ pub fn total_degree_basis<'py>(
     matrix(py, regression::basis(&points, parameters, degree), regression::term_count(parameters, degree))
 }
 
-/// Calibrated or certified bands of all outputs.
+/// Calibrated or certified bands of all outputs; with revolutions each run has that many rows.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub fn calibrated_bands<'py>(
@@ -71,6 +71,7 @@ pub fn calibrated_bands<'py>(
     limits: Vec<[f64; 2]>,
     coverage: f64,
     certified: bool,
+    revolutions: Option<usize>,
     threads: Option<usize>,
 ) -> PyResult<Bound<'py, PyList>> {
     let (points, [_, parameters]) = flat(&points)?;
@@ -85,7 +86,7 @@ pub fn calibrated_bands<'py>(
         }
     };
     let method = if certified { Method::Certified } else { Method::Calibrated };
-    let table = Table { points: &points, parameters, values, samples, outputs, scored };
+    let table = Table { points: &points, parameters, values, samples, outputs, revolutions, scored };
     let bands = py.detach(|| band::bands(&table, &limits, coverage, method, threads)).map_err(grid_error)?;
     let result = PyList::empty(py);
     for band in bands {

@@ -4,7 +4,7 @@ use chebclear::study::band::calibrate::{Demand, Excess, HeldOut, inflation};
 use chebclear::study::band::certify::least_runs;
 use chebclear::study::band::extremes::{ALWAYS, Bound, Growing, tops};
 use chebclear::study::band::regression::{Regression, basis, exponents, term_count};
-use chebclear::study::band::running::{Window, running_maximum, running_mean, running_minimum};
+use chebclear::study::band::running::{Ends, Window, running_maximum, running_mean, running_minimum};
 use chebclear::study::band::{Method, OutputBand, Table, bands};
 use chebclear::study::points::{SplitMix64, random_points, sobol_points};
 
@@ -65,7 +65,7 @@ fn leave_one_out_extremes_equal_those_without_the_run() {
     let mut random = SplitMix64::new(8);
     // Few values, so that runs tie.
     let values: Vec<f64> = (0..rows * columns).map(|_| (9.0 * random.uniform()).floor()).collect();
-    let start = tops(&values, columns, scored);
+    let start = tops(&values, columns, scored, 1);
     let largest = |at: usize, half: usize, left_out: Option<usize>| {
         let span = at.saturating_sub(half)..=(at + half).min(columns - 1);
         let kept = (0..rows).filter(|&row| Some(row) != left_out);
@@ -73,7 +73,7 @@ fn leave_one_out_extremes_equal_those_without_the_run() {
             .map(|(row, t)| values[row * columns + t])
             .fold(f64::NEG_INFINITY, f64::max)
     };
-    let mut growing = Growing::new(start);
+    let mut growing = Growing::new(start, Ends::Cut);
     for half in [0, 1, 2, 3, 7, 8, 30, 60] {
         let found = growing.grow(half).to_vec();
         for (at, top) in found.iter().enumerate() {
@@ -90,9 +90,10 @@ fn leave_one_out_extremes_equal_those_without_the_run() {
 fn a_window_between_two_lengths_is_between_their_bounds() {
     let mut random = SplitMix64::new(2);
     let values: Vec<f64> = (0..4 * 30).map(|_| random.uniform()).collect();
-    let start = tops(&values, 30, 4);
+    let start = tops(&values, 30, 4, 1);
     let runs: Vec<u32> = start.iter().map(|top| top.run).collect();
-    let over = |reach: f64| Bound::over(Window::new(reach), &mut Growing::new(start.clone()), &runs);
+    let over =
+        |reach: f64| Bound::over(Window::new(reach), &mut Growing::new(start.clone(), Ends::Cut), &runs);
     let (inner, middle, outer) = (over(2.0), over(2.25), over(3.0));
     for at in 0..30 {
         let expected = 0.75 * inner.all[at] + 0.25 * outer.all[at];
@@ -266,7 +267,7 @@ fn table<'a>(
     outputs: usize,
 ) -> Table<'a> {
     let scored = points.len() / parameters;
-    Table { points, parameters, values, samples, outputs, scored }
+    Table { points, parameters, values, samples, outputs, revolutions: None, scored }
 }
 
 fn one_band(points: &[f64], parameters: usize, values: &[f64], limits: [f64; 2]) -> OutputBand {
@@ -440,7 +441,15 @@ fn rows_that_are_not_held_out_always_count() {
     let points = sobol_points(2, 0, runs + 1, Some(0));
     let mut values: Vec<f64> = (0..runs * samples).map(|_| random.uniform()).collect();
     values.extend(vec![5.0; samples]);
-    let table = Table { points: &points, parameters: 2, values: &values, samples, outputs: 1, scored: runs };
+    let table = Table {
+        points: &points,
+        parameters: 2,
+        values: &values,
+        samples,
+        outputs: 1,
+        revolutions: None,
+        scored: runs,
+    };
     let band = &bands(&table, &[NONE], 0.99, Method::Calibrated, Some(1)).unwrap()[0];
     // No run that is held out can leave the band upwards, so it need not be widened there for them.
     assert!(band.upper.iter().all(|&upper| upper >= 5.0));

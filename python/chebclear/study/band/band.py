@@ -1,4 +1,4 @@
-"""The band of an output over time: how far it reaches over a box of parameters, and how sure that is."""
+"""The band of an output over time or crank angle: how far it reaches over a box, and how sure that is."""
 
 from __future__ import annotations
 
@@ -61,22 +61,25 @@ class Band(records.ArrayRecord):
     name: str
     """Name of the output."""
     t: Array = field(metadata=unit("s"))
-    """Instants [s], shape (samples,)."""
+    """Instants [s], shape (samples,); by crank angle those of the first revolution of the nominal run."""
     lower: Array
     """Lower bound in the unit of the output, shape (samples,)."""
     upper: Array
     """Upper bound in the unit of the output, shape (samples,)."""
     nominal: Array
-    """Response at the midpoint of all intervals in the unit of the output, shape (samples,)."""
+    """Response at the midpoint of all intervals in the unit of the output, shape (samples,); by crank angle
+    its first revolution."""
     hull: tuple[Array, Array]
     """Smallest and largest value of all runs, the nominal one included, in the unit of the output, each of
     shape (samples,)."""
     intervals: dict[str, Interval]
     """Interval of each parameter by name [SI units]."""
     parameters: Array
-    """Parameters of the runs [SI units], shape (runs, parameters)."""
+    """Parameters of the runs [SI units], shape (runs, parameters); by crank angle a row for each
+    revolution."""
     runs: Array
-    """Values of the runs in the unit of the output, shape (runs, samples)."""
+    """Values of the runs in the unit of the output, shape (runs, samples); by crank angle a row for each
+    revolution, those of the nominal run last."""
     surrogate: Surrogate | None
     """The polynomial behind the bounds; None without one."""
     verdict: Verdict
@@ -94,6 +97,8 @@ class Band(records.ArrayRecord):
     whole_run: float = math.nan
     """Probability that a further run at random parameters is in the band throughout [-]; NaN where nothing
     may be promised."""
+    angle: Array | None = field(default=None, metadata=unit("rad"))
+    """Crank angle of the samples [rad], shape (samples,); None for a band over time."""
 
     def __repr__(self) -> str:
         return f"<Band of {self.name}: {len(self.t)} samples, largest width {self.max_width:.6g}>"

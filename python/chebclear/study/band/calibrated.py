@@ -13,6 +13,7 @@ from ...scene.scene import Interval
 from ..polynomials.points import on_cube
 from ..polynomials.total_degree import total_degree_polynomial
 from .band import Band, Margin, Verdict
+from .revolutions import Revolutions
 
 Array = NDArray[np.float64]
 
@@ -37,12 +38,16 @@ class Demand:
     """Whether the band is to be proved, from independent runs at random points."""
     finished: bool = False
     """Whether the runs came as a table, at points that someone else chose."""
+    revolutions: Revolutions | None = None
+    """The revolutions of every run that are pooled by crank angle; None for bands over time."""
 
     @classmethod
     def from_dict(cls, plain: Mapping[str, object]) -> Demand:
         """What JSON made of a demand."""
         limits = {name: tuple(ends) for name, ends in dict(plain["limits"]).items()}  # type: ignore[call-overload]
-        return cls(**{**plain, "limits": limits})  # type: ignore[arg-type]
+        turns = plain.get("revolutions")
+        revolutions = None if turns is None else Revolutions(**turns)  # type: ignore[arg-type]
+        return cls(**{**plain, "limits": limits, "revolutions": revolutions})  # type: ignore[arg-type]
 
 
 def needed_runs(coverage: float) -> int:
@@ -65,11 +70,12 @@ def calibrated_bands(
     Parameters
     ----------
     t : ndarray, shape (samples,)
-        Instants [s].
+        Instants [s], with revolutions those of the first one of the nominal run.
     outputs : sequence of str
         Names of the outputs.
     values : ndarray, shape (runs + 1, samples, outputs)
-        All outputs of all runs in their units: first those at Sobol' points, the nominal run last.
+        All outputs of all runs in their units: first those at Sobol' points, the nominal run last. With
+        revolutions the shape is (runs + 1, revolutions, samples, outputs).
     intervals : dict of str to Interval
         Interval of each parameter [SI units].
     parameters : ndarray, shape (runs, parameters)
@@ -86,13 +92,20 @@ def calibrated_bands(
     ValueError
         If a value is not finite, or there are fewer than three runs at Sobol' points.
     """
-    nominal = np.zeros(len(intervals))
+    place = np.zeros(len(intervals))
     if nominal_parameters is not None:
-        nominal = on_cube(intervals, nominal_parameters)
-    points = np.vstack([on_cube(intervals, parameters), nominal])
+        place = on_cube(intervals, nominal_parameters)
+    points = np.vstack([on_cube(intervals, parameters), place])
     limits = [demand.limits[name] for name in outputs]
+    nominal, rows, angle, kept = values[-1], values[:-1], None, None
+    if demand.revolutions is not None:
+        kept, angle = demand.revolutions.kept, demand.revolutions.angle(len(t))
+        middle = [side.midpoint for side in intervals.values()]
+        parameters = np.repeat(np.vstack([parameters, middle]), kept, axis=0)
+        nominal, rows = values[-1, 0], values.reshape(-1, *values.shape[2:])
+        values = rows
     found = _core.calibrated_bands(
-        values, points, demand.runs, limits, demand.coverage, demand.certified, threads
+        values, points, demand.runs, limits, demand.coverage, demand.certified, kept, threads
     )
     spacing = float(t[-1] - t[0]) / (len(t) - 1)
     lowest, highest = values.min(axis=0), values.max(axis=0)
@@ -113,16 +126,17 @@ def calibrated_bands(
             t=t,
             lower=band["lower"],
             upper=band["upper"],
-            nominal=values[-1, :, index],
+            nominal=nominal[:, index],
             hull=(lowest[:, index], highest[:, index]),
             intervals=intervals,
             parameters=parameters,
-            runs=values[:-1, :, index],
+            runs=rows[:, :, index],
             surrogate=surrogate,
             verdict=_verdict(band["degree"] is not None, band["coverage"], demand),
             margin=margin,
             coverage=band["coverage"],
             whole_run=band["whole_run"],
+            angle=angle,
         )
     return bands
 

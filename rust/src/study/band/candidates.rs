@@ -7,7 +7,7 @@
 
 use super::calibrate::{Demand, Excess, HeldOut, inflation};
 use super::extremes::{ALWAYS, Bound, Growing, Top, tops};
-use super::running::{Window, running_mean};
+use super::running::{Ends, Window, running_mean};
 
 /// Longest window to either side, a part of the duration.
 const LONGEST: f64 = 1.0 / 12.0;
@@ -30,10 +30,14 @@ const AVERAGED: f64 = 1.05;
 /// The runs of one output.
 #[derive(Clone, Copy, Debug)]
 pub struct Runs<'a> {
-    /// Values, runs x samples; the scored ones first.
+    /// Values, rows x samples; the scored runs first.
     pub values: &'a [f64],
-    /// Samples of a run, at least 2.
+    /// Samples of a row, at least 2.
     pub samples: usize,
+    /// Rows of a run: its revolutions, or one.
+    pub block: usize,
+    /// What is beyond the ends of a row.
+    pub ends: Ends,
     /// Runs that are held out in turn; the others always count.
     pub scored: usize,
     /// What no value can be beyond: lower and upper limit.
@@ -56,7 +60,10 @@ pub struct Calibrated {
 }
 
 /// One side of the runs: values for the upper side, negative values for the lower one.
-struct Side {
+struct Side<'a> {
+    /// Values, rows x samples, and the rows of a run.
+    values: &'a [f64],
+    block: usize,
     /// Largest value of all runs at every instant.
     hull: Vec<f64>,
     /// Largest value of a run that can be left out, and which; no run where another has it.
@@ -70,6 +77,7 @@ struct Side {
 /// One side of a band before it is widened.
 struct Shape {
     bound: Vec<f64>,
+    /// The sample times the rows of a run plus the row of the run, and by how much that is outside.
     excesses: Vec<(usize, Excess)>,
 }
 
@@ -118,22 +126,24 @@ fn ladder(samples: usize) -> Vec<f64> {
 
 fn mean_run(runs: &Runs<'_>) -> Vec<f64> {
     let mut mean = vec![0.0; runs.samples];
-    for row in runs.values.chunks_exact(runs.samples).take(runs.scored) {
+    let rows = runs.scored * runs.block;
+    for row in runs.values.chunks_exact(runs.samples).take(rows) {
         mean.iter_mut().zip(row).for_each(|(mean, value)| *mean += value);
     }
-    mean.iter_mut().for_each(|mean| *mean /= runs.scored as f64);
+    mean.iter_mut().for_each(|mean| *mean /= rows as f64);
     mean
 }
 
-impl Side {
-    fn new(values: &[f64], mean: &[f64], runs: &Runs<'_>, windows: &[f64]) -> Self {
+impl<'a> Side<'a> {
+    fn new(values: &'a [f64], mean: &[f64], runs: &Runs<'_>, windows: &[f64]) -> Self {
         let samples = runs.samples;
-        let largest = tops(values, samples, runs.scored);
+        let largest = tops(values, samples, runs.scored, runs.block);
         let hull: Vec<f64> = largest.iter().map(|top| top.first).collect();
         let labels: Vec<u32> = largest.iter().map(|top| top.run).collect();
         let reach: Vec<f64> = hull.iter().zip(mean).map(|(hull, mean)| (hull - mean).max(0.0)).collect();
         let floor = SPREAD_FLOOR * reach.iter().sum::<f64>() / samples as f64;
-        let mut spread = running_mean(&reach, Window::new(SPREAD_WINDOW * (samples - 1) as f64));
+        let window = Window::new(SPREAD_WINDOW * (samples - 1) as f64);
+        let mut spread = runs.ends.over(&reach, window, running_mean);
         spread.iter_mut().for_each(|spread| *spread += floor);
         let deviations: Vec<Top> = largest
             .iter()
@@ -141,7 +151,7 @@ impl Side {
             .map(|(top, mean)| Top { first: top.first - mean, second: top.second - mean, ..*top })
             .collect();
         let family = |start: Vec<Top>, base: Option<&[f64]>| {
-            let mut growing = Growing::new(start);
+            let mut growing = Growing::new(start, runs.ends);
             let mut bounds = vec![Bound::over(Window::new(0.0), &mut growing, &labels)];
             bounds.extend(windows.iter().map(|&w| Bound::over(Window::new(w), &mut growing, &labels)));
             for bound in &mut bounds {
@@ -153,7 +163,7 @@ impl Side {
             bounds
         };
         let families = [family(largest, None), family(deviations, Some(mean))];
-        Self { hull, runs: labels, spread, families }
+        Self { values, block: runs.block, hull, runs: labels, spread, families }
     }
 
     /// The mean of the bounds over the `longest`-th window, the next shorter ones and the instant itself.
@@ -169,21 +179,42 @@ impl Side {
                 without[at] += bounds[member].without[at];
             }
         }
-        let mut excesses = Vec::new();
         for at in 0..bound.len() {
             // Means are rounded: a bound must not cut the runs.
             bound[at] = (bound[at] / count).max(self.hull[at]);
-            let excess = self.hull[at] - without[at] / count;
-            if self.runs[at] != ALWAYS && excess > 0.0 && self.spread[at] > 0.0 {
-                excesses.push((at, Excess { run: self.runs[at], score: excess / self.spread[at] }));
+            without[at] /= count;
+        }
+        Shape { bound, excesses: self.excesses(&without) }
+    }
+
+    /// Where rows are outside of bounds made without their run. Only the run of the largest value can be.
+    fn excesses(&self, without: &[f64]) -> Vec<(usize, Excess)> {
+        let samples = self.hull.len();
+        let mut excesses = Vec::new();
+        for at in 0..samples {
+            let (run, spread) = (self.runs[at], self.spread[at]);
+            if run == ALWAYS || self.hull[at] <= without[at] || spread <= 0.0 {
+                continue;
+            }
+            for row in 0..self.block {
+                let excess = self.values[(run as usize * self.block + row) * samples + at] - without[at];
+                if excess > 0.0 {
+                    excesses.push((at * self.block + row, Excess { run, score: excess / spread }));
+                }
             }
         }
-        Shape { bound, excesses }
+        excesses
     }
 }
 
 impl Candidate {
-    fn new(shapes: [Shape; 2], sides: &[Side; 2], limits: [f64; 2], window: f64, demand: &Demand) -> Self {
+    fn new(
+        shapes: [Shape; 2],
+        sides: &[Side<'_>; 2],
+        limits: [f64; 2],
+        window: f64,
+        demand: &Demand,
+    ) -> Self {
         let excesses: Vec<Excess> =
             shapes.iter().flat_map(|shape| shape.excesses.iter().map(|(_, excess)| *excess)).collect();
         let inflation = inflation(&excesses, demand);
@@ -195,7 +226,7 @@ impl Candidate {
     }
 
     /// The bound of a side, widened and cut at what no value can be beyond.
-    fn widened(&self, side: usize, of: &Side, limit: f64) -> Vec<f64> {
+    fn widened(&self, side: usize, of: &Side<'_>, limit: f64) -> Vec<f64> {
         (0..of.hull.len())
             .map(|at| {
                 let wide = self.shapes[side].bound[at] + self.inflation * of.spread[at];
@@ -206,7 +237,7 @@ impl Candidate {
 }
 
 /// The mean of the narrowest candidates, and what held-out runs do in it.
-fn averaged(candidates: &[Candidate], sides: &[Side; 2], runs: &Runs<'_>, demand: &Demand) -> Calibrated {
+fn averaged(candidates: &[Candidate], sides: &[Side<'_>; 2], runs: &Runs<'_>, demand: &Demand) -> Calibrated {
     let narrowest = candidates.iter().map(|candidate| candidate.width).fold(f64::INFINITY, f64::min);
     let chosen: Vec<&Candidate> =
         candidates.iter().filter(|candidate| candidate.width <= AVERAGED * narrowest).collect();
@@ -216,9 +247,9 @@ fn averaged(candidates: &[Candidate], sides: &[Side; 2], runs: &Runs<'_>, demand
     let mut excesses = Vec::new();
     for (side, limit) in [(0, -runs.limits[0]), (1, runs.limits[1])] {
         let of = &sides[side];
-        // How far the largest run is outside of the mean of the bounds that were made without it. Where it
+        // How far the rows of the largest run are outside of the mean of the bounds that were made without it. Where it
         // keeps one of them before that is widened, the distance was not kept: the sum is at most too large.
-        let mut outside = vec![-inflation; runs.samples];
+        let mut outside = vec![-inflation; runs.samples * runs.block];
         for candidate in &chosen {
             for (bound, wide) in bounds[side].iter_mut().zip(candidate.widened(side, of, limit)) {
                 *bound += share * wide;
@@ -228,9 +259,11 @@ fn averaged(candidates: &[Candidate], sides: &[Side; 2], runs: &Runs<'_>, demand
             }
         }
         excesses.extend(
-            (0..runs.samples)
-                .filter(|&at| outside[at] > 0.0)
-                .map(|at| Excess { run: of.runs[at], score: outside[at] }),
+            outside
+                .iter()
+                .enumerate()
+                .filter(|(_, score)| **score > 0.0)
+                .map(|(place, &score)| Excess { run: of.runs[place / runs.block], score }),
         );
         // Sums of shares are rounded.
         for (bound, &hull) in bounds[side].iter_mut().zip(&of.hull) {

@@ -29,12 +29,12 @@ pub fn least_runs(coverage: f64) -> usize {
     ((1.0 / (1.0 - coverage)) * (1.0 - 1e-12)).ceil() as usize - 1
 }
 
-/// The certified band of the runs, which must be independent or at least exchangeable; rows that are not
+/// The certified band of the runs, each one row, which must be independent or at least exchangeable; rows that are not
 /// scored always count.
 pub fn certified(runs: &Runs<'_>, demand: &Demand) -> Calibrated {
     let samples = runs.samples;
     let opposite: Vec<f64> = runs.values.iter().map(|value| -value).collect();
-    let sides = [tops(&opposite, samples, runs.scored), tops(runs.values, samples, runs.scored)];
+    let sides = [tops(&opposite, samples, runs.scored, 1), tops(runs.values, samples, runs.scored, 1)];
     let width: Vec<f64> = sides[0].iter().zip(&sides[1]).map(|(low, high)| low.first + high.first).collect();
     let excesses = scores(&sides, &width, runs.scored);
 

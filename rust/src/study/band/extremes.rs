@@ -4,7 +4,7 @@
 //! the others, so the two largest values of different runs hold every leave-one-out bound. Windows grow by
 //! merging: the work does not depend on the number of runs.
 
-use super::running::Window;
+use super::running::{Ends, Window};
 
 /// The label of runs that are never left out.
 pub const ALWAYS: u32 = u32::MAX;
@@ -24,7 +24,7 @@ impl Top {
     const NONE: Self = Self { first: f64::NEG_INFINITY, run: ALWAYS, second: f64::NEG_INFINITY };
 
     /// What two sets of values have together.
-    fn merge(self, other: Self) -> Self {
+    pub fn merge(self, other: Self) -> Self {
         let (high, low) = if self.first >= other.first { (self, other) } else { (other, self) };
         // The second of the lower one can only count where both have the same run.
         let rival = if high.run == low.run { low.second } else { low.first };
@@ -37,12 +37,12 @@ impl Top {
     }
 }
 
-/// The two largest values at every instant of `rows`, each `columns` long; the first `scored` rows are runs
-/// that can be left out, the others always count.
-pub fn tops(rows: &[f64], columns: usize, scored: usize) -> Vec<Top> {
+/// The two largest values at every instant of `rows`, each `columns` long; `block` rows are a run. The first
+/// `scored` runs can be left out, the others always count.
+pub fn tops(rows: &[f64], columns: usize, scored: usize, block: usize) -> Vec<Top> {
     let mut tops = vec![Top::NONE; columns];
     for (index, row) in rows.chunks_exact(columns).enumerate() {
-        let run = if index < scored { index as u32 } else { ALWAYS };
+        let run = if index < scored * block { (index / block) as u32 } else { ALWAYS };
         for (top, &first) in tops.iter_mut().zip(row) {
             if first > top.second {
                 *top = top.merge(Top { first, run, second: f64::NEG_INFINITY });
@@ -57,20 +57,21 @@ pub fn tops(rows: &[f64], columns: usize, scored: usize) -> Vec<Top> {
 pub struct Growing {
     half: usize,
     tops: Vec<Top>,
+    ends: Ends,
 }
 
 impl Growing {
     /// Starts from single instants.
-    pub fn new(tops: Vec<Top>) -> Self {
-        Self { half: 0, tops }
+    pub fn new(tops: Vec<Top>, ends: Ends) -> Self {
+        Self { half: 0, tops, ends }
     }
 
-    /// Tops over `half` samples to both sides, cut short at the ends; `half` must not shrink.
+    /// Tops over `half` samples to both sides; `half` must not shrink.
     pub fn grow(&mut self, half: usize) -> &[Top] {
         while self.half < half {
             // Three windows side by side leave no gap up to this step.
             let step = (half - self.half).min(2 * self.half + 1);
-            self.tops = widened(&self.tops, step);
+            self.tops = self.widened(step);
             self.half += step;
         }
         &self.tops
@@ -78,15 +79,18 @@ impl Growing {
 
     /// Tops over one sample more.
     pub fn next(&self) -> Vec<Top> {
-        widened(&self.tops, 1)
+        self.widened(1)
     }
-}
 
-fn widened(tops: &[Top], step: usize) -> Vec<Top> {
-    let last = tops.len() - 1;
-    (0..tops.len())
-        .map(|at| tops[at].merge(tops[at.saturating_sub(step)]).merge(tops[(at + step).min(last)]))
-        .collect()
+    fn widened(&self, step: usize) -> Vec<Top> {
+        let tops = &self.tops;
+        (0..tops.len())
+            .map(|at| {
+                let [before, after] = self.ends.neighbors(at, step, tops.len());
+                tops[at].merge(tops[before]).merge(tops[after])
+            })
+            .collect()
+    }
 }
 
 /// A bound at every instant, and the bound that the run of the largest value there would have had to keep.

@@ -19,6 +19,7 @@ use candidates::{Calibrated, Runs, calibrated};
 use certify::certified;
 use regression::Regression;
 use resolve::{MOST_DEGREE, MOST_TERMS, Resolved, resolved};
+use running::Ends;
 
 /// Runs at points of the box, of all outputs.
 #[derive(Clone, Copy, Debug)]
@@ -27,10 +28,13 @@ pub struct Table<'a> {
     pub points: &'a [f64],
     /// Number of parameters.
     pub parameters: usize,
-    /// Values, rows x samples x outputs.
+    /// Values, rows x samples x outputs; with revolutions runs x revolutions x samples x outputs.
     pub values: &'a [f64],
-    /// Number of samples.
+    /// Number of samples, of a revolution if there are any.
     pub samples: usize,
+    /// Revolutions of every run, pooled over the crank angle, the first and last sample of each at the same
+    /// angle; none where the samples are instants.
+    pub revolutions: Option<usize>,
     /// Number of outputs.
     pub outputs: usize,
     /// Runs spread evenly or at random over the box, the first rows: they are held out in turn. The others
@@ -104,13 +108,18 @@ pub fn bands(
         )));
     }
     let rows = table.points.len() / table.parameters;
+    let block = table.revolutions.unwrap_or(1);
+    if method == Method::Certified && block > 1 {
+        return Err(GridError::new("revolutions of a run are not independent: no band is certified of them"));
+    }
+    let ends = if table.revolutions.is_some() { Ends::Joined } else { Ends::Cut };
     let most_terms = (MOST_TERMS * rows as f64) as usize;
     let regression = Regression::new(table.points, table.parameters, MOST_DEGREE, most_terms);
     let one = |output: usize| {
-        let column = gather(table, rows, output);
-        let runs =
-            Runs { values: &column, samples: table.samples, scored: table.scored, limits: limits[output] };
-        let demand = Demand { coverage, runs: table.scored, samples: table.samples };
+        let column = gather(table, rows * block, output);
+        let Table { samples, scored, .. } = *table;
+        let runs = Runs { values: &column, samples, block, ends, scored, limits: limits[output] };
+        let demand = Demand { coverage, runs: scored, samples: samples * block };
         match method {
             Method::Calibrated => band(&runs, &regression, &demand),
             Method::Certified => certified(&runs, &demand).into(),
@@ -198,10 +207,15 @@ fn check(table: &Table<'_>, limits: &[[f64; 2]], coverage: f64) -> Result<(), Gr
         ));
     }
     let rows = table.points.len() / table.parameters;
-    let needed = rows.checked_mul(table.samples).and_then(|count| count.checked_mul(table.outputs));
+    let block = table.revolutions.unwrap_or(1);
+    if block == 0 {
+        return fail("revolutions must be >= 1, got 0".to_owned());
+    }
+    let sizes = [block, table.samples, table.outputs];
+    let needed = sizes.iter().try_fold(rows, |count: usize, &size| count.checked_mul(size));
     if needed != Some(table.values.len()) || limits.len() != table.outputs {
         return fail(format!(
-            "{} values and {} limits: {rows} runs x {} samples x {} outputs are needed",
+            "{} values and {} limits: {rows} runs x {block} rows x {} samples x {} outputs are needed",
             table.values.len(),
             limits.len(),
             table.samples,
@@ -221,7 +235,7 @@ fn check(table: &Table<'_>, limits: &[[f64; 2]], coverage: f64) -> Result<(), Gr
         return fail(format!("run {} is at {}, outside [-1, 1]", at / table.parameters, table.points[at]));
     }
     if let Some(at) = table.values.iter().position(|value| !value.is_finite()) {
-        let run = at / (table.samples * table.outputs);
+        let run = at / (block * table.samples * table.outputs);
         return fail(format!("run {run} has a value {}: all must be finite", table.values[at]));
     }
     Ok(())

@@ -7,6 +7,7 @@ use super::regression::{Regression, exponents};
 use super::running::{Window, running_maximum};
 use super::search::Search;
 use crate::study::range::polynomial_ranges;
+use std::borrow::Cow;
 
 /// Largest degree that is tried; beyond, even smooth outputs gained nothing.
 pub const MOST_DEGREE: usize = 8;
@@ -56,11 +57,11 @@ pub struct Resolved {
 pub fn resolved(runs: &Runs<'_>, regression: &Regression, demand: &Demand) -> Option<Resolved> {
     let degree = chosen_degree(runs, regression)?;
     let samples = runs.samples;
-    let projected = regression.project(runs.values, samples, degree);
-    let mut residuals = runs.values.to_vec();
+    let means = means(runs);
+    let projected = regression.project(&means, samples, degree);
+    let mut residuals = means.to_vec();
     (0..=degree).for_each(|degree| regression.reduce(&mut residuals, &projected, samples, degree));
-    let mut errors = regression.leave_one_out(&residuals, samples, degree);
-    errors.truncate(runs.scored * samples);
+    let mut errors = of_rows(runs, &means, regression.leave_one_out(&residuals, samples, degree));
     let error = relative_error(runs, &errors, samples);
     if error > TRUSTED {
         return None;
@@ -69,9 +70,10 @@ pub fn resolved(runs: &Runs<'_>, regression: &Regression, demand: &Demand) -> Op
     let coefficients = regression.coefficients(&projected, samples, degree);
     let [lowest, highest] = range(&coefficients, samples, regression.parameters, degree);
     errors.iter_mut().for_each(|error| *error = error.abs());
-    let largest = tops(&errors, samples, runs.scored);
+    let largest = tops(&errors, samples, runs.scored, runs.block);
     let window = Window::new(MARGIN_WINDOW * (samples - 1) as f64);
-    let margin = running_maximum(&largest.iter().map(|top| top.first).collect::<Vec<_>>(), window);
+    let errors: Vec<f64> = largest.iter().map(|top| top.first).collect();
+    let margin = runs.ends.over(&errors, window, running_maximum);
     let [hull_lower, hull_upper] = hull(runs);
     let [least, most] = runs.limits;
     let lower: Vec<f64> =
@@ -94,12 +96,13 @@ fn chosen_degree(runs: &Runs<'_>, regression: &Regression) -> Option<usize> {
     let values: Vec<f64> = rows.flat_map(|row| probes.iter().map(|&at| row[at])).collect();
     let few = Runs { values: &values, samples: count, ..*runs };
     let most = regression.most_degree()?;
-    let projected = regression.project(&values, count, most);
-    let mut residuals = values.clone();
+    let means = means(&few);
+    let projected = regression.project(&means, count, most);
+    let mut residuals = means.to_vec();
     let (mut best, mut error_of_best) = (0, f64::INFINITY);
     for degree in 0..=most {
         regression.reduce(&mut residuals, &projected, count, degree);
-        let errors = regression.leave_one_out(&residuals, count, degree);
+        let errors = of_rows(&few, &means, regression.leave_one_out(&residuals, count, degree));
         let error = relative_error(&few, &errors, count);
         if error < error_of_best {
             (best, error_of_best) = (degree, error);
@@ -112,11 +115,40 @@ fn chosen_degree(runs: &Runs<'_>, regression: &Regression) -> Option<usize> {
     (error_of_best <= 1.2 * TRUSTED).then_some(best)
 }
 
+/// Means of the rows of every run, runs x samples: least squares of the rows and of their means are the same.
+fn means<'a>(runs: &Runs<'a>) -> Cow<'a, [f64]> {
+    if runs.block == 1 {
+        return Cow::Borrowed(runs.values);
+    }
+    let samples = runs.samples;
+    let mut means = Vec::with_capacity(runs.values.len() / runs.block);
+    for rows in runs.values.chunks_exact(samples * runs.block) {
+        let sum = |at: usize| rows.iter().skip(at).step_by(samples).sum::<f64>();
+        means.extend((0..samples).map(|at| sum(at) / runs.block as f64));
+    }
+    Cow::Owned(means)
+}
+
+/// Errors of the rows of the scored runs when the run is left out, from those of the means of the runs.
+fn of_rows(runs: &Runs<'_>, means: &[f64], mut errors: Vec<f64>) -> Vec<f64> {
+    errors.truncate(runs.scored * runs.samples);
+    if runs.block == 1 {
+        return errors;
+    }
+    let rows = runs.values.chunks_exact(runs.samples).take(runs.scored * runs.block).enumerate();
+    rows.flat_map(|(row, values)| {
+        let from = row / runs.block * runs.samples;
+        let of_run = means[from..].iter().zip(&errors[from..]);
+        values.iter().zip(of_run).map(|(value, (mean, error))| value - mean + error)
+    })
+    .collect()
+}
+
 /// Largest error of the scored runs over the width of the hull, both averaged over time; 0 where the hull
 /// has no width and the error none.
 fn relative_error(runs: &Runs<'_>, errors: &[f64], samples: usize) -> f64 {
     let mut largest = vec![0.0_f64; samples];
-    for row in errors.chunks_exact(samples).take(runs.scored) {
+    for row in errors.chunks_exact(samples) {
         largest.iter_mut().zip(row).for_each(|(largest, error)| *largest = largest.max(error.abs()));
     }
     let [lower, upper] = hull(runs);
@@ -180,15 +212,17 @@ fn held_out_excesses(
     lowest: &[f64],
     highest: &[f64],
 ) -> Vec<Excess> {
-    let mut growing = Growing::new(largest);
+    let mut growing = Growing::new(largest, runs.ends);
     let margins = growing.grow(window.whole);
     let mut excesses = Vec::new();
     for (at, margin) in margins.iter().enumerate() {
         if margin.run != ALWAYS {
-            let value = runs.values[margin.run as usize * runs.samples + at];
-            let score = (value - highest[at]).max(lowest[at] - value) - margin.second;
-            if score > 0.0 {
-                excesses.push(Excess { run: margin.run, score });
+            for row in 0..runs.block {
+                let value = runs.values[(margin.run as usize * runs.block + row) * runs.samples + at];
+                let score = (value - highest[at]).max(lowest[at] - value) - margin.second;
+                if score > 0.0 {
+                    excesses.push(Excess { run: margin.run, score });
+                }
             }
         }
     }

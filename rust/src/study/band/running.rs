@@ -22,6 +22,45 @@ impl Window {
     }
 }
 
+/// What is beyond the first and the last sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ends {
+    /// Nothing: windows are cut short there.
+    Cut,
+    /// The other end: both are the same place of a closed circle.
+    Joined,
+}
+
+impl Ends {
+    /// What `smooth` makes of the values over a window, such as their running maximum.
+    pub fn over(
+        self,
+        values: &[f64],
+        window: Window,
+        smooth: impl Fn(&[f64], Window) -> Vec<f64>,
+    ) -> Vec<f64> {
+        let period = values.len() - 1;
+        if self == Ends::Cut || period == 0 {
+            return smooth(values, window);
+        }
+        let more = (window.whole + 1).min(period);
+        let mut longer = values[period - more..period].to_vec();
+        longer.extend_from_slice(values);
+        longer.extend_from_slice(&values[1..=more]);
+        let found = smooth(&longer, window);
+        found[more..=more + period].to_vec()
+    }
+
+    /// The samples `step` before and after one of `count`.
+    pub fn neighbors(self, at: usize, step: usize, count: usize) -> [usize; 2] {
+        let last = count - 1;
+        match self {
+            Ends::Cut => [at.saturating_sub(step), (at + step).min(last)],
+            Ends::Joined => [(at + last - step % last) % last, (at + step) % last],
+        }
+    }
+}
+
 /// Largest value within the window around every sample; windows are cut short at both ends.
 pub fn running_maximum(values: &[f64], window: Window) -> Vec<f64> {
     let mut largest = values.to_vec();
