@@ -40,15 +40,22 @@ def study_dataset(
     -------
     Dataset
         ``OUTPUT.lower``, ``.upper`` and ``.nominal`` over ``t``, ``OUTPUT.runs`` over ``run`` and ``t``,
-        ``parameters.NAME`` over ``run``.
+        ``parameters.NAME`` over ``run``. By crank angle ``angle`` is over ``t`` and ``OUTPUT.runs`` over
+        ``run``, ``cycle`` and ``t``.
     """
     variables = {"t": Variable(("t",), t, "s")}
     told = dict(facts)
+    runs = len(next(iter(parameters.values())))
     for name, band in bands.items():
         unit = column_unit(name)
         for side in ("lower", "upper", "nominal"):
             variables[f"{name}.{side}"] = Variable(("t",), getattr(band, side), unit)
-        variables[f"{name}.runs"] = Variable(("run", "t"), band.runs, unit)
+        if band.angle is None:
+            variables[f"{name}.runs"] = Variable(("run", "t"), band.runs, unit)
+        else:
+            variables["angle"] = Variable(("t",), band.angle, "rad")
+            rows = band.runs.reshape(runs + 1, -1, len(t))[:-1]
+            variables[f"{name}.runs"] = Variable(("run", "cycle", "t"), rows, unit)
         told[f"{name}.verdict"] = band.verdict
         if band.coverage == band.coverage:  # not NaN
             told[f"{name}.coverage"] = band.coverage

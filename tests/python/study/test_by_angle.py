@@ -91,6 +91,14 @@ def test_results_by_angle_are_values(wrist, tmp_path):
     assert more.parameters.shape == (19, 2) and more.demand.runs == 4
 
 
+def test_revolutions_leave_with_their_angle(wrist):
+    arrays = wrist.dataset()
+    runs = arrays.variables["slider.x.runs"]
+    assert runs.dimensions == ("run", "cycle", "t")
+    np.testing.assert_array_equal(runs.values, wrist.values("slider.x"))
+    np.testing.assert_array_equal(arrays.variables["angle"].values, wrist["slider.x"].angle)
+
+
 def test_features_are_those_of_each_revolution():
     study = wrist_study(features={"peak": cc.peak("wrist.normal_force")})
     result = study.band(3, coverage=0.9, cycles=3)

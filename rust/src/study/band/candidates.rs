@@ -18,6 +18,11 @@ const RATIO: f64 = 1.5;
 /// Windows of a mean, besides the instant itself.
 const MEMBERS: usize = 7;
 
+/// Windows look at every sample where the duration has fewer than twice this many, else at every second or
+/// fourth: motions with impacts have ever higher peaks between samples, and a bound made from all of them would grow
+/// with every halving of the sampling step. All other constants were tuned at this number.
+const WINDOW_STEPS: usize = 720;
+
 /// The local spread is averaged over this part of the duration to either side; its mean over all time is
 /// added by the second factor, for what happens where no run has shown it yet.
 const SPREAD_WINDOW: f64 = 1.0 / 18.0;
@@ -100,7 +105,7 @@ pub fn calibrated(runs: &Runs<'_>, demand: &Demand) -> Calibrated {
     let mut candidates = Vec::new();
     for family in 0..2 {
         for longest in 0..=windows.len() {
-            // Windows below a sample serve in the means of longer ones only.
+            // Windows below a stride serve in the means of longer ones only.
             if longest > 0 && windows[longest - 1] < 0.5 {
                 continue;
             }
@@ -112,10 +117,17 @@ pub fn calibrated(runs: &Runs<'_>, demand: &Demand) -> Calibrated {
     averaged(&candidates, &sides, runs, demand)
 }
 
-/// Half-lengths of the windows in samples, from below a tenth of a sample to the longest.
+/// Steps from one sample that a window looks at to the next: a power of two, so that windows see the same
+/// samples when the sampling step is halved.
+fn stride(samples: usize) -> usize {
+    let steps = (samples - 1) / WINDOW_STEPS;
+    if steps < 2 { 1 } else { 1 << steps.ilog2() }
+}
+
+/// Half-lengths of the windows in strides, from below a tenth of one to the longest.
 fn ladder(samples: usize) -> Vec<f64> {
     let mut windows = Vec::new();
-    let mut window = LONGEST * (samples - 1) as f64;
+    let mut window = LONGEST * (samples - 1) as f64 / stride(samples) as f64;
     while window > 0.1 {
         windows.push(window);
         window /= RATIO;
@@ -151,7 +163,7 @@ impl<'a> Side<'a> {
             .map(|(top, mean)| Top { first: top.first - mean, second: top.second - mean, ..*top })
             .collect();
         let family = |start: Vec<Top>, base: Option<&[f64]>| {
-            let mut growing = Growing::new(start, runs.ends);
+            let mut growing = Growing::new(start, runs.ends, stride(samples));
             let mut bounds = vec![Bound::over(Window::new(0.0), &mut growing, &labels)];
             bounds.extend(windows.iter().map(|&w| Bound::over(Window::new(w), &mut growing, &labels)));
             for bound in &mut bounds {
@@ -274,7 +286,9 @@ fn averaged(candidates: &[Candidate], sides: &[Side<'_>; 2], runs: &Runs<'_>, de
     Calibrated {
         lower: opposite.into_iter().map(|value| -value).collect(),
         upper,
-        window: chosen.iter().map(|candidate| candidate.window).sum::<f64>() * share,
+        window: chosen.iter().map(|candidate| candidate.window).sum::<f64>()
+            * share
+            * stride(runs.samples) as f64,
         inflation,
         held_out: HeldOut::of(&excesses, demand),
     }

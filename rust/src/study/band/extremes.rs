@@ -52,21 +52,22 @@ pub fn tops(rows: &[f64], columns: usize, scored: usize, block: usize) -> Vec<To
     tops
 }
 
-/// Tops over windows of whole samples that grow.
+/// Tops over windows that grow, of every `stride`-th sample only.
 #[derive(Clone, Debug)]
 pub struct Growing {
     half: usize,
     tops: Vec<Top>,
     ends: Ends,
+    stride: usize,
 }
 
 impl Growing {
     /// Starts from single instants.
-    pub fn new(tops: Vec<Top>, ends: Ends) -> Self {
-        Self { half: 0, tops, ends }
+    pub fn new(tops: Vec<Top>, ends: Ends, stride: usize) -> Self {
+        Self { half: 0, tops, ends, stride }
     }
 
-    /// Tops over `half` samples to both sides; `half` must not shrink.
+    /// Tops over `half` strides to both sides; `half` must not shrink.
     pub fn grow(&mut self, half: usize) -> &[Top] {
         while self.half < half {
             // Three windows side by side leave no gap up to this step.
@@ -77,7 +78,7 @@ impl Growing {
         &self.tops
     }
 
-    /// Tops over one sample more.
+    /// Tops over one stride more.
     pub fn next(&self) -> Vec<Top> {
         self.widened(1)
     }
@@ -86,7 +87,7 @@ impl Growing {
         let tops = &self.tops;
         (0..tops.len())
             .map(|at| {
-                let [before, after] = self.ends.neighbors(at, step, tops.len());
+                let [before, after] = self.ends.neighbors(at, step, self.stride, tops.len());
                 tops[at].merge(tops[before]).merge(tops[after])
             })
             .collect()

@@ -212,7 +212,7 @@ fn held_out_excesses(
     lowest: &[f64],
     highest: &[f64],
 ) -> Vec<Excess> {
-    let mut growing = Growing::new(largest, runs.ends);
+    let mut growing = Growing::new(largest, runs.ends, 1);
     let margins = growing.grow(window.whole);
     let mut excesses = Vec::new();
     for (at, margin) in margins.iter().enumerate() {

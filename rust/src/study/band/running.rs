@@ -51,12 +51,16 @@ impl Ends {
         found[more..=more + period].to_vec()
     }
 
-    /// The samples `step` before and after one of `count`.
-    pub fn neighbors(self, at: usize, step: usize, count: usize) -> [usize; 2] {
+    /// The samples `steps` strides before and after one of `count`; cut short to whole strides.
+    pub fn neighbors(self, at: usize, steps: usize, stride: usize, count: usize) -> [usize; 2] {
         let last = count - 1;
+        let far = steps * stride;
         match self {
-            Ends::Cut => [at.saturating_sub(step), (at + step).min(last)],
-            Ends::Joined => [(at + last - step % last) % last, (at + step) % last],
+            Ends::Cut => [
+                if at >= far { at - far } else { at % stride },
+                if at + far <= last { at + far } else { last - (last - at) % stride },
+            ],
+            Ends::Joined => [(at + last - far % last) % last, (at + far) % last],
         }
     }
 }
