@@ -8,6 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from chebclear.base.files import same
+from chebclear.study.report.script import study_listings
 
 LENGTHS = {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.1)}
 TIME = {"duration": 1.0, "samples": 73}
@@ -139,3 +140,12 @@ def test_what_has_no_band_by_angle_is_refused():
     swinging = cc.Study(cc.mechanisms.pendulum_in_bearing, {"length": cc.interval(0.2, rel=0.1)}, **TIME)
     with pytest.raises(ValueError, match="no drive turns at constant speed"):
         swinging.band(9, cycles=3)
+
+
+def test_the_script_of_a_report_makes_the_same_bands(wrist):
+    listing, _ = study_listings(wrist)
+    namespace = {}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", cc.ChebclearWarning)
+        exec(listing.text.replace("print(result)", ""), namespace)
+    assert same(namespace["result"].bands, wrist.bands)

@@ -244,12 +244,19 @@ def _worst_cases(result: ReportedStudy) -> Table:
                     name,
                     word,
                     format_quantity(float(band.runs[run, sample]), unit),
-                    format_quantity(float(band.t[sample]), "s"),
+                    _place(band, int(sample)),
                     *(format_number(float(value), 4) for value in band.parameters[run]),
                 ]
             )
     head = ["output", "case", "simulated there", "at", *result.intervals]
     return Table("The extreme runs of each output, with their parameters [SI units]", head, rows)
+
+
+def _place(band: Band, sample: int) -> str:
+    """When, or at which crank angle, a sample is."""
+    if band.angle is None:
+        return format_quantity(float(band.t[sample]), "s")
+    return format_quantity(float(band.angle[sample]), "rad")
 
 
 def _costs(result: ReportedStudy) -> list[Block]:

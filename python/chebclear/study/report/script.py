@@ -21,7 +21,7 @@ def study_listings(result: Any) -> tuple[Listing, str]:
     module, name = getattr(build, "__module__", ""), getattr(build, "__qualname__", "")
     ready_made = str(module).startswith(f"{_PACKAGE}mechanisms")
     callable_text = f"cc.mechanisms.{name}" if ready_made else "build"
-    settings = settings_in_script(result.settings)
+    settings = settings_in_script(_of_study(result))
     settings.pop("outputs", None)
     fixed = getattr(result.study, "fixed", None)
     lines = ["import chebclear as cc", ""]
@@ -49,6 +49,15 @@ def study_listings(result: Any) -> tuple[Listing, str]:
     return Listing("study.py", "\n".join(lines) + "\n", meaning), meaning
 
 
+def _of_study(result: Any) -> Any:
+    """The settings of the study: a band by crank angle chose times and samples of its own."""
+    turns = None if result.demand is None else result.demand.revolutions
+    if turns is None:
+        return result.settings
+    samples = (result.settings.samples - 1) // turns.kept + 1
+    return dataclasses.replace(result.settings, skip=0.0, samples=samples, cycles=1)
+
+
 def _call(result: Any) -> str:
     """The call that made the result."""
     demand = result.demand
@@ -59,6 +68,13 @@ def _call(result: Any) -> str:
         known |= {"rtol": result.settings.rtol}
         if not demand.certified:
             known = {"runs": demand.runs, **known}
+        if demand.revolutions is not None:
+            turns = demand.revolutions
+            known |= {
+                "cycles": turns.kept + turns.discarded,
+                "discard": turns.discarded,
+                "angle": turns.joint,
+            }
         arguments = ", ".join(f"{name}={value!r}" for name, value in known.items())
         return f"study.{'certify' if demand.certified else 'band'}({arguments})"
     names = list(result.intervals)
