@@ -12,8 +12,11 @@ from .loading import load_result
 from .mechanisms import hertz_stiffness
 from .plots.animation.animate import Animation, animate
 from .plots.bands import plot_band, plot_sensitivity
+from .plots.bifurcations import plot_bifurcation
 from .plots.costs import plot_study_tradeoff, plot_tradeoff
 from .plots.drawing.scene import plot_scene
+from .plots.features import plot_ranking, plot_shares, plot_tornado
+from .plots.polynomials import plot_coefficients, plot_prediction
 from .plots.runs import plot_contacts, plot_orbit, plot_poincare, plot_trajectory
 from .plots.spectra import plot_spectrogram
 from .run.accuracy import ErrorEstimate
@@ -70,8 +73,9 @@ from .scene.scene import (
 from .study.band.band import Band, Margin
 from .study.band.hybrid import Normal, QuantileBand, Uniform, normal, uniform
 from .study.band.zones import RestraintZones, restraint_zones
+from .study.bifurcation import Bifurcation, bifurcation
 from .study.comparison import BoundErrors, Comparison, compare
-from .study.features.effects import Effects, Estimate
+from .study.features.effects import Effects, Estimate, Swing
 from .study.features.features import FeatureInterval, FeatureResult, FeatureTable, Rank, Ranking
 from .study.polynomials.sensitivity import VarianceShares
 from .study.polynomials.surrogate import PolynomialRange, Surrogate
@@ -90,6 +94,7 @@ __version__ = package_version()
 __all__ = [
     "Animation",
     "Band",
+    "Bifurcation",
     "Body",
     "BodyStart",
     "BoundErrors",
@@ -151,6 +156,7 @@ __all__ = [
     "StudyTradeoff",
     "StudyTradeoffPoint",
     "Surrogate",
+    "Swing",
     "Table",
     "Template",
     "Torque",
@@ -163,6 +169,7 @@ __all__ = [
     "VarianceShares",
     "__version__",
     "animate",
+    "bifurcation",
     "compare",
     "contact_share",
     "hertz_stiffness",
@@ -180,13 +187,19 @@ __all__ = [
     "peak",
     "peak_to_peak",
     "plot_band",
+    "plot_bifurcation",
+    "plot_coefficients",
     "plot_contacts",
     "plot_orbit",
     "plot_poincare",
+    "plot_prediction",
+    "plot_ranking",
     "plot_scene",
     "plot_sensitivity",
+    "plot_shares",
     "plot_spectrogram",
     "plot_study_tradeoff",
+    "plot_tornado",
     "plot_tradeoff",
     "plot_trajectory",
     "restraint_zones",

@@ -5,11 +5,11 @@ Results offer plots as methods, so plots may not import results: they say here w
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..scene.scene import Scene
 
@@ -120,3 +120,60 @@ class BoundCostsLike(Protocol):
     def points(self) -> Sequence[Any]: ...
     @property
     def outputs(self) -> tuple[str, ...]: ...
+
+
+class PolynomialBandLike(BandLike, Protocol):
+    """A `Band`, asked for its polynomial and runs."""
+
+    @property
+    def coefficients(self) -> Array: ...
+    @property
+    def intervals(self) -> Mapping[str, Any]: ...
+    @property
+    def parameters(self) -> Array: ...
+
+    def evaluate(self, **values: ArrayLike) -> Array: ...
+
+
+class EffectsLike(Protocol):
+    """`Effects`."""
+
+    @property
+    def mean(self) -> float: ...
+    @property
+    def swings(self) -> Mapping[str, Any]: ...
+
+
+class FeatureLike(Protocol):
+    """A `FeatureResult`."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def effects(self) -> Any: ...
+
+
+class RankingLike(Protocol):
+    """A `Ranking`."""
+
+    @property
+    def feature(self) -> str: ...
+    @property
+    def rows(self) -> Sequence[Any]: ...
+    @property
+    def interactions(self) -> Any: ...
+    @property
+    def scatter(self) -> Any: ...
+
+
+class BifurcationLike(Protocol):
+    """A `Bifurcation`."""
+
+    @property
+    def parameter(self) -> str: ...
+    @property
+    def values(self) -> Array: ...
+    @property
+    def output(self) -> str: ...
+    @property
+    def samples(self) -> Array: ...

@@ -120,6 +120,28 @@ def test_scatter_that_grows_with_a_parameter_narrows_with_it():
     assert np.mean(values) == pytest.approx(1.0 - halved / whole, abs=0.06)
 
 
+def test_swings_are_the_means_at_the_ends():
+    names, z = ["p0", "p1", "p2"], even_points(60, 3)
+    # The mean of 0.5 z² is 1/6 where the parameter is free, and 0.5 at its ends.
+    truth = {"p0": (-2.0 + 1.0 / 6.0, 2.0 + 1.0 / 6.0), "p1": (-5.0 / 6.0, 7.0 / 6.0), "p2": (0.5, 0.5)}
+    exact = find_effects(names, z, quadratic(z)[:, None])
+    assert exact.mean == pytest.approx(1.0 / 6.0, abs=1e-9)
+    for name, ends in truth.items():
+        swing = exact.swings[name]
+        assert (swing.at_lower, swing.at_upper) == pytest.approx(ends, abs=1e-9)
+    hits = []
+    for seed in range(25):
+        noise = np.random.default_rng(seed).normal(scale=0.7, size=60)
+        scattered = find_effects(names, z, (quadratic(z) + noise)[:, None], seed)
+        for name, ends in truth.items():
+            swing = scattered.swings[name]
+            ranges = zip(ends, (swing.at_lower_range, swing.at_upper_range), strict=True)
+            hits += [low <= end <= high for end, (low, high) in ranges]
+            assert swing.at_lower_range[0] <= swing.at_lower <= swing.at_lower_range[1]
+    # 95 % is stated; the bound of `test_true_shares_are_in_their_intervals`.
+    assert np.mean(hits) >= 0.88
+
+
 def test_monotone_only_where_certain():
     points = np.random.default_rng(3).uniform(-1.0, 1.0, (60, 3))
     values = np.exp(points[:, 0]) - 0.4 * points[:, 1] + points[:, 2] ** 2

@@ -47,6 +47,20 @@ class Estimate(NamedTuple):
         return f"{100.0 * self.value:.0f} % ({100.0 * self.lower:.0f} to {100.0 * self.upper:.0f})"
 
 
+class Swing(NamedTuple):
+    """The mean of a feature with one parameter at either end of its interval, the others anywhere in theirs,
+    in the unit of the feature; with intervals that hold the true means with a confidence of 95 %."""
+
+    at_lower: float
+    """With the parameter at its lower end."""
+    at_upper: float
+    """With the parameter at its upper end."""
+    at_lower_range: tuple[float, float]
+    """Interval of the first."""
+    at_upper_range: tuple[float, float]
+    """Interval of the second."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Effects(records.ArrayRecord):
     """The variance of a feature over the box, split by a polynomial in the parameters.
@@ -69,6 +83,10 @@ class Effects(records.ArrayRecord):
     monotone: dict[str, str]
     """``"rises"`` or ``"falls"`` with a parameter everywhere in the box, for those of which that is certain;
     of the mean, where there is scatter."""
+    mean: float
+    """Mean of the feature over the box in its unit."""
+    swings: dict[str, Swing]
+    """What the ends of the interval of each parameter make of the mean."""
 
 
 class _Fit(NamedTuple):
@@ -233,7 +251,27 @@ def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) 
         interactions=estimates[-2],
         scatter=estimates[-1],
         monotone={name: words[sign] for name, sign in zip(names, certain, strict=True) if sign},
+        mean=float(models[0].terms[0]),
+        swings={name: _swing(models, axis) for axis, name in enumerate(names)},
     )
+
+
+def _swing(models: list[_Model], axis: int) -> Swing:
+    """Means over all parameters but one, at its ends: terms with other parameters have the mean zero."""
+    ends, ranges = np.zeros(2), []
+    for number, model in enumerate(models):
+        powers = model.fit.powers
+        own = powers.sum(axis=1) == powers[:, axis]
+        points = np.zeros((2, powers.shape[1]))
+        points[:, axis] = -1.0, 1.0
+        basis = legendre_terms(points, powers[own])
+        ranges.append(_ends(basis @ model.again[own]))
+        if number == 0:
+            ends = basis @ model.terms[own]
+    lower = np.minimum(np.min([low for low, _ in ranges], axis=0), ends)
+    upper = np.maximum(np.max([high for _, high in ranges], axis=0), ends)
+    rows = [(float(low), float(high)) for low, high in zip(lower, upper, strict=True)]
+    return Swing(float(ends[0]), float(ends[1]), rows[0], rows[1])
 
 
 def find_narrowing(names: list[str], points: Array, values: Array, seed: int = 0) -> dict[str, Estimate]:

@@ -1,0 +1,205 @@
+"""Plots of what a feature hangs on: tornado, shares of the variance, what tightening a tolerance brings."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.tables import format_number
+from ..scene.columns import plain_words
+from .axes import COLORS, new_axes
+from .labels import set_x_label, typeset, with_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from .subjects import EffectsLike, FeatureLike, RankingLike
+
+Array = NDArray[np.float64]
+
+LOW, HIGH, TOGETHER, SCATTER = COLORS[0], COLORS[1], "0.6", "0.8"
+# Digits of the values beside the bars.
+_DIGITS = 4
+
+
+def plot_tornado(
+    feature: FeatureLike, *, ax: Axes | None = None, unit: str = "", most: int = 10, **bars: Any
+) -> Axes:
+    """Draw how far each parameter moves the mean of a feature, the largest effect on top.
+
+    A bar goes from the mean with the parameter at the lower end of its interval to that at the upper end, the
+    others anywhere in theirs. Its ends are labelled with their values; whiskers hold the true means with a
+    confidence of 95 %.
+
+    Parameters
+    ----------
+    feature : FeatureResult
+        A feature of a study, ``result.feature["peak force"]``.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    unit : str
+        Unit of the feature, for the label.
+    most : int
+        Largest number of parameters that are drawn [-]; the others are counted in a note.
+    **bars
+        Passed to ``Axes.barh``.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    ValueError
+        If there are too few runs to tell the parameters apart.
+    """
+    effects = feature.effects
+    names = sorted(effects.swings, key=lambda name: -_reach(effects, name))
+    shown = names[: max(1, most)]
+    ax = new_axes(ax)
+    for row, name in enumerate(shown):
+        swing = effects.swings[name]
+        ends = (
+            (swing.at_lower, swing.at_lower_range, LOW, "lower end of the interval"),
+            (swing.at_upper, swing.at_upper_range, HIGH, "upper end of the interval"),
+        )
+        lowest = min(swing.at_lower_range[0], swing.at_upper_range[0])
+        highest = max(swing.at_lower_range[1], swing.at_upper_range[1])
+        for number, (end, reach, color, label) in enumerate(ends):
+            style: dict[str, Any] = {
+                "height": 0.6,
+                "color": color,
+                "label": label if row == 0 else None,
+            } | bars
+            ax.barh(row, end - effects.mean, left=effects.mean, **style)
+            # Whiskers of both ends overlap: one above the other.
+            height = row + (0.12 if number else -0.12)
+            ax.plot(reach, (height, height), color="0.2", linewidth=1.0, marker="|", markersize=7.0)
+            other = ends[1 - number][0]
+            # Both on one side: the second label goes on the other one.
+            left = end < other or (end == other and number == 0)
+            place, side = (lowest, "right") if left else (highest, "left")
+            _beside(ax, place, row, format_number(end, _DIGITS), side)
+    ax.axvline(effects.mean, color="0.2", linewidth=0.8)
+    ax.margins(x=0.25)
+    _rows(ax, [plain_words(name) for name in shown])
+    set_x_label(ax, with_unit(f"{plain_words(feature.name)}, mean", unit))
+    if len(names) > len(shown):
+        note = f"{len(names) - len(shown)} more parameters move it less"
+        ax.text(0.99, 0.02, typeset(note), transform=ax.transAxes, ha="right", fontsize="small", color="0.3")
+    _legend_on_top(ax)
+    return ax
+
+
+def _reach(effects: EffectsLike, name: str) -> float:
+    swing = effects.swings[name]
+    return float(max(abs(swing.at_lower - effects.mean), abs(swing.at_upper - effects.mean)))
+
+
+def plot_shares(
+    effects: EffectsLike | FeatureLike | RankingLike, *, ax: Axes | None = None, **bars: Any
+) -> Axes:
+    """Draw the shares in the variance of a feature: parameters, parameters together, and scatter.
+
+    Whiskers hold the true shares with a confidence of 95 %. The share of scatter is what no tolerance
+    removes.
+
+    Parameters
+    ----------
+    effects : FeatureResult, Effects or Ranking
+        A feature of a study, or what it says of itself.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    **bars
+        Passed to ``Axes.barh``.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    ValueError
+        If there are too few runs to tell the parameters apart.
+    """
+    found: Any = getattr(effects, "effects", effects)
+    main = found.main if hasattr(found, "main") else {row.parameter: row.share for row in found.rows}
+    rows = sorted(
+        ((plain_words(name), share, COLORS[0]) for name, share in main.items()), key=lambda row: -row[1].value
+    )
+    rows += [("parameters together", found.interactions, TOGETHER), ("scatter", found.scatter, SCATTER)]
+    ax = new_axes(ax)
+    _bars_with_whiskers(ax, rows, bars)
+    set_x_label(ax, "share of the variance [%]")
+    return ax
+
+
+def plot_ranking(ranking: RankingLike, *, ax: Axes | None = None, **bars: Any) -> Axes:
+    """Draw by how much the interval of a feature narrows when that of a parameter is halved.
+
+    Whiskers hold the true narrowing with a confidence of 95 %: a bar whose whisker reaches zero promises
+    nothing.
+
+    Parameters
+    ----------
+    ranking : Ranking
+        What ``result.feature[...].ranking()`` returned.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    **bars
+        Passed to ``Axes.barh``.
+
+    Returns
+    -------
+    Axes
+    """
+    ax = new_axes(ax)
+    rows = [(plain_words(row.parameter), row.narrowing, COLORS[0]) for row in ranking.rows]
+    _bars_with_whiskers(ax, rows, bars)
+    ax.axvline(0.0, color="0.2", linewidth=0.8)
+    set_x_label(ax, f"{plain_words(ranking.feature)} narrows when the tolerance is halved, by [%]")
+    return ax
+
+
+def _bars_with_whiskers(ax: Axes, rows: list[tuple[str, Any, str]], bars: dict[str, Any]) -> None:
+    """Bars of estimates in per cent from the top down, with their intervals and values."""
+    for row, (_, estimate, color) in enumerate(rows):
+        value, lower, upper = (100.0 * number for number in estimate)
+        style: dict[str, Any] = {"height": 0.6, "color": color} | bars
+        ax.barh(row, value, **style)
+        ax.plot((lower, upper), (row, row), color="0.2", linewidth=1.0, marker="|", markersize=7.0)
+        _beside(ax, max(value, upper), row, f"{value:.0f} %", "left")
+    ax.margins(x=0.15)
+    _rows(ax, [name for name, _, _ in rows])
+
+
+def _beside(ax: Axes, place: float, row: int, text: str, side: str) -> None:
+    """A value beside the end of a bar."""
+    shift = (-5.0 if side == "right" else 5.0, 0.0)
+    ax.annotate(
+        typeset(text),
+        (place, row),
+        xytext=shift,
+        textcoords="offset points",
+        ha=side,
+        va="center",
+        fontsize="small",
+    )
+
+
+def _rows(ax: Axes, names: list[str]) -> None:
+    """Names of rows from the top down."""
+    ax.set_yticks(range(len(names)), [typeset(name) for name in names])
+    ax.set_ylim(len(names) - 0.4, -0.6)
+
+
+def _legend_on_top(ax: Axes) -> None:
+    """A legend of one line above the first row."""
+    rows = len(ax.get_yticks())
+    ax.set_ylim(rows - 0.4, -0.6 - 0.14 * rows - 0.3)
+    handles, labels = ax.get_legend_handles_labels()
+    ax.legend(
+        handles, list(map(typeset, labels)), loc="upper center", ncols=2, fontsize="small", frameon=False
+    )

@@ -1,0 +1,133 @@
+"""Plots of the polynomials behind bands: how fast their coefficients decay, and how they predict runs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.columns import column_unit, column_words, plain_words
+from .axes import MARKERS, distinct_colors, line_style, new_axes, unit_scale
+from .labels import legend_above_the_data, set_x_label, set_y_label, with_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from .subjects import PolynomialBandLike
+
+Array = NDArray[np.float64]
+
+# Points that a cloud of predictions has at most.
+_MOST_POINTS = 20_000
+
+
+def plot_coefficients(band: PolynomialBandLike, *, ax: Axes | None = None, **line: Any) -> Axes:
+    """Draw how the coefficients of the polynomial of a band decay with the degree, one line a parameter.
+
+    Where the response is smooth they fall by a factor from degree to degree, and the last ones tell the error
+    of the polynomial. Where they stay as large as they are, no degree that one can afford resolves the
+    response.
+
+    Parameters
+    ----------
+    band : Band
+        A band with a polynomial, from `Study.chebyshev`, say.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    **line
+        Passed to ``Axes.plot``.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    ValueError
+        If the band has no polynomial.
+    """
+    sizes = np.abs(band.coefficients).max(axis=-1)
+    ax = new_axes(ax)
+    distinct_colors(ax)
+    for axis, name in enumerate(band.intervals):
+        others = tuple(other for other in range(sizes.ndim) if other != axis)
+        largest = sizes.max(axis=others)
+        style = line_style(
+            line, marker=MARKERS[axis % len(MARKERS)], markersize=5.0, linewidth=0.9, label=plain_words(name)
+        )
+        # A coefficient that is exactly zero has no place on a logarithmic axis.
+        ax.plot(np.arange(len(largest)), np.where(largest > 0.0, largest, np.nan), **style)
+    ax.set_yscale("log")
+    ax.set_xticks(range(max(sizes.shape)))
+    set_x_label(ax, "degree in the parameter [-]")
+    what = f"largest coefficient of {column_words(band.name)} over time"
+    set_y_label(ax, with_unit(what, column_unit(band.name)))
+    legend_above_the_data(ax)
+    return ax
+
+
+def plot_prediction(
+    band: PolynomialBandLike,
+    holdout: PolynomialBandLike,
+    *,
+    ax: Axes | None = None,
+    unit: str | None = None,
+    **points: Any,
+) -> Axes:
+    """Draw what the polynomial of a band predicts for runs that it was not fitted to, against those runs.
+
+    Points on the diagonal are predicted exactly. The legend has the largest error over the range of the runs.
+
+    Parameters
+    ----------
+    band : Band
+        A band with a polynomial.
+    holdout : Band
+        The same output in other runs of the same parameters, of `Study.scan` or `Study.band`, say.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    unit : str, optional
+        Unit to show; SI if not given.
+    **points
+        Passed to ``Axes.plot``.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    ValueError
+        If the band has no polynomial, or the runs are of another output, instants or parameters.
+    """
+    if (
+        holdout.name != band.name
+        or holdout.t.shape != band.t.shape
+        or list(holdout.intervals) != list(band.intervals)
+    ):
+        raise ValueError(
+            f"holdout must have runs of {band.name} at the same instants and over the same parameters"
+        )
+    scale, shown = unit_scale(column_unit(band.name), unit)
+    given = dict(zip(band.intervals, holdout.parameters.T, strict=True))
+    predicted, simulated = scale * band.evaluate(**given).ravel(), scale * holdout.runs.ravel()
+    error, reach = float(np.abs(predicted - simulated).max()), float(np.ptp(simulated))
+    chosen = slice(None, None, -(-predicted.size // _MOST_POINTS))
+    ax = new_axes(ax)
+    distinct_colors(ax)
+    count = len(holdout.runs)
+    share = error / reach if reach else 0.0
+    told = f"{100.0 * share:.2g} %" if share >= 1e-4 else "below 0.01 %"
+    label = f"{count} runs, largest error {told} of their range"
+    style = line_style(
+        points, marker=".", markersize=3.0, linestyle="none", alpha=0.4, rasterized=True, label=label
+    )
+    ax.plot(simulated[chosen], predicted[chosen], **style)
+    ends = np.array([min(simulated.min(), predicted.min()), max(simulated.max(), predicted.max())])
+    ax.plot(ends, ends, color="black", linewidth=0.8, linestyle="--", label="exact")
+    what = with_unit(column_words(band.name), shown)
+    set_x_label(ax, f"simulated {what}")
+    set_y_label(ax, f"predicted {what}")
+    legend_above_the_data(ax)
+    return ax

@@ -1,0 +1,282 @@
+"""How the settled motion of a mechanism changes with one parameter: samples once a period."""
+
+from __future__ import annotations
+
+import threading
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import CancelledError, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..base import files as records
+from ..base.arguments import Checks
+from ..base.progress import is_request
+from ..base.units import unit
+from ..data.dataset import Dataset, Variable
+from ..data.exports import Exports
+from ..errors import ChebclearWarning
+from ..run.settings import MAX_EVENTS, MAX_STEPS, Settings
+from ..run.simulation import run_scene
+from ..scene.columns import column_unit
+from ..scene.scene import ClearanceRevolute, Scene
+from .arguments import Progress, check_keywords, checked_fixed, reporter
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+MOST_VALUES = 100_000
+MOST_PERIODS = 1_000_000
+MOST_THREADS = 1024
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Bifurcation(Exports, records.ArrayRecord):
+    """Samples of an output once a period, for every value of a parameter: a bifurcation diagram."""
+
+    parameter: str
+    """Name of the parameter."""
+    values: Array
+    """Its values [SI unit], shape (values,)."""
+    output: str
+    """Name of the output."""
+    samples: Array
+    """The output once a period in its unit, shape (values, periods); NaN where a run failed."""
+    period: Array = field(metadata=unit("s"))
+    """Time from sample to sample [s], shape (values,)."""
+    skipped: int = 0
+    """Periods before the first sample [-]."""
+
+    def __repr__(self) -> str:
+        count, periods = self.samples.shape
+        return f"<Bifurcation of {self.output} over {self.parameter}: {count} values, {periods} periods each>"
+
+    def points(self, tolerance: float) -> NDArray[np.int64]:
+        """How many different points the samples of each value make: if few, the periods until it comes back.
+
+        Parameters
+        ----------
+        tolerance : float
+            Samples nearer to each other than this are one point; in the unit of the output, above 0.
+
+        Returns
+        -------
+        ndarray of int, shape (values,)
+            0 where the run failed.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If the tolerance is no number above 0.
+        """
+        checks = Checks()
+        gap = checks.real("tolerance", tolerance, column_unit(self.output), above=0.0)
+        checks.finish()
+        jumps = np.diff(np.sort(self.samples, axis=1), axis=1) > gap
+        known = np.isfinite(self.samples).all(axis=1)
+        return np.where(known, 1 + jumps.sum(axis=1), 0)
+
+    def plot(self, *, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw the diagram; see `plot_bifurcation` for the options."""
+        from ..plots.bifurcations import plot_bifurcation
+
+        return plot_bifurcation(self, ax=ax, **options)
+
+    def dataset(self) -> Dataset:
+        """The samples over the values of the parameter and the periods."""
+        count, periods = self.samples.shape
+        return Dataset(
+            "sample",
+            {
+                "sample": Variable(("sample",), np.arange(count * periods), "-"),
+                f"parameters.{self.parameter}": Variable(("sample",), np.repeat(self.values, periods)),
+                self.output: Variable(("sample",), self.samples.ravel(), column_unit(self.output)),
+                "period": Variable(("sample",), np.repeat(self.period, periods), "s"),
+            },
+            {"skipped": self.skipped},
+        )
+
+
+def bifurcation(
+    build: Callable[..., Scene],
+    parameter: str,
+    values: ArrayLike,
+    output: str | None = None,
+    *,
+    sample_per: Literal["period"] | float = "period",
+    periods: int = 60,
+    skip: int = 60,
+    fixed: Mapping[str, Any] | None = None,
+    rtol: float = 1e-6,
+    method: str = "auto",
+    threads: int | None = None,
+    progress: bool | Progress | None = None,
+    max_steps: int = MAX_STEPS,
+    max_events: int = MAX_EVENTS,
+) -> Bifurcation:
+    """Simulate a mechanism at many values of one parameter and sample its settled motion once a period.
+
+    Where the motion repeats itself every period, all samples of a value are one point; after a doubling of
+    the period two; in chaos a cloud. The runs are simulated in parallel, each from its assembled start.
+
+    Parameters
+    ----------
+    build : callable
+        Called as ``build(**{parameter: value}, **fixed)``; returns the scene.
+    parameter : str
+        Name of the parameter.
+    values : array_like
+        Its values [SI unit].
+    output : str, optional
+        Name of the output to sample; the x eccentricity of the first clearance joint if not given.
+    sample_per : "period" or float
+        A sample for each revolution of the slowest drive, ``scene.period``; or the time between two samples
+        [s].
+    periods : int
+        Samples of each run less one [-].
+    skip : int
+        Periods before the first sample, in which the start settles [-].
+    fixed : mapping of str to object, optional
+        Further keywords of `build`, the same for all runs.
+    rtol, method, max_steps, max_events : optional
+        As of `simulate`.
+    threads : int, optional
+        Runs that are simulated at a time [-]; as many as there are processors if not given.
+    progress : True or callable, optional
+        True shows a bar if standard error is a terminal; a callable gets the runs done and the runs in all.
+
+    Returns
+    -------
+    Bifurcation
+        A run that failed is NaN, and a warning says so.
+
+    Raises
+    ------
+    SceneError
+        If a scene is wrong.
+    ValueError, TypeError
+        If an argument is wrong; all problems are listed.
+
+    Examples
+    --------
+    >>> from chebclear import mechanisms
+    >>> bifurcation(mechanisms.slider_crank, "clearance", [1e-5, 2e-5], periods=2, skip=0)
+    <Bifurcation of wrist.eccentricity_x over clearance: 2 values, 3 periods each>
+    """
+    checks = Checks()
+    given = _checked_values(checks, values)
+    if not isinstance(parameter, str):
+        checks.add(f"parameter must be the name of a keyword of build, got {parameter!r}", wrong_type=True)
+    constant = checked_fixed(checks, fixed)
+    check_keywords(checks, build, [str(parameter)], constant)
+    count = checks.whole("periods", periods, least=1, most=MOST_PERIODS)
+    skipped = checks.whole("skip", skip, least=0, most=MOST_PERIODS)
+    if threads is not None:
+        checks.whole("threads", threads, least=1, most=MOST_THREADS)
+    if not is_request(progress):
+        checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
+    own_period = None if sample_per == "period" else checks.real("sample_per", sample_per, "s", above=0.0)
+    checks.finish()
+
+    scenes = [build(**{parameter: float(value)}, **constant) for value in given]
+    times = np.array([scene.period if own_period is None else own_period for scene in scenes])
+    name = _first_eccentricity(scenes[0]) if output is None else output
+    settings = [
+        _settings(scene, name, float(time), count, skipped, rtol, method, max_steps, max_events)
+        for scene, time in zip(scenes, times, strict=True)
+    ]
+    columns = _simulated(scenes, settings, name, threads, progress)
+    failed = np.flatnonzero(~np.isfinite(columns).all(axis=1))
+    if len(failed):
+        warnings.warn(
+            f"{len(failed)} of {len(given)} runs failed and are NaN, the first at {parameter} = "
+            f"{given[failed[0]]:g}: simulate that scene to see why",
+            ChebclearWarning,
+            stacklevel=2,
+        )
+    return Bifurcation(parameter, given, name, columns, times, skipped)
+
+
+def _checked_values(checks: Checks, values: ArrayLike) -> Array:
+    """The values of the parameter, shape (values,)."""
+    given = np.asarray(values)
+    if given.ndim != 1 or not 1 <= len(given) <= MOST_VALUES or given.dtype.kind not in "iuf":
+        checks.add(f"values must be a list of 1 to {MOST_VALUES} numbers, got {values!r}", wrong_type=True)
+    elif not np.isfinite(given).all():
+        checks.add("values must be finite")
+    return given.astype(float) if given.dtype.kind in "iuf" else np.zeros(0)
+
+
+def _first_eccentricity(scene: Scene) -> str:
+    """The output that is sampled if none is named."""
+    for joint in scene.joints:
+        if isinstance(joint, ClearanceRevolute):
+            return f"{joint.name}.eccentricity_x"
+    raise ValueError("the scene has no clearance joint: name the output to sample")
+
+
+def _settings(
+    scene: Scene,
+    output: str,
+    period: float,
+    periods: int,
+    skipped: int,
+    rtol: float,
+    method: str,
+    max_steps: int,
+    max_events: int,
+) -> Settings:
+    """How one run is simulated."""
+    checks = Checks()
+    settings = Settings.checked(
+        checks,
+        duration=periods * period,
+        samples=periods + 1,
+        skip=skipped * period,
+        rtol=rtol,
+        method=method,
+        outputs=[output],
+        max_steps=max_steps,
+        max_events=max_events,
+        position_tolerance=None,
+        velocity_tolerance=None,
+    )
+    checks.finish()
+    return settings.for_scene(scene)
+
+
+def _simulated(
+    scenes: Sequence[Scene],
+    settings: Sequence[Settings],
+    output: str,
+    threads: int | None,
+    progress: bool | Progress | None,
+) -> Array:
+    """The output of all runs, shape (runs, samples); the core runs beside the others while it computes."""
+    stop = threading.Event()
+
+    def go_on(share: float) -> None:
+        if stop.is_set():
+            raise CancelledError("the sweep was interrupted")
+
+    def one(index: int) -> Array:
+        run = run_scene(scenes[index], settings[index], go_on)
+        return np.where(run.success, run[output], np.nan)
+
+    rows = []
+    with ThreadPoolExecutor(threads) as pool, reporter(progress) as report:
+        try:
+            for done, row in enumerate(pool.map(one, range(len(scenes))), start=1):
+                rows.append(row)
+                if report is not None:
+                    report(done, len(scenes))
+        except BaseException:
+            stop.set()
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return np.array(rows)
