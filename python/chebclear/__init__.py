@@ -19,6 +19,7 @@ from .plots.features import plot_ranking, plot_shares, plot_tornado
 from .plots.polynomials import plot_coefficients, plot_prediction
 from .plots.runs import plot_contacts, plot_orbit, plot_poincare, plot_trajectory
 from .plots.spectra import plot_spectrogram
+from .plots.style import print_style
 from .run.accuracy import ErrorEstimate
 from .run.contacts import Contact, Contacts, Event, Events
 from .run.features import (
@@ -202,6 +203,7 @@ __all__ = [
     "plot_tornado",
     "plot_tradeoff",
     "plot_trajectory",
+    "print_style",
     "restraint_zones",
     "rms",
     "rpm",

@@ -1,7 +1,7 @@
-"""Figures 4 to 12 of the case study, from the results of ``paper``.
+"""The figures of the case study, from its results; `drawings` has those without a curve, 1 to 3.
 
-Each function returns a matplotlib figure that belongs to no backend. The abscissa is the paper's: the crank
-angle over the second revolution, 360 to 720 degrees.
+Each function returns a matplotlib figure that belongs to no backend. The abscissa of the others is the
+paper's: the crank angle over the second revolution, 360 to 720 degrees.
 """
 
 from __future__ import annotations
@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..plots.axes import COLORS
 from ..plots.bands import plot_band
 from ..plots.runs import plot_trajectory
 from ..plots.spectra import plot_spectrogram
+from . import drawings
 from .case_study import (
     CRANK_ANGLE,
     CRANK_SPEED,
@@ -38,7 +40,11 @@ Array = NDArray[np.float64]
 ANGLE = "crank angle [deg]"
 SYMBOLS = {"crank_length": "$l_1$", "rod_length": "$l_2$"}
 NAMES = {"longest": "longest links", "shortest": "shortest links", "nominal": "nominal links"}
-CHEBYSHEV, SCAN, NOMINAL, IDEAL, ZONE = "tab:blue", "black", "tab:red", "black", "tab:green"
+# Told apart by color-blind readers too; the deviation of a sensitivity has a color of its own.
+CHEBYSHEV, NOMINAL, DEVIATION, OTHER = COLORS[0], COLORS[4], COLORS[4], COLORS[1]
+IDEAL, ZONE = "black", COLORS[2]
+# 1 m/s or 1 m for the whole length is 10 mm/s or 10 mm for one per cent of it.
+PER_CENT = 10.0
 
 # A time-frequency piece lasts 30 degrees of crank angle, 2.5 ms: 0.8 kHz of resolution beside a ringing of
 # 2 to 6 kHz, and short beside the quarter turns over which the load changes.
@@ -56,9 +62,12 @@ def figures(study: ConventionStudy) -> dict[str, Callable[[], Figure]]:
     Returns
     -------
     dict
-        ``"fig04"`` to ``"fig12"`` -> function without arguments that returns the figure.
+        ``"fig01"`` to ``"fig12"`` -> function without arguments that returns the figure.
     """
     return {
+        "fig01": lambda: drawings.clearance_joint(study),
+        "fig02": lambda: drawings.method(study),
+        "fig03": lambda: drawings.mechanism(study),
         "fig04": lambda: response_bounds(study, "0.02"),
         "fig05": lambda: single_penetration(study),
         "fig06": lambda: single_acceleration(study),
@@ -163,12 +172,11 @@ def displacement_sensitivity(study: ConventionStudy) -> Figure:
         study, "sensitivity of the slider displacement per relative length change [mm per 1 %]", 2, 1
     )
     for ax, letter, clearance in zip(axes.flat, "ab", LENGTH_CLEARANCES, strict=True):
-        for length, colour in zip(LENGTHS, ("tab:blue", "tab:orange"), strict=True):
-            # 1 m for the whole length is 10 mm for one per cent of it.
-            values = 10.0 * study.sensitivity(clearance, "slider.x", length)
-            ideal = 10.0 * study.ideal["slider.x"].sensitivity[length]
+        for length, color in zip(LENGTHS, (CHEBYSHEV, OTHER), strict=True):
+            values = PER_CENT * study.sensitivity(clearance, "slider.x", length)
+            ideal = PER_CENT * study.ideal["slider.x"].sensitivity[length]
             symbol = SYMBOLS[length]
-            ax.plot(CRANK_ANGLE[SECOND], values[SECOND], color=colour, linewidth=1.2, label=f"to {symbol}")
+            ax.plot(CRANK_ANGLE[SECOND], values[SECOND], color=color, linewidth=1.2, label=f"to {symbol}")
             ax.plot(
                 CRANK_ANGLE[SECOND],
                 ideal[SECOND],
@@ -189,23 +197,34 @@ def velocity_sensitivity(study: ConventionStudy, length: str) -> Figure:
     """Figures 10 and 11: sensitivity of the velocity to a length, clearance effect restraint zones shaded."""
     symbol = SYMBOLS[length]
     figure, axes = _figure(
-        study, f"sensitivity of the slider velocity to {symbol} per relative length change", 2, 2
+        study,
+        f"sensitivity of the slider velocity to {symbol} per relative length change [mm/s per 1 %]",
+        2,
+        2,
     )
     angle = CRANK_ANGLE[SECOND]
-    for column, letter, clearance in zip(axes.T, "ab", LENGTH_CLEARANCES, strict=True):
+    for column, letters, clearance in zip(axes.T, ("ac", "bd"), LENGTH_CLEARANCES, strict=True):
         zones = study.restraint_zones(clearance, length)
         above, below = column
-        values = study.sensitivity(clearance, "slider.vx", length)[SECOND]
+        values = PER_CENT * study.sensitivity(clearance, "slider.vx", length)[SECOND]
         above.plot(angle, values, color=CHEBYSHEV, linewidth=0.9, label="with clearance")
-        ideal = study.ideal["slider.vx"].sensitivity[length][SECOND]
+        ideal = PER_CENT * study.ideal["slider.vx"].sensitivity[length][SECOND]
         above.plot(angle, ideal, color=IDEAL, linewidth=0.8, linestyle=(0, (4, 3)), label="ideal mechanism")
-        above.set_ylabel("sensitivity [m/s]")
-        below.plot(angle, zones.deviation, color=CHEBYSHEV, linewidth=0.7, label="deviation")
+        above.set_ylabel("sensitivity [mm/s per 1 %]")
+        below.plot(
+            angle,
+            PER_CENT * zones.deviation,
+            color=DEVIATION,
+            linewidth=0.7,
+            label="deviation from the ideal",
+        )
         for sign, label in ((1.0, f"envelope of its size over {ENVELOPE:g}°"), (-1.0, None)):
-            below.plot(angle, sign * zones.envelope, color="0.35", linewidth=0.8, label=label)
+            below.plot(angle, sign * PER_CENT * zones.envelope, color="0.35", linewidth=0.8, label=label)
             half = "half its maximum" if label else None
-            below.axhline(sign * zones.threshold, color=ZONE, linewidth=1.0, linestyle=":", label=half)
-        below.set_ylabel("sensitivity - ideal [m/s]")
+            below.axhline(
+                sign * PER_CENT * zones.threshold, color=ZONE, linewidth=1.0, linestyle=":", label=half
+            )
+        below.set_ylabel("deviation [mm/s per 1 %]")
         for ax in column:
             for number, (start, end) in enumerate(zones.spans):
                 ax.axvspan(
@@ -218,8 +237,8 @@ def velocity_sensitivity(study: ConventionStudy, length: str) -> Figure:
                     label="restraint zone (envelope under half the maximum)" if number == 0 else None,
                 )
             ax.set_xlabel(ANGLE)
-        _finish(above, f"({letter}) c = {clearance} mm", legend=False)
-        _finish(below, f"({letter}) deviation, c = {clearance} mm", legend=False)
+        _finish(above, f"({letters[0]}) c = {clearance} mm", legend=False)
+        _finish(below, f"({letters[1]}) deviation, c = {clearance} mm", legend=False)
     for row in axes:
         _share_limits(row)
     _legend_below(figure, axes.flat[0], axes.flat[2])
@@ -231,18 +250,23 @@ def uncertain_clearance(study: ConventionStudy) -> Figure:
     figure, axes = _figure(study, "bounds with uncertain clearance, ± 10 %", 2, 2)
     angle = CRANK_ANGLE
     panels = (("slider.x", "mm", "slider displacement", 1e3), ("slider.vx", "m/s", "slider velocity", 1.0))
-    for column, letter, (output, unit, title, scale) in zip(axes.T, "ab", panels, strict=True):
+    for column, letters, (output, unit, title, scale) in zip(axes.T, ("ac", "bd"), panels, strict=True):
         above, below = column
-        for clearance, colour in zip(UNCERTAIN_CLEARANCES, ("tab:orange", "tab:blue"), strict=True):
+        styles = ((OTHER, ":"), (CHEBYSHEV, "--"))
+        for clearance, (color, dashes) in zip(UNCERTAIN_CLEARANCES, styles, strict=True):
             band = study.clearances[clearance][output]
             scan = study.clearance_scans[clearance][output]
             label = f"c = {clearance} mm"
-            _bounds(above, angle, band, scale, color=colour)
-            below.plot(angle, scale * band.width, color=colour, linewidth=0.8, label=f"{label}: Eq. (31)")
+            _bounds(above, angle, band, scale, color=color)
+            nominal = f"{label}: nominal"
+            above.plot(
+                angle, scale * band.nominal, color="black", linewidth=0.7, linestyle=dashes, label=nominal
+            )
+            below.plot(angle, scale * band.width, color=color, linewidth=0.8, label=f"{label}: Eq. (31)")
             below.plot(
                 angle,
                 scale * scan.width,
-                color=colour,
+                color=color,
                 linewidth=0.8,
                 linestyle=(0, (3, 2)),
                 label=f"{label}: scan",
@@ -251,10 +275,10 @@ def uncertain_clearance(study: ConventionStudy) -> Figure:
         below.set_ylabel(f"width of the bounds [{unit}]")
         for ax in column:
             ax.set_xlabel(ANGLE)
-        _finish(above, f"({letter}) {title}")
-        _finish(below, f"({letter}) {title}: upper minus lower bound")
+        _finish(above, f"({letters[0]}) {title}")
+        _finish(below, f"({letters[1]}) {title}: upper minus lower bound")
         below.set_ylim(bottom=0.0)
-    _legend_below(figure, axes.flat[2], columns=4)
+    _legend_below(figure, axes.flat[0], axes.flat[2], columns=3)
     return figure
 
 

@@ -230,3 +230,27 @@ def test_labels_are_latex_on_request(run):
         ax = cc.plot_trajectory(run, "slider.ax", ax=Figure().subplots())
         assert ax.get_ylabel() == "x acceleration of slider [m/s$^2$]"
     assert labels.typeset("50 % of µm/s²_x") == "50 % of µm/s²_x"
+
+
+class TestPrint:
+    def test_figures_have_the_size_and_files_the_format(self, scene, tmp_path):
+        before = dict(mpl.rcParams)
+        with cc.print_style(columns=2, format="svg", font_size=7.0):
+            ax = cc.plot_scene(scene)
+            ax.figure.savefig(tmp_path / "scene")
+        assert ax.figure.get_size_inches().tolist() == [7.2, 4.0]
+        assert ax.xaxis.label.get_fontsize() == 7.0
+        assert (tmp_path / "scene.svg").read_text(encoding="utf-8").startswith("<?xml")
+        assert dict(mpl.rcParams) == before
+        with cc.print_style(size=(2.0, 3.0)):
+            assert cc.plot_scene(scene).figure.get_size_inches().tolist() == [2.0, 3.0]
+
+    def test_what_is_wrong_is_said(self, monkeypatch):
+        with pytest.raises(ValueError, match="columns must be 1 or 2, got 3") as caught:
+            with cc.print_style(columns=3, format="bmp", size=(1.0, 0.0)):
+                pass
+        assert "format must be" in str(caught.value) and "size[1] must be" in str(caught.value)
+        monkeypatch.setattr("shutil.which", lambda name: None)
+        with pytest.raises(RuntimeError, match="needs LaTeX"):
+            with cc.print_style(latex=True):
+                pass
