@@ -64,7 +64,7 @@ def save(
         "python": platform.python_version(),
         "platform": platform.platform(),
     }
-    told = {"format": FORMAT, "kind": kind, "versions": versions, **facts}
+    told = {"format": FORMAT, "kind": kind, "versions": versions, "members": sorted(arrays), **facts}
     metadata = json.dumps(_as_json(told), allow_nan=False)
     everything: dict[str, Any] = {"metadata": np.array(metadata), **arrays}
     with replaced(path) as beside, beside.open("wb") as file:
@@ -127,15 +127,33 @@ def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any
     Raises
     ------
     ValueError
-        If the file holds something else, or was written by a later version.
+        If the file holds something else, is damaged, or was written by a later version.
     """
     with _opened(path) as (archive, facts):
         if facts["kind"] != kind:
             raise ValueError(f"{os.fspath(path)} holds a {facts['kind']}, not a {kind}")
         try:
-            return {name: archive[name] for name in archive.files if name != "metadata"}, facts
+            arrays = {name: archive[name] for name in archive.files if name != "metadata"}
         except _DAMAGE as error:
             raise ValueError(f"{os.fspath(path)} is damaged: {error}") from None
+    # Older files do not say what they hold; of these what lacks is noticed when it is asked for.
+    differing = set(facts.get("members", arrays)) ^ set(arrays)
+    if differing:
+        raise ValueError(
+            f"{os.fspath(path)} is damaged: {', '.join(sorted(differing))} lacks or has a wrong name"
+        )
+    return _Members(path, arrays), _Members(path, facts)
+
+
+class _Members(dict[str, Any]):
+    """What a file holds; what lacks in it is told as damage."""
+
+    def __init__(self, path: str | os.PathLike[str], members: Mapping[str, Any]) -> None:
+        super().__init__(members)
+        self._path = os.fspath(path)
+
+    def __missing__(self, name: str) -> Any:
+        raise ValueError(f"{self._path} is damaged: it has no {name}")
 
 
 def kind_of(path: str | os.PathLike[str]) -> str:

@@ -415,7 +415,11 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             arrays["nominal_parameters"] = self.nominal_parameters
         if self.features is not None:
             arrays |= {"features": self.features.values, "nominal_features": self.features.nominal}
-            facts |= {"features": self.features.names, "random": self.features.random}
+            facts |= {
+                "features": self.features.names,
+                "random": self.features.random,
+                "normal": self.features.normal,
+            }
         return records.save(path, "study", arrays, facts)
 
     @classmethod
@@ -447,6 +451,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
                 intervals,
                 arrays["parameters"],
                 facts["random"],
+                tuple(facts.get("normal", ())),
             )
         return cls.from_runs(
             arrays["t"],

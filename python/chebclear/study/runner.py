@@ -17,6 +17,7 @@ from ..run.tracking import settling_time
 from ..run.trajectory import Stats
 from ..scene.scene import Interval, Scene
 from .arguments import Progress, reporter
+from .band.hybrid import Normal, Uniform
 from .band.judgement import doubts, early_widths
 from .features.features import Asked, FeatureTable, feature_values, settling_warnings
 from .models.finished import FinishedRuns
@@ -44,6 +45,8 @@ class Runner:
     """Makes the scene, or what a model of the user's own returns, from the parameters and what is fixed."""
     intervals: dict[str, Interval]
     """Interval of each parameter by name [SI units]."""
+    random: dict[str, Normal | Uniform]
+    """Distributions of the parameters that have one."""
     fixed: Mapping[str, Any]
     """Keywords of `build` that are the same for all runs."""
     settings: Settings | None
@@ -99,7 +102,9 @@ class Runner:
         table = None
         if runs.features is not None:
             values = runs.features
-            table = FeatureTable(runs.feature_names, values[:-1], values[-1], self.intervals, points, random)
+            table = FeatureTable(
+                runs.feature_names, values[:-1], values[-1], self.intervals, points, random, self.normal
+            )
         result = StudyResult.from_runs(
             runs.t,
             runs.outputs,
@@ -118,6 +123,11 @@ class Runner:
         if result.scene is not None:
             found += early_widths(result.bands, settling_time(result.scene))
         return replace(result, warnings=(*result.warnings, *found))
+
+    @property
+    def normal(self) -> tuple[str, ...]:
+        """Parameters that are normally distributed."""
+        return tuple(name for name, given in self.random.items() if isinstance(given, Normal))
 
     def made(self, points: Array, settings: Settings | None, *, midpoint: bool = True) -> Runs:
         """The runs at the points and, if asked for, last the nominal one, whatever they come from."""

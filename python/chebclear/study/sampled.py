@@ -253,7 +253,9 @@ def _result(
     if names and len(found) == len(tables) + 1:
         values = np.concatenate(found)
         random = not isinstance(study.model, FinishedRuns) or study.model.independent
-        features = FeatureTable(names, values[:-1], values[-1], study.intervals, parameters, random)
+        features = FeatureTable(
+            names, values[:-1], values[-1], study.intervals, parameters, random, study.normal
+        )
     result = StudyResult.from_runs(
         intervals=study.intervals,
         parameters=parameters,

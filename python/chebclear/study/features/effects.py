@@ -26,9 +26,18 @@ _LEAST_FREE = 4
 # Resampled sets of runs.
 _REPLICATES = 200
 # Points of the box at which polynomials are looked at; widths are then known to this part of themselves.
-_POINTS, _POINTS_ERROR = 4096, 1e-2
+_POINTS, _POINTS_ERROR = 2048, 1e-2
+# Part of the runs, and fewest and most of them, that are the neighbors of a point where scatter is uneven.
+# Chosen on forces and accelerations of two slider-cranks.
+_NEIGHBORS_PART, _LEAST_NEIGHBORS, _MOST_NEIGHBORS = 0.08, 5, 25
+# Even scatter looks as uneven as this part of the shuffled sets.
+_UNEVEN = 0.2
+# Values drawn at each point for the estimate itself.
+_DRAWS = 16
 # Largest share of what a polynomial misses that is taken to belong to any parameter: more is told as scatter.
 _MISSED = 0.01
+# Difference of the runs that is rounding, over their size.
+_ROUNDING = 1e-12
 # Part of the runs that the width of a feature's interval refers to.
 _CENTRAL = 0.95
 
@@ -189,12 +198,8 @@ class _Model(NamedTuple):
     """Of each parameter, interactions and scatter, shape (parameters + 2,)."""
     resampled: Array
     """Those of resampled sets, shape (parameters + 2, replicates)."""
-    scattered: Array
-    """What the polynomial leaves of every value, over the size of the scatter there, flat."""
-    growth: Array
-    """Slopes of the logarithm of that size over each parameter, shape (parameters,)."""
-    growths: Array
-    """Those of resampled sets, shape (parameters, replicates)."""
+    left: Array
+    """What the polynomial leaves of every value, shape (runs, cycles)."""
     scale: Array
     """By how much the scatter of a resampled set may be larger, shape (replicates,)."""
 
@@ -278,11 +283,11 @@ def find_narrowing(names: list[str], points: Array, values: Array, seed: int = 0
     """By what part the interval that holds 95 % of the values becomes narrower when the interval of a
     parameter is halved around its midpoint [-].
 
-    The size of the scatter may grow with the parameters, else it is taken to stay. Parameters and errors are
-    those of `find_effects`.
+    The scatter may be of any size and shape in any part of the box. Parameters and errors are those of
+    `find_effects`.
     """
     models, _ = _models(points, values, seed)
-    found = [_narrowed(model, points.shape[1], seed) for model in models]
+    found = [_narrowed(model, points, seed) for model in models]
     effect = found[0][0]
     ranges = [_ends(again) for _, again in found]
     beyond = _missed(models[0], values) + _POINTS_ERROR
@@ -301,6 +306,9 @@ def _ends(resampled: Array) -> tuple[Array, Array]:
 def _models(points: Array, values: Array, seed: int) -> tuple[list[_Model], int]:
     """The polynomial of the chosen degree, and the next one: it tells what the chosen one may have missed."""
     fits = fits_of(points)
+    # The same in every run but for rounding: rounding has no effects.
+    if np.ptp(values) <= _ROUNDING * np.max(np.abs(values)):
+        values = np.zeros_like(values)
     if len(fits) < 2:
         parameters = points.shape[1]
         least = max(parameters + 1 + _LEAST_FREE, math.ceil((parameters + 1) / _TERMS_PART))
@@ -331,17 +339,13 @@ def _model(fit: _Fit, points: Array, values: Array, seed: int) -> _Model:
     scale = np.sqrt(free / random.chisquare(free, _REPLICATES))
     copies = smooth[:, None] + residuals[drawn] * scale
     again = fit.solve @ copies
-    growth, growths = _growth(points, residuals, random)
-    size = np.exp(points @ growth)[:, None]
     return _Model(
         fit=fit,
         terms=terms,
         again=again,
         variances=_variances(fit, terms[:, None], mean[:, None], np.array([within.mean()]))[:, 0],
         resampled=_variances(fit, again, copies, within[drawn].mean(axis=0)),
-        scattered=((values - mean[:, None] + residuals[:, None]) / size).ravel(),
-        growth=growth,
-        growths=growths,
+        left=values - mean[:, None] + residuals[:, None],
         scale=scale,
     )
 
@@ -352,27 +356,6 @@ def _missed(model: _Model, values: Array) -> float:
     total = float(np.maximum(model.variances, 0.0).sum())
     error = float(np.mean(left_out(model.fit, values.mean(axis=1)) ** 2))
     return min(_MISSED, math.sqrt(error / total)) if total > 0.0 else 0.0
-
-
-def _growth(points: Array, residuals: Array, random: np.random.Generator) -> tuple[Array, Array]:
-    """How the logarithm of the size of scatter grows with each parameter, and in resampled sets.
-
-    It is a straight line through the logarithms of the residuals; slopes below two standard errors are zero.
-    """
-    runs, parameters = points.shape
-    square = residuals**2
-    slopes = np.zeros(parameters)
-    if runs <= parameters + _LEAST_FREE or not square.max() > 0.0:
-        return slopes, np.zeros((parameters, _REPLICATES))
-    basis = np.concatenate([np.ones((runs, 1)), points], axis=1)
-    logs = 0.5 * np.log(np.maximum(square, 1e-12 * square.max()))
-    inverse = np.linalg.inv(basis.T @ basis)
-    solved = inverse @ (basis.T @ logs)
-    spread = np.sum((logs - basis @ solved) ** 2) / (runs - parameters - 1)
-    errors = np.sqrt(spread * np.diag(inverse)[1:])
-    drawn = solved[1:, None] + errors[:, None] * random.normal(size=(parameters, _REPLICATES))
-    certain = np.abs(solved[1:]) > 2.0 * errors
-    return np.where(certain, solved[1:], 0.0), np.where(np.abs(drawn) > 2.0 * errors[:, None], drawn, 0.0)
 
 
 def _variances(fit: _Fit, terms: Array, means: Array, within: Array) -> Array:
@@ -396,38 +379,72 @@ def _highest_share(model: _Model) -> float:
     return max(found, 0.0) / total if total > 0.0 else 0.0
 
 
-def _narrowed(model: _Model, parameters: int, seed: int) -> tuple[Array, Array]:
+def _narrowed(model: _Model, points: Array, seed: int) -> tuple[Array, Array]:
     """By how much the interval of 95 % of the values narrows with each parameter halved, and in resampled
-    sets, shapes (parameters,) and (parameters, replicates)."""
-    box = even_points(_POINTS, parameters)
-    random = np.random.default_rng([seed, 1])
-    # The same scatter for all boxes: they are compared.
-    noise = model.scattered[random.integers(len(model.scattered), size=(_POINTS, _REPLICATES))]
-    ends = [0.5 - 0.5 * _CENTRAL, 0.5 + 0.5 * _CENTRAL]
+    sets, shapes (parameters,) and (parameters, replicates).
 
-    def widths(points: Array) -> tuple[float, Array]:
-        basis = legendre_terms(points, model.fit.powers)
-        own = noise * np.exp(points @ model.growth)[:, None]
-        lower, upper = np.quantile((basis @ model.terms)[:, None] + own, ends)
-        sized = noise * np.exp(points @ model.growths) * model.scale
-        lowers, uppers = np.quantile(basis @ model.again + sized, ends, axis=0)
+    The scatter of a value is that of any run, or of one nearby where it is larger in a part of the box.
+    Resampled sets weigh the runs at random and turn the signs of what the polynomial leaves of them.
+    """
+    runs, parameters = points.shape
+    random = np.random.default_rng([seed, 1])
+    near = min(runs, max(_LEAST_NEIGHBORS, min(_MOST_NEIGHBORS, round(_NEIGHBORS_PART * runs))))
+    smooth, residuals = model.fit.basis @ model.terms, model.left.mean(axis=1)
+    signs = random.choice([-1.0, 1.0], size=(runs, _REPLICATES))
+    again = model.fit.solve @ (smooth[:, None] + residuals[:, None] * signs)
+    weights = np.log(random.exponential(size=(runs, _REPLICATES))).astype(np.float32)
+    # The same draws for all boxes: they are compared.
+    drawn = random.integers(near, size=(_POINTS, _DRAWS))
+    chances = random.gumbel(size=(_POINTS, near, _REPLICATES)).astype(np.float32)
+    cycles = random.integers(model.left.shape[1], size=(_POINTS, _REPLICATES))
+    ends = [0.5 - 0.5 * _CENTRAL, 0.5 + 0.5 * _CENTRAL]
+    anywhere = random.integers(runs, size=(_POINTS, near))
+    uneven = _is_uneven(points, residuals, random)
+
+    def widths(at: Array) -> tuple[float, Array]:
+        basis = legendre_terms(at, model.fit.powers)
+        nearest = anywhere
+        if uneven:
+            distances = np.sum((at[:, None, :] - points) ** 2, axis=2)
+            nearest = np.argpartition(distances, near - 1, axis=1)[:, :near]
+        chosen = np.take_along_axis(nearest, drawn, axis=1)
+        own = (basis @ model.terms)[:, None] + model.left[chosen, cycles[:, :_DRAWS]]
+        lower, upper = np.quantile(own, ends)
+        # The largest of weight plus Gumbel noise is a draw by the weights.
+        chosen = np.take_along_axis(nearest, np.argmax(chances + weights[nearest], axis=1), axis=1)
+        values = basis @ again + model.left[chosen, cycles] * model.scale
+        lowers, uppers = np.quantile(values, ends, axis=0)
         return float(upper - lower), np.asarray(uppers - lowers)
 
+    box = even_points(_POINTS, parameters)
     whole, wholes = widths(box)
-    narrowing, again = np.zeros(parameters), np.zeros((parameters, _REPLICATES))
+    narrowing, resampled = np.zeros(parameters), np.zeros((parameters, _REPLICATES))
     if whole > 0.0:
         for axis in range(parameters):
             halved = box.copy()
             halved[:, axis] *= 0.5
             width, all_widths = widths(halved)
             narrowing[axis] = 1.0 - width / whole
-            again[axis] = 1.0 - all_widths / np.where(wholes > 0.0, wholes, math.inf)
-    return narrowing, again
+            resampled[axis] = 1.0 - all_widths / np.where(wholes > 0.0, wholes, math.inf)
+    return narrowing, resampled
+
+
+def _is_uneven(points: Array, residuals: Array, random: np.random.Generator) -> bool:
+    """Whether the size of the scatter follows parabolas in the parameters better than when it is shuffled."""
+    runs, parameters = points.shape
+    if runs < 2 * parameters + 1 + _LEAST_FREE:
+        return False
+    ranks = np.argsort(np.argsort(np.abs(residuals))).astype(float)
+    ranks -= ranks.mean()
+    basis, _ = np.linalg.qr(np.concatenate([np.ones((runs, 1)), points, points**2], axis=1))
+    shuffled = random.permuted(np.repeat(ranks[:, None], _REPLICATES, axis=1), axis=0)
+    own, others = np.sum((basis.T @ ranks) ** 2), np.sum((basis.T @ shuffled) ** 2, axis=0)
+    return bool(np.mean(others >= own) <= _UNEVEN)
 
 
 def _certain_signs(model: _Model, parameters: int) -> list[int]:
     """Signs of slopes that do not change in the box, in nearly all resampled sets; 0 where not certain."""
-    box = even_points(_POINTS // 16, parameters)
+    box = even_points(_POINTS // 8, parameters)
     if parameters <= 8:
         box = np.concatenate([box, np.array(list(itertools.product((-1.0, 1.0), repeat=parameters)))])
     signs = []

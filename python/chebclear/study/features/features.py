@@ -75,6 +75,8 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
     """Parameters of the runs [SI units], shape (runs, parameters)."""
     random: bool
     """Whether the runs are spread at random over the box, so that one may speak of a further run."""
+    normal: tuple[str, ...] = ()
+    """Parameters that were given as normal distributions; the runs spread them evenly nevertheless."""
 
     @property
     def _names(self) -> tuple[str, ...]:
@@ -96,6 +98,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
             intervals=self.intervals,
             parameters=self.parameters,
             random=self.random,
+            normal=self.normal,
         )
 
 
@@ -115,6 +118,8 @@ class FeatureResult(records.ArrayRecord):
     """Parameters of the runs [SI units], shape (runs, parameters)."""
     random: bool
     """Whether the runs are spread at random over the box."""
+    normal: tuple[str, ...] = ()
+    """Parameters that were given as normal distributions; effects take them as uniform."""
 
     def __repr__(self) -> str:
         runs, cycles = self.values.shape
@@ -162,13 +167,19 @@ class FeatureResult(records.ArrayRecord):
         Raises
         ------
         ValueError
-            If a share is out of range, or the runs are not spread at random.
+            If a share is out of range, the runs are not spread at random, or a parameter was given as a
+            normal distribution.
         """
         given = np.asarray(shares, dtype=float)
         if not np.all((given >= 0.0) & (given <= 1.0)):
             raise ValueError(f"shares must be from 0 to 1, got {shares!r}")
         if not self.random:
             raise ValueError("runs on a grid have no quantiles over the box: use Study.sample")
+        if self.normal:
+            raise ValueError(
+                f"the runs spread {', '.join(self.normal)} evenly over three standard deviations: "
+                "their quantiles are not those of a normal distribution. Draw them yourself, Study.from_runs"
+            )
         return np.asarray(np.quantile(self.values, given))
 
     def ranking(self) -> Ranking:
@@ -180,7 +191,7 @@ class FeatureResult(records.ArrayRecord):
             for name, narrowing in narrowings.items()
         ]
         rows.sort(key=lambda row: -row.narrowing.value)
-        return Ranking(self.name, tuple(rows), effects.interactions, effects.scatter)
+        return Ranking(self.name, tuple(rows), effects.interactions, effects.scatter, self.normal)
 
     @property
     def _points(self) -> Array:
@@ -315,6 +326,8 @@ class Ranking:
     """Share of the variance of parameters together [-]."""
     scatter: Estimate
     """Share of the variance that no parameter explains [-]."""
+    normal: tuple[str, ...] = ()
+    """Parameters that were given as normal distributions and are taken as uniform over their intervals."""
 
     def __repr__(self) -> str:
         return "\n".join(shortened(str(self).splitlines()))
@@ -327,10 +340,14 @@ class Ranking:
 
     def advice(self) -> tuple[str, ...]:
         """What the table says, a sentence for each parameter of which it is certain."""
+        if not any(
+            part.value > 0.0 for part in (self.scatter, self.interactions, *(r.share for r in self.rows))
+        ):
+            return (f"{self.feature} is the same in every run",)
         sentences = []
         largest = max(self.rows, key=lambda row: row.share.value)
         for row in self.rows:
-            if row.narrowing.upper < _HELPFUL:
+            if row.narrowing.upper < _HELPFUL and row.narrowing.lower <= 0.0:
                 scattered = self.scatter.value >= max(0.5, largest.share.value)
                 part = self.scatter.value if scattered else largest.share.value
                 why = "scatter that no parameter explains" if scattered else f"that of {largest.parameter}"
@@ -349,6 +366,8 @@ class Ranking:
         rows += [("together", "", str(self.interactions), ""), ("scatter", "", str(self.scatter), "")]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+        if self.normal:
+            lines.append(f"{', '.join(self.normal)}: taken as uniform over three standard deviations")
         return "\n".join([self.feature, *lines, *self.advice()])
 
 

@@ -1,0 +1,105 @@
+"""Studies at their limits: too few runs, outputs that do not change, files that are damaged."""
+
+import json
+import warnings
+
+import chebclear as cc
+import numpy as np
+import pytest
+
+T = np.linspace(0.0, 1.0, 40)
+BOX = {"a": cc.interval(1.0, rel=0.1), "b": cc.interval(2.0, rel=0.1)}
+
+
+def waves(a, b):
+    """Only `a` has an effect, and impacts nothing resolves."""
+    return {"t": T, "x": np.sin(400.0 * a * T), "top": a}
+
+
+def constant(a, b):
+    return {"t": T, "x": np.full(40, 0.1), "top": 0.1}
+
+
+def test_too_few_runs_say_which_statement_falls():
+    study = cc.Study(waves, BOX)
+    with pytest.raises(ValueError, match="runs must be a whole number >= 3, got 2"):
+        study.band(2)
+    with pytest.warns(
+        cc.ChebclearWarning, match=r"3 runs cannot tell whether 99.9 % .* at least 12 are needed"
+    ):
+        few = study.band(3)
+    assert few["x"].verdict == "undersampled"
+    with pytest.raises(ValueError, match="effects of 2 parameters need at least 7 runs"):
+        few.ranking("top")
+    with pytest.raises(ValueError, match="more than max_runs"):
+        study.certify(0.999999)
+    with pytest.raises(ValueError, match="runs must be a whole number >= 2, got 1"):
+        study.sample(1)
+
+
+@pytest.mark.parametrize("ask", ["band", "chebyshev", "scan", "sample"])
+def test_outputs_that_do_not_change_have_no_width_and_no_effects(ask):
+    result = getattr(cc.Study(constant, BOX), ask)()
+    assert result["x"].max_width <= 1e-15
+    assert result["x"].verdict in ("resolved", "sampled")
+    reach = result.feature("top").interval
+    assert (reach.lower, reach.upper) == (0.1, 0.1)
+    ranking = result.ranking("top")
+    assert ranking.scatter.upper == 0.0 and all(row.share.upper == 0.0 for row in ranking)
+    assert ranking.advice() == ("top is the same in every run",)
+
+
+@pytest.mark.parametrize("ask", ["band", "chebyshev", "scan"])
+@pytest.mark.filterwarnings("ignore:not resolved")
+def test_a_parameter_without_effect_is_said_not_to_help(ask):
+    result = getattr(cc.Study(waves, BOX), ask)()
+    advice = result.ranking("top").advice()
+    assert any(line.startswith("tightening b does not help: 100 %") for line in advice)
+    assert result.feature("top").effects.monotone == {"a": "rises"}
+
+
+def test_two_samples_are_enough():
+    study = cc.Study(lambda a, b: {"t": [0.0, 1.0], "x": [a, b]}, BOX)
+    for result in (study.band(12), study.chebyshev(2), study.scan(3)):
+        assert np.allclose(result["x"].upper, [1.1, 2.2])
+
+
+def test_thousands_of_outputs_are_told_in_a_few_lines():
+    names = [f"x{index}" for index in range(2000)]
+    study = cc.Study(lambda a, b: {"t": T[:3]} | {name: a * T[:3] for name in names}, BOX)
+    result = study.band(12)
+    assert len(result.outputs) == 2000 and len(str(result)) + len(repr(result)) < 4000
+
+
+@pytest.mark.parametrize("member", ["t", "values", "parameters", "features", "nominal_features"])
+@pytest.mark.parametrize("told", [True, False])
+def test_a_member_with_a_damaged_name_is_damage(tmp_path, member, told):
+    """Also in files from before they told their members."""
+    path = cc.Study(waves, BOX).sample(3).save(tmp_path / "study")
+    with np.load(path) as archive:
+        arrays = dict(archive)
+    arrays[f"{member[:-1]}#"] = arrays.pop(member)
+    if not told:
+        facts = json.loads(str(arrays["metadata"]))
+        del facts["members"]
+        arrays["metadata"] = np.array(json.dumps(facts))
+    np.savez(path, **arrays)
+    with pytest.raises(ValueError, match="is damaged"):
+        cc.StudyResult.load(path)
+
+
+def test_a_fact_that_lacks_is_damage(tmp_path):
+    whole = cc.Study(waves, BOX).sample(3)
+    path = whole.save(tmp_path / "study")
+    with np.load(path) as archive:
+        arrays = dict(archive)
+    facts = json.loads(str(arrays["metadata"]))
+    for lacking in set(facts) - {"format", "kind"}:
+        kept = {name: fact for name, fact in facts.items() if name != lacking}
+        np.savez(path, **arrays | {"metadata": np.array(json.dumps(kept))})
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            try:
+                cc.StudyResult.load(path)
+            except ValueError as error:
+                assert "damaged" in str(error)
