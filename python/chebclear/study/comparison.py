@@ -92,8 +92,8 @@ def compare(
 ) -> Comparison:
     """Compare the bounds of two studies as the paper's Table 3 does.
 
-    The relative error of a bound is |RMS(bound) - RMS(reference)| / RMS(reference) with the root mean square
-    over time. It says nothing of where in time the bounds differ.
+    The relative error of a bound is ``|RMS(bound) - RMS(reference)| / RMS(reference)`` with the root mean
+    square over time. It says nothing of where in time the bounds differ.
 
     Parameters
     ----------

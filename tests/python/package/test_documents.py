@@ -1,4 +1,4 @@
-"""The README's code and the examples run."""
+"""The code of the README and of the documentation, and the examples, run."""
 
 import re
 import runpy
@@ -8,7 +8,13 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[3]
-BLOCKS = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+CODE = re.compile(r"```python\n(.*?)```", re.DOTALL)
+BLOCKS = CODE.findall((ROOT / "README.md").read_text(encoding="utf-8"))
+PAGES = sorted(
+    page
+    for page in (ROOT / "docs").rglob("*.md")
+    if "```python" in page.read_text(encoding="utf-8") and not page.parent.name.startswith("_")
+)
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 
 
@@ -22,6 +28,24 @@ def test_there_are_blocks_and_examples() -> None:
 def test_readme_block_runs(number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     exec(compile(BLOCKS[number], f"README.md, block {number}", "exec"), {"__name__": "readme"})
+
+
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
+def test_page_of_the_documentation_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The blocks of a page build on each other."""
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {"__name__": page.stem}
+    for number, block in enumerate(CODE.findall(page.read_text(encoding="utf-8"))):
+        exec(compile(block, f"{page.name}, block {number}", "exec"), names)
+
+
+def test_every_status_has_a_section() -> None:
+    source = (ROOT / "rust" / "src" / "integrators" / "mod.rs").read_text(encoding="utf-8")
+    words = set(re.findall(r'Status::\w+ => "(\w+)"', source))
+    page = (ROOT / "docs" / "questions" / "statuses.md").read_text(encoding="utf-8")
+    assert len(words) >= 9 and set(re.findall(r"^## (\w+)$", page, re.MULTILINE)) == words
 
 
 @pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")

@@ -1,0 +1,40 @@
+"""How the documentation is built: ``sphinx-build -W docs build/docs``."""
+
+import sys
+from pathlib import Path
+
+import chebclear
+
+sys.path.insert(0, str(Path(__file__).parent))
+import generate
+
+project = "chebclear"
+author = "The chebclear developers"
+copyright = f"2026, {author}"
+version = release = chebclear.__version__
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions += ["sphinx.ext.mathjax"]
+myst_enable_extensions = ["dollarmath", "deflist"]
+myst_heading_anchors = 3
+# Included in other pages.
+exclude_patterns = ["_generated/outputs.md", "_generated/features.md"]
+default_role = "py:obj"
+
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+autodoc_default_options = {"members": True, "show-inheritance": False}
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+napoleon_use_param = True
+
+html_theme = "furo"
+html_title = f"chebclear {release}"
+html_static_path: list[str] = []
+# Files of the repository that pages point to are not pages; short names of fields may mean several classes.
+suppress_warnings = ["myst.xref_missing", "ref.python"]
+
+
+def setup(app):
+    """Pages and figures that are made from the code are made before anything is read."""
+    app.connect("builder-inited", lambda app: generate.everything(Path(app.srcdir) / "_generated"))

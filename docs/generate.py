@@ -1,0 +1,193 @@
+"""Pages and figures of the documentation that are made from the code, so that they cannot be out of date."""
+
+import warnings
+from pathlib import Path
+
+import chebclear as cc
+import matplotlib
+import matplotlib.patches as patches
+import numpy as np
+from matplotlib.figure import Figure
+
+STYLE = {"font.size": 9.0, "axes.grid": True, "grid.alpha": 0.3}
+
+
+def everything(folder: Path) -> None:
+    """All of them."""
+    folder.mkdir(exist_ok=True)
+    (folder / "outputs.md").write_text(outputs_page(), encoding="utf-8")
+    (folder / "features.md").write_text(features_page(), encoding="utf-8")
+    for name, page in api_pages().items():
+        (folder / f"api_{name}.md").write_text(page, encoding="utf-8")
+    with warnings.catch_warnings(), matplotlib.rc_context(STYLE):
+        warnings.simplefilter("ignore", cc.ChebclearWarning)
+        for draw in (signs, play, peaks, horizon, verdicts):
+            figure = Figure(figsize=(7.0, 5.0 if draw is verdicts else 3.4), layout="constrained")
+            draw(figure)
+            figure.savefig(folder / f"{draw.__name__}.png", dpi=150, metadata={"Software": None})
+
+
+def crank(**changes: float) -> cc.Scene:
+    """The mechanism of the figures."""
+    given = {"crank_length": 0.05, "rod_length": 0.12, "clearance": 2e-5, "crank_speed": cc.rpm(2000)}
+    return cc.mechanisms.slider_crank(**(given | changes))
+
+
+def outputs_page() -> str:
+    """Every output of a scene with all kinds of parts: name, unit."""
+    from chebclear.scene.columns import column_unit
+
+    scene = crank()
+    facts = scene.check()
+    rows = {}
+    for name in (*facts.columns, *facts.further_columns):
+        owner, _, kind = name.partition(".")
+        kinds = {"slider": "BODY", "wrist": "CLEARANCE_JOINT", "guide": "JOINT", "drive": "DRIVE"}
+        if owner in kinds:
+            rows.setdefault(f"{kinds[owner]}.{kind}", column_unit(name))
+        elif owner == "energy":
+            rows.setdefault(name, column_unit(name))
+    body = "\n".join(f"| `{name}` | {unit or '-'} |" for name, unit in rows.items())
+    return f"| output | unit |\n|---|---|\n{body}\n"
+
+
+def features_page() -> str:
+    """Every feature with the first line of what it is."""
+    names = "peak lowest peak_to_peak time_of_peak time_of_lowest mean rms".split()
+    names += "impacts contact_share impulse wear loss".split()
+    rows = [f"| `cc.{name}(...)` | {getattr(cc, name).__doc__.splitlines()[0]} |" for name in names]
+    return "| feature | what it is |\n|---|---|\n" + "\n".join(rows) + "\n"
+
+
+GROUPS = {
+    "Scenes": "Scene Body Revolute Prismatic Fixed ClearanceRevolute Spring Damper TorsionSpring "
+    "TorsionDamper Force Torque Gravity Speed Motion Polynomial Harmonic Table JointStart BodyStart "
+    "ClearanceStart Inspection rpm",
+    "Laws of contact and friction": "LankaraniNikravesh Flores HuntCrossley Hertz ModifiedCoulomb "
+    "SmoothedCoulomb hertz_stiffness",
+    "Scene files": "load loads Template Parameter",
+    "Runs": "simulate Settings Trajectory Events Contacts Stats EndState ErrorEstimate Extremum load_result",
+    "Features": "Feature peak lowest peak_to_peak time_of_peak time_of_lowest mean rms impacts contact_share "
+    "impulse wear loss",
+    "Errors and warnings": "ChebclearError SceneError SimulationError Problem ChebclearWarning",
+}
+
+
+def api_pages() -> dict[str, str]:
+    """The public names by groups; what is in none is of studies, trade-offs or pictures."""
+    groups = {title: names.split() for title, names in GROUPS.items()}
+    known = {name for names in groups.values() for name in names} | {"mechanisms", "__version__"}
+    rest = [name for name in cc.__all__ if name not in known]
+    drawn = [name for name in rest if name.startswith("plot") or name == "animate"]
+    groups["Studies and trade-offs"] = [name for name in rest if name not in drawn]
+    groups["Pictures"] = drawn
+    groups["Ready-made mechanisms"] = [f"mechanisms.{name}" for name in cc.mechanisms.__all__]
+    pages = {}
+    for number, (title, names) in enumerate(groups.items(), start=1):
+        text = f"# {title}\n\n```{{eval-rst}}\n"
+        for name in names:
+            public = cc.mechanisms if name.startswith("mechanisms.") else cc
+            kind = "class" if isinstance(getattr(public, name.rpartition(".")[2]), type) else "function"
+            text += f".. auto{kind}:: chebclear.{name}\n"
+        pages[f"{number:02d}"] = f"{text}```\n"
+    return pages
+
+
+def signs(figure: Figure) -> None:
+    """Journal and bearing with the vectors of the conventions."""
+    ax = figure.add_subplot()
+    ax.set_aspect("equal")
+    ax.axis("off")
+    bearing, journal, turn = np.zeros(2), 0.28, 0.6
+    direction = np.array([np.cos(turn), np.sin(turn)])
+    tangent = np.array([-direction[1], direction[0]])
+    centre = 0.36 * direction
+    ax.add_patch(patches.Circle(bearing, 1.0, fill=False, color="black", linewidth=1.5))
+    ax.add_patch(
+        patches.Circle(centre, 1.0 - journal, facecolor="tab:blue", alpha=0.25, edgecolor="tab:blue")
+    )
+    arrows = [
+        (bearing, centre, "black", "eccentricity $e$", (-0.35, -0.33)),
+        (centre, centre + 0.85 * direction, "tab:red", "normal $n$", (0.06, 0.02)),
+        (centre, centre + 0.6 * tangent, "tab:green", "tangent $t$", (-0.5, 0.05)),
+    ]
+    for start, tip, color, text, offset in arrows:
+        ax.annotate("", tip, start, arrowprops={"arrowstyle": "-|>", "color": color, "linewidth": 1.6})
+        ax.text(*(tip + np.array(offset)), text, color=color)
+    force = centre + (1.0 - journal) * direction
+    ax.annotate(
+        "",
+        force - 0.5 * direction,
+        force,
+        arrowprops={"arrowstyle": "-|>", "color": "tab:purple", "linewidth": 2.2},
+    )
+    ax.text(1.15, 0.25, "normal force on the journal", color="tab:purple")
+    ax.text(-2.6, 0.6, "bearing")
+    ax.annotate("", (-0.93, 0.36), (-2.0, 0.6), arrowprops={"arrowstyle": "-", "color": "black"})
+    ax.text(-2.6, -0.6, "journal", color="tab:blue")
+    ax.annotate("", (-0.25, -0.28), (-2.0, -0.55), arrowprops={"arrowstyle": "-", "color": "tab:blue"})
+    ax.set_xlim(-3.0, 3.4)
+    ax.set_ylim(-1.15, 1.3)
+
+
+def play(figure: Figure) -> None:
+    """The journal in its clearance circle, and its penetration against time."""
+    run = cc.simulate(crank(), duration=0.03, samples=3001)
+    left, right = figure.subplots(1, 2, width_ratios=[1.4, 1.3])
+    cc.plot_orbit(run, "wrist", ax=left)
+    right.plot(1e3 * run.t, 1e6 * run["wrist.penetration"], linewidth=0.8)
+    right.axhline(0.0, color="black", linewidth=0.8)
+    right.set(xlabel="time [ms]", ylabel="penetration [µm]", xlim=(0.0, 3.0))
+
+
+def peaks(figure: Figure) -> None:
+    """An impact between samples."""
+    scene = crank()
+    coarse = cc.simulate(scene, duration=0.03, samples=361, features=[cc.peak("wrist.normal_force")])
+    fine = cc.simulate(scene, duration=0.03, samples=30_001)
+    peak = coarse.peak("wrist.normal_force")
+    shown = abs(fine.t - peak.time) < 2.5e-4
+    ax = figure.add_subplot()
+    ax.plot(1e3 * fine.t[shown], fine["wrist.normal_force"][shown], color="tab:gray", label="motion")
+    near = abs(coarse.t - peak.time) < 2.5e-4
+    ax.plot(1e3 * coarse.t[near], coarse["wrist.normal_force"][near], "o", color="tab:blue", label="samples")
+    ax.plot(1e3 * peak.time, peak.value, "*", color="tab:red", markersize=12, label="run.peak")
+    ax.set(xlabel="time [ms]", ylabel="normal force [N]")
+    ax.legend()
+
+
+def horizon(figure: Figure) -> None:
+    """Two runs whose clearances differ by one part in a million."""
+    runs = [
+        cc.simulate(
+            crank(clearance=clearance),
+            duration=0.3,
+            samples=6001,
+            rtol=1e-9,
+            outputs=["slider.vx", "wrist.normal_force"],
+        )
+        for clearance in (5e-4, 5e-4 * (1.0 + 1e-6))
+    ]
+    ax = figure.add_subplot()
+    for name in runs[0]:
+        difference = np.abs(runs[0][name] - runs[1][name]) / np.ptp(runs[0][name])
+        ax.semilogy(1e3 * runs[0].t, np.maximum(np.maximum.accumulate(difference), 1e-9), label=name)
+    ax.axhline(0.01, color="tab:red", linestyle="--", linewidth=0.9, label="1 % of the range")
+    ax.set(xlabel="time [ms]", ylabel="largest difference so far / range")
+    ax.legend()
+
+
+def verdicts(figure: Figure) -> None:
+    """A band that a polynomial follows, and one that is calibrated."""
+    study = cc.Study(
+        cc.mechanisms.slider_crank,
+        {"crank_length": cc.interval(0.05, rel=0.02), "clearance": cc.interval(2e-5, rel=0.5)},
+        outputs=["slider.x", "wrist.normal_force"],
+        duration=0.03,
+        samples=361,
+        skip=0.03,
+    )
+    result = study.band(41)
+    for ax, name in zip(figure.subplots(2, 1), result.outputs, strict=True):
+        result[name].plot(ax=ax)
+        ax.set_title(f"{name}: {result[name].verdict}")
