@@ -9,9 +9,8 @@ mod polynomials;
 #[allow(dead_code)]
 mod support;
 
-use chebclear::study::bounds::interval_bounds;
 use chebclear::study::chebyshev::{fit, root_nodes};
-use chebclear::study::range::polynomial_ranges;
+use polynomials::loose::{interval_bounds, polynomial_ranges};
 use polynomials::{CASES, random_coefficients, tensor, values};
 use std::hint::black_box;
 use std::time::Instant;

@@ -40,20 +40,14 @@ fn main() {
         let hash = run.values.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, value| {
             (hash ^ value.to_bits()).wrapping_mul(0x0100_0000_01b3)
         });
+        let counts: Vec<String> =
+            stats.counts().iter().map(|(name, count)| format!("\"{name}\": {count}, ")).collect();
         println!(
-            "{{\"status\": \"{}\", \"degrees\": {}, \"columns\": {}, \"steps\": {}, \"rejected\": {}, \"stages\": {}, \
-             \"evaluations\": {}, \"jacobians\": {}, \"events\": {}, \"landings\": {}, \"seconds\": {best:e}, \
-             \"hash\": \"{hash:016x}\"}}",
+            "{{\"status\": \"{}\", \"degrees\": {}, \"columns\": {}, {}\"seconds\": {best:e}, \"hash\": \"{hash:016x}\"}}",
             run.status.word(),
             mechanism.degrees_of_freedom(),
             mechanism.frames.len() - 1,
-            stats.steps,
-            stats.rejected,
-            stats.stages,
-            stats.evaluations,
-            stats.jacobians,
-            stats.events,
-            stats.landings,
+            counts.concat(),
         );
     }
 }

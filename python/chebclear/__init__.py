@@ -7,7 +7,16 @@ every output when parameters are only known to lie in intervals. Units are SI wi
 from . import mechanisms
 from .base.files import package_version
 from .base.quantities import Interval, interval, rpm
-from .errors import ChebclearError, ChebclearWarning, Problem, SceneError, SimulationError
+from .errors import (
+    ChebclearError,
+    ChebclearWarning,
+    InputError,
+    Problem,
+    SceneError,
+    SettingsError,
+    SimulationError,
+    StartError,
+)
 from .loading import load_result
 from .mechanisms import hertz_stiffness
 from .plots.animation.animate import Animation, animate
@@ -125,6 +134,7 @@ __all__ = [
     "Harmonic",
     "Hertz",
     "HuntCrossley",
+    "InputError",
     "Inspection",
     "Interval",
     "JointStart",
@@ -147,10 +157,12 @@ __all__ = [
     "Scene",
     "SceneError",
     "Settings",
+    "SettingsError",
     "SimulationError",
     "SmoothedCoulomb",
     "Speed",
     "Spring",
+    "StartError",
     "Stats",
     "Study",
     "StudyResult",

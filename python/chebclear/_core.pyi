@@ -1,6 +1,6 @@
 # The compiled core. Text is JSON, see schema.py and simulation.Settings.
 from collections.abc import Callable, Sequence
-from typing import TypedDict, type_check_only
+from typing import Any, TypedDict, type_check_only
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,23 +22,6 @@ __all__ = [
     "total_degree_basis",
     "total_degree_exponents",
 ]
-
-@type_check_only
-class _Stats(TypedDict):
-    steps: int
-    explicit_steps: int
-    switches: int
-    rejected: int
-    stages: int
-    evaluations: int
-    jacobians: int
-    factorisations: int
-    events: int
-    landings: int
-    floored_latches: int
-    largest_projection: float
-    smallest_step: float
-    smallest_step_time: float
 
 @type_check_only
 class _Events(TypedDict):
@@ -65,7 +48,7 @@ class _Run(TypedDict):
     message: str
     time: float
     joint: str | None
-    stats: _Stats
+    stats: dict[str, Any]
     events: _Events
     contacts: _Contacts
     skipped_events: _Events
@@ -84,7 +67,7 @@ class _Runs(TypedDict):
     message: list[str]
     time: list[float]
     joint: list[str | None]
-    stats: list[_Stats]
+    stats: list[dict[str, Any]]
     warnings: list[list[str]]
 
 @type_check_only

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from .base.files import package_version
-from .errors import ChebclearError, SceneError
+from .errors import ChebclearError, InputError
 from .run.settings import LEAST_RTOL, METHODS, MOST_RTOL
 from .study.study import MOST_THREADS
 from .tradeoffs.recommendation import MOST_ACCURACY
@@ -48,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # as in "chebclear ... | head -1"
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return EXIT_UNREAD
-    except SceneError as error:
+    except InputError as error:
         print(error, file=sys.stderr)
         return EXIT_BAD_INPUT
     except (ChebclearError, OSError) as error:
@@ -229,7 +229,7 @@ def _tradeoff(options: argparse.Namespace) -> int:
             progress=None if options.json else True,
         )
         recommendation = result.recommendation(options.accuracy, until=options.until, cost=options.cost)
-    except SceneError:
+    except InputError:
         raise
     except ValueError as error:  # an argument that only the scene can judge, such as an unknown output
         print(f"chebclear: {error}", file=sys.stderr)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 
 class Problem(NamedTuple):
-    """One thing that is wrong with a scene."""
+    """One thing that is wrong with an input."""
 
     path: str
     """Where: the path of the field, such as ``joints[2].clearance``."""
@@ -26,8 +26,8 @@ class ChebclearError(Exception):
     """Root of all exceptions of this package."""
 
 
-class SceneError(ChebclearError, ValueError):
-    """A scene that cannot be simulated.
+class InputError(ChebclearError, ValueError):
+    """What was given cannot be simulated: a scene, settings, or the end of an earlier run.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class SceneError(ChebclearError, ValueError):
     Attributes
     ----------
     problems : list of Problem
-        All of them, in the order of the scene.
+        All of them, in the order of the input.
     """
 
     problems: list[Problem]
@@ -48,6 +48,18 @@ class SceneError(ChebclearError, ValueError):
 
     def __str__(self) -> str:
         return "\n".join(map(str, self.problems))
+
+
+class SceneError(InputError):
+    """A scene that cannot be simulated; see `InputError`."""
+
+
+class SettingsError(InputError):
+    """Settings that do not fit a scene, such as an output that it does not have; see `InputError`."""
+
+
+class StartError(InputError):
+    """The end of an earlier run from which a scene cannot go on; see `InputError`."""
 
 
 class SimulationError(ChebclearError, RuntimeError):

@@ -1,11 +1,12 @@
-//! Errors: what is wrong with a scene (all problems at once, each with its path).
+//! What is wrong with an input: all problems at once, each with its path. In: problems; out: one error. Uses no other
+//! room.
 
 use std::fmt;
 
-/// One thing that is wrong with a scene.
+/// One thing that is wrong with an input.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Where: the path of the field in the scene, such as `joints[2].clearance`.
+    /// Where: the path of the field, such as `joints[2].clearance`.
     pub path: String,
     /// What is wrong and what would be accepted.
     pub message: String,
@@ -24,21 +25,42 @@ impl fmt::Display for Problem {
     }
 }
 
-/// A scene that cannot be simulated, with every problem found in it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SceneError {
-    /// All problems, in the order of the scene; never empty.
-    pub problems: Vec<Problem>,
+/// What a problem is a problem of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Subject {
+    /// The scene.
+    Scene,
+    /// The settings of a run, such as an output that the scene does not have.
+    Settings,
+    /// The end of an earlier run that is to go on.
+    Start,
 }
 
-impl SceneError {
-    /// A scene error with a single problem.
-    pub fn single(path: impl Into<String>, message: impl Into<String>) -> Self {
-        Self { problems: vec![Problem::new(path, message)] }
+impl Subject {
+    /// An error with a single problem.
+    pub fn error(self, path: impl Into<String>, message: impl Into<String>) -> InputError {
+        InputError { subject: self, problems: vec![Problem::new(path, message)] }
+    }
+
+    /// `good` unless there are problems.
+    ///
+    /// # Errors
+    /// All of them.
+    pub fn judge<T>(self, good: T, problems: Vec<Problem>) -> Result<T, InputError> {
+        if problems.is_empty() { Ok(good) } else { Err(InputError { subject: self, problems }) }
     }
 }
 
-impl fmt::Display for SceneError {
+/// An input that cannot be simulated, with every problem found in it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct InputError {
+    /// What is wrong.
+    pub subject: Subject,
+    /// All problems, in the order of the input; never empty.
+    pub problems: Vec<Problem>,
+}
+
+impl fmt::Display for InputError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, problem) in self.problems.iter().enumerate() {
             if index > 0 {
@@ -50,7 +72,7 @@ impl fmt::Display for SceneError {
     }
 }
 
-impl std::error::Error for SceneError {}
+impl std::error::Error for InputError {}
 
 /// `"; did you mean ...?"` with the known name nearest to a wrong one, or nothing.
 pub fn did_you_mean<'a>(wrong: &str, known: impl Iterator<Item = &'a str>) -> String {

@@ -3,7 +3,7 @@
 //! Data flow in one direction:
 //!
 //! ```text
-//! scene -> mechanism -> trajectory -> sweep -> surrogate -> bounds, sensitivities
+//! scene -> tree -> dynamics -> mechanism -> integrators -> run -> study
 //! ```
 //!
 //! SI units and radians everywhere. Notation in the kernels: q, v, a generalised position,

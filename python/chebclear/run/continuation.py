@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from .. import _core
-from ..errors import Problem, SceneError
+from ..errors import Problem, StartError
 from ..scene.scene import ClearanceRevolute, Scene, Table
 from .settings import Settings
 from .trajectory import EndState
@@ -50,7 +50,7 @@ def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[End
 
     Raises
     ------
-    SceneError
+    StartError
         If a joint is of another kind, a driven joint would jump, or any joint of a mechanism that its drives
         prescribe, a journal would start deeper in its bearing than the clearance is wide, or loops of ideal
         joints would not close.
@@ -88,7 +88,7 @@ def _require_kinds(before: Scene, after: Scene) -> None:
             )
             problems.append(Problem("start", message))
     if problems:
-        raise SceneError(problems)
+        raise StartError(problems)
 
 
 def _require_whole(scene: Scene, start: EndState, settings: Settings) -> None:
@@ -141,7 +141,7 @@ def _require_whole(scene: Scene, start: EndState, settings: Settings) -> None:
                 )
                 problems.append(Problem("start", message))
     if problems:
-        raise SceneError(problems)
+        raise StartError(problems)
 
 
 def _prolonged(scene: Scene, until: float) -> Scene:

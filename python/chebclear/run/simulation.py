@@ -105,8 +105,9 @@ def simulate(
 
     Raises
     ------
-    SceneError
-        If the scene is wrong; all problems are listed.
+    SceneError, SettingsError, StartError
+        If the scene is wrong, asked for what it does not have, or cannot go on from `start`; all problems
+        are listed.
     SimulationError
         If the run fails; the exception has what was computed as `SimulationError.trajectory`.
     ValueError, TypeError
@@ -195,8 +196,8 @@ def run_scene(
 
     Raises
     ------
-    SceneError
-        If the scene is wrong.
+    InputError
+        If the scene is wrong, or settings or start do not fit it.
     """
     memory = None if start is None else start.memory
     run = _core.simulate(scene.to_json(), settings.to_json(), report, memory)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ChebclearWarning, SceneError, describe
+from ..errors import ChebclearWarning, InputError, SceneError, describe
 from ..run.settings import Settings
 from ..run.tracking import settling_time
 from ..run.trajectory import Stats
@@ -150,12 +150,12 @@ class Runner:
         texts = [scene_text(scene, parameters) for scene, parameters in zip(scenes, given, strict=True)]
         try:
             settings = settings.for_scene(scenes[-1], runs=len(scenes))
-        except SceneError as error:
-            raise SceneError(located(given[-1], error.problems)) from None
+        except InputError as error:
+            raise type(error)(located(given[-1], error.problems)) from None
         with reporter(self.progress) as report:
             try:
                 runs = simulate_all(texts, settings.to_json(), self.threads, self.executor, report)
-            except SceneError as error:
+            except InputError as error:
                 raise with_parameters(error, given) from None
         require_success(runs, given)
         told = zip(built, runs["warnings"], strict=True)

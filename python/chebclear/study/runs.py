@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..base.units import unit
-from ..errors import Problem, SceneError, SimulationError, describe
+from ..errors import InputError, Problem, SceneError, SimulationError, describe
 from ..run.settings import Settings
 from ..run.trajectory import Stats
 from ..scene.scene import Interval, Scene
@@ -95,8 +95,8 @@ def simulate_all(
 
     Raises
     ------
-    SceneError
-        If a scene is wrong; paths begin with ``scenes[index]``.
+    SceneError, SettingsError
+        If a scene is wrong, or the settings for it; paths begin with ``scenes[index]``.
     """
     if executor is None:
         return _core.sweep(texts, settings, threads, report)
@@ -112,7 +112,7 @@ def simulate_all(
             for index, future in enumerate(futures):
                 try:
                     parts.append(future.result())
-                except SceneError as error:
+                except InputError as error:
                     raise _shifted(error, index * size) from None
                 _require_columns(parts[0]["columns"], parts[-1]["columns"], index * size)
                 if report is not None:
@@ -170,21 +170,21 @@ def _scene_index(problem: Problem) -> int | None:
     return int(found[1]) if found else None
 
 
-def _shifted(error: SceneError, offset: int) -> SceneError:
+def _shifted(error: InputError, offset: int) -> InputError:
     """The error of a chunk of scenes, with the numbers the scenes have in the study."""
-    return SceneError(
+    return type(error)(
         (_SCENE_PATH.sub(lambda found: f"scenes[{int(found[1]) + offset}].", problem.path), problem.message)
         for problem in error.problems
     )
 
 
-def with_parameters(error: SceneError, given: Sequence[Mapping[str, float]]) -> SceneError:
+def with_parameters(error: InputError, given: Sequence[Mapping[str, float]]) -> InputError:
     """The problems of no scene and of the first wrong one, with its parameters; others mostly repeat them."""
     indices = [_scene_index(problem) for problem in error.problems]
     problems = [problem for problem, index in zip(error.problems, indices, strict=True) if index is None]
     wrong = sorted({index for index in indices if index is not None})
     if not wrong:
-        return SceneError(problems)
+        return type(error)(problems)
     first = [
         Problem(_SCENE_PATH.sub("", problem.path), problem.message)
         for problem, index in zip(error.problems, indices, strict=True)
@@ -193,7 +193,7 @@ def with_parameters(error: SceneError, given: Sequence[Mapping[str, float]]) -> 
     problems += located(given[wrong[0]], first)
     if len(wrong) > 1:
         problems.append(Problem("study", f"{len(wrong) - 1} more of {len(given)} scenes have problems"))
-    return SceneError(problems)
+    return type(error)(problems)
 
 
 def require_ends(

@@ -5,7 +5,7 @@
 //! and the tangent **t** (n turned by +90°) are Eq. (4).
 
 use crate::contact::friction::FrictionLaw;
-use crate::contact::normal::NormalLaw;
+use crate::contact::normal::{Latch, NormalLaw};
 use crate::numerics::dual::{Dual, Scalar};
 
 /// What the sliding velocity of the contact is the velocity of.
@@ -42,11 +42,11 @@ pub struct ClearanceLaw {
 pub enum Phase {
     /// No contact: no force, whatever the penetration.
     Free,
-    /// In contact, with the hysteresis factor χ [s/m] latched at its onset.
+    /// In contact.
     Contact {
-        /// Hysteresis factor χ [s/m].
-        hysteresis_factor: f64,
-        /// The damping would pull (1 + χ δ̇ < 0): a dry joint cannot, the force is clipped to zero.
+        /// What the damping keeps from the onset.
+        latch: Latch,
+        /// The damping would pull: a dry joint cannot, the force is clipped to zero.
         clipped: bool,
     },
 }
@@ -79,18 +79,51 @@ pub struct ContactState<S> {
     pub force: [S; 2],
 }
 
+/// Where the surfaces are and how they move, with the directions of the forces.
+struct Geometry<S> {
+    /// 1/|e|.
+    inverse: S,
+    normal: [S; 2],
+    penetration: S,
+    penetration_rate: S,
+    /// ė·t.
+    tangential_velocity: S,
+}
+
 impl ClearanceLaw {
-    /// Penetration, velocities and forces of the joint.
-    ///
-    /// At |e| = 0 (a concentric start) the normal does not exist and no force acts: nothing is
-    /// divided by |e|, and the rates are reported as zero.
+    /// The geometry of the joint; none at |e| = 0 (a concentric start), where the normal does not exist.
     #[inline(always)]
-    pub fn evaluate<S: Scalar>(&self, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
-        let zero = S::constant(0.0);
+    fn geometry<S: Scalar>(&self, motion: &RelativeMotion<S>) -> Option<Geometry<S>> {
         let [ex, ey] = motion.eccentricity;
         let [vx, vy] = motion.rate;
         let square = ex * ex + ey * ey;
         if square.value() == 0.0 {
+            return None;
+        }
+        let eccentricity = square.sqrt();
+        let inverse = S::constant(1.0) / eccentricity;
+        let (nx, ny) = (ex * inverse, ey * inverse);
+        Some(Geometry {
+            inverse,
+            normal: [nx, ny],
+            penetration: eccentricity - self.clearance,
+            penetration_rate: vx * nx + vy * ny,
+            tangential_velocity: vy * nx - vx * ny,
+        })
+    }
+
+    /// Sliding velocity of the two material surfaces [m/s], whatever the friction law is told.
+    pub fn surface_velocity(&self, motion: &RelativeMotion<f64>) -> f64 {
+        self.geometry(motion).map_or(0.0, |geometry| geometry.tangential_velocity + motion.spin)
+    }
+
+    /// Penetration, velocities and forces of the joint.
+    ///
+    /// Without a normal no force acts, and the rates are reported as zero.
+    #[inline(always)]
+    pub fn evaluate<S: Scalar>(&self, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
+        let zero = S::constant(0.0);
+        let Some(geometry) = self.geometry(motion) else {
             return ContactState {
                 penetration: S::constant(-self.clearance),
                 penetration_rate: zero,
@@ -99,20 +132,16 @@ impl ClearanceLaw {
                 friction_force: zero,
                 force: [zero, zero],
             };
-        }
-        let eccentricity = square.sqrt();
-        let penetration = eccentricity - self.clearance;
-        let inverse = S::constant(1.0) / eccentricity;
-        let (nx, ny) = (ex * inverse, ey * inverse);
-        let penetration_rate = vx * nx + vy * ny;
-        let tangential_velocity = vy * nx - vx * ny;
+        };
+        let Geometry { inverse, normal: [nx, ny], penetration, penetration_rate, tangential_velocity } =
+            geometry;
         let sliding_velocity = match self.sliding {
             SlidingVelocity::Surface => tangential_velocity + motion.spin,
             SlidingVelocity::ContactPoint => tangential_velocity * penetration * inverse,
         };
         let normal_force = match phase {
-            Phase::Contact { hysteresis_factor, clipped: false } => {
-                self.normal.normal_force(penetration, penetration_rate, hysteresis_factor)
+            Phase::Contact { latch, clipped: false } => {
+                self.normal.normal_force(penetration, penetration_rate, latch)
             }
             _ => zero,
         };
@@ -165,10 +194,5 @@ impl ClearanceLaw {
             SlidingVelocity::Surface => self.friction.map(|law| law.stick_velocity()),
             SlidingVelocity::ContactPoint => None,
         }
-    }
-
-    /// Whether the latched law would pull at this penetration rate: `1 + χ δ̇` [-].
-    pub fn damping_bracket(penetration_rate: f64, hysteresis_factor: f64) -> f64 {
-        1.0 + hysteresis_factor * penetration_rate
     }
 }

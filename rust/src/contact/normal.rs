@@ -6,9 +6,15 @@
 //! F_N = K δⁿ (1 + χ δ̇)      for δ > 0,     F_N = 0 otherwise
 //! ```
 //!
-//! and differ in the hysteresis factor χ, which is fixed at the onset of a contact.
+//! and differ in the hysteresis factor χ, which is fixed at the onset of a contact. Only this file knows that form:
+//! others pass a [`Latch`] on and ask for forces, for the part of a force that is elastic, and for the rate that the
+//! damping must be resolved to.
 
 use crate::numerics::dual::Scalar;
+
+/// Nominal restitution below which the Lankarani-Nikravesh law rebounds noticeably more: 0.878
+/// instead of 0.85, 0.725 instead of 0.5 (closed form in [`Damping::LankaraniNikravesh`]).
+const HONEST_RESTITUTION: f64 = 0.85;
 
 /// Where the hysteresis factor χ [s/m] of a contact comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +44,31 @@ pub enum Damping {
     },
 }
 
+/// What the damping of a contact keeps from its onset on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Latch {
+    /// Hysteresis factor χ [s/m].
+    hysteresis_factor: f64,
+}
+
+impl Latch {
+    /// No damping.
+    pub const ELASTIC: Latch = Latch { hysteresis_factor: 0.0 };
+
+    /// Names of the numbers that a latch is stored as.
+    pub const NAMES: [&str; 1] = ["hysteresis_factor"];
+
+    /// Those numbers.
+    pub fn numbers(&self) -> [f64; Latch::NAMES.len()] {
+        [self.hysteresis_factor]
+    }
+
+    /// The latch that was stored as some numbers.
+    pub fn from_numbers([hysteresis_factor]: [f64; Latch::NAMES.len()]) -> Self {
+        Self { hysteresis_factor }
+    }
+}
+
 /// A normal-force law with its constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalLaw {
@@ -50,23 +81,42 @@ pub struct NormalLaw {
 }
 
 impl NormalLaw {
-    /// Hysteresis factor χ [s/m] of a contact that began with `impact_velocity` [m/s] > 0.
-    pub fn hysteresis_factor(&self, impact_velocity: f64) -> f64 {
-        match self.damping {
+    /// What a contact keeps that began with `impact_velocity` [m/s] > 0.
+    pub fn latch(&self, impact_velocity: f64) -> Latch {
+        let hysteresis_factor = match self.damping {
             Damping::Elastic => 0.0,
             Damping::LankaraniNikravesh { restitution } => {
                 0.75 * (1.0 - restitution * restitution) / impact_velocity
             }
             Damping::Flores { restitution } => 1.6 * (1.0 - restitution) / (restitution * impact_velocity),
             Damping::HuntCrossley { hysteresis_factor } => hysteresis_factor,
-        }
+        };
+        Latch { hysteresis_factor }
     }
 
-    /// Whether the hysteresis factor is latched from the impact velocity, and needs a floor of it.
+    /// Whether the damping is latched from the impact velocity, and needs a floor of it.
     pub fn is_latched(&self) -> bool {
         match self.damping {
             Damping::Elastic | Damping::HuntCrossley { .. } => false,
             Damping::LankaraniNikravesh { .. } | Damping::Flores { .. } => true,
+        }
+    }
+
+    /// Damping force over elastic force at the onset of every contact [-]: χ v₀ of a law whose damping is latched,
+    /// zero for others.
+    pub fn onset_damping(&self) -> f64 {
+        // χ is inversely proportional to the impact velocity.
+        if self.is_latched() { self.latch(1.0).hysteresis_factor } else { 0.0 }
+    }
+
+    /// What a user should know of the constants.
+    pub fn caution(&self) -> Option<String> {
+        match self.damping {
+            Damping::LankaraniNikravesh { restitution } if restitution < HONEST_RESTITUTION => Some(format!(
+                "the Lankarani-Nikravesh law rebounds more than its restitution {restitution} says (below \
+                 {HONEST_RESTITUTION} by more than 3 %)"
+            )),
+            _ => None,
         }
     }
 
@@ -95,9 +145,8 @@ impl NormalLaw {
         if !self.is_latched() {
             return 0.0;
         }
-        let frequency = self.contact_frequency(load, mass);
-        // χ = hysteresis_factor(1) / v for every law whose damping is latched; ζ = 1 solved for v.
-        coarse(self.hysteresis_factor(1.0) * load / (2.0 * mass * frequency))
+        // ζ = 1 solved for v = χ v₀ / χ.
+        coarse(self.onset_damping() * load / (2.0 * mass * self.contact_frequency(load, mass)))
     }
 
     /// Time scale [s] of an impact of a mass [kg] at a velocity [m/s]: (m / (K v^(n-1)))^(1/(n+1)).
@@ -106,23 +155,60 @@ impl NormalLaw {
         coarse((mass / power).powf(1.0 / (self.exponent + 1.0)))
     }
 
-    /// Normal force [N] at a penetration δ [m] and penetration rate δ̇ [m/s], both of a contact
-    /// with the hysteresis factor χ [s/m].
+    /// Normal force [N] at a penetration δ [m] and penetration rate δ̇ [m/s] of a contact that keeps `latch`.
     ///
-    /// Not clipped where the damping pulls (δ̇ < -1/χ): the clip is an event of the
+    /// Not clipped where the damping pulls ([`NormalLaw::force_ratio`] < 0): the clip is an event of the
     /// integrator, which wants the smooth continuation up to the instant it locates.
     #[inline]
-    pub fn normal_force<S: Scalar>(&self, penetration: S, penetration_rate: S, hysteresis_factor: f64) -> S {
+    pub fn normal_force<S: Scalar>(&self, penetration: S, penetration_rate: S, latch: Latch) -> S {
         if penetration.value() <= 0.0 {
             return S::constant(0.0);
         }
+        self.elastic(penetration) * Self::ratio(penetration_rate, latch)
+    }
+
+    /// Normal force over the elastic one [-]: where it is negative the damping would pull. Exactly 1, whatever the
+    /// rate, in a contact without damping.
+    pub fn force_ratio(&self, _penetration: f64, penetration_rate: f64, latch: Latch) -> f64 {
+        Self::ratio(penetration_rate, latch)
+    }
+
+    /// Change of that ratio with the penetration rate [s/m].
+    pub fn force_ratio_slope(&self, _penetration: f64, latch: Latch) -> f64 {
+        latch.hysteresis_factor
+    }
+
+    /// Penetration rate [m/s] at which the damping force is as large as the elastic one; infinite without damping.
+    pub fn damping_rate(&self, latch: Latch) -> f64 {
+        1.0 / latch.hysteresis_factor
+    }
+
+    /// 1 + χ δ̇.
+    #[inline]
+    fn ratio<S: Scalar>(penetration_rate: S, latch: Latch) -> S {
+        penetration_rate * latch.hysteresis_factor + 1.0
+    }
+
+    /// Normal force [N] without damping.
+    pub fn elastic_force(&self, penetration: f64) -> f64 {
+        if penetration <= 0.0 { 0.0 } else { self.elastic(penetration) }
+    }
+
+    /// Elastic energy K δ^(n+1) / (n+1) at a penetration [J].
+    pub fn elastic_energy(&self, penetration: f64) -> f64 {
+        self.elastic_force(penetration) * penetration / (self.exponent + 1.0)
+    }
+
+    /// K δⁿ for δ > 0.
+    #[inline]
+    fn elastic<S: Scalar>(&self, penetration: S) -> S {
         // The exponent of Hertz is the common one, and a square root costs a tenth of a power.
         let power = if self.exponent == 1.5 {
             penetration * penetration.sqrt()
         } else {
             penetration.powf(self.exponent)
         };
-        power * self.stiffness * (penetration_rate * hysteresis_factor + 1.0)
+        power * self.stiffness
     }
 }
 

@@ -6,8 +6,8 @@
 //!
 //! holds exactly for exact solutions of the equations of motion, whatever the laws.
 
-use super::{Dynamics, relative_motion};
-use crate::contact::clearance::{Phase, SlidingVelocity};
+use super::{Dynamics, JointContact};
+use crate::contact::clearance::Phase;
 
 /// What a clearance joint takes from the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -55,39 +55,35 @@ impl Dynamics<'_> {
         gravity + links + torsions
     }
 
-    /// Elastic energy K δ^(n+1) / (n+1) of a contact [J].
+    /// Elastic energy of a contact [J], after [`Dynamics::find_contacts`].
     pub fn contact_energy(&self, index: usize) -> f64 {
-        let joint = &self.tree.clearance_joints[index];
-        if self.phases[index] == Phase::Free {
-            return 0.0;
+        let penetration = self.contacts[index].state.penetration;
+        match self.phases[index] {
+            Phase::Free => 0.0,
+            Phase::Contact { .. } => self.tree.clearance_joints[index].law.normal.elastic_energy(penetration),
         }
-        let penetration = self.contact_state(index).penetration;
-        joint.law.normal.normal_force(penetration, 0.0, 0.0) * penetration / (joint.law.normal.exponent + 1.0)
     }
 
-    /// Elastic energy of all contacts [J].
+    /// Elastic energy of all contacts [J], after [`Dynamics::find_contacts`].
     pub fn contact_energies(&self) -> f64 {
         (0..self.phases.len()).map(|index| self.contact_energy(index)).sum()
     }
 
-    /// Kinetic, potential and elastic contact energy together [J].
+    /// Kinetic, potential and elastic contact energy together [J], after [`Dynamics::find_contacts`].
     pub fn total_energy(&self) -> f64 {
         self.kinetic_energy() + self.potential_energy() + self.contact_energies()
     }
 
-    /// What a contact dissipates.
+    /// What a contact dissipates, after [`Dynamics::find_contacts`].
     pub fn contact_loss(&self, index: usize) -> ContactLoss {
-        let joint = &self.tree.clearance_joints[index];
         if self.phases[index] == Phase::Free {
             return ContactLoss::default();
         }
-        let motion = relative_motion(&self.joint_motion(joint));
-        let state = joint.law.evaluate(&motion, self.phases[index]);
-        let elastic = joint.law.normal.normal_force(state.penetration, 0.0, 0.0);
+        let law = &self.tree.clearance_joints[index].law;
+        let JointContact { motion, state } = &self.contacts[index];
+        let elastic = law.normal.elastic_force(state.penetration);
         // The surfaces slide at this speed, whatever speed the friction law is told.
-        let mut surface = joint.law;
-        surface.sliding = SlidingVelocity::Surface;
-        let sliding = surface.evaluate(&motion, self.phases[index]).sliding_velocity;
+        let sliding = law.surface_velocity(motion);
         ContactLoss {
             impact: (state.normal_force - elastic) * state.penetration_rate,
             friction: -state.friction_force * sliding,

@@ -1,4 +1,5 @@
-//! Equations of motion in joint coordinates: forces to accelerations, and their derivatives.
+//! Equations of motion in joint coordinates. In: a tree, an instant, a state; out: accelerations with their exact
+//! derivatives, what contacts and joints do, energies. Uses `tree`, `contact`, `numerics`.
 //!
 //! With `q̇ = B ż + b` (Cartesian velocities from joint rates) the ideal joints drop out of
 //! Eq. (14) to (16) of `[Xiang2020]`:
@@ -12,6 +13,7 @@
 //! `E = ∂e/∂z` and `S = ∂spin/∂ż` contributes the generalised force `Eᵀ F + S F_t`, whatever the
 //! two bodies are.
 
+mod contacts;
 mod energy;
 mod forces;
 mod inertia;
@@ -20,6 +22,7 @@ mod loops;
 mod reactions;
 mod response;
 
+pub use contacts::{JointContact, JointMotion, relative_motion};
 pub use energy::ContactLoss;
 use inertia::Composites;
 use linearisation::JointColumn;
@@ -29,27 +32,14 @@ use loops::Loops;
 pub use reactions::Wrench;
 pub use response::Compliance;
 
-use crate::contact::clearance::{ContactState, Phase, RelativeMotion};
+use crate::contact::clearance::Phase;
 use crate::numerics::instant::Instant;
 use crate::numerics::linear::{symmetric_factor, symmetric_solve};
 use crate::numerics::turns::{Turns, rewind};
-use crate::tree::elements::{ClearanceJoint, FramePoint, Tree};
+use crate::tree::elements::{FramePoint, Tree};
 use crate::tree::kinematics::{
     Coordinate, FrameState, PointState, Vec2, accelerate_frames, frames_at_rest, move_frames,
 };
-
-/// Journal centre seen from the bearing centre.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointMotion {
-    /// Eccentricity e [m].
-    pub eccentricity: Vec2,
-    /// ė [m/s].
-    pub rate: Vec2,
-    /// ë [m/s²].
-    pub acceleration: Vec2,
-    /// Rolling velocity ω_J R_J - ω_B R_B [m/s].
-    pub spin: f64,
-}
 
 /// A mechanism in motion: its scratch memory and the contact phase of every clearance joint.
 #[derive(Clone, Debug)]
@@ -76,6 +66,8 @@ pub struct Dynamics<'m> {
     joint_columns: Vec<JointColumn>,
     loops: Loops,
     scratch: Vec<f64>,
+    /// The contact of every clearance joint, after [`Dynamics::find_contacts`].
+    contacts: Vec<JointContact>,
     /// What the joints transmit, after [`Dynamics::find_reactions`].
     reactions: Vec<Wrench>,
     /// What is still asked of every body.
@@ -104,6 +96,7 @@ impl<'m> Dynamics<'m> {
             joint_columns: vec![JointColumn::default(); columns],
             loops: Loops::new(2 * tree.closures.len(), d, columns),
             scratch: vec![0.0; d],
+            contacts: vec![JointContact::UNKNOWN; tree.clearance_joints.len()],
             reactions: vec![Wrench::default(); tree.ideal_joints.len()],
             demands: vec![Wrench::default(); tree.bodies.len()],
         }
@@ -170,42 +163,6 @@ impl<'m> Dynamics<'m> {
         self.states[point.frame].point(point.offset)
     }
 
-    /// Relative motion in a clearance joint after [`Dynamics::move_to`].
-    #[inline]
-    pub fn joint_motion(&self, joint: &ClearanceJoint) -> JointMotion {
-        let journal = self.point(joint.journal);
-        let bearing = self.point(joint.bearing);
-        JointMotion {
-            eccentricity: journal.position - bearing.position,
-            rate: journal.velocity - bearing.velocity,
-            acceleration: journal.acceleration - bearing.acceleration,
-            spin: self.spin(joint),
-        }
-    }
-
-    /// The part of it that the force law needs, without accelerations.
-    #[inline(always)]
-    fn contact_motion(&self, joint: &ClearanceJoint) -> RelativeMotion<f64> {
-        let (journal, bearing) = (self.point(joint.journal), self.point(joint.bearing));
-        RelativeMotion {
-            eccentricity: (journal.position - bearing.position).into(),
-            rate: (journal.velocity - bearing.velocity).into(),
-            spin: self.spin(joint),
-        }
-    }
-
-    #[inline]
-    fn spin(&self, joint: &ClearanceJoint) -> f64 {
-        self.states[joint.journal.frame].angular_velocity * joint.law.journal_radius
-            - self.states[joint.bearing.frame].angular_velocity * joint.law.bearing_radius
-    }
-
-    /// State of the contact of a clearance joint after [`Dynamics::move_to`].
-    pub fn contact_state(&self, index: usize) -> ContactState<f64> {
-        let joint = &self.tree.clearance_joints[index];
-        joint.law.evaluate(&self.contact_motion(joint), self.phases[index])
-    }
-
     /// Accelerations of the degrees of freedom. Returns false where the mass matrix is singular
     /// or something is not a number.
     pub fn acceleration(&mut self, t: impl Into<Instant>, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
@@ -230,18 +187,6 @@ impl<'m> Dynamics<'m> {
     fn column(&self, column: usize, point: Vec2) -> (Vec2, f64) {
         let frame = &self.states[column + 1];
         (frame.column(point), frame.turn)
-    }
-
-    /// Adds the generalised force of a contact.
-    #[inline]
-    fn add_contact(&self, joint: &ClearanceJoint, phase: Phase, forces: &mut [f64]) {
-        let state = joint.law.evaluate(&self.contact_motion(joint), phase);
-        let moments = [
-            joint.law.bearing_radius * state.friction_force,
-            joint.law.journal_radius * state.friction_force,
-        ];
-        let positions = [self.point(joint.bearing).position, self.point(joint.journal).position];
-        self.add_pair([joint.bearing, joint.journal], positions, state.force.into(), moments, forces);
     }
 
     /// Adds the generalised force of a force on point b and its reaction on point a, with moments.
@@ -277,42 +222,10 @@ impl<'m> Dynamics<'m> {
         columns
     }
 
-    /// The first contact whose normal force, with the friction it brings, accelerates the surfaces
-    /// towards each other: Painlevé's paradox. The friction that slides now is taken to go on.
-    pub fn paradoxical_contact(&mut self, t: f64, q: &[f64], v: &[f64]) -> Option<usize> {
-        let phases = self.phases.clone();
-        let mut a = vec![0.0; q.len()];
-        let found = (0..phases.len()).find(|&index| {
-            // Without and with the elastic force: the accelerations are linear in it.
-            let mut response = |clipped| {
-                self.phases[index] = match phases[index] {
-                    Phase::Contact { .. } => Phase::Contact { hysteresis_factor: 0.0, clipped },
-                    Phase::Free => return f64::NAN,
-                };
-                if !self.acceleration(t, q, v, &mut a) {
-                    return f64::NAN;
-                }
-                self.accelerate(&a);
-                let motion = self.joint_motion(&self.tree.clearance_joints[index]);
-                motion.acceleration.dot(&motion.eccentricity.normalize())
-            };
-            let (without, with) = (response(true), response(false));
-            self.phases[index] = phases[index];
-            with > without
-        });
-        self.phases = phases;
-        found
-    }
-
     /// Whether the bodies resist every motion of the free coordinates, after [`Dynamics::move_to`].
     pub fn is_regular(&mut self) -> bool {
         let d = self.scratch.len();
         self.composites.assemble(&self.states, &mut self.mass, &mut self.scratch);
         symmetric_factor(&mut self.mass, d)
     }
-}
-
-/// The part of the motion the force law needs.
-pub fn relative_motion(motion: &JointMotion) -> RelativeMotion<f64> {
-    RelativeMotion { eccentricity: motion.eccentricity.into(), rate: motion.rate.into(), spin: motion.spin }
 }

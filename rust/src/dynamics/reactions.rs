@@ -31,9 +31,10 @@ impl Wrench {
 }
 
 impl Dynamics<'_> {
-    /// Computes what every ideal joint transmits, after [`Dynamics::acceleration`] and
+    /// Computes what every ideal joint transmits, and the contacts, after [`Dynamics::acceleration`] and
     /// [`Dynamics::accelerate`].
     pub fn find_reactions(&mut self) {
+        self.find_contacts();
         let tree = self.tree;
         let mut demands = std::mem::take(&mut self.demands);
         for (demand, body) in demands.iter_mut().zip(&tree.bodies) {
@@ -68,7 +69,7 @@ impl Dynamics<'_> {
             if self.phases[index] == Phase::Free {
                 continue;
             }
-            let state = self.contact_state(index);
+            let state = &self.contacts[index].state;
             let (force, friction) = (Vec2::from(state.force), state.friction_force);
             let ends = [
                 (joint.bearing, -1.0, joint.law.bearing_radius),

@@ -1,6 +1,7 @@
-//! Integration of `q̈ = a(q, q̇, t)` with events: the contract of systems and methods.
+//! Integration of `q̈ = a(q, q̇, t)` with events. In: a system, a method, a start; out: a state at the end, work done,
+//! where to continue. Uses `numerics` and the form of a linearisation from `dynamics`.
 //!
-//! The integrator knows no mechanism. A [`HybridSystem`] gives accelerations, their exact
+//! The integrator knows no mechanism and no contact. A [`HybridSystem`] gives accelerations, their exact
 //! derivatives, guard functions whose zeros end the present phase, and the change of phase.
 
 pub mod auto;
@@ -258,6 +259,29 @@ impl Default for Stats {
             smallest_step: f64::INFINITY,
             smallest_step_time: 0.0,
         }
+    }
+}
+
+impl Stats {
+    /// The counts with the names by which results call them.
+    pub fn counts(&self) -> [(&'static str, usize); 10] {
+        [
+            ("steps", self.steps),
+            ("explicit_steps", self.explicit_steps),
+            ("switches", self.switches),
+            ("rejected", self.rejected),
+            ("stages", self.stages),
+            ("evaluations", self.evaluations),
+            ("jacobians", self.jacobians),
+            ("factorisations", self.factorisations),
+            ("events", self.events),
+            ("landings", self.landings),
+        ]
+    }
+
+    /// The other numbers likewise.
+    pub fn sizes(&self) -> [(&'static str, f64); 2] {
+        [("smallest_step", self.smallest_step), ("smallest_step_time", self.smallest_step_time)]
     }
 }
 

@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::dynamics::Dynamics;
-use crate::error::{Problem, SceneError};
+use crate::error::{InputError, Problem, Subject};
 use crate::mechanism::immovable::no_acceleration;
 use crate::mechanism::scales::{contact_scales, length_scale, levers, speed_from_rest, speed_scale};
 use crate::numerics::turns::unwind;
@@ -21,7 +21,7 @@ const ITERATIONS: usize = 100;
 const CLOSED: f64 = 1e-13;
 
 /// The start of a tree and its scales.
-pub(crate) fn assemble(tree: &Tree, scene: &Scene) -> Result<(State, Scales), SceneError> {
+pub(crate) fn assemble(tree: &Tree, scene: &Scene) -> Result<(State, Scales), InputError> {
     let length = length_scale(scene);
     let rough = rough_coordinates(tree, scene);
     let d = rough.len();
@@ -36,7 +36,7 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene) -> Result<(State, Scales), Sc
         residual = close_positions(&mut dynamics, &conditions, &mut q, length);
     }
     if residual.is_nan() || residual > CLOSED * length {
-        return Err(SceneError::single(
+        return Err(Subject::Scene.error(
             "bodies",
             format!(
                 "the mechanism cannot be assembled with its loops closed and its clearance joints {}: from the \
@@ -59,7 +59,7 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene) -> Result<(State, Scales), Sc
     // The least-squares velocity leaves a rate only where no velocity closes the joints: the pose
     // is singular and the drive pushes against it.
     if gap_rate.is_nan() || gap_rate > 1e-9 * speed {
-        return Err(SceneError::single(
+        return Err(Subject::Scene.error(
             "bodies",
             format!(
                 "the assembled pose is singular{}: no velocity keeps the joints together \
@@ -82,7 +82,7 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene) -> Result<(State, Scales), Sc
 }
 
 /// A spring with a length, or a damper, has no direction between points that coincide.
-fn check_directions(tree: &Tree, dynamics: &Dynamics) -> Result<(), SceneError> {
+fn check_directions(tree: &Tree, dynamics: &Dynamics) -> Result<(), InputError> {
     let lost = tree.links.iter().filter(|link| !dynamics.link_force(link).norm().is_finite());
     let problems: Vec<Problem> = lost
         .map(|link| {
@@ -95,7 +95,7 @@ fn check_directions(tree: &Tree, dynamics: &Dynamics) -> Result<(), SceneError> 
             )
         })
         .collect();
-    if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
+    Subject::Scene.judge((), problems)
 }
 
 /// Every closure must restrict the motion by two more equations: otherwise a joint is redundant
@@ -105,7 +105,7 @@ fn check_mobility(
     dynamics: &Dynamics,
     conditions: &Conditions,
     length: f64,
-) -> Result<(), SceneError> {
+) -> Result<(), InputError> {
     let units = column_units(tree, length);
     let (_, jacobian) = conditions.positions(dynamics, &units, length.log2().ceil().exp2());
     for (index, closure) in tree.closures.iter().enumerate() {
@@ -113,7 +113,7 @@ fn check_mobility(
         let part = jacobian.rows(0, rows).into_owned();
         let rank = if part.ncols() == 0 { 0 } else { part.clone().rank(SINGULAR_VELOCITY * part.amax()) };
         if rank < rows {
-            return Err(SceneError::single(
+            return Err(Subject::Scene.error(
                 "joints",
                 format!(
                     "joint {:?} closes a loop that the other joints and drives already hold, in the assembled \
@@ -127,7 +127,7 @@ fn check_mobility(
     }
     // The closures are independent here, so a count decides.
     if tree.mobility() == 0 && tree.driven.is_empty() {
-        return Err(SceneError::single(
+        return Err(Subject::Scene.error(
             "joints",
             "the scene is a structure: its joints hold every body and nothing is driven, so nothing can move; \
              remove a joint or give one clearance",

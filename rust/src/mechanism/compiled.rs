@@ -2,7 +2,7 @@
 
 use std::ops::Deref;
 
-use crate::error::{Problem, SceneError};
+use crate::error::{InputError, Problem};
 use crate::mechanism::assembly::assemble;
 use crate::mechanism::balance::doubt_balance;
 use crate::scene::parts::Scene;
@@ -27,7 +27,7 @@ impl Mechanism {
     /// # Errors
     /// Every problem of [`Scene::check`]; otherwise bodies that are not connected, a structure, loops
     /// that prescribe more than can move, or a mechanism that cannot be assembled.
-    pub fn compile(scene: &Scene) -> Result<Mechanism, SceneError> {
+    pub fn compile(scene: &Scene) -> Result<Mechanism, InputError> {
         scene.check()?;
         let tree = Tree::span(scene)?;
         let (start, scales) = assemble(&tree, scene)?;

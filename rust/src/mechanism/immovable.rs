@@ -1,13 +1,13 @@
 //! Why an assembled mechanism has no start accelerations.
 
 use crate::dynamics::Dynamics;
-use crate::error::SceneError;
+use crate::error::{InputError, Subject};
 use crate::tree::elements::Tree;
 
 /// The reason, in the pose last moved to, of a mechanism whose free coordinates start with the velocities `v`.
-pub(crate) fn no_acceleration(tree: &Tree, dynamics: &mut Dynamics, v: &[f64]) -> SceneError {
+pub(crate) fn no_acceleration(tree: &Tree, dynamics: &mut Dynamics, v: &[f64]) -> InputError {
     if !dynamics.is_regular() {
-        return SceneError::single("bodies", "the mass matrix is singular in the assembled pose");
+        return Subject::Scene.error("bodies", "the mass matrix is singular in the assembled pose");
     }
     // Accelerations have squares of velocities.
     let overflows = |rate: f64| !(rate * rate).is_finite();
@@ -19,16 +19,16 @@ pub(crate) fn no_acceleration(tree: &Tree, dynamics: &mut Dynamics, v: &[f64]) -
                 "{:?} starts at {rate:.3e} [{unit}]: its accelerations are no finite numbers",
                 driven.name
             );
-            return SceneError::single("drives", message);
+            return Subject::Scene.error("drives", message);
         }
     }
     if let Some(rate) = v.iter().find(|rate| overflows(**rate)) {
         let message = format!(
             "starts a coordinate at {rate:.3e} [rad/s or m/s]: its accelerations are no finite numbers"
         );
-        return SceneError::single("start", message);
+        return Subject::Scene.error("start", message);
     }
-    SceneError::single(
+    Subject::Scene.error(
         "bodies",
         "the start accelerations are no finite numbers: masses and lengths are too small for the forces, or these \
          are too large",

@@ -1,6 +1,7 @@
-//! The Python module `chebclear._core`: convert, release the interpreter, call, convert back.
+//! The Python module `chebclear._core`: convert, release the interpreter, call, convert back. In: text and arrays of
+//! Python; out: dicts and arrays. Uses all rooms, and no room uses it.
 //!
-//! Functions only, over text and arrays; nothing here computes. Exceptions are those of
+//! Functions only; nothing here computes. Exceptions are those of
 //! `chebclear.errors`, so that they can be pickled.
 
 mod arrays;
@@ -17,7 +18,7 @@ use pyo3::types::{PyDict, PyList};
 
 use self::arrays::{flat, matrix, new_array, require_spare_memory, sample_times};
 use crate::dynamics::Dynamics;
-use crate::error::SceneError;
+use crate::error::{InputError, Subject};
 use crate::mechanism::compiled::Mechanism;
 use crate::run::outputs::{column_names, further_column_names};
 use crate::run::restart::Restart;
@@ -25,7 +26,7 @@ use crate::run::settings::read_settings;
 use crate::run::tolerances::default_impact_velocity_floors;
 use crate::run::trajectory::{Contact, Event, Trajectory, columns, record};
 use crate::scene::reader::read_scene;
-use crate::study::chebyshev::MOST_NODES;
+use crate::study::chebyshev::{MOST_NODES, Polynomials};
 use crate::study::sweep::Sweep;
 use crate::study::{bounds, chebyshev, range};
 use crate::tree::elements::BodyPlacement;
@@ -33,12 +34,17 @@ use crate::tree::elements::BodyPlacement;
 /// How often the waiting thread looks for Ctrl-C and reports progress.
 const WAKE: Duration = Duration::from_millis(50);
 
-fn scene_error(py: Python<'_>, error: SceneError) -> PyErr {
+fn input_error(py: Python<'_>, error: InputError) -> PyErr {
+    let class = match error.subject {
+        Subject::Scene => "SceneError",
+        Subject::Settings => "SettingsError",
+        Subject::Start => "StartError",
+    };
     let problems: Vec<(String, String)> =
         error.problems.into_iter().map(|problem| (problem.path, problem.message)).collect();
     let raised = py
         .import("chebclear.errors")
-        .and_then(|errors| errors.getattr("SceneError"))
+        .and_then(|errors| errors.getattr(class))
         .and_then(|class| class.call1((problems,)));
     match raised {
         Ok(instance) => PyErr::from_value(instance),
@@ -118,20 +124,13 @@ impl Drop for Ring<'_> {
 
 fn stats_dict<'py>(py: Python<'py>, run: &Trajectory) -> PyResult<Bound<'py, PyDict>> {
     let stats = PyDict::new(py);
-    stats.set_item("steps", run.stats.steps)?;
-    stats.set_item("explicit_steps", run.stats.explicit_steps)?;
-    stats.set_item("switches", run.stats.switches)?;
-    stats.set_item("rejected", run.stats.rejected)?;
-    stats.set_item("stages", run.stats.stages)?;
-    stats.set_item("evaluations", run.stats.evaluations)?;
-    stats.set_item("jacobians", run.stats.jacobians)?;
-    stats.set_item("factorisations", run.stats.factorisations)?;
-    stats.set_item("events", run.stats.events)?;
-    stats.set_item("landings", run.stats.landings)?;
-    stats.set_item("floored_latches", run.floored_latches)?;
-    stats.set_item("largest_projection", run.largest_projection)?;
-    stats.set_item("smallest_step", run.stats.smallest_step)?;
-    stats.set_item("smallest_step_time", run.stats.smallest_step_time)?;
+    for (name, count) in run.stats.counts().into_iter().chain([("floored_latches", run.floored_latches)]) {
+        stats.set_item(name, count)?;
+    }
+    for (name, size) in run.stats.sizes().into_iter().chain([("largest_projection", run.largest_projection)])
+    {
+        stats.set_item(name, size)?;
+    }
     Ok(stats)
 }
 
@@ -175,7 +174,7 @@ fn contacts_dict<'py>(
 #[pyfunction]
 fn restart_at_end(py: Python<'_>, end: &str) -> PyResult<String> {
     let start = Restart::from_json(end).and_then(Restart::at_end);
-    start.map(|start| start.to_json()).map_err(|error| scene_error(py, error))
+    start.map(|start| start.to_json()).map_err(|error| input_error(py, error))
 }
 
 /// Simulates one scene (JSON) with settings (JSON), from the end of another run (JSON) if one is given.
@@ -188,11 +187,11 @@ fn simulate<'py>(
     progress: Option<Py<PyAny>>,
     start: Option<&str>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let settings = read_settings(settings).map_err(|error| scene_error(py, error))?;
+    let settings = read_settings(settings).map_err(|error| input_error(py, error))?;
     let mechanism = read_scene(scene)
         .and_then(|scene| Mechanism::compile(&scene))
-        .map_err(|error| scene_error(py, error))?;
-    let start = start.map(Restart::from_json).transpose().map_err(|error| scene_error(py, error))?;
+        .map_err(|error| input_error(py, error))?;
+    let start = start.map(Restart::from_json).transpose().map_err(|error| input_error(py, error))?;
     let begin = start.as_ref().map_or(0.0, |start| start.time);
     let span = settings.skip + settings.duration;
     let cancel = AtomicBool::new(false);
@@ -217,7 +216,7 @@ fn simulate<'py>(
             None => Ok(()),
         },
     )?
-    .map_err(|error| scene_error(py, error))?;
+    .map_err(|error| input_error(py, error))?;
     let result = PyDict::new(py);
     result.set_item("stats", stats_dict(py, &run)?)?;
     result.set_item("status", run.status.word())?;
@@ -249,7 +248,7 @@ fn sweep<'py>(
     threads: Option<usize>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let settings = read_settings(settings).map_err(|error| scene_error(py, error))?;
+    let settings = read_settings(settings).map_err(|error| input_error(py, error))?;
     if threads == Some(0) {
         return Err(PyValueError::new_err("threads must be >= 1, got 0"));
     }
@@ -263,7 +262,7 @@ fn sweep<'py>(
     };
     require_spare_memory()?;
     let prepare = || Sweep::prepare(&scenes, &settings, threads, &monitor);
-    let sweep = wait_for(py, &cancel, prepare, |py| tell(py, 0))?.map_err(|error| scene_error(py, error))?;
+    let sweep = wait_for(py, &cancel, prepare, |py| tell(py, 0))?.map_err(|error| input_error(py, error))?;
     let sweep = sweep.ok_or_else(cancelled)?;
     let shape = [total, settings.samples, sweep.columns.len()];
     let count = shape.iter().fold(1, |product: usize, &n| product.saturating_mul(n));
@@ -272,7 +271,7 @@ fn sweep<'py>(
     let samples = memory.as_slice_mut()?;
     let report = |py: Python<'_>| tell(py, finished.load(Ordering::Relaxed));
     let runs = wait_for(py, &cancel, || sweep.run(samples, &finished, &monitor), report)?
-        .map_err(|error| scene_error(py, error))?
+        .map_err(|error| input_error(py, error))?
         .ok_or_else(cancelled)?;
     drop(memory);
     tell(py, total)?;
@@ -306,8 +305,8 @@ fn sweep<'py>(
 /// Compiles a scene (JSON) and says what it is, as JSON.
 #[pyfunction]
 fn inspect(py: Python<'_>, scene: &str) -> PyResult<String> {
-    let scene = read_scene(scene).map_err(|error| scene_error(py, error))?;
-    let mechanism = Mechanism::compile(&scene).map_err(|error| scene_error(py, error))?;
+    let scene = read_scene(scene).map_err(|error| input_error(py, error))?;
+    let mechanism = Mechanism::compile(&scene).map_err(|error| input_error(py, error))?;
     let names: Vec<&str> =
         mechanism.free.iter().map(|&column| mechanism.coordinate_names[column].as_str()).collect();
     let bodies: Vec<&str> = mechanism.bodies.iter().map(|body| body.name.as_str()).collect();
@@ -370,8 +369,8 @@ fn chebyshev_evaluate<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let (coefficients, [_, columns]) = flat(&coefficients)?;
     let (points, _) = flat(&points)?;
-    let values =
-        py.detach(|| chebyshev::evaluate(&coefficients, columns, &degrees, &points)).map_err(grid_error)?;
+    let polynomials = Polynomials::new(&coefficients, columns, &degrees).map_err(grid_error)?;
+    let values = py.detach(|| chebyshev::evaluate(&polynomials, &points)).map_err(grid_error)?;
     matrix(py, values, columns)
 }
 
@@ -384,8 +383,8 @@ fn chebyshev_derivative<'py>(
     axis: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (coefficients, [_, columns]) = flat(&coefficients)?;
-    let derivative =
-        py.detach(|| chebyshev::derivative(&coefficients, columns, &degrees, axis)).map_err(grid_error)?;
+    let polynomials = Polynomials::new(&coefficients, columns, &degrees).map_err(grid_error)?;
+    let derivative = py.detach(|| chebyshev::derivative(&polynomials, axis)).map_err(grid_error)?;
     matrix(py, derivative, columns)
 }
 
@@ -398,8 +397,8 @@ fn interval_bounds<'py>(
     degrees: Vec<usize>,
 ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
     let (coefficients, [_, columns]) = flat(&coefficients)?;
-    let (lower, upper) =
-        py.detach(|| bounds::interval_bounds(&coefficients, columns, &degrees)).map_err(grid_error)?;
+    let polynomials = Polynomials::new(&coefficients, columns, &degrees).map_err(grid_error)?;
+    let (lower, upper) = py.detach(|| bounds::interval_bounds(&polynomials)).map_err(grid_error)?;
     Ok((lower.into_pyarray(py), upper.into_pyarray(py)))
 }
 
@@ -413,9 +412,8 @@ fn polynomial_ranges<'py>(
     threads: Option<usize>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (coefficients, [_, columns]) = flat(&coefficients)?;
-    let ranges = py
-        .detach(|| range::polynomial_ranges(&coefficients, columns, &degrees, threads))
-        .map_err(grid_error)?;
+    let polynomials = Polynomials::new(&coefficients, columns, &degrees).map_err(grid_error)?;
+    let ranges = py.detach(|| range::polynomial_ranges(&polynomials, threads)).map_err(grid_error)?;
     let result = PyDict::new(py);
     result.set_item("lower", ranges.lower.into_pyarray(py))?;
     result.set_item("upper", ranges.upper.into_pyarray(py))?;

@@ -263,7 +263,8 @@ impl Recorder<'_> {
     }
 
     /// The account in the state that the dynamics was last moved to.
-    fn account(&self) -> Account {
+    fn account(&mut self) -> Account {
+        self.dynamics.find_contacts();
         Account {
             kinetic: self.dynamics.kinetic_energy(),
             potential: self.dynamics.potential_energy(),

@@ -4,7 +4,7 @@
 //! the state as samples are; contacts are counted in the log of events. Where samples are taken does not matter.
 
 use crate::dynamics::Dynamics;
-use crate::error::{Problem, SceneError, did_you_mean};
+use crate::error::{InputError, Problem, Subject, did_you_mean};
 use crate::mechanism::compiled::Mechanism;
 use crate::run::contacts::{Contact, Event, EventKind};
 use crate::run::outputs::{Column, Needs, parse_columns};
@@ -126,7 +126,7 @@ impl Plan {
     ///
     /// # Errors
     /// Every name that is no output or clearance joint, with the nearest known one.
-    pub(crate) fn new(mechanism: &Mechanism, features: &[Feature]) -> Result<Self, SceneError> {
+    pub(crate) fn new(mechanism: &Mechanism, features: &[Feature]) -> Result<Self, InputError> {
         let mut plan = Self::default();
         let mut problems = Vec::new();
         for (index, feature) in features.iter().enumerate() {
@@ -139,7 +139,8 @@ impl Plan {
         }
         let columns: Vec<Column> = plan.tracked.iter().filter_map(Tracked::column).collect();
         plan.needs = Needs::of(&columns);
-        if problems.is_empty() { Ok(plan) } else { Err(SceneError { problems }) }
+        plan.needs.contacts |= plan.tracked.len() > columns.len();
+        Subject::Settings.judge(plan, problems)
     }
 
     fn source(&mut self, mechanism: &Mechanism, feature: &Feature) -> Result<Source, String> {

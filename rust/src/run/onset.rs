@@ -28,12 +28,12 @@ impl Recorder<'_> {
         let impact_velocity = self.surface_velocity(index);
         let floor = self.tolerances.impact_velocity_floor(mechanism, index);
         self.floored[index] += usize::from(law.is_latched() && impact_velocity < floor);
-        let hysteresis_factor = law.hysteresis_factor(impact_velocity.max(floor));
+        let latch = law.latch(impact_velocity.max(floor));
         // An approach slower than that is set by the load.
         let slowest = mechanism.scales.contacts[index].resting_velocity;
         let impact_time = law.impact_time(mass, impact_velocity.max(slowest));
         Onset {
-            phase: Phase::Contact { hysteresis_factor, clipped: false },
+            phase: Phase::Contact { latch, clipped: false },
             impact_velocity,
             first_step: ONSET_STEP * self.settings.rtol.powf(1.0 / (law.exponent + 1.0)) * impact_time,
         }
@@ -71,8 +71,7 @@ impl Recorder<'_> {
                 continue;
             }
             // The impact that would have come so far without loss: on the surface, that of an onset.
-            let elastic =
-                law.normal_force(state.penetration, 0.0, 0.0) * state.penetration / (law.exponent + 1.0);
+            let elastic = law.elastic_energy(state.penetration);
             let mass = self.contact_mass(0.0, q, v, index);
             let arrival = (state.penetration_rate.powi(2) + 2.0 * elastic / mass).sqrt().max(slowest);
             if law.is_latched() {
@@ -83,8 +82,7 @@ impl Recorder<'_> {
                     joint.name
                 ));
             }
-            self.dynamics.phases[index] =
-                Phase::Contact { hysteresis_factor: law.hysteresis_factor(arrival), clipped: false };
+            self.dynamics.phases[index] = Phase::Contact { latch: law.latch(arrival), clipped: false };
             self.open_contacts[index] = Some(OpenContact::begin(index, 0.0, f64::NAN));
         }
     }

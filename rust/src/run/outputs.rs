@@ -1,13 +1,13 @@
 //! The named columns of a trajectory.
 
 use crate::contact::clearance::Phase;
-use crate::dynamics::Dynamics;
-use crate::error::{Problem, SceneError, did_you_mean};
+use crate::dynamics::{Dynamics, JointContact};
+use crate::error::{InputError, Problem, Subject, did_you_mean};
 use crate::mechanism::compiled::Mechanism;
 use crate::run::work::Work;
 use crate::scene::parts::ENERGY as ENERGY_OUTPUT;
 use crate::tree::elements::{IdealKind, Realisation};
-use crate::tree::kinematics::PointState;
+use crate::tree::kinematics::{PointState, Vec2};
 
 /// Quantities of a body; x and y are those of its centre of mass.
 const BODY: [&str; 9] =
@@ -151,7 +151,7 @@ fn further_columns(mechanism: &Mechanism) -> Vec<Named> {
 ///
 /// # Errors
 /// Every unknown name, with the nearest known one.
-pub fn parse_columns(mechanism: &Mechanism, names: &[String]) -> Result<Vec<Column>, SceneError> {
+pub fn parse_columns(mechanism: &Mechanism, names: &[String]) -> Result<Vec<Column>, InputError> {
     let mut known = usual_columns(mechanism);
     known.extend(further_columns(mechanism));
     let mut problems = Vec::new();
@@ -168,7 +168,7 @@ pub fn parse_columns(mechanism: &Mechanism, names: &[String]) -> Result<Vec<Colu
             }
         }
     }
-    if problems.is_empty() { Ok(columns) } else { Err(SceneError { problems }) }
+    Subject::Settings.judge(columns, problems)
 }
 
 /// What a sample must compute for its columns, decided once.
@@ -176,7 +176,9 @@ pub fn parse_columns(mechanism: &Mechanism, names: &[String]) -> Result<Vec<Colu
 pub struct Needs {
     /// Accelerations.
     pub acceleration: bool,
-    /// What the joints transmit.
+    /// What the clearance joints do.
+    pub contacts: bool,
+    /// What the joints transmit, and what the clearance joints do.
     pub reactions: bool,
     /// Integrals of powers over the run.
     pub work: bool,
@@ -193,8 +195,12 @@ impl Needs {
                 Column::Coordinate(_, quantity) => needs.acceleration |= *quantity >= 2,
                 Column::Drive(_) | Column::DrivePower(_) | Column::Reaction(..) => needs.reactions = true,
                 Column::Loss(..) => needs.work = true,
-                Column::Energy(quantity) => needs.work |= *quantity >= 4,
-                Column::Joint(..) | Column::Link(..) | Column::Torsion(..) => {}
+                Column::Energy(quantity) => {
+                    needs.contacts = true;
+                    needs.work |= *quantity >= 4;
+                }
+                Column::Joint(..) => needs.contacts = true,
+                Column::Link(..) | Column::Torsion(..) => {}
             }
         }
         needs.acceleration |= needs.reactions;
@@ -208,7 +214,7 @@ impl Column {
         Column::Joint(joint, 6)
     }
 
-    /// Value in the state the dynamics was last moved to.
+    /// Value in the state the dynamics was last placed in, as far as [`Needs`] say.
     pub fn value(self, dynamics: &Dynamics, work: &Work) -> f64 {
         let tree = dynamics.tree;
         match self {
@@ -299,12 +305,12 @@ fn energy_value(dynamics: &Dynamics, work: &Work, quantity: usize) -> f64 {
 }
 
 fn joint_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
-    let state = dynamics.contact_state(index);
-    let eccentricity = dynamics.joint_motion(&dynamics.tree.clearance_joints[index]).eccentricity;
+    let JointContact { motion, state } = dynamics.contact(index);
+    let [x, y] = motion.eccentricity;
     match quantity {
-        0 => eccentricity.x,
-        1 => eccentricity.y,
-        2 => eccentricity.norm(),
+        0 => x,
+        1 => y,
+        2 => Vec2::new(x, y).norm(),
         3 => state.penetration,
         4 => state.penetration_rate,
         5 => state.sliding_velocity,

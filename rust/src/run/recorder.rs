@@ -28,7 +28,7 @@ const LARGEST_PROJECTION: f64 = 10.0;
 /// cut by rejections, too short grows fivefold a step.
 const FIRST_STEP: f64 = 1e-3;
 
-/// Guards of a clearance joint: the gap, and the bracket of the damping.
+/// Guards of a clearance joint: the gap, and the pull of the damping.
 pub(crate) const GUARDS: usize = 2;
 
 /// The mechanism as the integrator sees it, taking samples as it goes.
@@ -196,7 +196,7 @@ impl<'a> Recorder<'a> {
         self.warn_of_scene();
         let mut start = Checkpoint::at(0.0, q, v);
         self.begin_contacts(q, v);
-        self.work.begin(&self.dynamics);
+        self.work.begin(&mut self.dynamics);
         self.unwind(&mut start.q);
         if self.sample_time(0) <= 0.0 {
             self.sample_state(0.0, &start.q, v);
@@ -247,11 +247,13 @@ impl<'a> Recorder<'a> {
     pub(crate) fn place(&mut self, t: f64, needs: Needs) {
         if needs.acceleration {
             self.accelerate_at(t);
-            if needs.reactions {
-                self.dynamics.find_reactions();
-            }
         } else {
             self.dynamics.move_to(t, &self.q, &self.v);
+        }
+        if needs.reactions {
+            self.dynamics.find_reactions();
+        } else if needs.contacts {
+            self.dynamics.find_contacts();
         }
     }
 
@@ -340,7 +342,7 @@ impl HybridSystem for Recorder<'_> {
             self.breaks_away |=
                 self.stuck[index] && steep.is_some_and(|steep| state.sliding_velocity.abs() > steep);
             guards[GUARDS * index] = self.gap_guard(index, &state);
-            guards[GUARDS * index + 1] = self.bracket_guard(index, &state);
+            guards[GUARDS * index + 1] = self.pull_guard(index, &state);
         }
     }
 
@@ -360,11 +362,11 @@ impl HybridSystem for Recorder<'_> {
                 (EventKind::Onset, onset.phase)
             }
             (0, Phase::Contact { .. }) => (EventKind::Separation, Phase::Free),
-            (_, Phase::Contact { hysteresis_factor, clipped }) => {
+            (_, Phase::Contact { latch, clipped }) => {
                 let kind = if clipped { EventKind::Unclip } else { EventKind::Clip };
-                (kind, Phase::Contact { hysteresis_factor, clipped: !clipped })
+                (kind, Phase::Contact { latch, clipped: !clipped })
             }
-            // The bracket ended in the same instant as the contact.
+            // The pull ended in the same instant as the contact.
             (_, Phase::Free) => return bound,
         };
         self.dynamics.phases[index] = phase;

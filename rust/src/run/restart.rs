@@ -3,8 +3,9 @@
 use serde_json::{Value, json};
 
 use crate::contact::clearance::Phase;
+use crate::contact::normal::Latch;
 use crate::dynamics::ContactLoss;
-use crate::error::{Problem, SceneError};
+use crate::error::{InputError, Problem, Subject};
 use crate::integrators::{Checkpoint, MethodMemory};
 use crate::numerics::turns::Turns;
 use crate::run::contacts::{Contact, OpenContact};
@@ -97,12 +98,12 @@ impl Restart {
     ///
     /// # Errors
     /// Every missing or wrong field, with paths below `start`.
-    pub fn from_json(text: &str) -> Result<Restart, SceneError> {
+    pub fn from_json(text: &str) -> Result<Restart, InputError> {
         let value: Value = serde_json::from_str(text)
-            .map_err(|error| SceneError::single("start", format!("is not valid JSON: {error}")))?;
+            .map_err(|error| Subject::Start.error("start", format!("is not valid JSON: {error}")))?;
         let mut problems = Vec::new();
         let restart = read(Node { value: &value, path: "start".to_owned() }, &mut problems);
-        if problems.is_empty() { Ok(restart) } else { Err(SceneError { problems }) }
+        Subject::Start.judge(restart, problems)
     }
 
     /// For another mechanism, which must not act before the end: a start from the end itself, with a first
@@ -110,13 +111,11 @@ impl Restart {
     ///
     /// # Errors
     /// If the end was not noted.
-    pub fn at_end(self) -> Result<Restart, SceneError> {
+    pub fn at_end(self) -> Result<Restart, InputError> {
         let Restart { time, parts, end, .. } = self;
         let Some(End { q, v, memory }) = end else {
-            return Err(SceneError::single(
-                "start",
-                "is too old to tell its very end: only its own scene can go on".to_owned(),
-            ));
+            return Err(Subject::Start
+                .error("start", "is too old to tell its very end: only its own scene can go on".to_owned()));
         };
         let checkpoint = Checkpoint::at(time, &q, &v);
         Ok(Restart { time, parts, checkpoint, memory, end: None })
@@ -127,8 +126,12 @@ fn write_memory(memory: &Memory) -> Value {
     let Memory { phases, contacts, turns, work } = memory;
     let phase = |phase: &Phase| match *phase {
         Phase::Free => Value::Null,
-        Phase::Contact { hysteresis_factor, clipped } => {
-            json!({ "hysteresis_factor": hysteresis_factor, "clipped": f64::from(clipped) })
+        Phase::Contact { latch, clipped } => {
+            let mut text = json!({ "clipped": f64::from(clipped) });
+            for (name, value) in Latch::NAMES.into_iter().zip(latch.numbers()) {
+                text[name] = json!(value);
+            }
+            text
         }
     };
     let contact = |open: &Option<OpenContact>| match open {
@@ -247,7 +250,7 @@ fn read_phase(node: Node, problems: &mut Problems) -> Phase {
     }
     let mut fields = node.fields(problems);
     let phase = Phase::Contact {
-        hysteresis_factor: fields.number("hysteresis_factor", problems),
+        latch: Latch::from_numbers(Latch::NAMES.map(|name| fields.number(name, problems))),
         clipped: fields.number("clipped", problems) != 0.0,
     };
     fields.finish(problems);

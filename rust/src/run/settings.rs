@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::error::{Problem, SceneError};
+use crate::error::{InputError, Problem, Subject};
 use crate::integrators::auto::Auto;
 use crate::integrators::dop853::Dop853;
 use crate::integrators::rosenbrock::Rosenbrock;
@@ -103,7 +103,7 @@ impl Settings {
     }
 
     /// Everything that is wrong with the settings.
-    pub fn check(&self) -> Result<(), SceneError> {
+    pub fn check(&self) -> Result<(), InputError> {
         let mut problems = Vec::new();
         let mut check = |good: bool, field: &str, message: String| {
             if !good {
@@ -144,7 +144,7 @@ impl Settings {
             let message = format!("must be at least the rtol of the companion and <= 0.1 [-], got {of_run}");
             check((self.rtol..=0.1).contains(&of_run), "companion_of", message);
         }
-        if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
+        Subject::Settings.judge((), problems)
     }
 
     /// Instants of all samples of a run that begins at an instant [s].
@@ -173,9 +173,9 @@ impl Settings {
 ///
 /// # Errors
 /// Every unknown, missing or unacceptable field, with paths below `settings`.
-pub fn read_settings(text: &str) -> Result<Settings, SceneError> {
+pub fn read_settings(text: &str) -> Result<Settings, InputError> {
     let value: Value = serde_json::from_str(text)
-        .map_err(|error| SceneError::single("settings", format!("is not valid JSON: {error}")))?;
+        .map_err(|error| Subject::Settings.error("settings", format!("is not valid JSON: {error}")))?;
     let mut problems = Vec::new();
     let mut fields = Node { value: &value, path: "settings".to_owned() }.fields(&mut problems);
     let methods = [
@@ -205,7 +205,7 @@ pub fn read_settings(text: &str) -> Result<Settings, SceneError> {
     };
     fields.finish(&mut problems);
     if !problems.is_empty() {
-        return Err(SceneError { problems });
+        return Err(InputError { subject: Subject::Settings, problems });
     }
     settings.check()?;
     Ok(settings)

@@ -1,7 +1,8 @@
 //! How large the local errors of a run may be: what `rtol` means for a mechanism with clearance.
 
 use crate::contact::clearance::Phase;
-use crate::error::{Problem, SceneError};
+use crate::contact::normal::NormalLaw;
+use crate::error::{InputError, Problem, Subject};
 use crate::mechanism::compiled::Mechanism;
 use crate::run::settings::{DEFAULT_RTOL, Settings};
 use crate::tree::elements::{ContactScales, State};
@@ -70,7 +71,7 @@ pub(crate) fn check_tolerances(
     mechanism: &Mechanism,
     start: &State,
     settings: &Settings,
-) -> Result<(), SceneError> {
+) -> Result<(), InputError> {
     let (length, speed) = (position_scale(mechanism), speed(mechanism, start));
     let of_what = if mechanism.clearance_joints.is_empty() {
         "the size of the mechanism"
@@ -91,7 +92,7 @@ pub(crate) fn check_tolerances(
             Problem::new(format!("settings.{field}"), message)
         })
         .collect();
-    if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
+    Subject::Settings.judge((), problems)
 }
 
 impl Tolerances {
@@ -133,19 +134,19 @@ impl Tolerances {
     pub(crate) fn impact_velocity_floor(&self, mechanism: &Mechanism, joint: usize) -> f64 {
         let default = || {
             let law = mechanism.clearance_joints[joint].law.normal;
-            let resolved = law.hysteresis_factor(1.0).min(1.0) * self.velocity.max(self.finest_velocity);
+            let resolved = law.onset_damping().min(1.0) * self.velocity.max(self.finest_velocity);
             resolved.min(mechanism.scales.contacts[joint].resting_velocity)
         };
         mechanism.clearance_joints[joint].impact_velocity_floor.unwrap_or_else(default)
     }
 
     /// Velocity tolerance that the damping of a contact leaves [m/s]: its force is known to the elastic share
-    /// only where the penetration rate is known to 1/χ. Less than the tolerance of flight after a slow impact
+    /// only where the penetration rate is known to [`NormalLaw::damping_rate`]. Less than the tolerance of flight after a slow impact
     /// with a small restitution only.
-    pub(crate) fn damped(&self, phase: Phase) -> f64 {
+    pub(crate) fn damped(&self, law: &NormalLaw, phase: Phase) -> f64 {
         match phase {
-            Phase::Contact { hysteresis_factor, .. } => {
-                self.velocity.min((1.0 / hysteresis_factor).max(self.finest_velocity))
+            Phase::Contact { latch, .. } => {
+                self.velocity.min(law.damping_rate(latch).max(self.finest_velocity))
             }
             Phase::Free => self.velocity,
         }
@@ -166,7 +167,9 @@ impl Tolerances {
             .filter(|(_, phase)| **phase != Phase::Free)
             .filter_map(|(joint, _)| joint.law.stick_velocity())
             .fold(f64::INFINITY, f64::min);
-        let damped = phases.iter().map(|phase| self.damped(*phase)).fold(self.velocity, f64::min);
+        let joints = mechanism.clearance_joints.iter().zip(phases);
+        let damped =
+            joints.map(|(joint, phase)| self.damped(&joint.law.normal, *phase)).fold(self.velocity, f64::min);
         let of_velocities = damped.min((self.stick_part * stick).max(self.finest_velocity));
         for (k, lever) in mechanism.scales.levers.iter().enumerate() {
             position[k] = self.position / lever;

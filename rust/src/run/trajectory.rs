@@ -1,6 +1,6 @@
 //! One run: a mechanism through time, sampled on a uniform grid.
 
-use crate::error::{Problem, SceneError};
+use crate::error::{InputError, Problem, Subject};
 use crate::integrators::{Checkpoint, HybridSystem, Outcome, Stats, Status, resume_with};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::memory::filled;
@@ -108,7 +108,7 @@ pub fn simulate(
     mechanism: &Mechanism,
     settings: &Settings,
     monitor: &dyn Fn(f64) -> bool,
-) -> Result<Trajectory, SceneError> {
+) -> Result<Trajectory, InputError> {
     simulate_from(mechanism, &mechanism.start, settings, monitor)
 }
 
@@ -121,7 +121,7 @@ pub fn simulate_from(
     start: &State,
     settings: &Settings,
     monitor: &dyn Fn(f64) -> bool,
-) -> Result<Trajectory, SceneError> {
+) -> Result<Trajectory, InputError> {
     collected(mechanism, None, settings, |values| run(mechanism, start, None, settings, monitor, values))
 }
 
@@ -134,7 +134,7 @@ pub fn resume(
     restart: &Restart,
     settings: &Settings,
     monitor: &dyn Fn(f64) -> bool,
-) -> Result<Trajectory, SceneError> {
+) -> Result<Trajectory, InputError> {
     collected(mechanism, Some(restart), settings, |values| {
         record(mechanism, Some(restart), settings, monitor, values)
     })
@@ -151,7 +151,7 @@ pub fn record(
     settings: &Settings,
     monitor: &dyn Fn(f64) -> bool,
     values: &mut [f64],
-) -> Result<Trajectory, SceneError> {
+) -> Result<Trajectory, InputError> {
     if let Some(restart) = restart {
         check_restart(mechanism, restart)?;
     }
@@ -162,7 +162,7 @@ pub fn record(
 ///
 /// # Errors
 /// What is wrong with the settings.
-pub fn check(mechanism: &Mechanism, settings: &Settings) -> Result<(), SceneError> {
+pub fn check(mechanism: &Mechanism, settings: &Settings) -> Result<(), InputError> {
     settings.check()?;
     check_tolerances(mechanism, &mechanism.start, settings)?;
     parse_columns(mechanism, &columns(mechanism, settings))?;
@@ -180,12 +180,12 @@ fn collected(
     mechanism: &Mechanism,
     restart: Option<&Restart>,
     settings: &Settings,
-    record: impl FnOnce(&mut [f64]) -> Result<Trajectory, SceneError>,
-) -> Result<Trajectory, SceneError> {
+    record: impl FnOnce(&mut [f64]) -> Result<Trajectory, InputError>,
+) -> Result<Trajectory, InputError> {
     settings.check()?;
     let count = settings.samples.saturating_mul(columns(mechanism, settings).len());
     let mut values = filled(count, f64::NAN).map_err(|_| {
-        SceneError::single("settings.samples", format!("{count} numbers do not fit into the memory"))
+        Subject::Settings.error("settings.samples", format!("{count} numbers do not fit into the memory"))
     })?;
     let run = record(&mut values)?;
     let t = settings.sample_times(restart.map_or(0.0, |restart| restart.time)).collect();
@@ -193,7 +193,7 @@ fn collected(
 }
 
 /// Whether a run may continue where another ended.
-fn check_restart(mechanism: &Mechanism, restart: &Restart) -> Result<(), SceneError> {
+fn check_restart(mechanism: &Mechanism, restart: &Restart) -> Result<(), InputError> {
     let Memory { phases, contacts, turns, work } = &restart.memory;
     let d = mechanism.degrees_of_freedom();
     let joints = mechanism.clearance_joints.len();
@@ -203,7 +203,7 @@ fn check_restart(mechanism: &Mechanism, restart: &Restart) -> Result<(), SceneEr
         && work.as_ref().is_none_or(|work| work.contacts.len() == joints)
         && turns.len() == mechanism.frames.len() - 1;
     if !fits {
-        return Err(SceneError::single(
+        return Err(Subject::Start.error(
             "start",
             format!(
                 "belongs to another mechanism: this one has {d} coordinates and {joints} joints with clearance, \
@@ -214,7 +214,7 @@ fn check_restart(mechanism: &Mechanism, restart: &Restart) -> Result<(), SceneEr
         ));
     }
     if restart.parts != parts(mechanism) {
-        return Err(SceneError::single(
+        return Err(Subject::Start.error(
             "start",
             format!(
                 "belongs to another mechanism: this one has {}, got {}",
@@ -241,14 +241,14 @@ struct Asked {
 
 impl Asked {
     /// What the settings ask of a mechanism, for a table of `values` numbers.
-    fn of(mechanism: &Mechanism, settings: &Settings, values: usize) -> Result<Asked, SceneError> {
+    fn of(mechanism: &Mechanism, settings: &Settings, values: usize) -> Result<Asked, InputError> {
         let names = columns(mechanism, settings);
         let columns = parse_columns(mechanism, &names)?;
         let plan = Plan::new(mechanism, &settings.features)?;
         if Some(values) != settings.samples.checked_mul(columns.len()) {
             let message =
                 format!("{} samples of {} columns are no {values} numbers", settings.samples, columns.len());
-            return Err(SceneError::single("settings.samples", message));
+            return Err(Subject::Settings.error("settings.samples", message));
         }
         Ok(Asked { names, columns, plan })
     }
@@ -261,7 +261,7 @@ fn run(
     settings: &Settings,
     monitor: &dyn Fn(f64) -> bool,
     values: &mut [f64],
-) -> Result<Trajectory, SceneError> {
+) -> Result<Trajectory, InputError> {
     settings.check()?;
     check_tolerances(mechanism, start, settings)?;
     let Asked { names, columns, plan } = Asked::of(mechanism, settings, values.len())?;
@@ -351,7 +351,7 @@ fn continuation(recorder: &mut Recorder, time: f64, checkpoint: Checkpoint, end:
 }
 
 /// Tables must cover the whole run: nothing is known beyond their ends.
-fn check_functions(mechanism: &Mechanism, start: f64, end: f64) -> Result<(), SceneError> {
+fn check_functions(mechanism: &Mechanism, start: f64, end: f64) -> Result<(), InputError> {
     let problems: Vec<Problem> = mechanism
         .time_functions()
         .filter_map(|(name, function)| {
@@ -365,5 +365,5 @@ fn check_functions(mechanism: &Mechanism, start: f64, end: f64) -> Result<(), Sc
             })
         })
         .collect();
-    if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
+    Subject::Settings.judge((), problems)
 }

@@ -1,6 +1,5 @@
 //! What the user should know about a run besides its samples.
 
-use crate::contact::normal::Damping;
 use crate::run::contacts::{Event, EventKind};
 use crate::run::recorder::Recorder;
 
@@ -10,9 +9,6 @@ const DEEP: f64 = 0.02;
 /// Resting penetration relative to the size of the mechanism below which the rounding of
 /// positions (1e-16) shows: the paper's mechanism reaches it at 0.02 r/min.
 const FINE_PENETRATION: f64 = 2e-12;
-/// Nominal restitution below which the Lankarani-Nikravesh law rebounds noticeably more: 0.878
-/// instead of 0.85, 0.725 instead of 0.5 (closed form in [`Damping::LankaraniNikravesh`]).
-const HONEST_RESTITUTION: f64 = 0.85;
 /// Part of the time in contact beyond which a slow contact creeps rather than reverses its sliding.
 /// Measured: 1e-4 to 0.01 in the paper's mechanism at 100 to 5000 r/min, 0.02 and 0.03 in pendulums
 /// that swing in a bearing; 0.11 at 10 r/min, 0.11 to 0.19 and 0.47 with friction coefficients of 0.4
@@ -112,15 +108,8 @@ impl Recorder<'_> {
         let mechanism = self.mechanism;
         self.warnings.extend(mechanism.doubts.iter().map(ToString::to_string));
         for (joint, scales) in mechanism.clearance_joints.iter().zip(&mechanism.scales.contacts) {
-            if let Damping::LankaraniNikravesh { restitution } = joint.law.normal.damping
-                && restitution < HONEST_RESTITUTION
-            {
-                self.warnings.push(format!(
-                    "joint {:?}: the Lankarani-Nikravesh law rebounds more than its restitution {restitution} \
-                     says (below {HONEST_RESTITUTION} by more than 3 %)",
-                    joint.name
-                ));
-            }
+            let caution = joint.law.normal.caution();
+            self.warnings.extend(caution.map(|caution| format!("joint {:?}: {caution}", joint.name)));
             if scales.resting_penetration < FINE_PENETRATION * mechanism.scales.length {
                 self.warnings.push(format!(
                     "joint {:?}: under the load of the start the contact rests at a penetration of {:.1e} m, too \

@@ -38,7 +38,8 @@ impl Work {
     }
 
     /// Takes the energy of the state the dynamics was moved to for that of the start.
-    pub fn begin(&mut self, dynamics: &Dynamics) {
+    pub fn begin(&mut self, dynamics: &mut Dynamics) {
+        dynamics.find_contacts();
         self.start_energy = dynamics.total_energy();
     }
 

@@ -2,7 +2,7 @@
 
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::Damping;
-use crate::error::{Problem, SceneError, did_you_mean};
+use crate::error::{InputError, Problem, Subject, did_you_mean};
 use crate::scene::parts::{
     Body, CENTER_OF_MASS, Drive, ENERGY, Force, GROUND, Joint, JointKind, Point, Scene, Start,
 };
@@ -10,7 +10,7 @@ use crate::scene::time_function::TimeFunction;
 
 impl Scene {
     /// Everything that is wrong with the numbers and names of the scene, in its order.
-    pub fn check(&self) -> Result<(), SceneError> {
+    pub fn check(&self) -> Result<(), InputError> {
         let mut checker = Checker { problems: Vec::new() };
         checker.points("ground", &self.ground);
         if self.bodies.is_empty() {
@@ -294,8 +294,8 @@ impl Checker {
         self.problems.push(Problem::new(path, message));
     }
 
-    fn finish(self) -> Result<(), SceneError> {
-        if self.problems.is_empty() { Ok(()) } else { Err(SceneError { problems: self.problems }) }
+    fn finish(self) -> Result<(), InputError> {
+        Subject::Scene.judge((), self.problems)
     }
 
     /// The value, unless it is an error, which is noted.

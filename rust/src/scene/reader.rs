@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::contact::clearance::SlidingVelocity;
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Damping, NormalLaw};
-use crate::error::{Problem, SceneError};
+use crate::error::{InputError, Problem, Subject};
 use crate::scene::json::{Fields, Node, Problems};
 use crate::scene::parts::{
     Body, CENTER_OF_MASS, Drive, Force, ForceFrame, GROUND, Joint, JointKind, Scene, Start,
@@ -28,9 +28,9 @@ fn follows(path: &str, known: &str) -> bool {
 }
 
 /// The scene written in `text`, checked.
-pub fn read_scene(text: &str) -> Result<Scene, SceneError> {
+pub fn read_scene(text: &str) -> Result<Scene, InputError> {
     let value: Value = serde_json::from_str(text)
-        .map_err(|error| SceneError::single("scene", format!("is not valid JSON: {error}")))?;
+        .map_err(|error| Subject::Scene.error("scene", format!("is not valid JSON: {error}")))?;
     let mut problems = Vec::new();
     let scene = scene(Node { value: &value, path: String::new() }, &mut problems);
     if let Err(error) = scene.check() {
@@ -43,7 +43,7 @@ pub fn read_scene(text: &str) -> Result<Scene, SceneError> {
             }
         }
     }
-    if problems.is_empty() { Ok(scene) } else { Err(SceneError { problems }) }
+    Subject::Scene.judge(scene, problems)
 }
 
 fn scene(node: Node, problems: &mut Problems) -> Scene {

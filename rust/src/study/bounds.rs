@@ -3,7 +3,7 @@
 //! They enclose the *polynomial*. How far the response itself lies from it is another number, the
 //! error of the surrogate, which no bound here contains.
 
-use crate::study::chebyshev::{GridError, check_coefficients, zeros};
+use crate::study::chebyshev::{GridError, Polynomials, zeros};
 
 /// Lower and upper bounds by interval arithmetic, Eq. (31) of `[Xiang2020]`: T_i([-1, 1]) = [-1, 1].
 ///
@@ -11,9 +11,8 @@ use crate::study::chebyshev::{GridError, check_coefficients, zeros};
 /// lower = c_0 - Σ |c_i|,    upper = c_0 + Σ |c_i|,    sums over all terms but the constant one
 /// ```
 ///
-/// `coefficients` is terms x `columns`, plain as [`fit`](crate::study::chebyshev::fit) returns them, so that
-/// the factors (1/2)^s of the paper are inside; the two results hold one bound per column, in the unit
-/// of the coefficients. Bounds of a column that holds a NaN are NaN.
+/// The factors (1/2)^s of the paper are inside the plain coefficients; the two results hold one bound per column, in
+/// the unit of the coefficients. Bounds of a column that holds a NaN are NaN.
 ///
 /// The terms are treated as independent, so the band is too wide as soon as two terms do not reach
 /// their extremes together; for a single term it is exact. Rounding is to nearest: a bound may fall
@@ -21,13 +20,9 @@ use crate::study::chebyshev::{GridError, check_coefficients, zeros};
 ///
 /// # Errors
 ///
-/// No parameter, no column, or a number of coefficients other than terms x columns.
-pub fn interval_bounds(
-    coefficients: &[f64],
-    columns: usize,
-    degrees: &[usize],
-) -> Result<(Vec<f64>, Vec<f64>), GridError> {
-    check_coefficients(coefficients, columns, degrees)?;
+/// Bounds that do not fit into the memory.
+pub fn interval_bounds(polynomials: &Polynomials) -> Result<(Vec<f64>, Vec<f64>), GridError> {
+    let &Polynomials { coefficients, columns, .. } = polynomials;
     let (centre, others) = coefficients.split_at(columns);
 
     let mut radius = zeros(columns)?;

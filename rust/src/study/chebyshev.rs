@@ -49,6 +49,31 @@ impl GridError {
     }
 }
 
+/// Tensor polynomials of the same degrees, one for every column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Polynomials<'a> {
+    /// Plain coefficients, terms x columns, as [`fit`] returns them.
+    pub(crate) coefficients: &'a [f64],
+    pub(crate) columns: usize,
+    /// Degree in every parameter.
+    pub(crate) degrees: &'a [usize],
+    /// ∏ (degree + 1).
+    pub(crate) terms: usize,
+}
+
+impl<'a> Polynomials<'a> {
+    /// Polynomials of plain coefficients, terms x `columns` with ∏ (`degrees[q]` + 1) terms, as [`fit`] returns them.
+    ///
+    /// # Errors
+    ///
+    /// No parameter, no column, or a number of coefficients other than terms x columns.
+    pub fn new(coefficients: &'a [f64], columns: usize, degrees: &'a [usize]) -> Result<Self, GridError> {
+        let sizes: Vec<usize> = degrees.iter().map(|degree| degree.saturating_add(1)).collect();
+        let terms = check_rows(coefficients.len(), columns, &sizes, "coefficients")?;
+        Ok(Self { coefficients, columns, degrees, terms })
+    }
+}
+
 /// Zeros for a result.
 pub(crate) fn zeros(count: usize) -> Result<Vec<f64>, GridError> {
     filled(count, 0.0).map_err(|_| GridError {
@@ -141,22 +166,15 @@ pub fn fit(
 
 /// Values of polynomials at points of [-1, 1]^k.
 ///
-/// `coefficients` is terms x `columns` as [`fit`] returns them, `points` is points x k [-]; the
-/// result is points x `columns`, in the unit of the coefficients. At the midpoint of the box, the
+/// `points` is points x k [-]; the result is points x columns, in the unit of the coefficients. At the midpoint of the box, the
 /// point 0, every polynomial T_i is exactly 0, 1 or -1.
 ///
 /// # Errors
 ///
-/// No parameter, no column, a number of coefficients other than terms x columns, a number of
-/// coordinates that k does not divide, a coordinate that is not finite or outside [-1, 1]. There is
+/// A number of coordinates that k does not divide, a coordinate that is not finite or outside [-1, 1]. There is
 /// no allowance for rounding: a caller who maps physical parameters clamps the ends.
-pub fn evaluate(
-    coefficients: &[f64],
-    columns: usize,
-    degrees: &[usize],
-    points: &[f64],
-) -> Result<Vec<f64>, GridError> {
-    let terms = check_coefficients(coefficients, columns, degrees)?;
+pub fn evaluate(polynomials: &Polynomials, points: &[f64]) -> Result<Vec<f64>, GridError> {
+    let &Polynomials { coefficients, columns, degrees, terms } = polynomials;
     let parameters = degrees.len();
     if !points.len().is_multiple_of(parameters) {
         return Err(GridError::new(format!(
@@ -202,7 +220,7 @@ pub fn evaluate(
 /// ```
 ///
 /// (`[MasonHandscomb2003]`), where n is the degree on that axis. The result has the shape of
-/// `coefficients`, terms x `columns`; its highest term is zero. The sensitivity of Eq. (32), at the
+/// the coefficients, terms x columns; its highest term is zero. The sensitivity of Eq. (32), at the
 /// midpoint of the box, is its value at the point 0, times 2/(b - a).
 ///
 /// *Erratum.* Eq. (33) is the derivative with respect to the normalised variable, so Eq. (32) needs
@@ -211,14 +229,9 @@ pub fn evaluate(
 ///
 /// # Errors
 ///
-/// No parameter, no column, a number of coefficients other than terms x columns, no such axis.
-pub fn derivative(
-    coefficients: &[f64],
-    columns: usize,
-    degrees: &[usize],
-    axis: usize,
-) -> Result<Vec<f64>, GridError> {
-    check_coefficients(coefficients, columns, degrees)?;
+/// No such axis.
+pub fn derivative(polynomials: &Polynomials, axis: usize) -> Result<Vec<f64>, GridError> {
+    let &Polynomials { coefficients, columns, degrees, .. } = polynomials;
     if axis >= degrees.len() {
         return Err(GridError::new(format!("axis {axis} of a polynomial in {} parameters", degrees.len())));
     }
@@ -242,16 +255,6 @@ pub fn derivative(
         }
     }
     Ok(result)
-}
-
-/// Checks that `coefficients` is terms x `columns`; returns the number of terms, ∏ (degree + 1).
-pub(crate) fn check_coefficients(
-    coefficients: &[f64],
-    columns: usize,
-    degrees: &[usize],
-) -> Result<usize, GridError> {
-    let sizes: Vec<usize> = degrees.iter().map(|degree| degree.saturating_add(1)).collect();
-    check_rows(coefficients.len(), columns, &sizes, "coefficients")
 }
 
 /// Checks that an array has ∏ `sizes` rows of `columns`; returns the number of rows.

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::study::bernstein::{Axis, LANES, Lanes, MOST_DEGREE};
 use crate::study::branch_and_bound::{End, Polynomial, Search};
-use crate::study::chebyshev::{GridError, check_coefficients};
+use crate::study::chebyshev::{GridError, Polynomials};
 
 /// Coefficients that a task of one thread takes at least, and columns that it takes at most.
 const TASK_COEFFICIENTS: usize = 8192;
@@ -43,8 +43,7 @@ pub struct Ranges {
 
 /// The range of every polynomial over [-1, 1]^k.
 ///
-/// `coefficients` is terms x `columns`, plain as [`fit`](crate::study::chebyshev::fit) returns them. The
-/// bounds hold for the polynomial, not for the response it was fitted to. They are at most 1e-6 of the range
+/// The bounds hold for the polynomial, not for the response it was fitted to. They are at most 1e-6 of the range
 /// apart from values that the polynomial takes, but for rounding and for polynomials that need too much work,
 /// and never wider than those of Eq. (31).
 ///
@@ -52,10 +51,11 @@ pub struct Ranges {
 /// results are the same bits for any number.
 ///
 /// ```
+/// use chebclear::study::chebyshev::Polynomials;
 /// use chebclear::study::range::polynomial_ranges;
 ///
 /// // 2 T_1 - T_2 = 1 + 2 x - 2 x²: from -3 at the lower end to 3/2 at x = 1/2
-/// let ranges = polynomial_ranges(&[0.0, 2.0, -1.0], 1, &[2], None)?;
+/// let ranges = polynomial_ranges(&Polynomials::new(&[0.0, 2.0, -1.0], 1, &[2])?, None)?;
 /// assert_eq!(ranges.lowest_at, [-1.0]);
 /// assert!((ranges.lower[0] + 3.0).abs() < 1e-14 && (ranges.upper[0] - 1.5).abs() < 1e-5);
 /// # Ok::<(), chebclear::study::chebyshev::GridError>(())
@@ -63,15 +63,9 @@ pub struct Ranges {
 ///
 /// # Errors
 ///
-/// No parameter, no column, a number of coefficients other than terms x columns, a degree above 30, a
-/// coefficient that is not finite or beyond 1e280, threads that cannot be started.
-pub fn polynomial_ranges(
-    coefficients: &[f64],
-    columns: usize,
-    degrees: &[usize],
-    threads: Option<usize>,
-) -> Result<Ranges, GridError> {
-    let terms = check_coefficients(coefficients, columns, degrees)?;
+/// A degree above 30, a coefficient that is not finite or beyond 1e280, threads that cannot be started.
+pub fn polynomial_ranges(polynomials: &Polynomials, threads: Option<usize>) -> Result<Ranges, GridError> {
+    let &Polynomials { coefficients, columns, degrees, terms } = polynomials;
     if let Some(axis) = degrees.iter().position(|&degree| degree > MOST_DEGREE) {
         return Err(GridError::new(format!(
             "axis {axis} has degree {}: a certified range is found up to degree {MOST_DEGREE}",

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use crate::error::{Problem, SceneError};
+use crate::error::{InputError, Problem, Subject};
 use crate::integrators::Status;
 use crate::mechanism::compiled::Mechanism;
 use crate::run::trajectory::{Settings, Trajectory, check, columns, record};
@@ -38,7 +38,7 @@ impl<'s> Sweep<'s> {
         settings: &'s Settings,
         threads: Option<usize>,
         monitor: Monitor,
-    ) -> Result<Option<Sweep<'s>>, SceneError> {
+    ) -> Result<Option<Sweep<'s>>, InputError> {
         settings.check()?;
         // More threads than runs would only wait.
         let processors = std::thread::available_parallelism().map_or(1, usize::from);
@@ -47,7 +47,7 @@ impl<'s> Sweep<'s> {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(count)
             .build()
-            .map_err(|error| SceneError::single("threads", format!("cannot be started: {error}")))?;
+            .map_err(|error| Subject::Settings.error("threads", format!("cannot be started: {error}")))?;
         let checked = |text: &String| {
             let mechanism = Mechanism::compile(&read_scene(text)?)?;
             check(&mechanism, settings)?;
@@ -74,10 +74,10 @@ impl<'s> Sweep<'s> {
         values: &mut [f64],
         finished: &AtomicUsize,
         monitor: Monitor,
-    ) -> Result<Option<Vec<Trajectory>>, SceneError> {
+    ) -> Result<Option<Vec<Trajectory>>, InputError> {
         let size = self.settings.samples * self.columns.len();
         if values.len() != self.mechanisms.len() * size {
-            return Err(SceneError::single("settings.samples", "do not fit the memory that is given"));
+            return Err(Subject::Settings.error("settings.samples", "do not fit the memory that is given"));
         }
         let simulate = |(mechanism, values): (&Mechanism, &mut [f64])| {
             let run = monitor().then(|| record(mechanism, None, self.settings, &|_| monitor(), values))?;
@@ -103,7 +103,7 @@ impl<'s> Sweep<'s> {
 }
 
 /// Whether a mechanism has the columns of the first one.
-fn same_columns(first: &[String], other: &[String]) -> Result<(), SceneError> {
+fn same_columns(first: &[String], other: &[String]) -> Result<(), InputError> {
     if first == other {
         return Ok(());
     }
@@ -115,7 +115,7 @@ fn same_columns(first: &[String], other: &[String]) -> Result<(), SceneError> {
             _ => names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", "),
         }
     };
-    Err(SceneError::single(
+    Err(Subject::Scene.error(
         "outputs",
         format!(
             "differ from those of the first scene, which lacks {} and has {} besides: all scenes of a study need the \
@@ -126,19 +126,24 @@ fn same_columns(first: &[String], other: &[String]) -> Result<(), SceneError> {
     ))
 }
 
-/// All results in order, or the problems of all failures with the path of their scene.
-fn gather<T>(results: Vec<Result<T, SceneError>>) -> Result<Vec<T>, SceneError> {
+/// All results in order, or the problems of all failures with the path of their scene: problems of the scenes, unless
+/// all are of one other kind.
+fn gather<T>(results: Vec<Result<T, InputError>>) -> Result<Vec<T>, InputError> {
     let mut good = Vec::with_capacity(results.len());
     let mut problems = Vec::new();
+    let mut subjects = Vec::new();
     for (index, result) in results.into_iter().enumerate() {
         match result {
             Ok(value) => good.push(value),
             Err(error) => {
+                subjects.push(error.subject);
                 problems.extend(error.problems.into_iter().map(|problem| {
                     Problem::new(format!("scenes[{index}].{}", problem.path), problem.message)
                 }))
             }
         }
     }
-    if problems.is_empty() { Ok(good) } else { Err(SceneError { problems }) }
+    subjects.dedup();
+    let subject = if let [subject] = subjects[..] { subject } else { Subject::Scene };
+    subject.judge(good, problems)
 }

@@ -5,14 +5,14 @@
 
 use std::collections::VecDeque;
 
-use crate::error::{Problem, SceneError};
+use crate::error::{InputError, Problem, Subject};
 use crate::scene::parts::{Attachment, Force, GROUND, Joint, JointKind, Scene};
 use crate::tree::elements::{DrivenCoordinate, FramePoint, Realisation, Tree};
 use crate::tree::kinematics::{Frame, FrameKind, Vec2, direction, turned};
 
 impl Tree {
     /// The tree of a checked scene.
-    pub(crate) fn span(scene: &Scene) -> Result<Tree, SceneError> {
+    pub(crate) fn span(scene: &Scene) -> Result<Tree, InputError> {
         let mut builder = Builder::new(scene);
         builder.span()?;
         builder.check_clearances()?;
@@ -91,7 +91,7 @@ impl<'a> Builder<'a> {
 
     /// Chooses the joints of the tree, grows it from ground, breadth first, then from the first
     /// body of every part that only clearance joints hold.
-    fn span(&mut self) -> Result<(), SceneError> {
+    fn span(&mut self) -> Result<(), InputError> {
         self.check_connected()?;
         self.choose_cuts()?;
         self.grow(None);
@@ -106,7 +106,7 @@ impl<'a> Builder<'a> {
 
     /// Joins the bodies by prismatic, fixed and driven joints first; a revolute joint that then
     /// closes a loop is cut, and becomes a closure.
-    fn choose_cuts(&mut self) -> Result<(), SceneError> {
+    fn choose_cuts(&mut self) -> Result<(), InputError> {
         let mut group: Vec<usize> = (0..=self.scene.bodies.len()).collect();
         let mut problems = Vec::new();
         let driven = |name: &str| self.scene.drives.iter().any(|drive| drive.joint() == name);
@@ -135,7 +135,7 @@ impl<'a> Builder<'a> {
             }
         }
         self.cut = cut;
-        if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
+        Subject::Scene.judge((), problems)
     }
 
     fn grow(&mut self, root: Option<usize>) {
@@ -222,7 +222,7 @@ impl<'a> Builder<'a> {
     }
 
     /// All bodies must hang together; with ground, unless the scene does not use ground at all.
-    fn check_connected(&self) -> Result<(), SceneError> {
+    fn check_connected(&self) -> Result<(), InputError> {
         let count = self.scene.bodies.len();
         let node = |end: Attachment| end.body.unwrap_or(count);
         let mut group: Vec<usize> = (0..=count).collect();
@@ -250,11 +250,11 @@ impl<'a> Builder<'a> {
                 )
             })
             .collect();
-        if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
+        Subject::Scene.judge((), problems)
     }
 
     /// A joint with clearance acts only between bodies that move against each other.
-    fn check_clearances(&self) -> Result<(), SceneError> {
+    fn check_clearances(&self) -> Result<(), InputError> {
         let joints = self.scene.joints.iter().enumerate();
         let problems: Vec<Problem> = joints
             .filter(|(_, joint)| matches!(joint, Joint::Clearance { .. }))
@@ -272,7 +272,7 @@ impl<'a> Builder<'a> {
                 )
             })
             .collect();
-        if problems.is_empty() { Ok(()) } else { Err(SceneError { problems }) }
+        Subject::Scene.judge((), problems)
     }
 
     pub(super) fn place(&self, end: Attachment) -> FramePoint {

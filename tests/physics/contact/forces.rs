@@ -2,7 +2,7 @@
 
 use chebclear::contact::clearance::{ClearanceLaw, Phase, RelativeMotion, SlidingVelocity};
 use chebclear::contact::friction::FrictionLaw;
-use chebclear::contact::normal::{Damping, NormalLaw};
+use chebclear::contact::normal::{Damping, Latch, NormalLaw};
 use chebclear::dynamics::Dynamics;
 use chebclear::numerics::dual::{Dual, Scalar};
 use chebclear::run::settings::Settings;
@@ -16,6 +16,10 @@ const HERTZ: NormalLaw = NormalLaw { stiffness: 1e10, exponent: 1.5, damping: Da
 
 fn damped(restitution: f64) -> NormalLaw {
     NormalLaw { damping: Damping::LankaraniNikravesh { restitution }, ..HERTZ }
+}
+
+fn in_contact(hysteresis_factor: f64, clipped: bool) -> Phase {
+    Phase::Contact { latch: Latch::from_numbers([hysteresis_factor]), clipped }
 }
 
 fn close(found: f64, expected: f64, relative: f64) {
@@ -32,27 +36,27 @@ const COULOMB: FrictionLaw = FrictionLaw::ModifiedCoulomb {
 #[test]
 fn hertz_force_is_stiffness_times_penetration_to_the_exponent() {
     // 1e10 N/m^1.5 * (1e-4 m)^1.5 = 1e4 N, at any rate.
-    close(HERTZ.normal_force(1e-4, 0.0, 0.0), 1e4, 1e-14);
-    close(HERTZ.normal_force(1e-4, -3.0, HERTZ.hysteresis_factor(0.1)), 1e4, 1e-14);
+    close(HERTZ.normal_force(1e-4, 0.0, Latch::ELASTIC), 1e4, 1e-14);
+    close(HERTZ.normal_force(1e-4, -3.0, HERTZ.latch(0.1)), 1e4, 1e-14);
     // 1e10 N/m^2 * (1e-4 m)^2 = 100 N.
-    close(NormalLaw { exponent: 2.0, ..HERTZ }.normal_force(1e-4, 0.0, 0.0), 100.0, 1e-14);
-    assert_eq!(HERTZ.normal_force(0.0, 1.0, 0.0), 0.0);
-    assert_eq!(HERTZ.normal_force(-1e-4, 1.0, 0.0), 0.0);
+    close(NormalLaw { exponent: 2.0, ..HERTZ }.normal_force(1e-4, 0.0, Latch::ELASTIC), 100.0, 1e-14);
+    assert_eq!(HERTZ.normal_force(0.0, 1.0, Latch::ELASTIC), 0.0);
+    assert_eq!(HERTZ.normal_force(-1e-4, 1.0, Latch::ELASTIC), 0.0);
 }
 
 #[test]
 fn lankarani_nikravesh_damping_follows_from_restitution_and_impact_velocity() {
     let law = damped(0.9);
     // χ = 3 (1 - 0.81) / (4 * 0.5 m/s) = 0.285 s/m.
-    let factor = law.hysteresis_factor(0.5);
-    close(factor, 0.285, 1e-14);
+    let latch = law.latch(0.5);
+    close(latch.numbers()[0], 0.285, 1e-14);
     // 1e4 N (1 + 0.285 * 0.2), approaching; (1 - 0.285 * 0.2), parting.
-    close(law.normal_force(1e-4, 0.2, factor), 1.057e4, 1e-14);
-    close(law.normal_force(1e-4, -0.2, factor), 0.943e4, 1e-14);
+    close(law.normal_force(1e-4, 0.2, latch), 1.057e4, 1e-14);
+    close(law.normal_force(1e-4, -0.2, latch), 0.943e4, 1e-14);
     // The continuation beyond the clip: 1 - 0.285 * 10 = -1.85.
-    close(law.normal_force(1e-4, -10.0, factor), -1.85e4, 1e-14);
-    close(ClearanceLaw::damping_bracket(-10.0, factor), -1.85, 1e-14);
-    assert_eq!(damped(1.0).hysteresis_factor(0.5), 0.0);
+    close(law.normal_force(1e-4, -10.0, latch), -1.85e4, 1e-14);
+    close(law.force_ratio(1e-4, -10.0, latch), -1.85, 1e-14);
+    assert_eq!(damped(1.0).latch(0.5), Latch::ELASTIC);
 }
 
 #[test]
@@ -138,7 +142,7 @@ fn dual_gradients_of_the_force_agree_with_differences() {
             random.within(-fast, fast),
             random.within(-fast, fast),
         ];
-        let phase = Phase::Contact { hysteresis_factor: random.within(0.0, 2.0), clipped: false };
+        let phase = in_contact(random.within(0.0, 2.0), false);
         let motion =
             |x: [f64; 5]| RelativeMotion { eccentricity: [x[0], x[1]], rate: [x[2], x[3]], spin: x[4] };
         let state = law.evaluate(&motion(input), phase);
@@ -176,7 +180,7 @@ fn dual_gradients_of_the_force_agree_with_differences() {
 fn sliding_velocity_follows_the_convention() {
     // Journal below the bearing centre: n = (0, -1), t = (1, 0).
     let motion = RelativeMotion { eccentricity: [0.0, -0.03], rate: [0.5, -0.25], spin: 0.2 };
-    let phase = Phase::Contact { hysteresis_factor: 0.0, clipped: false };
+    let phase = in_contact(0.0, false);
     let state = law(SlidingVelocity::Surface, 1.5, None).evaluate(&motion, phase);
     close(state.penetration, 0.01, 1e-14);
     close(state.penetration_rate, 0.25, 1e-15);
@@ -191,7 +195,7 @@ fn sliding_velocity_follows_the_convention() {
 fn no_force_acts_without_contact_or_while_the_damping_would_pull() {
     let law = law(SlidingVelocity::Surface, 1.5, Some(COULOMB));
     let motion = RelativeMotion { eccentricity: [0.03, 0.0], rate: [-9.0, 1.0], spin: 0.2 };
-    for phase in [Phase::Free, Phase::Contact { hysteresis_factor: 1.0, clipped: true }] {
+    for phase in [Phase::Free, in_contact(1.0, true)] {
         let state = law.evaluate(&motion, phase);
         assert_eq!(state.force, [0.0, 0.0]);
         assert_eq!((state.normal_force, state.friction_force), (0.0, 0.0));
@@ -209,7 +213,7 @@ fn concentric_journal_feels_no_force_and_nothing_is_divided_by_zero() {
     for sliding in [SlidingVelocity::Surface, SlidingVelocity::ContactPoint] {
         let law = law(sliding, 1.5, Some(COULOMB));
         let motion = RelativeMotion { eccentricity: [0.0, 0.0], rate: [0.3, 0.4], spin: 0.2 };
-        for phase in [Phase::Free, Phase::Contact { hysteresis_factor: 1.0, clipped: false }] {
+        for phase in [Phase::Free, in_contact(1.0, false)] {
             let state = law.evaluate(&motion, phase);
             assert_eq!(state.penetration, -0.02);
             assert_eq!(state.force, [0.0, 0.0]);
@@ -267,7 +271,7 @@ fn contact_forces_and_moments_on_both_bodies_have_the_hand_values() {
     for free_bearing in [false, true] {
         let mechanism = compile(&pair(free_bearing, SlidingVelocity::Surface));
         let mut dynamics = Dynamics::new(&mechanism);
-        dynamics.phases[0] = Phase::Contact { hysteresis_factor: 0.0, clipped: false };
+        dynamics.phases[0] = in_contact(0.0, false);
         let state = if free_bearing {
             // x, y, angle of the shaft, then of the housing (whose rotation at rest is no matter).
             State { q: vec![0.5, -0.53, 0.7, 0.5, -0.5, 0.3], v: vec![0.0, 0.0, 2.0, 0.0, 0.0, 0.0] }
@@ -284,7 +288,7 @@ fn contact_forces_and_moments_on_both_bodies_have_the_hand_values() {
     // As printed, a turning shaft at rest in its place does not slide.
     let mechanism = compile(&pair(false, SlidingVelocity::ContactPoint));
     let mut dynamics = Dynamics::new(&mechanism);
-    dynamics.phases[0] = Phase::Contact { hysteresis_factor: 0.0, clipped: false };
+    dynamics.phases[0] = in_contact(0.0, false);
     let mut a = [0.0; 3];
     assert!(dynamics.acceleration(0.0, &[0.0, -0.03, 0.7], &[0.0, 0.0, 2.0], &mut a));
     close(a[1], 5.0, 1e-12);
@@ -295,9 +299,9 @@ fn contact_forces_and_moments_on_both_bodies_have_the_hand_values() {
 fn the_other_laws_have_their_hand_values() {
     let flores = NormalLaw { damping: Damping::Flores { restitution: 0.5 }, ..HERTZ };
     // χ = 8 (1 - 0.5) / (5 * 0.5 * 2).
-    close(flores.hysteresis_factor(2.0), 0.8, 1e-15);
+    close(flores.latch(2.0).numbers()[0], 0.8, 1e-15);
     let fixed = NormalLaw { damping: Damping::HuntCrossley { hysteresis_factor: 0.3 }, ..HERTZ };
-    close(fixed.hysteresis_factor(2.0), 0.3, 1e-15);
+    close(fixed.latch(2.0).numbers()[0], 0.3, 1e-15);
     assert!(flores.is_latched() && !fixed.is_latched() && fixed.resting_velocity(100.0, 1.0) == 0.0);
     let smoothed = FrictionLaw::SmoothedCoulomb { coefficient: 0.2, velocity: 1e-3 };
     // tanh(ln 3) = 0.8.

@@ -133,9 +133,10 @@ pub(crate) fn contacts(case: &Case, states: &[CartesianState]) -> Vec<Contact> {
             SlidingVelocity::ContactPoint => e_dot.dot(&t) * delta / e.norm().max(clearance),
         };
         let mut force = Vec2::zeros();
-        if let Phase::Contact { hysteresis_factor, clipped: false } = case.phases[index]
+        if let Phase::Contact { latch, clipped: false } = case.phases[index]
             && delta > 0.0
         {
+            let [hysteresis_factor] = latch.numbers();
             let bracket = 1.0 + hysteresis_factor * e_dot.dot(&n);
             let normal = contact.stiffness * delta.powf(contact.exponent) * bracket;
             let mu = case.mechanism.clearance_joints[index].law.friction.map_or(0.0, |law| mu(law, sliding));

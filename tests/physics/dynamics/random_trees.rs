@@ -56,11 +56,11 @@ fn in_motion(scene: Scene, mut mechanism: Mechanism, inertias: Vec<f64>, random:
         .clearance_joints
         .iter_mut()
         .map(|joint| {
-            let hysteresis_factor = joint.law.normal.hysteresis_factor(random.within(0.3, 3.0));
+            let latch = joint.law.normal.latch(random.within(0.3, 3.0));
             match random.index(10) {
                 0 => Phase::Free,
-                1 => Phase::Contact { hysteresis_factor, clipped: true },
-                _ => Phase::Contact { hysteresis_factor, clipped: false },
+                1 => Phase::Contact { latch, clipped: true },
+                _ => Phase::Contact { latch, clipped: false },
             }
         })
         .collect();

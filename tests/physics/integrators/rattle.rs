@@ -197,12 +197,13 @@ impl HybridSystem for Rattle {
             overshoot: (8.0 * resolution).max(1e-2 * SCALES[0] * self.rtol),
         };
         guards[1] = match self.phase {
-            Phase::Contact { hysteresis_factor, clipped } => {
-                let bracket = ClearanceLaw::damping_bracket(state.penetration_rate, hysteresis_factor);
-                let resolution =
-                    64.0 * f64::EPSILON + hysteresis_factor * (1e-15 + 1e-3 * SCALES[1] * self.rtol);
+            Phase::Contact { latch, clipped } => {
+                let law = &self.law.normal;
+                let ratio = law.force_ratio(state.penetration, state.penetration_rate, latch);
+                let slope = law.force_ratio_slope(state.penetration, latch);
+                let resolution = 64.0 * f64::EPSILON + slope * (1e-15 + 1e-3 * SCALES[1] * self.rtol);
                 Guard {
-                    value: if clipped { -bracket } else { bracket },
+                    value: if clipped { -ratio } else { ratio },
                     rate: f64::NAN,
                     margin: 0.25,
                     resolution,
@@ -222,13 +223,11 @@ impl HybridSystem for Rattle {
                 // Of a free journal: the surfaces meet along the normal, friction does not count.
                 let impact_time = self.law.normal.impact_time(MASS, impact_velocity);
                 bound = self.rtol.powf(0.4) * impact_time;
-                let hysteresis_factor = self.law.normal.hysteresis_factor(impact_velocity);
-                Phase::Contact { hysteresis_factor, clipped: false }
+                let latch = self.law.normal.latch(impact_velocity);
+                Phase::Contact { latch, clipped: false }
             }
             (0, Phase::Contact { .. }) => Phase::Free,
-            (_, Phase::Contact { hysteresis_factor, clipped }) => {
-                Phase::Contact { hysteresis_factor, clipped: !clipped }
-            }
+            (_, Phase::Contact { latch, clipped }) => Phase::Contact { latch, clipped: !clipped },
             (_, Phase::Free) => Phase::Free,
         };
         bound

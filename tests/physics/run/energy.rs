@@ -22,6 +22,7 @@ fn energy_changes_by_the_powers_that_are_named() {
             let mut dynamics = dynamics_of(case);
             let q: Vec<f64> = added(&added(&case.q, s, &case.v), 0.5 * s * s, &a);
             dynamics.move_to(case.t + s, &q, &added(&case.v, s, &a));
+            dynamics.find_contacts();
             let contacts: f64 = (0..case.phases.len()).map(|joint| dynamics.contact_energy(joint)).sum();
             vec![dynamics.kinetic_energy() + dynamics.potential_energy() + contacts]
         };

@@ -3,7 +3,7 @@
 use chebclear::contact::clearance::SlidingVelocity;
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
-use chebclear::error::SceneError;
+use chebclear::error::InputError;
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::run::settings::Settings;
 use chebclear::run::trajectory::{EventKind, simulate};
@@ -12,7 +12,7 @@ use chebclear::scene::reader::read_scene;
 
 use crate::support::{body, compile, ideal, paper_friction, point, slider_crank};
 
-fn refusal(scene: &Scene) -> SceneError {
+fn refusal(scene: &Scene) -> InputError {
     Mechanism::compile(scene).map(|_| ()).expect_err("the scene is bad")
 }
 

@@ -1,7 +1,7 @@
 //! Chebyshev surrogates on tensor grids, and the bounds of Eq. (31).
 
-use chebclear::study::bounds::interval_bounds;
-use chebclear::study::chebyshev::{GridError, derivative, evaluate, fit, root_nodes};
+use crate::study::polynomials::loose::{derivative, evaluate, interval_bounds};
+use chebclear::study::chebyshev::{GridError, fit, root_nodes};
 use std::f64::consts::{PI, TAU};
 
 const EPS: f64 = f64::EPSILON;

@@ -125,3 +125,37 @@ pub fn random_coefficients(random: &mut Random, degrees: &[usize], columns: usiz
         })
         .collect()
 }
+
+/// The functions of polynomials with the parts of these as loose arguments.
+pub mod loose {
+    use chebclear::study::bounds;
+    use chebclear::study::chebyshev::{self, GridError, Polynomials};
+    use chebclear::study::range::{self, Ranges};
+
+    type Numbers = Result<Vec<f64>, GridError>;
+
+    pub fn evaluate(coefficients: &[f64], columns: usize, degrees: &[usize], points: &[f64]) -> Numbers {
+        chebyshev::evaluate(&Polynomials::new(coefficients, columns, degrees)?, points)
+    }
+
+    pub fn derivative(coefficients: &[f64], columns: usize, degrees: &[usize], axis: usize) -> Numbers {
+        chebyshev::derivative(&Polynomials::new(coefficients, columns, degrees)?, axis)
+    }
+
+    pub fn interval_bounds(
+        coefficients: &[f64],
+        columns: usize,
+        degrees: &[usize],
+    ) -> Result<(Vec<f64>, Vec<f64>), GridError> {
+        bounds::interval_bounds(&Polynomials::new(coefficients, columns, degrees)?)
+    }
+
+    pub fn polynomial_ranges(
+        coefficients: &[f64],
+        columns: usize,
+        degrees: &[usize],
+        threads: Option<usize>,
+    ) -> Result<Ranges, GridError> {
+        range::polynomial_ranges(&Polynomials::new(coefficients, columns, degrees)?, threads)
+    }
+}

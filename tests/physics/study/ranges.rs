@@ -1,10 +1,10 @@
 //! Certified ranges of polynomials: against closed forms, dense grids, another certificate and exact sums.
 
+use crate::study::polynomials::loose::{evaluate, interval_bounds, polynomial_ranges};
 use crate::study::polynomials::{CASES, extreme_points, random_coefficients, tensor, values};
 use crate::support::Random;
-use chebclear::study::bounds::interval_bounds;
-use chebclear::study::chebyshev::{evaluate, fit, root_nodes};
-use chebclear::study::range::{Ranges, polynomial_ranges};
+use chebclear::study::chebyshev::{fit, root_nodes};
+use chebclear::study::range::Ranges;
 
 const EPS: f64 = f64::EPSILON;
 

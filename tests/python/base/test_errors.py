@@ -17,7 +17,9 @@ def failure(message=""):
 
 
 def test_one_root_catches_everything():
-    assert issubclass(cc.SceneError, cc.ChebclearError) and issubclass(cc.SceneError, ValueError)
+    for kind in (cc.SceneError, cc.SettingsError, cc.StartError):
+        assert issubclass(kind, cc.InputError) and str(kind([("a", "b"), ("c", "d")])) == "a: b\nc: d"
+    assert issubclass(cc.InputError, cc.ChebclearError) and issubclass(cc.InputError, ValueError)
     assert issubclass(cc.SimulationError, cc.ChebclearError) and issubclass(cc.SimulationError, RuntimeError)
     assert issubclass(cc.ChebclearWarning, UserWarning)
 

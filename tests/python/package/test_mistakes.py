@@ -267,7 +267,7 @@ def test_the_same_scene_goes_on_without_a_word(recwarn):
 def test_another_speed_would_turn_the_crank_at_once(tmp_path):
     run = cc.simulate(MECHANISMS.slider_crank(crank_speed=200.0), 0.01, 11)
     for end in (run.end, cc.Trajectory.load(run.save(tmp_path / "run")).end):
-        with pytest.raises(cc.SceneError, match="would make it jump from 2 to 1 rad") as raised:
+        with pytest.raises(cc.StartError, match="would make it jump from 2 to 1 rad") as raised:
             cc.simulate(MECHANISMS.slider_crank(crank_speed=100.0), 0.01, 11, start=end)
         assert len(raised.value.problems) == 2 and "deep in its bearing" in str(raised.value)
 
@@ -297,14 +297,14 @@ def test_a_scene_goes_on_where_the_table_of_its_drive_ends():
         more = cc.simulate(driven(motion), 1.0, 6, start=run.end)
         expected = motion.values if isinstance(motion, cc.Table) else math.sin(1.0)
         np.testing.assert_allclose(more["block.x"], expected, atol=1e-12)
-    with pytest.raises(cc.SceneError, match=r"would make it jump from 0\.841471 to 0\.9 m"):
+    with pytest.raises(cc.StartError, match=r"would make it jump from 0\.841471 to 0\.9 m"):
         cc.simulate(driven(cc.Polynomial((0.9,))), 1.0, 6, start=run.end)
 
 
 @QUIET
 def test_another_length_would_tear_the_mechanism_apart():
     run = cc.simulate(MECHANISMS.slider_crank(), 0.01, 11)
-    with pytest.raises(cc.SceneError, match="m deep in its bearing, deeper than its clearance of 2e-05 m"):
+    with pytest.raises(cc.StartError, match="m deep in its bearing, deeper than its clearance of 2e-05 m"):
         cc.simulate(MECHANISMS.slider_crank(rod_length=0.13), 0.01, 11, start=run.end)
 
 
@@ -316,7 +316,7 @@ def test_loops_that_would_not_close():
 
     run = cc.simulate(hanging(), 0.01, 11)
     for length in ("ground_length", "rocker_length"):
-        with pytest.raises(cc.SceneError, match="the loops do not close"):
+        with pytest.raises(cc.StartError, match="the loops do not close"):
             cc.simulate(hanging(**{length: 0.101}), 0.01, 11, start=run.end)
     assert cc.simulate(hanging(rocker_mass=0.3), 0.01, 11, start=run.end).success
 
@@ -326,7 +326,7 @@ def test_another_length_would_make_a_prescribed_mechanism_jump():
     ideal = {"clearance_at": ()}
     run = cc.simulate(MECHANISMS.four_bar(**ideal), 0.01, 11)
     with pytest.raises(
-        cc.SceneError, match=r'joint "crank_pin" would jump from .* lengths do not fit'
+        cc.StartError, match=r'joint "crank_pin" would jump from .* lengths do not fit'
     ) as raised:
         cc.simulate(MECHANISMS.four_bar(coupler_length=0.101, **ideal), 0.01, 11, start=run.end)
     assert len(raised.value.problems) == 1
@@ -340,7 +340,7 @@ def test_the_angle_of_a_pin_is_no_displacement():
     guided = dataclasses.replace(pinned, joints=[cc.Prismatic("joint", "ground", "bob.A", axis=(1.0, 0.0))])
     run = cc.simulate(pinned, 0.5, 11)
     with pytest.raises(
-        cc.SceneError, match='another mechanism: joint "joint" is a Prismatic, was a Revolute'
+        cc.StartError, match='another mechanism: joint "joint" is a Prismatic, was a Revolute'
     ):
         cc.simulate(guided, 0.5, 11, start=run.end)
 
@@ -361,7 +361,7 @@ def test_an_end_is_a_value():
     old = cc.EndState(json.dumps(memory))
     more = cc.simulate(block(10.0), 0.5, 11, start=old)
     np.testing.assert_allclose(more["block.y"], -5.0 * more.t**2, atol=1e-12)
-    with pytest.raises(cc.SceneError, match="only its own scene"):
+    with pytest.raises(cc.StartError, match="only its own scene"):
         cc.simulate(block(2.0), 0.5, 11, start=cc.EndState(old.memory, end.scene))
 
 

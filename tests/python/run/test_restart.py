@@ -125,7 +125,7 @@ def test_a_failed_run_has_no_end(tmp_path):
 @pytest.mark.parametrize("other", [IDEAL, MECHANISMS.slider_crank(clearance_at=("crank_pin", "wrist"))])
 def test_the_end_of_another_mechanism_is_refused(other):
     end = cc.simulate(PLAY, 1e-3, 2).end
-    with pytest.raises(cc.SceneError, match="start: belongs to another mechanism"):
+    with pytest.raises(cc.StartError, match="start: belongs to another mechanism"):
         cc.simulate(other, 1e-3, 2, start=end)
 
 
@@ -133,7 +133,7 @@ def test_a_mechanism_of_the_same_size_is_told_by_its_names():
     end = cc.simulate(PLAY, 1e-3, 2).end
     other = MECHANISMS.four_bar()
     assert other.check().degrees_of_freedom == PLAY.check().degrees_of_freedom
-    with pytest.raises(cc.SceneError, match=r"this one has crank_bearing, .*rocker_pin, got .*wrist"):
+    with pytest.raises(cc.StartError, match=r"this one has crank_bearing, .*rocker_pin, got .*wrist"):
         cc.simulate(other, 1e-3, 2, start=end)
 
 
@@ -145,7 +145,7 @@ def test_what_is_no_end_is_refused():
     damaged = json.loads(end.memory)
     del damaged["turns"]
     damaged["checkpoint"]["q"] = "here"
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.StartError) as caught:
         cc.simulate(PLAY, 1e-3, 2, start=type(end)(json.dumps(damaged)))
     assert {path for path, _ in caught.value.problems} == {"start.turns", "start.checkpoint.q"}
 

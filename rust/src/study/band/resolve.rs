@@ -6,6 +6,7 @@ use super::extremes::{ALWAYS, Growing, Top, tops};
 use super::regression::{Regression, exponents};
 use super::running::{Window, running_maximum};
 use super::search::Search;
+use crate::study::chebyshev::Polynomials;
 use crate::study::range::polynomial_ranges;
 use std::borrow::Cow;
 
@@ -174,8 +175,12 @@ fn hull(runs: &Runs<'_>) -> [Vec<f64>; 2] {
 
 /// Bounds of the polynomials over the box: certified where the tensor of coefficients is small, else by search.
 fn range(coefficients: &[f64], samples: usize, parameters: usize, degree: usize) -> [Vec<f64>; 2] {
-    let certified = tensor(coefficients, samples, parameters, degree)
-        .and_then(|tensor| polynomial_ranges(&tensor, samples, &vec![degree; parameters], Some(1)).ok());
+    let degrees = vec![degree; parameters];
+    let certified = tensor(coefficients, samples, parameters, degree).and_then(|tensor| {
+        Polynomials::new(&tensor, samples, &degrees)
+            .and_then(|polynomials| polynomial_ranges(&polynomials, Some(1)))
+            .ok()
+    });
     if let Some(ranges) = certified {
         return [ranges.lower, ranges.upper];
     }

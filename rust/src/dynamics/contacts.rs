@@ -1,0 +1,140 @@
+//! Clearance joints in motion: how journals move in their bearings, and what the contacts do.
+
+use super::Dynamics;
+use crate::contact::clearance::{ContactState, Phase, RelativeMotion};
+use crate::contact::normal::Latch;
+use crate::tree::elements::ClearanceJoint;
+use crate::tree::kinematics::Vec2;
+
+/// Journal centre seen from the bearing centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointMotion {
+    /// Eccentricity e [m].
+    pub eccentricity: Vec2,
+    /// ė [m/s].
+    pub rate: Vec2,
+    /// ë [m/s²].
+    pub acceleration: Vec2,
+    /// Rolling velocity ω_J R_J - ω_B R_B [m/s].
+    pub spin: f64,
+}
+
+/// The contact of a clearance joint in a state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointContact {
+    /// Relative motion of journal and bearing.
+    pub motion: RelativeMotion<f64>,
+    /// Penetration, velocities and forces.
+    pub state: ContactState<f64>,
+}
+
+impl JointContact {
+    /// Before the first evaluation.
+    pub(super) const UNKNOWN: JointContact = JointContact {
+        motion: RelativeMotion { eccentricity: [f64::NAN; 2], rate: [f64::NAN; 2], spin: f64::NAN },
+        state: ContactState {
+            penetration: f64::NAN,
+            penetration_rate: f64::NAN,
+            sliding_velocity: f64::NAN,
+            normal_force: f64::NAN,
+            friction_force: f64::NAN,
+            force: [f64::NAN; 2],
+        },
+    };
+}
+
+impl Dynamics<'_> {
+    /// Relative motion in a clearance joint after [`Dynamics::move_to`].
+    #[inline]
+    pub fn joint_motion(&self, joint: &ClearanceJoint) -> JointMotion {
+        let journal = self.point(joint.journal);
+        let bearing = self.point(joint.bearing);
+        JointMotion {
+            eccentricity: journal.position - bearing.position,
+            rate: journal.velocity - bearing.velocity,
+            acceleration: journal.acceleration - bearing.acceleration,
+            spin: self.spin(joint),
+        }
+    }
+
+    /// The part of it that the force law needs, without accelerations.
+    #[inline(always)]
+    pub(super) fn contact_motion(&self, joint: &ClearanceJoint) -> RelativeMotion<f64> {
+        let (journal, bearing) = (self.point(joint.journal), self.point(joint.bearing));
+        RelativeMotion {
+            eccentricity: (journal.position - bearing.position).into(),
+            rate: (journal.velocity - bearing.velocity).into(),
+            spin: self.spin(joint),
+        }
+    }
+
+    #[inline]
+    fn spin(&self, joint: &ClearanceJoint) -> f64 {
+        self.states[joint.journal.frame].angular_velocity * joint.law.journal_radius
+            - self.states[joint.bearing.frame].angular_velocity * joint.law.bearing_radius
+    }
+
+    /// Evaluates the contact of every clearance joint, once for all who ask, after [`Dynamics::move_to`].
+    pub fn find_contacts(&mut self) {
+        for (index, joint) in self.tree.clearance_joints.iter().enumerate() {
+            let motion = self.contact_motion(joint);
+            let state = joint.law.evaluate(&motion, self.phases[index]);
+            self.contacts[index] = JointContact { motion, state };
+        }
+    }
+
+    /// The contact of a clearance joint, after [`Dynamics::find_contacts`].
+    pub fn contact(&self, index: usize) -> &JointContact {
+        &self.contacts[index]
+    }
+
+    /// State of the contact of a clearance joint alone, after [`Dynamics::move_to`].
+    pub fn contact_state(&self, index: usize) -> ContactState<f64> {
+        let joint = &self.tree.clearance_joints[index];
+        joint.law.evaluate(&self.contact_motion(joint), self.phases[index])
+    }
+
+    /// Adds the generalised force of a contact.
+    #[inline]
+    pub(super) fn add_contact(&self, joint: &ClearanceJoint, phase: Phase, forces: &mut [f64]) {
+        let state = joint.law.evaluate(&self.contact_motion(joint), phase);
+        let moments = [
+            joint.law.bearing_radius * state.friction_force,
+            joint.law.journal_radius * state.friction_force,
+        ];
+        let positions = [self.point(joint.bearing).position, self.point(joint.journal).position];
+        self.add_pair([joint.bearing, joint.journal], positions, state.force.into(), moments, forces);
+    }
+
+    /// The first contact whose normal force, with the friction it brings, accelerates the surfaces
+    /// towards each other: Painlevé's paradox. The friction that slides now is taken to go on.
+    pub fn paradoxical_contact(&mut self, t: f64, q: &[f64], v: &[f64]) -> Option<usize> {
+        let phases = self.phases.clone();
+        let mut a = vec![0.0; q.len()];
+        let found = (0..phases.len()).find(|&index| {
+            // Without and with the elastic force: the accelerations are linear in it.
+            let mut response = |clipped| {
+                self.phases[index] = match phases[index] {
+                    Phase::Contact { .. } => Phase::Contact { latch: Latch::ELASTIC, clipped },
+                    Phase::Free => return f64::NAN,
+                };
+                if !self.acceleration(t, q, v, &mut a) {
+                    return f64::NAN;
+                }
+                self.accelerate(&a);
+                let motion = self.joint_motion(&self.tree.clearance_joints[index]);
+                motion.acceleration.dot(&motion.eccentricity.normalize())
+            };
+            let (without, with) = (response(true), response(false));
+            self.phases[index] = phases[index];
+            with > without
+        });
+        self.phases = phases;
+        found
+    }
+}
+
+/// The part of the motion the force law needs.
+pub fn relative_motion(motion: &JointMotion) -> RelativeMotion<f64> {
+    RelativeMotion { eccentricity: motion.eccentricity.into(), rate: motion.rate.into(), spin: motion.spin }
+}
