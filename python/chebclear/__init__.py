@@ -86,7 +86,8 @@ from .study.band.zones import RestraintZones, restraint_zones
 from .study.bifurcation import Bifurcation, bifurcation
 from .study.comparison import BoundErrors, Comparison, compare
 from .study.features.effects import Effects, Estimate, Swing
-from .study.features.features import FeatureInterval, FeatureResult, FeatureTable, Rank, Ranking
+from .study.features.features import FeatureInterval, FeatureResult, FeatureTable
+from .study.features.ranking import Rank, Ranking
 from .study.polynomials.sensitivity import VarianceShares
 from .study.polynomials.surrogate import PolynomialRange, Surrogate
 from .study.results import StudyResult

@@ -5,12 +5,17 @@ from __future__ import annotations
 import base64
 import os
 import re
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..base.files import replaced
 from .document import Block, Document, Items, Listing, Picture, Section, Table, Text, Verdict
 from .pictures import embedded
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 _KINDS = {Text: "text", Items: "items", Table: "table", Picture: "picture", Listing: "listing"}
 
@@ -27,6 +32,30 @@ def as_html(document: Document) -> str:
     -------
     str
     """
+    environment = _environment()
+    environment.globals["anchor"] = partial(_anchor, list(document.sections))
+    return environment.get_template("report.html.j2").render(document=document)
+
+
+def fragment(title: str, blocks: Sequence[Block]) -> str:
+    """Some blocks as a part of another page, such as a notebook: no style, no scripts.
+
+    Parameters
+    ----------
+    title : str
+        A line above them; may be empty.
+    blocks : sequence of Block
+        What to show. All texts are escaped.
+
+    Returns
+    -------
+    str
+    """
+    return _environment().get_template("fragment.html.j2").render(title=title, blocks=blocks)
+
+
+def _environment() -> Environment:
+    """The templates of this room, and what they may call."""
     # Here, so that importing the package does not take its 40 ms.
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -38,14 +67,9 @@ def as_html(document: Document) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {
-        "embedded": embedded,
-        "download": _download,
-        "kind": lambda block: _KINDS[type(block)],
-    }
-    environment.tests |= {"verdict": lambda cell: isinstance(cell, Verdict), "number": _is_number}
-    environment.globals["anchor"] = partial(_anchor, list(document.sections))
-    return environment.get_template("report.html.j2").render(document=document)
+    environment.filters.update(embedded=embedded, download=_download, kind=_kind)
+    environment.tests.update(verdict=_is_verdict, number=_is_number)
+    return environment
 
 
 def write(document: Document, path: str | os.PathLike[str]) -> Path:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from ..base.arguments import Checks
 from ..base.units import unit
+from ..scene.columns import column_unit
 
 JOINT_KINDS = ("impacts", "contact_share", "impulse", "wear", "loss")
 """Features of a clearance joint; all others are of an output."""
@@ -14,6 +15,17 @@ KINDS = ("peak", "lowest", "peak_to_peak", "time_of_peak", "time_of_lowest", "me
 """The words for all features."""
 EXTREMA = ("peak", "time_of_peak", "lowest", "time_of_lowest")
 """What `Extremum` is made of."""
+
+# Units of the features that are not in the unit of an output.
+_UNITS = {
+    "time_of_peak": "s",
+    "time_of_lowest": "s",
+    "impacts": "-",
+    "contact_share": "-",
+    "impulse": "N s",
+    "wear": "N m",
+    "loss": "J",
+}
 
 
 @dataclass(frozen=True)
@@ -34,6 +46,11 @@ class Feature:
         if not isinstance(self.of, str):
             checks.add(f"{self.kind} needs the name of {what}, got {self.of!r}", wrong_type=True)
         checks.finish()
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the number; empty for an output whose unit is not known."""
+        return _UNITS.get(self.kind) or column_unit(self.of)
 
     def __str__(self) -> str:
         return f"{self.kind.replace('_', ' ')} of {self.of}"

@@ -149,6 +149,16 @@ def _extremes_table(run: ReportedRun, extremes: Sequence[tuple[str, str, Any, An
     return Table("Extremes of the continuous motion, not of the samples", head, rows)
 
 
+def columns_table(run: ReportedRun) -> Table:
+    """Every column with the range of its samples."""
+    rows = []
+    for name in run.columns:
+        values = run[name][np.isfinite(run[name])]
+        reach = (float(values.min()), float(values.max())) if len(values) else (math.nan, math.nan)
+        rows.append([name, format_range(reach, column_unit(name))])
+    return Table("Ranges of the samples; run.peak looks between them", ["output", "range"], rows)
+
+
 def _contacts_table(run: ReportedRun) -> Table:
     """How often each joint was in contact and how hard."""
     contacts, rows = run.contacts, []

@@ -28,7 +28,7 @@ from .contacts import Contacts, Events
 from .dataset import common_facts, run_dataset
 from .features import EXTREMA, Extremum, Feature
 from .names import output_meant
-from .report import run_document
+from .report import columns_table, run_document
 from .settings import MOST_CYCLES, Settings, require_features
 from .tracking import settling_time, simulate_features
 
@@ -149,6 +149,9 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
     def success(self) -> bool:
         """Whether the simulation reached its end."""
         return self.status == "done"
+
+    def _repr_html_(self) -> str:
+        return html.fragment(repr(self)[1:-1], [columns_table(self)])
 
     def __repr__(self) -> str:
         size = f"{len(self.columns)} columns of {len(self.t)} samples"

@@ -27,9 +27,10 @@ from .band.band import Band
 from .band.calibrated import Demand, calibrated_bands, statement
 from .band.judgement import judged
 from .dataset import study_dataset
-from .features.features import FeatureResult, FeatureTable, Ranking
+from .features.features import FeatureResult, FeatureTable
+from .features.ranking import Ranking
 from .polynomials.surrogate import BoundKind, Surrogate
-from .report.document import study_document
+from .report.document import study_document, verdict_table
 
 Array = NDArray[np.float64]
 
@@ -124,6 +125,9 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             If there is no such feature, or there are too few runs to tell.
         """
         return self.feature(feature).ranking()
+
+    def _repr_html_(self) -> str:
+        return html.fragment(repr(self)[1:-1], [verdict_table(self.bands)] if self.bands else [])
 
     def __repr__(self) -> str:
         how = self.kind
@@ -419,6 +423,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
                 "features": self.features.names,
                 "random": self.features.random,
                 "normal": self.features.normal,
+                "feature_units": self.features.units,
             }
         return records.save(path, "study", arrays, facts)
 
@@ -452,6 +457,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
                 arrays["parameters"],
                 facts["random"],
                 tuple(facts.get("normal", ())),
+                tuple(facts.get("feature_units", ())),
             )
         return cls.from_runs(
             arrays["t"],

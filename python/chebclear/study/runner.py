@@ -19,7 +19,7 @@ from ..scene.scene import Interval, Scene
 from .arguments import Progress, reporter
 from .band.hybrid import Normal, Uniform
 from .band.judgement import doubts, early_widths
-from .features.features import Asked, FeatureTable, feature_values, settling_warnings
+from .features.features import Asked, FeatureTable, feature_values, settling_warnings, units_of
 from .models.finished import FinishedRuns
 from .models.own import OwnModel
 from .polynomials.surrogate import BoundKind
@@ -103,7 +103,14 @@ class Runner:
         if runs.features is not None:
             values = runs.features
             table = FeatureTable(
-                runs.feature_names, values[:-1], values[-1], self.intervals, points, random, self.normal
+                runs.feature_names,
+                values[:-1],
+                values[-1],
+                self.intervals,
+                points,
+                random,
+                self.normal,
+                units_of(runs.feature_names, self.features),
             )
         result = StudyResult.from_runs(
             runs.t,

@@ -21,7 +21,7 @@ from .band.calibrated import Demand, certifying_runs, is_remark, remarks
 from .band.judgement import early_widths
 from .band.limits import physical_limits
 from .by_angle import cut, turning
-from .features.features import FeatureTable
+from .features.features import FeatureTable, units_of
 from .models.finished import FinishedRuns
 from .polynomials.points import random_points, sobol_points
 from .results import StudyResult
@@ -254,7 +254,14 @@ def _result(
         values = np.concatenate(found)
         random = not isinstance(study.model, FinishedRuns) or study.model.independent
         features = FeatureTable(
-            names, values[:-1], values[-1], study.intervals, parameters, random, study.normal
+            names,
+            values[:-1],
+            values[-1],
+            study.intervals,
+            parameters,
+            random,
+            study.normal,
+            units_of(names, study.features),
         )
     result = StudyResult.from_runs(
         intervals=study.intervals,

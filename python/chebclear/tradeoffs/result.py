@@ -21,6 +21,7 @@ from ..base.units import unit
 from ..data.dataset import Dataset, numbered
 from ..data.exports import Exports
 from ..report import html
+from ..report.document import Table
 from ..run.accuracy import HORIZON_PART
 from ..run.settings import Settings
 from ..run.trajectory import Stats, column_index
@@ -69,6 +70,9 @@ class Tradeoff(records.ArrayRecord, Exports):
     """How the reference was simulated."""
     scene: Scene
     """What was simulated."""
+
+    def _repr_html_(self) -> str:
+        return html.fragment(self.describe_reference(), [Table("Accuracy against cost", *self.cells())])
 
     def __repr__(self) -> str:
         start = f"from t = {self.t[0]:g} s " if self.t[0] else ""

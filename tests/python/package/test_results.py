@@ -61,7 +61,8 @@ def results(run):
         *(bounds, bounds.points[0], bounds.recommendation(), runs, runs.points[0], runs.recommendation(1e-2)),
         band.quantiles({"crank_length": cc.uniform(0.0495, 0.0505)}, draws=100),
         cc.restraint_zones(chebyshev["slider.vx"], ideal["slider.vx"], "crank_length", window=1e-4),
-        *(template, cc.animate(run)),
+        *(template, cc.animate(run), next(iter(feature.effects.swings.values()))),
+        cc.bifurcation(build, "clearance", [2e-5, 3e-5], periods=2, skip=1, rtol=1e-3),
     ]
     return {type(each).__name__: each for each in found}
 

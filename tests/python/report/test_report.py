@@ -241,3 +241,33 @@ def test_a_browser_shows_reports_without_errors_and_without_scrolling_sideways(r
         assert layout["content"] <= layout["seen"], layout
         assert layout["pictures"], layout
         assert layout["smallest"] >= 12.0, layout
+
+
+@pytest.mark.parametrize("kind", ["run", "study", "ranking", "costs", "scene"])
+def test_notebooks_show_a_table_without_scripts(kind, scene, result):
+    shown = {
+        "run": lambda: cc.simulate(scene, duration=0.003, samples=11),
+        "study": lambda: result,
+        "ranking": lambda: result.ranking("peak force"),
+        "costs": lambda: cc.tradeoff(
+            scene, duration=0.003, samples=31, outputs=["slider.x"], rtols=[1e-3, 1e-4]
+        ),
+        "scene": lambda: scene,
+    }[kind]()
+    page = Page(shown._repr_html_())
+    assert not page.mismatched and not page.open and not page.all("script")
+    assert len(page.all("table")) == (kind != "scene")
+    expected = {
+        "run": "slider.vx",
+        "study": "calibrated",
+        "ranking": "scatter",
+        "costs": "auto",
+        "scene": "crank_pin",
+    }
+    assert expected[kind] in page.text
+
+
+def test_features_have_units(result):
+    assert result.feature("peak force").unit == "N"
+    assert " N (" in str(result.feature("peak force"))
+    assert cc.impulse("wrist").unit == "N s" and cc.rms("slider.ax").unit == "m/s²"

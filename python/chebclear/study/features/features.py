@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...base import files as records
 from ...base.arguments import Checks, as_number, did_you_mean
 from ...base.named import Named
-from ...base.shown import Shown, listed, shortened
+from ...base.shown import Shown, listed
 from ...errors import describe
 from ...run.features import Feature
 from ...run.settings import Settings
@@ -25,7 +25,6 @@ from ...scene.scene import Interval, Scene
 from ..band.band import RESOLVED
 from .effects import (
     Effects,
-    Estimate,
     best_degree,
     even_points,
     find_effects,
@@ -34,6 +33,7 @@ from .effects import (
     left_out,
     legendre_terms,
 )
+from .ranking import Rank, Ranking
 from .swept import SweptRun
 
 if TYPE_CHECKING:
@@ -52,8 +52,6 @@ _TIMES = {
 _FOLDS = 10
 # Points at which the extremes of a polynomial are looked for, and the best of them that are improved.
 _POINTS, _BEST = 4096, 10
-# Halving a tolerance that narrows the interval by less than this certainly does not help.
-_HELPFUL = 0.1
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -77,6 +75,8 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
     """Whether the runs are spread at random over the box, so that one may speak of a further run."""
     normal: tuple[str, ...] = ()
     """Parameters that were given as normal distributions; the runs spread them evenly nevertheless."""
+    units: tuple[str, ...] = ()
+    """SI unit of each feature, empty where it is not known; empty if none is."""
 
     @property
     def _names(self) -> tuple[str, ...]:
@@ -99,6 +99,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
             parameters=self.parameters,
             random=self.random,
             normal=self.normal,
+            unit=self.units[index] if self.units else "",
         )
 
 
@@ -120,6 +121,8 @@ class FeatureResult(records.ArrayRecord):
     """Whether the runs are spread at random over the box."""
     normal: tuple[str, ...] = ()
     """Parameters that were given as normal distributions; effects take them as uniform."""
+    unit: str = ""
+    """SI unit of the feature; empty if it is not known."""
 
     def __repr__(self) -> str:
         runs, cycles = self.values.shape
@@ -129,7 +132,8 @@ class FeatureResult(records.ArrayRecord):
 
     def __str__(self) -> str:
         reach = self.interval
-        text = f"{self.name}: {reach.lower:.6g} to {reach.upper:.6g} ({reach.verdict})"
+        unit = f" {self.unit}" if self.unit not in ("", "-") else ""
+        text = f"{self.name}: {reach.lower:.6g} to {reach.upper:.6g}{unit} ({reach.verdict})"
         text += f"; of the runs {100.0 * reach.coverage:.1f} % are in the interval of the others"
         if not math.isnan(reach.whole_run):
             text += f", of a further one at least {100.0 * reach.whole_run:.1f} % may be expected"
@@ -297,80 +301,6 @@ def _highest(function: Callable[[Array], Array], parameters: int) -> float:
     return float(max(values.max(), function(best).max()))
 
 
-@dataclass(frozen=True, repr=False)
-class Rank(Shown):
-    """What one parameter does to a feature."""
-
-    parameter: str
-    """Name of the parameter."""
-    narrowing: Estimate
-    """By what part the interval of the feature narrows when that of the parameter is halved [-]."""
-    share: Estimate
-    """Share of the variance that the parameter alone explains [-]."""
-    monotone: str | None
-    """``"rises"`` or ``"falls"`` where that is certain."""
-
-
-@dataclass(frozen=True, repr=False)
-class Ranking:
-    """Which tolerance to tighten: the parameters by what halving their interval does to a feature.
-
-    ``print(ranking)`` shows the table and what it says; `rows` are the bars of a tornado chart.
-    """
-
-    feature: str
-    """Name of the feature."""
-    rows: tuple[Rank, ...]
-    """The parameters, the most effective first."""
-    interactions: Estimate
-    """Share of the variance of parameters together [-]."""
-    scatter: Estimate
-    """Share of the variance that no parameter explains [-]."""
-    normal: tuple[str, ...] = ()
-    """Parameters that were given as normal distributions and are taken as uniform over their intervals."""
-
-    def __repr__(self) -> str:
-        return "\n".join(shortened(str(self).splitlines()))
-
-    def __iter__(self) -> Iterator[Rank]:
-        return iter(self.rows)
-
-    def __len__(self) -> int:
-        return len(self.rows)
-
-    def advice(self) -> tuple[str, ...]:
-        """What the table says, a sentence for each parameter of which it is certain."""
-        if not any(
-            part.value > 0.0 for part in (self.scatter, self.interactions, *(r.share for r in self.rows))
-        ):
-            return (f"{self.feature} is the same in every run",)
-        sentences = []
-        largest = max(self.rows, key=lambda row: row.share.value)
-        for row in self.rows:
-            if row.narrowing.upper < _HELPFUL and row.narrowing.lower <= 0.0:
-                scattered = self.scatter.value >= max(0.5, largest.share.value)
-                part = self.scatter.value if scattered else largest.share.value
-                why = "scatter that no parameter explains" if scattered else f"that of {largest.parameter}"
-                sentences.append(
-                    f"tightening {row.parameter} does not help: {100.0 * part:.0f} % of the spread is {why}"
-                )
-            elif row.narrowing.lower > 0.0:
-                sentences.append(f"halving the interval of {row.parameter} narrows it by {row.narrowing}")
-        return tuple(sentences)
-
-    def __str__(self) -> str:
-        head = ("parameter", "halving it narrows by", "share of the variance", "monotone")
-        rows = [head] + [
-            (row.parameter, str(row.narrowing), str(row.share), row.monotone or "") for row in self.rows
-        ]
-        rows += [("together", "", str(self.interactions), ""), ("scatter", "", str(self.scatter), "")]
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
-        if self.normal:
-            lines.append(f"{', '.join(self.normal)}: taken as uniform over three standard deviations")
-        return "\n".join([self.feature, *lines, *self.advice()])
-
-
 def checked_features(checks: Checks, given: object) -> dict[str, Asked]:
     """Features by name from what the user gave; what is wrong with them is noted in `checks`."""
     if given is None:
@@ -393,6 +323,12 @@ def checked_features(checks: Checks, given: object) -> dict[str, Asked]:
         else:
             asked[name] = feature
     return asked
+
+
+def units_of(names: Iterable[str], asked: Mapping[str, Asked]) -> tuple[str, ...]:
+    """SI unit of each feature by its name; empty for what a callable or a model of the user's own returns."""
+    found = (asked.get(name) for name in names)
+    return tuple(feature.unit if isinstance(feature, Feature) else "" for feature in found)
 
 
 def tracked_features(asked: Iterable[Asked]) -> tuple[Feature, ...]:

@@ -195,10 +195,10 @@ def _parameters(intervals: Mapping[str, Interval]) -> Table:
     )
 
 
-def _band_blocks(result: ReportedStudy) -> list[Block]:
-    """The table of verdicts, and every band."""
+def verdict_table(bands: Mapping[str, Band]) -> Table:
+    """Every band in a line, with its verdict."""
     rows: list[list[Cell]] = []
-    for name, band in result.bands.items():
+    for name, band in bands.items():
         unit = column_unit(name)
         further = "-" if math.isnan(band.whole_run) else _share(band.whole_run)
         rows.append(
@@ -212,9 +212,14 @@ def _band_blocks(result: ReportedStudy) -> list[Block]:
             ]
         )
     head = ["output", "over the tolerances", "widest", "verdict", "held out", "a further run throughout"]
+    return Table("Bands and how far they can be trusted", head, rows)
+
+
+def _band_blocks(result: ReportedStudy) -> list[Block]:
+    """The table of verdicts, and every band."""
     said = [verdict for verdict in MEANINGS if any(band.verdict == verdict for band in result.bands.values())]
     blocks: list[Block] = [
-        Table("Bands and how far they can be trusted", head, rows),
+        verdict_table(result.bands),
         Items([f"{verdict}: {MEANINGS[verdict]}." for verdict in said]),
     ]
     for name, band in result.bands.items():

@@ -6,9 +6,11 @@ import math
 from functools import partial
 from typing import TYPE_CHECKING
 
-from ...base.tables import format_number
-from ...report.document import Block, Picture, Section, Table, Text
-from ..features.features import FeatureResult, Ranking
+from ...base.prefixes import format_range
+from ...plots.features import plot_ranking
+from ...report.document import Block, Picture, Section, Text
+from ..features.features import FeatureResult
+from ..features.ranking import Ranking, ranking_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,8 +19,7 @@ if TYPE_CHECKING:
 def feature_section(feature: FeatureResult) -> tuple[Section, list[str]]:
     """The section of a feature, and its sentences for the answer of the report."""
     reach = feature.interval
-    words = f"{format_number(reach.lower, 4)} to {format_number(reach.upper, 4)}"
-    text = f"{feature.name}: {words} [SI unit], {reach.verdict}"
+    text = f"{feature.name}: {format_range((reach.lower, reach.upper), feature.unit, 4)}, {reach.verdict}"
     text += f"; {100.0 * reach.coverage:.3g} % of the runs are in the interval made from the others"
     if not math.isnan(reach.whole_run):
         text += f"; a further run is in it with a probability of at least {100.0 * reach.whole_run:.3g} %"
@@ -30,8 +31,8 @@ def feature_section(feature: FeatureResult) -> tuple[Section, list[str]]:
         return Section(f"Feature: {feature.name}", blocks), [f"{text}."]
     advice = [f"{feature.name}: {sentence}." for sentence in ranking.advice()]
     blocks += [
-        _table(ranking),
-        Picture(_finding(ranking), partial(_tornado, ranking), height=1.0 + 0.3 * len(ranking)),
+        ranking_table(ranking),
+        Picture(_finding(ranking), partial(_bars, ranking), height=1.0 + 0.3 * len(ranking)),
     ]
     return Section(f"Feature: {feature.name}", blocks), [f"{text}.", *advice]
 
@@ -42,28 +43,5 @@ def _finding(ranking: Ranking) -> str:
     return f"{what}: most by {first.parameter}, {first.narrowing}."
 
 
-def _table(ranking: Ranking) -> Table:
-    rows = [[row.parameter, str(row.narrowing), str(row.share), row.monotone or "-"] for row in ranking.rows]
-    rows.append(["parameters together", "-", str(ranking.interactions), "-"])
-    rows.append(["scatter", "-", str(ranking.scatter), "-"])
-    return Table(
-        "Which tolerance to tighten; in brackets the interval of 95 % confidence",
-        ["parameter", "halving its interval narrows by", "share of the variance", "monotone"],
-        rows,
-    )
-
-
-def _tornado(ranking: Ranking, ax: Axes) -> None:
-    """Bars of narrowing with their confidence, the largest on top."""
-    rows = ranking.rows[::-1]
-    values = [100.0 * row.narrowing.value for row in rows]
-    errors = [
-        [max(0.0, value - 100.0 * row.narrowing.lower) for value, row in zip(values, rows, strict=True)],
-        [max(0.0, 100.0 * row.narrowing.upper - value) for value, row in zip(values, rows, strict=True)],
-    ]
-    ax.barh(
-        [row.parameter for row in rows], values, xerr=errors, color="tab:blue", ecolor="black", capsize=2.0
-    )
-    ax.axvline(0.0, color="black", linewidth=0.8)
-    ax.set_xlabel("the interval narrows by [%]")
-    ax.grid(axis="y", visible=False)
+def _bars(ranking: Ranking, ax: Axes) -> None:
+    plot_ranking(ranking, ax=ax)

@@ -1,0 +1,103 @@
+"""Which tolerance to tighten: the parameters by what halving their interval does to a feature."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from ...base.shown import Shown, shortened
+from ...report import html
+from ...report.document import Items, Table
+from .effects import Estimate
+
+# Halving a tolerance that narrows the interval by less than this certainly does not help.
+_HELPFUL = 0.1
+
+
+@dataclass(frozen=True, repr=False)
+class Rank(Shown):
+    """What one parameter does to a feature."""
+
+    parameter: str
+    """Name of the parameter."""
+    narrowing: Estimate
+    """By what part the interval of the feature narrows when that of the parameter is halved [-]."""
+    share: Estimate
+    """Share of the variance that the parameter alone explains [-]."""
+    monotone: str | None
+    """``"rises"`` or ``"falls"`` where that is certain."""
+
+
+@dataclass(frozen=True, repr=False)
+class Ranking:
+    """Which tolerance to tighten: the parameters by what halving their interval does to a feature.
+
+    ``print(ranking)`` shows the table and what it says; `rows` are the bars of a tornado chart.
+    """
+
+    feature: str
+    """Name of the feature."""
+    rows: tuple[Rank, ...]
+    """The parameters, the most effective first."""
+    interactions: Estimate
+    """Share of the variance of parameters together [-]."""
+    scatter: Estimate
+    """Share of the variance that no parameter explains [-]."""
+    normal: tuple[str, ...] = ()
+    """Parameters that were given as normal distributions and are taken as uniform over their intervals."""
+
+    def __repr__(self) -> str:
+        return "\n".join(shortened(str(self).splitlines()))
+
+    def __iter__(self) -> Iterator[Rank]:
+        return iter(self.rows)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def advice(self) -> tuple[str, ...]:
+        """What the table says, a sentence for each parameter of which it is certain."""
+        if not any(
+            part.value > 0.0 for part in (self.scatter, self.interactions, *(r.share for r in self.rows))
+        ):
+            return (f"{self.feature} is the same in every run",)
+        sentences = []
+        largest = max(self.rows, key=lambda row: row.share.value)
+        for row in self.rows:
+            if row.narrowing.upper < _HELPFUL and row.narrowing.lower <= 0.0:
+                scattered = self.scatter.value >= max(0.5, largest.share.value)
+                part = self.scatter.value if scattered else largest.share.value
+                why = "scatter that no parameter explains" if scattered else f"that of {largest.parameter}"
+                sentences.append(
+                    f"tightening {row.parameter} does not help: {100.0 * part:.0f} % of the spread is {why}"
+                )
+            elif row.narrowing.lower > 0.0:
+                sentences.append(f"halving the interval of {row.parameter} narrows it by {row.narrowing}")
+        return tuple(sentences)
+
+    def _repr_html_(self) -> str:
+        return html.fragment(self.feature, [ranking_table(self), Items(self.advice())])
+
+    def __str__(self) -> str:
+        head = ("parameter", "halving it narrows by", "share of the variance", "monotone")
+        rows = [head] + [
+            (row.parameter, str(row.narrowing), str(row.share), row.monotone or "") for row in self.rows
+        ]
+        rows += [("together", "", str(self.interactions), ""), ("scatter", "", str(self.scatter), "")]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+        if self.normal:
+            lines.append(f"{', '.join(self.normal)}: taken as uniform over three standard deviations")
+        return "\n".join([self.feature, *lines, *self.advice()])
+
+
+def ranking_table(ranking: Ranking) -> Table:
+    """What halving each tolerance does, with shares of the variance."""
+    rows = [[row.parameter, str(row.narrowing), str(row.share), row.monotone or "-"] for row in ranking.rows]
+    rows.append(["parameters together", "-", str(ranking.interactions), "-"])
+    rows.append(["scatter", "-", str(ranking.scatter), "-"])
+    return Table(
+        "Which tolerance to tighten; in brackets the interval of 95 % confidence",
+        ["parameter", "halving its interval narrows by", "share of the variance", "monotone"],
+        rows,
+    )
