@@ -53,7 +53,9 @@ def simulate(scene: cc.Scene, duration: float, rtol: float, method: str, **more:
     arguments: dict[str, Any] = {"max_steps": MAX_STEPS, "on_failure": "return"}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", cc.ChebclearWarning)
-        return cc.simulate(scene, duration, SAMPLES, rtol, method, **(arguments | more))
+        return cc.simulate(
+            scene, duration=duration, samples=SAMPLES, rtol=rtol, method=method, **(arguments | more)
+        )
 
 
 def shortened(case: Case, seed: int) -> float:

@@ -70,7 +70,14 @@ def ideal() -> cc.Scene:
 
 def simulate(revolutions: int, rtol: float, method: str, outputs: tuple[str, ...] = COLUMNS) -> cc.Trajectory:
     duration = revolutions * REVOLUTION
-    return cc.simulate(loose(), duration, round(duration / INSTANT) + 1, rtol, method, outputs)
+    return cc.simulate(
+        loose(),
+        duration=duration,
+        samples=round(duration / INSTANT) + 1,
+        rtol=rtol,
+        method=method,
+        outputs=outputs,
+    )
 
 
 def print_scatter() -> None:
@@ -124,7 +131,9 @@ def draw(path: Path) -> None:
     """Two revolutions after the transient: acceleration, contact force, crank moment, journal's path."""
     run = simulate(SETTLED + SHOWN, 1e-9, "dop853")
     first = round(SETTLED * REVOLUTION / INSTANT)
-    perfect = cc.simulate(ideal(), SHOWN * REVOLUTION, 721, outputs=("slider.ax", "drive.torque"))
+    perfect = cc.simulate(
+        ideal(), duration=SHOWN * REVOLUTION, samples=721, outputs=("slider.ax", "drive.torque")
+    )
     turn = 360.0 / REVOLUTION
     angle = turn * (run.t[first:] - run.t[first])
     figure, axes = plt.subplots(2, 2, figsize=(10.0, 7.2), layout="constrained")

@@ -46,8 +46,8 @@ def run(convention: str, revolutions: int, **settings: object) -> LongRun:
         scene = cc.mechanisms.slider_crank(crank_speed=SPEED, convention=convention)
         result = cc.simulate(
             scene,
-            duration,
-            SAMPLES_PER_REVOLUTION * revolutions + 1,
+            duration=duration,
+            samples=SAMPLES_PER_REVOLUTION * revolutions + 1,
             outputs=["crank.angle", "slider.x", "wrist.eccentricity"],
             **settings,  # type: ignore[arg-type]
         )
@@ -69,7 +69,7 @@ def peak_memory(convention: str, revolutions: int) -> float:
         "import pathlib, re, resource, warnings, chebclear as cc\n"
         "warnings.simplefilter('ignore')\n"
         f"scene = cc.mechanisms.slider_crank(convention={convention!r})\n"
-        f"cc.simulate(scene, {revolutions * 0.03!r}, 2, outputs=['slider.x'])\n"
+        f"cc.simulate(scene, duration={revolutions * 0.03!r}, samples=2, outputs=['slider.x'])\n"
         # On Linux a child inherits the peak of its parent in `ru_maxrss`.
         "status = pathlib.Path('/proc/self/status')\n"
         "peak = re.search(r'VmHWM:\\s+(\\d+) kB', status.read_text()) if status.exists() else None\n"

@@ -221,9 +221,9 @@ def _tradeoff(options: argparse.Namespace) -> int:
     try:
         result = tradeoff(
             scene,
-            duration,
-            samples if options.samples is None else options.samples,
-            outputs if options.outputs is None else options.outputs,
+            duration=duration,
+            samples=samples if options.samples is None else options.samples,
+            outputs=outputs if options.outputs is None else options.outputs,
             methods=options.methods,
             rtols=RTOLS if options.rtols is None else options.rtols,
             progress=None if options.json else True,

@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
+from ..base.units import unit
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -74,7 +76,7 @@ class Picture:
     """What is to be seen in it, for those who cannot see it."""
     draw: Callable[[Axes], object]
     """Draws into empty axes."""
-    height: float = 2.6
+    height: float = field(default=2.6, metadata=unit("in"))
     """Height over 4.5 inches of width [in]."""
     caption: str = ""
     """A sentence below it."""

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import json
 import os
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypedDict, TypeVar
 
-from ..base.arguments import Checks
+from ..base.arguments import Checks, did_you_mean
 from ..base.named import matching
 from ..base.shown import Shown
-from ..base.units import unit
+from ..base.units import unit, units
 from ..scene.scene import ClearanceRevolute, Scene
 from .features import JOINT_KINDS, Feature, checked_features
 from .names import output_meant
+
+Documented = TypeVar("Documented", bound=Callable[..., Any])
 
 METHODS = ("auto", "rodas5p", "rodas4", "dop853")
 MAX_STEPS = 10_000_000
@@ -30,77 +34,143 @@ MOST_CYCLES = 1_000_000
 _MANY_SAMPLES = 1_000_000
 
 
-@dataclass(frozen=True, repr=False)
+class SpanOptions(TypedDict, total=False):
+    """Fields of `Settings` that say what time is simulated, as keywords."""
+
+    duration: float
+    samples: int
+    skip: float
+
+
+class RunOptions(SpanOptions, total=False):
+    """Fields of `Settings` that say how a run is simulated, as keywords."""
+
+    rtol: float
+    method: str
+    max_steps: int
+    max_events: int
+    position_tolerance: float | None
+    velocity_tolerance: float | None
+    cycles: int
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
 class Settings(Shown):
-    """How a simulation is run."""
+    """How a simulation is run: all options of a run, declared here and nowhere else.
+
+    `simulate`, `Study` and `tradeoff` take one as ``settings=``, and each field as a keyword besides, which
+    goes before it.
+
+    Parameters
+    ----------
+    duration : float
+        Simulated time [s], above 0.
+    samples : int
+        Number of equally spaced samples, both ends included [-]; 2 to 10 000 000. Does not change the
+        steps.
+    skip : float
+        Time to simulate before the first sample [s], such as ``10 * scene.period`` for a mechanism to settle.
+    rtol : float
+        Relative tolerance of the integrator [-], from 1e-13 to 0.1.
+    method : {"auto", "rodas5p", "rodas4", "dop853"}
+        The explicit method of order 8 (DOP853) and a Rosenbrock method (Rodas4, Rodas5P at an rtol below
+        3e-8), changing places with the stiffness of the motion; or one of them throughout. DOP853 alone is
+        much dearer, though no less accurate, where a contact sticks.
+    outputs : sequence of str, optional
+        Names of the columns to return, or patterns such as ``"energy.*"``; all quantities of bodies,
+        clearance joints and drives if not given. ``scene.check()`` lists them, and further ones.
+    max_steps, max_events : int
+        Attempted steps, accepted or refused, and changes of contact after which a run is given up [-].
+    position_tolerance : float, optional
+        Absolute tolerance of positions [m], at most half the smallest clearance, or the size of a scene
+        without one; from `rtol` and this scale if not given.
+    velocity_tolerance : float, optional
+        Absolute tolerance of velocities [m/s], at most the speed of the scene; from `rtol` and this scale if
+        not given.
+    features : sequence of Feature, optional
+        What to find on the way, such as ``[cc.peak("slider.ax"), cc.impacts("wrist")]``: then
+        `Trajectory.peak` and `Trajectory.feature` answer at once. Without, they simulate once more.
+    cycles : int
+        Equal pieces of the sampled time, each with features of its own [-].
+    companion_of : float, optional
+        `rtol` of the run that this one is the companion of [-]; set for the runs of an error estimate.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a field is wrong; all problems are listed.
+
+    Examples
+    --------
+    >>> tight = Settings(duration=0.1, samples=101, rtol=1e-9)
+    >>> tight.method, tight.skip
+    ('auto', 0.0)
+    """
 
     duration: float = field(metadata=unit("s"))
-    """Simulated time [s]."""
     samples: int
-    """Number of equally spaced samples, both ends included [-]."""
-    skip: float = field(metadata=unit("s"))
-    """Time simulated before the first sample [s]."""
-    rtol: float
-    """Relative tolerance of the integrator [-]."""
-    method: str
-    """Integrator."""
-    outputs: tuple[str, ...] | None
-    """Names of the columns to return; those of bodies, clearance joints and drives if None."""
-    max_steps: int
-    """Attempted steps, accepted or refused, after which a run is given up [-]."""
-    max_events: int
-    """Contact changes after which a run is given up [-]."""
-    position_tolerance: float | None = field(metadata=unit("m"))
-    """Absolute tolerance of positions [m]; from `rtol` and the scales of the scene if None."""
-    velocity_tolerance: float | None = field(metadata=unit("m/s"))
-    """Absolute tolerance of velocities [m/s]; from `rtol` and the scales of the scene if None."""
-    features: tuple[Feature, ...] = ()
-    """Features that are found on the way."""
+    skip: float = field(default=0.0, metadata=unit("s"))
+    rtol: float = 1e-6
+    method: str = "auto"
+    outputs: Sequence[str] | None = None
+    max_steps: int = MAX_STEPS
+    max_events: int = MAX_EVENTS
+    position_tolerance: float | None = field(default=None, metadata=unit("m"))
+    velocity_tolerance: float | None = field(default=None, metadata=unit("m/s"))
+    features: Sequence[Feature] = ()
     cycles: int = 1
-    """Equal pieces of the sampled time, each with features of its own [-]."""
     companion_of: float | None = None
-    """`rtol` of the run that this one is the companion of [-]; None if it is none."""
+
+    def __post_init__(self) -> None:
+        checks = Checks()
+        for name, value in _checked(checks, vars(self)).items():
+            object.__setattr__(self, name, value)
+        checks.finish()
 
     @classmethod
-    def checked(
+    def gathered(
         cls,
         checks: Checks,
+        settings: object,
+        options: Mapping[str, object],
         *,
-        duration: object,
-        samples: object,
-        skip: object,
-        rtol: object,
-        method: object,
-        outputs: object,
-        max_steps: object,
-        max_events: object,
-        position_tolerance: object,
-        velocity_tolerance: object,
-        features: object = None,
-        cycles: object = 1,
+        accepted: Iterable[str] | None = None,
         outputs_needed: bool = True,
     ) -> Settings:
-        """Settings from what the user gave; what is wrong with it is noted in `checks`."""
-        absolute = {
-            "position_tolerance": (position_tolerance, "m"),
-            "velocity_tolerance": (velocity_tolerance, "m/s"),
-        }
-        return cls(
-            duration=checks.real("duration", duration, "s", above=0.0),
-            samples=checks.whole("samples", samples, least=2, most=MOST_SAMPLES),
-            skip=checks.real("skip", skip, "s", least=0.0),
-            rtol=checks.real("rtol", rtol, "-", least=LEAST_RTOL, most=MOST_RTOL),
-            method=checks.word("method", method, METHODS),
-            outputs=_checked_names(checks, outputs, needed=outputs_needed),
-            max_steps=checks.whole("max_steps", max_steps, least=1, most=MOST_COUNT),
-            max_events=checks.whole("max_events", max_events, least=1, most=MOST_COUNT),
-            features=checked_features(checks, features),
-            cycles=checks.whole("cycles", cycles, least=1, most=MOST_CYCLES),
-            **{
-                name: None if value is None else checks.real(name, value, unit, above=0.0)
-                for name, (value, unit) in absolute.items()
-            },
-        )
+        """Settings from those given as a whole and from keywords, which go before them.
+
+        Parameters
+        ----------
+        checks : Checks
+            What is wrong so far; raised here with what is wrong with the settings.
+        settings : Settings or None
+            What the user gave as ``settings=``.
+        options : mapping of str to object
+            Fields by name; `outputs` and `features` that are None are not given.
+        accepted : iterable of str, optional
+            Names of the keywords; those of `RunOptions`, `outputs` and `features` if not given.
+        outputs_needed : bool
+            Whether there must be an output.
+        """
+        known = {item.name: item.default for item in dataclasses.fields(cls)}
+        values = {name: value for name, value in known.items() if value is not dataclasses.MISSING}
+        if isinstance(settings, cls):
+            values = dict(vars(settings))
+        elif settings is not None:
+            checks.add(f"settings must be a Settings, got {settings!r}", wrong_type=True)
+        names = [*RunOptions.__annotations__, "outputs", "features"] if accepted is None else list(accepted)
+        for name, value in options.items():
+            if name not in names:
+                checks.add(f'unknown keyword "{name}"{did_you_mean(name, names)}', wrong_type=True)
+            elif value is not None or name not in ("outputs", "features"):
+                values[name] = value
+        for name in ("duration", "samples"):
+            if name not in values and (settings is None or isinstance(settings, cls)):
+                checks.add(f"{name} is missing: give it, or settings=Settings(...)", wrong_type=True)
+        ordered = {name: values[name] for name in known if name in values}
+        found = _checked(checks, ordered, outputs_needed and not ordered["features"])
+        checks.finish()
+        return cls(**found)
 
     def to_json(self) -> str:
         """The settings as the core reads them."""
@@ -109,11 +179,8 @@ class Settings(Shown):
     @classmethod
     def from_dict(cls, plain: Mapping[str, Any]) -> Settings:
         """The settings from what JSON made of them."""
-        outputs = plain["outputs"]
-        known = {"outputs": None if outputs is None else tuple(outputs)}
-        known |= {"features": tuple(Feature(**feature) for feature in plain.get("features", ()))}
-        # Files of the first version know no skip.
-        return cls(**{"skip": 0.0, **plain, **known})
+        features = tuple(Feature(**feature) for feature in plain.get("features", ()))
+        return cls(**{**plain, "features": features})
 
     def for_scene(self, scene: Scene, runs: int = 1) -> Settings:
         """The settings with patterns such as ``"energy.*"`` replaced by the columns of the scene.
@@ -173,7 +240,96 @@ def _require_room(runs: int, samples: int, columns: int) -> None:
         )
 
 
-def _checked_names(checks: Checks, outputs: object, needed: bool) -> tuple[str, ...] | None:
+def _checked(checks: Checks, values: Mapping[str, Any], outputs_needed: bool = False) -> dict[str, Any]:
+    """The fields of settings as they are kept; what is wrong with them is noted."""
+    limits: dict[str, dict[str, float]] = {
+        "duration": {"above": 0.0},
+        "skip": {"least": 0.0},
+        "rtol": {"least": LEAST_RTOL, "most": MOST_RTOL},
+        "position_tolerance": {"above": 0.0},
+        "velocity_tolerance": {"above": 0.0},
+    }
+    counts = {
+        "samples": (2, MOST_SAMPLES),
+        "max_steps": (1, MOST_COUNT),
+        "max_events": (1, MOST_COUNT),
+        "cycles": (1, MOST_CYCLES),
+    }
+    symbols = units(Settings)
+    found = dict(values)
+    for name, value in values.items():
+        if name in counts:
+            found[name] = checks.whole(name, value, least=counts[name][0], most=counts[name][1])
+        elif name in limits and not (value is None and name.endswith("_tolerance")):
+            found[name] = checks.real(name, value, symbols.get(name, "-"), **limits[name])
+        elif name == "method":
+            found[name] = checks.word(name, value, METHODS)
+        elif name == "outputs":
+            found[name] = checked_names(checks, value)
+            if outputs_needed and found[name] == ():
+                checks.add("outputs must name at least one column; None stands for all")
+        elif name == "features":
+            found[name] = checked_features(checks, value)
+    return found
+
+
+def with_settings(options: type, *further: str) -> Callable[[Documented], Documented]:
+    """Give a function or class of ``**options`` the signature and the documentation of fields of `Settings`.
+
+    Parameters
+    ----------
+    options : type
+        `RunOptions` or `SpanOptions`: what it accepts as keywords.
+    *further : str
+        Fields that it names itself, to be documented as well.
+
+    Returns
+    -------
+    callable
+        A decorator. The documentation of the fields takes the place of the line ``{settings}``.
+    """
+    names = list(options.__annotations__)
+    fields = {item.name: item for item in dataclasses.fields(Settings)}
+
+    def decorate(documented: Documented) -> Documented:
+        function: Any = documented.__init__ if isinstance(documented, type) else documented  # type: ignore[misc]
+        own = inspect.signature(function)
+        kept = [item for item in own.parameters.values() if item.kind is not inspect.Parameter.VAR_KEYWORD]
+        first = next(index for index, item in enumerate(kept) if item.kind is inspect.Parameter.KEYWORD_ONLY)
+        kept[first + 1 : first + 1] = [_keyword(fields[name]) for name in names]
+        function.__signature__ = own.replace(parameters=kept)
+        text = documented.__doc__
+        if text and Settings.__doc__:  # not where Python drops docstrings
+            documented.__doc__ = inspect.cleandoc(text).replace("{settings}", _told({*names, *further}))
+        return documented
+
+    return decorate
+
+
+def _keyword(item: dataclasses.Field[Any]) -> inspect.Parameter:
+    """A field of `Settings` as a keyword of a function."""
+    missing = item.default is dataclasses.MISSING
+    default = inspect.Parameter.empty if missing else item.default
+    return inspect.Parameter(item.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=item.type)
+
+
+def _told(names: Collection[str]) -> str:
+    """The documentation of fields of `Settings`, from its docstring."""
+    lines = inspect.cleandoc(Settings.__doc__ or "").partition("----------\n")[2].splitlines()
+    told, wanted = [], False
+    for line in lines:
+        heading = re.match(r"(\w[\w, ]*) : ", line)
+        if heading:
+            wanted = not set(heading[1].split(", ")).isdisjoint(names)
+        elif not line.startswith(" "):  # the end of the section
+            break
+        if wanted:
+            told.append(line)
+    return "\n".join(told)
+
+
+def checked_names(checks: Checks, outputs: object) -> tuple[str, ...] | None:
+    """Names of outputs as the user gave them; what is wrong with them is noted."""
     if outputs is None:
         return None
     if isinstance(outputs, str) or not isinstance(outputs, Iterable):
@@ -185,6 +341,4 @@ def _checked_names(checks: Checks, outputs: object, needed: bool) -> tuple[str, 
             checks.add(f"outputs must be column names, got {name!r}", wrong_type=True)
         elif names.index(name) == index and names.count(name) > 1:
             checks.add(f'outputs names "{name}" more than once')
-    if needed and not names:
-        checks.add("outputs must name at least one column; None stands for all")
     return names

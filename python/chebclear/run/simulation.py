@@ -6,7 +6,7 @@ import dataclasses
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Literal
+from typing import Literal, Unpack
 
 from .. import _core
 from ..base.arguments import Checks
@@ -17,7 +17,7 @@ from .accuracy import ErrorEstimate
 from .contacts import Contacts, Events
 from .continuation import continuation
 from .features import Feature
-from .settings import LEAST_RTOL, MAX_EVENTS, MAX_STEPS, Settings
+from .settings import LEAST_RTOL, RunOptions, Settings, with_settings
 from .trajectory import EndState, Stats, Trajectory
 
 # The companion runs of an error estimate have the tolerances of the run divided by these. The second takes
@@ -30,25 +30,18 @@ _OTHER_METHOD = {"auto": "rodas5p", "rodas5p": "auto", "rodas4": "auto", "dop853
 _OWN_SHARE, _FIRST_SHARE = 0.23, 0.56
 
 
+@with_settings(RunOptions, "outputs", "features")
 def simulate(
     scene: Scene,
-    duration: float,
-    samples: int,
-    rtol: float = 1e-6,
-    method: str = "auto",
-    outputs: Sequence[str] | None = None,
     *,
-    skip: float = 0.0,
-    start: EndState | None = None,
-    max_steps: int = MAX_STEPS,
-    max_events: int = MAX_EVENTS,
-    position_tolerance: float | None = None,
-    velocity_tolerance: float | None = None,
+    settings: Settings | None = None,
+    outputs: Sequence[str] | None = None,
     features: Sequence[Feature] | None = None,
-    cycles: int = 1,
+    start: EndState | None = None,
     progress: bool | Callable[[float], None] | None = None,
     on_failure: Literal["raise", "return"] = "raise",
     error: Literal["estimate"] | None = None,
+    **options: Unpack[RunOptions],
 ) -> Trajectory:
     """Simulate a scene from its assembled position.
 
@@ -59,37 +52,14 @@ def simulate(
     ----------
     scene : Scene
         What to simulate.
-    duration : float
-        Simulated time [s], above 0.
-    samples : int
-        Number of equally spaced samples, both ends included [-]; 2 to 10 000 000. Does not change the
-        steps.
-    rtol : float
-        Relative tolerance of the integrator [-], from 1e-13 to 0.1.
-    method : {"auto", "rodas5p", "rodas4", "dop853"}
-        The explicit method of order 8 (DOP853) and a Rosenbrock method (Rodas4, Rodas5P at an rtol below
-        3e-8), changing places with the stiffness of the motion; or one of them throughout. DOP853 alone is
-        much dearer, though no less accurate, where a contact sticks.
-    outputs : sequence of str, optional
-        Names of the columns to return, or patterns such as ``"energy.*"``; all quantities of bodies,
-        clearance joints and drives if not given. ``scene.check()`` lists them, and further ones.
-    skip : float
-        Time to simulate before the first sample [s], such as ``10 * scene.period`` for a mechanism to settle.
+    settings : Settings, optional
+        How to simulate; each of the fields that follow may be given as a keyword as well, or instead.
+    {settings}
     start : EndState, optional
         The end of an earlier run of the scene, `Trajectory.end`, to continue from: time goes on, and the
         steps are those of a single run, bit for bit. A scene whose numbers differ takes over the coordinates
         and velocities of the joints, and a warning names the differences; one that this would tear apart is
         refused.
-    max_steps, max_events : int
-        Attempted steps, accepted or refused, and changes of contact after which the run is given up [-].
-    position_tolerance, velocity_tolerance : float, optional
-        Absolute tolerances [m], [m/s], at most half the smallest clearance, or the size of a scene without
-        one, and the speed of the scene; from `rtol` and these scales if not given.
-    features : sequence of Feature, optional
-        What to find on the way, such as ``[cc.peak("slider.ax"), cc.impacts("wrist")]``: then
-        `Trajectory.peak` and `Trajectory.feature` answer at once. Without, they simulate once more.
-    cycles : int
-        Equal pieces of the sampled time, each with features of its own [-].
     progress : True or callable, optional
         True shows a bar if standard error is a terminal; a callable gets the share that is done, from 0 to 1.
     on_failure : {"raise", "return"}
@@ -118,22 +88,6 @@ def simulate(
     checks = Checks()
     if not isinstance(scene, Scene):
         checks.add(f"scene must be a Scene, got {scene!r}", wrong_type=True)
-    settings = Settings.checked(
-        checks,
-        duration=duration,
-        samples=samples,
-        skip=skip,
-        rtol=rtol,
-        method=method,
-        outputs=outputs,
-        max_steps=max_steps,
-        max_events=max_events,
-        position_tolerance=position_tolerance,
-        velocity_tolerance=velocity_tolerance,
-        features=features,
-        cycles=cycles,
-        outputs_needed=not features,
-    )
     if start is not None and not isinstance(start, EndState):
         checks.add(f"start must be the end of a run, got {start!r}", wrong_type=True)
     if not is_request(progress):
@@ -141,10 +95,14 @@ def simulate(
     checks.word("on_failure", on_failure, ("raise", "return"))
     if error is not None:
         checks.word("error", error, ("estimate",))
-        least = LEAST_RTOL * _TIGHTER[-1]
-        if settings.rtol < least:
-            checks.add(f'error="estimate" needs an rtol >= {least:g} for its companion runs, got {rtol!r}')
-    checks.finish()
+    given = {"outputs": outputs, "features": features, **options}
+    settings = Settings.gathered(checks, settings, given)
+    least = LEAST_RTOL * _TIGHTER[-1]
+    if error is not None and settings.rtol < least:
+        checks.add(
+            f'error="estimate" needs an rtol >= {least:g} for its companion runs, got {settings.rtol!r}'
+        )
+        checks.finish()
     settings = settings.for_scene(scene)
     # Told before the run: what looks wrong in a scene may make it long.
     doubts = scene.check().warnings

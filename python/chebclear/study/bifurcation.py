@@ -232,9 +232,7 @@ def _settings(
     max_events: int,
 ) -> Settings:
     """How one run is simulated."""
-    checks = Checks()
-    settings = Settings.checked(
-        checks,
+    settings = Settings(
         duration=periods * period,
         samples=periods + 1,
         skip=skipped * period,
@@ -243,10 +241,7 @@ def _settings(
         outputs=[output],
         max_steps=max_steps,
         max_events=max_events,
-        position_tolerance=None,
-        velocity_tolerance=None,
     )
-    checks.finish()
     return settings.for_scene(scene)
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from typing import Any
+from typing import Any, Unpack
 
 from numpy.typing import ArrayLike
 
 from ..base.arguments import Checks
 from ..base.progress import is_request
 from ..run.features import Feature
-from ..run.settings import MAX_EVENTS, MAX_STEPS, Settings
+from ..run.settings import MOST_CYCLES, RunOptions, Settings, checked_names, with_settings
 from ..scene.scene import Interval, Scene
 from .arguments import (
     Progress,
@@ -28,6 +28,7 @@ from .models.own import OwnModel, check_own_features, check_unused
 MOST_THREADS = 1024
 
 
+@with_settings(RunOptions)
 class Study(Methods):
     """A mechanism, or a model of your own, whose parameters are known to lie in intervals.
 
@@ -44,19 +45,10 @@ class Study(Methods):
     outputs : sequence of str, optional
         Names of the outputs of interest, or patterns such as ``"wrist.*"``; all quantities of bodies,
         clearance joints and drives if not given, or all that a model of your own returns.
-    duration : float
-        Simulated time [s], above 0. A model of your own has neither this nor `samples`, `skip`, `rtol`,
-        `method`, limits of steps and events or tolerances.
-    samples : int
-        Number of equally spaced samples, both ends included [-]; 2 to 10 000 000.
-    skip : float
-        Time to simulate before the first sample [s].
-    rtol : float
-        Relative tolerance of the integrator [-], from 1e-13 to 0.1.
-    method : {"auto", "rodas5p", "rodas4", "dop853"}
-        The explicit method of order 8 (DOP853) and a Rosenbrock method (Rodas4, Rodas5P at an rtol below
-        3e-8), changing places with the stiffness of the motion; or one of them throughout. DOP853 alone is
-        much dearer, though no less accurate, where a contact sticks.
+    settings : Settings, optional
+        How to simulate; each of the fields that follow may be given as a keyword as well, or instead. A model
+        of your own has none of them but `cycles`.
+    {settings}
     fixed : mapping of str to object, optional
         Further keywords of `build`, the same for all runs.
     threads : int, optional
@@ -67,19 +59,12 @@ class Study(Methods):
     executor : concurrent.futures.Executor, optional
         Where to simulate instead of on threads of this process; where to call a model of your own instead
         of one run after the other.
-    max_steps, max_events : int
-        Attempted steps, accepted or refused, and changes of contact after which a run is given up [-].
-    position_tolerance, velocity_tolerance : float, optional
-        Absolute tolerances [m], [m/s], at most half the smallest clearance, or the size of a scene without
-        one, and the speed of the scene; from `rtol` and these scales if not given.
     features : mapping of str to Feature or callable, optional
         Numbers of every run by name, such as ``{"peak force": cc.peak("wrist.normal_force")}``: of the
         continuous motion, so that `outputs` may then be empty; for a model of your own, of the samples. A
         callable gets every run, as `simulate` returns it, and returns a number, or one for each cycle. The
         samples are there at once; contacts, peaks and what else only the motion knows cost that run again.
         For a model of your own it gets what the model returned.
-    cycles : int
-        Equal pieces of the sampled time, each with features of its own [-].
 
     Raises
     ------
@@ -116,26 +101,20 @@ class Study(Methods):
         parameters: Mapping[str, Interval | Normal | Uniform],
         outputs: Sequence[str] | None = None,
         *,
-        duration: float | None = None,
-        samples: int | None = None,
-        skip: float = 0.0,
-        rtol: float = 1e-6,
-        method: str = "auto",
+        settings: Settings | None = None,
         fixed: Mapping[str, Any] | None = None,
         threads: int | None = None,
         progress: bool | Progress | None = None,
         executor: Executor | None = None,
-        max_steps: int = MAX_STEPS,
-        max_events: int = MAX_EVENTS,
-        position_tolerance: float | None = None,
-        velocity_tolerance: float | None = None,
         features: Mapping[str, Asked] | None = None,
-        cycles: int = 1,
+        **options: Unpack[RunOptions],
     ) -> None:
         checks = Checks()
         # What is simulated has a duration; a model of your own returns its instants.
-        simulated = duration is not None or samples is not None
+        simulated = settings is not None or not options.keys().isdisjoint(("duration", "samples"))
         self.features = checked_features(checks, features)
+        if features is None and isinstance(settings, Settings):
+            self.features = {str(feature): feature for feature in settings.features}
         self.build: Callable[..., Any] = build
         self.intervals = checked_intervals(checks, parameters)
         self.random = {
@@ -145,24 +124,6 @@ class Study(Methods):
         }
         self.fixed = checked_fixed(checks, fixed)
         check_keywords(checks, build, self.intervals, self.fixed)
-        settings = Settings.checked(
-            checks,
-            # What a model of your own does not have is no problem; it is refused below if given.
-            duration=duration if simulated else 1.0,
-            samples=samples if simulated else 2,
-            skip=skip,
-            rtol=rtol,
-            method=method,
-            outputs=outputs,
-            max_steps=max_steps,
-            max_events=max_events,
-            position_tolerance=position_tolerance,
-            velocity_tolerance=velocity_tolerance,
-            features=tracked_features(self.features.values()),
-            cycles=cycles,
-            outputs_needed=simulated and not self.features,
-        )
-        self.settings = settings if simulated else None
         self.threads = (
             None if threads is None else checks.whole("threads", threads, least=1, most=MOST_THREADS)
         )
@@ -172,26 +133,17 @@ class Study(Methods):
         if executor is not None and not callable(getattr(executor, "submit", None)):
             checks.add(f"executor must have a method submit, got {executor!r}", wrong_type=True)
         self.executor = executor
-        self.model = None
-        if not simulated:
-            check_unused(
-                checks,
-                {
-                    "skip": skip,
-                    "rtol": rtol,
-                    "method": method,
-                    "max_steps": max_steps,
-                    "max_events": max_events,
-                    "position_tolerance": position_tolerance,
-                    "velocity_tolerance": velocity_tolerance,
-                },
-                type(self).__init__.__kwdefaults__ or {},
-            )
-            check_own_features(checks, self.features)
-            self.model = OwnModel(
-                build, self.intervals, self.fixed, settings.outputs, self.features, cycles, executor
-            )
+        self.settings, self.model = None, None
+        if simulated:
+            given = {"outputs": outputs, "features": tracked_features(self.features.values()), **options}
+            self.settings = Settings.gathered(checks, settings, given, outputs_needed=not self.features)
+            return
+        cycles = checks.whole("cycles", options.get("cycles", 1), least=1, most=MOST_CYCLES)
+        check_unused(checks, [name for name in options if name != "cycles"])
+        check_own_features(checks, self.features)
+        names = checked_names(checks, outputs)
         checks.finish()
+        self.model = OwnModel(build, self.intervals, self.fixed, names, self.features, cycles, executor)
 
     @classmethod
     def from_runs(

@@ -6,7 +6,7 @@ import dataclasses
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,17 @@ from ..base.arguments import Checks
 from ..base.progress import bar, is_request
 from ..errors import SimulationError
 from ..run.accuracy import chaos_horizon, output_ranges
-from ..run.settings import LEAST_RTOL, MAX_EVENTS, MAX_STEPS, METHODS, MOST_RTOL, Settings
+from ..run.settings import (
+    LEAST_RTOL,
+    MAX_EVENTS,
+    MAX_STEPS,
+    METHODS,
+    MOST_COUNT,
+    MOST_RTOL,
+    Settings,
+    SpanOptions,
+    with_settings,
+)
 from ..run.simulation import run_scene, warn_once
 from ..run.trajectory import Trajectory
 from ..scene.scene import Scene
@@ -41,20 +51,20 @@ _INSTANTS = 241
 
 
 # Long because all its runs share a reference and a report of progress.
+@with_settings(SpanOptions)
 def tradeoff(
     scene: Scene,
-    duration: float,
-    samples: int,
-    outputs: Sequence[str] | None = None,
     *,
+    settings: Settings | None = None,
+    outputs: Sequence[str] | None = None,
     methods: Sequence[str] | None = None,
     rtols: Sequence[float] = RTOLS,
     reference_rtol: float = REFERENCE_RTOL,
-    skip: float = 0.0,
     repeats: int = 3,
     max_steps: int = MOST_MEASURED_STEPS,
     max_events: int = MAX_EVENTS,
     progress: bool | Progress | None = None,
+    **options: Unpack[SpanOptions],
 ) -> Tradeoff:
     """Measure accuracy against cost: simulate with many settings and compare with a tight run.
 
@@ -62,10 +72,10 @@ def tradeoff(
     ----------
     scene : Scene
         What to simulate. For a study see `Study.tradeoff`.
-    duration : float
-        Simulated time [s], above 0.
-    samples : int
-        Number of equally spaced samples, both ends included [-]. Errors are measured at the samples.
+    settings : Settings, optional
+        Duration, samples, skipped time and outputs; they may be given as keywords as well, or instead.
+        Tolerances and methods are what is measured: those of the settings do not count.
+    {settings}
     outputs : sequence of str, optional
         Names of the outputs of interest; all columns but the contact states if not given.
     methods : sequence of str, optional
@@ -74,8 +84,6 @@ def tradeoff(
         Relative tolerances [-], each at least ten times `reference_rtol`.
     reference_rtol : float
         Relative tolerance of the reference and of the run that checks it [-].
-    skip : float
-        Time to simulate before the first sample [s].
     repeats : int
         How often each setting is run to find its least time [-].
     max_steps, max_events : int
@@ -102,7 +110,12 @@ def tradeoff(
     --------
     >>> from chebclear import mechanisms, tradeoff
     >>> result = tradeoff(
-    ...     mechanisms.slider_crank(), 2e-3, 51, ["slider.vx"], rtols=[1e-4, 1e-6], repeats=1
+    ...     mechanisms.slider_crank(),
+    ...     duration=2e-3,
+    ...     samples=51,
+    ...     outputs=["slider.vx"],
+    ...     rtols=[1e-4, 1e-6],
+    ...     repeats=1,
     ... )
     >>> result.error(result["rodas4", 1e-6], "slider.vx") < result.error(result["rodas4", 1e-4], "slider.vx")
     True
@@ -110,27 +123,29 @@ def tradeoff(
     checks = Checks()
     if not isinstance(scene, Scene):
         checks.add(f"scene must be a Scene, got {scene!r}; a Study has the method tradeoff", wrong_type=True)
-    settings = Settings.checked(
-        checks,
-        duration=duration,
-        samples=samples,
-        skip=skip,
-        rtol=reference_rtol,
-        method=REFERENCE_METHODS[0],
-        outputs=outputs,
-        max_steps=max_steps,
-        max_events=max_events,
-        position_tolerance=None,
-        velocity_tolerance=None,
+    tight_rtol = checks.real("reference_rtol", reference_rtol, "-", least=LEAST_RTOL, most=MOST_RTOL)
+    limits = (
+        checks.whole("max_steps", max_steps, least=1, most=MOST_COUNT),
+        checks.whole("max_events", max_events, least=1, most=MOST_COUNT),
     )
     names = _checked_list(checks, "methods", METHODS if methods is None else methods)
     names = [checks.word("methods", name, METHODS) for name in names]
-    tolerances = _checked_tolerances(checks, rtols, settings.rtol)
+    tolerances = _checked_tolerances(checks, rtols, tight_rtol)
     count = checks.whole("repeats", repeats, least=1, most=1000)
     if not is_request(progress):
         checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
-    checks.finish()
-    settings = settings.for_scene(scene)
+    accepted = (*SpanOptions.__annotations__, "outputs")
+    span = Settings.gathered(checks, settings, {"outputs": outputs, **options}, accepted=accepted)
+    settings = Settings(
+        duration=span.duration,
+        samples=span.samples,
+        skip=span.skip,
+        outputs=span.outputs,
+        rtol=tight_rtol,
+        method=REFERENCE_METHODS[0],
+        max_steps=limits[0],
+        max_events=limits[1],
+    ).for_scene(scene)
     if settings.outputs is None:
         # A contact state is a yes or no: its error is 1 as soon as an impact falls between other samples.
         columns = tuple(name for name in scene.check().columns if not name.endswith(".contact"))

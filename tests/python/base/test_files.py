@@ -11,7 +11,7 @@ from chebclear.base import files
 
 
 def resting():
-    return cc.simulate(cc.Scene([cc.Body("block", 1.0, 0.1)], []), 0.1, 3)
+    return cc.simulate(cc.Scene([cc.Body("block", 1.0, 0.1)], []), duration=0.1, samples=3)
 
 
 def refuse(constant):

@@ -98,5 +98,5 @@ def test_a_reference_that_fails_ends_the_command(scene_file, monkeypatch, capsys
 
 def test_many_outputs_share_one_picture():
     scene = cc.mechanisms.slider_crank()
-    result = cc.tradeoff(scene, 0.001, 11, methods=["dop853"], rtols=[1e-3], repeats=1)
+    result = cc.tradeoff(scene, duration=0.001, samples=11, methods=["dop853"], rtols=[1e-3], repeats=1)
     assert len(tradeoff_output.figure(result).axes) == 4

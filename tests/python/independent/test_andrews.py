@@ -42,7 +42,7 @@ def test_published_values_are_reproduced_by_the_independent_formulation():
 def test_three_closed_loops_fall_as_in_the_independent_formulation(method):
     scene = andrews.scene([cc.Gravity((0.0, -9.81))])
     assert scene.check().degrees_of_freedom == 1
-    run = cc.simulate(scene, 0.2, 41, rtol=1e-10, method=method)
+    run = cc.simulate(scene, duration=0.2, samples=41, rtol=1e-10, method=method)
     other = cartesian.simulate(scene, 0.2, 41, rtol=1e-11)
     assert np.ptp(run["K1.angle"]) > 1.0
     for name in run.columns:

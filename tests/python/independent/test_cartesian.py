@@ -78,7 +78,7 @@ def assert_same_motion(scene, duration, samples, changes=CHANGES, tolerance=2e-6
     events = solution.events[:changes]
     assert len(events) == changes
     for method in ("rodas5p", "dop853"):
-        run = cc.simulate(scene, duration, samples, rtol=1e-11, method=method)
+        run = cc.simulate(scene, duration=duration, samples=samples, rtol=1e-11, method=method)
         errors = deviations(solution, run, count)
         worst = max(errors, key=errors.get)
         print(f"{method}: to {solution.t[-1]:.2e} s, at most {errors[worst]:.1e} ({worst})")

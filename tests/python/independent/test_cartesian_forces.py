@@ -132,7 +132,9 @@ def test_andrews_mechanism_has_the_published_values(method):
             cc.Torque("motor", "K1", andrews.TORQUE),
         ]
     )
-    run = cc.simulate(scene, andrews.DURATION, 2, rtol=1e-9 if method == "rodas4" else 1e-10, method=method)
+    run = cc.simulate(
+        scene, duration=andrews.DURATION, samples=2, rtol=1e-9 if method == "rodas4" else 1e-10, method=method
+    )
     # Rates grow to 1e3 rad/s; the published values themselves are good to 3e-10 and 5e-8.
     assert andrews.published_angles(run) == pytest.approx(andrews.REFERENCE, rel=1e-7)
     rates = andrews.published_angles(run, "angular_velocity")

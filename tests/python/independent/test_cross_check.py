@@ -234,7 +234,7 @@ SCENES = {
 def test_gate_14_independent_codes_agree(scene, code):
     build, convention, duration = SCENES[scene]
     model = build(convention)
-    run = cc.simulate(model.scene, duration, 101, rtol=1e-11)
+    run = cc.simulate(model.scene, duration=duration, samples=101, rtol=1e-11)
     states, changes = solve(*CODES[code], model, run.t)
     located = run.events.time[np.isin(run.events.kind, ("onset", "separation"))]
     assert len(located) == len(changes) >= 4

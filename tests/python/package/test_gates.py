@@ -68,7 +68,7 @@ def jamming(steps):
 )
 def test_gate_04_a_failure_is_typed_and_nothing_follows_it(status, scene, settings):
     with pytest.raises(cc.SimulationError) as caught:
-        cc.simulate(scene, 0.02, 401, **settings)
+        cc.simulate(scene, duration=0.02, samples=401, **settings)
     error, run = caught.value, caught.value.trajectory
     assert error.reason == run.status == status and 0.0 < error.time == run.end_time < 0.02
     said = re.search(r"t = (\S+) s", str(error))[1]
@@ -109,7 +109,7 @@ def test_gate_06_any_number_of_a_scene_may_be_none_or_huge():
             try:
                 # Words stand for numbers that JSON does not have.
                 scene = replaced(plain, path, value)
-                run = cc.simulate(scene, 1e-3, 5, max_steps=2000, on_failure="return")
+                run = cc.simulate(scene, duration=1e-3, samples=5, max_steps=2000, on_failure="return")
             except cc.SceneError as error:
                 assert all(problem.path and problem.message for problem in error.problems)
                 refused += 1
@@ -175,13 +175,13 @@ def test_gate_11_another_process_finds_the_same_bits():
         "import warnings, chebclear as cc, hashlib\n"
         "warnings.simplefilter('ignore')\n"
         "for method in ('rodas5p', 'rodas4', 'dop853'):\n"
-        "    run = cc.simulate(cc.mechanisms.slider_crank(), 0.005, 51, method=method)\n"
+        "    run = cc.simulate(cc.mechanisms.slider_crank(), duration=0.005, samples=51, method=method)\n"
         "    print(hashlib.sha256(run.values.tobytes()).hexdigest())\n"
     )
     found = {subprocess.check_output([sys.executable, "-c", code], text=True) for _ in range(3)}
     assert len(found) == 1
     for word, method in zip(found.pop().split(), ("rodas5p", "rodas4", "dop853"), strict=True):
-        run = cc.simulate(cc.mechanisms.slider_crank(), 0.005, 51, method=method)
+        run = cc.simulate(cc.mechanisms.slider_crank(), duration=0.005, samples=51, method=method)
         assert fingerprint(run.values) == word
 
 
@@ -210,10 +210,10 @@ def pendulum(length=1.0, mass=1.0, seconds=1.0):
 
 
 def test_gate_10_units_that_are_powers_of_two_give_the_same_bits():
-    base = cc.simulate(pendulum(), 0.1, 101)
+    base = cc.simulate(pendulum(), duration=0.1, samples=101)
     assert len(base.events) > 10
     for length, mass, seconds in [(1024.0, 1.0, 1.0), (1.0, 0.125, 1.0), (1.0, 1.0, 64.0), (0.25, 8.0, 0.5)]:
-        run = cc.simulate(pendulum(length, mass, seconds), 0.1 * seconds, 101)
+        run = cc.simulate(pendulum(length, mass, seconds), duration=0.1 * seconds, samples=101)
         assert fingerprint(base["bob.angle"]) == fingerprint(run["bob.angle"])
         assert fingerprint(base["bob.x"]) == fingerprint(run["bob.x"] / length)
         force = mass * length / seconds**2
@@ -231,9 +231,9 @@ def test_gate_13_limits_are_documented_and_warned_of():
     for word in ("0.85", "creeps", "double every", "eighth of a step", "rounding", "Painlevé", "max_steps"):
         assert word in limits, word
     with pytest.warns(cc.ChebclearWarning, match="rebounds more than its restitution 0.84"):
-        cc.simulate(cc.mechanisms.slider_crank(restitution=0.84), 1e-4, 2)
+        cc.simulate(cc.mechanisms.slider_crank(restitution=0.84), duration=1e-4, samples=2)
     with pytest.warns(cc.ChebclearWarning, match="too close to the rounding of positions"):
-        cc.simulate(cc.mechanisms.slider_crank(crank_speed=cc.rpm(0.01)), 1e-4, 2)
+        cc.simulate(cc.mechanisms.slider_crank(crank_speed=cc.rpm(0.01)), duration=1e-4, samples=2)
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -350,7 +350,7 @@ def test_gate_15_a_converged_peak_moves_no_more_than_it_claims():
 @pytest.mark.parametrize("duration", [1e-300, 1e-100, 1e-15, 1e-12, 1e-9])
 @pytest.mark.parametrize("method", extremes.METHODS)
 def test_gate_15_the_tiniest_durations_are_simulated(duration, method):
-    run = cc.simulate(cc.mechanisms.slider_crank(), duration, 3, method=method)
+    run = cc.simulate(cc.mechanisms.slider_crank(), duration=duration, samples=3, method=method)
     assert run.success and is_honest(run) and run.t[-1] == duration
     for name in run:
         if not name.startswith("wrist."):  # a concentric joint has no directions
@@ -361,21 +361,23 @@ def test_gate_15_the_tiniest_durations_are_simulated(duration, method):
 
 @pytest.mark.parametrize("method", extremes.METHODS)
 def test_gate_15_a_duration_without_an_inverse_ends_typed(method):
-    run = cc.simulate(cc.mechanisms.slider_crank(), 5e-324, 3, method=method, on_failure="return")
+    run = cc.simulate(
+        cc.mechanisms.slider_crank(), duration=5e-324, samples=3, method=method, on_failure="return"
+    )
     assert run.status in ("done", "non_finite") and is_honest(run)
 
 
 @pytest.mark.parametrize("duration", [0.0, -0.0, -1e-12, math.nan, math.inf])
 def test_gate_15_no_duration_is_an_error_of_its_own(duration):
     with pytest.raises(ValueError, match=r"^duration must be a finite number > 0 \[s\], got"):
-        cc.simulate(cc.mechanisms.slider_crank(), duration, 3)
+        cc.simulate(cc.mechanisms.slider_crank(), duration=duration, samples=3)
 
 
 def test_gate_15_a_slow_mechanism_does_not_chatter():
     # It takes 28 minutes to the first resting contact, under 1e-9 N. Once at rest a contact has no more
     # impacts: 215 changes are those of the impacts before, and none of them is slower than the floor.
     slow = cc.mechanisms.slider_crank(crank_speed=cc.rpm(0.003))
-    run = cc.simulate(slow, 0.085 * 60.0 / 0.003, 11, max_steps=600_000)
+    run = cc.simulate(slow, duration=0.085 * 60.0 / 0.003, samples=11, max_steps=600_000)
     assert len(run.events) < 300 and run.stats.floored_latches == 0
 
 
@@ -395,13 +397,13 @@ def test_gate_16_a_budget_of_time_is_kept():
             raise Late
 
     with pytest.raises(Late):
-        cc.simulate(cc.mechanisms.slider_crank(), 1e4, 2, progress=budget)
+        cc.simulate(cc.mechanisms.slider_crank(), duration=1e4, samples=2, progress=budget)
     # The core looks every 50 ms.
     assert time.process_time() - begin < 0.5
 
 
 def test_gate_16_an_interrupt_is_answered_within_a_tenth_of_a_second():
-    assert work_after_interrupt("cc.simulate(cc.mechanisms.slider_crank(), 1e4, 2)") < 0.1
+    assert work_after_interrupt("cc.simulate(cc.mechanisms.slider_crank(), duration=1e4, samples=2)") < 0.1
 
 
 # ----------------------------------------------------------------------------------------------------

@@ -73,13 +73,13 @@ LARGE = {
         "cc.Study(cc.mechanisms.slider_crank, {'crank_length': cc.interval(0.05, rel=0.1)},"
         " ['slider.x', 'slider.vx'], duration=0.01, samples=100_001).scan(249)",
     ),
-    "run": (300_000_000, "cc.simulate(cc.mechanisms.slider_crank(), 1e-3, 1_500_000)"),
+    "run": (300_000_000, "cc.simulate(cc.mechanisms.slider_crank(), duration=1e-3, samples=1_500_000)"),
     "small study": (
         20_000_000,
         "cc.Study(cc.mechanisms.slider_crank, {'crank_length': cc.interval(0.05, rel=0.1)},"
         " duration=1e-4, samples=11).scan(3)",
     ),
-    "small run": (20_000_000, "cc.simulate(cc.mechanisms.slider_crank(), 1e-3, 11)"),
+    "small run": (20_000_000, "cc.simulate(cc.mechanisms.slider_crank(), duration=1e-3, samples=11)"),
 }
 
 
@@ -91,7 +91,7 @@ def test_the_end_of_the_memory_is_an_exception(call):
     code = f"""
 import resource
 import chebclear as cc
-cc.simulate(cc.mechanisms.slider_crank(), 1e-4, 2)
+cc.simulate(cc.mechanisms.slider_crank(), duration=1e-4, samples=2)
 with open("/proc/self/statm") as file:
     used = int(file.read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (used + {left},) * 2)
@@ -201,13 +201,17 @@ def test_forces_too_large_for_numbers_are_no_singular_mass_matrix():
 def test_max_steps_holds_where_drives_prescribe_the_motion():
     # At 1e100 rad/s every number of the time is a pose of its own: without a limit the run never ended.
     ideal = cc.mechanisms.four_bar(crank_speed=1e100, clearance_at=())
-    run = cc.simulate(ideal, 1e-3, 3, max_steps=100, on_failure="return")
+    run = cc.simulate(ideal, duration=1e-3, samples=3, max_steps=100, on_failure="return")
     assert (run.status, run.stats.steps) == ("max_steps", 100)
-    assert cc.simulate(cc.mechanisms.four_bar(clearance_at=()), 1e-3, 3, max_steps=100).success
+    assert cc.simulate(
+        cc.mechanisms.four_bar(clearance_at=()), duration=1e-3, samples=3, max_steps=100
+    ).success
 
 
 def test_refused_steps_count_as_the_documentation_says():
-    run = cc.simulate(cc.mechanisms.quick_return(), 0.03, 3, max_steps=500, on_failure="return")
+    run = cc.simulate(
+        cc.mechanisms.quick_return(), duration=0.03, samples=3, max_steps=500, on_failure="return"
+    )
     assert run.status == "max_steps" and run.stats.rejected > 0
     assert run.stats.steps + run.stats.rejected == 500
     for function in (cc.simulate, cc.tradeoff, cc.Study):

@@ -49,7 +49,7 @@ def test_a_clearance_that_is_none_is_one_problem(clearance):
 
 def test_a_clearance_larger_than_its_journal():
     with pytest.warns(cc.ChebclearWarning, match="0.02 m, is 2.041 times the radius of its journal"):
-        run = cc.simulate(MECHANISMS.slider_crank(clearance=0.02), 1e-4, 3)
+        run = cc.simulate(MECHANISMS.slider_crank(clearance=0.02), duration=1e-4, samples=3)
     assert len(run.warnings) == 1
     study = cc.Study(
         MECHANISMS.slider_crank,
@@ -84,7 +84,7 @@ def test_a_ball_may_be_smaller_than_its_box():
         forces=[cc.Gravity((0.0, -9.81))],
     )
     with pytest.warns(cc.ChebclearWarning, match="the radius of its journal"):
-        run = cc.simulate(ball, 0.05, 11, outputs=["ball.y"])
+        run = cc.simulate(ball, duration=0.05, samples=11, outputs=["ball.y"])
     np.testing.assert_allclose(run["ball.y"], -0.5 * 9.81 * run.t**2, atol=1e-12)
 
 
@@ -130,14 +130,16 @@ def test_no_column_lacks_its_unit():
         cc.scene.columns.column_unit("energy.contact"),
         cc.scene.columns.column_unit("wrist.contact"),
     ) == ("J", "-")
-    run = cc.simulate(swing, 0.1, 11, outputs=["spring.force", "energy.total"])
+    run = cc.simulate(swing, duration=0.1, samples=11, outputs=["spring.force", "energy.total"])
     assert run.plot("spring.force").get_ylabel() == "force of spring [N]"
     with pytest.raises(ValueError, match="share a unit"):
         run.plot(["spring.force", "energy.total"])
 
 
 def test_a_plot_shows_that_a_run_ended_early():
-    run = cc.simulate(MECHANISMS.slider_crank(), 0.06, 61, max_steps=500, on_failure="return")
+    run = cc.simulate(
+        MECHANISMS.slider_crank(), duration=0.06, samples=61, max_steps=500, on_failure="return"
+    )
     known = np.isfinite(run["slider.vx"])
     assert known[run.t <= run.end_time].all() and not known[run.t > run.end_time].any()
     for x, until, end in ((None, 0.06, run.end_time), (1e3 * run.t, 60.0, 1e3 * run.end_time)):
@@ -150,7 +152,9 @@ def test_a_plot_shows_that_a_run_ended_early():
 
 
 def test_a_plot_over_another_column_shows_it_too():
-    run = cc.simulate(MECHANISMS.slider_crank(), 0.06, 61, max_steps=500, on_failure="return")
+    run = cc.simulate(
+        MECHANISMS.slider_crank(), duration=0.06, samples=61, max_steps=500, on_failure="return"
+    )
     turned = run["crank.angle"]
     ax = run.plot("slider.vx", x=turned, x_label="crank angle [rad]")
     (mark,) = [line for line in ax.get_lines() if "ended early" in line.get_label()]
@@ -164,7 +168,7 @@ def test_a_plot_over_another_column_shows_it_too():
 
 
 def test_a_damaged_file(tmp_path):
-    file = cc.simulate(MECHANISMS.slider_crank(), 1e-4, 201).save(tmp_path / "run")
+    file = cc.simulate(MECHANISMS.slider_crank(), duration=1e-4, samples=201).save(tmp_path / "run")
     whole = file.read_bytes()
     for start in range(0, len(whole), max(1, len(whole) // 60)):
         damaged = bytearray(whole)
@@ -216,7 +220,7 @@ def test_a_demand_without_meaning_is_found_before_the_runs(words, problem, monke
 
 
 def test_figures_show_the_outputs_that_are_hard(tmp_path):
-    result = cc.tradeoff(MECHANISMS.four_bar(), 5e-3, 101, rtols=[1e-4, 1e-6], repeats=1)
+    result = cc.tradeoff(MECHANISMS.four_bar(), duration=5e-3, samples=101, rtols=[1e-4, 1e-6], repeats=1)
     figure = tradeoff_output.figure(result)
     named = {column_words(name): name for name in result.outputs}
     shown = [named[ax.get_xlabel().split(" of ", 1)[1].split(" to ")[0]] for ax in figure.axes]
@@ -248,9 +252,9 @@ def block(gravity, speed=0.0):
 
 
 def test_another_load_acts_from_there_on():
-    up = cc.simulate(block(10.0, speed=6.0), 0.5, 11)
+    up = cc.simulate(block(10.0, speed=6.0), duration=0.5, samples=11)
     with pytest.warns(cc.ChebclearWarning, match=r"acceleration\[1\]: -10, now -2"):
-        down = cc.simulate(block(2.0), 1.0, 21, start=up.end)
+        down = cc.simulate(block(2.0), duration=1.0, samples=21, start=up.end)
     since = down.t - 0.5
     height, speed = 6.0 * 0.5 - 10.0 * 0.5**2 / 2.0, 6.0 - 10.0 * 0.5
     np.testing.assert_allclose(down["block.y"], height + speed * since - since**2, atol=1e-12)
@@ -258,28 +262,32 @@ def test_another_load_acts_from_there_on():
 
 
 def test_the_same_scene_goes_on_without_a_word(recwarn):
-    run = cc.simulate(block(10.0), 0.5, 11)
-    cc.simulate(block(10.0, speed=3.0), 0.5, 11, start=run.end)  # where it starts no longer matters
+    run = cc.simulate(block(10.0), duration=0.5, samples=11)
+    cc.simulate(
+        block(10.0, speed=3.0), duration=0.5, samples=11, start=run.end
+    )  # where it starts no longer matters
     assert not recwarn.list
 
 
 @QUIET
 def test_another_speed_would_turn_the_crank_at_once(tmp_path):
-    run = cc.simulate(MECHANISMS.slider_crank(crank_speed=200.0), 0.01, 11)
+    run = cc.simulate(MECHANISMS.slider_crank(crank_speed=200.0), duration=0.01, samples=11)
     for end in (run.end, cc.Trajectory.load(run.save(tmp_path / "run")).end):
         with pytest.raises(cc.StartError, match="would make it jump from 2 to 1 rad") as raised:
-            cc.simulate(MECHANISMS.slider_crank(crank_speed=100.0), 0.01, 11, start=end)
+            cc.simulate(MECHANISMS.slider_crank(crank_speed=100.0), duration=0.01, samples=11, start=end)
         assert len(raised.value.problems) == 2 and "deep in its bearing" in str(raised.value)
 
 
 def test_another_speed_that_goes_on_from_there():
-    run = cc.simulate(MECHANISMS.four_bar(clearance_at=(), crank_speed=50.0), 0.01, 11)
+    run = cc.simulate(MECHANISMS.four_bar(clearance_at=(), crank_speed=50.0), duration=0.01, samples=11)
     faster = MECHANISMS.four_bar(clearance_at=(), crank_speed=80.0)
     (drive,) = faster.drives
     # 50 t until 0.01 s, from there on 80 rad/s.
     drive = dataclasses.replace(drive, angle=drive.angle + (50.0 - 80.0) * 0.01)
     with pytest.warns(cc.ChebclearWarning, match=r"drives\[0\].speed: 50, now 80"):
-        more = cc.simulate(dataclasses.replace(faster, drives=[drive]), 0.01, 11, start=run.end)
+        more = cc.simulate(
+            dataclasses.replace(faster, drives=[drive]), duration=0.01, samples=11, start=run.end
+        )
     turned = more["crank.angle"] - run["crank.angle"][-1]
     np.testing.assert_allclose(turned, 80.0 * (more.t - 0.01), atol=1e-12)
 
@@ -292,20 +300,20 @@ def test_a_scene_goes_on_where_the_table_of_its_drive_ends():
         return cc.Scene([block], [guide], drives=[cc.Motion("drive", "guide", motion)])
 
     times = np.linspace(0.0, 1.0, 6)
-    run = cc.simulate(driven(cc.Table(times, np.sin(times))), 1.0, 11)
+    run = cc.simulate(driven(cc.Table(times, np.sin(times))), duration=1.0, samples=11)
     for motion in (cc.Table(1.0 + times, np.sin(1.0 + times)), cc.Polynomial((math.sin(1.0),))):
-        more = cc.simulate(driven(motion), 1.0, 6, start=run.end)
+        more = cc.simulate(driven(motion), duration=1.0, samples=6, start=run.end)
         expected = motion.values if isinstance(motion, cc.Table) else math.sin(1.0)
         np.testing.assert_allclose(more["block.x"], expected, atol=1e-12)
     with pytest.raises(cc.StartError, match=r"would make it jump from 0\.841471 to 0\.9 m"):
-        cc.simulate(driven(cc.Polynomial((0.9,))), 1.0, 6, start=run.end)
+        cc.simulate(driven(cc.Polynomial((0.9,))), duration=1.0, samples=6, start=run.end)
 
 
 @QUIET
 def test_another_length_would_tear_the_mechanism_apart():
-    run = cc.simulate(MECHANISMS.slider_crank(), 0.01, 11)
+    run = cc.simulate(MECHANISMS.slider_crank(), duration=0.01, samples=11)
     with pytest.raises(cc.StartError, match="m deep in its bearing, deeper than its clearance of 2e-05 m"):
-        cc.simulate(MECHANISMS.slider_crank(rod_length=0.13), 0.01, 11, start=run.end)
+        cc.simulate(MECHANISMS.slider_crank(rod_length=0.13), duration=0.01, samples=11, start=run.end)
 
 
 @QUIET
@@ -314,23 +322,27 @@ def test_loops_that_would_not_close():
         bars = MECHANISMS.four_bar(clearance_at=(), **lengths)
         return dataclasses.replace(bars, drives=[], forces=[cc.Gravity((0.0, -9.81))])
 
-    run = cc.simulate(hanging(), 0.01, 11)
+    run = cc.simulate(hanging(), duration=0.01, samples=11)
     for length in ("ground_length", "rocker_length"):
         with pytest.raises(cc.StartError, match="the loops do not close"):
-            cc.simulate(hanging(**{length: 0.101}), 0.01, 11, start=run.end)
-    assert cc.simulate(hanging(rocker_mass=0.3), 0.01, 11, start=run.end).success
+            cc.simulate(hanging(**{length: 0.101}), duration=0.01, samples=11, start=run.end)
+    assert cc.simulate(hanging(rocker_mass=0.3), duration=0.01, samples=11, start=run.end).success
 
 
 @QUIET
 def test_another_length_would_make_a_prescribed_mechanism_jump():
     ideal = {"clearance_at": ()}
-    run = cc.simulate(MECHANISMS.four_bar(**ideal), 0.01, 11)
+    run = cc.simulate(MECHANISMS.four_bar(**ideal), duration=0.01, samples=11)
     with pytest.raises(
         cc.StartError, match=r'joint "crank_pin" would jump from .* lengths do not fit'
     ) as raised:
-        cc.simulate(MECHANISMS.four_bar(coupler_length=0.101, **ideal), 0.01, 11, start=run.end)
+        cc.simulate(
+            MECHANISMS.four_bar(coupler_length=0.101, **ideal), duration=0.01, samples=11, start=run.end
+        )
     assert len(raised.value.problems) == 1
-    more = cc.simulate(MECHANISMS.four_bar(coupler_mass=0.3, **ideal), 0.01, 11, start=run.end)
+    more = cc.simulate(
+        MECHANISMS.four_bar(coupler_mass=0.3, **ideal), duration=0.01, samples=11, start=run.end
+    )
     assert more["rocker.angle"][0] == pytest.approx(run["rocker.angle"][-1], abs=1e-12)
 
 
@@ -338,38 +350,40 @@ def test_the_angle_of_a_pin_is_no_displacement():
     bob = cc.Body("bob", mass=1.0, inertia=0.01, points={"A": (0.0, 0.5)})
     pinned = cc.Scene([bob], [cc.Revolute("joint", "ground", "bob.A")], [cc.Gravity((1.0, -9.81))])
     guided = dataclasses.replace(pinned, joints=[cc.Prismatic("joint", "ground", "bob.A", axis=(1.0, 0.0))])
-    run = cc.simulate(pinned, 0.5, 11)
+    run = cc.simulate(pinned, duration=0.5, samples=11)
     with pytest.raises(
         cc.StartError, match='another mechanism: joint "joint" is a Prismatic, was a Revolute'
     ):
-        cc.simulate(guided, 0.5, 11, start=run.end)
+        cc.simulate(guided, duration=0.5, samples=11, start=run.end)
 
 
 def test_a_worn_bearing_is_no_other_mechanism():
-    run = cc.simulate(MECHANISMS.slider_crank(clearance=2e-5), 0.01, 11)
+    run = cc.simulate(MECHANISMS.slider_crank(clearance=2e-5), duration=0.01, samples=11)
     with pytest.warns(cc.ChebclearWarning, match=r"joints\[3\].clearance: 2e-05, now 2.1e-05"):
-        worn = cc.simulate(MECHANISMS.slider_crank(clearance=2.1e-5), 1e-3, 11, start=run.end)
+        worn = cc.simulate(
+            MECHANISMS.slider_crank(clearance=2.1e-5), duration=1e-3, samples=11, start=run.end
+        )
     assert worn["slider.x"][0] == pytest.approx(run["slider.x"][-1], abs=2e-6)
 
 
 def test_an_end_is_a_value():
-    end = cc.simulate(block(10.0), 0.5, 11).end
+    end = cc.simulate(block(10.0), duration=0.5, samples=11).end
     assert end == pickle.loads(pickle.dumps(end)) and hash(end) == hash(copy.deepcopy(end))
     assert repr(end) == "<EndState: t = 0.5 s>"
     # Files written before ends were told apart know neither the scene nor the very end.
     memory = {name: value for name, value in json.loads(end.memory).items() if name != "end"}
     old = cc.EndState(json.dumps(memory))
-    more = cc.simulate(block(10.0), 0.5, 11, start=old)
+    more = cc.simulate(block(10.0), duration=0.5, samples=11, start=old)
     np.testing.assert_allclose(more["block.y"], -5.0 * more.t**2, atol=1e-12)
     with pytest.raises(cc.StartError, match="only its own scene"):
-        cc.simulate(block(2.0), 0.5, 11, start=cc.EndState(old.memory, end.scene))
+        cc.simulate(block(2.0), duration=0.5, samples=11, start=cc.EndState(old.memory, end.scene))
 
 
 # --- the error of one run -------------------------------------------------------------------------------
 
 
 def test_an_estimate_in_words():
-    run = cc.simulate(MECHANISMS.slider_crank(), 1e-3, 11, error="estimate")
+    run = cc.simulate(MECHANISMS.slider_crank(), duration=1e-3, samples=11, error="estimate")
     assert run.error["slider.vx"].in_words() == "did not part"
     assert dataclasses.asdict(run.error)["status"] == "done"
     parted = run.error["slider.vx"]._replace(horizon=0.0125, parted=True)

@@ -37,7 +37,7 @@ def ideal_slider_crank(angle, crank_length, rod_length, crank_speed=paper.CRANK_
 class TestIdealMechanism:
     def test_the_engine_gives_the_closed_form(self):
         scene = mechanisms.slider_crank(crank_length=0.053, rod_length=0.117, clearance_at=())
-        run = simulate(scene, paper.DURATION, paper.SAMPLES)
+        run = simulate(scene, duration=paper.DURATION, samples=paper.SAMPLES)
         assert run.stats.evaluations == 0  # nothing is integrated
         position, velocity, acceleration = ideal_slider_crank(np.radians(paper.CRANK_ANGLE), 0.053, 0.117)
         np.testing.assert_allclose(run["slider.x"], position, rtol=0, atol=1e-13)

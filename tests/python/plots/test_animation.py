@@ -205,7 +205,9 @@ def test_an_mp4_is_one(run, tmp_path):
 
 
 def test_a_run_that_ended_early_is_shown_until_then():
-    run = cc.simulate(cc.mechanisms.slider_crank(), 0.06, 601, max_steps=500, on_failure="return")
+    run = cc.simulate(
+        cc.mechanisms.slider_crank(), duration=0.06, samples=601, max_steps=500, on_failure="return"
+    )
     animation = cc.animate(run, frames=10)
     assert animation.figure(-1) is not None
     assert animation._stage.motion.t[-1] <= run.end_time

@@ -141,7 +141,9 @@ class TestBifurcation:
     def test_samples_are_those_of_single_runs(self, diagram):
         for row, clearance in zip(diagram.samples, (1e-5, 4e-5), strict=True):
             scene = cc.mechanisms.slider_crank(clearance=clearance)
-            run = cc.simulate(scene, 2.0 * scene.period, 3, skip=scene.period, outputs=["slider.ax"])
+            run = cc.simulate(
+                scene, duration=2.0 * scene.period, samples=3, skip=scene.period, outputs=["slider.ax"]
+            )
             np.testing.assert_array_equal(row, run["slider.ax"])
         assert repr(diagram) == "<Bifurcation of slider.ax over clearance: 2 values, 3 periods each>"
 

@@ -43,7 +43,13 @@ def test_ranges_tell_rounding_from_motion():
 @pytest.mark.parametrize("method", METHODS)
 def test_the_estimate_is_the_error_against_the_closed_form(method):
     run = cc.simulate(
-        pendulum(), quarter_period(), 2, rtol=1e-5, method=method, outputs=OUTPUTS, error="estimate"
+        pendulum(),
+        duration=quarter_period(),
+        samples=2,
+        rtol=1e-5,
+        method=method,
+        outputs=OUTPUTS,
+        error="estimate",
     )
     assert run.error.rtol == pytest.approx(1e-7) and run.error.status == "done"
     for name, truth in zip(OUTPUTS, (LOWEST_ANGLE, LOWEST_SPEED), strict=True):
@@ -58,11 +64,13 @@ def test_the_estimate_is_the_error_against_the_closed_form(method):
 def test_the_estimate_of_a_chaotic_run_has_a_horizon(tmp_path):
     scene = cc.mechanisms.slider_crank(convention="corrected")
     outputs = ["slider.vx", "wrist.normal_force", "slider.y"]
-    run = cc.simulate(scene, 0.01, 401, 1e-3, "rodas5p", outputs, error="estimate")
-    plain = cc.simulate(scene, 0.01, 401, 1e-3, "rodas5p", outputs)
+    run = cc.simulate(
+        scene, duration=0.01, samples=401, rtol=1e-3, method="rodas5p", outputs=outputs, error="estimate"
+    )
+    plain = cc.simulate(scene, duration=0.01, samples=401, rtol=1e-3, method="rodas5p", outputs=outputs)
     assert plain.error is None and run != plain and replace(run, error=None) == plain
     # Against the truth, and not only against runs that may share its error.
-    true = cc.simulate(scene, 0.01, 401, 1e-11, outputs=outputs)["wrist.normal_force"]
+    true = cc.simulate(scene, duration=0.01, samples=401, rtol=1e-11, outputs=outputs)["wrist.normal_force"]
     force = run.error["wrist.normal_force"]
     error = np.abs(run["wrist.normal_force"] - true)
     assert 0.5 * error.max() < force.max_difference < 2.0 * error.max()
@@ -81,18 +89,20 @@ def test_the_estimate_of_a_chaotic_run_has_a_horizon(tmp_path):
 
 def test_the_estimate_of_a_run_that_fails_covers_what_both_reached():
     short = {"rtol": 1e-8, "method": "rodas5p", "max_steps": 30, "error": "estimate"}
-    run = cc.simulate(pendulum(), 1.0, 101, outputs=OUTPUTS, on_failure="return", **short)
+    run = cc.simulate(pendulum(), duration=1.0, samples=101, outputs=OUTPUTS, on_failure="return", **short)
     assert run.status == run.error.status == "max_steps"
     assert 0.0 < run.error.compared_until < run.end_time
     assert run.error["bob.angle"].max_difference < 1e-6
     with pytest.raises(cc.SimulationError):
-        cc.simulate(pendulum(), 1.0, 101, **short)
+        cc.simulate(pendulum(), duration=1.0, samples=101, **short)
 
 
 def test_the_companion_runs_tighten_tolerances_that_were_set():
     own = {"position_tolerance": 1e-4, "velocity_tolerance": 1e-2}
-    run = cc.simulate(pendulum(), 0.5, 51, outputs=OUTPUTS, error="estimate", **own)
-    error = np.abs(run.values - cc.simulate(pendulum(), 0.5, 51, rtol=1e-11, outputs=OUTPUTS).values)
+    run = cc.simulate(pendulum(), duration=0.5, samples=51, outputs=OUTPUTS, error="estimate", **own)
+    error = np.abs(
+        run.values - cc.simulate(pendulum(), duration=0.5, samples=51, rtol=1e-11, outputs=OUTPUTS).values
+    )
     # What these tolerances leave is far above what the rtol alone would.
     assert np.all(error.max(axis=0) > 1e-6)
     np.testing.assert_array_less(np.abs(run.error.max_difference / error.max(axis=0) - 1.0), 0.5)
@@ -103,7 +113,7 @@ def test_the_companion_runs_tighten_tolerances_that_were_set():
 )
 def test_wrong_requests_for_an_estimate(change, words):
     with pytest.raises(ValueError, match=words):
-        cc.simulate(pendulum(), 1.0, 11, **({"error": "estimate"} | change))
+        cc.simulate(pendulum(), duration=1.0, samples=11, **({"error": "estimate"} | change))
 
 
 def test_companions_take_steps_of_their_own_where_no_tolerance_binds():
@@ -120,7 +130,7 @@ def test_companions_take_steps_of_their_own_where_no_tolerance_binds():
         [],
         [cc.Speed("m", "pivot", 3.0)],
     )
-    turn = cc.simulate(crank, 1.0, 11, outputs=["crank.angle"], error="estimate").error
+    turn = cc.simulate(crank, duration=1.0, samples=11, outputs=["crank.angle"], error="estimate").error
     assert turn["crank.angle"].max_difference == 0.0 and turn["crank.angle"].horizon == math.inf
 
 
@@ -146,7 +156,7 @@ CAPPED = [
 @pytest.mark.parametrize(("scene", "duration", "rtol"), CAPPED, ids=["slow crank", "two pins"])
 def test_companions_are_more_accurate_where_contacts_bind_the_tolerances(scene, duration, rtol):
     run, true = (
-        cc.simulate(scene, duration, 101, outputs=["slider.vx"], **other)
+        cc.simulate(scene, duration=duration, samples=101, outputs=["slider.vx"], **other)
         for other in ({"rtol": rtol, "error": "estimate"}, {"rtol": 1e-10})
     )
     error = np.abs(run["slider.vx"] - true["slider.vx"]).max()
@@ -156,9 +166,9 @@ def test_companions_are_more_accurate_where_contacts_bind_the_tolerances(scene, 
 
 def test_a_companion_that_fails_ends_what_is_estimated():
     scene, given = cc.mechanisms.slider_crank(), {"rtol": 1e-5, "outputs": ["slider.vx"], "error": "estimate"}
-    steps = cc.simulate(scene, 0.004, 41, rtol=1e-5).stats
+    steps = cc.simulate(scene, duration=0.004, samples=41, rtol=1e-5).stats
     limit = int(1.1 * (steps.steps + steps.rejected))
-    run = cc.simulate(scene, 0.004, 41, max_steps=limit, **given)
+    run = cc.simulate(scene, duration=0.004, samples=41, max_steps=limit, **given)
     assert run.success and run.error.status == "max_steps"
     estimate = run.error["slider.vx"]
     assert 0.0 < estimate.horizon == run.error.compared_until < 0.004 and not estimate.parted
@@ -179,7 +189,7 @@ def test_progress_of_all_runs_grows_from_0_to_1(monkeypatch):
     core_simulate = cc.run.simulation._core.simulate
     monkeypatch.setattr(cc.run.simulation._core, "simulate", simulate)
     shares = []
-    cc.simulate(pendulum(), 0.5, 11, error="estimate", progress=shares.append)
+    cc.simulate(pendulum(), duration=0.5, samples=11, error="estimate", progress=shares.append)
     assert shares == sorted(shares) and (shares[0], shares[-1]) == (0.0, 1.0) and len(shares) == 9
     assert simulated == [1e-6, pytest.approx(1e-7), pytest.approx(1e-8)]
 
@@ -190,14 +200,16 @@ def test_each_warning_comes_once():
     scene = cc.mechanisms.slider_crank(**contact)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        run = cc.simulate(scene, 0.002, 21, error="estimate")
+        run = cc.simulate(scene, duration=0.002, samples=21, error="estimate")
     messages = [str(warning.message) for warning in caught]
     assert messages == list(run.warnings)
     assert sum("restitution" in message for message in messages) == 1
     assert sum("floor" in message for message in messages) == 1
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        result = cc.tradeoff(scene, 0.002, 21, ["slider.x"], rtols=[1e-3, 1e-4], repeats=1)
+        result = cc.tradeoff(
+            scene, duration=0.002, samples=21, outputs=["slider.x"], rtols=[1e-3, 1e-4], repeats=1
+        )
     assert [str(warning.message) for warning in caught] == list(result.warnings) == messages
     assert {warning.filename for warning in caught} == {__file__}
 
@@ -208,7 +220,9 @@ def test_a_contact_that_creeps_is_warned_of_once(friction):
     scene = cc.mechanisms.slider_crank(friction=law)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        run = cc.simulate(scene, 0.03, 3001, outputs=["wrist.contact", "wrist.sliding_velocity"])
+        run = cc.simulate(
+            scene, duration=0.03, samples=3001, outputs=["wrist.contact", "wrist.sliding_velocity"]
+        )
     messages = [str(warning.message) for warning in caught if "creeps" in str(warning.message)]
     # Counted on samples, which knows nothing of the steps.
     pressed = run["wrist.contact"] > 0.0

@@ -45,8 +45,8 @@ class TestFunctionsOfTime:
         truth = spline(times, values)
         run = cc.simulate(
             cart(drives=[cc.Motion("drive", "rail", cc.Table(times, values))]),
-            times[-1],
-            201,
+            duration=times[-1],
+            samples=201,
             outputs=["rail.displacement", "rail.velocity", "rail.acceleration", "drive.force"],
         )
         for order, name in enumerate(["displacement", "velocity", "acceleration"]):
@@ -58,7 +58,10 @@ class TestFunctionsOfTime:
         motion = cc.Polynomial([0.1, 0.2, -0.3, 0.4])
         scene = cart([GRAVITY], [cc.Motion("drive", "rail", motion)], axis=axis)
         run = cc.simulate(
-            scene, 1.0, 51, outputs=["drive.*", "rail.*", "cart.ax", "cart.ay", "cart.vx", "cart.vy"]
+            scene,
+            duration=1.0,
+            samples=51,
+            outputs=["drive.*", "rail.*", "cart.ax", "cart.ay", "cart.vx", "cart.vy"],
         )
         t, along = run.t, np.array(axis) / np.hypot(*axis)
         speed, acceleration = 0.2 - 0.6 * t + 1.2 * t**2, -0.6 + 2.4 * t
@@ -78,7 +81,9 @@ class TestFunctionsOfTime:
 
     @pytest.mark.parametrize("held", [0.3, cc.Polynomial([0.3]), cc.Harmonic(0.0, 5.0, mean=0.3)])
     def test_a_number_holds_a_joint(self, held):
-        run = cc.simulate(cart([GRAVITY], [cc.Motion("drive", "rail", held)]), 0.1, 3, outputs=["rail.*"])
+        run = cc.simulate(
+            cart([GRAVITY], [cc.Motion("drive", "rail", held)]), duration=0.1, samples=3, outputs=["rail.*"]
+        )
         assert np.array_equal(run["rail.displacement"], np.full(3, 0.3))
         assert np.array_equal(run["rail.velocity"], np.zeros(3))
 
@@ -97,7 +102,9 @@ class TestOscillators:
             else [cc.Spring("s", "ground.wall", "cart.P", 200.0, 1.0, damping=3.0)]
         )
         scene = cart(forces, start=[cc.JointStart("rail", 0.1, -0.5)])
-        run = cc.simulate(scene, 3.0, 101, 1e-10, method, outputs=["cart.x", "energy.*"])
+        run = cc.simulate(
+            scene, duration=3.0, samples=101, rtol=1e-10, method=method, outputs=["cart.x", "energy.*"]
+        )
         decay, w = 3.0 / 4.0, math.sqrt(100.0 - 9.0 / 16.0)
         x = np.exp(-decay * run.t) * (0.1 * np.cos(w * run.t) + (-0.5 + decay * 0.1) / w * np.sin(w * run.t))
         np.testing.assert_allclose(run["cart.x"], x, rtol=0.0, atol=1e-9)
@@ -115,7 +122,14 @@ class TestOscillators:
             ],
             start=[cc.JointStart("axle", position=1.0, velocity=2.0)],
         )
-        run = cc.simulate(scene, 3.0, 101, 1e-10, method, outputs=["wheel.angle", "coil.*", "drag.*"])
+        run = cc.simulate(
+            scene,
+            duration=3.0,
+            samples=101,
+            rtol=1e-10,
+            method=method,
+            outputs=["wheel.angle", "coil.*", "drag.*"],
+        )
         decay, w = 0.6, math.sqrt(16.0 - 0.36)
         x = np.exp(-decay * run.t) * (0.6 * np.cos(w * run.t) + (2.0 + decay * 0.6) / w * np.sin(w * run.t))
         np.testing.assert_allclose(run["wheel.angle"], 0.4 + x, rtol=0.0, atol=1e-8)
@@ -145,7 +159,7 @@ class TestOscillators:
 
         r, angle = math.hypot(0.3, 0.2), math.atan2(0.3, 0.2)
         start = [r, angle, 0.2 * math.sin(angle), 0.2 * math.cos(angle) / r]
-        run = cc.simulate(scene, 1.5, 31, 1e-11, outputs=["spring.*", "bob.x", "bob.y"])
+        run = cc.simulate(scene, duration=1.5, samples=31, rtol=1e-11, outputs=["spring.*", "bob.x", "bob.y"])
         truth = solve(motion, (0.0, 1.5), start, "DOP853", run.t, rtol=1e-12, atol=1e-12).y
         np.testing.assert_allclose(run["spring.length"], truth[0], rtol=0.0, atol=1e-7)
         np.testing.assert_allclose(run["bob.x"], truth[0] * np.sin(truth[1]), rtol=0.0, atol=1e-7)
@@ -231,7 +245,11 @@ class TestFlywheel:
             flywheel=flywheel,
         )
         run = cc.simulate(
-            scene, 1.0, 401, 1e-9, outputs=["bearing.angle", "bearing.angular_velocity", "energy.*"]
+            scene,
+            duration=1.0,
+            samples=401,
+            rtol=1e-9,
+            outputs=["bearing.angle", "bearing.angular_velocity", "energy.*"],
         )
         angle, speed = run["bearing.angle"], run["bearing.angular_velocity"]
         energy = 0.5 * reduced_inertia(0.7, flywheel) * 400.0 + torque * (angle - 0.7)
@@ -243,7 +261,10 @@ class TestFlywheel:
         def unevenness(flywheel):
             start = [cc.JointStart("bearing", position=0.7, velocity=20.0)]
             run = cc.simulate(
-                slider_crank(start=start, flywheel=flywheel), 1.0, 401, outputs=["bearing.angular_velocity"]
+                slider_crank(start=start, flywheel=flywheel),
+                duration=1.0,
+                samples=401,
+                outputs=["bearing.angular_velocity"],
             )
             speed = run["bearing.angular_velocity"]
             return np.ptp(speed) / np.mean(speed)
@@ -261,7 +282,7 @@ class TestFlywheel:
             [cc.Revolute("axle", "ground", "wheel")],
             [cc.Torque("motor", "wheel", 3.0)],
         )
-        run = cc.simulate(scene, 2.0, 21, outputs=["wheel.angular_velocity"])
+        run = cc.simulate(scene, duration=2.0, samples=21, outputs=["wheel.angular_velocity"])
         np.testing.assert_allclose(run["wheel.angular_velocity"], 6.0 * run.t, rtol=1e-12)
 
 
@@ -371,7 +392,7 @@ class TestReactions:
         ids=["slider-crank", "driven crank", "driven slider", "four-bar", "swung crank", "driven coupler"],
     )
     def test_every_body_of_a_loop_is_in_balance(self, scene):
-        run = cc.simulate(scene, 0.3, 31, outputs=["*"])
+        run = cc.simulate(scene, duration=0.3, samples=31, outputs=["*"])
         scale = max(abs(run[name]).max() for name in run.columns if "reaction" in name)
         for name, (force, moment) in newton_and_euler(scene, run).items():
             assert abs(force).max() < 1e-9 * scale, name
@@ -384,7 +405,7 @@ class TestReactions:
         scene = slider_crank(
             [cc.Force("push", "slider.P", push, 0.0)], [cc.Motion("hold", "bearing", angle)], angle=angle
         )
-        run = cc.simulate(scene, 0.1, 3, outputs=["*"])
+        run = cc.simulate(scene, duration=0.1, samples=3, outputs=["*"])
         tilt = -math.asin(0.1 * math.sin(angle) / 0.35)
         rod = -push * np.array([1.0, math.tan(tilt)])  # what the rod does to the slider
         pin = 0.1 * np.array([math.cos(angle), math.sin(angle)])
@@ -413,7 +434,7 @@ class TestReactions:
             ],
             [GRAVITY, cc.Force("load", "tip.Q", 0.0, -10.0)],
         )
-        run = cc.simulate(scene, 0.1, 3, outputs=["root.*", "splice.*"])
+        run = cc.simulate(scene, duration=0.1, samples=3, outputs=["root.*", "splice.*"])
         assert run["root.reaction_x"][0] == 0.0
         assert run["root.reaction_y"] == pytest.approx(4.0 * 9.81 + 10.0)
         moment = 2.0 * 9.81 * 0.25 + 1.0 * 9.81 * 0.6 + (9.81 + 10.0) * 0.7
@@ -426,7 +447,7 @@ class TestStarts:
         scene = cc.mechanisms.slider_crank(clearance=1e-4)
         joint = next(joint.name for joint in scene.joints if isinstance(joint, cc.ClearanceRevolute))
         start = cc.ClearanceStart(joint, (3e-5, -4e-5), (0.02, 0.01))
-        run = cc.simulate(dataclasses.replace(scene, start=[start]), 1e-6, 2)
+        run = cc.simulate(dataclasses.replace(scene, start=[start]), duration=1e-6, samples=2)
         np.testing.assert_allclose(
             [run[f"{joint}.eccentricity_{axis}"][0] for axis in "xy"], (3e-5, -4e-5), rtol=0.0, atol=1e-16
         )
@@ -441,13 +462,13 @@ class TestStarts:
         pressed = cc.ClearanceStart(clearance.name, (0.0, -clearance.clearance * 1.001))
         scene = dataclasses.replace(scene, start=[pressed])
         with pytest.warns(cc.ChebclearWarning, match="starts in contact"):
-            run = cc.simulate(scene, 1e-4, 11)
+            run = cc.simulate(scene, duration=1e-4, samples=11)
         assert run[f"{clearance.name}.contact"][0] == 1.0
         assert run.contacts.onset[0] == 0.0 and np.isnan(run.contacts.impact_velocity[0])
 
     def test_joints_and_bodies_start_as_they_are_told(self):
         scene = four_bar(start=[cc.JointStart("C", velocity=3.0), cc.BodyStart("crank", angle=1.25)])
-        run = cc.simulate(scene, 1e-3, 2, outputs=["*"])
+        run = cc.simulate(scene, duration=1e-3, samples=2, outputs=["*"])
         assert run["crank.angle"][0] == pytest.approx(1.25, abs=1e-12)
         assert run["C.angular_velocity"][0] == pytest.approx(3.0, abs=1e-12)
         speeds = [run[f"{name}.angular_velocity"][0] for name in ("coupler", "rocker")]
@@ -481,8 +502,8 @@ class TestStarts:
     @pytest.mark.parametrize("method", METHODS)
     def test_skipping_is_looking_later(self, method):
         scene = cc.mechanisms.slider_crank(clearance=5e-5)
-        whole = cc.simulate(scene, 0.015625, 65, method=method)
-        late = cc.simulate(scene, 0.015625 / 4, 17, method=method, skip=0.75 * 0.015625)
+        whole = cc.simulate(scene, duration=0.015625, samples=65, method=method)
+        late = cc.simulate(scene, duration=0.015625 / 4, samples=17, method=method, skip=0.75 * 0.015625)
         assert np.array_equal(late.t, whole.t[48:])
         assert np.array_equal(late.values, whole.values[48:])
         assert late.end_time == whole.end_time

@@ -29,7 +29,7 @@ METHODS = ["rodas5p", "rodas4", "dop853"]
 
 def imbalance(scene, duration, method="rodas5p", rtol=RTOL):
     """Largest balance, as a part of the largest energy, and the run."""
-    run = cc.simulate(scene, duration, 101, rtol, method, outputs=["*"])
+    run = cc.simulate(scene, duration=duration, samples=101, rtol=rtol, method=method, outputs=["*"])
     largest = max(abs(run[f"energy.{name}"]).max() for name in ENERGIES)
     return abs(run["energy.balance"]).max() / largest, run
 
@@ -179,8 +179,10 @@ def test_the_printed_sliding_velocity_balances_too():
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8, 1e-10])
 def test_the_balance_measures_the_error_of_a_run(rtol):
     scene = ELEMENTS["spring with damper"]
-    run = cc.simulate(scene, 1.0, 101, rtol, outputs=["energy.*", "lower.angle"])
-    truth = cc.simulate(scene, 1.0, 101, 1e-13, "dop853", outputs=["lower.angle"])
+    run = cc.simulate(scene, duration=1.0, samples=101, rtol=rtol, outputs=["energy.*", "lower.angle"])
+    truth = cc.simulate(
+        scene, duration=1.0, samples=101, rtol=1e-13, method="dop853", outputs=["lower.angle"]
+    )
     error = abs(run["lower.angle"] - truth["lower.angle"]).max()
     balance = abs(run["energy.balance"]).max()
     assert balance < 300.0 * rtol
@@ -192,7 +194,14 @@ def test_the_balance_measures_the_error_of_a_run(rtol):
 def test_power_of_the_drive_adds_up_to_the_input(name):
     scene, duration = MADE[name]
     drive = scene.drives[0].name
-    run = cc.simulate(scene, duration, 20001, 1e-9, "dop853", outputs=[f"{drive}.*", "energy.input"])
+    run = cc.simulate(
+        scene,
+        duration=duration,
+        samples=20001,
+        rtol=1e-9,
+        method="dop853",
+        outputs=[f"{drive}.*", "energy.input"],
+    )
     power = run[f"{drive}.power"]
     np.testing.assert_allclose(power, run[f"{drive}.torque"] * scene.drives[0].speed, rtol=1e-14)
     work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(run.t))])
@@ -238,7 +247,7 @@ class TestHeadOnImpact:
             [cc.ClearanceRevolute("bearing", "ground", "journal", 0.01, self.CLEARANCE, law)],
             start=[cc.ClearanceStart("bearing", (0.0, 0.0), (0.6 * self.SPEED, -0.8 * self.SPEED))],
         )
-        return cc.simulate(scene, 4e-3, 401, 1e-10, outputs=["*"], **options)
+        return cc.simulate(scene, duration=4e-3, samples=401, rtol=1e-10, outputs=["*"], **options)
 
     def test_contacts_are_those_of_the_events(self, law, ratio):
         run = self.run(law)
@@ -294,7 +303,7 @@ class TestHeadOnImpact:
     def test_a_contact_that_lasts_to_the_end_has_no_separation(self, law, ratio):
         whole = self.run(law)
         middle = whole.contacts.peak_time[0]
-        run = cc.simulate(whole.scene, middle, 11, 1e-10)
+        run = cc.simulate(whole.scene, duration=middle, samples=11, rtol=1e-10)
         assert (
             len(run.contacts) == 1
             and np.isnan(run.contacts.separation[0])
@@ -344,7 +353,9 @@ def test_a_run_whose_energy_does_not_balance_warns(outputs):
 @pytest.mark.parametrize("name", MADE)
 def test_a_run_whose_energy_balances_does_not_warn(name):
     scene, duration = MADE[name]
-    assert unbalanced(cc.simulate(scene, 0.3 * duration, 2, outputs=["energy.kinetic"])) == 0.0
+    assert (
+        unbalanced(cc.simulate(scene, duration=0.3 * duration, samples=2, outputs=["energy.kinetic"])) == 0.0
+    )
 
 
 def test_looking_at_energies_changes_no_step():

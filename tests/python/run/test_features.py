@@ -26,7 +26,7 @@ class TestHertzImpact:
 
     @pytest.mark.parametrize("method", ["auto", "rodas5p", "rodas4"])
     def test_peak_between_two_samples(self, method):
-        run = cc.simulate(self.SCENE, 4e-3, 2, 1e-9, method)
+        run = cc.simulate(self.SCENE, duration=4e-3, samples=2, rtol=1e-9, method=method)
         force, depth = run.peak("bearing.normal_force"), run.peak("bearing.penetration")
         assert force.value == pytest.approx(self.PEAK, rel=1e-6)
         assert depth.value == pytest.approx(self.DEEPEST, rel=1e-6)
@@ -41,7 +41,7 @@ class TestHertzImpact:
             cc.impacts("bearing"),
             cc.loss("bearing"),
         ]
-        run = cc.simulate(self.SCENE, 4e-3, 2, 1e-9, features=wanted)
+        run = cc.simulate(self.SCENE, duration=4e-3, samples=2, rtol=1e-9, features=wanted)
         impulse, share, count, loss = (run.feature(feature) for feature in wanted)
         assert impulse == pytest.approx(2.0 * self.MASS * self.SPEED, rel=1e-6)
         assert share == pytest.approx(self.LASTS / 4e-3, rel=1e-6)
@@ -50,7 +50,7 @@ class TestHertzImpact:
 
     @pytest.mark.parametrize("part", [0.2, 0.49, 0.51, 0.8])
     def test_contact_open_at_the_end_counts_the_last_step(self, part):
-        run = cc.simulate(self.SCENE, self.ONSET + part * self.LASTS, 2, 1e-9)
+        run = cc.simulate(self.SCENE, duration=self.ONSET + part * self.LASTS, samples=2, rtol=1e-9)
         peak = run.contacts.peak_force[-1]
         assert np.isnan(run.contacts.separation[-1])
         assert peak == pytest.approx(run.peak("bearing.normal_force").value, rel=1e-6)
@@ -62,7 +62,7 @@ class TestHertzImpact:
     @pytest.mark.parametrize("part", [0.3, 0.7])
     def test_window_has_contacts_and_events_of_its_own(self, part):
         skip = self.ONSET + part * self.LASTS
-        run = cc.simulate(self.SCENE, 4e-3 - skip, 2, 1e-9, skip=skip)
+        run = cc.simulate(self.SCENE, duration=4e-3 - skip, samples=2, rtol=1e-9, skip=skip)
         assert list(run.skipped_events.kind) == ["onset"]
         assert list(run.events.kind) == ["separation"]
         ((before,), (after,)) = run.skipped_contacts.peak_force, run.contacts.peak_force
@@ -75,13 +75,13 @@ class TestHertzImpact:
         assert run.contacts.separation[0] == run.events.time[0]
 
     def test_window_without_contacts(self):
-        late = cc.simulate(self.SCENE, 1e-3, 2, skip=4e-3)
+        late = cc.simulate(self.SCENE, duration=1e-3, samples=2, skip=4e-3)
         assert len(late.events) == len(late.contacts) == 0
         assert len(late.skipped_events) == 2
         assert late.skipped_contacts.separation[0] == late.skipped_events.time[1]
 
     def test_cycles_divide_the_window(self):
-        run = cc.simulate(self.SCENE, 4e-3, 2, 1e-9)
+        run = cc.simulate(self.SCENE, duration=4e-3, samples=2, rtol=1e-9)
         middle = self.ONSET + 0.5 * self.LASTS
         whole, pieces = run.feature(cc.impulse("bearing")), run.feature(cc.impulse("bearing"), cycles=7)
         assert pieces.shape == (7,)
@@ -105,7 +105,9 @@ class TestPendulum:
     )
 
     def test_extrema(self):
-        run = cc.simulate(self.SCENE, 2.5, 2, 1e-9, outputs=["bob.angle", "pin.reaction_y"])
+        run = cc.simulate(
+            self.SCENE, duration=2.5, samples=2, rtol=1e-9, outputs=["bob.angle", "pin.reaction_y"]
+        )
         rest = 1.0 - math.cos(self.ANGLE)
         weight = self.MASS * self.GRAVITY
         assert run.peak("pin.reaction_y").value == pytest.approx(weight * (1.0 + 2.0 * rest), rel=1e-7)
@@ -142,7 +144,7 @@ class TestPrescribed:
         return position, self.SPEED * slope
 
     def test_extrema_and_means(self):
-        run = cc.simulate(self.SCENE, 3.0 * self.TURN, 2)
+        run = cc.simulate(self.SCENE, duration=3.0 * self.TURN, samples=2)
         position, velocity = self.motion()
         assert run.peak("slider.vx").value == pytest.approx(velocity.max(), rel=1e-8)
         assert run.lowest("slider.vx").value == pytest.approx(velocity.min(), rel=1e-8)
@@ -157,7 +159,9 @@ class TestPrescribed:
         assert run.feature(cc.time_of_peak("slider.ax"), cycles=3)[1] > self.TURN
 
     def test_work_is_an_output_too(self):
-        run = cc.simulate(self.SCENE, 3.0 * self.TURN, 2, outputs=["energy.input", "energy.kinetic"])
+        run = cc.simulate(
+            self.SCENE, duration=3.0 * self.TURN, samples=2, outputs=["energy.input", "energy.kinetic"]
+        )
         swing = run.feature(cc.peak_to_peak("energy.input"))
         assert swing == pytest.approx(run.feature(cc.peak_to_peak("energy.kinetic")), rel=1e-6)
 
@@ -174,7 +178,7 @@ def test_a_step_may_be_many_turns_long():
         drives=[cc.Speed("drive", "pin", speed)],
         start=[cc.JointStart("rail", velocity=1.0)],
     )
-    run = cc.simulate(scene, 4.0, 2)
+    run = cc.simulate(scene, duration=4.0, samples=2)
     assert run.stats.steps < 100
     assert run.peak("crank.x").value == pytest.approx(radius, rel=1e-9)
     assert run.lowest("crank.vy").value == pytest.approx(-radius * speed, rel=1e-9)
@@ -187,8 +191,10 @@ def test_a_step_may_be_many_turns_long():
 def runs(request):
     """The same run, hardly and finely sampled."""
     scene, duration = TestClearance.SCENE, TestClearance.DURATION
-    rough = cc.simulate(scene, duration, 2, method=request.param)
-    fine = cc.simulate(scene, duration, 100_001, method=request.param, outputs=TestClearance.OUTPUTS)
+    rough = cc.simulate(scene, duration=duration, samples=2, method=request.param)
+    fine = cc.simulate(
+        scene, duration=duration, samples=100_001, method=request.param, outputs=TestClearance.OUTPUTS
+    )
     return rough, fine
 
 
@@ -218,7 +224,12 @@ class TestClearance:
         rough, _ = runs
         wanted = [cc.peak("slider.ax"), cc.time_of_peak("slider.ax"), cc.wear("wrist"), cc.mean("slider.x")]
         asked = cc.simulate(
-            self.SCENE, self.DURATION, 7, method=rough.settings.method, features=wanted, outputs=["slider.x"]
+            self.SCENE,
+            duration=self.DURATION,
+            samples=7,
+            method=rough.settings.method,
+            features=wanted,
+            outputs=["slider.x"],
         )
         assert np.array_equal(asked.end.memory, rough.end.memory)
         assert asked.peak("slider.ax") == rough.peak("slider.ax")
@@ -227,7 +238,7 @@ class TestClearance:
     def test_losses_are_those_of_the_outputs(self, runs):
         method = runs[0].settings.method
         names = [f"wrist.{name}" for name in ("wear", "impact_loss", "friction_loss")]
-        run = cc.simulate(self.SCENE, self.DURATION, 2, method=method, outputs=names)
+        run = cc.simulate(self.SCENE, duration=self.DURATION, samples=2, method=method, outputs=names)
         wear, impact, friction = run.values[-1]
         assert run.feature(cc.wear("wrist")) == pytest.approx(wear, rel=1e-5)
         assert run.feature(cc.loss("wrist")) == pytest.approx(impact + friction, rel=1e-5)
@@ -237,19 +248,21 @@ class TestClearance:
         rough, _ = runs
         peak = rough.peak("wrist.normal_force")
         assert peak.in_transient and "while the start settles" in str(peak)
-        later = cc.simulate(self.SCENE, 1e-3, 2, skip=self.SCENE.period)
+        later = cc.simulate(self.SCENE, duration=1e-3, samples=2, skip=self.SCENE.period)
         assert not later.peak("wrist.normal_force").in_transient
 
     def test_goes_on(self, runs):
-        first = cc.simulate(self.SCENE, 4e-3, 2)
-        second = cc.simulate(self.SCENE, 4e-3, 2, start=first.end)
-        whole = cc.simulate(self.SCENE, 4e-3, 2, skip=4e-3)
+        first = cc.simulate(self.SCENE, duration=4e-3, samples=2)
+        second = cc.simulate(self.SCENE, duration=4e-3, samples=2, start=first.end)
+        whole = cc.simulate(self.SCENE, duration=4e-3, samples=2, skip=4e-3)
         for name in ("slider.ax", "wrist.normal_force"):
             assert second.peak(name).value == pytest.approx(whole.peak(name).value, rel=1e-9)
         assert second.feature(cc.impacts("wrist")) == whole.feature(cc.impacts("wrist"))
 
     def test_files(self, runs, tmp_path):
-        run = cc.simulate(self.SCENE, 2e-3, 5, skip=4e-3, features=[cc.rms("slider.ax")], cycles=2)
+        run = cc.simulate(
+            self.SCENE, duration=2e-3, samples=5, skip=4e-3, features=[cc.rms("slider.ax")], cycles=2
+        )
         loaded = cc.Trajectory.load(run.save(tmp_path / "run"))
         assert loaded == run
         assert loaded.features.shape == (2, 1)
@@ -258,7 +271,7 @@ class TestClearance:
     def test_a_run_that_fails_has_what_it_finished(self):
         wanted = [cc.peak("slider.vx"), cc.impacts("wrist")]
         with pytest.raises(cc.SimulationError) as caught:
-            cc.simulate(self.SCENE, 0.01, 2, max_steps=300, features=wanted, cycles=10)
+            cc.simulate(self.SCENE, duration=0.01, samples=2, max_steps=300, features=wanted, cycles=10)
         run = caught.value.trajectory
         finished = np.arange(1, 11) * 1e-3 <= run.end_time
         assert 0 < finished.sum() < 10
@@ -272,12 +285,12 @@ class TestWrongArguments:
     def test_names_are_refused_with_the_nearest(self):
         wanted = [cc.peak("bearing.normal_forse"), cc.impacts("bearin"), cc.impulse("journal.x")]
         with pytest.raises(ValueError) as caught:
-            cc.simulate(self.SCENE, 1e-3, 2, features=wanted)
+            cc.simulate(self.SCENE, duration=1e-3, samples=2, features=wanted)
         lines = str(caught.value).splitlines()
         assert [line.split('"')[1] for line in lines] == ["bearing.normal_forse", "bearin", "journal.x"]
         assert 'did you mean "bearing.normal_force"?' in lines[0]
         assert 'did you mean "bearing"?' in lines[1]
-        run = cc.simulate(self.SCENE, 1e-3, 2)
+        run = cc.simulate(self.SCENE, duration=1e-3, samples=2)
         with pytest.raises(ValueError, match="did you mean"):
             run.peak("bearing.normal_forse")
         with pytest.raises(ValueError, match="clearance joint"):
@@ -286,12 +299,12 @@ class TestWrongArguments:
     @pytest.mark.parametrize("features", ["peak", [1.0], 3, [cc.peak("journal.x"), "journal.x"]])
     def test_what_is_no_feature(self, features):
         with pytest.raises(TypeError, match="features"):
-            cc.simulate(self.SCENE, 1e-3, 2, features=features)
+            cc.simulate(self.SCENE, duration=1e-3, samples=2, features=features)
 
     @pytest.mark.parametrize("cycles", [0, -1, 2.0, True, None, "all"])
     def test_cycles(self, cycles):
         with pytest.raises((ValueError, TypeError), match="cycles must be a whole number >= 1"):
-            cc.simulate(self.SCENE, 1e-3, 2, cycles=cycles)
+            cc.simulate(self.SCENE, duration=1e-3, samples=2, cycles=cycles)
 
     def test_kinds_and_names(self):
         with pytest.raises(ValueError, match='did you mean "peak"'):

@@ -32,7 +32,7 @@ def free_pair(stiffness):
 @pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 @pytest.mark.parametrize("stiffness", [1e10, 1e7, 4e5])
 def test_a_free_pair_drifts_by_exactly_the_couple_of_friction(stiffness):
-    run = cc.simulate(free_pair(stiffness), 0.012, 8001, rtol=1e-9)
+    run = cc.simulate(free_pair(stiffness), duration=0.012, samples=8001, rtol=1e-9)
     momentum = np.zeros(run.t.size)
     for name, (mass, inertia) in BODIES.items():
         x, y, vx, vy, rate = (run[f"{name}.{what}"] for what in ("x", "y", "vx", "vy", "angular_velocity"))

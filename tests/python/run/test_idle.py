@@ -28,7 +28,8 @@ def test_an_idle_element(method, extra):
     if "ground" in extra:
         extra = {"ground": dict(scene.ground) | extra["ground"]}
     plain, more = (
-        cc.simulate(each, 0.01, 21, method=method) for each in (scene, dataclasses.replace(scene, **extra))
+        cc.simulate(each, duration=0.01, samples=21, method=method)
+        for each in (scene, dataclasses.replace(scene, **extra))
     )
     assert more.stats == plain.stats
     assert np.array_equal(more.values, plain.values) and more.events == plain.events
@@ -38,7 +39,8 @@ def test_an_idle_element(method, extra):
 def test_outputs_that_are_not_asked_for(method):
     scene = cc.mechanisms.slider_crank(clearance=5e-5)
     plain, more = (
-        cc.simulate(scene, 0.01, 21, method=method, outputs=outputs) for outputs in (["slider.x"], ["*"])
+        cc.simulate(scene, duration=0.01, samples=21, method=method, outputs=outputs)
+        for outputs in (["slider.x"], ["*"])
     )
     assert np.array_equal(more["slider.x"], plain["slider.x"])
     assert more.end_time == plain.end_time and more.events == plain.events

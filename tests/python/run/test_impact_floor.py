@@ -15,7 +15,7 @@ def test_the_default_floor_does_not_move_the_paper_s_mechanism_within_its_tolera
 
     def velocity(crank, rod, floor):
         scene = cc.mechanisms.slider_crank(crank_length=crank, rod_length=rod, impact_velocity_floor=floor)
-        return cc.simulate(scene, 0.06, 241, rtol=1e-4, outputs=["slider.vx"])["slider.vx"]
+        return cc.simulate(scene, duration=0.06, samples=241, rtol=1e-4, outputs=["slider.vx"])["slider.vx"]
 
     moved = [np.max(np.abs(velocity(*pair, None) - velocity(*pair, 1e-12))) for pair in lengths]
     assert max(moved) <= 1e-3
@@ -36,8 +36,8 @@ def slow_impact(floor=None):
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-5])
 def test_an_error_estimate_includes_the_floor(rtol):
-    exact = cc.simulate(slow_impact(1e-14), 0.02, 401, rtol=1e-10)
-    run = cc.simulate(slow_impact(), 0.02, 401, rtol=rtol, error="estimate")
+    exact = cc.simulate(slow_impact(1e-14), duration=0.02, samples=401, rtol=1e-10)
+    run = cc.simulate(slow_impact(), duration=0.02, samples=401, rtol=rtol, error="estimate")
     assert run.stats.floored_latches == 1
     for output in ("shaft.vy", "pin.penetration"):
         error = np.max(np.abs(run[output] - exact[output]))
@@ -49,7 +49,7 @@ def test_the_warning_of_a_slow_impact_says_what_to_do():
     def message(scene):
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            cc.simulate(scene, 0.02, 3, rtol=1e-3)
+            cc.simulate(scene, duration=0.02, samples=3, rtol=1e-3)
         return next(str(warning.message) for warning in caught if "impacts began" in str(warning.message))
 
     default = message(slow_impact())

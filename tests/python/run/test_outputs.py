@@ -40,7 +40,7 @@ SCENE = cc.Scene(
 
 @pytest.fixture(scope="module")
 def run():
-    return cc.simulate(SCENE, 0.2, 20001, 1e-9, "dop853", outputs=["*"])
+    return cc.simulate(SCENE, duration=0.2, samples=20001, rtol=1e-9, method="dop853", outputs=["*"])
 
 
 def test_every_part_has_its_outputs(run):
@@ -145,7 +145,7 @@ def test_energies_are_those_of_the_bodies(run):
 
 def test_patterns_choose_columns(run):
     def columns(*outputs):
-        return cc.simulate(SCENE, 1e-3, 2, outputs=outputs).columns
+        return cc.simulate(SCENE, duration=1e-3, samples=2, outputs=outputs).columns
 
     assert columns("energy.*") == tuple(name for name in run.columns if name.startswith("energy."))
     assert columns("*.wear") == ("eye.wear",)
@@ -157,7 +157,7 @@ def test_patterns_choose_columns(run):
 
 def test_unknown_names_and_patterns_are_listed_together():
     with pytest.raises(ValueError) as caught:
-        cc.simulate(SCENE, 1e-3, 2, outputs=["spring.lenght", "engine.*", "cart.x"])
+        cc.simulate(SCENE, duration=1e-3, samples=2, outputs=["spring.lenght", "engine.*", "cart.x"])
     text = str(caught.value)
     assert 'unknown output "spring.lenght"; did you mean "spring.length"?' in text
     assert 'unknown output "engine.*"' in text and "cart.x" not in text
@@ -181,9 +181,9 @@ def test_unknown_names_and_patterns_are_listed_together():
 def test_what_is_called_otherwise_elsewhere(given, meant):
     scene = cc.mechanisms.slider_crank()
     with pytest.raises(ValueError) as caught:
-        cc.simulate(scene, 1e-3, 2, outputs=[given])
+        cc.simulate(scene, duration=1e-3, samples=2, outputs=[given])
     assert str(caught.value) == f'unknown output "{given}"; did you mean {meant}?'
-    run = cc.simulate(scene, 1e-3, 2, outputs=["slider.vx", "slider.vy"])
+    run = cc.simulate(scene, duration=1e-3, samples=2, outputs=["slider.vx", "slider.vy"])
     with pytest.raises(KeyError, match=r"did you mean .slider.vx. or .slider.vy."):
         run["slider.velocity"]
 
@@ -218,8 +218,8 @@ def test_outputs_of_a_study_may_be_further_columns():
 
 def test_columns_that_were_not_asked_for_are_told_from_unknown_ones():
     scene = cc.mechanisms.slider_crank()
-    run = cc.simulate(scene, 1e-3, 3)
-    few = cc.simulate(scene, 1e-3, 3, outputs=["slider.x"])
+    run = cc.simulate(scene, duration=1e-3, samples=3)
+    few = cc.simulate(scene, duration=1e-3, samples=3, outputs=["slider.x"])
     study = cc.Study(
         cc.mechanisms.slider_crank,
         {"crank_length": cc.interval(0.05, rel=0.01)},
@@ -240,5 +240,5 @@ def test_patterns_know_upper_and_lower_case_on_every_system(monkeypatch):
     scene.check()
     with monkeypatch.context() as windows:
         windows.setattr(os, "path", ntpath)  # where fnmatch asks for the customs of the system
-        run = cc.simulate(scene, 0.1, 2, outputs=["Arm.*"])
+        run = cc.simulate(scene, duration=0.1, samples=2, outputs=["Arm.*"])
     assert {name.partition(".")[0] for name in run.columns} == {"Arm"}

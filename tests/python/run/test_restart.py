@@ -52,10 +52,12 @@ SCENES = {
 @pytest.mark.parametrize("name", SCENES)
 def test_three_runs_are_one(name, method):
     scene, duration = SCENES[name]
-    whole = cc.simulate(scene, duration, 33, method=method)
+    whole = cc.simulate(scene, duration=duration, samples=33, method=method)
     parts, start = [], None
     for share, samples in ((0.25, 9), (0.5, 17), (0.25, 9)):
-        parts.append(cc.simulate(scene, share * duration, samples, method=method, start=start))
+        parts.append(
+            cc.simulate(scene, duration=share * duration, samples=samples, method=method, start=start)
+        )
         start = parts[-1].end
     assert start == whole.end
     assert np.array_equal(np.concatenate([parts[0].t, parts[1].t[1:], parts[2].t[1:]]), whole.t)
@@ -67,90 +69,96 @@ def test_three_runs_are_one(name, method):
 
 def test_energies_and_turns_are_counted_from_the_first_start():
     scene = IDEAL
-    whole = cc.simulate(scene, 1.0, 3, outputs=["crank.angle", "energy.*"])
-    first = cc.simulate(scene, 0.5, 3, outputs=["crank.angle", "energy.*"])
-    second = cc.simulate(scene, 0.5, 3, outputs=["crank.angle", "energy.*"], start=first.end)
+    whole = cc.simulate(scene, duration=1.0, samples=3, outputs=["crank.angle", "energy.*"])
+    first = cc.simulate(scene, duration=0.5, samples=3, outputs=["crank.angle", "energy.*"])
+    second = cc.simulate(scene, duration=0.5, samples=3, outputs=["crank.angle", "energy.*"], start=first.end)
     assert np.array_equal(second.values[-1], whole.values[-1])
     assert whole["crank.angle"][-1] > 4.0 * np.pi
 
 
 def test_work_that_was_not_counted_from_the_first_start_is_unknown():
-    counted = cc.simulate(PLAY, 1 / 128, 3, outputs=["wrist.wear"])
-    uncounted = cc.simulate(PLAY, 1 / 128, 3, start=counted.end, outputs=["energy.kinetic"])
+    counted = cc.simulate(PLAY, duration=1 / 128, samples=3, outputs=["wrist.wear"])
+    uncounted = cc.simulate(PLAY, duration=1 / 128, samples=3, start=counted.end, outputs=["energy.kinetic"])
     for _ in range(2):
-        run = cc.simulate(PLAY, 1 / 128, 3, start=uncounted.end, outputs=["energy.*", "wrist.*"])
+        run = cc.simulate(
+            PLAY, duration=1 / 128, samples=3, start=uncounted.end, outputs=["energy.*", "wrist.*"]
+        )
         assert any("count from the first start on" in warning for warning in run.warnings)
         unknown = {"impact_loss", "friction_loss", "damping_loss", "wear", "input", "balance"}
         for name in run.columns:
             assert np.isnan(run[name]).all() == (name.partition(".")[2] in unknown), name
         uncounted = run
-    whole = cc.simulate(PLAY, 1 / 64, 3, outputs=["energy.*"])
-    rest = cc.simulate(PLAY, 1 / 128, 3, start=counted.end, outputs=["energy.*"])
+    whole = cc.simulate(PLAY, duration=1 / 64, samples=3, outputs=["energy.*"])
+    rest = cc.simulate(PLAY, duration=1 / 128, samples=3, start=counted.end, outputs=["energy.*"])
     assert np.array_equal(rest.values[-1], whole.values[-1])
 
 
 def test_what_is_asked_for_may_change_on_the_way():
     scene = PLAY
-    first = cc.simulate(scene, 1 / 128, 3, outputs=["slider.x"])
-    second = cc.simulate(scene, 1 / 128, 9, outputs=["slider.vx", "wrist.*"], start=first.end, rtol=1e-8)
+    first = cc.simulate(scene, duration=1 / 128, samples=3, outputs=["slider.x"])
+    second = cc.simulate(
+        scene, duration=1 / 128, samples=9, outputs=["slider.vx", "wrist.*"], start=first.end, rtol=1e-8
+    )
     assert second.t[0] == 1 / 128 and second.success
-    skipped = cc.simulate(scene, 1 / 256, 5, start=first.end, skip=1 / 256)
+    skipped = cc.simulate(scene, duration=1 / 256, samples=5, start=first.end, skip=1 / 256)
     assert np.array_equal(skipped.t, [1 / 128 + 1 / 256 * (1 + k / 4) for k in range(5)])
-    whole = cc.simulate(scene, 1 / 64, 17)
+    whole = cc.simulate(scene, duration=1 / 64, samples=17)
     assert np.array_equal(skipped.values, whole.values[12:])
 
 
 def test_ends_are_values_and_survive_pickles_and_files(tmp_path):
-    run = cc.simulate(PLAY, 1 / 128, 3)
+    run = cc.simulate(PLAY, duration=1 / 128, samples=3)
     end = run.end
     assert end.time == 1 / 128 == run.end_time
     loaded = cc.Trajectory.load(run.save(tmp_path / "run"))
     for twin in (copy.copy(end), copy.deepcopy(end), pickle.loads(pickle.dumps(end)), loaded.end):
         assert twin == end and hash(twin) == hash(end)
-        again = cc.simulate(PLAY, 1 / 128, 3, start=twin)
-        assert np.array_equal(again.values[-1], cc.simulate(PLAY, 1 / 64, 3).values[-1])
+        again = cc.simulate(PLAY, duration=1 / 128, samples=3, start=twin)
+        assert np.array_equal(again.values[-1], cc.simulate(PLAY, duration=1 / 64, samples=3).values[-1])
     pickled = pickle.loads(pickle.dumps(run))
     assert pickled == run and pickled.end == end
 
 
 def test_a_failed_run_has_no_end(tmp_path):
-    failed = cc.simulate(PLAY, 0.01, 3, max_steps=50, on_failure="return")
+    failed = cc.simulate(PLAY, duration=0.01, samples=3, max_steps=50, on_failure="return")
     assert failed.end is None
     assert cc.Trajectory.load(failed.save(tmp_path / "failed")).end is None
     with pytest.raises(cc.SimulationError) as caught:
-        cc.simulate(PLAY, 0.01, 3, max_steps=50)
+        cc.simulate(PLAY, duration=0.01, samples=3, max_steps=50)
     assert caught.value.trajectory.end is None
 
 
 @pytest.mark.parametrize("other", [IDEAL, MECHANISMS.slider_crank(clearance_at=("crank_pin", "wrist"))])
 def test_the_end_of_another_mechanism_is_refused(other):
-    end = cc.simulate(PLAY, 1e-3, 2).end
+    end = cc.simulate(PLAY, duration=1e-3, samples=2).end
     with pytest.raises(cc.StartError, match="start: belongs to another mechanism"):
-        cc.simulate(other, 1e-3, 2, start=end)
+        cc.simulate(other, duration=1e-3, samples=2, start=end)
 
 
 def test_a_mechanism_of_the_same_size_is_told_by_its_names():
-    end = cc.simulate(PLAY, 1e-3, 2).end
+    end = cc.simulate(PLAY, duration=1e-3, samples=2).end
     other = MECHANISMS.four_bar()
     assert other.check().degrees_of_freedom == PLAY.check().degrees_of_freedom
     with pytest.raises(cc.StartError, match=r"this one has crank_bearing, .*rocker_pin, got .*wrist"):
-        cc.simulate(other, 1e-3, 2, start=end)
+        cc.simulate(other, duration=1e-3, samples=2, start=end)
 
 
 def test_what_is_no_end_is_refused():
-    end = cc.simulate(PLAY, 1e-3, 2).end
+    end = cc.simulate(PLAY, duration=1e-3, samples=2).end
     for start in (3, "end", end.memory, PLAY):
         with pytest.raises(TypeError, match="start must be the end of a run"):
-            cc.simulate(PLAY, 1e-3, 2, start=start)
+            cc.simulate(PLAY, duration=1e-3, samples=2, start=start)
     damaged = json.loads(end.memory)
     del damaged["turns"]
     damaged["checkpoint"]["q"] = "here"
     with pytest.raises(cc.StartError) as caught:
-        cc.simulate(PLAY, 1e-3, 2, start=type(end)(json.dumps(damaged)))
+        cc.simulate(PLAY, duration=1e-3, samples=2, start=type(end)(json.dumps(damaged)))
     assert {path for path, _ in caught.value.problems} == {"start.turns", "start.checkpoint.q"}
 
 
 def test_errors_are_estimated_of_a_continued_run_too():
-    first = cc.simulate(PLAY, 1 / 128, 3, rtol=1e-5)
-    run = cc.simulate(PLAY, 1 / 256, 9, rtol=1e-5, start=first.end, error="estimate", outputs=["slider.vx"])
+    first = cc.simulate(PLAY, duration=1 / 128, samples=3, rtol=1e-5)
+    run = cc.simulate(
+        PLAY, duration=1 / 256, samples=9, rtol=1e-5, start=first.end, error="estimate", outputs=["slider.vx"]
+    )
     assert 0.0 < run.error["slider.vx"].max_difference < 1.0

@@ -107,7 +107,7 @@ def test_columns_are_views_and_unknown_ones_are_named(run):
 
 
 def test_outputs_choose_the_columns(run):
-    some = cc.simulate(run.scene, 0.004, 401, outputs=["wrist.penetration", "slider.x"])
+    some = cc.simulate(run.scene, duration=0.004, samples=401, outputs=["wrist.penetration", "slider.x"])
     assert some.columns == ("wrist.penetration", "slider.x") and some.values.shape == (401, 2)
     for name in some:
         assert np.array_equal(some[name], run[name])
@@ -136,7 +136,7 @@ def test_trajectories_are_values(run, tmp_path):
     for twin in twins:
         assert twin == run
         assert twin.values.tobytes() == run.values.tobytes()
-    assert run != cc.simulate(run.scene, 0.004, 401, rtol=1e-5)
+    assert run != cc.simulate(run.scene, duration=0.004, samples=401, rtol=1e-5)
     assert run != "a run"
     for twin in (run, *twins):
         arrays = [twin.t, twin.values, twin["slider.x"], twin.events.time, twin.contacts.onset]
@@ -187,7 +187,7 @@ def test_a_run_that_fails_raises_with_what_it_has(tmp_path):
     # NaN equals NaN, also after pickling and on file.
     twin = pickle.loads(pickle.dumps(error))
     assert twin.trajectory == run and cc.Trajectory.load(run.save(tmp_path / "run")) == run
-    assert cc.simulate(scene, 0.01, 101, max_steps=200, on_failure="return") == run
+    assert cc.simulate(scene, duration=0.01, samples=101, max_steps=200, on_failure="return") == run
 
 
 def test_wrong_arguments_are_listed_together():
@@ -228,9 +228,13 @@ def test_each_wrong_argument_is_named(change, kind, words):
 
 def test_tolerances_can_be_set():
     loose = cc.simulate(
-        cc.mechanisms.slider_crank(), 0.002, 11, position_tolerance=1e-5, velocity_tolerance=1.0
+        cc.mechanisms.slider_crank(),
+        duration=0.002,
+        samples=11,
+        position_tolerance=1e-5,
+        velocity_tolerance=1.0,
     )
-    tight = cc.simulate(cc.mechanisms.slider_crank(), 0.002, 11)
+    tight = cc.simulate(cc.mechanisms.slider_crank(), duration=0.002, samples=11)
     assert loose.stats.steps < tight.stats.steps
 
 
@@ -248,7 +252,7 @@ def test_warnings_of_the_core_are_passed_on_once_and_point_at_the_caller():
 
 def test_progress_is_reported_and_does_not_change_the_result(run):
     shares = []
-    again = cc.simulate(run.scene, 0.004, 401, progress=shares.append)
+    again = cc.simulate(run.scene, duration=0.004, samples=401, progress=shares.append)
     assert again == run
     assert shares == sorted(shares) and 0.0 <= shares[0] and shares[-1] <= 1.0
 
@@ -274,7 +278,7 @@ def test_the_progress_line_appears_on_terminals_only(monkeypatch):
     quiet, terminal = io.StringIO(), Terminal()
     for stream in (quiet, terminal):
         monkeypatch.setattr(sys, "stderr", stream)
-        cc.simulate(faller(), 0.1, 11, progress=True)
+        cc.simulate(faller(), duration=0.1, samples=11, progress=True)
     assert quiet.getvalue() == ""
     assert (
         "simulation" in terminal.getvalue() and "%" in terminal.getvalue() and terminal.getvalue()[-1] == "\n"

@@ -11,16 +11,20 @@ def swing():
 
 
 def test_a_run_tells_the_times_of_its_samples():
-    late = cc.simulate(swing(), 0.25, 6, outputs=["bob.angle"], skip=0.5)
+    late = cc.simulate(swing(), duration=0.25, samples=6, outputs=["bob.angle"], skip=0.5)
     assert repr(late) == "<Trajectory: 1 columns of 6 samples from t = 0.5 s to t = 0.75 s, done>"
-    more = cc.simulate(swing(), 0.25, 6, outputs=["bob.angle"], start=late.end)
+    more = cc.simulate(swing(), duration=0.25, samples=6, outputs=["bob.angle"], start=late.end)
     assert repr(more) == "<Trajectory: 1 columns of 6 samples from t = 0.75 s to t = 1 s, done>"
-    failed = cc.simulate(swing(), 0.25, 6, outputs=["bob.angle"], max_steps=1, on_failure="return")
+    failed = cc.simulate(
+        swing(), duration=0.25, samples=6, outputs=["bob.angle"], max_steps=1, on_failure="return"
+    )
     assert repr(failed).endswith(f"to t = 0.25 s, max_steps at {failed.end_time:g} s>")
 
 
 def test_a_tradeoff_tells_the_times_of_its_samples():
-    result = cc.tradeoff(swing(), 0.25, 6, ["bob.angle"], rtols=[1e-6, 1e-8], repeats=1, skip=0.5)
+    result = cc.tradeoff(
+        swing(), duration=0.25, samples=6, outputs=["bob.angle"], rtols=[1e-6, 1e-8], repeats=1, skip=0.5
+    )
     assert result.duration == 0.25 and result.end == result.trusted_until == result.t[-1] == 0.75
     assert repr(result) == "<Tradeoff: 8 runs from t = 0.5 s to t = 0.75 s, bob.angle>"
     advice = result.recommendation(1e-3)

@@ -21,7 +21,7 @@ def test_springs_count_the_turns_of_a_given_start(ends, angle, of):
         cc.JointStart("pin", position=sign * angle) if of == "joint" else cc.BodyStart("wheel", angle=angle)
     )
     scene = cc.Scene([WHEEL], [cc.Revolute("pin", *ends)], [SPRING], start=[start])
-    run = cc.simulate(scene, 3.0, 301, rtol=1e-10)
+    run = cc.simulate(scene, duration=3.0, samples=301, rtol=1e-10)
     rate, ratio = 10.0, 0.04 / (2.0 * math.sqrt(2.0 * 0.02))
     damped = rate * math.sqrt(1.0 - ratio**2)
     phase = damped * run.t
@@ -33,7 +33,9 @@ def test_turns_of_the_joints_of_a_chain_add_up():
     bodies = [WHEEL, cc.Body("arm", mass=1.0, inertia=0.02)]
     joints = [cc.Revolute("pin", "ground", "wheel"), cc.Revolute("elbow", "wheel", "arm")]
     start = [cc.BodyStart("wheel", angle=8.0), cc.JointStart("elbow", position=-15.0)]
-    run = cc.simulate(cc.Scene(bodies, joints, [SPRING], start=start), 1e-3, 2, outputs=["*"])
+    run = cc.simulate(
+        cc.Scene(bodies, joints, [SPRING], start=start), duration=1e-3, samples=2, outputs=["*"]
+    )
     assert run["elbow.angle"][0] == pytest.approx(-15.0, abs=1e-14)
     assert run["arm.angle"][0] == pytest.approx(-7.0, abs=1e-14)
     assert run["spring.torque"][0] == pytest.approx(-16.0, abs=1e-13)
@@ -59,7 +61,7 @@ def test_a_journal_that_touches_may_lie_on_either_side_by_rounding():
         given = dataclasses.replace(
             scene, start=[cc.ClearanceStart("bearing", (eccentricity, 0.0), (1.0, 0.0))]
         )
-        runs.append(cc.simulate(given, 2e-4, 101, rtol=1e-9))
+        runs.append(cc.simulate(given, duration=2e-4, samples=101, rtol=1e-9))
     apart, touching = runs
     assert np.isnan(touching.contacts.impact_velocity[0])
     assert apart.contacts.impact_velocity[0] == pytest.approx(1.0, rel=1e-9)

@@ -31,7 +31,7 @@ READY_MADE = {
     ],
 )
 def test_loops_close_within_rounding_at_tight_tolerances(scene, rtol, method, share):
-    run = cc.simulate(scene, share * scene.period, 11, rtol=rtol, method=method)
+    run = cc.simulate(scene, duration=share * scene.period, samples=11, rtol=rtol, method=method)
     assert run.success
     assert run.stats.largest_projection < 1e-13
 
@@ -41,14 +41,20 @@ def test_loops_close_within_rounding_at_tight_tolerances(scene, rtol, method, sh
 def test_ready_made_mechanisms_finish_at_both_ends_of_the_tolerances(name, method):
     scene, duration = READY_MADE[name]
     for rtol in (1e-3, 1e-13):
-        assert cc.simulate(scene, duration, 3, rtol=rtol, method=method).success
+        assert cc.simulate(scene, duration=duration, samples=3, rtol=rtol, method=method).success
 
 
 def test_a_tradeoff_answers_for_a_mechanism_with_loops():
     # The reference at 1e-12 by Rodas4 ended as "projection" after 0.43 revolutions.
     scene = mechanisms.six_bar()
     result = cc.tradeoff(
-        scene, 0.45 * scene.period, 46, ["output.angle"], methods=["auto"], rtols=[1e-6], repeats=1
+        scene,
+        duration=0.45 * scene.period,
+        samples=46,
+        outputs=["output.angle"],
+        methods=["auto"],
+        rtols=[1e-6],
+        repeats=1,
     )
     assert result.reference.status == result.check.status == "done"
     assert result.error(result["auto", 1e-6], "output.angle") < 1e-3
@@ -58,7 +64,15 @@ def test_below_the_rounding_of_a_contact_a_tighter_tolerance_costs_nothing():
     # A slow crank with gravity: the explicit method took 8 times the steps at 1e-13 that it takes at 1e-11.
     scene = mechanisms.slider_crank(crank_speed=cc.rpm(100.0), gravity=9.81)
     runs = [
-        cc.simulate(scene, 0.1 * scene.period, 61, rtol, "dop853", ["slider.vx"], max_steps=20_000)
+        cc.simulate(
+            scene,
+            duration=0.1 * scene.period,
+            samples=61,
+            rtol=rtol,
+            method="dop853",
+            outputs=["slider.vx"],
+            max_steps=20_000,
+        )
         for rtol in (1e-11, 1e-13)
     ]
     loose, tight = runs

@@ -79,7 +79,7 @@ NOT_NEGATIVE = ("stiffness", "damping", "length")
 def test_the_scene_is_good():
     assert SCENE.check().degrees_of_freedom == 5
     assert cc.Scene.from_json(SCENE.to_json()) == SCENE
-    assert cc.simulate(SCENE, 0.01, 2).success
+    assert cc.simulate(SCENE, duration=0.01, samples=2).success
     assert len(NUMBERS) == 20
 
 
@@ -246,11 +246,11 @@ def test_points_of_a_spring_that_coincide_are_refused():
 
 @pytest.mark.parametrize("options", [{"duration": 2.5}, {"duration": 1.0, "skip": 1.25}])
 def test_runs_must_stay_within_their_tables(options):
-    with pytest.raises(cc.SceneError, match=r'leaves the table of "motor", from 0 to 2 \[s\]'):
+    with pytest.raises(cc.SettingsError, match=r'leaves the table of "motor", from 0 to 2 \[s\]'):
         cc.simulate(SCENE, samples=2, **options)
 
 
 @pytest.mark.parametrize("skip", [-1.0, math.nan, math.inf, "long", None])
 def test_wrong_skips(skip):
     with pytest.raises((ValueError, TypeError), match="skip must be"):
-        cc.simulate(SCENE, 1.0, 2, skip=skip)
+        cc.simulate(SCENE, duration=1.0, samples=2, skip=skip)

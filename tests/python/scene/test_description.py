@@ -43,6 +43,11 @@ def test_every_number_of_every_record_has_a_unit(record):
 
 @pytest.mark.parametrize("record", RECORDS)
 def test_docstrings_of_records_name_the_units_of_their_fields(record):
+    assert told_in_docstring(record) == units(record)
+
+
+def told_in_docstring(record):
+    """Units by field from the section "Parameters" of a docstring."""
     told, names = {}, []
     for line in inspect.getdoc(record).splitlines():
         heading = re.match(r"(\w[\w, ]*) : ", line)
@@ -50,7 +55,7 @@ def test_docstrings_of_records_name_the_units_of_their_fields(record):
         for symbol in BRACKETS.findall("" if heading else line):
             told |= {name: symbol for name in names if name not in told}
     told.pop("angles", None)  # of a scene: no field
-    assert told == units(record)
+    return told
 
 
 @pytest.mark.parametrize("record", [item for item in DATACLASSES if item not in RECORDS])
@@ -58,6 +63,10 @@ def test_docstrings_of_results_name_the_units_of_their_fields(record):
     """A field of one unit has it as metadata: `field(metadata=unit("s"))`; counts and ratios need none."""
     body = ast.parse(inspect.getsource(record)).body[0].body
     told = {}
+    if record is cc.Settings:  # its docstring is that of the keywords of `simulate`
+        told = {
+            name: symbol for name, symbol in told_in_docstring(record).items() if symbol in ("s", "m", "m/s")
+        }
     for line, below in itertools.pairwise(body):
         if isinstance(line, ast.AnnAssign) and isinstance(below, ast.Expr):
             symbols = set(BRACKETS.findall(below.value.value)) - {"-", "SI unit", "SI units"}

@@ -146,7 +146,7 @@ def test_a_journal_radius_in_millimeters():
         pytest.warns(cc.ChebclearWarning, match="9.8 mm are 0.0098"),
         pytest.raises(cc.SimulationError) as caught,
     ):
-        cc.simulate(scene, 0.06, 61, max_steps=100)
+        cc.simulate(scene, duration=0.06, samples=61, max_steps=100)
     assert "first look at joints[3].journal_radius" in str(caught.value)
     (told,) = [text for text in caught.value.trajectory.warnings if "journal_radius" in text]
     assert told == doubt(scene)
@@ -204,7 +204,7 @@ def test_a_joint_that_is_there_twice():
         both = dataclasses.replace(scene, joints=[*scene.joints, twin])
         assert doubt(both).startswith('joints[4]: "copy" joins the same two points as "wrist"')
     with pytest.warns(cc.ChebclearWarning, match="remove one if it is a copy"):
-        cc.simulate(both, 1e-4, 2)
+        cc.simulate(both, duration=1e-4, samples=2)
 
 
 def test_a_clearance_that_never_acts():
@@ -262,8 +262,8 @@ def test_upright(pins):
 def test_an_absolute_tolerance_larger_than_anything(pins, tolerance, most):
     scene = MECHANISMS.slider_crank(clearance_at=pins)
     (name,) = tolerance
-    with pytest.raises(cc.SceneError, match=rf"settings\.{name}: must be <= .*{most}"):
-        cc.simulate(scene, 1e-3, 11, **tolerance)
+    with pytest.raises(cc.SettingsError, match=rf"settings\.{name}: must be <= .*{most}"):
+        cc.simulate(scene, duration=1e-3, samples=11, **tolerance)
     study = cc.Study(
         MECHANISMS.slider_crank,
         {"rod_length": cc.interval(0.12, rel=0.1)},
@@ -273,5 +273,5 @@ def test_an_absolute_tolerance_larger_than_anything(pins, tolerance, most):
         fixed={"clearance_at": pins},
         **tolerance,
     )
-    with pytest.raises(cc.SceneError, match=rf"settings\.{name}: must be <="):
+    with pytest.raises(cc.SettingsError, match=rf"settings\.{name}: must be <="):
         study.scan(2)

@@ -168,7 +168,7 @@ def test_wrong_types_are_reported_together_and_with_wrong_numbers():
         joints=[*cc.mechanisms.slider_crank().joints[:3], "a pin"],
         forces=5,
     )
-    for attempt in (scene.to_json, scene.check, lambda: cc.simulate(scene, 0.01, 11)):
+    for attempt in (scene.to_json, scene.check, lambda: cc.simulate(scene, duration=0.01, samples=11)):
         with pytest.raises(cc.SceneError) as caught:
             attempt()
         found = dict(caught.value.problems)

@@ -78,7 +78,9 @@ def test_fresh_revolutions_keep_the_band(wrist):
 def test_revolutions_are_those_of_one_long_run(wrist):
     place = {name: values[7] for name, values in zip(LENGTHS, wrist.parameters.T, strict=True)}
     scene = cc.mechanisms.slider_crank(clearance=2e-4, **place)
-    run = cc.simulate(scene, 4 * 0.03, 4 * 72 + 1, skip=0.03, rtol=1e-4, outputs=["slider.x"])
+    run = cc.simulate(
+        scene, duration=4 * 0.03, samples=4 * 72 + 1, skip=0.03, rtol=1e-4, outputs=["slider.x"]
+    )
     rows = np.stack([run["slider.x"][72 * turn : 72 * turn + 73] for turn in range(4)])
     np.testing.assert_allclose(wrist.values("slider.x")[7], rows, atol=1e-9)
 

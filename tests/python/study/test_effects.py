@@ -245,7 +245,7 @@ class TestStudy:
         assert result.outputs == () and len(result.t) == 2
         assert result.features.values.shape == (5, 2, 3)
         for row, given in enumerate(result.parameters):
-            run = cc.simulate(slider(*given), 2e-3, 2, 1e-4)
+            run = cc.simulate(slider(*given), duration=2e-3, samples=2, rtol=1e-4)
             force = run.feature(wanted["force"], cycles=2)
             assert np.array_equal(result.feature("force").values[row], force)
             assert result.feature("steps").values[row, 0] == run.stats.steps

@@ -169,7 +169,7 @@ def test_runs_are_those_of_single_simulations(crank_result):
     for index in (0, 4, 8):
         parameters = dict(zip(names, map(float, crank_result.parameters[index]), strict=True))
         scene = cc.mechanisms.slider_crank(**parameters, convention="as_printed", impact_velocity_floor=1e-6)
-        run = cc.simulate(scene, 0.003, 61)
+        run = cc.simulate(scene, duration=0.003, samples=61)
         assert np.array_equal(crank_result.values("slider.vx")[index], run["slider.vx"])
         assert crank_result.stats[index] == run.stats
 

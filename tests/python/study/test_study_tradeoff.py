@@ -88,10 +88,12 @@ def test_a_motion_that_is_prescribed_has_no_error():
         [],
         [cc.Speed("motor", "pivot", 3.0)],
     )
-    result = cc.tradeoff(crank, 1.0, 11, rtols=[1e-3, 1e-6], repeats=1)
+    result = cc.tradeoff(crank, duration=1.0, samples=11, rtols=[1e-3, 1e-6], repeats=1)
     assert all(not point.growth.any() and np.all(point.horizon == math.inf) for point in result)
     assert result.recommendation().point is not None and "≤ 0" in str(result)
-    constant = cc.tradeoff(crank, 1.0, 11, ["crank.angular_velocity"], rtols=[1e-3], repeats=1)
+    constant = cc.tradeoff(
+        crank, duration=1.0, samples=11, outputs=["crank.angular_velocity"], rtols=[1e-3], repeats=1
+    )
     assert "all outputs constant" in str(constant.recommendation())
     for made in (result, constant):
         made.plot().figure.canvas.draw()

@@ -21,14 +21,21 @@ RTOLS = (1e-3, 1e-5, 1e-7, 1e-9)
 @pytest.fixture(scope="module")
 def swing():
     """Two samples: the start and the lowest position, where everything is known."""
-    return cc.tradeoff(pendulum(), quarter_period(), 2, OUTPUTS, rtols=RTOLS, repeats=2)
+    return cc.tradeoff(
+        pendulum(), duration=quarter_period(), samples=2, outputs=OUTPUTS, rtols=RTOLS, repeats=2
+    )
 
 
 def test_errors_are_those_against_the_closed_form(swing):
     assert len(swing) == len(METHODS) * len(RTOLS)
     for point in swing:
         run = cc.simulate(
-            pendulum(), quarter_period(), 2, rtol=point.rtol, method=point.method, outputs=OUTPUTS
+            pendulum(),
+            duration=quarter_period(),
+            samples=2,
+            rtol=point.rtol,
+            method=point.method,
+            outputs=OUTPUTS,
         )
         for name, truth in zip(OUTPUTS, (LOWEST_ANGLE, LOWEST_SPEED), strict=True):
             assert swing.error(point, name) == pytest.approx(abs(run[name][-1] - truth), rel=1e-3, abs=2e-11)
@@ -39,8 +46,8 @@ def test_the_reference_knows_its_own_error(swing):
     for name, truth in zip(OUTPUTS, (LOWEST_ANGLE, LOWEST_SPEED), strict=True):
         run = cc.simulate(
             pendulum(),
-            quarter_period(),
-            2,
+            duration=quarter_period(),
+            samples=2,
             rtol=swing.reference.rtol,
             method=swing.reference.method,
             outputs=OUTPUTS,
@@ -62,10 +69,14 @@ def test_a_tighter_tolerance_costs_more_and_errs_less(swing):
 
 def test_errors_grow_with_time_and_end_at_the_largest():
     scene = cc.mechanisms.slider_crank(convention="corrected")
-    result = cc.tradeoff(scene, 0.004, 401, ["slider.vx"], methods=["rodas4"], rtols=[1e-3], repeats=1)
+    result = cc.tradeoff(
+        scene, duration=0.004, samples=401, outputs=["slider.vx"], methods=["rodas4"], rtols=[1e-3], repeats=1
+    )
     (point,) = result
-    tight = cc.simulate(scene, 0.004, 401, rtol=1e-12, method=result.reference.method, outputs=["slider.vx"])
-    run = cc.simulate(scene, 0.004, 401, rtol=1e-3, method="rodas4", outputs=["slider.vx"])
+    tight = cc.simulate(
+        scene, duration=0.004, samples=401, rtol=1e-12, method=result.reference.method, outputs=["slider.vx"]
+    )
+    run = cc.simulate(scene, duration=0.004, samples=401, rtol=1e-3, method="rodas4", outputs=["slider.vx"])
     difference = np.abs(run["slider.vx"] - tight["slider.vx"])
     assert result.error(point, "slider.vx") == difference.max() > 0.0
     assert np.all(np.diff(point.growth) >= 0.0)
@@ -78,7 +89,14 @@ def test_errors_grow_with_time_and_end_at_the_largest():
 
 def test_runs_that_fail_stay_in_the_table():
     result = cc.tradeoff(
-        pendulum(), 1.0, 101, OUTPUTS, methods=["rodas4"], rtols=[1e-3, 1e-8], repeats=1, max_steps=60
+        pendulum(),
+        duration=1.0,
+        samples=101,
+        outputs=OUTPUTS,
+        methods=["rodas4"],
+        rtols=[1e-3, 1e-8],
+        repeats=1,
+        max_steps=60,
     )
     loose, tight = result
     assert loose.success and tight.status == "max_steps" and 0.0 < tight.end_time < 1.0
@@ -95,13 +113,13 @@ def test_runs_that_fail_stay_in_the_table():
 def test_a_reference_that_fails_is_an_error(monkeypatch):
     monkeypatch.setattr(sys.modules["chebclear.tradeoffs.of_scene"], "MAX_STEPS", 100)
     with pytest.raises(SimulationError, match="in the reference run") as caught:
-        cc.tradeoff(pendulum(), 1.0, 11, OUTPUTS)
+        cc.tradeoff(pendulum(), duration=1.0, samples=11, outputs=OUTPUTS)
     assert caught.value.reason == "max_steps" and not caught.value.trajectory.success
 
 
 def test_all_outputs_but_contact_states_are_the_default():
     scene = cc.mechanisms.slider_crank()
-    result = cc.tradeoff(scene, 0.001, 11, methods=["dop853"], rtols=[1e-3], repeats=1)
+    result = cc.tradeoff(scene, duration=0.001, samples=11, methods=["dop853"], rtols=[1e-3], repeats=1)
     assert set(scene.check().columns) - set(result.outputs) == {"wrist.contact"}
     # Too many for a table: only the worst is shown.
     assert "[% of range]" in str(result) and "slider.vx [m/s]" not in str(result)
@@ -132,9 +150,9 @@ def test_progress_counts_runs():
     calls = []
     cc.tradeoff(
         pendulum(),
-        0.1,
-        11,
-        OUTPUTS,
+        duration=0.1,
+        samples=11,
+        outputs=OUTPUTS,
         methods=["rodas4", "dop853"],
         rtols=[1e-4],
         repeats=3,
@@ -169,7 +187,7 @@ def test_the_plot_has_a_line_for_every_method(swing):
     assert swing.plot("bob.angular_velocity", ax=ax, cost="stages") is ax
     assert dict(mpl.rcParams) == before
     assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
-    assert "bob.angular_velocity" in ax.get_xlabel() and "[rad/s]" in ax.get_xlabel()
+    assert "angular velocity of bob" in ax.get_xlabel() and "[rad/s]" in ax.get_xlabel()
     assert ax.get_ylabel() == "stages [-]"
     for method in METHODS:
         (line,) = [line for line in ax.get_lines() if line.get_label() == method]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.units import unit
 from ...scene.columns import column_unit
 from ...scene.scene import ClearanceRevolute, Prismatic, Scene
 from ..drawing.pen import strokes_of
@@ -29,9 +30,9 @@ class LooseJoint:
     """The joint."""
     colors: tuple[str, str]
     """Colors of the bodies that hold the bearing and the journal."""
-    eccentricity: Array
+    eccentricity: Array = field(metadata=unit("m"))
     """From the center of the bearing to that of the journal at every sample [m], shape (samples, 2)."""
-    force: Array
+    force: Array = field(metadata=unit("N"))
     """Contact force on the journal at every sample [N], shape (samples, 2)."""
 
 
@@ -41,7 +42,7 @@ class Motion:
 
     scene: Scene
     """What was simulated."""
-    t: Array
+    t: Array = field(metadata=unit("s"))
     """Instants of the samples that are shown [s], shape (samples,)."""
     frames: NDArray[np.int64]
     """Which of the samples are frames, shape (frames,)."""

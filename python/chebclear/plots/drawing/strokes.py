@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ...base.units import unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +26,7 @@ class Stroke:
     """One line, area or disc where it is in the drawing."""
 
     kind: Literal["line", "area", "disc"]
-    points: Array
+    points: Array = field(metadata=unit("m"))
     """Corners, or the center of a disc [m], shape (points, 2)."""
     owner: Owner
     """What it moves with."""
@@ -32,13 +34,13 @@ class Stroke:
     """Higher ones lie above lower ones [-]."""
     color: str
     """Color of the line or edge."""
-    width: float = 1.0
+    width: float = field(default=1.0, metadata=unit("points"))
     """Width of the line or edge [points]."""
     face: str = "none"
     """Color of the inside."""
     alpha: float = 1.0
     """Opacity of the inside [-]."""
-    radius: float = 0.0
+    radius: float = field(default=0.0, metadata=unit("m"))
     """Radius of a disc [m]."""
 
 

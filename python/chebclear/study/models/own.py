@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -17,6 +17,7 @@ from ...base.arguments import Checks, as_number, did_you_mean
 from ...base.units import unit
 from ...errors import describe
 from ...run.features import JOINT_KINDS, Feature
+from ...run.settings import RunOptions
 from ...scene.scene import Interval, Scene
 from ..features.features import Asked, called
 
@@ -312,11 +313,14 @@ def _require_same(first: _Run, run: _Run) -> None:
         raise ValueError("t has other instants than in the first run: interpolate to the same ones")
 
 
-def check_unused(checks: Checks, given: Mapping[str, object], usual: Mapping[str, object]) -> None:
-    """Refuse what only a simulation knows, if it is not what it is when nobody says anything."""
-    for name, value in given.items():
-        if value != usual[name]:
-            checks.add(
-                f"{name} is that of a simulation: give duration and samples too, or leave it out for "
-                "a model of your own"
-            )
+def check_unused(checks: Checks, given: Iterable[str]) -> None:
+    """Refuse what only a simulation knows, and what nothing knows."""
+    for name in given:
+        if name not in RunOptions.__annotations__:
+            known = RunOptions.__annotations__
+            checks.add(f'unknown keyword "{name}"{did_you_mean(name, known)}', wrong_type=True)
+            continue
+        checks.add(
+            f"{name} is that of a simulation: give duration and samples too, or leave it out for "
+            "a model of your own"
+        )

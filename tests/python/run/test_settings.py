@@ -1,0 +1,86 @@
+"""Settings: one declaration of the options of a run, accepted wherever there are options."""
+
+import dataclasses
+import inspect
+
+import chebclear as cc
+import pytest
+from chebclear.run.settings import RunOptions, SpanOptions
+from falling import PLANET, faller
+from pendulum import pendulum
+
+TIGHT = cc.Settings(duration=0.1, samples=11, skip=0.05, rtol=1e-9, method="rodas4", outputs=["bob.angle"])
+
+
+def test_the_keywords_are_the_fields_of_the_settings():
+    fields = {item.name: item.type for item in dataclasses.fields(cc.Settings)}
+    named = {"outputs", "features", "companion_of"}
+    assert set(RunOptions.__annotations__) | named == set(fields)
+    for options, function in ((RunOptions, cc.simulate), (RunOptions, cc.Study), (SpanOptions, cc.tradeoff)):
+        signature = inspect.signature(function).parameters
+        assert set(options.__annotations__) <= set(signature) and "options" not in signature
+        for name in options.__annotations__:
+            assert f"\n{name}" in function.__doc__ or f", {name} :" in function.__doc__
+        assert "{settings}" not in function.__doc__
+    assert [name for name, item in inspect.signature(cc.simulate).parameters.items() if item.kind < 3] == [
+        "scene"
+    ]
+
+
+def test_settings_and_keywords_are_the_same_run():
+    run = cc.simulate(pendulum(), settings=TIGHT)
+    keywords = {name: getattr(TIGHT, name) for name in (*RunOptions.__annotations__, "outputs")}
+    assert run == cc.simulate(pendulum(), **keywords)
+    assert run.settings.rtol == 1e-9 and run.settings.method == "rodas4" and run.t[0] == 0.05
+    assert cc.simulate(pendulum(), settings=run.settings) == run
+
+
+def test_a_keyword_goes_before_the_settings():
+    run = cc.simulate(pendulum(), settings=TIGHT, rtol=1e-5, outputs=["bob.x"])
+    assert (run.settings.rtol, run.settings.samples, run.columns) == (1e-5, 11, ("bob.x",))
+    peaks = dataclasses.replace(TIGHT, features=[cc.peak("bob.angle")])
+    assert cc.simulate(pendulum(), settings=peaks).features.shape == (1, 1)
+
+
+def test_studies_and_tradeoffs_take_settings():
+    settings = cc.Settings(duration=0.4, samples=5, rtol=1e-8, outputs=["block.y"])
+    study = cc.Study(faller, PLANET, settings=settings)
+    assert study.settings == settings and study.features == {}
+    result = study.scan(2)
+    assert result == cc.Study(faller, PLANET, settings=result.settings).scan(2)
+    assert cc.Study(faller, PLANET, settings=settings, samples=3).scan(2).t.shape == (3,)
+    falls = dataclasses.replace(settings, features=[cc.lowest("block.vy")])
+    assert list(cc.Study(faller, PLANET, settings=falls).scan(2).features) == ["lowest of block.vy"]
+    measured = cc.tradeoff(pendulum(), settings=TIGHT, rtols=[1e-4], repeats=1)
+    assert (
+        measured.outputs == ("bob.angle",)
+        and measured.settings.skip == 0.05
+        and measured.duration == pytest.approx(0.1)
+    )
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        cc.simulate,
+        cc.tradeoff,
+        lambda scene, **given: cc.Study(lambda a: scene, {"a": cc.interval(1, 2)}, **given),
+    ],
+)
+def test_what_is_wrong_with_options_is_said_together(call):
+    with pytest.raises(TypeError, match="samples is missing") as raised:
+        call(pendulum(), duration=0.1, sampels=3)
+    assert 'unknown keyword "sampels"; did you mean "samples"?' in str(raised.value)
+    with pytest.raises(TypeError, match="settings must be a Settings, got 3"):
+        call(pendulum(), settings=3)
+    with pytest.raises(ValueError, match=r"duration must be a finite number > 0 \[s\], got -1"):
+        call(pendulum(), duration=-1.0, samples=3)
+
+
+def test_settings_are_checked_when_they_are_made():
+    with pytest.raises(ValueError) as raised:
+        cc.Settings(duration=0.0, samples=1, rtol=1.0, method="rodas", outputs=["x", "x"], cycles=0)
+    for name in ("duration", "samples", "rtol", "method", "outputs", "cycles"):
+        assert name in str(raised.value)
+    with pytest.raises(TypeError):
+        cc.Settings(0.1, 11)
