@@ -33,6 +33,17 @@ def load_result(path: str | os.PathLike[str]) -> Trajectory | StudyResult | Trad
     ------
     ValueError
         If the file holds something else, is damaged, or was written by a later version.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> from tempfile import TemporaryDirectory
+    >>> scene = cc.mechanisms.slider_crank()
+    >>> run = cc.simulate(scene, duration=0.01, samples=101)
+    >>> with TemporaryDirectory() as folder:
+    ...     again = cc.load_result(run.save(f"{folder}/run.npz"))
+    >>> again == run
+    True
     """
     kind = kind_of(path)
     if kind not in _CLASSES:

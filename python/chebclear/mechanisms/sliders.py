@@ -231,6 +231,12 @@ def flores_slider_crank(
     ------
     SceneError
         As `slider_crank`.
+
+    Examples
+    --------
+    >>> from chebclear.mechanisms import flores_slider_crank
+    >>> [joint.name for joint in flores_slider_crank().joints]
+    ['crank_bearing', 'crank_pin', 'guide', 'wrist']
     """
     if "journal_radius" not in changes:
         gap = as_number(clearance)

@@ -77,6 +77,20 @@ def plot_band(
     Returns
     -------
     Axes
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> study = cc.Study(
+    ...     cc.mechanisms.slider_crank,
+    ...     {"rod_length": cc.interval(0.12, rel=0.01)},
+    ...     outputs=["slider.x"],
+    ...     features={"mean force": cc.mean("wrist.normal_force")},
+    ...     duration=0.005,
+    ...     samples=21,
+    ...     skip=0.03,
+    ... )
+    >>> ax = cc.plot_band(study.band(runs=12)["slider.x"])
     """
     scale, shown = unit_scale(column_unit(band.name), unit)
     ax = new_axes(ax)
@@ -178,6 +192,20 @@ def plot_sensitivity(
     Returns
     -------
     Axes
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> study = cc.Study(
+    ...     cc.mechanisms.slider_crank,
+    ...     {"rod_length": cc.interval(0.12, rel=0.01)},
+    ...     outputs=["slider.x"],
+    ...     features={"mean force": cc.mean("wrist.normal_force")},
+    ...     duration=0.005,
+    ...     samples=21,
+    ...     skip=0.03,
+    ... )
+    >>> ax = cc.plot_sensitivity(study.chebyshev(degree=2)["slider.x"], "rod_length")
     """
     slope = band.sensitivity(parameter, normalised=normalised)
     reference = None if ideal is None else ideal.sensitivity(parameter, normalised=normalised)

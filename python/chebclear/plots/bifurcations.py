@@ -45,6 +45,12 @@ def plot_bifurcation(
     Returns
     -------
     Axes
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> diagram = cc.bifurcation(cc.mechanisms.slider_crank, "clearance", [2e-5, 5e-5], periods=3, skip=1)
+    >>> ax = cc.plot_bifurcation(diagram)
     """
     scale, shown = unit_scale(column_unit(diagram.output), unit)
     ax = new_axes(ax)

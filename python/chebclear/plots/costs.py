@@ -65,6 +65,13 @@ def plot_tradeoff(
     ------
     KeyError, ValueError
         If the output or the cost is unknown.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> scene = cc.mechanisms.slider_crank()
+    >>> result = cc.tradeoff(scene, duration=0.005, samples=51, outputs=["slider.vx"], rtols=[1e-3, 1e-4])
+    >>> ax = cc.plot_tradeoff(result)
     """
     if cost not in _COSTS:
         raise ValueError(f"cost must be one of {', '.join(_COSTS)}, got {cost!r}")
@@ -151,6 +158,20 @@ def plot_study_tradeoff(
     Returns
     -------
     Axes
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> study = cc.Study(
+    ...     cc.mechanisms.slider_crank,
+    ...     {"rod_length": cc.interval(0.12, rel=0.01)},
+    ...     outputs=["slider.x"],
+    ...     features={"mean force": cc.mean("wrist.normal_force")},
+    ...     duration=0.005,
+    ...     samples=21,
+    ...     skip=0.03,
+    ... )
+    >>> ax = cc.plot_study_tradeoff(study.tradeoff(degrees=[1, 2], points=[3], holdout=5))
     """
     name = result.outputs[0] if output is None else output
     column = result.outputs.index(name)

@@ -54,6 +54,20 @@ def plot_tornado(
     ------
     ValueError
         If there are too few runs to tell the parameters apart.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> study = cc.Study(
+    ...     cc.mechanisms.slider_crank,
+    ...     {"rod_length": cc.interval(0.12, rel=0.01)},
+    ...     outputs=["slider.x"],
+    ...     features={"mean force": cc.mean("wrist.normal_force")},
+    ...     duration=0.005,
+    ...     samples=21,
+    ...     skip=0.03,
+    ... )
+    >>> ax = cc.plot_tornado(study.sample(20).feature("mean force"), unit="N")
     """
     effects = feature.effects
     names = sorted(effects.swings, key=lambda name: -_reach(effects, name))
@@ -123,6 +137,20 @@ def plot_shares(
     ------
     ValueError
         If there are too few runs to tell the parameters apart.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> study = cc.Study(
+    ...     cc.mechanisms.slider_crank,
+    ...     {"rod_length": cc.interval(0.12, rel=0.01)},
+    ...     outputs=["slider.x"],
+    ...     features={"mean force": cc.mean("wrist.normal_force")},
+    ...     duration=0.005,
+    ...     samples=21,
+    ...     skip=0.03,
+    ... )
+    >>> ax = cc.plot_shares(study.sample(20).ranking("mean force"))
     """
     found: Any = getattr(effects, "effects", effects)
     main = found.main if hasattr(found, "main") else {row.parameter: row.share for row in found.rows}
@@ -154,6 +182,20 @@ def plot_ranking(ranking: RankingLike, *, ax: Axes | None = None, **bars: Any) -
     Returns
     -------
     Axes
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> study = cc.Study(
+    ...     cc.mechanisms.slider_crank,
+    ...     {"rod_length": cc.interval(0.12, rel=0.01)},
+    ...     outputs=["slider.x"],
+    ...     features={"mean force": cc.mean("wrist.normal_force")},
+    ...     duration=0.005,
+    ...     samples=21,
+    ...     skip=0.03,
+    ... )
+    >>> ax = cc.plot_ranking(study.sample(20).ranking("mean force"))
     """
     ax = new_axes(ax)
     rows = [(plain_words(row.parameter), row.narrowing, COLORS[0]) for row in ranking.rows]

@@ -46,6 +46,20 @@ def plot_coefficients(band: PolynomialBandLike, *, ax: Axes | None = None, **lin
     ------
     ValueError
         If the band has no polynomial.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> study = cc.Study(
+    ...     cc.mechanisms.slider_crank,
+    ...     {"rod_length": cc.interval(0.12, rel=0.01)},
+    ...     outputs=["slider.x"],
+    ...     features={"mean force": cc.mean("wrist.normal_force")},
+    ...     duration=0.005,
+    ...     samples=21,
+    ...     skip=0.03,
+    ... )
+    >>> ax = cc.plot_coefficients(study.chebyshev(degree=3)["slider.x"])
     """
     sizes = np.abs(band.coefficients).max(axis=-1)
     ax = new_axes(ax)
@@ -100,6 +114,20 @@ def plot_prediction(
     ------
     ValueError
         If the band has no polynomial, or the runs are of another output, instants or parameters.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> study = cc.Study(
+    ...     cc.mechanisms.slider_crank,
+    ...     {"rod_length": cc.interval(0.12, rel=0.01)},
+    ...     outputs=["slider.x"],
+    ...     features={"mean force": cc.mean("wrist.normal_force")},
+    ...     duration=0.005,
+    ...     samples=21,
+    ...     skip=0.03,
+    ... )
+    >>> ax = cc.plot_prediction(study.chebyshev(degree=2)["slider.x"], study.scan(5)["slider.x"])
     """
     if (
         holdout.name != band.name

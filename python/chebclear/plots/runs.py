@@ -76,6 +76,13 @@ def plot_trajectory(
     ------
     ValueError
         If the columns have different units, or the unit does not fit them.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> scene = cc.mechanisms.slider_crank()
+    >>> run = cc.simulate(scene, duration=0.01, samples=101)
+    >>> ax = cc.plot_trajectory(run, ["slider.vx", "rod.vx"])
     """
     names = [columns] if isinstance(columns, str) else list(columns)
     units = {column_unit(name) for name in names}
@@ -145,6 +152,13 @@ def plot_orbit(
     ------
     ValueError, KeyError
         If the scene has no such clearance joint, the run has not its columns, or the unit does not fit.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> scene = cc.mechanisms.slider_crank()
+    >>> run = cc.simulate(scene, duration=0.01, samples=101)
+    >>> ax = cc.plot_orbit(run, "wrist")
     """
     from matplotlib.cbook import normalize_kwargs
     from matplotlib.collections import LineCollection
@@ -233,6 +247,13 @@ def plot_poincare(
     ------
     ValueError
         If no samples lie where the section is taken; the message says which to ask for.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> scene = cc.mechanisms.slider_crank()
+    >>> run = cc.simulate(scene, duration=4 * scene.period, samples=401)
+    >>> ax = cc.plot_poincare(run, "slider.x", "slider.vx")
     """
     section = section_samples(run, period, shift)
     data = []
@@ -322,6 +343,13 @@ def plot_contacts(
     ------
     ValueError
         If a joint is no clearance joint of the scene, or the labels are not one for each run.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> scene = cc.mechanisms.slider_crank()
+    >>> run = cc.simulate(scene, duration=0.01, samples=101)
+    >>> ax = cc.plot_contacts(run)
     """
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import LogNorm, Normalize

@@ -131,6 +131,13 @@ def plot_spectrogram(
     ------
     KeyError, TypeError, ValueError
         If the column is unknown, the data are neither a column nor two arrays, or the window does not fit.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> scene = cc.mechanisms.slider_crank()
+    >>> run = cc.simulate(scene, duration=0.01, samples=2001)
+    >>> ax = cc.plot_spectrogram(run, "slider.ax")
     """
     t, signal = _signal(run, column)
     if unit is None:

@@ -57,52 +57,122 @@ class Feature:
 
 
 def peak(output: str) -> Feature:
-    """Largest value of an output, in its unit."""
+    """Largest value of an output, in its unit.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> cc.peak("wrist.normal_force").unit
+    'N'
+    """
     return Feature("peak", output)
 
 
 def lowest(output: str) -> Feature:
-    """Smallest value of an output, in its unit."""
+    """Smallest value of an output, in its unit.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> cc.lowest("slider.ax").unit
+    'm/s²'
+    """
     return Feature("lowest", output)
 
 
 def peak_to_peak(output: str) -> Feature:
-    """Largest minus smallest value of an output, in its unit."""
+    """Largest minus smallest value of an output, in its unit.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> cc.peak_to_peak("slider.ax").unit
+    'm/s²'
+    """
     return Feature("peak_to_peak", output)
 
 
 def time_of_peak(output: str) -> Feature:
-    """When an output is largest [s]."""
+    """When an output is largest [s].
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> cc.time_of_peak("slider.vx").unit
+    's'
+    """
     return Feature("time_of_peak", output)
 
 
 def time_of_lowest(output: str) -> Feature:
-    """When an output is smallest [s]."""
+    """When an output is smallest [s].
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> cc.time_of_lowest("slider.vx").unit
+    's'
+    """
     return Feature("time_of_lowest", output)
 
 
 def mean(output: str) -> Feature:
-    """Mean of an output over time, in its unit."""
+    """Mean of an output over time, in its unit.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> cc.mean("wrist.normal_force").unit
+    'N'
+    """
     return Feature("mean", output)
 
 
 def rms(output: str) -> Feature:
-    """Root mean square of an output over time, in its unit."""
+    """Root mean square of an output over time, in its unit.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> cc.rms("slider.ax").unit
+    'm/s²'
+    """
     return Feature("rms", output)
 
 
 def impacts(joint: str) -> Feature:
-    """Onsets of contact in a clearance joint [-]."""
+    """Onsets of contact in a clearance joint [-].
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> cc.impacts("wrist").unit
+    '-'
+    """
     return Feature("impacts", joint)
 
 
 def contact_share(joint: str) -> Feature:
-    """Part of the time in which a clearance joint is in contact [-]."""
+    """Part of the time in which a clearance joint is in contact [-].
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> cc.contact_share("wrist").unit
+    '-'
+    """
     return Feature("contact_share", joint)
 
 
 def impulse(joint: str) -> Feature:
-    """Integral of the normal force of a clearance joint over time [N s]."""
+    """Integral of the normal force of a clearance joint over time [N s].
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> cc.impulse("wrist").unit
+    'N s'
+    """
     return Feature("impulse", joint)
 
 
@@ -110,12 +180,25 @@ def wear(joint: str) -> Feature:
     """Integral of normal force times sliding speed of a clearance joint over time [N m].
 
     Archard's law multiplies it by its coefficient.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> cc.wear("wrist").unit
+    'N m'
     """
     return Feature("wear", joint)
 
 
 def loss(joint: str) -> Feature:
-    """Energy that impacts and friction take in a clearance joint [J]."""
+    """Energy that impacts and friction take in a clearance joint [J].
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> cc.loss("wrist").unit
+    'J'
+    """
     return Feature("loss", joint)
 
 

@@ -84,6 +84,14 @@ def simulate(
         If another argument is wrong; all problems are listed.
     MemoryError
         If the samples do not fit into the memory.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> scene = cc.mechanisms.slider_crank()
+    >>> run = cc.simulate(scene, duration=0.01, samples=101, outputs=["slider.x", "wrist.*"])
+    >>> run.status, run["slider.x"].shape
+    ('done', (101,))
     """
     checks = Checks()
     if not isinstance(scene, Scene):

@@ -113,6 +113,22 @@ def compare(
     ------
     ValueError, TypeError
         If the instants differ, no output is in both, or no sample is in the span.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> study = cc.Study(
+    ...     cc.mechanisms.slider_crank,
+    ...     {"rod_length": cc.interval(0.12, rel=0.01)},
+    ...     outputs=["slider.x"],
+    ...     features={"mean force": cc.mean("wrist.normal_force")},
+    ...     duration=0.005,
+    ...     samples=21,
+    ...     skip=0.03,
+    ... )
+    >>> errors = cc.compare(study.chebyshev(degree=2), study.scan(5))
+    >>> errors["slider.x"].slack < 0.01
+    True
     """
     checks = Checks()
     for name, given in (("result", result), ("reference", reference)):

@@ -60,6 +60,18 @@ def load(path: str | os.PathLike[str]) -> Template:
         With every problem that was found, each with its line and column and what would be accepted.
     OSError
         If the file cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import chebclear as cc
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "crank.json")
+    ...     count = path.write_text(cc.mechanisms.slider_crank().to_json())
+    ...     scene = cc.load(path)()
+    >>> scene == cc.mechanisms.slider_crank()
+    True
     """
     path = FilePath(path)
     with path.open("rb") as file:
@@ -89,6 +101,17 @@ def loads(text: str, name: str = "scene") -> Template:
     ------
     SceneError
         As `load`.
+
+    Examples
+    --------
+    >>> from chebclear import loads
+    >>> text = '''
+    ... format = 1
+    ... bodies = [{ name = "bob", mass = "2 kg", inertia = 0.01, points.A = [0, "10 cm"] }]
+    ... joints = [{ type = "revolute", name = "pin", a = "ground", b = "bob.A" }]
+    ... '''
+    >>> loads(text)().bodies[0].points["A"]
+    (0.0, 0.1)
     """
     places: Mapping[Path, Place] = {}
     try:

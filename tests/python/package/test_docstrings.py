@@ -2,6 +2,7 @@
 
 import doctest
 import importlib
+import inspect
 import pkgutil
 
 import chebclear
@@ -28,3 +29,10 @@ def test_every_public_name_exists_and_is_documented():
 
 def test_only_public_names_are_listed():
     assert {name for name in dir(chebclear) if not name.startswith("__")} <= set(chebclear.__all__)
+
+
+def test_every_public_function_has_an_example():
+    public = [getattr(chebclear, name) for name in chebclear.__all__]
+    public += [getattr(chebclear.mechanisms, name) for name in chebclear.mechanisms.__all__]
+    without = [one.__name__ for one in public if inspect.isfunction(one) and ">>>" not in (one.__doc__ or "")]
+    assert not without

@@ -78,6 +78,12 @@ def normal(mean: float, standard_deviation: float) -> Normal:
     ------
     ValueError, TypeError
         If an argument is no finite number or the standard deviation not above 0.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> cc.normal(0.12, 1e-4).mean
+    0.12
     """
     checks = Checks()
     center = checks.real("mean", mean, "SI unit")
@@ -102,6 +108,12 @@ def uniform(lower: float, upper: float) -> Uniform:
     ------
     ValueError, TypeError
         If an end is not a finite number or the ends are reversed.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> cc.uniform(0.119, 0.121).upper
+    0.121
     """
     side = Interval(lower, upper)
     return Uniform(side.lower, side.upper)

@@ -63,6 +63,16 @@ def restraint_zones(
     ------
     ValueError, TypeError
         If an argument is wrong or the instants differ; all problems are listed.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> options = {"outputs": ["slider.x"], "duration": 0.01, "samples": 201, "skip": 0.03}
+    >>> sides = {"rod_length": cc.interval(0.12, rel=0.01)}
+    >>> build = cc.mechanisms.slider_crank
+    >>> loose = cc.Study(build, sides, **options).chebyshev(degree=2)
+    >>> ideal = cc.Study(build, sides, fixed={"clearance_at": ()}, **options).chebyshev(degree=2)
+    >>> zones = cc.restraint_zones(loose["slider.x"], ideal["slider.x"], "rod_length", window=1e-3)
     """
     checks = Checks()
     for name, given in (("band", band), ("ideal", ideal)):
