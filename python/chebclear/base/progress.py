@@ -1,4 +1,4 @@
-"""Progress reports: tqdm if there is one, else one line on standard error."""
+"""Progress reports: a bar of tqdm at a terminal and in a notebook, plain lines elsewhere."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
 
 Report = Callable[[float, float], None]
 """Takes what is done and what there is to do in all, in the same unit."""
+
+PAUSE = 10.0
+"""Time between two lines of a log [s]; what takes less leaves none."""
 
 
 def is_request(progress: object) -> bool:
@@ -18,47 +20,39 @@ def is_request(progress: object) -> bool:
 
 
 @contextmanager
-def bar(label: str, unit: str) -> Iterator[Report | None]:
-    """A bar while the block runs; None if standard error is no terminal, so that logs stay clean."""
-    if not sys.stderr.isatty():
-        yield None
+def bar(label: str, unit: str) -> Iterator[Report]:
+    """Show what is done while the block runs: as a bar, or as lines where standard error is no terminal."""
+    if not (sys.stderr.isatty() or "ipykernel" in sys.modules):
+        yield _Lines(label, unit)
         return
-    try:
-        from tqdm.auto import tqdm  # type: ignore[import-untyped, unused-ignore]
-    except ImportError:
-        line = _Line(label, unit)
-        try:
-            yield line
-        finally:
-            line.close()
-        return
-    shown: Any = tqdm(desc=label, unit=unit, file=sys.stderr)
+    from tqdm.auto import tqdm  # here only: it costs 20 ms, and few ask for it
 
-    def report(done: float, total: float) -> None:
-        shown.total = total
-        shown.update(done - shown.n)
+    with tqdm(desc=label, unit=unit, file=sys.stderr) as shown:
 
-    try:
+        def report(done: float, total: float) -> None:
+            shown.total = total
+            shown.update(done - shown.n)
+
         yield report
-    finally:
-        shown.close()
 
 
-class _Line:
-    """One line that is written over."""
+class _Lines:
+    """A line in a log now and then, with the time that is left if all goes on as it went."""
 
     def __init__(self, label: str, unit: str) -> None:
-        self._label = label
-        self._unit = unit
-        self._start = time.monotonic()
+        self._label, self._unit = label, unit
+        self._start = self._last = time.monotonic()
 
     def __call__(self, done: float, total: float) -> None:
-        elapsed = time.monotonic() - self._start
-        share = 100.0 * done / total if total else 100.0
-        count = f"{done:g}/{total:g} {self._unit}, " if total != 1.0 else ""
-        sys.stderr.write(f"\r{self._label}: {count}{share:3.0f} %, {elapsed:.1f} s\x1b[K")
-        sys.stderr.flush()
+        now = time.monotonic()
+        if now - self._last < PAUSE or not 0.0 < done <= total:
+            return
+        from tqdm import tqdm
 
-    def close(self) -> None:
-        sys.stderr.write("\n")
-        sys.stderr.flush()
+        self._last = now
+        elapsed = now - self._start
+        left = elapsed * (total - done) / done
+        count = f"{done:g}/{total:g} {self._unit}, " if total != 1.0 else ""
+        passed, rest = map(tqdm.format_interval, (elapsed, left))
+        line = f"{self._label}: {count}{100.0 * done / total:.0f} %, {passed} passed, {rest} left"
+        print(line, file=sys.stderr, flush=True)

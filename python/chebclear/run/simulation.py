@@ -61,7 +61,8 @@ def simulate(
         and velocities of the joints, and a warning names the differences; one that this would tear apart is
         refused.
     progress : True or callable, optional
-        True shows a bar if standard error is a terminal; a callable gets the share that is done, from 0 to 1.
+        True shows a bar, or lines where standard error is no terminal; a callable gets the share that is
+        done, from 0 to 1.
     on_failure : {"raise", "return"}
         Whether a run that fails raises or returns what it has, with its `Trajectory.status`.
     error : {"estimate"}, optional
@@ -250,6 +251,6 @@ def _reporter(progress: bool | Callable[[float], None] | None) -> Iterator[Calla
         yield progress
     elif progress:
         with bar("simulation", "") as report:
-            yield None if report is None else lambda share: report(share, 1.0)
+            yield lambda share: report(share, 1.0)
     else:
         yield None

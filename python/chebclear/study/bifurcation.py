@@ -148,7 +148,8 @@ def bifurcation(
     threads : int, optional
         Runs that are simulated at a time [-]; as many as there are processors if not given.
     progress : True or callable, optional
-        True shows a bar if standard error is a terminal; a callable gets the runs done and the runs in all.
+        True shows a bar, or lines where standard error is no terminal; a callable gets the runs done and the
+        runs in all.
 
     Returns
     -------

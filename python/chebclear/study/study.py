@@ -55,7 +55,8 @@ class Study(Methods):
         Threads to simulate on [-], at most 1024; all processors if not given, one for each piece given to an
         executor. The results are the same bits for any number.
     progress : True or callable, optional
-        True shows a bar if standard error is a terminal; a callable gets the runs done and the runs in all.
+        True shows a bar, or lines where standard error is no terminal; a callable gets the runs done and the
+        runs in all.
     executor : concurrent.futures.Executor, optional
         Where to simulate instead of on threads of this process; where to call a model of your own instead
         of one run after the other.

@@ -90,7 +90,8 @@ def tradeoff(
         Attempted steps, accepted or refused, and changes of contact after which a measured run is given up
         [-]; the two tight runs have the usual limits.
     progress : True or callable, optional
-        True shows a bar if standard error is a terminal; a callable gets the runs done and the runs in all.
+        True shows a bar, or lines where standard error is no terminal; a callable gets the runs done and the
+        runs in all.
 
     Returns
     -------

@@ -2,6 +2,7 @@
 
 import copy
 import io
+import itertools
 import json
 import math
 import pickle
@@ -16,6 +17,7 @@ from pathlib import Path
 import chebclear as cc
 import numpy as np
 import pytest
+from chebclear.base import progress
 from interrupts import work_after_interrupt
 
 DATA = Path(__file__).parents[2] / "data"
@@ -272,42 +274,36 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_the_progress_line_appears_on_terminals_only(monkeypatch):
-    monkeypatch.setitem(sys.modules, "tqdm", None)  # as if it were not installed
-    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
-    quiet, terminal = io.StringIO(), Terminal()
-    for stream in (quiet, terminal):
-        monkeypatch.setattr(sys, "stderr", stream)
-        cc.simulate(faller(), duration=0.1, samples=11, progress=True)
-    assert quiet.getvalue() == ""
-    assert (
-        "simulation" in terminal.getvalue() and "%" in terminal.getvalue() and terminal.getvalue()[-1] == "\n"
-    )
+def test_progress_is_a_bar_at_a_terminal(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    cc.Study(faller, {"gravity": cc.interval(9.0, 10.0)}, duration=0.1, samples=11, progress=True).scan(4)
+    assert "study" in terminal.getvalue() and "5/5" in terminal.getvalue() and "runs" in terminal.getvalue()
 
 
-def test_the_progress_bar_is_that_of_tqdm_if_there_is_one(monkeypatch):
-    bars = []
+def test_progress_is_a_bar_in_a_notebook(monkeypatch):
+    quiet = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", quiet)
+    monkeypatch.setitem(sys.modules, "ipykernel", types.ModuleType("ipykernel"))
+    cc.simulate(faller(), duration=0.1, samples=11, progress=True)
+    assert "simulation: 100%" in quiet.getvalue()
 
-    class Bar:
-        def __init__(self, **options):
-            self.n, self.total, self.closed, self.options = 0.0, None, False, options
-            bars.append(self)
 
-        def update(self, step):
-            self.n += step
-
-        def close(self):
-            self.closed = True
-
-    module = types.ModuleType("tqdm.auto")
-    module.tqdm = Bar
-    monkeypatch.setitem(sys.modules, "tqdm", types.ModuleType("tqdm"))
-    monkeypatch.setitem(sys.modules, "tqdm.auto", module)
-    monkeypatch.setattr(sys, "stderr", Terminal())
-    sides = {"gravity": cc.interval(9.0, 10.0)}
-    cc.Study(faller, sides, duration=0.1, samples=11, progress=True).scan(4)
-    (bar,) = bars
-    assert (bar.n, bar.total, bar.closed) == (5, 5, True) and bar.options["unit"] == "runs"
+def test_progress_is_lines_with_the_time_that_is_left_elsewhere(monkeypatch):
+    log, seconds = io.StringIO(), itertools.count(100.0, 6.0)
+    monkeypatch.setattr(sys, "stderr", log)
+    with progress.bar("study", "runs") as report:
+        report(1, 4)
+    assert log.getvalue() == ""
+    monkeypatch.setattr(progress.time, "monotonic", lambda: next(seconds))
+    with progress.bar("study", "runs") as report:
+        for done in range(1, 5):
+            report(done, 4)
+    # Two steps of six seconds a line: half is done after 12 s, so that 12 s are left.
+    assert log.getvalue().splitlines() == [
+        "study: 2/4 runs, 50 %, 00:12 passed, 00:12 left",
+        "study: 4/4 runs, 100 %, 00:24 passed, 00:00 left",
+    ]
 
 
 def test_other_threads_run_during_a_simulation():
