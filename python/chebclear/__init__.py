@@ -10,6 +10,7 @@ from .base.quantities import Interval, interval, rpm
 from .errors import (
     ChebclearError,
     ChebclearWarning,
+    HorizonWarning,
     InputError,
     Problem,
     SceneError,
@@ -134,6 +135,7 @@ __all__ = [
     "Gravity",
     "Harmonic",
     "Hertz",
+    "HorizonWarning",
     "HuntCrossley",
     "InputError",
     "Inspection",

@@ -114,6 +114,14 @@ class ChebclearWarning(UserWarning):
     """Something that deserves a look but did not stop the computation."""
 
 
+class HorizonWarning(ChebclearWarning):
+    """A run goes on where it can no longer be predicted: what to call instead is said."""
+
+
+HORIZON = "past the chaos horizon: "
+"""How the text of a `HorizonWarning` begins."""
+
+
 def describe(parameters: Mapping[str, float]) -> str:
     """Parameters in words, such as ``"crank_length = 0.05, rod_length = 0.12"``."""
     return ", ".join(f"{name} = {float(value)!r}" for name, value in parameters.items())

@@ -8,7 +8,7 @@ range that the output has in the whole run.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ..base import files as records
 from ..base.named import Named
 from ..base.units import unit
+from ..errors import HORIZON
 from .names import output_meant
 
 Array = NDArray[np.float64]
@@ -96,6 +97,37 @@ def chaos_horizon(t: Array, difference: Array, threshold: Array | float) -> Arra
     """
     parted = np.abs(difference) > threshold
     return np.where(parted.any(axis=0), t[np.argmax(parted, axis=0)], math.inf)
+
+
+BY_ANGLE = (
+    "single values there mean nothing, only how they are distributed, which Study.band(cycles=10, discard=1) "
+    "bounds by crank angle"
+)
+"""What to do beyond the chaos horizon of a mechanism that revolves."""
+
+
+def past_horizon(errors: Mapping[str, OutputError], period: float, end: float) -> tuple[str, ...]:
+    """A warning where outputs go on for more than a revolution beyond their horizon.
+
+    Parameters
+    ----------
+    errors : mapping of str to OutputError
+        Error of each output.
+    period : float
+        Time of a revolution [s]; minus infinity if nothing revolves.
+    end : float
+        Where the run ended [s].
+    """
+    lost = {
+        name: error.horizon for name, error in errors.items() if error.parted and error.horizon + period < end
+    }
+    if period < 0.0 or not lost:
+        return ()
+    first = min(lost.values())
+    return (
+        f"{HORIZON}runs at tighter tolerances part from this one at t = {first:.4g} s, over a revolution "
+        f"before its end ({', '.join(lost)}): {BY_ANGLE}",
+    )
 
 
 class OutputError(NamedTuple):

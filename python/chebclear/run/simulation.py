@@ -11,13 +11,14 @@ from typing import Literal, Unpack
 from .. import _core
 from ..base.arguments import Checks
 from ..base.progress import bar, is_request
-from ..errors import ChebclearWarning, SimulationError
+from ..errors import HORIZON, ChebclearWarning, HorizonWarning, SimulationError
 from ..scene.scene import Scene
-from .accuracy import ErrorEstimate
+from .accuracy import ErrorEstimate, past_horizon
 from .contacts import Contacts, Events
 from .continuation import continuation
 from .features import Feature
 from .settings import LEAST_RTOL, RunOptions, Settings, with_settings
+from .tracking import settling_time
 from .trajectory import EndState, Stats, Trajectory
 
 # The companion runs of an error estimate have the tolerances of the run divided by these. The second takes
@@ -127,7 +128,9 @@ def simulate(
         if error is not None and (trajectory.success or on_failure == "return"):
             shares = (_share(report, _OWN_SHARE, _FIRST_SHARE), _share(report, _FIRST_SHARE, 1.0))
             companions = _companions(trajectory, start, shares)
-            trajectory = dataclasses.replace(trajectory, error=_estimate(trajectory, companions))
+            estimate = _estimate(trajectory, companions)
+            lost = past_horizon(estimate, settling_time(scene), trajectory.end_time)
+            trajectory = dataclasses.replace(trajectory, error=estimate, warnings=trajectory.warnings + lost)
     warn_once([message for message in trajectory.warnings if message not in doubts], stacklevel=3)
     if not trajectory.success and on_failure == "raise":
         failure = SimulationError(
@@ -242,7 +245,8 @@ def _share(
 def warn_once(messages: Iterable[str], stacklevel: int) -> None:
     """Pass on the warnings of the core, each text once; for `stacklevel`, this function is level 1."""
     for message in dict.fromkeys(messages):
-        warnings.warn(message, ChebclearWarning, stacklevel=stacklevel)
+        category = HorizonWarning if message.startswith(HORIZON) else ChebclearWarning
+        warnings.warn(message, category, stacklevel=stacklevel)
 
 
 @contextmanager

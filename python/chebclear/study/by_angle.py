@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks, did_you_mean
-from ..run.settings import MOST_CYCLES, MOST_SAMPLES, Settings
+from ..errors import HORIZON
+from ..run.accuracy import BY_ANGLE
+from ..run.settings import LEAST_RTOL, MOST_CYCLES, MOST_SAMPLES, Settings
+from ..run.simulation import run_scene
+from ..run.tracking import settling_time
 from ..scene.motions import Speed
+from ..scene.parts import Revolute
 from ..scene.scene import Scene
 from .band.revolutions import Revolutions
 from .runner import Runner
@@ -21,20 +26,30 @@ Array = NDArray[np.float64]
 
 # What only grows: no two revolutions are alike.
 _SUMS = ("impact_loss", "friction_loss", "damping_loss", "wear", "input", "balance")
+# Samples in time for one step of the crank angle where the angle is measured, at the largest speed.
+_OVERSAMPLING = 2
+# A crank that turns by less in the whole run rests, but for rounding [rad].
+_LEAST_TURN = 1e-6
+# Runs that differ by this part of the spread over the box are beyond prediction; two revolutions hardly
+# ever are, so that shorter runs are not simulated twice.
+_APART = 0.1
+_PREDICTABLE = 2.5
+# Samples from which the largest speed of a driven crank is taken.
+_LOOK = 2001
 
 
 def turning(
     study: Runner, settings: Settings | None, cycles: int, discard: int, joint: str | None
 ) -> tuple[Settings, Revolutions]:
-    """How to simulate so that the samples are at the same crank angles in every revolution.
+    """How to simulate so that samples are known at the same crank angles in every revolution.
 
     Parameters
     ----------
     study : Runner
         What to simulate.
     settings : Settings or None
-        How; `samples` are those of a revolution, `skip` and `duration` do not count. None if the runs are not
-        simulated here.
+        How; `samples` are those of a revolution, and a drive at constant speed needs neither `skip` nor
+        `duration`. None if the runs are not simulated here.
     cycles : int
         Revolutions of every run [-].
     discard : int
@@ -45,7 +60,7 @@ def turning(
     Raises
     ------
     ValueError
-        If an argument is wrong, or the drive does not turn at the same constant speed in the whole box.
+        If an argument is wrong, or the crank does not turn.
     """
     checks = Checks()
     if settings is None:
@@ -53,29 +68,117 @@ def turning(
     checks.whole("cycles", cycles, least=1, most=MOST_CYCLES)
     checks.whole("discard", discard, least=0, most=MOST_CYCLES)
     checks.finish()
-    kept = cycles - discard
-    if kept < 1:
+    if cycles <= discard:
         checks.add(f"cycles must be > discard, got {cycles} and {discard}")
-    samples = kept * (settings.samples - 1) + 1
-    if samples > MOST_SAMPLES:
-        checks.add(f"{kept} revolutions of {settings.samples} samples are more than {MOST_SAMPLES}")
     middle = {name: side.midpoint for name, side in study.intervals.items()}
-    drive = _drive(checks, study.scene(middle), joint)
+    scene = study.scene(middle)
+    crank = _crank(checks, scene, joint)
     checks.finish()
-    assert drive is not None, "the checks let no scene without a drive pass"
-    for name, side in study.intervals.items():
-        for end in (side.lower, side.upper):
-            _require_drive(study.scene({**middle, name: end}), drive)
-    period = 2.0 * math.pi / abs(drive.speed)
-    settings = dataclasses.replace(
-        settings,
-        skip=discard * period,
-        duration=kept * period,
-        samples=samples,
-        cycles=kept,
-    )
+    ends = [
+        study.scene({**middle, name: end})
+        for name, side in study.intervals.items()
+        for end in (side.lower, side.upper)
+    ]
+    drive = _driven(scene).get(crank)
+    if drive is not None and all(_same(drive, other) for other in ends):
+        return _constant(settings, drive, cycles, discard)
+    return _measured(study, settings, scene, ends, crank, cycles, discard)
+
+
+def _constant(settings: Settings, drive: Speed, cycles: int, discard: int) -> tuple[Settings, Revolutions]:
+    """All runs turn at one speed: equal steps of time are equal steps of the angle."""
+    kept, period = cycles - discard, 2.0 * math.pi / abs(drive.speed)
     sense = 1 if drive.speed > 0.0 else -1
-    return settings, Revolutions(drive.joint, kept, discard, drive.angle, sense)
+    turns = Revolutions(drive.joint, kept, discard, drive.angle, sense, settings.samples)
+    samples = _affordable(kept * (settings.samples - 1) + 1)
+    return (
+        dataclasses.replace(
+            settings, skip=discard * period, duration=kept * period, samples=samples, cycles=kept
+        ),
+        turns,
+    )
+
+
+def _measured(
+    study: Runner,
+    settings: Settings,
+    scene: Scene,
+    ends: Iterable[Scene],
+    crank: str,
+    cycles: int,
+    discard: int,
+) -> tuple[Settings, Revolutions]:
+    """Every run turns as it does: its angle is one more output."""
+    if study.features:
+        raise ValueError(
+            "features of each revolution need one constant speed of the drive in the whole box: make the "
+            "band in a study without features"
+        )
+    column = f"{crank}.angle"
+    names = settings.for_scene(scene).outputs or scene.check().columns
+    duration = settings.duration
+    driven = [found.get(crank) for found in map(_driven, [scene, *ends])]
+    speeds = [abs(drive.speed) for drive in driven if drive is not None]
+    if len(speeds) == len(driven):
+        # One revolution more, since a start on the way to the first angle is skipped.
+        duration = 2.0 * math.pi * (cycles + 1) / min(speeds)
+    look = dataclasses.replace(settings, skip=0.0, duration=duration, samples=_LOOK, outputs=(column,))
+    run = run_scene(scene, look)
+    if not run.success:
+        raise ValueError(f"the midpoint cannot be simulated for {duration:.6g} s: {run.message}")
+    angle = run[column]
+    fastest = float(np.max(np.abs(np.diff(angle)))) * (_LOOK - 1) / duration
+    if np.ptp(angle) < _LEAST_TURN:
+        raise ValueError(f'"{crank}" does not turn: a band by crank angle needs revolutions')
+    steps = _OVERSAMPLING * (settings.samples - 1) * fastest * duration / (2.0 * math.pi)
+    shown = column in names
+    turns = Revolutions(
+        crank,
+        cycles - discard,
+        discard,
+        float(angle[0]),
+        1 if angle[-1] >= angle[0] else -1,
+        settings.samples,
+        column,
+        shown,
+    )
+    samples = _affordable(math.ceil(steps) + 1)
+    outputs = tuple(names) if shown else (*names, column)
+    made = dataclasses.replace(settings, skip=0.0, duration=duration, samples=samples, outputs=outputs)
+    return dataclasses.replace(made, cycles=1), turns
+
+
+def unpredictable(runs: Runs) -> tuple[str, ...]:
+    """A warning where the last revolution of runs is beyond prediction.
+
+    The midpoint run and two others are simulated once more at a tenth of the tolerance. Where two differ by
+    more than a tenth of what the runs of the box differ by, the parameters no longer decide what a run does.
+    """
+    settings, period = runs.settings, settling_time(runs.scenes[-1]) if runs.scenes else -math.inf
+    if settings is None or period < 0.0 or runs.t[-1] < _PREDICTABLE * period:
+        return ()
+    tighter = max(0.1 * settings.rtol, LEAST_RTOL)
+    again = dataclasses.replace(settings, rtol=tighter, features=(), cycles=1, companion_of=settings.rtol)
+    last = runs.t >= runs.t[-1] - period
+    spread = np.ptp(runs.values[:, last], axis=0).mean(axis=0)
+    lost: dict[str, None] = {}
+    for index in (-1, 0, 1):
+        companion = run_scene(runs.scenes[index], again)
+        if companion.success:
+            apart = np.abs(companion.values - runs.values[index])[last].mean(axis=0)
+            lost |= {runs.outputs[k]: None for k in np.flatnonzero(apart > _APART * spread)}
+    if not lost:
+        return ()
+    return (
+        f"{HORIZON}in the last revolution a run changes by more than {100.0 * _APART:g} % of what the runs "
+        f"of the box differ by when only its tolerances change ({', '.join(lost)}): {BY_ANGLE}",
+    )
+
+
+def _affordable(samples: int) -> int:
+    if samples > MOST_SAMPLES:
+        raise ValueError(f"{samples} samples of each run are more than {MOST_SAMPLES}: ask for fewer")
+    return samples
 
 
 def cut(runs: Runs, revolutions: Revolutions) -> Runs:
@@ -86,7 +189,7 @@ def cut(runs: Runs, revolutions: Revolutions) -> Runs:
     Raises
     ------
     ValueError
-        If an output only grows, or a drive turns otherwise than that of the nominal run.
+        If an output only grows, or a run makes fewer revolutions than are asked for.
     """
     sums = [name for name in runs.outputs if name.rpartition(".")[2] in _SUMS]
     if sums:
@@ -94,17 +197,46 @@ def cut(runs: Runs, revolutions: Revolutions) -> Runs:
             f"no band by crank angle for {', '.join(sums)}: they grow from revolution to revolution; ask for "
             "features, such as the wear of each cycle, instead"
         )
-    drive = _driven(runs.scenes[-1])[revolutions.joint]
-    for scene in runs.scenes:
-        _require_drive(scene, drive)
+    if revolutions.column is None:
+        drive = _driven(runs.scenes[-1])[revolutions.joint]
+        if not all(_same(drive, scene) for scene in runs.scenes):
+            raise ValueError(
+                f'the speed of "{revolutions.joint}" differs inside the box, but not at the ends of its '
+                "sides: make it a parameter of its own"
+            )
+    else:
+        runs = _at_the_angles(runs, revolutions, revolutions.column)
     values = revolutions.folded(runs.values)
     for index, name in enumerate(runs.outputs):
         if name.rpartition(".")[2] == "angle":
             column = values[..., index]
             turns = np.round((column[:, :, 0] - column[:, :1, 0]) / (2.0 * math.pi))
             column -= 2.0 * math.pi * turns[:, :, None]
-    steps = values.shape[2]
-    return dataclasses.replace(runs, t=runs.t[:steps], values=values)
+    return dataclasses.replace(runs, t=runs.t[: revolutions.samples], values=values)
+
+
+def _at_the_angles(runs: Runs, revolutions: Revolutions, column: str) -> Runs:
+    """The runs at the angles that are kept, between their samples in time; instants are those of the last."""
+    place = runs.outputs.index(column)
+    shown = [index for index in range(len(runs.outputs)) if revolutions.shown or index != place]
+    steps = revolutions.kept * (revolutions.samples - 1) + 1
+    values = np.empty((len(runs.values), steps, len(shown)))
+    t = runs.t
+    for run, table in enumerate(runs.values):
+        found = revolutions.instants(runs.t, table[:, place])
+        if isinstance(found, float):
+            least = revolutions.kept + revolutions.discarded
+            raise ValueError(
+                f'"{revolutions.joint}" makes {found:.3g} revolutions in {runs.t[-1]:.6g} s in run {run}, '
+                f"{least} from a first angle on are needed: give the study a longer duration, or take fewer "
+                "cycles"
+            )
+        t = found
+        for target, index in enumerate(shown):
+            values[run, :, target] = np.interp(found, runs.t, table[:, index])
+    return dataclasses.replace(
+        runs, t=t, outputs=tuple(runs.outputs[index] for index in shown), values=values
+    )
 
 
 def _driven(scene: Scene) -> dict[str, Speed]:
@@ -112,32 +244,25 @@ def _driven(scene: Scene) -> dict[str, Speed]:
     return {drive.joint: drive for drive in scene.drives if isinstance(drive, Speed) and drive.speed != 0.0}
 
 
-def _drive(checks: Checks, scene: Scene, joint: str | None) -> Speed | None:
-    """The drive whose angle is the crank angle."""
-    driven = _driven(scene)
-    if not driven:
-        checks.add("no drive turns at constant speed: a band by crank angle needs one")
-        return None
-    if joint is None and len(driven) > 1:
-        checks.add(f"several joints are driven at constant speed: angle must be one of {_listed(driven)}")
-        return None
-    if joint is not None and joint not in driven:
-        checks.add(
-            f"angle must be a joint that is driven at constant speed, one of {_listed(driven)}, got "
-            f"{joint!r}{did_you_mean(joint, driven) if isinstance(joint, str) else ''}"
-        )
-        return None
-    return next(iter(driven.values())) if joint is None else driven[joint]
-
-
-def _listed(names: Sequence[str] | dict[str, Speed]) -> str:
-    return ", ".join(f'"{name}"' for name in names)
-
-
-def _require_drive(scene: Scene, drive: Speed) -> None:
+def _same(drive: Speed, scene: Scene) -> bool:
+    """Whether a joint turns at the same speed from the same angle in another scene."""
     other = _driven(scene).get(drive.joint)
-    if other is None or (other.speed, other.angle) != (drive.speed, drive.angle):
-        raise ValueError(
-            f'the drive of "{drive.joint}" must turn at the same speed from the same angle in the whole box: '
-            "a band by crank angle takes neither as a parameter"
-        )
+    return other is not None and (other.speed, other.angle) == (drive.speed, drive.angle)
+
+
+def _crank(checks: Checks, scene: Scene, joint: str | None) -> str:
+    """The joint whose angle is the crank angle."""
+    driven, turn = _driven(scene), [one.name for one in scene.joints if isinstance(one, Revolute)]
+    if joint is None:
+        if len(driven) == 1:
+            return next(iter(driven))
+        why = "no drive turns" if not driven else "several drives turn"
+        checks.add(f"{why} at constant speed: angle must name the joint of the crank, one of {_listed(turn)}")
+    elif joint not in turn:
+        hint = did_you_mean(joint, turn) if isinstance(joint, str) else ""
+        checks.add(f"angle must be a revolute joint, one of {_listed(turn)}, got {joint!r}{hint}")
+    return str(joint)
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(f'"{name}"' for name in names)

@@ -164,12 +164,16 @@ class Methods(Runner):
         max_runs : int
             Runs above which nothing is started [-].
         cycles : int, optional
-            Revolutions of every run [-] for bands by crank angle, in place of `skip` and `duration` of the
-            study; its `samples` are then those of one revolution. The drive must turn at constant speed.
+            Revolutions of every run [-] for bands by crank angle; the `samples` of the study are then those
+            of one revolution. A drive at constant speed turns as long as it takes, in place of `skip` and
+            `duration` of the study. Where the speed is a parameter, or a torque drives, the angle of every
+            run is measured: outputs are interpolated between samples about half a step apart, and a torque
+            needs a `duration` in which every run makes all `cycles`.
         discard : int
             How many of the `cycles`, the first ones, are not pooled because the start settles in them [-].
         angle : str, optional
-            Name of the driven joint whose angle is the crank angle; needed if several are driven.
+            Name of the revolute joint whose angle is the crank angle; that of the only drive at constant
+            speed if not given.
 
         Returns
         -------

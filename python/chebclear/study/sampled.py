@@ -20,7 +20,7 @@ from ..scene.scene import ClearanceRevolute, Scene
 from .band.calibrated import Demand, certifying_runs, is_remark, remarks
 from .band.judgement import early_widths
 from .band.limits import physical_limits
-from .by_angle import cut, turning
+from .by_angle import cut, turning, unpredictable
 from .features.features import FeatureTable, units_of
 from .models.finished import FinishedRuns
 from .polynomials.points import random_points, sobol_points
@@ -194,7 +194,8 @@ def _made(
     kept = _others(others, demand, new.t, new.outputs, facts["scene"])
     del facts["stats"], facts["warnings"]
     demand = dataclasses.replace(demand, limits=limits)
-    return _result(study, demand, [scored], kept, nominal, new.warnings, facts)
+    told = new.warnings if demand.revolutions is not None else (*new.warnings, *unpredictable(new))
+    return _result(study, demand, [scored], kept, nominal, told, facts)
 
 
 def extended(

@@ -221,7 +221,7 @@ fn excesses(scores: &[(u32, f64)]) -> Vec<Excess> {
 
 #[test]
 fn a_band_that_all_runs_keep_is_not_widened() {
-    let demand = Demand { coverage: 0.999, runs: 41, samples: 721 };
+    let demand = Demand { coverage: 0.999, runs: 41, block: 1, samples: 721 };
     assert_eq!(inflation(&[], &demand), 0.0);
     let held_out = HeldOut::of(&[], &demand);
     assert_eq!(held_out.coverage, 1.0);
@@ -230,7 +230,7 @@ fn a_band_that_all_runs_keep_is_not_widened() {
 
 #[test]
 fn held_out_runs_are_counted_whole_and_by_samples() {
-    let demand = Demand { coverage: 0.5, runs: 49, samples: 1000 };
+    let demand = Demand { coverage: 0.5, runs: 49, block: 1, samples: 1000 };
     let left = HeldOut::of(&excesses(&[(47, 2.0), (48, 1.0), (48, 3.0)]), &demand);
     // 47 runs are inside throughout, one of which is given up.
     assert!((left.whole_run - 46.0 / 50.0).abs() < 1e-15);
@@ -248,7 +248,7 @@ fn exponential_scores_are_met_at_the_share_aimed_at() {
     let (runs, samples) = (100, 1000);
     let scores = exponential_scores(runs, samples);
     for coverage in [0.9, 0.99, 0.999] {
-        let demand = Demand { coverage, runs, samples };
+        let demand = Demand { coverage, runs, block: 1, samples };
         let level = inflation(&excesses(&scores), &demand);
         let beyond = (-0.5 * level).exp();
         // 0.38 x 100 / 155 of what is allowed, to which one run in a hundred is added for the worst.
@@ -260,7 +260,7 @@ fn exponential_scores_are_met_at_the_share_aimed_at() {
 #[test]
 fn the_level_does_not_grow_with_the_number_of_samples() {
     let level = |samples: usize| {
-        let demand = Demand { coverage: 0.999, runs: 60, samples };
+        let demand = Demand { coverage: 0.999, runs: 60, block: 1, samples };
         inflation(&excesses(&exponential_scores(60, samples)), &demand)
     };
     // The largest score of a run grows by 2 ln 4 = 2.8 in the mean; the levels themselves differ by 0.3.

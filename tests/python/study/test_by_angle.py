@@ -61,6 +61,68 @@ def test_without_clearance_the_band_is_that_of_the_closed_form(speed, start):
     assert crank.max_width < 1e-9
 
 
+def rotor(torque=0.3, speed=100.0, mass=1.0):
+    """A balanced rotor of inertia 2e-3 kg m^2 under a constant torque."""
+    return cc.Scene(
+        [cc.Body("rotor", mass=mass, inertia=2e-3)],
+        [cc.Revolute("bearing", "ground", "rotor")],
+        [cc.Torque("motor", "rotor", torque)],
+        start=[cc.JointStart("bearing", position=0.4, velocity=speed)],
+    )
+
+
+def rotor_study(**options):
+    outputs = ["rotor.angular_velocity", "rotor.angle"]
+    return cc.Study(rotor, {"torque": cc.interval(0.2, 0.4)}, outputs, **(TIME | options))
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_under_a_torque_the_angle_is_the_measured_one(sense):
+    study = cc.Study(
+        rotor,
+        {"torque": cc.interval(sense * 0.3, rel=0.3)},
+        ["rotor.angular_velocity"],
+        fixed={"speed": sense * 100.0},
+        **TIME,
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", cc.ChebclearWarning)
+        result = study.band(5, cycles=6, discard=2, angle="bearing")
+        longer = study.band(3, cycles=6, discard=2, angle="bearing").extend(2)
+    assert tuple(result) == ("rotor.angular_velocity",)
+    band = result["rotor.angular_velocity"]
+    np.testing.assert_allclose(band.angle, 0.4 + sense * np.linspace(0.0, 2.0 * np.pi, 73))
+    turned = np.linspace(0.0, 2.0 * np.pi, 73) + 2.0 * np.pi * np.arange(2, 6)[:, None]
+    for torque, rows in zip(result.parameters[:, 0], result.values("rotor.angular_velocity"), strict=True):
+        # Energy: the square of the speed grows in proportion to the angle.
+        expected = sense * np.sqrt(100.0**2 + 2.0 * abs(torque) / 2e-3 * turned)
+        np.testing.assert_allclose(rows, expected, rtol=1e-5)
+    # Constant acceleration from the start on.
+    growth = 0.3 / 2e-3
+    np.testing.assert_allclose(
+        band.t, (np.sqrt(100.0**2 + 2.0 * growth * turned[0]) - 100.0) / growth, rtol=1e-5
+    )
+    assert same(longer.bands, result.bands)
+
+
+def test_the_speed_of_the_drive_may_be_a_parameter():
+    study = cc.Study(
+        cc.mechanisms.slider_crank,
+        {"crank_speed": cc.interval(60.0, rel=0.2), "crank_length": cc.interval(0.05, rel=0.1)},
+        ["slider.x", "crank_bearing.angle"],
+        fixed={"clearance_at": ()},
+        **TIME,
+    )
+    result = study.band(9, cycles=3, discard=1)
+    band = result["slider.x"]
+    for (_, crank), rows in zip(result.parameters, result.values("slider.x"), strict=True):
+        expected = crank * np.cos(band.angle) + np.sqrt(0.12**2 - (crank * np.sin(band.angle)) ** 2)
+        # Samples lie at most 3 degrees apart: a chord misses the arc by (0.055 + 0.055²/0.12) m (0.052)²/8.
+        np.testing.assert_allclose(rows, np.broadcast_to(expected, rows.shape), rtol=0.0, atol=3e-5)
+    assert band.verdict == "resolved"
+    assert result["crank_bearing.angle"].max_width < 1e-8
+
+
 def test_fresh_revolutions_keep_the_band(wrist):
     force = wrist["wrist.normal_force"]
     assert force.verdict == "calibrated" and force.coverage >= 0.999 and force.lower.min() >= 0.0
@@ -125,23 +187,32 @@ def test_what_has_no_band_by_angle_is_refused():
     with pytest.raises(ValueError) as caught:
         study.band(9, cycles=0, discard=-1)
     assert "cycles must be" in str(caught.value) and "discard must be" in str(caught.value)
-    with pytest.raises(ValueError, match="one of \"crank_bearing\", got 'wrist'"):
+    with pytest.raises(ValueError, match="\"crank_pin\", got 'wrist'"):
         study.band(9, cycles=3, angle="wrist")
     with pytest.raises(ValueError, match="give cycles too"):
         study.band(9, angle="crank_bearing")
     with pytest.raises(ValueError, match=r"include\[0\] has other revolutions, or none"):
         study.band(9, cycles=3, include=study.band(3, coverage=0.5, cycles=2))
     faster = cc.Study(
-        cc.mechanisms.slider_crank, {"crank_speed": cc.interval(200.0, 220.0)}, ["slider.x"], **TIME
+        cc.mechanisms.slider_crank,
+        {"crank_speed": cc.interval(200.0, 220.0)},
+        ["slider.x"],
+        features={"peak": cc.peak("slider.x")},
+        **TIME,
     )
-    with pytest.raises(ValueError, match="must turn at the same speed"):
+    with pytest.raises(ValueError, match="features of each revolution need one constant speed"):
         faster.band(9, cycles=3)
     worn = cc.Study(cc.mechanisms.slider_crank, LENGTHS, ["wrist.wear"], **TIME)
     with pytest.raises(ValueError, match=r"wrist\.wear: they grow from revolution to revolution"):
         worn.band(3, cycles=2)
     swinging = cc.Study(cc.mechanisms.pendulum_in_bearing, {"length": cc.interval(0.2, rel=0.1)}, **TIME)
-    with pytest.raises(ValueError, match="no drive turns at constant speed"):
+    with pytest.raises(ValueError, match="no drive turns at constant speed: angle must name the joint"):
         swinging.band(9, cycles=3)
+    with pytest.raises(ValueError, match=r'"bearing" makes \d+(\.\d*)? revolutions in 0.5 s'):
+        rotor_study(duration=0.5).band(3, cycles=12, angle="bearing")
+    resting = cc.Study(rotor, {"mass": cc.interval(1.0, 2.0)}, fixed={"torque": 0.0, "speed": 0.0}, **TIME)
+    with pytest.raises(ValueError, match='"bearing" does not turn'):
+        resting.band(3, cycles=2, angle="bearing")
 
 
 def test_the_script_of_a_report_makes_the_same_bands(wrist):
@@ -151,3 +222,34 @@ def test_the_script_of_a_report_makes_the_same_bands(wrist):
         warnings.simplefilter("ignore", cc.ChebclearWarning)
         exec(listing.text.replace("print(result)", ""), namespace)
     assert same(namespace["result"].bands, wrist.bands)
+
+
+def test_a_study_beyond_the_chaos_horizon_is_told_what_to_call():
+    def study(revolutions):
+        times = {"duration": 0.03 * revolutions, "samples": 61 * revolutions}
+        return cc.Study(cc.mechanisms.slider_crank, LENGTHS, ["slider.x", "slider.ax"], **times)
+
+    with pytest.warns(cc.HorizonWarning, match=r"\(slider\.ax\).*Study\.band\(cycles=10, discard=1\)"):
+        result = study(5).band(5)
+    assert sum("chaos horizon" in text for text in result.warnings) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", cc.HorizonWarning)
+        warnings.simplefilter("ignore", cc.ChebclearWarning)
+        warnings.simplefilter("error", cc.HorizonWarning)
+        study(2).band(5)
+        # What is asked for by angle need not be told to ask for it.
+        study(5).band(3, cycles=5)
+
+
+def test_a_run_beyond_its_horizon_is_told_what_to_call():
+    scene = cc.mechanisms.slider_crank()
+    with pytest.warns(cc.HorizonWarning, match=r"slider\.ax.*Study\.band\(cycles=10, discard=1\)"):
+        run = cc.simulate(
+            scene, duration=0.15, samples=751, outputs=["slider.ax"], rtol=1e-4, error="estimate"
+        )
+    assert run.error["slider.ax"].horizon + 0.03 < 0.15
+    # Within a revolution of the horizon nothing is said.
+    end = run.error["slider.ax"].horizon + 0.02
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", cc.HorizonWarning)
+        cc.simulate(scene, duration=end, samples=201, outputs=["slider.ax"], rtol=1e-4, error="estimate")

@@ -25,10 +25,17 @@ class Revolutions:
     """Angle at which each revolution starts [rad]."""
     sense: int
     """1 where the angle grows, -1 where it falls [-]."""
+    samples: int
+    """Samples of a revolution, both ends included [-]."""
+    column: str | None = None
+    """Output that measures the angle of each run; None where all turn at the same constant speed."""
+    shown: bool = False
+    """Whether that output was asked for itself."""
 
-    def angle(self, samples: int) -> NDArray[np.float64]:
-        """Angles of the samples of one revolution, both ends included [rad]."""
-        turn: NDArray[np.float64] = np.linspace(0.0, self.sense * 2.0 * math.pi, samples)
+    @property
+    def angle(self) -> NDArray[np.float64]:
+        """Angles of the samples of one revolution [rad], shape (samples,)."""
+        turn: NDArray[np.float64] = np.linspace(0.0, self.sense * 2.0 * math.pi, self.samples)
         return self.start + turn
 
     def folded(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -47,3 +54,28 @@ class Revolutions:
         steps = (values.shape[1] - 1) // self.kept
         starts = steps * np.arange(self.kept)
         return values[:, starts[:, None] + np.arange(steps + 1)]
+
+    def instants(self, t: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64] | float:
+        """When a run is at the angles of all samples that are kept.
+
+        Parameters
+        ----------
+        t : ndarray, shape (n,)
+            Instants [s].
+        angle : ndarray, shape (n,)
+            Crank angle of the run then, full turns included [rad].
+
+        Returns
+        -------
+        ndarray, shape (kept * (samples - 1) + 1,), or float
+            Instants [s]; the revolutions made [-] where they are too few.
+        """
+        # A crank that swings back passes an angle again: the first time counts.
+        passed = np.maximum.accumulate(self.sense * (angle - self.start)) / (2.0 * math.pi)
+        # Rounding of the start must not cost a revolution.
+        first = math.ceil(passed[0] - 1e-9) + self.discarded
+        if passed[-1] < first + self.kept:
+            return float(passed[-1] - passed[0])
+        steps = np.arange(self.kept * (self.samples - 1) + 1) / (self.samples - 1)
+        found: NDArray[np.float64] = np.interp(first + steps, passed, t)
+        return found

@@ -54,8 +54,7 @@ def _of_study(result: Any) -> Any:
     turns = None if result.demand is None else result.demand.revolutions
     if turns is None:
         return result.settings
-    samples = (result.settings.samples - 1) // turns.kept + 1
-    return dataclasses.replace(result.settings, skip=0.0, samples=samples, cycles=1)
+    return dataclasses.replace(result.settings, skip=0.0, samples=turns.samples, cycles=1)
 
 
 def _call(result: Any) -> str:

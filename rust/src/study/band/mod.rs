@@ -119,7 +119,7 @@ pub fn bands(
         let column = gather(table, rows * block, output);
         let Table { samples, scored, .. } = *table;
         let runs = Runs { values: &column, samples, block, ends, scored, limits: limits[output] };
-        let demand = Demand { coverage, runs: scored, samples: samples * block };
+        let demand = Demand { coverage, runs: scored, block, samples };
         match method {
             Method::Calibrated => band(&runs, &regression, &demand),
             Method::Certified => certified(&runs, &demand).into(),
