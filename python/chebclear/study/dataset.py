@@ -47,7 +47,8 @@ def study_dataset(
     told = dict(facts)
     runs = len(next(iter(parameters.values())))
     for name, band in bands.items():
-        unit = column_unit(name)
+        # Outputs of a model of the user's own may have any unit, whatever their names.
+        unit = column_unit(name) if "scene" in facts else ""
         for side in ("lower", "upper", "nominal"):
             variables[f"{name}.{side}"] = Variable(("t",), getattr(band, side), unit)
         if band.angle is None:

@@ -15,6 +15,7 @@ from .arguments import (
     check_runs,
     per_parameter,
 )
+from .band.worst import WorstCase, predicted_extremes
 from .models.finished import FinishedRuns
 from .polynomials.surrogate import MOST_RANGE_DEGREE, BoundKind, chebyshev_grid, tensor_grid
 from .results import StudyResult
@@ -305,6 +306,33 @@ class Methods(Runner):
         result = measure(self, degrees, points, holdout=holdout, seed=seed, max_runs=max_runs)
         warn_once(result.warnings, stacklevel=3)
         return result
+
+    def worst_cases(self, result: StudyResult) -> tuple[WorstCase, ...]:
+        """Runs at the worst cases that the polynomials of a result predict; see `StudyResult.check`."""
+        found = [
+            (name, *extreme)
+            for name, band in result.bands.items()
+            if band.verdict == "resolved" and band.surrogate is not None
+            for extreme in predicted_extremes(band)
+        ]
+        if not found:
+            raise ValueError("no output is resolved by a polynomial: there is no worst case to be checked")
+        points = np.array([at for _, _, _, at, _ in found])
+        runs = self.made(points, result.settings, midpoint=False)
+        columns = [runs.outputs.index(name) for name, *_ in found]
+        return tuple(
+            WorstCase(
+                output=name,
+                side=side,
+                time=float(result.t[sample]),
+                parameters=dict(zip(self.intervals, map(float, at), strict=True)),
+                predicted=predicted,
+                simulated=float(runs.values[row, sample, column]),
+            )
+            for row, ((name, side, sample, at, predicted), column) in enumerate(
+                zip(found, columns, strict=True)
+            )
+        )
 
     def _told(self, result: StudyResult, stacklevel: int = 4) -> StudyResult:
         """The result of this study, with its warnings passed on to whoever called the caller."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import os
 from collections.abc import Sequence, ValuesView
 from dataclasses import dataclass, field
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from ..base import files as records
 from ..base.named import Named
 from ..base.shown import listed
+from ..base.units import unit
 from ..data.dataset import Dataset
 from ..data.exports import Exports
 from ..report import html
@@ -26,11 +28,13 @@ from ..scene.scene import Interval, Scene
 from .band.band import Band
 from .band.calibrated import Demand, calibrated_bands, statement
 from .band.judgement import judged
+from .band.worst import WorstCase
 from .dataset import study_dataset
 from .features.features import FeatureResult, FeatureTable
 from .features.ranking import Ranking
 from .polynomials.surrogate import BoundKind, Surrogate
 from .report.document import study_document, verdict_table
+from .report.summary import summary
 
 Array = NDArray[np.float64]
 
@@ -42,6 +46,9 @@ class Extendable(Protocol):
         self, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult] = ()
     ) -> StudyResult:
         """A result with further runs."""
+
+    def worst_cases(self, result: StudyResult) -> tuple[WorstCase, ...]:
+        """Runs at the worst cases that the polynomials of a result predict."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -85,6 +92,30 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     """The features of all runs; None if there are none."""
     nominal_parameters: Array | None = None
     """Parameters of the run that stands for the nominal one, if a table of runs has none at the midpoint."""
+    seconds: float = field(default=math.nan, compare=False, metadata=unit("s"))
+    """Time that the runs took on the machine where they were made [s]."""
+    worst_cases: tuple[WorstCase, ...] = ()
+    """Runs at the worst cases that the polynomials predict; none before `check`."""
+
+    def __str__(self) -> str:
+        return summary(self)
+
+    def check(self) -> StudyResult:
+        """Simulate the worst cases that the polynomials predict: those of the highest and the lowest bound.
+
+        Returns
+        -------
+        StudyResult
+            The same with `worst_cases`, which ``print`` shows beside what was predicted.
+
+        Raises
+        ------
+        ValueError
+            If the result does not know its study any more, or no output is resolved by a polynomial.
+        """
+        if self.study is None:
+            raise ValueError("a result that was copied or loaded does not know its study: make it again")
+        return dataclasses.replace(self, worst_cases=self.study.worst_cases(self))
 
     def feature(self, name: str) -> FeatureResult:
         """One feature over the box: its interval, quantiles, and what it hangs on.
@@ -299,11 +330,9 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         **facts
             The remaining fields.
         """
-        facts["nominal_parameters"] = nominal_parameters
+        facts["nominal_parameters"] = at = nominal_parameters
         if demand is not None:
-            bands = calibrated_bands(
-                t, outputs, values, intervals, parameters, demand, threads, nominal_parameters
-            )
+            bands = calibrated_bands(t, outputs, values, intervals, parameters, demand, threads, at)
             return cls(
                 "certify" if demand.certified else "band",
                 bands,
@@ -415,6 +444,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             "settings": None if self.settings is None else dataclasses.asdict(self.settings),
             "scene": None if self.scene is None else json.loads(self.scene.to_json()),
         }
+        facts |= {"seconds": self.seconds, "worst_cases": [dataclasses.asdict(c) for c in self.worst_cases]}
         if self.nominal_parameters is not None:
             arrays["nominal_parameters"] = self.nominal_parameters
         if self.features is not None:
@@ -447,18 +477,6 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         """
         arrays, facts = records.load(path, "study")
         intervals = {name: Interval(*ends) for name, ends in facts["intervals"].items()}
-        features = None
-        if "features" in facts:
-            features = FeatureTable(
-                tuple(facts["features"]),
-                arrays["features"],
-                arrays["nominal_features"],
-                intervals,
-                arrays["parameters"],
-                facts["random"],
-                tuple(facts.get("normal", ())),
-                tuple(facts.get("feature_units", ())),
-            )
         return cls.from_runs(
             arrays["t"],
             facts["outputs"],
@@ -466,7 +484,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             intervals,
             arrays["parameters"],
             kind=facts.get("kind_of_study"),
-            features=features,
+            features=FeatureTable.of_file(arrays, facts, intervals) if "features" in facts else None,
             degrees=None if facts["degrees"] is None else tuple(facts["degrees"]),
             nodes=tuple(facts["nodes"]),
             bounds=facts.get("bounds", "eq31"),  # files before it was written
@@ -476,4 +494,6 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             settings=None if facts["settings"] is None else Settings.from_dict(facts["settings"]),
             scene=None if facts["scene"] is None else Scene.from_json(json.dumps(facts["scene"])),
             nominal_parameters=arrays.get("nominal_parameters"),
+            seconds=facts.get("seconds", math.nan),
+            worst_cases=tuple(WorstCase(**case) for case in facts.get("worst_cases", ())),
         )

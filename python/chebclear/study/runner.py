@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 import warnings
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
@@ -138,15 +139,18 @@ class Runner:
 
     def made(self, points: Array, settings: Settings | None, *, midpoint: bool = True) -> Runs:
         """The runs at the points and, if asked for, last the nominal one, whatever they come from."""
+        start = time.perf_counter()
         if settings is not None:
-            return self.simulated(points, settings, midpoint=midpoint)
+            runs = self.simulated(points, settings, midpoint=midpoint)
+            return replace(runs, seconds=time.perf_counter() - start)
         if isinstance(self.model, FinishedRuns):
             made = self.model.runs(points, midpoint=midpoint)
         else:
             assert self.model is not None, "what is not simulated comes from a model"
             with reporter(self.progress) as report:
                 made = self.model.runs(points, midpoint=midpoint, report=report)
-        return Runs(scenes=[], stats=(), settings=None, **vars(made))
+        seconds = time.perf_counter() - start
+        return Runs(scenes=[], stats=(), settings=None, seconds=seconds, **vars(made))
 
     def simulated(self, points: Array, settings: Settings, *, midpoint: bool = True) -> Runs:
         """The runs at the points and, if asked for, last at the midpoint; does not pass on warnings."""

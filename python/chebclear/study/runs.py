@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -60,6 +61,8 @@ class Runs:
     """Features of all runs, shape (runs + 1, cycles, features); None if there are none."""
     feature_names: tuple[str, ...]
     """Names of the features."""
+    seconds: float = field(default=math.nan, metadata=unit("s"))
+    """Time they took [s]."""
     nominal_parameters: NDArray[np.float64] | None = None
     """Parameters of the run that stands for the nominal one, shape (parameters,); None at the midpoint."""
 
@@ -72,6 +75,7 @@ class Runs:
             "settings": self.settings,
             "scene": self.scenes[-1] if self.scenes else None,
             "nominal_parameters": self.nominal_parameters,
+            "seconds": self.seconds,
         }
 
 

@@ -218,9 +218,11 @@ def extended(
     features = None if result.features is None else result.features.nominal[None]
     nominal = Table(old.parameters[:1], nominal_values, result.stats[-1:], features)
     scored, told = [old[: demand.runs]], [text for text in result.warnings if not is_remark(text)]
+    seconds = result.seconds
     if runs > 0:
         points = sobol_points(study.intervals, demand.runs, runs, demand.seed)
         new = _runs(study, demand, points, result.settings, midpoint=False)
+        seconds += new.seconds
         scored.append(Table.new(points, new))
         told += new.warnings
     kept = [old[demand.runs :], *_others(others, demand, result.t, outputs, result.scene)]
@@ -231,6 +233,7 @@ def extended(
         "settings": result.settings,
         "scene": result.scene,
         "nominal_parameters": result.nominal_parameters,
+        "seconds": seconds,
         "feature_names": () if result.features is None else result.features.names,
     }
     return _result(study, demand, scored, kept, nominal, told, facts)

@@ -78,6 +78,22 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
     units: tuple[str, ...] = ()
     """SI unit of each feature, empty where it is not known; empty if none is."""
 
+    @classmethod
+    def of_file(
+        cls, arrays: Mapping[str, Array], facts: Mapping[str, Any], intervals: dict[str, Interval]
+    ) -> FeatureTable:
+        """The table from what a file of results holds."""
+        return cls(
+            tuple(facts["features"]),
+            arrays["features"],
+            arrays["nominal_features"],
+            intervals,
+            arrays["parameters"],
+            facts["random"],
+            tuple(facts.get("normal", ())),
+            tuple(facts.get("feature_units", ())),
+        )
+
     @property
     def _names(self) -> tuple[str, ...]:
         return self.names

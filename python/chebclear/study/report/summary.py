@@ -1,0 +1,135 @@
+"""What ``print(result)`` says of a study: the runs, a line for each output, and what to do next."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...base.shown import listed
+from ...base.tables import format_table
+from ...run.features import Feature
+from ...scene.columns import column_unit
+from ..band.band import Band
+from ..band.calibrated import doubling_narrows
+from ..features.features import FeatureInterval, find_interval
+from ..polynomials.points import on_cube
+
+Array = NDArray[np.float64]
+
+# Outputs and parameters that are told one by one.
+_MOST_LINES = 20
+
+
+def summary(result: Any) -> str:
+    """The text of a `StudyResult`."""
+    sides = list(result.intervals.items())
+    lines = [_head(result)]
+    lines += [f"  {name}: {side.lower:.6g} to {side.upper:.6g}" for name, side in sides[:_MOST_LINES]]
+    lines += [f"  and {len(sides) - _MOST_LINES} more parameters"] * (len(sides) > _MOST_LINES)
+    bands = list(result.bands.values())
+    if bands:
+        head = [
+            "output",
+            "width",
+            "verdict",
+            "held out",
+            "further run",
+            "peak of a run",
+            "highest: predicted",
+        ]
+        rows = [_row(result, band) for band in bands[:_MOST_LINES]]
+        lines += format_table([*head, "simulated"], rows).split("\n")
+        lines += [f"and {len(bands) - _MOST_LINES} more outputs"] * (len(bands) > _MOST_LINES)
+    if result.features is not None:
+        lines += [str(result.features[name]) for name in result.features.names[:_MOST_LINES]]
+    if result.statement is not None:
+        lines.append(result.statement)
+    lines += [f"next: {text}" for text in _next(result)]
+    return "\n".join(lines)
+
+
+def _head(result: Any) -> str:
+    """How many runs of what, and what they took."""
+    how = result.kind
+    if result.degrees is not None:
+        how += f" of degree {' x '.join(map(str, result.degrees))}"
+    sides, runs = len(result.intervals), len(result.parameters)
+    text = f"{how}: {sides} parameter{'s' if sides > 1 else ''}, {runs} runs and the nominal one"
+    return text if math.isnan(result.seconds) else f"{text}, {result.seconds:.2g} s"
+
+
+def _row(result: Any, band: Band) -> list[str]:
+    """One output in a line."""
+    # Outputs of a model of the user's own may have any unit, whatever their names.
+    unit = "" if result.scene is None else column_unit(band.name)
+    peak = _peak(result, band)
+    checked = {case.output: case for case in result.worst_cases if case.side == "upper"}.get(band.name)
+    simulated = f"{band.hull[1].max():.5g} (largest run)"
+    if checked is not None:
+        simulated = f"{checked.simulated:.5g} (there)"
+    return [
+        f"{band.name} [{unit}]" if unit else band.name,
+        f"{band.max_width:.4g}",
+        band.verdict,
+        _percent(band.coverage),
+        _percent(band.whole_run),
+        f"{peak.lower:.5g} to {peak.upper:.5g}",
+        f"{band.upper.max() if checked is None else checked.predicted:.5g}",
+        simulated,
+    ]
+
+
+def _percent(share: float) -> str:
+    return "-" if math.isnan(share) else f"{100.0 * share:.4g} %"
+
+
+def _peak(result: Any, band: Band) -> FeatureInterval:
+    """How far the largest value of a run reaches: the feature if it was asked for, else of the samples."""
+    asked = getattr(result.study, "features", {})
+    for name, feature in asked.items():
+        if feature == Feature("peak", band.name) and result.features is not None:
+            found: FeatureInterval = result.features[name].interval
+            return found
+    values = result.table(band.name)
+    peaks = values.reshape(len(values), -1).max(axis=1)[:, None]
+    points = on_cube(result.intervals, result.parameters)
+    return find_interval(points, peaks[:-1], peaks[-1], random=result.demand is not None)
+
+
+def _next(result: Any) -> list[str]:
+    """What would make the answer better, and what it may be used for."""
+    bands = result.bands.values()
+    told = []
+    wide = [band.name for band in bands if band.verdict in ("calibrated", "undersampled")]
+    demand = result.demand
+    if wide and demand is not None:
+        more = demand.runs
+        how = (
+            "a table of twice as many runs"
+            if demand.finished
+            else f"{more} more runs, result.extend({more}),"
+        )
+        told.append(
+            f"{how} would narrow {_named(wide)} by about {100.0 * doubling_narrows(more):.0f} % "
+            "(what doubling them did on nine mechanisms, on average)"
+        )
+    lost = [band.name for band in bands if band.verdict == "not resolved"]
+    if lost:
+        told.append(f"Study.band() bounds {_named(lost)}, which no polynomial of this study follows")
+    inner = [band.name for band in bands if band.verdict == "sampled"]
+    if inner:
+        told.append(f"{_named(inner)}: inner bounds; Study.band() says how far a further run may go")
+    followed = [band.name for band in bands if band.verdict == "resolved" and band.surrogate is not None]
+    if followed and not result.worst_cases:
+        told.append(f"result.check() simulates the predicted worst cases of {_named(followed)}")
+    if result.features is not None:
+        told.append(f'result.ranking("{result.features.names[0]}") says which tolerance to tighten')
+    return told
+
+
+def _named(names: Sequence[str]) -> str:
+    return listed(names, most=3)
