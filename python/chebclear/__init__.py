@@ -91,9 +91,9 @@ from .study.features.features import FeatureInterval, FeatureResult, FeatureTabl
 from .study.features.ranking import Rank, Ranking
 from .study.polynomials.sensitivity import VarianceShares
 from .study.polynomials.surrogate import PolynomialRange, Surrogate
+from .study.report.costs import StudyTradeoff, StudyTradeoffPoint
 from .study.results import StudyResult
 from .study.study import Study
-from .study.tradeoff import StudyTradeoff, StudyTradeoffPoint
 from .templates.reader import load, loads
 from .templates.template import Parameter, Template
 from .tradeoffs.of_scene import tradeoff

@@ -18,10 +18,11 @@ from .arguments import (
 from .band.worst import WorstCase, predicted_extremes
 from .models.finished import FinishedRuns
 from .polynomials.surrogate import MOST_RANGE_DEGREE, BoundKind, chebyshev_grid, tensor_grid
+from .report.costs import StudyTradeoff
 from .results import StudyResult
 from .runner import Runner
 from .runs import MOST_NODES, MOST_RUNS
-from .tradeoff import StudyTradeoff, measure
+from .tradeoff import Asked, measure
 
 
 class Methods(Runner):
@@ -263,12 +264,14 @@ class Methods(Runner):
         self,
         degrees: Sequence[int] = (1, 2, 3, 4, 5),
         points: Sequence[int] = (5, 10),
+        runs: Sequence[int] = (9, 21, 41, 81, 161, 321),
         *,
+        certify: float | None = 0.99,
         holdout: int = 100,
         seed: int = 0,
         max_runs: int = MAX_RUNS,
     ) -> StudyTradeoff:
-        """Measure accuracy against cost of the bounds: degrees, scan points and ways of bounding.
+        """Measure accuracy against cost of the bounds: degrees, scan points, runs and ways of bounding.
 
         All bounds are compared with what all runs together reach, hold-out runs at random points and at the
         corners of the box included. That is an inner bound of the response: a true enclosure is at least as
@@ -280,6 +283,10 @@ class Methods(Runner):
             Degrees of Chebyshev studies, the same in every parameter [-].
         points : sequence of int
             Points of scans, the same for every parameter [-].
+        runs : sequence of int
+            Runs of calibrated bands [-]; smaller ones are made from the first runs of the largest.
+        certify : float or None
+            Coverage of a certified band [-]; None for none.
         holdout : int
             Number of random points [-], at least 2; the corners come on top, of up to 8 parameters.
         seed : int
@@ -303,7 +310,8 @@ class Methods(Runner):
         """
         if isinstance(self.model, FinishedRuns):
             raise ValueError("a tradeoff makes further runs, which a table of finished runs does not have")
-        result = measure(self, degrees, points, holdout=holdout, seed=seed, max_runs=max_runs)
+        asked = Asked(degrees, points, runs, certify, holdout, seed, max_runs)
+        result = measure(self, asked)
         warn_once(result.warnings, stacklevel=3)
         return result
 

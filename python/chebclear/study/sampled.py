@@ -227,16 +227,32 @@ def extended(
         told += new.warnings
     kept = [old[demand.runs :], *_others(others, demand, result.t, outputs, result.scene)]
     demand = dataclasses.replace(demand, runs=demand.runs + runs)
-    facts = {
+    facts = _facts(result) | {"seconds": seconds}
+    return _result(study, demand, scored, kept, nominal, told, facts)
+
+
+def shortened(study: Runner, result: StudyResult, runs: int) -> StudyResult:
+    """The result of `Study.band` that the first so many runs of another one give."""
+    outputs, demand = result.outputs, result.demand
+    assert demand is not None, "a result of Study.band"
+    nominal_values = np.stack([result.table(name)[-1] for name in outputs], axis=-1)[None]
+    features = None if result.features is None else result.features.nominal[None]
+    table = Table.of(result, outputs)
+    nominal = Table(table.parameters[:1], nominal_values, result.stats[-1:], features)
+    facts = _facts(result) | {"seconds": math.nan}
+    return _result(study, dataclasses.replace(demand, runs=runs), [table[:runs]], [], nominal, (), facts)
+
+
+def _facts(result: StudyResult) -> dict[str, Any]:
+    """What a result made of other runs of the same study has in common with it."""
+    return {
         "t": result.t,
-        "outputs": outputs,
+        "outputs": result.outputs,
         "settings": result.settings,
         "scene": result.scene,
         "nominal_parameters": result.nominal_parameters,
-        "seconds": seconds,
         "feature_names": () if result.features is None else result.features.names,
     }
-    return _result(study, demand, scored, kept, nominal, told, facts)
 
 
 def _result(

@@ -28,8 +28,9 @@ def test_thousands_of_runs_are_not_started_unasked():
         many.scan(10)
     with pytest.raises(ValueError, match="a lower degree, or allow them with max_runs=32768"):
         many.chebyshev(7)
-    # 10^5 + 5^5 points of scans, 2^5 + ... + 6^5 roots, 100 random points and 32 corners.
-    with pytest.raises(ValueError, match="or allow them with max_runs=115457"):
+    # 10^5 + 5^5 points of scans, 2^5 + ... + 6^5 roots, 100 random points and 32 corners,
+    # 321 of the largest band and 150 that certify 99 %.
+    with pytest.raises(ValueError, match="or allow them with max_runs=115928"):
         many.tradeoff()
     for wrong in (0, 1.5, "all"):
         for start in (many.scan, many.chebyshev, many.tradeoff):
@@ -44,8 +45,8 @@ def test_runs_that_are_asked_for_are_started():
     assert len(few.scan(3, max_runs=9).parameters) == 9
     assert len(few.chebyshev(2, max_runs=9).parameters) == 9
     with pytest.raises(ValueError, match="max_runs=12"):
-        few.tradeoff([1], [], holdout=4, max_runs=11)
-    assert few.tradeoff([1], [], holdout=4, max_runs=12).reference_runs == 8 + 4
+        few.tradeoff([1], [], [], certify=None, holdout=4, max_runs=11)
+    assert few.tradeoff([1], [], [], certify=None, holdout=4, max_runs=12).reference_runs == 8 + 4
 
 
 def test_warnings_of_joints_whose_names_differ_by_digits_stay_apart():

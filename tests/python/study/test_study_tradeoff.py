@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 from chebclear.errors import SimulationError
 
+GRIDS = {"runs": (), "certify": None}
+"""No bands from scattered runs."""
+
 
 def faller(gravity):
     return cc.Scene(
@@ -23,7 +26,7 @@ def fall():
     study = cc.Study(
         faller, {"gravity": cc.interval(9.81, rel=0.1)}, ["block.y", "block.vy"], duration=0.5, samples=21
     )
-    return study.tradeoff(degrees=[1, 2], points=[3], holdout=50)
+    return study.tradeoff(degrees=[1, 2], points=[3], holdout=50, **GRIDS)
 
 
 def test_bounds_of_a_linear_response_are_known(fall):
@@ -76,7 +79,7 @@ def test_an_output_that_does_not_change_is_no_obstacle():
     study = cc.Study(
         faller, {"gravity": cc.interval(9.0, 10.0)}, ["block.x", "block.y"], duration=0.5, samples=11
     )
-    result = study.tradeoff(degrees=[1], points=[], holdout=5)
+    result = study.tradeoff(degrees=[1], points=[], holdout=5, **GRIDS)
     assert result.reference_width[0] == 0.0 and math.isnan(result.points[0].width_error[0])
     assert result.recommendation().point.degree == 1
 
@@ -101,7 +104,8 @@ def test_a_motion_that_is_prescribed_has_no_error():
 
 def test_study_results_are_tables_plots_and_values(fall):
     lines = fall.table().splitlines()
-    assert len(lines) == 2 + len(fall) == len(str(fall).splitlines())
+    assert len(lines) == 2 + len(fall) == len(str(fall).splitlines()) - 1
+    assert str(fall).splitlines()[-1].startswith("Recommended: ")
     assert pickle.loads(pickle.dumps(fall)) == fall
     assert {len(column) for column in fall.to_dict().values()} == {len(fall)}
     ax = fall.plot("block.vy")
@@ -121,7 +125,7 @@ def test_settings_of_a_study_that_fail_stay_in_the_table(monkeypatch):
         return real(points, counts, degrees, bounds)
 
     monkeypatch.setattr(study, "run_points", run_points)
-    result = study.tradeoff(degrees=[1, 2], points=[], holdout=5)
+    result = study.tradeoff(degrees=[1, 2], points=[], holdout=5, **GRIDS)
     assert [point.status for point in result] == ["done"] * 3 + ["max_steps"] * 3
     assert result.table().count("max_steps") == 3
     assert result.recommendation().point.degree == 1
@@ -133,9 +137,29 @@ def test_wrong_arguments_of_a_study_are_listed_together():
         study.tradeoff(degrees=[0], points="5", holdout=1, seed=-1)
     words = [line.split()[0] for line in str(caught.value).splitlines()]
     assert words == ["degrees[0]", "points", "holdout", "seed"]
-    with pytest.raises(ValueError, match="must not both be empty"):
-        study.tradeoff(degrees=[], points=[])
+    with pytest.raises(ValueError, match="must not all be empty"):
+        study.tradeoff(degrees=[], points=[], **GRIDS)
     wide = {name: cc.interval(1.0, 2.0) for name in "abcdefg"}
     many = cc.Study(lambda **given: faller(9.81), wide, ["block.y"], duration=0.5, samples=11)
     with pytest.raises(ValueError, match="at most 1000000 runs"):
         many.tradeoff(degrees=[9])
+
+
+def test_bands_of_a_linear_response_are_exact_from_few_runs_on():
+    study = cc.Study(faller, {"gravity": cc.interval(9.81, rel=0.1)}, ["block.y"], duration=0.5, samples=21)
+    result = study.tradeoff(degrees=[], points=[2], runs=[41, 9], certify=0.9, holdout=20)
+    assert [(point.bounds, point.runs) for point in result] == [
+        ("scan", 3),
+        ("band", 10),
+        ("band", 42),
+        ("certified", 16),
+    ]
+    # A calibrated band without a polynomial of degree 1 would not reach the ends of the interval.
+    for point in list(result)[:3]:
+        assert np.allclose(point.width_error, 0.0, atol=1e-6) and np.all(point.containment == 1.0)
+    assert result.reference_runs == 22 + 2 + 41 + 15
+    assert str(result).splitlines()[-1].startswith("Recommended: scan of 2 points with 3 runs")
+    nine = study.band(9, seed=0)
+    assert np.isclose(
+        list(result)[1].width_error, nine["block.y"].width.mean() / result.reference_width - 1.0
+    )

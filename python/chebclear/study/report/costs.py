@@ -1,0 +1,266 @@
+"""What bounds of a study cost and deliver: a table, and the cheapest that are good enough."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...base import files as records
+from ...base.arguments import Checks
+from ...base.shown import listed, spoken
+from ...base.tables import format_number, format_table, markdown_table
+from ...base.units import unit
+from ...data.dataset import Dataset, numbered
+from ...data.exports import Exports
+from ...run.trajectory import column_index
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StudyTradeoffPoint(records.ArrayRecord):
+    """What one way of bounding costs and delivers; widths are relative to those of the reference."""
+
+    bounds: str
+    """``"interval"``: Eq. (31). ``"polynomial"``: the certified range of the polynomial. ``"sampled"``:
+    extremes of the same runs. ``"scan"``: extremes of equally spaced runs. ``"band"``: calibrated on held-out
+    runs. ``"certified"``: with a proof."""
+    degree: int | None
+    """Degree in every parameter [-]; None without polynomials on Chebyshev roots."""
+    points: int
+    """Nodes or points of every parameter [-]; of a band its runs."""
+    runs: int
+    """Simulations, the nominal one included [-]."""
+    stages: int
+    """Stages of the integrator in all runs together [-]."""
+    seconds: float = field(metadata=unit("s"))
+    """Time of the runs and the bounds on this machine with the threads of the study [s]."""
+    status: str
+    """``"done"``, or the word for why one of the runs failed."""
+    width_error: Array
+    """Relative error of the width, mean over time [-], shape (outputs,): positive if too wide."""
+    containment: Array
+    """Share of the samples of the hold-out runs that are within the bounds [-], shape (outputs,)."""
+    escape: Array
+    """Largest distance of a hold-out run from the bounds over the largest width [-], shape (outputs,)."""
+    fit_error: Array
+    """Largest error of the polynomial at the hold-out runs over the largest width [-]; NaN without one."""
+
+    def __str__(self) -> str:
+        if self.bounds in ("band", "certified"):
+            return f"{'certified ' * (self.bounds == 'certified')}band"
+        if self.degree is None:
+            return f"scan of {self.points} points"
+        return f"{self.bounds} bounds of degree {self.degree}"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StudyRecommendation(records.ArrayRecord):
+    """The cheapest bounds that are good enough; its ``str`` is one line."""
+
+    point: StudyTradeoffPoint | None
+    """The setting; None if none of those measured is good enough."""
+    text: str
+    """One line."""
+
+    def __str__(self) -> str:
+        return self.text
+
+    def __repr__(self) -> str:
+        return spoken(self)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StudyTradeoff(records.ArrayRecord, Exports):
+    """Accuracy against cost of the bounds of a study.
+
+    The reference is what all runs together reach: an inner bound, which `reference_change` judges.
+    """
+
+    outputs: tuple[str, ...]
+    """Names of the outputs."""
+    points: tuple[StudyTradeoffPoint, ...]
+    """What was measured; settings that failed are in it."""
+    holdout: int
+    """Number of hold-out runs: random points and corners [-]."""
+    reference_runs: int
+    """Number of runs behind the reference [-]."""
+    reference_width: Array
+    """Mean width of the reference over time in the unit of each output, shape (outputs,)."""
+    reference_change: Array
+    """How much narrower half of these runs is, drawn at random [-], shape (outputs,): large if the runs are
+    too few to know the range."""
+    warnings: tuple[str, ...]
+    """What the user was warned of in the hold-out runs."""
+
+    def __repr__(self) -> str:
+        return f"<StudyTradeoff: {len(self.points)} settings, {listed(self.outputs, most=4)}>"
+
+    def __iter__(self) -> Iterator[StudyTradeoffPoint]:
+        return iter(self.points)
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def recommendation(self, width_error: float = 0.25, containment: float = 0.99) -> StudyRecommendation:
+        """The bounds with the fewest runs that are good enough for every output.
+
+        Parameters
+        ----------
+        width_error : float
+            Largest relative error of the width, too wide or too narrow [-].
+        containment : float
+            Least share of the samples of the hold-out runs within the bounds [-].
+
+        Returns
+        -------
+        StudyRecommendation
+
+        Raises
+        ------
+        ValueError, TypeError
+            If an argument is wrong.
+        """
+        checks = Checks()
+        checks.real("width_error", width_error, "-", above=0.0)
+        checks.real("containment", containment, "-", least=0.0, most=1.0)
+        checks.finish()
+        good = [
+            point
+            for point in self.points
+            if point.status == "done"
+            # An output that does not change has no width to be wrong: its error is NaN.
+            and not np.any(np.abs(point.width_error) > width_error)
+            and np.all(point.containment >= containment)
+        ]
+        if not good:
+            limits = f"widths within {100.0 * width_error:.3g} % and {100.0 * containment:.4g} % inside"
+            text = f"no bounds measured have {limits} for every output"
+            done = [point for point in self.points if point.status == "done"]
+            if done:
+
+                def excess(point: StudyTradeoffPoint) -> float:
+                    """How many times one of the limits is missed."""
+                    outside = 1.0 - float(np.min(point.containment))
+                    allowed = max(1.0 - containment, 1.0 / self.holdout)
+                    return max(float(np.max(_sizes(point.width_error))) / width_error, outside / allowed)
+
+                text += f"; the nearest: {self._in_words(min(done, key=excess))}"
+            return StudyRecommendation(None, text)
+        best = min(good, key=lambda point: (point.runs, float(np.max(_sizes(point.width_error)))))
+        return StudyRecommendation(best, self._in_words(best))
+
+    def _in_words(self, point: StudyTradeoffPoint) -> str:
+        """Bounds with their price and what they deliver for the output that they bound worst."""
+        worst = int(np.argmax(_sizes(point.width_error)))
+        kind = "narrow" if point.width_error[worst] < 0.0 else "wide"
+        error = 100.0 * float(_sizes(point.width_error)[worst])
+        inside = 100.0 * float(np.min(point.containment))
+        return (
+            f"{point} with {point.runs} runs: {self.outputs[worst]} {error:.2g} % too {kind} on average, "
+            f"{inside:.4g} % of {self.holdout} hold-out runs inside, {format_number(point.seconds, 2)} s"
+        )
+
+    def table(self) -> str:
+        """The results as a Markdown table: one row a setting.
+
+        Returns
+        -------
+        str
+            Without a final line break.
+        """
+        return markdown_table(*self._cells())
+
+    def __str__(self) -> str:
+        changes = ", ".join(
+            f"{name} {100.0 * change:.2g} %"
+            for name, change in zip(self.outputs, self.reference_change, strict=True)
+        )
+        head = (
+            f"Reference: what {self.reference_runs} runs reach, an inner bound; half of them reach less by "
+            f"{changes}. Hold-out: {self.holdout} runs."
+        )
+        return f"{head}\n{format_table(*self._cells())}\nRecommended: {self.recommendation()}"
+
+    def _cells(self) -> tuple[list[str], list[list[str]]]:
+        head = ["bounds", "degree", "points", "runs", "stages", "time [s]"]
+        for name in self.outputs:
+            head += [f"{name} width error [%]", "inside [%]", "escape [%]", "fit error [%]"]
+        failures = any(point.status != "done" for point in self.points)
+        head += ["status"] if failures else []
+        rows = []
+        for point in self.points:
+            degree = "-" if point.degree is None else str(point.degree)
+            row = [point.bounds, degree, str(point.points), str(point.runs), str(point.stages)]
+            row.append(format_number(point.seconds, 2))
+            for column in range(len(self.outputs)):
+                error = 100.0 * float(point.width_error[column])
+                row.append("-" if math.isnan(error) else f"{error:+.2g}")
+                inside = 100.0 * float(point.containment[column])
+                row.append("-" if math.isnan(inside) else f"{inside:.2f}")
+                row.append(format_number(100.0 * float(point.escape[column]), 2))
+                row.append(format_number(100.0 * float(point.fit_error[column]), 2))
+            rows.append([*row, point.status] if failures else row)
+        return head, rows
+
+    def dataset(self) -> Dataset:
+        """The table as named arrays with units; see `Exports`.
+
+        Returns
+        -------
+        Dataset
+            The columns of `to_dict` over ``setting``.
+        """
+        return numbered("setting", self.to_dict(), {"seconds": "s"})
+
+    def to_dict(self) -> dict[str, list[Any]]:
+        """The table as columns of plain numbers and words, as a data frame wants them.
+
+        Returns
+        -------
+        dict of str to list
+            The fields of the points; those with one number an output as ``"width_error NAME"`` and so on [-].
+        """
+        plain = ("bounds", "degree", "points", "runs", "stages", "seconds", "status")
+        columns: dict[str, list[Any]] = {
+            name: [getattr(point, name) for point in self.points] for name in plain
+        }
+        for index, output in enumerate(self.outputs):
+            for name in ("width_error", "containment", "escape", "fit_error"):
+                columns[f"{name} {output}"] = [float(getattr(point, name)[index]) for point in self.points]
+        return columns
+
+    def plot(self, output: str | None = None, *, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw width errors against runs; see `plot_study_tradeoff`.
+
+        Parameters
+        ----------
+        output : str, optional
+            Name of the output; the first one if not given.
+        ax : Axes, optional
+            Where to draw; a new figure if not given.
+        **options
+            Passed to `plot_study_tradeoff`.
+
+        Returns
+        -------
+        Axes
+        """
+        from ...plots import costs as plot_costs
+
+        if output is not None:
+            column_index(self.outputs, output)
+        return plot_costs.plot_study_tradeoff(self, output, ax=ax, **options)
+
+
+def _sizes(errors: Array) -> Array:
+    """Absolute values; 0 for what has none."""
+    return np.nan_to_num(np.abs(errors), nan=0.0)
