@@ -15,7 +15,7 @@ from ..base.arguments import Checks, did_you_mean
 from ..base.named import matching
 from ..base.shown import Shown
 from ..base.units import unit, units
-from ..scene.scene import ClearanceRevolute, Scene
+from ..scene.scene import Inspection, Scene
 from .features import JOINT_KINDS, Feature, checked_features
 from .names import output_meant
 
@@ -183,7 +183,20 @@ class Settings(Shown):
         return cls(**{**plain, "features": features})
 
     def for_scene(self, scene: Scene, runs: int = 1) -> Settings:
-        """The settings with patterns such as ``"energy.*"`` replaced by the columns of the scene.
+        """The settings of runs of a scene, as `fitted` has them; asks the scene only if there is a need."""
+        if not self.features and self.outputs is None and runs * self.samples <= _MANY_SAMPLES:
+            return self
+        return self.fitted(scene.check(), runs)
+
+    def fitted(self, facts: Inspection, runs: int = 1) -> Settings:
+        """The settings with patterns such as ``"energy.*"`` replaced by the columns of a scene.
+
+        Parameters
+        ----------
+        facts : Inspection
+            What `Scene.check` says of the scene.
+        runs : int
+            Runs whose samples must fit into the memory [-].
 
         Raises
         ------
@@ -191,12 +204,10 @@ class Settings(Shown):
             If an output is no column of the scene, a feature names none or no clearance joint, or the samples
             of so many runs would fill the memory.
         """
-        require_features(scene, self.features)
+        require_features(facts, self.features)
         if self.outputs is None:
-            if runs * self.samples > _MANY_SAMPLES:
-                _require_room(runs, self.samples, len(scene.check().columns))
+            _require_room(runs, self.samples, len(facts.columns))
             return self
-        facts = scene.check()
         columns = facts.columns + facts.further_columns
         checks = Checks()
         names: dict[str, None] = {}
@@ -210,15 +221,13 @@ class Settings(Shown):
         return dataclasses.replace(self, outputs=tuple(names))
 
 
-def require_features(scene: Scene, features: Iterable[Feature]) -> None:
+def require_features(facts: Inspection, features: Iterable[Feature]) -> None:
     """Refuse features of outputs and clearance joints that the scene has not."""
-    if not features:
-        return
-    facts, checks = scene.check(), Checks()
+    checks = Checks()
     columns = facts.columns + facts.further_columns
-    joints = [joint.name for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
     for feature in features:
-        what, known = ("clearance joint", joints) if feature.kind in JOINT_KINDS else ("output", columns)
+        joint = feature.kind in JOINT_KINDS
+        what, known = ("clearance joint", facts.clearance_joints) if joint else ("output", columns)
         if feature.of not in known:
             checks.add(
                 f'{feature.kind} of the unknown {what} "{feature.of}"{output_meant(feature.of, known)}'

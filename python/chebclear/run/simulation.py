@@ -113,10 +113,10 @@ def simulate(
             f'error="estimate" needs an rtol >= {least:g} for its companion runs, got {settings.rtol!r}'
         )
         checks.finish()
-    settings = settings.for_scene(scene)
+    facts = scene.check()
+    settings = settings.fitted(facts)
     # Told before the run: what looks wrong in a scene may make it long.
-    doubts = scene.check().warnings
-    warn_once(doubts, stacklevel=3)
+    warn_once(facts.warnings, stacklevel=3)
     changes: tuple[str, ...] = ()
     if start is not None:
         start, changes = continuation(scene, start, settings)
@@ -131,7 +131,7 @@ def simulate(
             estimate = _estimate(trajectory, companions)
             lost = past_horizon(estimate, settling_time(scene), trajectory.end_time)
             trajectory = dataclasses.replace(trajectory, error=estimate, warnings=trajectory.warnings + lost)
-    warn_once([message for message in trajectory.warnings if message not in doubts], stacklevel=3)
+    warn_once([message for message in trajectory.warnings if message not in facts.warnings], stacklevel=3)
     if not trajectory.success and on_failure == "raise":
         failure = SimulationError(
             trajectory.status, trajectory.end_time, trajectory.joint, message=trajectory.message

@@ -259,7 +259,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
             if cycles == 1 and missing[0].of in self.columns:
                 missing += [Feature(kind, name) for name in self.columns for kind in EXTREMA]
             asked = list(dict.fromkeys(missing))
-            require_features(self.scene, asked)
+            require_features(self.scene.check(), asked)
             values = simulate_features(self.scene, self.settings, self.start, asked, cycles)
             known |= {(feature, cycles): values[:, index] for index, feature in enumerate(asked)}
         return np.stack([known[feature, cycles] for feature in features], axis=1)

@@ -200,3 +200,10 @@ class Inspection(Shown):
     if the scene gives none."""
     warnings: tuple[str, ...]
     """Numbers that look wrong or in another unit, each with its path; a simulation warns of them."""
+
+    @property
+    def clearance_joints(self) -> tuple[str, ...]:
+        """Names of the joints with clearance."""
+        return tuple(
+            name.removesuffix(".penetration") for name in self.columns if name.endswith(".penetration")
+        )

@@ -20,14 +20,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from ..base.arguments import did_you_mean
 from ..base.quantities import Interval as Interval
 from ..base.quantities import interval as interval
 from ..base.quantities import rpm as rpm
 from ..base.units import unit
 from ..errors import Problem, SceneError
-from ..report import html
-from ..report.document import Listing
 from .description import describe_scene, summarize_scene
 from .forces import Damper as Damper
 from .forces import Force as Force
@@ -83,8 +80,6 @@ class Scene(Part):
         Named points of the fixed body ``"ground"`` [m].
     start : sequence of JointStart, BodyStart or ClearanceStart
         How a run starts, where that is not left to the joints, the drives and the rough angles of the bodies.
-    angles : mapping of str to float, optional
-        Rough angles of bodies at the start by name [rad]; a shorthand that sets `Body.angle`.
 
     Examples
     --------
@@ -111,35 +106,6 @@ class Scene(Part):
     drives: Sequence[Drive] = ()
     ground: Mapping[str, Vector] = field(default_factory=lambda: Points({}), metadata=unit("m"))
     start: Sequence[Start] = ()
-    angles: dataclasses.InitVar[Mapping[str, float] | None] = None
-
-    def __post_init__(self, angles: Mapping[str, float] | None) -> None:
-        super().__post_init__()
-        if angles is None:
-            return
-        if not isinstance(angles, Mapping):
-            raise SceneError([("angles", f"must be a mapping of names of bodies to angles, got {angles!r}")])
-        # What is no body, or has no text for a name, is reported when the scene is written.
-        bodies = self.bodies if isinstance(self.bodies, tuple) else ()
-        names = [body.name for body in bodies if isinstance(body, Body) and isinstance(body.name, str)]
-        unknown = [
-            Problem(f"angles.{name}", f'unknown body "{name}"{did_you_mean(name, names)}')
-            for name in angles
-            if name not in names
-        ]
-        if unknown:
-            raise SceneError(unknown)
-        turned = [
-            dataclasses.replace(body, angle=angles[body.name])
-            if isinstance(body, Body) and isinstance(body.name, str) and body.name in angles
-            else body
-            for body in bodies
-        ]
-        if turned:
-            object.__setattr__(self, "bodies", tuple(turned))
-
-    def _repr_html_(self) -> str:
-        return html.fragment("", [Listing("scene", self.describe(), repr(self)[1:-1])])
 
     def __repr__(self) -> str:
         return summarize_scene(self)

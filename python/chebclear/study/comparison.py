@@ -34,11 +34,6 @@ class BoundErrors(Shown):
     slack: float
     """How much wider the band is at its widest than the reference at its, relative to the reference [-]."""
 
-    def __getitem__(self, name: str) -> float:
-        names = [item.name for item in dataclasses.fields(self)]
-        column_index(names, name)
-        return float(getattr(self, name))
-
 
 @dataclass(frozen=True, repr=False)
 class Comparison(Named[BoundErrors]):

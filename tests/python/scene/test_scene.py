@@ -111,25 +111,6 @@ def test_arrays_lists_and_numpy_numbers_become_plain_floats():
     assert cc.Body("a", 1, 1, points={"P": [0, 1]}).points == {"P": (0.0, 1.0)}
 
 
-def test_rough_angles_can_be_given_with_the_scene():
-    scene = cc.Scene([cc.Body("a", 1.0, 1.0), cc.Body("b", 1.0, 1.0, angle=0.5)], [], angles={"a": 0.25})
-    assert [body.angle for body in scene.bodies] == [0.25, 0.5]
-    assert dataclasses.replace(scene, forces=[cc.Gravity((0.0, 0.0))]).bodies == scene.bodies
-    with pytest.raises(cc.SceneError, match=r'angles.crnk: unknown body "crnk"; did you mean "crank"\?'):
-        cc.Scene([cc.Body("crank", 1.0, 1.0)], [], angles={"crnk": 0.0})
-
-
-def test_wrong_angles_and_bodies_are_problems_of_the_scene():
-    for angles in (3, 0, "a", [0.1]):
-        with pytest.raises(cc.SceneError, match="angles: must be a mapping of names of bodies to angles"):
-            cc.Scene([cc.Body("a", 1.0, 1.0)], [], angles=angles)
-    for bodies in ([3], 3, [cc.Body(["b"], 1.0, 1.0)]):
-        with pytest.raises(cc.SceneError, match='unknown body "b"'):
-            cc.Scene(bodies, [], angles={"b": 1})
-    with pytest.raises(cc.SceneError, match=r"bodies\[1\]: must be a Body, got 3"):
-        cc.Scene([cc.Body("b", 1.0, 1.0), 3], [], angles={"b": 1}).to_json()
-
-
 def test_a_wrong_type_hides_no_problem_of_a_part_with_a_longer_number():
     bodies = [cc.Body(f"b{index}", 1.0, 1.0) for index in range(12)]
     bodies[1] = dataclasses.replace(bodies[1], mass="heavy")
