@@ -17,7 +17,9 @@ from .errors import (
     SettingsError,
     SimulationError,
     StartError,
+    StoreError,
 )
+from .execution.failures import FailedRun
 from .loading import load_result
 from .mechanisms import hertz_stiffness
 from .plots.animation.animate import Animation, animate
@@ -125,6 +127,7 @@ __all__ = [
     "Event",
     "Events",
     "Extremum",
+    "FailedRun",
     "Feature",
     "FeatureInterval",
     "FeatureResult",
@@ -167,6 +170,7 @@ __all__ = [
     "Spring",
     "StartError",
     "Stats",
+    "StoreError",
     "Study",
     "StudyResult",
     "StudyTradeoff",

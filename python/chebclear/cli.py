@@ -14,7 +14,7 @@ from pathlib import Path
 from .base.files import package_version
 from .errors import ChebclearError, InputError
 from .run.settings import LEAST_RTOL, METHODS, MOST_RTOL
-from .study.study import MOST_THREADS
+from .study.runs import MOST_THREADS
 from .tradeoffs.recommendation import MOST_ACCURACY
 
 EXIT_OK = 0

@@ -110,6 +110,10 @@ class SimulationError(ChebclearError, RuntimeError):
         return f"the simulation failed ({self.reason}): {what}{given}"
 
 
+class StoreError(ChebclearError, OSError):
+    """A store of runs that cannot be used: it is another study's, in use, read-only or on a full disk."""
+
+
 class ChebclearWarning(UserWarning):
     """Something that deserves a look but did not stop the computation."""
 

@@ -117,8 +117,8 @@ def _from_json(plain: dict[str, Any]) -> Any:
     return float(plain[_NOT_FINITE]) if plain.keys() == {_NOT_FINITE} else plain
 
 
-# What numpy and zipfile raise for bytes that they cannot make sense of; the file itself is open.
-_DAMAGE = (ValueError, EOFError, OSError, RuntimeError, SyntaxError, TokenError, BadZipFile, ZlibError)
+DAMAGE = (ValueError, EOFError, OSError, RuntimeError, SyntaxError, TokenError, BadZipFile, ZlibError)
+"""What numpy and zipfile raise for bytes that they cannot make sense of; the file itself is open."""
 
 
 def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
@@ -134,7 +134,7 @@ def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any
             raise ValueError(f"{os.fspath(path)} holds a {facts['kind']}, not a {kind}")
         try:
             arrays = {name: archive[name] for name in archive.files if name != "metadata"}
-        except _DAMAGE as error:
+        except DAMAGE as error:
             raise ValueError(f"{os.fspath(path)} is damaged: {error}") from None
     # Older files do not say what they hold; of these what lacks is noticed when it is asked for.
     differing = set(facts.get("members", arrays)) ^ set(arrays)
@@ -179,7 +179,7 @@ def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[np.lib.npyio.NpzFile
             if not isinstance(archive, np.lib.npyio.NpzFile):  # a single array
                 raise stranger
             facts = json.loads(str(archive["metadata"]), object_hook=_from_json)
-        except (KeyError, *_DAMAGE):
+        except (KeyError, *DAMAGE):
             raise stranger from None
         if not (isinstance(facts, dict) and isinstance(facts.get("format"), int) and "kind" in facts):
             raise stranger

@@ -7,7 +7,7 @@ import json
 import math
 import os
 from collections.abc import Sequence, ValuesView
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol, overload
 
@@ -20,6 +20,7 @@ from ..base.shown import listed
 from ..base.units import unit
 from ..data.dataset import Dataset
 from ..data.exports import Exports
+from ..execution.failures import FailedRun
 from ..report import html
 from ..run.dataset import common_facts
 from ..run.settings import Settings
@@ -32,6 +33,7 @@ from .band.worst import WorstCase
 from .dataset import study_dataset
 from .features.features import FeatureResult, FeatureTable
 from .features.ranking import Ranking
+from .polynomials.holes import fit_holes
 from .polynomials.surrogate import BoundKind, Surrogate
 from .report.document import study_document, verdict_table
 from .report.summary import summary
@@ -92,6 +94,8 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     """The features of all runs; None if there are none."""
     nominal_parameters: Array | None = None
     """Parameters of the run that stands for the nominal one, if a table of runs has none at the midpoint."""
+    failures: tuple[FailedRun, ...] = ()
+    """The runs that failed and take no part; `parameters` and all values are without them."""
     seconds: float = field(default=math.nan, compare=False, metadata=unit("s"))
     """Time that the runs took on the machine where they were made [s]."""
     worst_cases: tuple[WorstCase, ...] = ()
@@ -296,6 +300,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         demand: Demand | None = None,
         threads: int | None = None,
         nominal_parameters: Array | None = None,
+        failures: tuple[FailedRun, ...] = (),
         **facts: Any,
     ) -> StudyResult:
         """The result from the values of all runs.
@@ -327,6 +332,8 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             Threads for the bands of a calibrated study [-].
         nominal_parameters : ndarray, optional
             Parameters of the nominal run [SI units]; the midpoints if not given.
+        failures : tuple of FailedRun
+            The runs that failed, whose values and parameters are not among the others.
         **facts
             The remaining fields.
         """
@@ -340,17 +347,27 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
                 nodes=(),
                 bounds=bounds,
                 demand=demand,
+                failures=failures,
                 **facts,
             )
         bands = {}
+        holes = None
+        if degrees is not None and failures:
+            holes = fit_holes(nodes, degrees, [one.index for one in failures])
         lowest, highest = values.min(axis=0), values.max(axis=0)
         for index, name in enumerate(outputs):
-            runs = values[:-1, :, index]
+            runs = grid = values[:-1, :, index]
             surrogate = None
             if degrees is not None:
-                surrogate = Surrogate.fit(intervals, nodes, degrees, runs)
+                if holes is not None:
+                    grid = holes.filled(runs)
+                surrogate = Surrogate.fit(intervals, nodes, degrees, grid)
                 if not np.all(np.isfinite(surrogate.terms)):
                     raise ValueError(f"{name} is not finite in every run: no polynomial can be fitted to it")
+                if holes is not None:
+                    surrogate = replace(
+                        surrogate, terms=np.where(holes.dropped[:, None], 0.0, surrogate.terms)
+                    )
             if surrogate is None:
                 lower, upper = runs.min(axis=0), runs.max(axis=0)
             else:
@@ -358,7 +375,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             hull = lowest[:, index], highest[:, index]
             nominal = values[-1, :, index]
             width = float(np.mean(hull[1] - hull[0]))
-            verdict, margin = judged(surrogate, nodes, runs, nominal, width, nominal_parameters)
+            verdict, margin = judged(surrogate, nodes, grid, nominal, width, nominal_parameters, holes)
             bands[name] = Band(
                 name=name,
                 t=t,
@@ -374,7 +391,9 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
                 margin=margin,
             )
         kind = kind or ("scan" if degrees is None else "chebyshev")
-        return cls(kind=kind, bands=bands, degrees=degrees, nodes=nodes, bounds=bounds, **facts)
+        return cls(
+            kind=kind, bands=bands, degrees=degrees, nodes=nodes, bounds=bounds, failures=failures, **facts
+        )
 
     def dataset(self) -> Dataset:
         """Bands, runs, parameters and features as named arrays with units; see `Exports`.
@@ -443,6 +462,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             "warnings": self.warnings,
             "settings": None if self.settings is None else dataclasses.asdict(self.settings),
             "scene": None if self.scene is None else json.loads(self.scene.to_json()),
+            "failures": [dataclasses.asdict(failure) for failure in self.failures],
         }
         facts |= {"seconds": self.seconds, "worst_cases": [dataclasses.asdict(c) for c in self.worst_cases]}
         if self.nominal_parameters is not None:
@@ -496,4 +516,5 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             nominal_parameters=arrays.get("nominal_parameters"),
             seconds=facts.get("seconds", math.nan),
             worst_cases=tuple(WorstCase(**case) for case in facts.get("worst_cases", ())),
+            failures=tuple(map(FailedRun.from_dict, facts.get("failures", ()))),
         )

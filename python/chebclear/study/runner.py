@@ -3,38 +3,28 @@
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Callable, Mapping
-from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ChebclearWarning, InputError, SceneError, describe
+from ..errors import SceneError, describe
+from ..execution.failures import located
 from ..run.settings import Settings
 from ..run.tracking import settling_time
-from ..run.trajectory import Stats
 from ..scene.scene import Interval, Scene
 from .arguments import Progress, reporter
 from .band.hybrid import Normal, Uniform
-from .band.judgement import doubts, early_widths
-from .features.features import Asked, FeatureTable, feature_values, settling_warnings, units_of
+from .band.judgement import doubts, early_widths, told_holes
+from .features.features import Asked, FeatureTable, units_of
 from .models.finished import FinishedRuns
 from .models.own import OwnModel
+from .polynomials.holes import fit_holes
 from .polynomials.surrogate import BoundKind
 from .results import StudyResult
-from .runs import (
-    Runs,
-    gathered_warnings,
-    located,
-    require_ends,
-    require_success,
-    scene_text,
-    simulate_all,
-    with_parameters,
-)
+from .runs import Making, Means, Runs
 
 Array = NDArray[np.float64]
 
@@ -56,12 +46,10 @@ class Runner:
     """Such a model, or a table of runs; None if `build` returns scenes."""
     features: dict[str, Asked]
     """What is found of every run besides its outputs, by name."""
-    threads: int | None
-    """Threads to simulate on [-]."""
+    means: Means
+    """Where it is simulated, and what becomes of runs that fail."""
     progress: bool | Progress | None
     """How the runs are counted for the user."""
-    executor: Executor | None
-    """Where to simulate; on threads of this process if None."""
 
     def run_points(
         self,
@@ -100,6 +88,7 @@ class Runner:
             As `chebyshev`.
         """
         runs = self.made(points, self.settings)
+        points = points[runs.kept]
         table = None
         if runs.features is not None:
             values = runs.features
@@ -112,6 +101,7 @@ class Runner:
                 random,
                 self.normal,
                 units_of(runs.feature_names, self.features),
+                len(runs.failures),
             )
         result = StudyResult.from_runs(
             runs.t,
@@ -130,6 +120,8 @@ class Runner:
         found = doubts(result.bands)
         if result.scene is not None:
             found += early_widths(result.bands, settling_time(result.scene))
+        if degrees is not None and runs.failures:
+            found += told_holes(fit_holes(counts, degrees, [one.index for one in runs.failures]))
         return replace(result, warnings=(*result.warnings, *found))
 
     @property
@@ -150,59 +142,17 @@ class Runner:
             with reporter(self.progress) as report:
                 made = self.model.runs(points, midpoint=midpoint, report=report)
         seconds = time.perf_counter() - start
-        return Runs(scenes=[], stats=(), settings=None, seconds=seconds, **vars(made))
+        kept = np.arange(len(points))
+        return Runs(kept=kept, stats=(), settings=None, seconds=seconds, **vars(made))
 
     def simulated(self, points: Array, settings: Settings, *, midpoint: bool = True) -> Runs:
         """The runs at the points and, if asked for, last at the midpoint; does not pass on warnings."""
-        middle = [[side.midpoint for side in self.intervals.values()]] if midpoint else []
-        given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in [*points, *middle]]
-        scenes, built = self._scenes(given)
-        require_ends(self.intervals, points, lambda ends: self._scenes(ends)[0])
-        texts = [scene_text(scene, parameters) for scene, parameters in zip(scenes, given, strict=True)]
-        try:
-            settings = settings.for_scene(scenes[-1], runs=len(scenes))
-        except InputError as error:
-            raise type(error)(located(given[-1], error.problems)) from None
-        with reporter(self.progress) as report:
-            try:
-                runs = simulate_all(texts, settings.to_json(), self.threads, self.executor, report)
-            except InputError as error:
-                raise with_parameters(error, given) from None
-        require_success(runs, given)
-        told = zip(built, runs["warnings"], strict=True)
-        messages = gathered_warnings([[*of_build, *of_run] for of_build, of_run in told])
-        features = None
-        if self.features:
-            features = feature_values(self.features, settings, scenes, given, runs)
-            messages += settling_warnings(self.features, settings, scenes[-1], runs["features"])
-        return Runs(
-            t=runs["t"],
-            outputs=tuple(runs["columns"]),
-            values=runs["values"],
-            scenes=scenes,
-            stats=tuple(Stats(**stats) for stats in runs["stats"]),
-            warnings=messages,
-            settings=settings,
-            features=features,
-            feature_names=tuple(self.features),
+        rtol = settings.rtol if self.settings is None else self.settings.rtol
+        making = Making(
+            self.scene, self.intervals, points, settings, self.features, self.means, rtol, midpoint
         )
-
-    def _scenes(self, given: list[dict[str, float]]) -> tuple[list[Scene], list[list[str]]]:
-        """The scenes of all runs, and what `build` warned of in each; other warnings take their usual way."""
-        scenes: list[Scene] = []
-        told: list[list[str]] = []
-        others: list[warnings.WarningMessage] = []
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            for parameters in given:
-                scenes.append(self.scene(parameters))
-                told.append([str(one.message) for one in caught if one.category is ChebclearWarning])
-                others += [one for one in caught if one.category is not ChebclearWarning]
-                caught.clear()
-        seen: dict[Any, Any] = {}  # so that a place in `build` warns once, not in every run
-        for one in others:
-            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno, registry=seen)
-        return scenes, told
+        with reporter(self.progress) as report:
+            return making.run(report)
 
     def scene(self, parameters: dict[str, float]) -> Scene:
         """The scene at these values of the parameters [SI units]; errors name them."""

@@ -1,70 +1,84 @@
-"""The runs of a study: many scenes simulated, here or by an executor, and what went wrong with which."""
+"""The runs of a study: scenes built, simulated wherever that is, and those sorted out that failed."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
 import os
-import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import CancelledError, Executor, wait
-from dataclasses import dataclass, field
-from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _core
+from ..base.arguments import Checks
 from ..base.units import unit
-from ..errors import InputError, Problem, SceneError, SimulationError, describe
+from ..errors import ChebclearWarning, InputError, Problem, SceneError, SettingsError, SimulationError
+from ..execution.batch import Batch, Built
+from ..execution.dispatch import Progress
+from ..execution.failures import FailedRun, located, told_failures
+from ..execution.limited import LimitedCalls, TimeLimitError
+from ..execution.pieces import SCENE, SETTINGS, TIME_LIMIT, End, stats_of
+from ..execution.store import Identity, Store
 from ..run.settings import Settings
 from ..run.trajectory import Stats
-from ..scene.scene import Interval, Scene
+from ..scene.scene import ClearanceRevolute, Interval, Scene
+from .features.features import Asked, feature_values, settling_warnings
+from .features.swept import SweptRun
 
-if TYPE_CHECKING:
-    from .._core import _Runs
-
-Progress = Callable[[int, int], None]
+Array = NDArray[np.float64]
+OnFailure = Literal["collect", "raise"]
 
 MOST_NODES = 10_000
 """Nodes or points of one parameter [-]."""
 MOST_RUNS = 1_000_000
 """Runs of a study [-]."""
+MOST_THREADS = 1024
+BUILD, FEATURE = "build", "feature"
+"""Why a run failed in a callable of the user's."""
 
-# Pieces an executor gets at most: enough to keep a few dozen workers busy to the end, few enough that sending
-# them costs little beside the runs.
-_CHUNKS = 64
-# Longest time that is waited for pieces to end that are no longer wanted [s]: they need a tenth of it.
-_LAST_WAIT = 1.0
+# More failed runs than this share are no hole in a study: what they have in common is wrong.
+_MOST_FAILED = 0.5
 
 
 @dataclass(frozen=True)
 class Runs:
-    """Runs of a study that all succeeded, the nominal one last."""
+    """Runs of a study that succeeded, the nominal one last if it was asked for."""
 
-    t: NDArray[np.float64] = field(metadata=unit("s"))
+    t: Array = field(metadata=unit("s"))
     """Instants [s], shape (samples,)."""
     outputs: tuple[str, ...]
     """Names of the outputs."""
-    values: NDArray[np.float64]
+    values: Array
     """All outputs of all runs in their units, shape (runs + 1, samples, outputs)."""
-    scenes: list[Scene]
-    """What was simulated."""
+    kept: NDArray[np.intp]
+    """Numbers of the points whose runs these are, without the nominal one."""
     stats: tuple[Stats, ...]
     """What each run cost."""
     warnings: tuple[str, ...]
     """What the user should be warned of, each text once."""
     settings: Settings | None
     """How the runs were simulated; None if they were not."""
-    features: NDArray[np.float64] | None
+    features: Array | None
     """Features of all runs, shape (runs + 1, cycles, features); None if there are none."""
     feature_names: tuple[str, ...]
     """Names of the features."""
     seconds: float = field(default=math.nan, metadata=unit("s"))
     """Time they took [s]."""
-    nominal_parameters: NDArray[np.float64] | None = None
+    nominal_parameters: Array | None = None
     """Parameters of the run that stands for the nominal one, shape (parameters,); None at the midpoint."""
+    scene: Scene | None = None
+    """The scene at the midpoint of all intervals; None if the runs were not simulated."""
+    clearances: dict[str, float] = field(default_factory=dict)
+    """Largest clearance of each joint in all scenes [m]."""
+    scenes: Sequence[Scene] = ()
+    """What was simulated, built anew when it is asked for: thousands of scenes fill the memory."""
+    failures: tuple[FailedRun, ...] = ()
+    """The runs that failed."""
 
     @property
     def facts(self) -> dict[str, Any]:
@@ -73,220 +87,347 @@ class Runs:
             "stats": self.stats,
             "warnings": self.warnings,
             "settings": self.settings,
-            "scene": self.scenes[-1] if self.scenes else None,
+            "scene": self.scene,
             "nominal_parameters": self.nominal_parameters,
             "seconds": self.seconds,
+            "failures": self.failures,
         }
 
 
-def simulate_all(
-    texts: list[str], settings: str, threads: int | None, executor: Executor | None, report: Progress | None
-) -> _Runs:
-    """Simulate scenes, in their order.
+class Scenes(Sequence[Scene]):
+    """The scenes of runs, each built when it is asked for.
 
     Parameters
     ----------
-    texts : list of str
-        Scenes as JSON text.
-    settings : str
-        Settings as JSON text.
-    threads : int or None
-        Threads to simulate on [-]; all processors if None, one for each piece given to an executor.
-    executor : concurrent.futures.Executor or None
-        Where to simulate; on threads of this process if None.
-    report : callable or None
-        Gets the runs done and the runs in all.
-
-    Raises
-    ------
-    SceneError, SettingsError
-        If a scene is wrong, or the settings for it; paths begin with ``scenes[index]``.
+    numbers : ndarray
+        Numbers of the runs.
+    build : callable
+        Makes the scene of a run by its number.
     """
-    if executor is None:
-        return _core.sweep(texts, settings, threads, report)
-    size = -(-len(texts) // _CHUNKS)
-    chunks = [texts[start : start + size] for start in range(0, len(texts), size)]
-    parts: list[_Runs] = []
-    with TemporaryDirectory(prefix="chebclear-", ignore_cleanup_errors=True) as folder:
-        stop = Path(folder, "stop")
-        futures = [
-            executor.submit(simulate_chunk, chunk, settings, threads or 1, str(stop)) for chunk in chunks
-        ]
+
+    def __init__(self, numbers: NDArray[np.intp], build: Callable[[int], Scene]) -> None:
+        self._numbers = numbers
+        self._build = build
+
+    def __len__(self) -> int:
+        return len(self._numbers)
+
+    @overload
+    def __getitem__(self, index: int) -> Scene: ...
+    @overload
+    def __getitem__(self, index: slice) -> Scenes: ...
+    def __getitem__(self, index: int | slice) -> Scene | Scenes:
+        if isinstance(index, slice):
+            return Scenes(self._numbers[index], self._build)
+        return self._build(int(self._numbers[index]))
+
+
+@dataclass(frozen=True)
+class Means:
+    """Where the runs of a study are simulated, and what becomes of those that fail."""
+
+    threads: int | None = None
+    """Threads to simulate on [-]; all processors if None, one for each piece given to an executor."""
+    executor: Executor | None = None
+    """Where to simulate; on threads of this process if None."""
+    store: str | os.PathLike[str] | None = None
+    """Folder that keeps finished runs."""
+    on_failure: OnFailure = "collect"
+    """Whether runs that fail are left out or raise."""
+    run_seconds: float | None = None
+    """Time after which a run, or a call for it, is given up [s]."""
+
+
+def checked_means(
+    checks: Checks,
+    threads: int | None,
+    executor: Executor | None,
+    store: str | os.PathLike[str] | None,
+    on_failure: OnFailure,
+    run_seconds: float | None,
+) -> Means:
+    """Means from what the user gave; what is wrong with it is noted in `checks`."""
+    if threads is not None:
+        threads = checks.whole("threads", threads, least=1, most=MOST_THREADS)
+    if executor is not None and not callable(getattr(executor, "submit", None)):
+        checks.add(f"executor must have a method submit, got {executor!r}", wrong_type=True)
+    checks.word("on_failure", on_failure, ("collect", "raise"))
+    if run_seconds is not None:
+        run_seconds = checks.real("run_seconds", run_seconds, "s", above=0.0)
+    if store is not None and not isinstance(store, str | os.PathLike):
+        checks.add(f"store must be the path of a folder, got {store!r}", wrong_type=True)
+    return Means(threads, executor, store, on_failure, run_seconds)
+
+
+class Making:
+    """The runs at some points while they are made.
+
+    Parameters
+    ----------
+    scene : callable
+        Makes the scene from parameters by name; its errors name them.
+    intervals : mapping of str to Interval
+        Interval of each parameter [SI units].
+    points : ndarray, shape (runs, parameters)
+        Parameters of the runs [SI units].
+    settings : Settings
+        How a run is simulated; outputs may be patterns.
+    features : mapping of str to Feature or callable
+        What is found of every run.
+    means : Means
+        Where and how.
+    rtol : float
+        Relative tolerance of the study [-], which single analyses replace.
+    midpoint : bool
+        Whether the run at the midpoint is simulated too, as the last one.
+    """
+
+    def __init__(
+        self,
+        scene: Callable[[dict[str, float]], Scene],
+        intervals: Mapping[str, Interval],
+        points: Array,
+        settings: Settings,
+        features: Mapping[str, Asked],
+        means: Means,
+        rtol: float,
+        midpoint: bool,
+    ) -> None:
+        self._scene = scene
+        self._intervals = intervals
+        self._points = points
+        self._asked = features
+        self._means = means
+        self._midpoint = midpoint
+        self._rtol = rtol
+        self._limited = LimitedCalls(means.run_seconds)
+        self._raised: dict[int, BaseException] = {}
+        self._seen: set[Any] = set()  # so that a place in `build` warns once, not in every run
+        self._clearances: dict[str, float] = {}
+        self.count = len(points) + midpoint
+        middle = {name: side.midpoint for name, side in intervals.items()}
+        self._nominal, self._nominal_told = self._built(middle)
+        self._note_clearances(self._nominal)
         try:
-            for index, future in enumerate(futures):
-                try:
-                    parts.append(future.result())
-                except InputError as error:
-                    raise _shifted(error, index * size) from None
-                _require_columns(parts[0]["columns"], parts[-1]["columns"], index * size)
-                if report is not None:
-                    report(min((index + 1) * size, len(texts)), len(texts))
-        except BaseException:
-            # Pieces that wait are taken back; those that have begun look for the file.
-            stop.touch()
-            wait([future for future in futures if not future.cancel()], timeout=_LAST_WAIT)
-            raise
-    return _joined(parts)
+            facts = self._nominal.check()
+            self.settings = settings.for_scene(self._nominal, runs=self.count)
+        except InputError as error:
+            raise type(error)(located(middle, error.problems)) from None
+        outputs = self.settings.outputs
+        self.columns = facts.columns if outputs is None else tuple(outputs)
+        self._require_ends(middle)
 
+    def parameters(self, number: int) -> dict[str, float]:
+        """Parameters of a run by its number; the nominal one comes last [SI units]."""
+        if number == len(self._points):
+            return {name: side.midpoint for name, side in self._intervals.items()}
+        return dict(zip(self._intervals, map(float, self._points[number]), strict=True))
 
-def simulate_chunk(scenes: list[str], settings: str, threads: int, stop: str) -> _Runs:
-    """Simulate some of the scenes of a study, wherever an executor has sent them.
+    def run(self, report: Progress | None) -> Runs:
+        """Simulate."""
+        means = self._means
+        store = None
+        settings = replace(self.settings, outputs=self.columns)
+        if means.store is not None:
+            identity = Identity(settings, topology(self._nominal), self._rtol)
+            store = Store(means.store, identity)
+        try:
+            numbers = list(range(self.count))
+            if self._midpoint:  # first, since nothing can be made of a study without it
+                numbers = [numbers[-1], *numbers[:-1]]
+            batch = Batch(
+                self._build,
+                numbers,
+                settings,
+                threads=1 if means.executor is None else means.threads or 1,
+                retried=means.on_failure == "collect",
+                run_seconds=means.run_seconds,
+                store=store,
+            )
+            batch.run(means.executor, means.threads, report)
+        finally:
+            self._limited.close()
+            if store is not None:
+                store.close()
+        return self._sorted(batch, [] if store is None else store.remarks)
 
-    Parameters
-    ----------
-    scenes : list of str
-        Scenes as JSON text.
-    settings : str
-        Settings as JSON text.
-    threads : int
-        Threads to simulate on [-].
-    stop : str
-        Path of a file that appears when the runs are no longer wanted; on another machine it never does.
-    """
-
-    def go_on(done: int, total: int) -> None:
-        if os.path.exists(stop):
-            raise CancelledError("the study was interrupted")
-
-    return _core.sweep(scenes, settings, threads, go_on)
-
-
-def scene_text(scene: Scene, parameters: Mapping[str, float]) -> str:
-    """A scene as the core reads it; a SceneError names the parameters it was built with."""
-    try:
-        return scene.to_json()
-    except SceneError as error:
-        raise SceneError(located(parameters, error.problems)) from None
-
-
-def located(parameters: Mapping[str, float], problems: Iterable[Problem]) -> list[Problem]:
-    """Problems of the scene that was built with these parameters."""
-    return [Problem(f"scene with {describe(parameters)}: {path}", message) for path, message in problems]
-
-
-# The core says which scene of a sweep has a problem by this start of the path; a problem of the settings
-# belongs to none.
-_SCENE_PATH = re.compile(r"^scenes\[(\d+)\]\.?")
-
-
-def _scene_index(problem: Problem) -> int | None:
-    found = _SCENE_PATH.match(problem.path)
-    return int(found[1]) if found else None
-
-
-def _shifted(error: InputError, offset: int) -> InputError:
-    """The error of a chunk of scenes, with the numbers the scenes have in the study."""
-    return type(error)(
-        (_SCENE_PATH.sub(lambda found: f"scenes[{int(found[1]) + offset}].", problem.path), problem.message)
-        for problem in error.problems
-    )
-
-
-def with_parameters(error: InputError, given: Sequence[Mapping[str, float]]) -> InputError:
-    """The problems of no scene and of the first wrong one, with its parameters; others mostly repeat them."""
-    indices = [_scene_index(problem) for problem in error.problems]
-    problems = [problem for problem, index in zip(error.problems, indices, strict=True) if index is None]
-    wrong = sorted({index for index in indices if index is not None})
-    if not wrong:
-        return type(error)(problems)
-    first = [
-        Problem(_SCENE_PATH.sub("", problem.path), problem.message)
-        for problem, index in zip(error.problems, indices, strict=True)
-        if index == wrong[0]
-    ]
-    problems += located(given[wrong[0]], first)
-    if len(wrong) > 1:
-        problems.append(Problem("study", f"{len(wrong) - 1} more of {len(given)} scenes have problems"))
-    return type(error)(problems)
-
-
-def require_ends(
-    intervals: Mapping[str, Interval],
-    points: NDArray[np.float64],
-    build: Callable[[list[dict[str, float]]], list[Scene]],
-) -> None:
-    """Raise if there is no mechanism at an end of an interval: bounds are those of the whole interval.
-
-    Chebyshev roots lie inside, and would not notice a length that reaches down to zero.
-    """
-    midpoint = {name: side.midpoint for name, side in intervals.items()}
-    for index, (name, side) in enumerate(intervals.items()):
-        for end in (side.lower, side.upper):
-            if end in points[:, index]:
-                continue
-            at_end = midpoint | {name: end}
+    def _build(self, number: int) -> Built | End:
+        """The scene of a run for the core."""
+        parameters = self.parameters(number)
+        try:
+            scene, told = self._built(parameters)
+            self._note_clearances(scene)
             try:
-                scene = build([at_end])[0]
-                try:
-                    scene.check()
-                except SceneError as error:
-                    raise SceneError(located(at_end, error.problems)) from None
+                return Built(scene.to_json(), told)
             except SceneError as error:
-                reason = f'the interval of "{name}" reaches to {end!r}, where there is no such mechanism: '
-                reason += "bounds are those of the whole interval"
-                raise SceneError([*error.problems, Problem(f"parameters.{name}", reason)]) from None
+                raise SceneError(located(parameters, error.problems)) from None
+        except Exception as error:
+            if self._means.on_failure == "raise":
+                raise
+            self._raised.setdefault(number, error)
+            return _end_of(error, BUILD)
+
+    def _built(self, parameters: dict[str, float]) -> tuple[Scene, tuple[str, ...]]:
+        """A scene, and what `build` warned of; other warnings take their usual way."""
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            scene = self._limited(self._scene, parameters)
+        for one in caught:
+            place = (str(one.message), one.category, one.filename, one.lineno)
+            if one.category is not ChebclearWarning and place not in self._seen:
+                self._seen.add(place)
+                warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
+        return scene, tuple(str(one.message) for one in caught if one.category is ChebclearWarning)
+
+    def _note_clearances(self, scene: Scene) -> None:
+        for joint in scene.joints:
+            if isinstance(joint, ClearanceRevolute):
+                known = self._clearances.get(joint.name, 0.0)
+                self._clearances[joint.name] = max(known, joint.clearance)
+
+    def _require_ends(self, middle: dict[str, float]) -> None:
+        """Raise if there is no mechanism at an end of an interval: bounds are those of the whole interval.
+
+        Chebyshev roots lie inside, and would not notice a length that reaches down to zero; and the others
+        should be told before the runs are paid for.
+        """
+        for name, side in self._intervals.items():
+            for end in (side.lower, side.upper):
+                at_end = middle | {name: end}
+                try:
+                    scene, _ = self._built(at_end)
+                    try:
+                        facts = scene.check()
+                        known = facts.columns + facts.further_columns
+                        lacking = [column for column in self.columns if column not in known]
+                        if lacking:
+                            message = f'has no "{lacking[0]}" as at the midpoint: all scenes of a study need '
+                            raise SceneError([("outputs", message + "the outputs of interest")])
+                    except SceneError as error:
+                        raise SceneError(located(at_end, error.problems)) from None
+                except SceneError as error:
+                    reason = (
+                        f'the interval of "{name}" reaches to {end!r}, where there is no such mechanism: '
+                    )
+                    reason += "bounds are those of the whole interval"
+                    raise SceneError([*error.problems, Problem(f"parameters.{name}", reason)]) from None
+                except Exception:
+                    # A callable that fails at a point fails in its run, if there is one.
+                    if self._means.on_failure == "raise":
+                        raise
+
+    def _sorted(self, batch: Batch, remarks: list[str]) -> Runs:
+        """What succeeded, and what did not."""
+        self._require_success(batch)
+        features = None
+        if self._asked:
+            features = self._features(batch)
+            self._require_success(batch)
+        failed = dict(batch.failed())
+        kept = np.array([number for number in range(self.count) if number not in failed], dtype=np.intp)
+        failures = tuple(FailedRun.of(number, self.parameters(number), end) for number, end in failed.items())
+        values = _moved_up(batch.values, kept)
+        messages = (*batch.told.messages(self.count), *told_failures(failures, self.count), *remarks)
+        if features is not None:
+            features = _moved_up(features, kept)
+            tracked = batch.features[kept]
+            messages += settling_warnings(self._asked, self.settings, self._nominal, tracked)
+        assert batch.t is not None, "at least one run succeeded"
+        return Runs(
+            t=batch.t,
+            outputs=self.columns,
+            values=values,
+            kept=kept[: len(kept) - self._midpoint],
+            failures=failures,
+            scene=self._nominal,
+            clearances=self._clearances,
+            scenes=Scenes(kept, lambda number: self._scene(self.parameters(number))),
+            stats=tuple(stats_of(row) for row in batch.counts[kept].tolist()),
+            warnings=messages,
+            settings=self.settings,
+            features=features,
+            feature_names=tuple(self._asked),
+        )
+
+    def _features(self, batch: Batch) -> Array:
+        """The features of all runs; a run without one is noted as failed."""
+        failed = dict(batch.failed())
+
+        def fail(number: int, error: Exception) -> None:
+            if self._means.on_failure == "raise":
+                raise error
+            self._raised.setdefault(number, error)
+            batch.end(number, _end_of(error, FEATURE))
+
+        def swept(number: int) -> SweptRun:
+            samples = batch.values[number].view()
+            samples.flags.writeable = False
+            scene, stats = self._scene(self.parameters(number)), stats_of(batch.counts[number].tolist())
+            assert batch.t is not None, "a run succeeded"
+            return SweptRun(scene, self.settings, batch.t, self.columns, samples, stats)
+
+        return feature_values(
+            self._asked,
+            self.settings,
+            [number for number in range(self.count) if number not in failed],
+            swept,
+            self.parameters,
+            batch.features,
+            fail,
+            self._limited,
+        )
+
+    def _require_success(self, batch: Batch) -> None:
+        """Raise for the first failed run if it is to be, if the nominal run is lost, or most are."""
+        failed = dict(batch.failed())
+        if not failed:
+            return
+        nominal = len(self._points)
+        first = nominal if nominal in failed else min(failed)
+        few = len(failed) <= _MOST_FAILED * self.count
+        if self._means.on_failure == "collect" and few and first != nominal:
+            return
+        if self._means.on_failure == "raise":
+            first = min(failed)
+        end, parameters = failed[first], self.parameters(first)
+        if first in self._raised:
+            raise self._raised[first]
+        if end.status in (SCENE, SETTINGS):
+            problems = located(parameters, end.problems)
+            wrong = sum(one.status == end.status for one in failed.values())
+            if wrong > 1:
+                problems.append(Problem("study", f"{wrong - 1} more of {self.count} scenes have problems"))
+            raise (SceneError if end.status == SCENE else SettingsError)(problems)
+        counted = f"({len(failed)} of {self.count} runs of the study failed)"
+        raise SimulationError(end.status, end.time, end.joint, parameters, f"{end.message} {counted}")
 
 
-def require_success(runs: _Runs, given: Sequence[Mapping[str, float]]) -> None:
-    """Raise for the first run that failed, if any: a grid with a hole gives no bounds."""
-    failed = [index for index, status in enumerate(runs["status"]) if status != "done"]
-    if not failed:
-        return
-    first = failed[0]
-    raise SimulationError(
-        runs["status"][first],
-        runs["time"][first],
-        runs["joint"][first],
-        given[first],
-        f"{runs['message'][first]} ({len(failed)} of {len(given)} runs of the study failed)",
-    )
+def topology(scene: Scene) -> str:
+    """Fingerprint of a scene without its numbers: its parts, their names and how they are connected."""
+
+    def shape(plain: Any) -> Any:
+        if isinstance(plain, dict):
+            return {name: shape(value) for name, value in plain.items()}
+        if isinstance(plain, list):
+            return [shape(value) for value in plain]
+        return None if isinstance(plain, int | float) else plain
+
+    text = json.dumps(shape(json.loads(scene.to_json())), sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-# A name in quotes, a path or a word with digits, which tell warnings apart; or a number, which does not.
-_KEPT_OR_NUMBER = re.compile(
-    r'"(?:[^"\\]|\\.)*"|[A-Za-z_][\w.\[\]]*|(?P<number>[+-]?\d+(\.\d+)?(e[+-]?\d+)?)'
-)
+def _end_of(error: Exception, where: str) -> End:
+    """How a run ended for which a call of the user's failed."""
+    if isinstance(error, TimeLimitError):
+        return End(TIME_LIMIT, f"{where}: {error}")
+    if isinstance(error, SceneError):
+        return End(SCENE, str(error).replace("\n", "; "))
+    return End(where, f"{type(error).__name__}: {error}")
 
 
-def _without_number(found: re.Match[str]) -> str:
-    return "#" if found["number"] else found[0]
-
-
-def gathered_warnings(runs: Sequence[Sequence[str]]) -> tuple[str, ...]:
-    """Each warning once, although its numbers may differ from run to run."""
-    first: dict[str, str] = {}
-    count: dict[str, int] = {}
-    for messages in runs:
-        kinds: dict[str, str] = {}
-        for message in messages:
-            kinds.setdefault(_KEPT_OR_NUMBER.sub(_without_number, message), message)
-        for kind, message in kinds.items():
-            first.setdefault(kind, message)
-            count[kind] = count.get(kind, 0) + 1
-    return tuple(f"{message} (in {count[kind]} of {len(runs)} runs)" for kind, message in first.items())
-
-
-def _require_columns(first: Sequence[str], other: Sequence[str], index: int) -> None:
-    """As the core does within one piece."""
-    if list(first) == list(other):
-        return
-    lacking = [name for name in first if name not in other] or [name for name in other if name not in first]
-    message = f'differ from those of the first scene by "{lacking[0]}": all scenes of a study need the same '
-    message += "parts, or outputs that they share"
-    raise SceneError([(f"scenes[{index}].outputs", message)])
-
-
-def _joined(parts: Sequence[_Runs]) -> _Runs:
-    """The runs of several sweeps as those of one."""
-    return {
-        "t": parts[0]["t"],
-        "values": np.concatenate([part["values"] for part in parts]),
-        "columns": parts[0]["columns"],
-        "features": np.concatenate([part["features"] for part in parts]),
-        "status": [status for part in parts for status in part["status"]],
-        "message": [message for part in parts for message in part["message"]],
-        "time": [time for part in parts for time in part["time"]],
-        "joint": [joint for part in parts for joint in part["joint"]],
-        "stats": [stats for part in parts for stats in part["stats"]],
-        "warnings": [messages for part in parts for messages in part["warnings"]],
-    }
+def _moved_up(values: Array, kept: NDArray[np.intp]) -> Array:
+    """The rows that are kept, without room for a second copy of all."""
+    for new, old in enumerate(kept):
+        if new != old:
+            values[new] = values[old]
+    return values[: len(kept)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
-from ..errors import SceneError
+from ..execution.failures import is_failure_warning, told_failures
 from ..run.settings import LEAST_RTOL, MOST_RTOL, Settings
 from ..run.tracking import settling_time
 from ..run.trajectory import Stats
@@ -69,7 +69,7 @@ class Table:
     def new(cls, points: Array, runs: Runs) -> Table:
         """The runs at the points and, if it is among them, the nominal one."""
         # The nominal run may stand in the last row; nothing asks for its parameters here.
-        parameters = np.resize(points, (len(runs.values), points.shape[1]))
+        parameters = np.resize(points[runs.kept], (len(runs.values), points.shape[1]))
         return cls(parameters, runs.values, runs.stats, runs.features)
 
 
@@ -186,14 +186,14 @@ def _made(
     if not new.outputs:
         raise ValueError("a band needs outputs: name some in Study(outputs=...)")
     limits = dict.fromkeys(new.outputs, (-math.inf, math.inf))
-    if new.scenes:
-        limits = physical_limits(new.outputs, _largest_clearances(study, new.scenes))
+    if new.scene is not None:
+        limits = physical_limits(new.outputs, _largest_clearances(study, new.scene, new.clearances))
+    demand = dataclasses.replace(demand, runs=len(new.kept), failed=len(new.failures), limits=limits)
     table = Table.new(points, new)
     scored, nominal = table[: demand.runs], table[demand.runs :]
     facts = {"t": new.t, "outputs": new.outputs, "feature_names": new.feature_names, **new.facts}
     kept = _others(others, demand, new.t, new.outputs, facts["scene"])
     del facts["stats"], facts["warnings"]
-    demand = dataclasses.replace(demand, limits=limits)
     told = new.warnings if demand.revolutions is not None else (*new.warnings, *unpredictable(new))
     return _result(study, demand, [scored], kept, nominal, told, facts)
 
@@ -217,17 +217,22 @@ def extended(
     nominal_values = np.stack([result.table(name)[-1] for name in outputs], axis=-1)[None]
     features = None if result.features is None else result.features.nominal[None]
     nominal = Table(old.parameters[:1], nominal_values, result.stats[-1:], features)
-    scored, told = [old[: demand.runs]], [text for text in result.warnings if not is_remark(text)]
+    scored, told = [old[: demand.runs]], _lasting(result.warnings)
+    failures, good = result.failures, demand.runs
     seconds = result.seconds
     if runs > 0:
-        points = sobol_points(study.intervals, demand.runs, runs, demand.seed)
+        begun = demand.runs + demand.failed
+        points = sobol_points(study.intervals, begun, runs, demand.seed)
         new = _runs(study, demand, points, result.settings, midpoint=False)
         seconds += new.seconds
         scored.append(Table.new(points, new))
-        told += new.warnings
+        told += _lasting(new.warnings)
+        good += len(new.kept)
+        failures += tuple(dataclasses.replace(one, index=one.index + begun) for one in new.failures)
     kept = [old[demand.runs :], *_others(others, demand, result.t, outputs, result.scene)]
-    demand = dataclasses.replace(demand, runs=demand.runs + runs)
-    facts = _facts(result) | {"seconds": seconds}
+    demand = dataclasses.replace(demand, runs=good, failed=len(failures))
+    told += told_failures(failures, good + len(failures) + 1)
+    facts = _facts(result) | {"seconds": seconds, "failures": failures}
     return _result(study, demand, scored, kept, nominal, told, facts)
 
 
@@ -282,6 +287,7 @@ def _result(
             random,
             study.normal,
             units_of(names, study.features),
+            demand.failed,
         )
     result = StudyResult.from_runs(
         intervals=study.intervals,
@@ -290,7 +296,7 @@ def _result(
         degrees=None,
         nodes=(),
         demand=demand,
-        threads=study.threads,
+        threads=study.means.threads,
         stats=tuple(stats for table in [*tables, nominal] for stats in table.stats),
         warnings=tuple(warnings),
         features=features,
@@ -301,6 +307,11 @@ def _result(
     if result.scene is not None:
         told += early_widths(result.bands, settling_time(result.scene))
     return dataclasses.replace(result, warnings=(*warnings, *told))
+
+
+def _lasting(warnings: Sequence[str]) -> list[str]:
+    """Warnings without those that count the runs so far."""
+    return [text for text in warnings if not is_remark(text) and not is_failure_warning(text)]
 
 
 def _results(checks: Checks, include: object) -> list[StudyResult]:
@@ -332,26 +343,24 @@ def _others(
     return [Table.of(result, outputs) for result in results]
 
 
-def _largest_clearances(study: Runner, scenes: Sequence[Scene]) -> dict[str, float]:
+def _largest_clearances(study: Runner, scene: Scene, found: Mapping[str, float]) -> dict[str, float]:
     """Largest clearance of each joint in the box, where it depends on one parameter at a time [m].
 
-    Joints of which the ends of the box do not tell are left out.
+    Those of the scene at the midpoint and those `found` in the runs are among them. Joints of which the ends
+    of the box do not tell are left out.
     """
     middle = {name: side.midpoint for name, side in study.intervals.items()}
-    nominal, largest = _clearances(scenes[-1]), _clearances(scenes[-1])
+    nominal, largest = _clearances(scene), _clearances(scene)
     for name, side in study.intervals.items():
         ends = []
         for end in (side.lower, side.upper):
             try:
                 ends.append(_clearances(study.scene({**middle, name: end})))
-            except SceneError:  # no mechanism there
+            except Exception:  # no mechanism there, or a callable that fails
                 return {}
         for joint in nominal:
             largest[joint] += max(0.0, *(at[joint] - nominal[joint] for at in ends))
-    for scene in scenes:
-        for joint, clearance in _clearances(scene).items():
-            largest[joint] = max(largest[joint], clearance)
-    return largest
+    return {joint: max(clearance, found.get(joint, 0.0)) for joint, clearance in largest.items()}
 
 
 def _clearances(scene: Scene) -> dict[str, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from typing import Any, Unpack
@@ -24,8 +25,7 @@ from .features.features import Asked, checked_features, tracked_features
 from .methods import Methods
 from .models.finished import FinishedRuns, finished_runs
 from .models.own import OwnModel, check_own_features, check_unused
-
-MOST_THREADS = 1024
+from .runs import OnFailure, checked_means
 
 
 @with_settings(RunOptions)
@@ -66,6 +66,17 @@ class Study(Methods):
         callable gets every run, as `simulate` returns it, and returns a number, or one for each cycle. The
         samples are there at once; contacts, peaks and what else only the motion knows cost that run again.
         For a model of your own it gets what the model returned.
+    store : path, optional
+        Folder that keeps every finished run; made if it does not exist. An interrupted study goes on from
+        there to the same bits, and a later study of the mechanism simulates only the runs that are new.
+    on_failure : {"collect", "raise"}
+        What becomes of simulations that fail. They are repeated once with tighter tolerances and then
+        collected in `StudyResult.failures`; results are made without them, and their verdicts account for the
+        hole. Or the first one raises and there is no result. The nominal run, and more than half of all,
+        always raise; so does a model of your own.
+    run_seconds : float, optional
+        Time after which a simulation is given up as failed [s], as is a call of `build` or of a feature for
+        it.
 
     Raises
     ------
@@ -108,6 +119,9 @@ class Study(Methods):
         progress: bool | Progress | None = None,
         executor: Executor | None = None,
         features: Mapping[str, Asked] | None = None,
+        store: str | os.PathLike[str] | None = None,
+        on_failure: OnFailure = "collect",
+        run_seconds: float | None = None,
         **options: Unpack[RunOptions],
     ) -> None:
         checks = Checks()
@@ -125,15 +139,10 @@ class Study(Methods):
         }
         self.fixed = checked_fixed(checks, fixed)
         check_keywords(checks, build, self.intervals, self.fixed)
-        self.threads = (
-            None if threads is None else checks.whole("threads", threads, least=1, most=MOST_THREADS)
-        )
         if not is_request(progress):
             checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
         self.progress = progress
-        if executor is not None and not callable(getattr(executor, "submit", None)):
-            checks.add(f"executor must have a method submit, got {executor!r}", wrong_type=True)
-        self.executor = executor
+        self.means = checked_means(checks, threads, executor, store, on_failure, run_seconds)
         self.settings, self.model = None, None
         if simulated:
             given = {"outputs": outputs, "features": tracked_features(self.features.values()), **options}
@@ -141,6 +150,8 @@ class Study(Methods):
             return
         cycles = checks.whole("cycles", options.get("cycles", 1), least=1, most=MOST_CYCLES)
         check_unused(checks, [name for name in options if name != "cycles"])
+        if store is not None or run_seconds is not None:
+            checks.add("store and run_seconds are for simulations, not for a model of your own")
         check_own_features(checks, self.features)
         names = checked_names(checks, outputs)
         checks.finish()

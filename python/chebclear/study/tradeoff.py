@@ -178,7 +178,8 @@ def _run(study: Runner, degree: int | None, count: int) -> _Setting:
     degrees = None if degree is None else (degree,) * len(sides)
     start = time.perf_counter()
     try:
-        result, status = study.run_points(grid, counts, degrees, "eq31"), "done"
+        found = study.run_points(grid, counts, degrees, "eq31")
+        result, status = (None, found.failures[0].reason) if found.failures else (found, "done")
     except SimulationError as error:
         result, status = None, error.reason
     kind = "scan" if degree is None else "chebyshev"

@@ -238,17 +238,24 @@ fn simulate<'py>(
     Ok(result)
 }
 
-/// Simulates many scenes (JSON) in parallel with the same settings (JSON).
+/// Simulates many scenes (JSON) in parallel with the same settings (JSON). The samples go into a flat array
+/// if one is given. A run is given up after `run_seconds` [s].
 #[pyfunction]
-#[pyo3(signature = (scenes, settings, threads=None, progress=None))]
+#[pyo3(signature = (scenes, settings, threads=None, progress=None, into=None, run_seconds=None))]
 fn sweep<'py>(
     py: Python<'py>,
     scenes: Vec<String>,
     settings: &str,
     threads: Option<usize>,
     progress: Option<Py<PyAny>>,
+    into: Option<Bound<'py, PyArray1<f64>>>,
+    run_seconds: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let settings = read_settings(settings).map_err(|error| input_error(py, error))?;
+    let limit = match run_seconds.map(Duration::try_from_secs_f64).transpose() {
+        Ok(limit) => limit,
+        Err(error) => return Err(PyValueError::new_err(format!("run_seconds: {error}"))),
+    };
     if threads == Some(0) {
         return Err(PyValueError::new_err("threads must be >= 1, got 0"));
     }
@@ -266,20 +273,36 @@ fn sweep<'py>(
     let sweep = sweep.ok_or_else(cancelled)?;
     let shape = [total, settings.samples, sweep.columns.len()];
     let count = shape.iter().fold(1, |product: usize, &n| product.saturating_mul(n));
-    let values = new_array(py, count)?;
-    let mut memory = values.readwrite();
+    let values = match into {
+        Some(place) => place,
+        None => new_array(py, count)?,
+    };
+    let mut memory = values.try_readwrite()?;
     let samples = memory.as_slice_mut()?;
     let report = |py: Python<'_>| tell(py, finished.load(Ordering::Relaxed));
-    let runs = wait_for(py, &cancel, || sweep.run(samples, &finished, &monitor), report)?
+    let runs = wait_for(py, &cancel, || sweep.run(samples, &finished, limit, &monitor), report)?
         .map_err(|error| input_error(py, error))?
         .ok_or_else(cancelled)?;
     drop(memory);
     tell(py, total)?;
     let result = PyDict::new(py);
+    tell_ends(&result, &runs)?;
+    let features: Vec<f64> = runs.iter().flat_map(|run| run.features.iter().copied()).collect();
+    let features_shape = [runs.len(), settings.cycles, settings.features.len()];
+    result.set_item("features", features.into_pyarray(py).reshape(features_shape)?)?;
+    result.set_item("t", sample_times(py, &settings, 0.0)?)?;
+    result.set_item("values", values.reshape(shape)?)?;
+    result.set_item("columns", &sweep.columns)?;
+    Ok(result)
+}
+
+/// How each run of a sweep ended, what it cost and what it warned of.
+fn tell_ends(result: &Bound<'_, PyDict>, runs: &[Trajectory]) -> PyResult<()> {
+    let py = result.py();
     let stats = PyList::empty(py);
     let (mut status, mut message, mut time, mut joint, mut warnings) =
         (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for run in &runs {
+    for run in runs {
         stats.append(stats_dict(py, run)?)?;
         status.push(run.status.word());
         message.push(run.message());
@@ -287,19 +310,12 @@ fn sweep<'py>(
         joint.push(run.joint.clone());
         warnings.push(run.warnings.clone());
     }
-    let features: Vec<f64> = runs.iter().flat_map(|run| run.features.iter().copied()).collect();
-    let features_shape = [runs.len(), settings.cycles, settings.features.len()];
-    result.set_item("features", features.into_pyarray(py).reshape(features_shape)?)?;
-    result.set_item("t", sample_times(py, &settings, 0.0)?)?;
-    result.set_item("values", values.reshape(shape)?)?;
-    result.set_item("columns", &sweep.columns)?;
     result.set_item("status", status)?;
     result.set_item("message", message)?;
     result.set_item("time", time)?;
     result.set_item("joint", joint)?;
     result.set_item("stats", stats)?;
-    result.set_item("warnings", warnings)?;
-    Ok(result)
+    result.set_item("warnings", warnings)
 }
 
 /// Compiles a scene (JSON) and says what it is, as JSON.

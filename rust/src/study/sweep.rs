@@ -4,6 +4,7 @@
 //! them. The results are the same bits for any number of threads.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
@@ -65,7 +66,8 @@ impl<'s> Sweep<'s> {
 
     /// Simulates all mechanisms into `values`: runs, samples, columns. The trajectories leave their samples
     /// there. None if the monitor said no; it is asked before every run and after every accepted step.
-    /// `finished` counts the runs as they end.
+    /// `finished` counts the runs as they end. A run that takes longer than `limit` is given up and has the
+    /// status [`Status::Cancelled`].
     ///
     /// # Errors
     /// Memory of another size.
@@ -73,6 +75,7 @@ impl<'s> Sweep<'s> {
         &self,
         values: &mut [f64],
         finished: &AtomicUsize,
+        limit: Option<Duration>,
         monitor: Monitor,
     ) -> Result<Option<Vec<Trajectory>>, InputError> {
         let size = self.settings.samples * self.columns.len();
@@ -80,8 +83,16 @@ impl<'s> Sweep<'s> {
             return Err(Subject::Settings.error("settings.samples", "do not fit the memory that is given"));
         }
         let simulate = |(mechanism, values): (&Mechanism, &mut [f64])| {
-            let run = monitor().then(|| record(mechanism, None, self.settings, &|_| monitor(), values))?;
-            if run.as_ref().is_ok_and(|run| run.status == Status::Cancelled) {
+            let run = monitor().then(|| match limit {
+                None => record(mechanism, None, self.settings, &|_| monitor(), values),
+                Some(limit) => {
+                    let begin = Instant::now();
+                    let go_on = |_| monitor() && begin.elapsed() < limit;
+                    record(mechanism, None, self.settings, &go_on, values)
+                }
+            })?;
+            // Not by the clock, if the monitor still agrees.
+            if run.as_ref().is_ok_and(|run| run.status == Status::Cancelled) && !monitor() {
                 return None;
             }
             finished.fetch_add(1, Ordering::Relaxed);

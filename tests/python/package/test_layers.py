@@ -25,6 +25,7 @@ PYTHON_ROOMS = [
     "mechanisms",
     "plots",
     "run",
+    "execution",
     "study",
     "templates",
     "tradeoffs",
@@ -52,7 +53,7 @@ CHAPTERS = {"study": ["polynomials", "band", "features", "models", "report"]}
 MOST_FILES = 12
 """Files of a Python room or chapter, besides the one that says what it is for."""
 
-USES_CORE = {"scene", "run", "study"}
+USES_CORE = {"scene", "run", "execution", "study"}
 USES_MATPLOTLIB = {"plots", "report", "paper", "tradeoffs"}
 CRATES = {"pyo3": "python", "numpy": "python", "rayon": "study"}
 

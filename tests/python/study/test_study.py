@@ -3,6 +3,7 @@
 import copy
 import math
 import pickle
+import threading
 import warnings
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
@@ -186,26 +187,40 @@ def test_executors_give_the_same_bits(crank_study, crank_result, kind):
     with ThreadPoolExecutor(2) if kind == "threads" else ProcessPoolExecutor(2, **spawn) as executor:
         study = with_options(crank_study, executor=executor, progress=lambda *counts: done.append(counts))
         assert study.chebyshev(degree=2) == crank_result
-    assert done == [(count, 10) for count in range(1, 11)]
+    counts = [count for count, total in done if total == 10]
+    assert counts == sorted(set(counts)) and len(counts) == len(done) and counts[-1] == 10
 
 
-class Reluctant:
-    """An executor that runs nothing until it is asked, as some clusters do."""
+class Shuffling:
+    """An executor that ends its pieces in another order than it got them."""
+
+    num_workers = 4
 
     def __init__(self):
         self.futures = []
+        self.waiting = []
 
     def submit(self, function, *arguments):
-        class Lazy(Future):
-            def result(self, timeout=None):
-                return function(*arguments)
+        future = Future()
+        self.futures.append(future)
+        self.waiting.append((future, function, arguments))
+        if len(self.waiting) == self.num_workers or len(self.futures) > 1:
+            threading.Timer(0.001, self.work).start()
+        else:
+            self.work()
+        return future
 
-        self.futures.append(Lazy())
-        return self.futures[-1]
+    def work(self):
+        while self.waiting:
+            future, function, arguments = self.waiting.pop()
+            try:
+                future.set_result(function(*arguments))
+            except Exception as error:
+                future.set_exception(error)
 
 
 def test_many_runs_are_sent_in_few_pieces_and_kept_in_order():
-    executor = Reluctant()
+    executor = Shuffling()
     study = cc.Study(faller, {"gravity": PLANET["gravity"]}, ["block.vy"], executor=executor, **TIME)
     result = study.scan(200)
     assert len(executor.futures) <= 64
@@ -234,15 +249,12 @@ def test_pieces_with_different_outputs_are_not_mixed():
         return cc.Scene([cc.Body(name, 1.0, 1.0)], [cc.Prismatic("guide", "ground", name, (0.0, 1.0))])
 
     study = cc.Study(renamed, {"gravity": PLANET["gravity"]}, **TIME)
-    for executor, named in ((None, "which lacks"), (Reluctant(), 'by "block.x"')):
+    for executor in (None, Shuffling()):
         with pytest.raises(cc.SceneError) as caught:
             with_options(study, executor=executor).scan(4)
         problem = caught.value.problems[0]
-        # The first that differs; not "scene 2".
-        lowest, highest = PLANET["gravity"].lower, PLANET["gravity"].upper
-        beyond = next(value for value in np.linspace(lowest, highest, 4) if value >= 10.0)
-        assert problem.path == f"scene with gravity = {float(beyond)!r}: outputs"
-        assert problem.message.startswith("differ from those of the first scene") and named in problem.message
+        assert problem.path == f"scene with gravity = {PLANET['gravity'].upper!r}: outputs"
+        assert problem.message.startswith('has no "block.x" as at the midpoint')
 
 
 @pytest.mark.parametrize("name", ["crank_length", "clearance", "rod_length"])
@@ -301,6 +313,7 @@ def test_a_failed_run_names_its_parameters_and_no_result_is_made():
         duration=0.01,
         samples=11,
         max_steps=150,
+        on_failure="raise",
     )
     with pytest.raises(cc.SimulationError) as caught:
         study.scan(2)
@@ -313,7 +326,7 @@ def test_a_failed_run_names_its_parameters_and_no_result_is_made():
 
 def test_the_first_of_several_wrong_scenes_is_reported_with_its_parameters():
     study = cc.Study(faller, {"mass": cc.interval(-1.0, 2.0)}, **TIME)
-    for executor in (None, Reluctant()):
+    for executor in (None, Shuffling()):
         with pytest.raises(cc.SceneError) as caught:
             with_options(study, executor=executor).scan(4)
         paths = [problem.path for problem in caught.value.problems]
@@ -324,7 +337,7 @@ def test_the_first_of_several_wrong_scenes_is_reported_with_its_parameters():
     assert caught.value.problems[0].path == "scene with mass = -0.5: bodies[0].mass"
     with pytest.raises(cc.SceneError) as caught:
         study.scan(4)
-    assert caught.value.problems[1:] == [("study", "1 more of 5 scenes have problems")]
+    assert caught.value.problems[1].path == "parameters.mass"
 
 
 def by_hand(bound, reference, span):

@@ -4,7 +4,7 @@ import warnings
 
 import chebclear as cc
 import pytest
-from chebclear.study.runs import gathered_warnings
+from chebclear.execution.batch import Told
 
 BOX = {name: cc.interval(1.0, 2.0) for name in "abcde"}
 
@@ -47,6 +47,13 @@ def test_runs_that_are_asked_for_are_started():
     with pytest.raises(ValueError, match="max_runs=12"):
         few.tradeoff([1], [], [], certify=None, holdout=4, max_runs=11)
     assert few.tradeoff([1], [], [], certify=None, holdout=4, max_runs=12).reference_runs == 8 + 4
+
+
+def gathered_warnings(runs):
+    gathered = Told()
+    for number in reversed(range(len(runs))):  # runs end in any order
+        gathered.add(number, runs[number])
+    return gathered.messages(len(runs))
 
 
 def test_warnings_of_joints_whose_names_differ_by_digits_stay_apart():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -42,6 +43,13 @@ class Demand:
     """Whether the runs came as a table, at points that someone else chose."""
     revolutions: Revolutions | None = None
     """The revolutions of every run that are pooled by crank angle; None for bands over time."""
+    failed: int = 0
+    """Runs at points of the sequence that failed; they count as outside [-]."""
+
+    @property
+    def succeeded(self) -> float:
+        """Share of the runs that succeeded [-]."""
+        return self.runs / (self.runs + self.failed)
 
     @classmethod
     def from_dict(cls, plain: Mapping[str, object]) -> Demand:
@@ -143,20 +151,22 @@ def calibrated_bands(
             surrogate=surrogate,
             verdict=_verdict(band["degree"] is not None, band["coverage"], demand),
             margin=margin,
-            coverage=band["coverage"],
-            whole_run=band["whole_run"],
+            coverage=band["coverage"] * demand.succeeded,
+            whole_run=band["whole_run"] * demand.succeeded,
             angle=angle,
         )
     return bands
 
 
 def _verdict(resolved: bool, coverage: float, demand: Demand) -> Verdict:
+    if demand.succeeded < demand.coverage:
+        return "undersampled"
     if demand.certified:
         return "certified"
     if resolved:
         return "resolved"
     enough = demand.runs >= needed_runs(demand)
-    return "calibrated" if enough and coverage >= demand.coverage else "undersampled"
+    return "calibrated" if enough and coverage * demand.succeeded >= demand.coverage else "undersampled"
 
 
 def doubling_narrows(runs: int) -> float:
@@ -176,6 +186,11 @@ def certifying_runs(coverage: float) -> int:
 def statement(demand: Demand) -> str:
     """What a study promises, in words."""
     share = f"{100.0 * demand.coverage:g} %"
+    if demand.failed:
+        plain = statement(dataclasses.replace(demand, failed=0))
+        return (
+            f"{plain} All this is said of runs that succeed: {demand.failed} others failed and took no part."
+        )
     if demand.certified:
         return (
             f"If parameters are drawn independently and uniformly from the box, the samples of a further run "
@@ -203,6 +218,11 @@ def remarks(bands: Mapping[str, Band], demand: Demand) -> list[str]:
     least = needed_runs(demand)
     asked = f"{100.0 * demand.coverage:g} % of the samples"
     names = ", ".join(short)
+    if demand.succeeded < demand.coverage:
+        return [
+            f"undersampled: {demand.failed} of {demand.runs + demand.failed} runs failed and count as "
+            f"outside, so that {asked} of a further run cannot be promised for {names}: see result.failures"
+        ]
     if demand.runs < least:
         return [
             f"undersampled: {demand.runs} runs cannot tell whether {asked} of a further run are in the band "

@@ -8,7 +8,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..polynomials.surrogate import Surrogate
+from ..polynomials.holes import HoleFit
+from ..polynomials.surrogate import Surrogate, chebyshev_grid
 from .band import RESOLVED, Band, Margin, Verdict
 
 Array = NDArray[np.float64]
@@ -78,16 +79,44 @@ def judged(
     nominal: Array,
     width: float,
     at: Array | None = None,
+    holes: HoleFit | None = None,
 ) -> tuple[Verdict, Margin]:
-    """Verdict on a band from its runs, of a mean `width` of their hull, and what it was made from."""
+    """Verdict on a band from its runs, of a mean `width` of their hull, and what it was made from.
+
+    Where runs are missing, values that follow from the others stand in their place; the error at them is
+    taken to be as many times larger as the condition number of the least squares says.
+    """
     if surrogate is None:
         return "sampled", Margin("runs")
-    miss = float(np.mean(fit_error(surrogate, nodes, runs, nominal, at)))
+    errors = fit_error(surrogate, nodes, runs, nominal, at)
+    if holes is not None:
+        residual = np.abs(left_by(surrogate, nodes, runs))[holes.known].max(axis=0)
+        errors = holes.condition * np.maximum(errors, residual)
+    miss = float(np.mean(errors))
     # Rounding of the runs must not count where an output does not change.
     noise = 1e-12 * float(np.max(np.abs(runs), initial=0.0))
     error = 0.0 if miss <= noise else miss / width if width > 0.0 else math.inf
     verdict: Verdict = "resolved" if error <= RESOLVED else "not resolved"
     return verdict, Margin("polynomial", degree=max(surrogate.degrees), error=error)
+
+
+def left_by(surrogate: Surrogate, nodes: Sequence[int], runs: Array) -> Array:
+    """What a polynomial leaves of the runs on the roots, shape (runs, samples)."""
+    grid = chebyshev_grid(list(surrogate.intervals.values()), nodes)
+    at = dict(zip(surrogate.intervals, grid.T, strict=True))
+    left: Array = runs - surrogate.evaluate(at)
+    return left
+
+
+def told_holes(holes: HoleFit) -> list[str]:
+    """What the user is warned of when polynomials were fitted to fewer runs than the grid has."""
+    count = len(holes.missing) + len(holes.known)
+    without = f"without {holes.dropped.sum()} of {len(holes.dropped)} terms, those of the highest degree, "
+    return [
+        f"holes: the polynomials are fitted by least squares to {len(holes.known)} of {count} runs, "
+        f"{without if holes.dropped.any() else ''}with the condition number {holes.condition:.3g}: where the "
+        "others are missing nothing checks them"
+    ]
 
 
 def early_widths(bands: Mapping[str, Band], settled: float) -> list[str]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -20,7 +20,6 @@ from ...errors import describe
 from ...run.features import Feature
 from ...run.settings import Settings
 from ...run.tracking import settling_time
-from ...run.trajectory import Stats
 from ...scene.scene import Interval, Scene
 from ..band.band import RESOLVED
 from .effects import (
@@ -37,7 +36,7 @@ from .ranking import Rank, Ranking
 from .swept import SweptRun
 
 if TYPE_CHECKING:
-    from ..._core import _Runs
+    pass
 
 Array = NDArray[np.float64]
 Asked = Feature | Callable[[Any], ArrayLike]
@@ -77,6 +76,8 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
     """Parameters that were given as normal distributions; the runs spread them evenly nevertheless."""
     units: tuple[str, ...] = ()
     """SI unit of each feature, empty where it is not known; empty if none is."""
+    failed: int = 0
+    """Further runs that failed and are not among these [-]."""
 
     @classmethod
     def of_file(
@@ -92,6 +93,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
             facts["random"],
             tuple(facts.get("normal", ())),
             tuple(facts.get("feature_units", ())),
+            len(facts.get("failures", ())),
         )
 
     @property
@@ -116,6 +118,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
             random=self.random,
             normal=self.normal,
             unit=self.units[index] if self.units else "",
+            failed=self.failed,
         )
 
 
@@ -139,6 +142,8 @@ class FeatureResult(records.ArrayRecord):
     """Parameters that were given as normal distributions; effects take them as uniform."""
     unit: str = ""
     """SI unit of the feature; empty if it is not known."""
+    failed: int = 0
+    """Further runs that failed; they count as outside [-]."""
 
     def __repr__(self) -> str:
         runs, cycles = self.values.shape
@@ -158,7 +163,13 @@ class FeatureResult(records.ArrayRecord):
     @cached_property
     def interval(self) -> FeatureInterval:
         """How far the feature reaches over the box."""
-        return find_interval(self._points, self.values, self.nominal, self.random)
+        reach = find_interval(self._points, self.values, self.nominal, self.random)
+        if not self.failed:
+            return reach
+        # Nothing is known of the feature where runs failed.
+        share = len(self.values) / (len(self.values) + self.failed)
+        whole_run = reach.whole_run * share
+        return replace(reach, verdict="sampled", coverage=reach.coverage * share, whole_run=whole_run)
 
     @cached_property
     def effects(self) -> Effects:
@@ -357,9 +368,12 @@ def tracked_features(asked: Iterable[Asked]) -> tuple[Feature, ...]:
 def feature_values(
     asked: Mapping[str, Asked],
     settings: Settings,
-    scenes: Sequence[Scene],
-    given: Sequence[Mapping[str, float]],
-    runs: _Runs,
+    numbers: Iterable[int],
+    run: Callable[[int], SweptRun],
+    parameters: Callable[[int], Mapping[str, float]],
+    tracked: Array,
+    fail: Callable[[int, Exception], None],
+    call: Callable[..., Any],
 ) -> Array:
     """The features of all runs, shape (runs, cycles, features).
 
@@ -369,38 +383,43 @@ def feature_values(
         What was asked for by name.
     settings : Settings
         How the runs were simulated.
-    scenes : sequence of Scene
-        What was simulated.
-    given : sequence of mapping of str to float
-        Parameters of every run [SI units].
-    runs : dict
-        What the core made of them.
+    numbers : iterable of int
+        Numbers of the runs that succeeded; the others have NaN.
+    run, parameters : callable
+        A run as a callable gets it, and its parameters [SI units], by its number.
+    tracked : ndarray, shape (runs, cycles, tracked features)
+        What the core found, in the order of the settings.
+    fail : callable
+        Gets number and error of every run that has no such feature.
+    call : callable
+        Calls a function with arguments, perhaps for a limited time only.
 
     Raises
     ------
-    ValueError, TypeError
-        If a feature is not finite, or a callable returns something else than numbers.
+    Exception
+        What `fail` raises.
     """
-    values = np.empty((len(scenes), settings.cycles, len(asked)))
+    values = np.full((len(tracked), settings.cycles, len(asked)), np.nan)
+    good = dict.fromkeys(numbers)
     functions = {}
     for index, (name, feature) in enumerate(asked.items()):
-        if isinstance(feature, Feature):
-            values[:, :, index] = runs["features"][:, :, settings.features.index(feature)]
-            unknown = np.flatnonzero(~np.all(np.isfinite(values[:, :, index]), axis=1))
-            if len(unknown):
-                raise ValueError(f'feature "{name}" is not finite with {describe(given[unknown[0]])}')
-        else:
+        if not isinstance(feature, Feature):
             functions[index] = (name, feature)
-    for row, scene in enumerate(scenes) if functions else ():
-        samples, stats = runs["values"][row].view(), Stats(**runs["stats"][row])
-        samples.flags.writeable = False
-        run = SweptRun(scene, settings, runs["t"], runs["columns"], samples, stats)
-        for index, (name, function) in functions.items():
-            try:
-                values[row, :, index] = called(name, function, run, settings.cycles)
-            except Exception as error:
-                error.add_note(f'in feature "{name}" of the run with {describe(given[row])}')
-                raise
+            continue
+        values[:, :, index] = tracked[:, :, settings.features.index(feature)]
+        unknown = np.flatnonzero(~np.all(np.isfinite(values[:, :, index]), axis=1))
+        for row in [row for row in unknown.tolist() if row in good]:
+            del good[row]
+            fail(row, ValueError(f'feature "{name}" is not finite with {describe(parameters(row))}'))
+    for row in good if functions else ():
+        name = ""
+        try:
+            made = run(row)
+            for index, (name, function) in functions.items():
+                values[row, :, index] = call(called, name, function, made, settings.cycles)
+        except Exception as error:
+            error.add_note(f'in feature "{name}" of the run with {describe(parameters(row))}')
+            fail(row, error)
     return values
 
 

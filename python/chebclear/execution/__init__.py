@@ -1,0 +1,5 @@
+"""Where and how the runs of a study are made: in pieces, on threads or by an executor, kept in a store.
+
+In: numbered scenes and settings; out: a table of the runs with those that failed, in their order whatever the
+order in which they were made. Uses `run`, `scene` and `base`.
+"""

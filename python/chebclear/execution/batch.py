@@ -1,0 +1,232 @@
+"""The runs of one study while they are made: which are left, which are kept in a store, what came of each."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ChebclearError
+from ..run.settings import Settings
+from .dispatch import Progress, Task, dispatch
+from .pieces import DONE, STATS, End, Order, Piece, code_version
+from .store import Store, run_key
+
+Array = NDArray[np.float64]
+
+WORKER_LOST = "worker_lost"
+"""Why a run failed whose worker ended whenever it was tried."""
+
+# Warnings of one run of `build` that keep their order before those of the simulation.
+_MOST_BUILT = 1_000_000
+# Samples of a piece at most [bytes]: workers hold some pieces at a time.
+_MOST_BYTES = 16_000_000
+
+
+@dataclass(frozen=True)
+class Built:
+    """A scene that is to be simulated."""
+
+    text: str
+    """As JSON."""
+    warnings: tuple[str, ...] = ()
+    """What was warned of when it was built."""
+
+
+Build = Callable[[int], Built | End]
+"""The scene of a run by its number, or how the run ended before it began."""
+
+
+class Batch:
+    """A source of pieces, and the table of what comes back.
+
+    Parameters
+    ----------
+    build : callable
+        Makes the scene of a run.
+    numbers : sequence of int
+        The runs, in the order in which they are begun.
+    settings : Settings
+        How they are simulated; the outputs are given by name.
+    threads : int
+        Threads of each worker [-].
+    retried : bool
+        Whether runs that fail are repeated once with tighter tolerances.
+    run_seconds : float or None
+        Time after which a run is given up [s].
+    store : Store or None
+        Where finished runs are kept.
+
+    Raises
+    ------
+    MemoryError
+        If the samples do not fit into the memory.
+    """
+
+    def __init__(
+        self,
+        build: Build,
+        numbers: Sequence[int],
+        settings: Settings,
+        *,
+        threads: int = 1,
+        retried: bool = True,
+        run_seconds: float | None = None,
+        store: Store | None = None,
+    ) -> None:
+        self._build = build
+        self._numbers = numbers
+        self._settings = settings
+        self._threads = threads
+        self._retried = retried
+        self._run_seconds = run_seconds
+        self._store = store
+        self._taken = 0
+        self._keys: dict[int, bytes] = {}
+        self._kept: list[tuple[int, bytes]] = []
+        count, columns = len(numbers), len(settings.outputs or ())
+        self.total = count
+        self.done = 0
+        self.t: Array | None = None
+        self.values = np.empty((count, settings.samples, columns))
+        self.features = np.full((count, settings.cycles, len(settings.features)), np.nan)
+        self.counts = np.zeros((count, len(STATS)))
+        self.ends: list[End] = [End()] * count
+        self.told = Told()
+
+    @property
+    def left(self) -> int:
+        return self.total - self._taken
+
+    def run(self, executor: Executor | None, threads: int | None, report: Progress | None) -> None:
+        """Simulate all runs; see `dispatch`."""
+        dispatch(self, executor, threads, report)
+        if self._store is None:
+            return
+        for numbers, piece in self._store.read(self._kept):
+            self._fill(numbers, piece)
+            if report is not None:
+                report(self.done, self.total)
+
+    def take(self, count: int) -> Task | None:
+        """The next runs that no store keeps, at most so many; None if there are no more."""
+        runs: list[int] = []
+        texts: list[str] = []
+        count = min(count, max(1, _MOST_BYTES // max(1, self.values[:1].nbytes)))
+        while len(runs) < count and self._taken < self.total:
+            number = self._numbers[self._taken]
+            self._taken += 1
+            built = self._built(number, first=True)
+            if built is None:
+                continue
+            if self._store is not None:
+                key = run_key(built.text, self._settings)
+                if key in self._store:
+                    self._kept.append((number, key))
+                    continue
+                self._keys[number] = key
+            runs.append(number)
+            texts.append(built.text)
+        return self._task(runs, texts) if runs else None
+
+    def again(self, runs: Sequence[int]) -> Task:
+        """Runs that must be simulated once more."""
+        texts = []
+        for number in runs:
+            built = self._built(number, first=False)
+            assert built is not None, "it was built before"
+            texts.append(built.text)
+        return self._task(runs, texts)
+
+    def place(self, task: Task, piece: Piece) -> None:
+        """Keep finished runs."""
+        if piece.code != code_version():
+            raise ChebclearError(
+                "a worker has another build of chebclear than this process, so that its results would not be "
+                "the same bits: install the same one everywhere"
+            )
+        if self._store is not None:
+            self._store.write([self._keys.pop(number) for number in task.runs], piece)
+        self._fill(task.runs, piece, placed=piece.values is task.into)
+
+    def lost(self, runs: Sequence[int], error: BaseException) -> None:
+        """Note runs whose worker ended whenever they were tried."""
+        for number in runs:
+            self._keys.pop(number, None)
+            self.end(number, End(WORKER_LOST, f"its worker was lost whenever it was tried: {error}"))
+        self.done += len(runs)
+
+    def end(self, number: int, end: End) -> None:
+        """Note how a run ended that gives no values."""
+        self.ends[number] = end
+        self.values[number] = np.nan
+
+    def failed(self) -> Iterator[tuple[int, End]]:
+        """Number and end of every run that failed."""
+        return ((number, end) for number, end in enumerate(self.ends) if end.status != DONE)
+
+    def _built(self, number: int, first: bool) -> Built | None:
+        built = self._build(number)
+        if isinstance(built, End):
+            self.end(number, built)
+            self.done += 1
+            return None
+        if first:
+            self.told.add(number, built.warnings)
+        return built
+
+    def _task(self, runs: Sequence[int], texts: Sequence[str]) -> Task:
+        order = Order(texts, self._settings, self._threads, self._retried, self._run_seconds)
+        following = runs[-1] - runs[0] + 1 == len(runs) and sorted(runs) == list(runs)
+        return Task(runs, order, self.values[runs[0] : runs[-1] + 1] if following else None)
+
+    def _fill(self, numbers: Sequence[int], piece: Piece, placed: bool = False) -> None:
+        rows = np.asarray(numbers)
+        if not placed:
+            for row, number in enumerate(numbers):
+                self.values[number] = piece.values[row]
+        self.features[rows] = piece.features
+        self.counts[rows] = piece.counts
+        for number, end, warnings in zip(numbers, piece.ends, piece.warnings, strict=True):
+            if end.status != DONE:
+                self.end(number, end)
+            self.told.add(number, warnings, after=_MOST_BUILT)
+        if self.t is None and np.isfinite(piece.t).all():
+            self.t = piece.t
+        self.done += len(numbers)
+
+
+# A name in quotes, a path or a word with digits, which tell warnings apart; or a number, which does not.
+_KEPT_OR_NUMBER = re.compile(
+    r'"(?:[^"\\]|\\.)*"|[A-Za-z_][\w.\[\]]*|(?P<number>[+-]?\d+(\.\d+)?(e[+-]?\d+)?)'
+)
+
+
+def _without_number(found: re.Match[str]) -> str:
+    return "#" if found["number"] else found[0]
+
+
+class Told:
+    """Warnings of runs, each kind once although its numbers may differ from run to run."""
+
+    def __init__(self) -> None:
+        self._first: dict[str, tuple[int, int, str]] = {}
+        self._runs: dict[str, set[int]] = {}
+
+    def add(self, number: int, messages: Sequence[str], after: int = 0) -> None:
+        """What a run warned of, after so many other messages."""
+        for place, message in enumerate(messages, start=after):
+            kind = _KEPT_OR_NUMBER.sub(_without_number, message)
+            found = (number, place, message)
+            if kind not in self._first or found < self._first[kind]:
+                self._first[kind] = found
+            self._runs.setdefault(kind, set()).add(number)
+
+    def messages(self, runs: int) -> tuple[str, ...]:
+        """Each kind in words, in the order of the runs, as of so many runs."""
+        kinds = sorted(self._first, key=self._first.__getitem__)
+        return tuple(f"{self._first[kind][2]} (in {len(self._runs[kind])} of {runs} runs)" for kind in kinds)

@@ -1,0 +1,338 @@
+"""Sending pieces of a study to workers: how large they are, what becomes of those that were lost."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Protocol
+
+from numpy.typing import NDArray
+
+from .pieces import Order, Piece, simulate_order
+
+Progress = Callable[[int, int], None]
+
+# Time that a piece should take [s]: long against sending it, which takes a few milliseconds, and short enough
+# that little is lost with a worker and all stop soon after an interrupt. It grows to one part in 200 of the
+# time that the study has taken, so that a night leaves a few thousand pieces and not half a million.
+_SECONDS_HERE, _SECONDS_SENT, _GROWTH, _MOST_SECONDS = 0.25, 1.0, 200.0, 10.0
+# Pieces under way for each worker, so that none waits for the next one.
+_QUEUED = 2
+# Part of what is left that all workers get together: pieces become smaller, so that all end at a time.
+_PARTS = 3
+# How often progress is reported and an interrupt is looked for [s].
+_WAKE = 0.05
+# Longest time that is waited for pieces to end that are no longer wanted [s]: they need a tenth of it.
+_LAST_WAIT = 1.0
+# Workers that an executor is taken to have if it does not tell.
+_UNKNOWN_WORKERS = 16
+# How often a piece is sent again after its worker was lost; the last time its runs go one by one.
+_RESENT = 2
+# What executors raise when a worker ends before its piece does, besides `BrokenExecutor`.
+_LOST = frozenset({"KilledWorker", "WorkerCrashedError", "CommClosedError", "WorkerLost", "NodeDiedError"})
+
+
+class Source(Protocol):
+    """Where pieces come from and where they go."""
+
+    def take(self, count: int) -> Task | None:
+        """The next runs to simulate, at most so many; None if there are no more."""
+
+    def again(self, runs: Sequence[int]) -> Task:
+        """Runs that must be simulated once more."""
+
+    def place(self, task: Task, piece: Piece) -> None:
+        """Keep finished runs."""
+
+    def lost(self, runs: Sequence[int], error: BaseException) -> None:
+        """Note runs whose worker ended whenever they were tried."""
+
+    @property
+    def left(self) -> int:
+        """Runs not yet taken."""
+
+    @property
+    def done(self) -> int:
+        """Runs that need no more work."""
+
+    @property
+    def total(self) -> int:
+        """Runs in all."""
+
+
+@dataclass
+class Task:
+    """Runs on their way to a worker."""
+
+    runs: Sequence[int]
+    """Their numbers."""
+    order: Order
+    """What the worker is asked."""
+    into: NDArray[Any] | None
+    """Where the samples of a worker of this process go."""
+    losses: int = 0
+    """How often its worker was lost."""
+    finished: int = 0
+    """Runs that the worker has finished, as far as one knows."""
+
+
+def dispatch(source: Source, executor: Executor | None, threads: int | None, report: Progress | None) -> None:
+    """Have all runs of a source simulated.
+
+    Parameters
+    ----------
+    source : Source
+        Where pieces come from and where they go.
+    executor : concurrent.futures.Executor or None
+        Where to simulate; on threads of this process if None.
+    threads : int or None
+        Threads of this process [-]; all processors if None. Not for an executor.
+    report : callable or None
+        Gets the runs done and the runs in all.
+
+    Raises
+    ------
+    BaseException
+        What a worker raises, but for the loss of the worker. Work that is under way is then given up.
+    """
+    workers: _Workers = _Here(threads, source) if executor is None else _Sent(executor)
+    with workers.ready():
+        _Dispatcher(source, workers, report).run()
+
+
+class _Dispatcher:
+    """Keeps workers busy until there is no more to do."""
+
+    def __init__(self, source: Source, workers: _Workers, report: Progress | None) -> None:
+        self.source = source
+        self.workers = workers
+        self.report = report
+        self.pending: dict[Future[Piece], Task] = {}
+        self.suspects: deque[Task] = deque()
+        self.begin = time.monotonic()
+        self.seconds = 0.0
+        self.runs = 0
+        self.told = -1
+
+    def run(self) -> None:
+        try:
+            while self._fill() or self.pending:
+                finished, _ = wait(self.pending, timeout=_WAKE, return_when=FIRST_COMPLETED)
+                for future in finished:
+                    self._take(future, self.pending.pop(future))
+                self._tell()
+        except BaseException:
+            self.workers.stop(self.pending)
+            raise
+
+    def _fill(self) -> bool:
+        """Send pieces until every worker has enough; whether there was one to send."""
+        sent = False
+        while len(self.pending) < self.workers.capacity(bool(self.runs)):
+            # A piece whose worker was lost goes alone, so that no other suffers from it once more.
+            if self.suspects and self.pending:
+                break
+            task = self.suspects.popleft() if self.suspects else self.source.take(self._size())
+            if task is None:
+                break
+            self._send(task)
+            sent = True
+            if task.losses:
+                break
+        return sent
+
+    def _send(self, task: Task) -> None:
+        try:
+            future = self.workers.submit(task)
+        except BrokenExecutor as error:
+            # All pieces under way have failed too; what they were is known when they are taken.
+            self.workers.renew(error)
+            future = self.workers.submit(task)
+        self.pending[future] = task
+
+    def _take(self, future: Future[Piece], task: Task) -> None:
+        try:
+            piece = future.result()
+        except Exception as error:
+            if not _is_loss(error):
+                raise
+            self._lose(task, error)
+            return
+        task.finished = 0
+        self.seconds += piece.seconds
+        self.runs += len(task.runs)
+        self.source.place(task, piece)
+
+    def _lose(self, task: Task, error: Exception) -> None:
+        """Send a piece again whose worker ended in the middle."""
+        if isinstance(error, BrokenExecutor):
+            self.workers.renew(error)
+        losses = task.losses + 1
+        if losses > _RESENT:
+            self.source.lost(task.runs, error)
+            return
+        parts = [task.runs] if losses < _RESENT else [[run] for run in task.runs]
+        for runs in parts:
+            again = self.source.again(runs)
+            again.losses = losses
+            self.suspects.append(again)
+
+    def _size(self) -> int:
+        """Runs of the next piece."""
+        if not self.runs:
+            return 1
+        elapsed = time.monotonic() - self.begin
+        wanted = min(max(self.workers.seconds, elapsed / _GROWTH), _MOST_SECONDS)
+        size = int(wanted / max(self.seconds / self.runs, 1e-9))
+        share = -(-self.source.left // (_PARTS * self.workers.count))
+        return max(1, min(size, share))
+
+    def _tell(self) -> None:
+        done = self.source.done + sum(task.finished for task in self.pending.values())
+        if self.report is not None and done != self.told:
+            self.report(min(done, self.source.total), self.source.total)
+        self.told = done
+
+
+def _is_loss(error: Exception) -> bool:
+    return isinstance(error, BrokenExecutor) or type(error).__name__ in _LOST
+
+
+class _Workers(Protocol):
+    """Where pieces are simulated."""
+
+    count: int
+    """Pieces that are simulated at a time."""
+    seconds: float
+    """Time that a piece should take [s]."""
+
+    @contextmanager
+    def ready(self) -> Iterator[None]:
+        """While they may get work."""
+        yield
+
+    def capacity(self, measured: bool) -> int:
+        """Pieces that may be under way; fewer before a run has been measured."""
+        ...
+
+    def submit(self, task: Task) -> Future[Piece]:
+        """Send a piece."""
+        ...
+
+    def renew(self, error: BrokenExecutor) -> None:
+        """Replace workers that take no more work."""
+
+    def stop(self, pending: Iterable[Future[Piece]]) -> None:
+        """Give up what is under way."""
+
+
+class _Here:
+    """Threads of this process; the core computes without the interpreter."""
+
+    seconds = _SECONDS_HERE
+
+    def __init__(self, threads: int | None, source: Source) -> None:
+        self.count = max(1, min(threads or os.cpu_count() or 1, source.total))
+        self._stop = threading.Event()
+        self._pool = ThreadPoolExecutor(self.count, thread_name_prefix="chebclear")
+
+    @contextmanager
+    def ready(self) -> Iterator[None]:
+        try:
+            yield
+        finally:
+            self._pool.shutdown(wait=True, cancel_futures=True)
+
+    def capacity(self, measured: bool) -> int:
+        return _QUEUED * self.count if measured else self.count
+
+    def submit(self, task: Task) -> Future[Piece]:
+        def count(finished: int) -> None:
+            task.finished = finished
+
+        return self._pool.submit(simulate_order, task.order, self._stop, task.into, count)
+
+    def renew(self, error: BrokenExecutor) -> None:
+        raise error
+
+    def stop(self, pending: Iterable[Future[Piece]]) -> None:
+        self._stop.set()
+
+
+class _Sent:
+    """Workers of an executor."""
+
+    seconds = _SECONDS_SENT
+
+    def __init__(self, executor: Executor) -> None:
+        self._executor = executor
+        self._own: list[Executor] = []
+        self._folder = TemporaryDirectory(prefix="chebclear-", ignore_cleanup_errors=True)
+        self._stop = Path(self._folder.name, "stop")
+        self.count = worker_count(executor)
+
+    @contextmanager
+    def ready(self) -> Iterator[None]:
+        with self._folder:
+            try:
+                yield
+            finally:
+                for one in self._own:
+                    one.shutdown(wait=True, cancel_futures=True)
+
+    def capacity(self, measured: bool) -> int:
+        return _QUEUED * self.count if measured else self.count
+
+    def submit(self, task: Task) -> Future[Piece]:
+        return self._executor.submit(simulate_order, task.order, str(self._stop))
+
+    def renew(self, error: BrokenExecutor) -> None:
+        # A process pool is of no more use when it has lost a worker; any of the many pieces that fail with it
+        # may be the first to tell.
+        if not getattr(self._executor, "_broken", True):
+            return
+        make = getattr(self._executor, "_mp_context", None)
+        if make is None:
+            raise error
+        from concurrent.futures import ProcessPoolExecutor
+
+        self._executor = ProcessPoolExecutor(
+            self.count,
+            mp_context=make,
+            initializer=getattr(self._executor, "_initializer", None),
+            initargs=getattr(self._executor, "_initargs", ()),
+        )
+        self._own.append(self._executor)
+
+    def stop(self, pending: Iterable[Future[Piece]]) -> None:
+        # Pieces that wait are taken back; those that have begun look for the file.
+        self._stop.touch()
+        wait([future for future in pending if not future.cancel()], timeout=_LAST_WAIT)
+
+
+def worker_count(executor: Executor) -> int:
+    """How many pieces an executor simulates at a time, as far as it tells."""
+    for name in ("_max_workers", "num_workers"):
+        count = getattr(executor, name, None)
+        if isinstance(count, int) and count > 0:
+            return count
+    client = getattr(executor, "_client", None)
+    threads = getattr(client, "nthreads", None)
+    if callable(threads):  # Dask
+        return max(1, int(sum(threads().values())))
+    return _UNKNOWN_WORKERS

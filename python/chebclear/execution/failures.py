@@ -1,0 +1,71 @@
+"""Runs of a study that failed: what is known of them, and when too many did."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..base.units import unit
+from ..errors import Problem, describe
+from .pieces import End
+
+
+@dataclass(frozen=True)
+class FailedRun:
+    """A run of a study that gave no result, repeated with tighter tolerances where those may help."""
+
+    index: int
+    """Its place among the runs that the study asked for, from 0 [-]."""
+    parameters: Mapping[str, float]
+    """Its parameters [SI units]."""
+    reason: str
+    """The status word of the run, such as ``"step_underflow"``; ``"build"`` or ``"feature"`` if a callable of
+    the user's raised, ``"scene"`` if there is no such mechanism, ``"settings"`` if they do not fit it,
+    ``"not_finite"`` if an output has no value, ``"time_limit"`` if it took too long,
+    ``"worker_lost"`` if its worker ended whenever it was tried."""
+    message: str
+    """What happened in words."""
+    time: float = field(default=0.0, metadata=unit("s"))
+    """Where it ended [s]."""
+    joint: str | None = None
+    """Name of the clearance joint at fault, if it is known to be one."""
+
+    def __repr__(self) -> str:
+        return f"<FailedRun {self.index}: {self.reason} with {describe(self.parameters)}>"
+
+    def __str__(self) -> str:
+        return f"run {self.index} with {describe(self.parameters)}: {self.reason}: {self.message}"
+
+    @classmethod
+    def of(cls, index: int, parameters: Mapping[str, float], end: End) -> FailedRun:
+        """The run of a number that ended so."""
+        return cls(index, dict(parameters), end.status, end.message, end.time, end.joint)
+
+    @classmethod
+    def from_dict(cls, plain: Mapping[str, Any]) -> FailedRun:
+        """What JSON made of one."""
+        return cls(**plain)
+
+
+def told_failures(failures: Sequence[FailedRun], runs: int) -> tuple[str, ...]:
+    """What the user is warned of when runs failed."""
+    if not failures:
+        return ()
+    reasons = Counter(one.reason for one in failures)
+    kinds = ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
+    return (
+        f"failed: {len(failures)} of {runs} runs have no result ({kinds}) and take no part, see "
+        f"result.failures; the first is {failures[0]}",
+    )
+
+
+def is_failure_warning(text: str) -> bool:
+    """Whether a warning is one of `told_failures`."""
+    return text.startswith("failed: ")
+
+
+def located(parameters: Mapping[str, float], problems: Sequence[Problem]) -> list[Problem]:
+    """Problems of the scene that was built with these parameters."""
+    return [Problem(f"scene with {describe(parameters)}: {path}", message) for path, message in problems]

@@ -1,0 +1,323 @@
+"""A piece of a study: some of its runs, made by one worker, wherever that is."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import hashlib
+import json
+import multiprocessing
+import os
+import re
+import threading
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import CancelledError
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..errors import InputError, Problem, SettingsError
+from ..run.settings import LEAST_RTOL, Settings
+from ..run.trajectory import Stats
+
+if TYPE_CHECKING:
+    from .._core import _Runs
+
+Array = NDArray[np.float64]
+
+DONE = "done"
+SCENE, SETTINGS = "scene", "settings"
+"""Why a run failed that the core did not begin: there is no such mechanism, or the settings do not fit it."""
+NOT_FINITE, TIME_LIMIT = "not_finite", "time_limit"
+"""Why a run failed that has outputs without a value, or that took too long."""
+
+# What a tighter tolerance may help with. The other ends are limits of the user's, who set them.
+_RETRIED = frozenset({"step_underflow", "non_finite", "singular_mechanism", "event_location", "projection"})
+# By what a failed run is repeated more tightly.
+_TIGHTER = 10.0
+
+STATS = tuple(item.name for item in dataclasses.fields(Stats))
+"""Names of the counts of a run."""
+_WHOLE = tuple(item.type == "int" for item in dataclasses.fields(Stats))
+
+
+@dataclass(frozen=True)
+class End:
+    """How a run ended."""
+
+    status: str = DONE
+    """``"done"``, or the word for why it failed."""
+    message: str = ""
+    """What happened in words."""
+    time: float = 0.0
+    """Where it ended [s]."""
+    joint: str | None = None
+    """Name of the joint at fault, if it is known to be one."""
+    problems: tuple[Problem, ...] = ()
+    """What is wrong with its scene."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """What a worker is asked to simulate."""
+
+    scenes: Sequence[str]
+    """Scenes as JSON text."""
+    settings: Settings
+    """How; the outputs are given by name."""
+    threads: int
+    """Threads to simulate on [-]."""
+    retried: bool
+    """Whether runs that fail are repeated once with tighter tolerances."""
+    run_seconds: float | None
+    """Time after which a run is given up [s]."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Some finished runs; arrays have a row for each."""
+
+    t: Array
+    """Instants [s], shape (samples,)."""
+    values: Array
+    """Outputs in their units, shape (runs, samples, outputs); NaN after a run failed."""
+    features: Array
+    """Shape (runs, cycles, features)."""
+    counts: Array
+    """What each run cost, shape (runs, counts), in the order of `STATS`."""
+    ends: tuple[End, ...]
+    """How each run ended."""
+    warnings: tuple[tuple[str, ...], ...]
+    """What each run warned of."""
+    code: str
+    """Fingerprint of the code that computed them."""
+    seconds: float
+    """Time they took [s]."""
+
+
+@functools.cache
+def code_version() -> str:
+    """Fingerprint of the numerical core: another one may compute other bits."""
+    with Path(_core.__file__).open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()[:16]
+
+
+def stats_of(row: Sequence[float]) -> Stats:
+    """The counts of one run."""
+    numbers: list[Any] = [int(value) if whole else value for value, whole in zip(row, _WHOLE, strict=True)]
+    return Stats(*numbers)
+
+
+def simulate_order(
+    order: Order,
+    stop: str | threading.Event,
+    into: Array | None = None,
+    count: Callable[[int], None] | None = None,
+) -> Piece:
+    """Simulate what was ordered, wherever an executor has sent it.
+
+    Parameters
+    ----------
+    order : Order
+        What to simulate.
+    stop : str or threading.Event
+        What says that the runs are no longer wanted: an event, or the path of a file that appears then; on
+        another machine it never does.
+    into : ndarray, shape (runs, samples, outputs), optional
+        Where the outputs go, contiguous.
+    count : callable, optional
+        Gets the number of finished runs now and then.
+
+    Raises
+    ------
+    InputError
+        If the settings are wrong. What is wrong with a scene is in the end of its run.
+    concurrent.futures.CancelledError
+        If the runs are no longer wanted.
+    """
+    begin = time.perf_counter()
+    if isinstance(stop, str):
+        _end_with_parent()
+        wanted: Callable[[], bool] = functools.partial(_is_missing, stop)
+    else:
+        wanted = lambda: not stop.is_set()  # noqa: E731
+
+    def go_on(done: int, total: int) -> None:
+        if not wanted():
+            raise CancelledError("the study was interrupted")
+        if count is not None:
+            count(done)
+
+    settings = order.settings
+    shape = (len(order.scenes), settings.samples, len(settings.outputs or ()))
+    values = np.empty(shape) if into is None else into
+    runs = _Rows(order, values, go_on)
+    runs.simulate(range(len(order.scenes)), settings, values)
+    failed = [row for row, end in enumerate(runs.ends) if end.status in _RETRIED]
+    if order.retried and failed:
+        again = np.empty((len(failed), *shape[1:]))
+        before = [runs.ends[row].status for row in failed]
+        runs.simulate(failed, _tightened(settings), again)
+        values[failed] = again
+        for row, status in zip(failed, before, strict=True):
+            told = f"the run failed ({status}) and was repeated with tolerances {_TIGHTER:g} times as tight"
+            runs.warnings[row] = (told, *runs.warnings[row])
+    return Piece(
+        t=runs.t,
+        values=values,
+        features=runs.features,
+        counts=runs.counts,
+        ends=tuple(runs.ends),
+        warnings=tuple(runs.warnings),
+        code=code_version(),
+        seconds=time.perf_counter() - begin,
+    )
+
+
+def _tightened(settings: Settings) -> Settings:
+    """The settings of a run that is repeated."""
+    position, velocity = settings.position_tolerance, settings.velocity_tolerance
+    return dataclasses.replace(
+        settings,
+        rtol=max(settings.rtol / _TIGHTER, LEAST_RTOL),
+        position_tolerance=None if position is None else position / _TIGHTER,
+        velocity_tolerance=None if velocity is None else velocity / _TIGHTER,
+    )
+
+
+class _Rows:
+    """The rows of a piece while they are made."""
+
+    def __init__(self, order: Order, values: Array, go_on: Callable[[int, int], None]) -> None:
+        runs, settings = len(order.scenes), order.settings
+        self.order = order
+        self.go_on = go_on
+        self.t = np.full(settings.samples, np.nan)
+        self.features = np.full((runs, settings.cycles, len(settings.features)), np.nan)
+        self.counts = np.zeros((runs, len(STATS)))
+        self.ends = [End()] * runs
+        self.warnings: list[tuple[str, ...]] = [()] * runs
+
+    def simulate(self, rows: Sequence[int], settings: Settings, values: Array) -> None:
+        """Simulate some rows into `values`, which has a row for each of them."""
+        good = list(range(len(rows)))
+        while good:
+            try:
+                runs = self._sweep([self.order.scenes[rows[index]] for index in good], settings, values, good)
+                break
+            except InputError as error:
+                # The core refuses all scenes together; the others are simulated without the wrong ones.
+                wrong = _by_scene(error)
+                for position, problems in wrong.items():
+                    text = "; ".join(map(str, problems))
+                    status = SETTINGS if isinstance(error, SettingsError) else SCENE
+                    self.ends[rows[good[position]]] = End(status, text, problems=tuple(problems))
+                    values[good[position]] = np.nan
+                good = [index for position, index in enumerate(good) if position not in wrong]
+        else:
+            return
+        self.t = runs["t"]
+        for position, index in enumerate(good):
+            row = rows[index]
+            self.features[row] = runs["features"][position]
+            self.counts[row] = [runs["stats"][position][name] for name in STATS]
+            self.warnings[row] = tuple(runs["warnings"][position])
+            self.ends[row] = self._end(runs, position, values[index], settings)
+
+    def _sweep(self, scenes: list[str], settings: Settings, values: Array, good: list[int]) -> _Runs:
+        whole = len(good) == len(values)
+        place = values if whole else np.empty((len(good), *values.shape[1:]))
+        runs = _core.sweep(
+            scenes,
+            settings.to_json(),
+            self.order.threads,
+            self.go_on,
+            place.reshape(-1) if place.size else None,
+            self.order.run_seconds,
+        )
+        if not whole:
+            values[good] = place
+        return runs
+
+    def _end(self, runs: _Runs, position: int, values: Array, settings: Settings) -> End:
+        status, message = runs["status"][position], runs["message"][position]
+        when, joint = runs["time"][position], runs["joint"][position]
+        if status == "cancelled":
+            limit = f"the run was given up after {self.order.run_seconds:g} s, at t = {when:.9g} s"
+            return End(TIME_LIMIT, limit, when)
+        if status != DONE:
+            return End(status, message, when, joint)
+        unknown = np.flatnonzero(~np.isfinite(values).all(axis=0))
+        if len(unknown):
+            names = ", ".join((settings.outputs or ())[column] for column in unknown.tolist())
+            return End(NOT_FINITE, f"{names}: not finite in every sample", when)
+        return End()
+
+
+# The core says which scene of a sweep has a problem by this start of the path; a problem of the settings
+# belongs to none.
+_SCENE_PATH = re.compile(r"^scenes\[(\d+)\]\.?")
+
+
+def _by_scene(error: InputError) -> dict[int, list[Problem]]:
+    """The problems of each wrong scene; raises those of no scene."""
+    found: dict[int, list[Problem]] = {}
+    general = []
+    for problem in error.problems:
+        match = _SCENE_PATH.match(problem.path)
+        if match is None:
+            general.append(problem)
+        else:
+            path = _SCENE_PATH.sub("", problem.path)
+            found.setdefault(int(match[1]), []).append(Problem(path, problem.message))
+    if general or not found:
+        raise type(error)(general or error.problems) from None
+    return found
+
+
+def _is_missing(path: str) -> bool:
+    return not os.path.exists(path)
+
+
+@functools.cache
+def _end_with_parent() -> None:
+    """Let this worker end when the process that started it has been killed.
+
+    Workers of a process pool wait for their next task on a pipe that they hold open themselves, so they would
+    wait for ever.
+    """
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+
+    def watch() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, name="chebclear-parent", daemon=True).start()
+
+
+def as_text(ends: Sequence[End], warnings: Sequence[Sequence[str]]) -> str:
+    """Ends that are not ``"done"`` and warnings that are not empty, by their row, as JSON."""
+    plain: dict[str, Any] = {
+        "ends": {str(row): dataclasses.astuple(end) for row, end in enumerate(ends) if end != End()},
+        "warnings": {str(row): list(told) for row, told in enumerate(warnings) if told},
+    }
+    return json.dumps(plain)
+
+
+def from_text(text: str, runs: int) -> tuple[tuple[End, ...], tuple[tuple[str, ...], ...]]:
+    """What `as_text` wrote, for so many rows."""
+    plain = json.loads(text)
+    ends, warnings = [End()] * runs, [()] * runs  # type: list[End], list[tuple[str, ...]]
+    for row, (status, message, when, joint, problems) in plain["ends"].items():
+        found = tuple(Problem(str(path), str(problem)) for path, problem in problems)
+        ends[int(row)] = End(str(status), str(message), float(when), joint, found)
+    for row, told in plain["warnings"].items():
+        warnings[int(row)] = tuple(map(str, told))
+    return tuple(ends), tuple(warnings)

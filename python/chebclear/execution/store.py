@@ -1,0 +1,347 @@
+"""A folder that keeps finished runs, so that no interruption loses them and no later study repeats them.
+
+The folder holds ``store.json``, which says what its runs are of, and a file for every finished piece. A piece
+is an uncompressed ``.npz`` archive whose name has the SHA-256 of its bytes: whatever is missing or changed
+shows. Files are written beside and then renamed, so that a run is there as a whole or not at all.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import hashlib
+import io
+import json
+import os
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.files import DAMAGE, package_version, replaced
+from ..errors import StoreError
+from ..run.settings import Settings
+from .pieces import Piece, as_text, code_version, from_text
+
+Array = NDArray[np.float64]
+
+FORMAT = 1
+"""Number of the format of stores; raised when a store can no longer be read the old way."""
+KIND = "runs of a study"
+
+_HEAD, _LOCK, _SET_ASIDE = "store.json", "lock", ".damaged"
+_PIECE = re.compile(r"piece-([0-9a-f]{32})\.npz")
+# A head is a few kilobytes of names and numbers.
+_MOST_HEAD_BYTES = 10_000_000
+_KEY_BYTES = 16
+# What may differ between the studies of one store: outputs and features are compared by name.
+_NAMED = ("outputs", "features")
+
+
+@dataclass(frozen=True)
+class Identity:
+    """What the runs of a store have in common."""
+
+    settings: Settings
+    """How they are simulated; the outputs are given by name."""
+    topology: str
+    """Fingerprint of the parts of the mechanism and their connections, without any number."""
+    rtol: float
+    """Relative tolerance of the study [-]; that of single runs is part of their key."""
+
+    def facts(self) -> dict[str, Any]:
+        """As JSON has it."""
+        settings = dataclasses.asdict(self.settings) | {"rtol": self.rtol}
+        features = [f"{feature.kind} of {feature.of}" for feature in self.settings.features]
+        return {
+            "code": f"chebclear {package_version()}, core {code_version()}",
+            "topology": self.topology,
+            "settings": {name: value for name, value in settings.items() if name not in _NAMED},
+            "outputs": list(self.settings.outputs or ()),
+            "features": features,
+        }
+
+
+def run_key(scene: str, settings: Settings) -> bytes:
+    """What tells a run from all others with the same identity: its scene and its tolerance."""
+    return hashlib.sha256(f"{settings.rtol!r}\n{scene}".encode()).digest()[:_KEY_BYTES]
+
+
+class Store:
+    """An open store; other processes are refused until it is closed.
+
+    Parameters
+    ----------
+    path : path
+        The folder; made if it does not exist.
+    identity : Identity
+        What its runs must be of.
+
+    Raises
+    ------
+    StoreError
+        If the folder cannot be written to, is used by another process, or holds runs of something else.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], identity: Identity) -> None:
+        self.path = Path(path)
+        self.remarks: list[str] = []
+        """What the user should know of the files in the folder."""
+        self._where: dict[bytes, tuple[str, int]] = {}
+        self._facts = identity.facts()
+        with self._errors():
+            self.path.mkdir(parents=True, exist_ok=True)
+        self._lock = self._locked()
+        try:
+            with self._errors():
+                self._check_head()
+                self._read_all()
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Let other processes use the store."""
+        self._lock.close()
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(self, *raised: object) -> None:
+        self.close()
+
+    def __len__(self) -> int:
+        return len(self._where)
+
+    def __contains__(self, key: bytes) -> bool:
+        return key in self._where
+
+    def write(self, keys: Sequence[bytes], piece: Piece) -> None:
+        """Keep a finished piece.
+
+        Raises
+        ------
+        StoreError
+            If that is not possible, on a full disk for one.
+        """
+        head = {**self._facts, "format": FORMAT, "kind": KIND}
+        memory = io.BytesIO()
+        np.savez(
+            memory,
+            head=np.array(json.dumps(head)),
+            keys=np.frombuffer(b"".join(keys), dtype=np.uint8).reshape(len(keys), _KEY_BYTES),
+            t=piece.t,
+            values=piece.values,
+            features=piece.features,
+            counts=piece.counts,
+            ends=np.array(as_text(piece.ends, piece.warnings)),
+        )
+        content = memory.getbuffer()
+        name = f"piece-{hashlib.sha256(content).hexdigest()[:32]}.npz"
+        with self._errors(), replaced(self.path / name) as beside:
+            beside.write_bytes(content)
+        self._where |= {key: (name, row) for row, key in enumerate(keys)}
+
+    def read(self, keys: Iterable[tuple[int, bytes]]) -> Iterator[tuple[list[int], Piece]]:
+        """The kept runs among those asked for.
+
+        Parameters
+        ----------
+        keys : iterable of (int, bytes)
+            Number and key of each run.
+
+        Yields
+        ------
+        list of int, Piece
+            Numbers of some of the runs, and these runs.
+        """
+        by_file: dict[str, list[tuple[int, int]]] = {}
+        for number, key in keys:
+            if key in self._where:
+                name, row = self._where[key]
+                by_file.setdefault(name, []).append((number, row))
+        for name, found in by_file.items():
+            rows = [row for _, row in found]
+            yield [number for number, _ in found], self._rows(name, rows)
+
+    def _rows(self, name: str, rows: list[int]) -> Piece:
+        with self._errors(), np.load(self.path / name, allow_pickle=False) as file:
+            head = json.loads(str(file["head"]))
+            columns = [head["outputs"].index(output) for output in self._facts["outputs"]]
+            features = [head["features"].index(feature) for feature in self._facts["features"]]
+            ends, warnings = from_text(str(file["ends"]), len(file["keys"]))
+            return Piece(
+                t=file["t"],
+                values=file["values"][rows][:, :, columns],
+                features=file["features"][rows][:, :, features],
+                counts=file["counts"][rows],
+                ends=tuple(ends[row] for row in rows),
+                warnings=tuple(warnings[row] for row in rows),
+                code=code_version(),
+                seconds=0.0,
+            )
+
+    def _check_head(self) -> None:
+        """Refuse a store of something else; a new one is described."""
+        path = self.path / _HEAD
+        if not path.exists():
+            others = sorted(entry.name for entry in self.path.iterdir() if entry.name != _LOCK)
+            if others and not any(_PIECE.fullmatch(name) for name in others):
+                raise StoreError(
+                    f"{self.path} is no store: it holds {others[0]} and no {_HEAD}; give an empty folder "
+                    "or one that does not exist"
+                )
+            self._write_head(self._facts)
+            return
+        with path.open("rb") as file:
+            content = file.read(_MOST_HEAD_BYTES)
+        try:
+            kept = json.loads(content)
+            form, kind = kept["format"], kept["kind"]
+        except (ValueError, TypeError, KeyError, RecursionError):
+            # What it said is in every piece as well, and is compared there.
+            self.remarks.append(f"{path} was damaged and is written anew")
+            self._write_head(self._facts)
+            return
+        if kind != KIND or not isinstance(form, int):
+            raise StoreError(f"{path} was not written by chebclear")
+        if form > FORMAT:
+            raise StoreError(f"{path} has format {form}, this version reads up to {FORMAT}")
+        different = differences(kept, self._facts)
+        if different:
+            raise StoreError(
+                f"the store {self.path} holds runs of another study, or of another version:\n"
+                + "\n".join(f"  {line}" for line in different)
+                + "\ngive another folder, or simulate as the runs in this one were"
+            )
+
+    def _write_head(self, facts: Mapping[str, Any]) -> None:
+        with replaced(self.path / _HEAD) as beside:
+            beside.write_text(
+                json.dumps({"format": FORMAT, "kind": KIND, **facts}, indent=1), encoding="utf-8"
+            )
+
+    def _read_all(self) -> None:
+        """Which runs are there; pieces that cannot be trusted are named and left out."""
+        for path in sorted(self.path.iterdir()):
+            named = _PIECE.fullmatch(path.name)
+            if named is None:
+                if (
+                    path.name not in (_HEAD, _LOCK)
+                    and not path.name.startswith(".")
+                    and path.suffix != _SET_ASIDE
+                ):
+                    self.remarks.append(f"{path} is no piece of this store and was left alone")
+                elif path.name.startswith(".piece-"):
+                    # What a killed process was writing.
+                    path.unlink(missing_ok=True)
+                continue
+            try:
+                keys = self._keys(path, named[1])
+            except _Unfit as error:
+                self.remarks.append(f"{path} {error}; its runs are simulated again")
+                if error.damaged:
+                    path.replace(path.with_name(path.name + _SET_ASIDE))
+                continue
+            for row, key in enumerate(keys):
+                self._where[key.tobytes()] = (path.name, row)
+
+    def _keys(self, path: Path, digest: str) -> NDArray[np.uint8]:
+        """Keys of the runs of a piece; raises `_Unfit` if it cannot be used."""
+        with path.open("rb") as file:
+            found = hashlib.file_digest(file, "sha256").hexdigest()[: len(digest)]
+            if found != digest:
+                raise _Unfit("is damaged: its checksum is another one", damaged=True)
+            file.seek(0)
+            try:
+                with np.load(file, allow_pickle=False) as archive:
+                    head = json.loads(str(archive["head"]))
+                    if not isinstance(head, dict) or head.get("kind") != KIND:
+                        raise _Unfit("is no piece of a store")
+                    if not isinstance(head.get("format"), int) or head["format"] > FORMAT:
+                        raise _Unfit(f"has format {head.get('format')}, this version reads up to {FORMAT}")
+                    different = differences(head, self._facts)
+                    if different:
+                        raise _Unfit(f"is of another study ({'; '.join(different)})")
+                    keys: NDArray[np.uint8] = archive["keys"]
+                    if keys.dtype != np.uint8 or keys.ndim != 2 or keys.shape[1] != _KEY_BYTES:
+                        raise _Unfit("is no piece of a store")
+                    return keys
+            except (KeyError, *DAMAGE):
+                raise _Unfit("is no piece of a store") from None
+
+    def _locked(self) -> IO[str]:
+        """The lock of the store, held until it is closed or its process ends, however that ends."""
+        with self._errors():
+            file = (self.path / _LOCK).open("a+", encoding="utf-8")
+        try:
+            _lock(file)
+        except OSError:
+            file.seek(0)
+            owner = file.read(100).strip()
+            file.close()
+            raise StoreError(
+                f"the store {self.path} is in use{f' by {owner}' if owner else ''}: wait for it to end, or "
+                "give another folder"
+            ) from None
+        with self._errors():
+            file.truncate(0)
+            file.write(f"process {os.getpid()}")
+            file.flush()
+        return file
+
+    @contextlib.contextmanager
+    def _errors(self) -> Iterator[None]:
+        """What the system says against reading or writing, as a `StoreError`."""
+        try:
+            yield
+        except OSError as error:
+            kept = f"; it keeps {len(self)} runs, and the study goes on from there" if len(self) else ""
+            raise StoreError(f"the store {self.path}: {error.strerror or error}{kept}") from error
+
+
+class _Unfit(Exception):
+    """A piece that cannot be used."""
+
+    def __init__(self, message: str, damaged: bool = False) -> None:
+        super().__init__(message)
+        self.damaged = damaged
+
+
+def differences(kept: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str]:
+    """How the runs that are kept differ from those that are wanted, in words."""
+    found = [
+        f"{name}: the store has {kept.get(name)!r}, this study {wanted[name]!r}"
+        for name in ("code", "topology")
+        if kept.get(name) != wanted[name]
+    ]
+    settings = kept.get("settings")
+    settings = settings if isinstance(settings, dict) else {}
+    found += [
+        f"{name}: the store has {settings.get(name)!r}, this study {value!r}"
+        for name, value in wanted["settings"].items()
+        if settings.get(name) != value
+    ]
+    for name in _NAMED:
+        known = kept.get(name)
+        lacking = [one for one in wanted[name] if not isinstance(known, list) or one not in known]
+        if lacking:
+            found.append(f"{name}: the store does not keep {', '.join(lacking)}")
+    return found
+
+
+def _lock(file: IO[str]) -> None:
+    """Lock a file for this process; raises OSError if another one holds it."""
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        import msvcrt
+
+        file.seek(0)
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined,unused-ignore]
+        return
+    fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)

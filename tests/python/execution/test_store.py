@@ -1,0 +1,243 @@
+"""Stores: what was finished is never simulated again, what cannot be trusted is, and others are refused."""
+
+import os
+import random
+import subprocess
+import sys
+import time
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear.execution import batch, store
+from chebclear.study.runs import topology
+
+pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+
+BOX = {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.05)}
+
+
+def study(path, outputs=("slider.x", "slider.vx"), duration=0.003, **options):
+    return cc.Study(
+        cc.mechanisms.slider_crank, BOX, list(outputs), duration=duration, samples=31, store=path, **options
+    )
+
+
+@pytest.fixture
+def simulated(monkeypatch):
+    """Number of runs that were simulated."""
+    numbers = []
+    real = batch.Batch.place
+
+    def place(self, task, piece):
+        numbers.extend(task.runs)
+        real(self, task, piece)
+
+    monkeypatch.setattr(batch.Batch, "place", place)
+    return numbers
+
+
+def pieces(path):
+    return sorted(path.glob("piece-*.npz"))
+
+
+def test_finished_runs_are_not_simulated_again(tmp_path, simulated):
+    whole = study(None).chebyshev(degree=3)
+    del simulated[:]
+    assert study(tmp_path / "runs").chebyshev(degree=3) == whole
+    assert len(simulated) == 17
+    assert study(tmp_path / "runs").chebyshev(degree=3) == whole
+    assert len(simulated) == 17
+
+
+def test_a_study_that_is_refined_reuses_what_is_there(tmp_path, simulated):
+    first = study(tmp_path)
+    first.scan(3)
+    # The midpoint is also a point of the grid, and may be there before its turn.
+    assert len(simulated) in (9, 10)
+    del simulated[:]
+    first.scan(5)  # 9 of the 25 points are there, and the midpoint
+    assert len(simulated) == 16
+    first.band(20)
+    first.band(20).extend(10)
+    assert len(simulated) == 16 + 21 + 10
+    fewer = study(tmp_path, ["slider.vx"]).scan(5)
+    assert len(simulated) == 47
+    assert np.array_equal(fewer.values("slider.vx"), study(None).scan(5).values("slider.vx"))
+
+
+def test_failed_runs_are_kept_too(tmp_path, simulated):
+    short = {"max_steps": 320}
+    result = study(tmp_path, **short).scan(4)
+    assert 0 < len(result.failures) <= 8 and {one.reason for one in result.failures} == {"max_steps"}
+    count = len(simulated)
+    assert study(tmp_path, **short).scan(4) == result
+    assert len(simulated) == count
+
+
+def damage(path, how):
+    content = bytearray(path.read_bytes())
+    if how == "truncated":
+        path.write_bytes(content[: len(content) // 2])
+    elif how == "empty":
+        path.write_bytes(b"")
+    elif how == "flipped":
+        content[random.Random(5).randrange(len(content))] ^= 4
+        path.write_bytes(content)
+
+
+@pytest.mark.parametrize("how", ["truncated", "empty", "flipped"])
+def test_damaged_pieces_are_named_and_simulated_again(tmp_path, simulated, how):
+    whole = study(tmp_path).scan(3)
+    victim = pieces(tmp_path)[1]
+    damage(victim, how)
+    del simulated[:]
+    again = study(tmp_path).scan(3)
+    assert 0 < len(simulated) < 10
+    assert again["slider.x"] == whole["slider.x"] and again.stats == whole.stats
+    assert any(f"{victim.name} is damaged" in told for told in again.warnings)
+    del simulated[:]
+    assert study(tmp_path).scan(3) == whole and not simulated
+
+
+def test_foreign_and_newer_pieces_are_left_alone_and_named(tmp_path, simulated):
+    whole = study(tmp_path).scan(2)
+    other = tmp_path / "other"
+    study(other, duration=0.004).scan(2)
+    foreign = pieces(other)[0]
+    foreign.rename(tmp_path / foreign.name)
+    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / "piece-0123456789abcdef0123456789abcdef.npz").write_bytes(b"PK nothing")
+    del simulated[:]
+    again = study(tmp_path).scan(2)
+    assert not simulated and again["slider.x"] == whole["slider.x"]
+    told = "\n".join(again.warnings)
+    assert f"{foreign.name} is of another study (duration: the store has 0.004, this study 0.003)" in told
+    assert "notes.txt is no piece of this store" in told and "0123456789abcdef.npz is damaged" in told
+    assert (tmp_path / "notes.txt").exists() and (tmp_path / foreign.name).exists()
+
+
+def test_another_study_is_refused_with_the_difference(tmp_path, monkeypatch):
+    study(tmp_path).scan(2)
+    with pytest.raises(cc.StoreError, match=r"duration: the store has 0\.003, this study 0\.005"):
+        study(tmp_path, duration=0.005).scan(2)
+    with pytest.raises(cc.StoreError, match=r"rtol: the store has 1e-06, this study 1e-08"):
+        study(tmp_path, rtol=1e-8).scan(2)
+    with pytest.raises(cc.StoreError, match=r"outputs: the store does not keep slider\.ax"):
+        study(tmp_path, ["slider.ax"]).scan(2)
+    pendulum = cc.Study(
+        lambda length: cc.Scene(
+            [cc.Body("slider", 1.0, length)], [cc.Prismatic("guide", "ground", "slider", (1.0, 0.0))]
+        ),
+        {"length": cc.interval(1.0, 2.0)},
+        ["slider.x", "slider.vx"],
+        duration=0.003,
+        samples=31,
+        store=tmp_path,
+    )
+    with pytest.raises(cc.StoreError, match="topology"):
+        pendulum.scan(2)
+    monkeypatch.setattr(store, "code_version", lambda: "another")
+    with pytest.raises(cc.StoreError, match=r"code: the store has .* core another"):
+        study(tmp_path).scan(2)
+    monkeypatch.undo()
+    monkeypatch.setattr(store, "FORMAT", 0)
+    with pytest.raises(cc.StoreError, match="has format 1, this version reads up to 0"):
+        study(tmp_path).scan(2)
+
+
+def test_a_folder_of_other_files_is_no_store(tmp_path):
+    (tmp_path / "thesis.tex").write_text("")
+    with pytest.raises(cc.StoreError, match=r"is no store: it holds thesis\.tex"):
+        study(tmp_path).scan(2)
+    assert not (tmp_path / "store.json").exists()
+
+
+def test_one_process_at_a_time(tmp_path):
+    with (
+        store.Store(tmp_path, identity()),
+        pytest.raises(cc.StoreError, match=rf"in use by process {os.getpid()}"),
+    ):
+        study(tmp_path).scan(2)
+    study(tmp_path).scan(2)
+
+
+def identity():
+    runs = study(None)
+    settings = runs.settings.for_scene(runs.scene({"crank_length": 0.05, "rod_length": 0.12}))
+    scene = cc.mechanisms.slider_crank(crank_length=0.05, rod_length=0.12)
+    return store.Identity(settings, topology(scene), 1e-6)
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="the superuser may write everywhere")
+def test_a_read_only_folder_is_refused(tmp_path):
+    tmp_path.chmod(0o500)
+    with pytest.raises(cc.StoreError, match="Permission denied"):
+        study(tmp_path / "runs").scan(2)
+
+
+def test_a_full_disk_is_an_error_and_nothing_is_lost(tmp_path, monkeypatch, simulated):
+    whole = study(None).scan(4)
+    real, left = store.Path.write_bytes, [3]
+
+    def write_bytes(self, content):
+        left[0] -= 1
+        if left[0] < 0:
+            real(self, bytes(content)[:100])
+            raise OSError(28, "No space left on device")
+        return real(self, content)
+
+    monkeypatch.setattr(store.Path, "write_bytes", write_bytes)
+    with pytest.raises(cc.StoreError, match="No space left on device; it keeps") as caught:
+        study(tmp_path).scan(4)
+    assert isinstance(caught.value, OSError)
+    monkeypatch.undo()
+    assert len(pieces(tmp_path)) == 3
+    assert study(tmp_path).scan(4) == whole
+
+
+PROGRAM = """
+import sys, warnings
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+import chebclear as cc
+warnings.simplefilter("ignore")
+
+if __name__ == "__main__":
+    pool = ProcessPoolExecutor(2, mp_context=get_context("spawn")) if sys.argv[2] == "pool" else None
+    box = {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.05)}
+    study = cc.Study(cc.mechanisms.slider_crank, box, ["slider.x", "slider.vx"], duration=0.012,
+                     samples=121, store=sys.argv[1], executor=pool)
+    print("begin", flush=True)
+    result = study.scan(9)
+    result.save(sys.argv[3])
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="SIGKILL")
+@pytest.mark.parametrize("where", ["here", "pool"])
+def test_a_killed_study_goes_on_to_the_same_bits(tmp_path, where):
+    script = tmp_path / "killed.py"
+    script.write_text(PROGRAM)
+    command = [sys.executable, str(script), str(tmp_path / "runs"), where, str(tmp_path / "result")]
+    chance = random.Random(7)
+    for _ in range(2):
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True)
+        process.stdout.readline()
+        deadline = time.monotonic() + 60.0
+        enough = len(pieces(tmp_path / "runs")) + 2
+        while len(pieces(tmp_path / "runs")) < enough and process.poll() is None:
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        time.sleep(0.1 * chance.random())
+        process.kill()
+        process.wait()
+        process.stdout.close()
+    kept = len(pieces(tmp_path / "runs"))
+    assert kept > 0
+    subprocess.run(command, check=True, capture_output=True, timeout=300.0)
+    result = cc.StudyResult.load(tmp_path / "result.npz")
+    whole = cc.Study(
+        cc.mechanisms.slider_crank, BOX, ["slider.x", "slider.vx"], duration=0.012, samples=121
+    ).scan(9)
+    assert result == whole
