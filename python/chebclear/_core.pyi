@@ -15,7 +15,6 @@ __all__ = [
     "interval_bounds",
     "polynomial_ranges",
     "random_points",
-    "restart_at_end",
     "simulate",
     "sobol_points",
     "sweep",
@@ -105,7 +104,6 @@ def sweep(
     into: NDArray[np.float64] | None = None,
     run_seconds: float | None = None,
 ) -> _Runs: ...
-def restart_at_end(end: str) -> str: ...
 def inspect(scene: str) -> str: ...
 def chebyshev_nodes(count: int) -> NDArray[np.float64]: ...
 def chebyshev_fit(

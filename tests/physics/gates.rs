@@ -264,7 +264,6 @@ fn a_run_costs_no_more_the_longer_it_has_gone_on() {
         let [early, late] = [0.0, 1000.0 * revolution].map(|later| {
             let mut restart = end.clone();
             restart.time += later;
-            restart.checkpoint.time += later;
             let run = resume(&mechanism, &restart, &settings, &|_| true).unwrap();
             assert_eq!(run.status.word(), "done", "{}", run.message());
             run.stats

@@ -25,8 +25,8 @@ _JUMP = 1e-9
 _INSTANT = 1e-9
 
 
-def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[EndState, tuple[str, ...]]:
-    """From where a scene goes on that takes over the state in which a run ended, perhaps of another scene.
+def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[str, ...]:
+    """What changes where a scene takes over the state in which a run ended, perhaps of another scene.
 
     The state is that of the joints: coordinates and velocities. Masses, laws and loads may change; lengths,
     drives and clearances only as far as no joint is torn apart.
@@ -42,10 +42,7 @@ def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[End
 
     Returns
     -------
-    start : EndState
-        From where to go on. A run of the same scene goes on from a state some steps before the end, which
-        the end did not influence; another scene must not act before it begins, and gets the end itself.
-    warnings : tuple of str
+    tuple of str
         A warning that names the changes, or nothing.
 
     Raises
@@ -56,15 +53,14 @@ def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[End
         joints would not close.
     """
     if start.scene is None or start.scene == scene:
-        return start, ()
+        return ()
     before, after = (json.loads(each.to_json()) for each in (start.scene, scene))
     for plain in (before, after):
         plain.pop("start", None)  # where a mechanism starts says nothing of how it goes on
     changes = list(_changes("", before, after))
     if not changes:
-        return start, ()
+        return ()
     _require_kinds(start.scene, scene)
-    start = EndState(_core.restart_at_end(start.memory), start.scene)
     _require_whole(scene, start, settings)
     named = "; ".join(changes[:_NAMED])
     if len(changes) > _NAMED:
@@ -73,7 +69,7 @@ def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[End
         f"the run goes on with another scene than it ended with: {named}. Coordinates and velocities of the "
         "joints are kept, but for what drives prescribe; energy.balance has a step"
     )
-    return start, (warning,)
+    return (warning,)
 
 
 def _require_kinds(before: Scene, after: Scene) -> None:

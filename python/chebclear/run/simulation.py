@@ -57,10 +57,10 @@ def simulate(
         How to simulate; each of the fields that follow may be given as a keyword as well, or instead.
     {settings}
     start : EndState, optional
-        The end of an earlier run of the scene, `Trajectory.end`, to continue from: time goes on, and the
-        steps are those of a single run, bit for bit. A scene whose numbers differ takes over the coordinates
-        and velocities of the joints, and a warning names the differences; one that this would tear apart is
-        refused.
+        The end of an earlier run of the scene, `Trajectory.end`, to continue from: time, turns, contacts and
+        work go on, with a first step of its own; the result is that of a single run within its error. A scene
+        whose numbers differ takes over the coordinates and velocities of the joints, and a warning names the
+        differences; one that this would tear apart is refused.
     progress : True or callable, optional
         True shows a bar, or lines where standard error is no terminal; a callable gets the share that is
         done, from 0 to 1.
@@ -119,7 +119,7 @@ def simulate(
     warn_once(facts.warnings, stacklevel=3)
     changes: tuple[str, ...] = ()
     if start is not None:
-        start, changes = continuation(scene, start, settings)
+        changes = continuation(scene, start, settings)
 
     with _reporter(progress) as report:
         own = _share(report, 0.0, 1.0 if error is None else _OWN_SHARE)

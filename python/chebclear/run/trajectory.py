@@ -81,7 +81,7 @@ class EndState:
     """Where a simulation ended, for another one to start from: `simulate(scene, ..., start=run.end)`."""
 
     memory: str
-    """What the core must know to go on bit for bit, as JSON."""
+    """What the core must know to go on, as JSON."""
     scene: Scene | None = dataclasses.field(default=None, hash=False)
     """What was simulated, to tell another scene by; None if that is not known."""
 

@@ -18,7 +18,7 @@ use crate::integrators::dense::DenseStep;
 use crate::integrators::dop853::Dop853;
 use crate::integrators::rosenbrock::Rosenbrock;
 use crate::integrators::tableaus::Tableau;
-use crate::integrators::{HybridSystem, MethodMemory, Settled, Stats, Stepper};
+use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
 
 // Tuned on the sliding and sticking journals and slider-cranks of `benchmarks/stiffness.rs`, errors of
 // 1e-3 to 1e-7.
@@ -44,12 +44,27 @@ const PERSISTENCE: u32 = 2;
 const PAUSE: u32 = 10;
 const LONGEST_PAUSE: u32 = 80;
 
+/// What is known of the steps before the present one.
+#[derive(Clone, Copy, Debug, Default)]
+struct Memory {
+    /// The next step is an implicit one.
+    implicit: bool,
+    /// Accepted steps since the last switch.
+    steps: u32,
+    /// Last steps in a row whose stiffness spoke for the other method.
+    contradictions: u32,
+    /// Steps before which no switch is considered.
+    pause: u32,
+    /// Length of the next pause.
+    next_pause: u32,
+}
+
 /// DOP853 and a Rosenbrock method, one of them active.
 #[derive(Clone, Debug)]
 pub struct Auto {
     explicit: Dop853,
     implicit: Rosenbrock,
-    memory: MethodMemory,
+    memory: Memory,
 }
 
 impl Auto {
@@ -59,7 +74,7 @@ impl Auto {
         Self {
             explicit: Dop853::new(d),
             implicit: Rosenbrock::new(tableau, d),
-            memory: MethodMemory { next_pause: PAUSE, ..MethodMemory::default() },
+            memory: Memory { next_pause: PAUSE, ..Memory::default() },
         }
     }
 
@@ -125,8 +140,8 @@ impl Stepper for Auto {
     fn restart(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]) {
         self.explicit.restart(position_tolerance, velocity_tolerance);
         self.implicit.restart(position_tolerance, velocity_tolerance);
-        let MethodMemory { implicit, steps, .. } = self.memory;
-        self.memory = MethodMemory { implicit, steps, next_pause: PAUSE, ..MethodMemory::default() };
+        let Memory { implicit, steps, .. } = self.memory;
+        self.memory = Memory { implicit, steps, next_pause: PAUSE, ..Memory::default() };
     }
 
     fn begin(
@@ -171,9 +186,5 @@ impl Stepper for Auto {
             (stiffness, Dop853::largest_growth(stiffness))
         };
         Settled { largest_growth, switched: self.switches(stiffness, system, (t, q, v), stats) }
-    }
-
-    fn memory(&mut self) -> Option<&mut MethodMemory> {
-        Some(&mut self.memory)
     }
 }

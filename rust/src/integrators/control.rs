@@ -4,9 +4,7 @@ use crate::integrators::dense::DenseStep;
 use crate::integrators::events::{EventFinder, Guard};
 use crate::integrators::rosenbrock::Rosenbrock;
 use crate::integrators::tableaus::Tableau;
-use crate::integrators::{
-    Checkpoint, HybridSystem, Limits, Outcome, Projection, Settled, Stats, Status, Stepper,
-};
+use crate::integrators::{HybridSystem, Limits, Outcome, Projection, Settled, Stats, Status, Stepper};
 
 /// Step-size factor of an attempt that failed (a number that is not finite, a singular W).
 const FAILURE_FACTOR: f64 = 0.1;
@@ -52,8 +50,6 @@ pub(super) struct Run<'a> {
     was_rejected: bool,
     /// Events in a row that did not advance the time.
     pub(super) standing_events: usize,
-    /// Where the end began to shorten the steps.
-    checkpoint: Option<Checkpoint>,
     /// The dense output of the present step is complete.
     pub(super) dense: bool,
     /// The present step ends beyond a kink.
@@ -95,20 +91,6 @@ pub fn integrate_with(
     q: &mut [f64],
     v: &mut [f64],
 ) -> Outcome {
-    let checkpoint = Checkpoint::at(t, q, v);
-    resume_with(system, method, limits, &checkpoint, end, q, v)
-}
-
-/// Continues an integration with any method from a checkpoint to `end`; `q` and `v` become the end.
-pub fn resume_with(
-    system: &mut dyn HybridSystem,
-    method: &mut dyn Stepper,
-    limits: Limits,
-    from: &Checkpoint,
-    end: f64,
-    q: &mut [f64],
-    v: &mut [f64],
-) -> Outcome {
     let d = system.dimension();
     let guards = system.guard_count();
     let mut run = Run {
@@ -117,19 +99,18 @@ pub fn resume_with(
         finder: EventFinder::new(guards, d),
         limits,
         stats: Stats::default(),
-        t: from.time,
-        q: from.q.clone(),
-        v: from.v.clone(),
+        t,
+        q: q.to_vec(),
+        v: v.to_vec(),
         position_tolerance: vec![0.0; d],
         velocity_tolerance: vec![0.0; d],
         start_guards: vec![Guard::INACTIVE; guards],
         end_guards: vec![Guard::INACTIVE; guards],
-        last_error: from.last[0],
-        last_step: from.last[1],
+        last_error: 1.0,
+        last_step: 0.0,
         steps_since_restart: 0,
         was_rejected: false,
         standing_events: 0,
-        checkpoint: None,
         dense: false,
         beyond_kink: false,
         refusal: Status::StepUnderflow,
@@ -140,50 +121,29 @@ pub fn resume_with(
         inner_v: vec![0.0; d],
         inner_guards: vec![Guard::INACTIVE; guards],
     };
-    let (status, guard) = match run.advance(from, end) {
+    let (status, guard) = match run.advance(end) {
         Ok(()) => (Status::Done, None),
         Err(failure) => failure,
     };
     q.copy_from_slice(&run.q);
     v.copy_from_slice(&run.v);
-    Outcome { status, time: run.t, guard, stats: run.stats, checkpoint: run.checkpoint }
+    Outcome { status, time: run.t, guard, stats: run.stats }
 }
 
 /// Why an integration cannot go on, and at which guard.
 pub(super) type Failure = (Status, Option<usize>);
 
 impl Run<'_> {
-    fn advance(&mut self, from: &Checkpoint, end: f64) -> Result<(), Failure> {
-        let mut h = from.step;
-        if h.is_nan() {
-            // A thousandth of the run: too long is cut by rejections within a few attempts.
-            h = self.limits.first_step.unwrap_or(1e-3 * (end - self.t)).max(self.shortest(end));
-        }
-        h = h.min(self.limits.max_step);
+    fn advance(&mut self, end: f64) -> Result<(), Failure> {
+        // A thousandth of the run: too long is cut by rejections within a few attempts.
+        let mut h = self.limits.first_step.unwrap_or(1e-3 * (end - self.t)).max(self.shortest(end));
         self.restart();
-        self.steps_since_restart = from.steps_since_restart;
-        if let (Some(memory), Some(known)) = (self.method.memory(), from.memory) {
-            *memory = known;
-        }
         while self.t < end {
             if !self.method.begin(self.system, self.t, &self.q, &self.v, &mut self.stats) {
                 let finite = self.q.iter().chain(&self.v).all(|y| y.is_finite());
                 return Err((if finite { Status::SingularMechanism } else { Status::NonFinite }, None));
             }
-            let planned = h;
             h = h.min(self.system.step_bound()).min(self.limits.max_step);
-            if self.checkpoint.is_none() && 2.0 * h > end - self.t {
-                self.system.keep();
-                self.checkpoint = Some(Checkpoint {
-                    time: self.t,
-                    q: self.q.clone(),
-                    v: self.v.clone(),
-                    step: planned,
-                    last: [self.last_error, self.last_step],
-                    steps_since_restart: self.steps_since_restart,
-                    memory: self.method.memory().copied(),
-                });
-            }
             let (taken, error, landed) = self.attempt_and_land(h, end)?;
             let cut = landed.is_some() || self.t + self.method.step().h >= end;
             self.accept(end, cut)?;

@@ -1,5 +1,5 @@
-//! Integration of `q̈ = a(q, q̇, t)` with events. In: a system, a method, a start; out: a state at the end, work done,
-//! where to continue. Uses `numerics` and the form of a linearisation from `dynamics`.
+//! Integration of `q̈ = a(q, q̇, t)` with events. In: a system, a method, a start; out: a state at the end and the
+//! work done. Uses `numerics` and the form of a linearisation from `dynamics`.
 //!
 //! The integrator knows no mechanism and no contact. A [`HybridSystem`] gives accelerations, their exact
 //! derivatives, guard functions whose zeros end the present phase, and the change of phase.
@@ -20,7 +20,7 @@ use crate::numerics::instant::Instant;
 use dense::DenseStep;
 use events::Guard;
 
-pub use control::{integrate, integrate_with, resume_with};
+pub use control::{integrate, integrate_with};
 
 /// What the integrator needs to know of a system.
 pub trait HybridSystem {
@@ -77,10 +77,6 @@ pub trait HybridSystem {
     /// Writes the state of an accepted step, from which the next one starts, with as many digits as it can.
     fn fold(&mut self, _q: &mut [f64]) {}
 
-    /// Is told once that the coming step is the first that the end of the integration shortens: what
-    /// the system remembers belongs to the [`Checkpoint`].
-    fn keep(&mut self) {}
-
     /// Sees every accepted step, before any change of phase at its end; false cancels.
     fn accepted(&mut self, _step: &DenseStep) -> bool {
         true
@@ -130,11 +126,6 @@ pub trait Stepper {
         v: &[f64],
         stats: &mut Stats,
     ) -> Settled;
-
-    /// What the method knows of the steps before, for a run that is to be continued bit for bit.
-    fn memory(&mut self) -> Option<&mut MethodMemory> {
-        None
-    }
 }
 
 /// What a method says of the step after an accepted one.
@@ -144,21 +135,6 @@ pub struct Settled {
     pub largest_growth: f64,
     /// It is taken by another method.
     pub switched: bool,
-}
-
-/// What a method that switches knows of the steps before the present one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct MethodMemory {
-    /// The next step is an implicit one.
-    pub implicit: bool,
-    /// Accepted steps since the last switch.
-    pub steps: u32,
-    /// Last steps in a row whose stiffness spoke for the other method.
-    pub contradictions: u32,
-    /// Steps before which no switch is considered.
-    pub pause: u32,
-    /// Length of the next pause.
-    pub next_pause: u32,
 }
 
 /// How a projection onto the constraints went.
@@ -304,41 +280,6 @@ impl Default for Limits {
     }
 }
 
-/// Where an integration left its own path to meet its end. Continued from here, it takes the steps
-/// that it would have taken without that end, to the last bit.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Checkpoint {
-    /// Instant [s].
-    pub time: f64,
-    /// Position there.
-    pub q: Vec<f64>,
-    /// Velocity there.
-    pub v: Vec<f64>,
-    /// Length of the step that was next [s].
-    pub step: f64,
-    /// Error and length [s] of the step before, for the predictive controller.
-    pub last: [f64; 2],
-    /// Steps since the last change of phase.
-    pub steps_since_restart: usize,
-    /// What the method knew; none at the start of a run.
-    pub memory: Option<MethodMemory>,
-}
-
-impl Checkpoint {
-    /// A state with nothing before it: the first step is found anew.
-    pub fn at(time: f64, q: &[f64], v: &[f64]) -> Self {
-        Self {
-            time,
-            q: q.to_vec(),
-            v: v.to_vec(),
-            step: f64::NAN,
-            last: [1.0, 0.0],
-            steps_since_restart: 0,
-            memory: None,
-        }
-    }
-}
-
 /// How an integration ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
@@ -350,6 +291,4 @@ pub struct Outcome {
     pub guard: Option<usize>,
     /// Work done.
     pub stats: Stats,
-    /// Where it can be continued; none if it did not come near its end.
-    pub checkpoint: Option<Checkpoint>,
 }

@@ -170,13 +170,6 @@ fn contacts_dict<'py>(
     Ok(table)
 }
 
-/// The end of a run (JSON) as the start (JSON) of another scene, which must not act before it.
-#[pyfunction]
-fn restart_at_end(py: Python<'_>, end: &str) -> PyResult<String> {
-    let start = Restart::from_json(end).and_then(Restart::at_end);
-    start.map(|start| start.to_json()).map_err(|error| input_error(py, error))
-}
-
 /// Simulates one scene (JSON) with settings (JSON), from the end of another run (JSON) if one is given.
 #[pyfunction]
 #[pyo3(signature = (scene, settings, progress=None, start=None))]
@@ -443,7 +436,6 @@ fn polynomial_ranges<'py>(
 /// Numerical core of chebclear; use the package, not this module.
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_function(wrap_pyfunction!(restart_at_end, module)?)?;
     module.add_function(wrap_pyfunction!(simulate, module)?)?;
     module.add_function(wrap_pyfunction!(sweep, module)?)?;
     module.add_function(wrap_pyfunction!(inspect, module)?)?;

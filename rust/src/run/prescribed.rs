@@ -1,6 +1,6 @@
 //! A mechanism without a degree of freedom: its drives prescribe the motion, nothing is integrated.
 
-use crate::integrators::{Checkpoint, HybridSystem, Outcome, Stats, Status};
+use crate::integrators::{Outcome, Stats, Status};
 use crate::run::recorder::Recorder;
 use crate::run::work::GAUSS;
 
@@ -9,29 +9,14 @@ use crate::run::work::GAUSS;
 const LARGEST_TURN: f64 = 0.05;
 
 impl Recorder<'_> {
-    /// The motion of a mechanism that its drives prescribe completely, from a checkpoint to `end`;
+    /// The motion of a mechanism that its drives prescribe completely, from an instant [s] to `end`;
     /// nothing is integrated.
     ///
     /// The poses at which the solution is continued depend on the drives alone; samples and the end
-    /// are solved for from the pose before them. So neither changes the other, and a continued run
-    /// has the bits of a single one.
-    pub(crate) fn follow_drives(
-        &mut self,
-        from: &Checkpoint,
-        end: f64,
-        q: &mut [f64],
-        v: &mut [f64],
-    ) -> Outcome {
-        let mut outcome = Outcome {
-            status: Status::Done,
-            time: from.time,
-            guard: None,
-            stats: Stats::default(),
-            checkpoint: None,
-        };
-        q.copy_from_slice(&from.q);
-        v.copy_from_slice(&from.v);
-        let mut last = from.step;
+    /// are solved for from the pose before them, so that neither changes the other.
+    pub(crate) fn follow_drives(&mut self, from: f64, end: f64, q: &mut [f64], v: &mut [f64]) -> Outcome {
+        let mut outcome = Outcome { status: Status::Done, time: from, guard: None, stats: Stats::default() };
+        let mut last = f64::NAN;
         let followed = loop {
             let t = outcome.time;
             if outcome.stats.steps >= self.limits().max_steps {
@@ -40,11 +25,6 @@ impl Recorder<'_> {
             }
             let step = self.continued(t, last, LARGEST_TURN);
             let next = (t + step).min(self.mechanism.next_break(t));
-            if next >= end {
-                self.dynamics.move_to(t, q, v);
-                self.keep();
-                outcome.checkpoint = Some(Checkpoint { step: last, ..Checkpoint::at(t, q, v) });
-            }
             let next = next.min(end);
             if !self.sample_until(t, next, q, v)
                 || !self.track_from(t, next, q, v)

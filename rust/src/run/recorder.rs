@@ -5,7 +5,7 @@ use crate::contact::clearance::Phase;
 use crate::dynamics::{Dynamics, Linearisation, relative_motion};
 use crate::integrators::dense::DenseStep;
 use crate::integrators::events::Guard;
-use crate::integrators::{Checkpoint, HybridSystem, Limits, Projection};
+use crate::integrators::{HybridSystem, Limits, Projection};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::instant::Instant;
 use crate::numerics::turns::{rewind, unwind};
@@ -76,8 +76,6 @@ pub(crate) struct Recorder<'a> {
     /// Whether one of those slides where the guards were last asked for.
     breaks_away: bool,
     pub(crate) warnings: Vec<String>,
-    /// What belongs to the checkpoint of the integration.
-    pub(crate) kept: Memory,
 }
 
 impl<'a> Recorder<'a> {
@@ -123,7 +121,6 @@ impl<'a> Recorder<'a> {
             stuck: vec![false; mechanism.clearance_joints.len()],
             breaks_away: false,
             warnings: Vec::new(),
-            kept: Memory::default(),
         }
     }
 
@@ -160,7 +157,7 @@ impl<'a> Recorder<'a> {
         Limits { first_step, ..self.settings.limits }
     }
 
-    /// Goes on with what a run remembered at its checkpoint.
+    /// Goes on with what a run remembered at its end.
     pub(crate) fn recall(&mut self, memory: &Memory) {
         self.warn_of_scene();
         self.dynamics.phases.clone_from(&memory.phases);
@@ -184,6 +181,16 @@ impl<'a> Recorder<'a> {
         );
     }
 
+    /// What another run must know to go on.
+    pub(crate) fn memory(&self) -> Memory {
+        Memory {
+            phases: self.dynamics.phases.clone(),
+            contacts: self.open_contacts.clone(),
+            turns: self.dynamics.turns.clone(),
+            work: (self.needs.work && !self.work.input.is_nan()).then(|| self.work.clone()),
+        }
+    }
+
     /// Gives angles their full turns back.
     pub(crate) fn rewind(&self, q: &mut [f64]) {
         for (q, &column) in q.iter_mut().zip(&self.mechanism.free) {
@@ -192,16 +199,14 @@ impl<'a> Recorder<'a> {
     }
 
     /// Sets the phases of the start and takes the first sample, if it is due.
-    pub(crate) fn begin(&mut self, q: &[f64], v: &[f64]) -> Checkpoint {
+    pub(crate) fn begin(&mut self, q: &mut [f64], v: &[f64]) {
         self.warn_of_scene();
-        let mut start = Checkpoint::at(0.0, q, v);
         self.begin_contacts(q, v);
         self.work.begin(&mut self.dynamics);
-        self.unwind(&mut start.q);
+        self.unwind(q);
         if self.sample_time(0) <= 0.0 {
-            self.sample_state(0.0, &start.q, v);
+            self.sample_state(0.0, q, v);
         }
-        start
     }
 
     /// Keeps angles within half a turn, so that they do not lose digits as the turns add up.
@@ -415,15 +420,6 @@ impl HybridSystem for Recorder<'_> {
         self.unwind(q);
     }
 
-    fn keep(&mut self) {
-        self.kept = Memory {
-            phases: self.dynamics.phases.clone(),
-            contacts: self.open_contacts.clone(),
-            turns: self.dynamics.turns.clone(),
-            work: (self.needs.work && !self.work.input.is_nan()).then(|| self.work.clone()),
-        };
-    }
-
     fn wants_dense(&self, end: f64) -> bool {
         self.may_look(end)
             || self.tracking.wants(end)
@@ -439,7 +435,6 @@ impl HybridSystem for Recorder<'_> {
             if t > end + slack {
                 break;
             }
-            // A continued run begins with the step over its start.
             let t_inside = t.clamp(step.t, end);
             if self.needs.work {
                 // Set aside: the sum over the steps must not depend on where samples are taken.

@@ -1,4 +1,4 @@
-//! The end of a run as the start of another: what must be known to go on bit for bit.
+//! The end of a run as the start of another.
 
 use serde_json::{Value, json};
 
@@ -6,7 +6,6 @@ use crate::contact::clearance::Phase;
 use crate::contact::normal::Latch;
 use crate::dynamics::ContactLoss;
 use crate::error::{InputError, Problem, Subject};
-use crate::integrators::{Checkpoint, MethodMemory};
 use crate::numerics::turns::Turns;
 use crate::run::contacts::{Contact, OpenContact};
 use crate::run::work::Work;
@@ -25,25 +24,13 @@ pub struct Memory {
     pub work: Option<Work>,
 }
 
-/// Where a run can be continued.
-#[derive(Clone, Debug, PartialEq)]
+/// The end of a run, where another one can go on.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Restart {
-    /// End of the run [s]: where the samples of the next one start.
+    /// When [s].
     pub time: f64,
     /// Names of the coordinates and clearance joints of the mechanism, by which another one is told.
     pub parts: Vec<String>,
-    /// The last state that the end did not influence.
-    pub checkpoint: Checkpoint,
-    /// What the run remembered there.
-    pub memory: Memory,
-    /// The end itself. The checkpoint lies before it, and what follows it depends on the mechanism: another
-    /// one must go on from here.
-    pub end: Option<End>,
-}
-
-/// State and memory of a run at its end.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct End {
     /// Position.
     pub q: Vec<f64>,
     /// Velocity.
@@ -70,27 +57,11 @@ fn numbers<'a>(values: impl IntoIterator<Item = &'a f64>) -> Value {
 impl Restart {
     /// As JSON.
     pub fn to_json(&self) -> String {
-        let Checkpoint { time, q, v, step, last, steps_since_restart, memory } = &self.checkpoint;
-        let method = memory.map(|MethodMemory { implicit, steps, contradictions, pause, next_pause }| {
-            [u32::from(implicit), steps, contradictions, pause, next_pause]
-        });
         let mut text = write_memory(&self.memory);
         text["time"] = json!(self.time);
         text["parts"] = json!(self.parts);
-        text["checkpoint"] = json!({
-            "time": time,
-            "q": numbers(q),
-            "v": numbers(v),
-            "step": number(*step),
-            "last": numbers(last),
-            "steps_since_restart": steps_since_restart,
-            "method": method,
-        });
-        if let Some(end) = &self.end {
-            text["end"] = write_memory(&end.memory);
-            text["end"]["q"] = numbers(&end.q);
-            text["end"]["v"] = numbers(&end.v);
-        }
+        text["q"] = numbers(&self.q);
+        text["v"] = numbers(&self.v);
         text.to_string()
     }
 
@@ -104,21 +75,6 @@ impl Restart {
         let mut problems = Vec::new();
         let restart = read(Node { value: &value, path: "start".to_owned() }, &mut problems);
         Subject::Start.judge(restart, problems)
-    }
-
-    /// For another mechanism, which must not act before the end: a start from the end itself, with a first
-    /// step found anew.
-    ///
-    /// # Errors
-    /// If the end was not noted.
-    pub fn at_end(self) -> Result<Restart, InputError> {
-        let Restart { time, parts, end, .. } = self;
-        let Some(End { q, v, memory }) = end else {
-            return Err(Subject::Start
-                .error("start", "is too old to tell its very end: only its own scene can go on".to_owned()));
-        };
-        let checkpoint = Checkpoint::at(time, &q, &v);
-        Ok(Restart { time, parts, checkpoint, memory, end: None })
     }
 }
 
@@ -162,25 +118,19 @@ fn write_memory(memory: &Memory) -> Value {
 
 fn read(node: Node, problems: &mut Problems) -> Restart {
     let mut fields = node.fields(problems);
-    let time = instant(&mut fields, problems);
-    let parts = fields.required("parts", problems).map_or_else(Vec::new, |node| node.texts(problems));
-    let checkpoint = match fields.required("checkpoint", problems) {
-        Some(node) => read_checkpoint(node, problems),
-        None => Checkpoint::at(f64::NAN, &[], &[]),
+    let time = fields.number("time", problems);
+    if !(time >= 0.0 && time.is_finite()) {
+        problems.push(Problem::new(fields.path_of("time"), format!("must be >= 0 [s], got {time}")));
+    }
+    let restart = Restart {
+        time,
+        parts: fields.required("parts", problems).map_or_else(Vec::new, |node| node.texts(problems)),
+        q: fields.numbers("q", problems),
+        v: fields.numbers("v", problems),
+        memory: read_memory(&mut fields, problems),
     };
-    let memory = read_memory(&mut fields, problems);
-    let end = fields.optional("end").map(|node| {
-        let mut fields = node.fields(problems);
-        let end = End {
-            q: fields.numbers("q", problems),
-            v: fields.numbers("v", problems),
-            memory: read_memory(&mut fields, problems),
-        };
-        fields.finish(problems);
-        end
-    });
     fields.finish(problems);
-    Restart { time, parts, checkpoint, memory, end }
+    restart
 }
 
 fn read_memory(fields: &mut Fields, problems: &mut Problems) -> Memory {
@@ -197,50 +147,6 @@ fn read_memory(fields: &mut Fields, problems: &mut Problems) -> Memory {
         contacts: contacts.collect(),
         turns: fields.numbers("turns", problems),
         work: fields.optional("work").map(|node| read_work(node, problems)),
-    }
-}
-
-fn read_checkpoint(node: Node, problems: &mut Problems) -> Checkpoint {
-    let mut fields = node.fields(problems);
-    let checkpoint = Checkpoint {
-        time: instant(&mut fields, problems),
-        q: fields.numbers("q", problems),
-        v: fields.numbers("v", problems),
-        // NaN where the next run finds its first step itself.
-        step: match fields.number("step", problems) {
-            step if step <= 0.0 || step == f64::INFINITY => {
-                problems.push(Problem::new(fields.path_of("step"), format!("must be > 0 [s], got {step}")));
-                f64::NAN
-            }
-            step => step,
-        },
-        last: fields.pair("last", problems),
-        steps_since_restart: fields.count_or("steps_since_restart", 0, problems),
-        memory: fields.optional("method").map(|node| read_method(node, problems)),
-    };
-    fields.finish(problems);
-    checkpoint
-}
-
-fn instant(fields: &mut Fields, problems: &mut Problems) -> f64 {
-    let time = fields.number("time", problems);
-    if !(time >= 0.0 && time.is_finite()) {
-        problems.push(Problem::new(fields.path_of("time"), format!("must be >= 0 [s], got {time}")));
-    }
-    time
-}
-
-fn read_method(node: Node, problems: &mut Problems) -> MethodMemory {
-    let whole = |number: f64| (number >= 0.0 && number <= f64::from(u32::MAX)).then_some(number as u32);
-    let numbers: Vec<u32> = node.numbers(problems).into_iter().filter_map(whole).collect();
-    match numbers[..] {
-        [implicit, steps, contradictions, pause, next_pause] => {
-            MethodMemory { implicit: implicit != 0, steps, contradictions, pause, next_pause }
-        }
-        _ => {
-            problems.push(Problem::new(&node.path, "must be five whole numbers"));
-            MethodMemory::default()
-        }
     }
 }
 

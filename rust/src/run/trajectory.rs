@@ -1,14 +1,14 @@
 //! One run: a mechanism through time, sampled on a uniform grid.
 
 use crate::error::{InputError, Problem, Subject};
-use crate::integrators::{Checkpoint, HybridSystem, Outcome, Stats, Status, resume_with};
+use crate::integrators::{Outcome, Stats, Status, integrate_with};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::memory::filled;
 pub use crate::run::contacts::{Contact, Event, EventKind};
 use crate::run::features::Plan;
 use crate::run::outputs::{Column, column_names, parse_columns};
 use crate::run::recorder::{GUARDS, Recorder};
-use crate::run::restart::{End, Memory, Restart};
+use crate::run::restart::{Memory, Restart};
 pub use crate::run::settings::{Method, Settings};
 use crate::run::tolerances::check_tolerances;
 use crate::tree::elements::State;
@@ -197,8 +197,8 @@ fn check_restart(mechanism: &Mechanism, restart: &Restart) -> Result<(), InputEr
     let Memory { phases, contacts, turns, work } = &restart.memory;
     let d = mechanism.degrees_of_freedom();
     let joints = mechanism.clearance_joints.len();
-    let fits = restart.checkpoint.q.len() == d
-        && restart.checkpoint.v.len() == d
+    let fits = restart.q.len() == d
+        && restart.v.len() == d
         && [phases.len(), contacts.len()] == [joints; 2]
         && work.as_ref().is_none_or(|work| work.contacts.len() == joints)
         && turns.len() == mechanism.frames.len() - 1;
@@ -208,7 +208,7 @@ fn check_restart(mechanism: &Mechanism, restart: &Restart) -> Result<(), InputEr
             format!(
                 "belongs to another mechanism: this one has {d} coordinates and {joints} joints with clearance, \
                  got {} and {}",
-                restart.checkpoint.q.len(),
+                restart.q.len(),
                 phases.len()
             ),
         ));
@@ -269,32 +269,31 @@ fn run(
     let from = restart.map_or(0.0, |restart| restart.time);
     let mut recorder = Recorder::new(mechanism, start, settings, (columns, values), plan, monitor, from);
     let end = recorder.sample_time(settings.samples - 1);
-    check_functions(mechanism, restart.map_or(0.0, |restart| restart.checkpoint.time), end)?;
-    let (mut q, mut v) = (start.q.clone(), start.v.clone());
-    let checkpoint = match restart {
-        Some(restart) => {
-            recorder.recall(&restart.memory);
-            restart.checkpoint.clone()
-        }
-        None => recorder.begin(&q, &v),
+    check_functions(mechanism, from, end)?;
+    let (mut q, mut v) = match restart {
+        Some(restart) => (restart.q.clone(), restart.v.clone()),
+        None => (start.q.clone(), start.v.clone()),
     };
+    match restart {
+        Some(restart) => recorder.recall(&restart.memory),
+        None => recorder.begin(&mut q, &v),
+    }
     let outcome = if mechanism.mobility() == 0 && mechanism.clearance_joints.is_empty() {
-        recorder.follow_drives(&checkpoint, end, &mut q, &mut v)
+        recorder.follow_drives(from, end, &mut q, &mut v)
     } else {
         let mut method = settings.method.stepper(mechanism.degrees_of_freedom(), settings.rtol);
         let limits = recorder.limits();
-        resume_with(&mut recorder, &mut *method, limits, &checkpoint, end, &mut q, &mut v)
+        integrate_with(&mut recorder, &mut *method, limits, from, end, &mut q, &mut v)
     };
     if outcome.status == Status::Done {
         recorder.end_contacts(outcome.time, &q, &v);
     }
-    let run = finished(recorder, outcome, restart.is_some().then_some(from), State { q, v });
+    let run = finished(recorder, outcome, State { q, v });
     Ok(Trajectory { columns: names, ..run })
 }
 
-/// The result of a run that ended in a state: all but its samples and their names. `continues` is the instant from
-/// which it continued another [s].
-fn finished(mut recorder: Recorder, outcome: Outcome, continues: Option<f64>, mut end: State) -> Trajectory {
+/// The result of a run that ended in a state: all but its samples and their names.
+fn finished(mut recorder: Recorder, outcome: Outcome, mut end: State) -> Trajectory {
     let mechanism = recorder.mechanism;
     let name_of = |index: usize| mechanism.clearance_joints[index].name.clone();
     let paradox = match outcome.status {
@@ -302,23 +301,18 @@ fn finished(mut recorder: Recorder, outcome: Outcome, continues: Option<f64>, mu
         _ => recorder.dynamics.paradoxical_contact(outcome.time, &end.q, &end.v),
     };
     let warnings = recorder.warnings();
-    let restart = outcome
-        .checkpoint
-        .filter(|_| outcome.status == Status::Done)
-        .map(|checkpoint| continuation(&mut recorder, outcome.time, checkpoint, &end));
+    let restart = (outcome.status == Status::Done).then(|| Restart {
+        time: outcome.time,
+        parts: parts(mechanism),
+        q: end.q.clone(),
+        v: end.v.clone(),
+        memory: recorder.memory(),
+    });
     recorder.rewind(&mut end.q);
-    let mut events = recorder.finished_events();
-    let mut contacts = recorder.finished_contacts();
+    let [skipped_events, events] = recorder.finished_events();
+    let [skipped_contacts, contacts] = recorder.finished_contacts();
     let joints = mechanism.clearance_joints.len();
-    let features = recorder.tracking.answers(outcome.time, &events[1], &contacts[1], joints);
-    if let Some(from) = continues {
-        // What lies between the checkpoint and the start was reported by the run before.
-        for (events, contacts) in events.iter_mut().zip(&mut contacts) {
-            contacts.retain(|contact| contact.separation.is_nan() || contact.separation > from);
-            events.retain(|event| event.time > from);
-        }
-    }
-    let ([skipped_events, events], [skipped_contacts, contacts]) = (events, contacts);
+    let features = recorder.tracking.answers(outcome.time, &events, &contacts, joints);
     Trajectory {
         t: Vec::new(),
         values: Vec::new(),
@@ -340,14 +334,6 @@ fn finished(mut recorder: Recorder, outcome: Outcome, continues: Option<f64>, mu
         end,
         restart,
     }
-}
-
-/// Where a run that reached its end at a time [s] can be continued.
-fn continuation(recorder: &mut Recorder, time: f64, checkpoint: Checkpoint, end: &State) -> Restart {
-    let memory = std::mem::take(&mut recorder.kept);
-    recorder.keep();
-    let end = End { q: end.q.clone(), v: end.v.clone(), memory: std::mem::take(&mut recorder.kept) };
-    Restart { time, parts: parts(recorder.mechanism), checkpoint, memory, end: Some(end) }
 }
 
 /// Tables must cover the whole run: nothing is known beyond their ends.

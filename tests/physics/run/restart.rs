@@ -1,4 +1,4 @@
-//! A run that goes on where another ended is that of a single run, to the last bit.
+//! A run that goes on where another ended is that of a single run, within the error of that.
 
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::run::contacts::Contact;
@@ -97,24 +97,39 @@ fn bits(values: &[f64]) -> Vec<u64> {
     values.iter().map(|value| value.to_bits()).collect()
 }
 
+/// Largest difference of two ends, positions in units of the least clearance or of 1 m.
+fn distance(a: &Trajectory, b: &Trajectory, unit: f64) -> f64 {
+    let pairs = a.end.q.iter().zip(&b.end.q).map(|(a, b)| (a - b) / unit);
+    let rates = a.end.v.iter().zip(&b.end.v).map(|(a, b)| a - b);
+    pairs.chain(rates).map(f64::abs).fold(0.0, f64::max)
+}
+
 #[test]
-fn two_runs_are_one_to_the_last_bit() {
+fn two_runs_are_one_within_the_error_of_that() {
     for (name, scene, duration) in scenes() {
         let mechanism = compile(&scene);
+        let tight = Settings { rtol: 1e-11, ..settings(Method::Rodas5P, duration, 2) };
+        let truth = run(&mechanism, &tight);
+        let unit = mechanism.clearance_joints.first().map_or(1.0, |joint| joint.law.clearance);
         for method in METHODS {
             let whole = run(&mechanism, &settings(method, duration, 5));
-            // Parts of powers of two: the instants add up exactly.
+            let error = distance(&whole, &truth, unit);
             for part in [1.0 / 64.0, 0.25, 0.375, 0.703125, 63.0 / 64.0] {
                 let first = run(&mechanism, &settings(method, part * duration, 3));
                 let second = go_on(&mechanism, &first, &settings(method, (1.0 - part) * duration, 4));
                 assert_eq!(second.t[0], part * duration);
                 assert_eq!(second.t[3], duration);
+                for (end, start) in first.values[6..].iter().zip(&second.values[..3]) {
+                    assert!((end - start).abs() <= 1e-9 * (end.abs() + 1.0), "the start is the end");
+                }
                 let what = format!("{name}, {method:?}, cut at {part}");
-                assert_eq!(bits(&whole.end.q), bits(&second.end.q), "{what}");
-                assert_eq!(bits(&whole.end.v), bits(&second.end.v), "{what}");
-                assert_eq!(bits(&whole.values[12..]), bits(&second.values[9..]), "{what}: energies");
-                let ends = [&whole, &second].map(|run| run.restart.as_ref().map(Restart::to_json));
-                assert_eq!(ends[0], ends[1], "{what}: what the next run needs");
+                let found = distance(&second, &truth, unit);
+                println!("{what}: {found:.1e}, whole {error:.1e}");
+                // Measured: 1.9 times at most.
+                assert!(found < 4.0 * error + 1e-5, "{what}: {found:e} instead of {error:e}");
+                let [whole_balance, balance] = [&whole, &second].map(|run| run.values[run.values.len() - 1]);
+                let energy = whole.values[whole.values.len() - 3].abs();
+                assert!((balance - whole_balance).abs() < 1e-4 * energy, "{what}: {balance} {whole_balance}");
                 assert_eq!(first.events.len() + second.events.len(), whole.events.len(), "{what}: events");
             }
         }
@@ -127,6 +142,7 @@ fn contacts_of_the_parts_are_those_of_the_whole() {
     let duration = 0.015625;
     let whole = run(&mechanism, &settings(Method::Rodas5P, duration, 3));
     let mut across = 0;
+    let (mut times, mut sizes) = (0.0_f64, 0.0_f64);
     for k in 1..64 {
         let part = f64::from(k) / 64.0;
         let first = run(&mechanism, &settings(Method::Rodas5P, part * duration, 3));
@@ -136,14 +152,18 @@ fn contacts_of_the_parts_are_those_of_the_whole() {
         assert_eq!(ended.len() + second.contacts.len(), whole.contacts.len(), "cut at {part}");
         for (contact, of_whole) in second.contacts.iter().zip(&whole.contacts[ended.len()..]) {
             // Also where the contact, with its peak, began in the first part.
-            assert_eq!(contact.onset.to_bits(), of_whole.onset.to_bits());
-            assert_eq!(contact.separation.to_bits(), of_whole.separation.to_bits());
-            assert_eq!(contact.peak_force.to_bits(), of_whole.peak_force.to_bits(), "cut at {part}");
-            assert_eq!(contact.impact_velocity.to_bits(), of_whole.impact_velocity.to_bits());
+            let lasts =
+                |contact: &Contact| if contact.separation.is_nan() { duration } else { contact.separation };
+            times = times.max((contact.onset - of_whole.onset).abs());
+            times = times.max((lasts(contact) - lasts(of_whole)).abs());
+            sizes = sizes.max((contact.peak_force / of_whole.peak_force - 1.0).abs());
+            sizes = sizes.max((contact.impact_velocity / of_whole.impact_velocity - 1.0).abs());
             across += usize::from(contact.onset < part * duration);
         }
     }
+    println!("{across} contacts were cut: instants within {times:.1e} s, sizes within {sizes:.1e}");
     assert!(across > 30, "{across} contacts were cut");
+    assert!(times < 1e-6 && sizes < 1e-2, "{times:e} s, {sizes:e}");
 }
 
 #[test]
@@ -189,19 +209,15 @@ fn an_end_fits_its_own_mechanism_only_and_a_failure_has_none() {
 
 #[test]
 fn a_damaged_end_is_refused_with_every_problem() {
-    let whole = run(&compile(&slider_crank(false)), &settings(Method::Rodas5P, 1e-3, 2)).restart.unwrap();
-    let with_end = whole.to_json();
-    assert_eq!(Restart::from_json(&with_end).unwrap().to_json(), with_end);
-    let good = Restart { end: None, ..whole }.to_json();
-    assert!(Restart::from_json(&good).is_ok());
+    let good =
+        run(&compile(&slider_crank(false)), &settings(Method::Rodas5P, 1e-3, 2)).restart.unwrap().to_json();
+    assert_eq!(Restart::from_json(&good).unwrap().to_json(), good);
     for (text, path) in [
         ("{", "start: is not valid JSON"),
         ("3", "start: must be an object"),
         (&good.replacen("\"turns\"", "\"turn\"", 1), "start.turn: unknown field"),
-        (&good.replacen("\"q\":[", "\"q\":[\"far\",", 1), "start.checkpoint.q[0]: must be a number"),
-        (&good.replacen("\"time\":", "\"tme\":", 2), "start.time: is missing"),
-        (&with_end.replacen("\"turns\"", "\"turn\"", 1), "start.end.turns: is missing"),
-        (&with_end.replacen("\"q\":[", "\"q\":[\"far\",", 2), "start.end.q[0]: must be a number"),
+        (&good.replacen("\"q\":[", "\"q\":[\"far\",", 1), "start.q[0]: must be a number"),
+        (&good.replacen("\"time\":", "\"tme\":", 1), "start.time: is missing"),
     ] {
         let problems = Restart::from_json(text).unwrap_err().problems;
         let told: Vec<String> = problems.iter().map(ToString::to_string).collect();

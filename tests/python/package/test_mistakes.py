@@ -2,7 +2,6 @@
 
 import copy
 import dataclasses
-import json
 import math
 import os
 import pickle
@@ -370,13 +369,6 @@ def test_an_end_is_a_value():
     end = cc.simulate(block(10.0), duration=0.5, samples=11).end
     assert end == pickle.loads(pickle.dumps(end)) and hash(end) == hash(copy.deepcopy(end))
     assert repr(end) == "<EndState: t = 0.5 s>"
-    # Files written before ends were told apart know neither the scene nor the very end.
-    memory = {name: value for name, value in json.loads(end.memory).items() if name != "end"}
-    old = cc.EndState(json.dumps(memory))
-    more = cc.simulate(block(10.0), duration=0.5, samples=11, start=old)
-    np.testing.assert_allclose(more["block.y"], -5.0 * more.t**2, atol=1e-12)
-    with pytest.raises(cc.StartError, match="only its own scene"):
-        cc.simulate(block(2.0), duration=0.5, samples=11, start=cc.EndState(old.memory, end.scene))
 
 
 # --- the error of one run -------------------------------------------------------------------------------
