@@ -12,10 +12,12 @@ from collections.abc import Iterator
 from dataclasses import MISSING, Field, fields
 from typing import Any
 
+from ..run.features import KINDS
 from ..run.settings import METHODS
 from ..scene.scene import Scene
 from ..scene.schema import Part
-from .reader import FORMAT, RUN_UNITS
+from .reader import FORMAT
+from .run_table import UNITS
 
 _TEXT = {"type": "string"}
 
@@ -38,11 +40,16 @@ def scene_file_schema() -> dict[str, Any]:
             "type": "object",
             "additionalProperties": {"anyOf": [_number("the parameter"), _PARAMETER]},
         },
+        "features": {
+            "description": "Numbers of the continuous motion by name, such as 'peak(wrist.normal_force)'.",
+            "type": "object",
+            "additionalProperties": {"type": "string", "pattern": f"^ *({'|'.join(KINDS)}) *\\(.+\\) *$"},
+        },
         "run": {
             "description": "Settings of runs and studies.",
             "type": "object",
             "additionalProperties": False,
-            "properties": {name: _number(f"{name} [{unit}]") for name, unit in RUN_UNITS.items()}
+            "properties": {name: _number(f"{name} [{unit}]") for name, unit in UNITS.items()}
             | {"method": {"enum": list(METHODS)}, "outputs": {"type": "array", "items": _TEXT}},
         },
     }
@@ -86,6 +93,10 @@ _PARAMETER = {
             "items": _number("a limit"),
             "minItems": 2,
             "maxItems": 2,
+        },
+        "fit": {
+            "description": "ISO fit of the bearing and its journal, such as '25 H7/f6': the radial clearance",
+            **_TEXT,
         },
         "unit": {"description": "unit for tables and pictures", **_TEXT},
         "note": {"description": "what it is, or where its value comes from", **_TEXT},

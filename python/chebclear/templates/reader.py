@@ -3,50 +3,40 @@
 from __future__ import annotations
 
 import json
-import math
 import os
-from collections.abc import Iterable, Mapping
-from dataclasses import Field, fields
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import MISSING, Field, fields
 from pathlib import Path as FilePath
 from typing import Any
 
 from ..base.arguments import as_number, did_you_mean
-from ..base.quantities import Interval
 from ..errors import Problem, SceneError
-from ..run.settings import METHODS
 from ..scene.scene import Scene
 from ..scene.schema import Part, at_or_below
-from .expressions import Expression, ExpressionError, parse
-from .template import Parameter, Template, evaluated, path_text
+from .changes import SECTIONS, changed
+from .expressions import Expression, ExpressionError
+from .parameters import read_parameters
+from .run_table import check_names, read_features, read_run
+from .template import Template, path_text
 from .toml_text import MOST_CHARACTERS, Path, Place, read_toml
-from .units import UnitError, convert, is_quantity, parse_unit
+from .values import Values
 
 FORMAT = 1
 """Number of the scene file format."""
-MOST_PARAMETERS = 200
-RUN_UNITS = {
-    "duration": "s",
-    "samples": "-",
-    "skip": "s",
-    "rtol": "-",
-    "position_tolerance": "m",
-    "velocity_tolerance": "m/s",
-    "max_steps": "-",
-    "max_events": "-",
-}
-"""Numbers of the table ``run``, with their units."""
-_WHOLE = ("samples", "max_steps", "max_events")
-_PARAMETER_KEYS = ("nominal", "rel", "plus", "minus", "limits", "unit", "note")
-_HEAD = ("format", "title", "parameters", "run")
 
 
-def load(path: str | os.PathLike[str]) -> Template:
+def load(path: str | os.PathLike[str], *, changes: Mapping[str, Any] | None = None) -> Template:
     """Read a scene file.
 
     Parameters
     ----------
     path : path
         A TOML file, see the documentation of scene files; or JSON that `Scene.to_json` wrote.
+    changes : mapping of str to object, optional
+        Values that replace those of the file, by the name of a parameter or the way to the value, such as
+        ``{"rod_length": "130 mm", "joints.wrist.clearance": 2e-4, "run.samples": 101}``; texts are
+        quantities and expressions.
 
     Returns
     -------
@@ -80,10 +70,10 @@ def load(path: str | os.PathLike[str]) -> Template:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise SceneError([(path.name, f"is not UTF-8 text: {error.reason} at byte {error.start}")]) from None
-    return loads(text, path.name)
+    return loads(text, path.name, changes=changes)
 
 
-def loads(text: str, name: str = "scene") -> Template:
+def loads(text: str, name: str = "scene", *, changes: Mapping[str, Any] | None = None) -> Template:
     """Read the text of a scene file.
 
     Parameters
@@ -92,6 +82,8 @@ def loads(text: str, name: str = "scene") -> Template:
         TOML, or JSON that `Scene.to_json` wrote.
     name : str
         What problems call the file.
+    changes : mapping of str to object, optional
+        As of `load`.
 
     Returns
     -------
@@ -114,14 +106,18 @@ def loads(text: str, name: str = "scene") -> Template:
     (0.0, 0.1)
     """
     places: Mapping[Path, Place] = {}
+    replaced: list[str] = []
     try:
         if text.lstrip()[:1] == "{":
             values = _read_json(text)
         else:
             values, places = read_toml(text)
+        if changes:
+            values, paths = changed(values, changes)
+            replaced = [path_text(path) for path in paths]
         return _Reader(values).template()
     except SceneError as error:
-        raise SceneError(_located(error.problems, places, text, name)) from None
+        raise SceneError(_located(error.problems, places, text, name, replaced)) from None
 
 
 def _read_json(text: str) -> dict[str, Any]:
@@ -136,15 +132,27 @@ def _read_json(text: str) -> dict[str, Any]:
 
 
 def _located(
-    problems: Iterable[Problem], places: Mapping[Path, Place], text: str, name: str
+    problems: Iterable[Problem],
+    places: Mapping[Path, Place],
+    text: str,
+    name: str,
+    replaced: Sequence[str],
 ) -> list[Problem]:
-    """Problems in the order of the file, each with line, column and the line itself."""
+    """Problems in the order of the file, each with line, column and the line itself.
+
+    What was replaced stands nowhere in the file, nor does what is below it.
+    """
     lines = text.replace("\r\n", "\n").split("\n")
     by_text = {path_text(path): place for path, place in places.items()}
+    by_text = {
+        path: place
+        for path, place in by_text.items()
+        if not any(at_or_below(path, other) for other in replaced)
+    }
     found: list[tuple[tuple[int, int], Problem]] = []
     for problem in problems:
         path, place = problem.path, by_text.get(problem.path)
-        while place is None and path:
+        while place is None and path and path not in replaced:
             # A missing field stands where its table begins.
             path = path[: max(path.rfind("."), path.rfind("["), 0)]
             place = by_text.get(path)
@@ -163,226 +171,64 @@ def _located(
 class _Reader:
     """Goes once over the plain values of a file and notes every problem."""
 
-    def __init__(self, values: dict[str, Any]) -> None:
-        self.values = values
-        self.problems: list[Problem] = []
+    def __init__(self, file: dict[str, Any]) -> None:
+        self.file = file
+        self.values = Values()
         self.expressions: list[tuple[Path, Expression]] = []
-        self.constants: dict[str, float] = {}
 
     def template(self) -> Template:
         self._check_head()
-        parameters = self._parameters()
-        run = self._run()
+        parameters, constants = read_parameters(self.file.get("parameters", {}), self.values)
+        run = read_run(self.file.get("run", {}), constants, self.values)
+        features = read_features(self.file.get("features", {}), self.values)
         names = [item.name for item in fields(Scene)]
-        for key in self.values:
-            if key not in (*names, *_HEAD):
-                self._note((key,), f"unknown key{did_you_mean(key, (*names, *_HEAD))}")
-        scene = self._part({key: value for key, value in self.values.items() if key in names}, (Scene,), ())
+        for key in self.file:
+            if key not in SECTIONS:
+                self.values.note((key,), f"unknown key{did_you_mean(key, SECTIONS)}")
+        scene = self._part({key: value for key, value in self.file.items() if key in names}, (Scene,), ())
         if not isinstance(scene, dict):
-            raise SceneError(self.problems)
+            raise SceneError(self.values.problems)
         template = Template(
-            title=self.values.get("title", ""),
+            title=self.file.get("title", ""),
             parameters=parameters,
             run=run,
-            source=self.values,
+            features=features,
+            source=self.file,
             _scene=scene,
             _expressions=tuple(self.expressions),
         )
         self._check_scene(template)
-        if self.problems:
-            raise SceneError(self.problems)
+        if self.values.problems:
+            raise SceneError(self.values.problems)
         return template
 
     def _check_head(self) -> None:
-        form = self.values.get("format", FORMAT)
+        form = self.file.get("format", FORMAT)
         if form != FORMAT or isinstance(form, bool):
-            self._note(("format",), f"must be {FORMAT}, the format of this version, got {form!r}")
-        if not isinstance(self.values.get("title", ""), str):
-            self._note(("title",), f"must be a text, got {self.values['title']!r}")
-            self.values = {**self.values, "title": ""}
+            self.values.note(("format",), f"must be {FORMAT}, the format of this version, got {form!r}")
+        if not isinstance(self.file.get("title", ""), str):
+            self.values.note(("title",), f"must be a text, got {self.file['title']!r}")
+            self.file = {**self.file, "title": ""}
 
     def _check_scene(self, template: Template) -> None:
         """What only the whole scene shows, at the nominal values."""
-        broken = bool(self.problems)
+        known = list(self.values.problems)
         try:
-            template.scene().check()
+            facts = template.scene().check()
         except SceneError as error:
-            seen = {problem.path for problem in self.problems}
+            seen = {problem.path for problem in known}
             # After a problem of its own the scene holds stand-ins: what the core says of those is no news.
-            self.problems += [
+            self.values.problems += [
                 problem
                 for problem in error.problems
-                if not broken
+                if not known
                 or not any(
                     at_or_below(problem.path, path) or at_or_below(path, problem.path) for path in seen
                 )
             ]
-
-    # --- parameters
-
-    def _parameters(self) -> dict[str, Parameter]:
-        given = self.values.get("parameters", {})
-        if not isinstance(given, Mapping):
-            self._note(("parameters",), f"must be a table, got {given!r}")
-            return {}
-        if len(given) > MOST_PARAMETERS:
-            self._note(("parameters",), f"has {len(given)} entries; at most {MOST_PARAMETERS} are accepted")
-            return {}
-        nominal: dict[str, float | Expression] = {}
-        before = len(self.problems)
-        for name, value in given.items():
-            path: Path = ("parameters", name)
-            if not name.isascii() or not name.isidentifier():
-                self._note(path, "a parameter is named by letters, digits and _, beginning with a letter")
-            if isinstance(value, Mapping):
-                self._check_keys(value, path)
-                if "limits" in value and "nominal" not in value:
-                    continue  # the middle of its limits
-                if "nominal" not in value:
-                    self._note(path, "misses nominal, or limits")
-                    continue
-                value = value["nominal"]
-                path = (*path, "nominal")
-            number = self._number(value, "unit", path)
-            if number is not None:
-                nominal[name] = number
-        for name, value in given.items():
-            # Limits first: their middle may be what others follow.
-            if isinstance(value, Mapping) and "limits" in value and "nominal" not in value:
-                side = self._limits(value["limits"], ("parameters", name, "limits"))
-                if side is not None:
-                    nominal[name] = side.midpoint
-        if len(self.problems) == before:
-            try:
-                self.constants = evaluated({name: nominal[name] for name in given})
-            except SceneError as error:
-                self.problems += error.problems
-        parameters = {}
-        for name, value in given.items():
-            facts = value if isinstance(value, Mapping) else {}
-            if name in nominal:
-                parameters[name] = Parameter(
-                    name,
-                    nominal[name],
-                    self._interval(name, facts),
-                    self._unit_of(name, value),
-                    str(facts.get("note", "")),
-                )
-        return parameters
-
-    def _check_keys(self, value: Mapping[str, Any], path: Path) -> None:
-        for key in value:
-            if key not in _PARAMETER_KEYS:
-                hint = did_you_mean(key, _PARAMETER_KEYS)
-                hint = hint or '; an interval is given by "rel", by "plus" and "minus", or by "limits"'
-                self._note((*path, key), f"unknown key{hint}")
-        ways = [way for way in (("rel",), ("plus", "minus"), ("limits",)) if any(key in value for key in way)]
-        if len(ways) > 1:
-            words = " and ".join("/".join(way) for way in ways)
-            self._note(path, f"gives its interval in two ways, by {words}; give one")
-
-    def _unit_of(self, name: str, value: Any) -> str:
-        if isinstance(value, Mapping):
-            if "unit" in value:
-                try:
-                    parse_unit(str(value["unit"]))
-                except UnitError as error:
-                    self._note(("parameters", name, "unit"), str(error))
-                return str(value["unit"])
-            value = value.get("nominal", (value.get("limits") or [""])[0] if "limits" in value else "")
-        return value.split(maxsplit=1)[1] if isinstance(value, str) and is_quantity(value) else ""
-
-    def _interval(self, name: str, facts: Mapping[str, Any]) -> Interval | None:
-        path: Path = ("parameters", name)
-        if "limits" in facts:
-            return self._limits(facts["limits"], (*path, "limits"))
-        middle = self.constants.get(name)
-        if middle is None or not any(key in facts for key in ("rel", "plus", "minus")):
-            return None
-        if "rel" in facts:
-            rel = self._constant(facts["rel"], (*path, "rel"), "-")
-            if rel is None:
-                return None
-            if not 0.0 < rel < 1.0:
-                self._note(
-                    (*path, "rel"), f"must be above 0 and below 1, the half-width over the value, got {rel!r}"
-                )
-                return None
-            plus = minus = rel * abs(middle)
-            key = "rel"
         else:
-            sides = [
-                self._constant(facts[key], (*path, key)) if key in facts else 0.0 for key in ("plus", "minus")
-            ]
-            key = "plus" if "plus" in facts else "minus"
-            if sides[0] is None or sides[1] is None:
-                return None
-            plus, minus = sides[0], sides[1]
-            if plus < 0.0 or minus < 0.0:
-                self._note((*path, key), "plus and minus are distances from nominal, at least 0")
-                return None
-        if not middle - minus < middle + plus:
-            self._note((*path, key), "the interval has no width")
-            return None
-        return Interval(middle - minus, middle + plus)
-
-    def _limits(self, value: Any, path: Path) -> Interval | None:
-        if not isinstance(value, list) or len(value) != 2:
-            self._note(path, f"must be a pair [lower, upper], got {value!r}")
-            return None
-        ends = [self._constant(end, (*path, index)) for index, end in enumerate(value)]
-        if ends[0] is None or ends[1] is None:
-            return None
-        if not ends[0] < ends[1]:
-            self._note(path, f"the lower limit must come first, got {value!r}")
-            return None
-        return Interval(ends[0], ends[1])
-
-    def _constant(
-        self, value: Any, path: Path, unit: str = "unit", known: Mapping[str, float] | None = None
-    ) -> float | None:
-        """A number that follows no parameters but the known ones."""
-        number = self._number(value, unit, path)
-        if not isinstance(number, Expression):
-            return number
-        try:
-            return number.evaluate(known or {})
-        except ExpressionError as error:
-            more = "" if known else "; no parameters are known here"
-            self._note(path, f'"{number.text}" {error}{more}')
-            return None
-
-    # --- run
-
-    def _run(self) -> dict[str, Any]:
-        given = self.values.get("run", {})
-        known = (*RUN_UNITS, "method", "outputs")
-        if not isinstance(given, Mapping):
-            self._note(("run",), f"must be a table, got {given!r}")
-            return {}
-        run: dict[str, Any] = {}
-        for key, value in given.items():
-            path = ("run", key)
-            if key in RUN_UNITS:
-                number = self._constant(value, path, RUN_UNITS[key], self.constants)
-                if number is not None:
-                    run[key] = int(number) if key in _WHOLE and number == int(number) else number
-            elif key == "method":
-                if value not in METHODS:
-                    self._note(
-                        path,
-                        f"must be one of {', '.join(METHODS)}, got {value!r}{did_you_mean(value, METHODS)}",
-                    )
-                run[key] = value
-            elif key == "outputs":
-                if not isinstance(value, list) or not all(isinstance(one, str) for one in value):
-                    self._note(path, f"must be a list of names of outputs, got {value!r}")
-                run[key] = value
-            else:
-                self._note(path, f"unknown key{did_you_mean(key, known)}")
-        return run
-
-    # --- scene
+            if not any(problem.path.startswith("run") for problem in known):
+                check_names(facts, template.run, template.features, self.values)
 
     def _part(self, plain: Any, accepted: tuple[type[Part], ...], path: Path) -> Any:
         """Plain values of a record, with zeros where expressions stand; the scene itself reads the rest."""
@@ -394,12 +240,14 @@ class _Reader:
             part = words.get(plain.get(part._tag[0], ""), part)
         known = {item.name: item for item in fields(part)}  # type: ignore[arg-type]
         return {
-            name: self._field(value, known[name], part, (*path, name)) if name in known else value
+            name: self._field(value, known[name], part, (*path, name), _unit_of(known[name], known, plain))
+            if name in known
+            else value
             for name, value in plain.items()
         }
 
-    def _field(self, value: Any, item: Field[Any], part: type[Part], path: Path) -> Any:
-        annotation, unit = str(item.type), str(item.metadata.get("unit", "unit"))
+    def _field(self, value: Any, item: Field[Any], part: type[Part], path: Path, unit: str) -> Any:
+        annotation = str(item.type)
         choices = part._choices.get(item.name)
         if choices is not None:
             if isinstance(value, list):
@@ -423,13 +271,14 @@ class _Reader:
         """A number in SI units; zero, and a note of what to put there, for an expression."""
         if not isinstance(value, str):
             return value
-        number = self._number(value, unit, path)
+        number = self.values.number(value, unit, path)
         if not isinstance(number, Expression):
             return 0.0 if number is None else number
-        unknown = [name for name in sorted(number.names) if name not in self.values.get("parameters", {})]
+        parameters = self.file.get("parameters", {})
+        unknown = [name for name in sorted(number.names) if name not in parameters]
         if unknown:
-            hint = did_you_mean(unknown[0], self.values.get("parameters", {}))
-            self._note(path, f'"{number.text}": unknown name "{unknown[0]}"{hint}')
+            hint = did_you_mean(unknown[0], parameters)
+            self.values.note(path, f'"{number.text}": unknown name "{unknown[0]}"{hint}')
             return 0.0
         if number.names:
             self.expressions.append((path, number))
@@ -437,26 +286,17 @@ class _Reader:
         try:
             return number.evaluate({})
         except ExpressionError as error:
-            self._note(path, f'"{number.text}" {error}')
+            self.values.note(path, f'"{number.text}" {error}')
             return 0.0
 
-    def _number(self, value: Any, unit: str, path: Path) -> float | Expression | None:
-        number = as_number(value)
-        if number is not None:
-            if math.isfinite(number):
-                return number
-            self._note(path, f"must be a finite number, got {value!r}")
-            return None
-        if not isinstance(value, str):
-            self._note(path, f'must be a number, a quantity such as "20 mm" or an expression, got {value!r}')
-            return None
-        try:
-            return convert(value, unit) if is_quantity(value) else parse(value)
-        except UnitError as error:
-            self._note(path, f'"{value}": {error}')
-        except ExpressionError as error:
-            self._note(path, f'"{value}" {error}')
-        return None
 
-    def _note(self, path: Path, message: str) -> None:
-        self.problems.append(Problem(path_text(path), message))
+def _unit_of(item: Field[Any], known: Mapping[str, Field[Any]], plain: Mapping[str, Any]) -> str:
+    """Unit of a field; one whose power is another field, such as N/m^exponent, has the number given there."""
+    unit = str(item.metadata.get("unit", "unit"))
+    power = re.search(r"\^([a-z_]+)$", unit)
+    if power is None or power[1] not in known:
+        return unit
+    default = known[power[1]].default
+    number = as_number(plain.get(power[1], None if default is MISSING else default))
+    # An expression there may stand for any number.
+    return "unit" if number is None else f"{unit[: power.start()]}^{number!r}"

@@ -15,6 +15,7 @@ from ..base.arguments import did_you_mean
 from ..base.files import replaced
 from ..base.quantities import Interval
 from ..errors import Problem, SceneError
+from ..run.features import Feature
 from ..run.simulation import simulate
 from ..run.trajectory import Trajectory
 from ..scene.scene import Scene
@@ -68,6 +69,8 @@ class Template:
     """The parameters by name, in the order of the file."""
     run: Mapping[str, Any]
     """Settings of runs, as keywords of `simulate` and `Study` [SI units]."""
+    features: Mapping[str, Feature]
+    """Numbers that are to be found in every run, by name."""
     source: Mapping[str, Any]
     """The plain values of the file, as they were written."""
     _scene: Mapping[str, Any] = field(repr=False)
@@ -172,7 +175,8 @@ class Template:
         **options
             Keywords of `chebclear.simulate` that replace those of the file.
         """
-        return simulate(self.scene(), **(dict(self.run) | options))
+        features = list(self.features.values()) or None
+        return simulate(self.scene(), **({"features": features} | dict(self.run) | options))
 
     def study(self, **options: Any) -> Study:
         """The study of the parameters that have intervals, with the settings of the file.
@@ -191,7 +195,8 @@ class Template:
             raise ValueError(
                 "no parameter of the template has an interval: give one rel, plus and minus, or limits"
             )
-        return Study(self, self.intervals, **(dict(self.run) | options))
+        features = dict(self.features) or None
+        return Study(self, self.intervals, **({"features": features} | dict(self.run) | options))
 
     def save(self, path: str | os.PathLike[str]) -> FilePath:
         """Write the template as TOML; `load` reads the same template back, to the last bit.

@@ -54,11 +54,11 @@ def _unit(scale: str, dimension: Dimension, angular: str = "") -> Unit:
 # The micro sign is written in two ways, U+00B5 and the Greek letter U+03BC.
 UNITS: dict[str, Unit] = {
     "m": _unit("1", _LENGTH),
+    "mm": _unit("1e-3", _LENGTH),
+    "um": _unit("1e-6", _LENGTH),
     "km": _unit("1e3", _LENGTH),
     "dm": _unit("0.1", _LENGTH),
     "cm": _unit("0.01", _LENGTH),
-    "mm": _unit("1e-3", _LENGTH),
-    "um": _unit("1e-6", _LENGTH),
     "\u00b5m": _unit("1e-6", _LENGTH),
     "\u03bcm": _unit("1e-6", _LENGTH),
     "nm": _unit("1e-9", _LENGTH),
@@ -95,6 +95,12 @@ UNITS: dict[str, Unit] = {
 }
 """Symbols of units that a scene file may use, alone or as in ``"N m/rad"`` and ``"kg m2"``."""
 
+# Units of more than one symbol that are in common use, to be suggested.
+_COMPOUND = (
+    *("m/s", "mm/s", "m/s2", "mm/s2", "rad/s", "deg/s", "1/s", "s/m"),
+    *("N/m", "N/mm", "kN/m", "N s/m", "N s/mm", "N/m^1.5", "N/mm^1.5"),
+    *("N m", "N mm", "kN m", "N m/rad", "N m/deg", "N m s/rad", "kg m2", "kg mm2", "g mm2"),
+)
 # The angular units hold pi, so that no fraction is exact.
 _FACTORS: dict[str, Callable[[float], float]] = {
     "": float,
@@ -148,10 +154,9 @@ def parse_unit(text: str) -> Unit:
                 angular.append(unit.angular if power == 1 else f"1/{unit.angular}")
                 if power not in (1, -1) or len(angular) > 1 or angular[0] not in _FACTORS:
                     raise UnitError(f'"{symbol}" stands in "{text}" with a power; use rad')
-            if power.denominator == 1:
-                scale *= unit.scale ** int(power)
-            elif unit.scale != 1:
-                raise UnitError(f'"{word}": only m, kg, s and N may have a broken power')
+            # A broken power, as in N/mm^1.5, has no exact scale but that of floats.
+            whole = power.denominator == 1
+            scale *= unit.scale ** int(power) if whole else Fraction(float(unit.scale) ** float(power))
             powers = [one + power * other for one, other in zip(powers, unit.dimension, strict=True)]
     return Unit(scale, Dimension(*powers), "".join(angular))
 
@@ -183,7 +188,8 @@ def convert(text: str, unit: str) -> float:
     given = parse_unit(found[2])
     wanted = [one for one in map(_dimension_of, unit.split(" or ")) if one is not None]
     if wanted and given.dimension not in wanted:
-        raise UnitError(f'"{found[2]}" is no unit of this quantity; its SI unit is [{unit}]')
+        hint = _fitting(found[2], unit, wanted)
+        raise UnitError(f'"{found[2]}" is not of the dimension of [{unit}]{hint}')
     try:
         number = Decimal(found[1])
     except InvalidOperation:  # pragma: no cover (the pattern lets only numbers through)
@@ -192,6 +198,37 @@ def convert(text: str, unit: str) -> float:
     if not math.isfinite(value):
         raise UnitError("is too large a number")
     return _FACTORS[given.angular](value)
+
+
+def _fitting(text: str, unit: str, wanted: list[Dimension]) -> str:
+    """What may be meant by a unit of another dimension: the fitting one with the nearest name, or some."""
+    known = [one for one in (*UNITS, *_COMPOUND) if _dimension_of(one) in wanted]
+    # An angle and a ratio have the same dimension, none.
+    if _ONE in wanted:
+        known = ["%"] if unit.strip() in ("-", "1") else [one for one in known if one != "%"]
+    meant = did_you_mean(text, known)
+    return meant or (f"; it may be given in {', '.join(known[:4])}" if known else "")
+
+
+def written(value: float, unit: str) -> str:
+    """A number in SI units as it is read: in its own unit, with six digits.
+
+    Parameters
+    ----------
+    value : float
+        The number in SI units.
+    unit : str
+        What `parse_unit` understands; empty for a plain number.
+
+    Examples
+    --------
+    >>> written(0.12, "mm"), written(rpm(2000), "rpm"), written(0.5, "")
+    ('120 mm', '2000 rpm', '0.5')
+    """
+    if not unit:
+        return f"{value:.6g}"
+    parsed = parse_unit(unit)
+    return f"{value / (_FACTORS[parsed.angular](1.0) * float(parsed.scale)):.6g} {unit}"
 
 
 def _rounded(value: Fraction) -> float:

@@ -1,4 +1,4 @@
-"""What ``chebclear tradeoff`` writes: the table, the arrays and the work-precision plot."""
+"""What ``chebclear tradeoff`` writes: the table, the arrays, the work-precision plot, the report."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _PANELS = 4
 
 
 def write(result: Tradeoff, recommendation: Recommendation, directory: Path) -> None:
-    """Write ``tradeoff.md``, ``tradeoff.npz`` and ``tradeoff.png``, all of them or none.
+    """Write ``tradeoff.md``, ``tradeoff.npz``, ``tradeoff.png`` and ``report.html``, all of them or none.
 
     Parameters
     ----------
@@ -36,6 +36,7 @@ def write(result: Tradeoff, recommendation: Recommendation, directory: Path) -> 
         (folder / "tradeoff.md").write_text(markdown(result, recommendation), encoding="utf-8")
         result.save(folder / "tradeoff.npz")
         figure(result).savefig(folder / "tradeoff.png", dpi=DPI)
+        result.report(folder / "report.html")
 
 
 def markdown(result: Tradeoff, recommendation: Recommendation) -> str:

@@ -62,7 +62,7 @@ def test_json_of_the_real_command(tmp_path):
     assert done.stdout.count("\n") == 1
     assert done.stderr == ""
     assert not list(tmp_path.iterdir())
-    assert set(numbers) == {"as_printed", "corrected", "runs", "seconds"}
+    assert set(numbers) == {"format", "as_printed", "corrected", "runs", "seconds"}
     for name in ("as_printed", "corrected"):
         tables = numbers[name]
         assert set(tables) == {"table3", "velocity_width", "table4", "table5"}
@@ -95,7 +95,7 @@ def test_all_files(computed, tmp_path, capsys):
     assert cli.main(["paper", "--out", str(out), "--json"]) == 0
     json.loads(capsys.readouterr().out)
     names = {str(path.relative_to(out)) for path in out.rglob("*") if path.is_file()}
-    figures = {f"{name}/fig{number:02d}.png" for name in paper.CONVENTIONS for number in range(4, 13)}
+    figures = {f"{name}/fig{number:02d}.png" for name in paper.CONVENTIONS for number in range(1, 13)}
     assert names == {"tables.md", "results.npz"} | figures
     assert all((out / name).read_bytes().startswith(b"\x89PNG") for name in figures)
     assert [path.name for path in out.parent.iterdir()] == ["results"]

@@ -24,7 +24,8 @@ WORDS = ["--duration", "0.5", "--samples", "51", "--outputs", "bob.angle", "--rt
 def test_the_command_prints_and_writes(scene_file, tmp_path, capsys):
     out = tmp_path / "made" / "here"
     assert cli.main(["tradeoff", scene_file, *WORDS, "--methods", "rodas4", "--out", str(out)]) == 0
-    assert sorted(path.name for path in out.iterdir()) == ["tradeoff.md", "tradeoff.npz", "tradeoff.png"]
+    files = ["report.html", "tradeoff.md", "tradeoff.npz", "tradeoff.png"]
+    assert sorted(path.name for path in out.iterdir()) == files
     assert (out / "tradeoff.png").read_bytes().startswith(b"\x89PNG")
     result = cc.Tradeoff.load(out / "tradeoff.npz")
     assert [(point.method, point.rtol) for point in result] == [("rodas4", 1e-4), ("rodas4", 1e-6)]
@@ -81,7 +82,7 @@ def test_bad_arguments_of_the_command(scene_file, tmp_path, capsys):
     for words, message in (
         ([scene_file, *WORDS, "--outputs", "bob.angel"], 'did you mean "bob.angle"'),
         ([scene_file, *WORDS, "--methods", "euler"], "methods must be one of"),
-        ([scene_file, *WORDS, "--samples", "1"], "samples must be"),
+        ([scene_file, *WORDS, "--samples", "1"], "samples: must be"),
         ([str(empty), *WORDS], "is not valid JSON"),
     ):
         assert cli.main(["tradeoff", *words]) == 2

@@ -54,7 +54,7 @@ MOST_FILES = 12
 """Files of a Python room or chapter, besides the one that says what it is for."""
 
 USES_CORE = {"scene", "run", "execution", "study"}
-USES_MATPLOTLIB = {"plots", "report", "paper", "tradeoffs"}
+USES_MATPLOTLIB = {"plots", "report", "paper", "tradeoffs", "cli"}
 CRATES = {"pyo3": "python", "numpy": "python", "rayon": "study"}
 
 

@@ -103,7 +103,12 @@ def test_a_calculation_is_no_quantity(text):
 @pytest.mark.parametrize(
     ("text", "unit", "message"),
     [
-        ("5 mm", "kg", r"its SI unit is \[kg\]"),
+        ("5 mm", "kg", r"not of the dimension of \[kg\]; it may be given in kg, g, mg, t"),
+        ("5 mg", "m", 'did you mean "m"'),
+        ("30 deg", "rad/s", 'did you mean "deg/s"'),
+        ("2000 rpm", "rad", "may be given in rad, mrad, deg"),
+        ("3 N", "N/m", "may be given in N/m, N/mm, kN/m"),
+        ("5 mm", "-", "may be given in %"),
         ("5 mmm", "m", 'did you mean "mm"'),
         ("1e400 m", "m", "too large"),
         ("3 deg2", "rad", "use rad"),
@@ -388,7 +393,7 @@ def test_a_file_that_is_no_text_is_refused(tmp_path):
 
 def test_a_number_has_the_unit_of_its_field():
     wrong = SLIDER_CRANK.replace('"9.8 mm"', '"9.8 kg"')
-    with pytest.raises(cc.SceneError, match=r'joints\[2\].journal_radius: "9.8 kg": .* SI unit is \[m\]'):
+    with pytest.raises(cc.SceneError, match=r'joints\[2\].journal_radius: "9.8 kg": .* dimension of \[m\]'):
         cc.loads(wrong)
 
 

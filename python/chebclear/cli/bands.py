@@ -1,0 +1,100 @@
+"""What studies print and write: the table of verdicts, features, pictures, the whole result."""
+
+from __future__ import annotations
+
+import argparse
+import math
+
+from ..base.files import complete_folder
+from ..scene.columns import column_unit
+from ..study.results import StudyResult
+from .figures import draw_bands
+from .output import Rows, print_json, table_text, write_table
+from .scenes import hint
+
+EXIT_NOT_MET = 3
+# Which verdicts a demand accepts.
+DEMANDS = {
+    "resolved": ("resolved",),
+    "calibrated": ("resolved", "certified", "calibrated"),
+}
+
+
+def verdicts(result: StudyResult) -> Rows:
+    """A row for every output: how far it reaches over the box, and how sure that is."""
+    rows = []
+    for name in result:
+        band = result[name]
+        rows.append(
+            {
+                "output": name,
+                "unit": column_unit(name),
+                "lowest": float(band.lower.min()) + 0.0,  # no -0
+                "largest": float(band.upper.max()) + 0.0,
+                "widest": band.max_width,
+                "verdict": band.verdict,
+                "inside [%]": 100.0 * band.coverage,
+                "polynomial misses [% of width]": 100.0 * band.margin.error,
+            }
+        )
+    return rows
+
+
+def finish(result: StudyResult, options: argparse.Namespace, title: str) -> int:
+    """Write what was asked for under this title, print the table of verdicts, and judge it."""
+    table = verdicts(result)
+    features = _features(result)
+    if options.out is not None:
+        with complete_folder(options.out) as folder:
+            result.save(folder / "study.npz")
+            write_table(table, folder, "verdicts")
+            if features:
+                (folder / "features.txt").write_text("\n\n".join(features) + "\n", encoding="utf-8")
+            draw_bands(result, folder)
+            result.report(folder / "report.html", title=title)
+    accepted = DEMANDS.get(options.require, ())
+    poor = [row["output"] for row in table if accepted and row["verdict"] not in accepted]
+    if options.json:
+        print_json(
+            {
+                "kind": result.kind,
+                "runs": len(result.parameters),
+                "intervals": {name: [side.lower, side.upper] for name, side in result.intervals.items()},
+                "verdicts": table,
+                "features": features,
+                "statement": result.statement,
+                "warnings": result.warnings,
+                "not_met": poor,
+            }
+        )
+        return EXIT_NOT_MET if poor else 0
+    print(f"{result.kind}: {len(result.parameters)} runs", end="\n\n")
+    if table:
+        print(table_text(_short(table)), end="\n\n")
+    if result.statement:
+        print(result.statement, end="\n\n")
+    for text in features:
+        print(text, end="\n\n")
+    if options.out is not None:
+        print(f"wrote    {options.out / 'report.html'} and more beside it")
+    if poor:
+        print(f"not {options.require}: {', '.join(poor)}")
+        return EXIT_NOT_MET
+    if options.out is None:
+        hint(options, f"chebclear {options.command} FILE --out results")
+    return 0
+
+
+def _short(table: Rows) -> Rows:
+    """The table without columns in which nothing is known."""
+    unknown = {
+        key for key in table[0] if all(isinstance(row[key], float) and math.isnan(row[key]) for row in table)
+    }
+    return [{key: cell for key, cell in row.items() if key not in unknown} for row in table]
+
+
+def _features(result: StudyResult) -> list[str]:
+    """Interval and ranking of every feature, in words."""
+    if result.features is None:
+        return []
+    return [f"{name}\n{result.feature(name)}\n{result.ranking(name)}" for name in result.features.names]

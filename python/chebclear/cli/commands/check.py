@@ -1,0 +1,107 @@
+"""``chebclear check``: what a scene file says, whether it makes sense, and a picture."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+from ...base.files import complete_folder
+from ...scene.scene import ClearanceRevolute, Scene
+from ...templates.template import Template
+from ...templates.units import written
+from ..figures import draw_scene, file_name
+from ..options import Commands, add_scene, directory, new_command
+from ..output import print_json, require_writable
+from ..scenes import hint, template_of
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    command = new_command(
+        commands,
+        "check",
+        check,
+        "check a scene file: its parts, what can move, what looks wrong, a picture",
+        "Read a scene file, report every problem with its line, and describe the mechanism: parts with "
+        "units, degrees of freedom, where loops are cut, numbers that look wrong, parameters with their "
+        "intervals. Nothing is simulated.",
+        "chebclear check press.toml",
+    )
+    add_scene(command)
+    command.add_argument(
+        "--out",
+        type=directory,
+        default=Path("."),
+        metavar="DIR",
+        help="directory for the picture, FILE.png (default: the current one)",
+    )
+    command.add_argument("--no-picture", action="store_true", help="write no file")
+
+
+def check(options: argparse.Namespace) -> int:
+    """Run the command."""
+    template = template_of(options)
+    scene = template.scene()
+    picture = None if options.no_picture else options.out / f"{file_name(options.scene.stem)}.png"
+    if picture is not None:
+        require_writable(options.out)
+        with complete_folder(options.out) as folder:
+            draw_scene(scene, folder / picture.name)
+    if options.json:
+        print_json(_facts(template, scene, picture))
+        return 0
+    print(f"{options.scene.name}  {template.title}".rstrip(), end="\n\n")
+    print(scene.describe(), end="\n\n")
+    for line in _parameters(template):
+        print(line)
+    warnings = scene.check().warnings
+    print(f"plausible: {'see the numbers to look at above' if warnings else 'yes'}")
+    if picture is not None:
+        print(f"wrote    {picture}")
+    hint(options, "chebclear study FILE --out results" if template.intervals else "chebclear run FILE")
+    return 0
+
+
+def _parameters(template: Template) -> list[str]:
+    if not template.parameters:
+        return []
+    values = template.values()
+    lines = ["parameters"]
+    for name, one in template.parameters.items():
+        line = f"  {name} = {written(values[name], one.unit)}"
+        if one.interval is not None:
+            ends = (written(end, one.unit) for end in (one.interval.lower, one.interval.upper))
+            line += f", from {' to '.join(ends)}"
+        lines.append(line + (f"; {one.note}" if one.note else ""))
+    return [*lines, ""]
+
+
+def _facts(template: Template, scene: Scene, picture: Path | None) -> dict[str, Any]:
+    facts = scene.check()
+    values = template.values()
+    return {
+        "title": template.title,
+        "bodies": facts.bodies,
+        "joints": [joint.name for joint in scene.joints],
+        "clearance": {
+            joint.name: joint.clearance for joint in scene.joints if isinstance(joint, ClearanceRevolute)
+        },
+        "degrees_of_freedom": facts.degrees_of_freedom,
+        "coordinates": facts.coordinates,
+        "cut_joints": facts.cut_joints,
+        "outputs": facts.columns,
+        "further_outputs": facts.further_columns,
+        "parameters": {
+            name: {
+                "nominal": values[name],
+                "interval": None if one.interval is None else list(dataclasses.astuple(one.interval)),
+                "unit": one.unit,
+                "note": one.note,
+            }
+            for name, one in template.parameters.items()
+        },
+        "warnings": facts.warnings,
+        "picture": None if picture is None else str(picture),
+    }

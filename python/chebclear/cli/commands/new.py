@@ -1,0 +1,55 @@
+"""``chebclear new``: a commented starter file."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from pathlib import Path
+
+from ...base.files import replaced
+from ...templates.starters import starter, starter_names
+from ..options import Commands, new_command
+from ..output import print_json
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    command = new_command(
+        commands,
+        "new",
+        new,
+        "write a commented scene file of a ready-made mechanism to start from",
+        "Write a scene file of a ready-made mechanism: every number a named parameter with its unit, the "
+        "uncertain ones with intervals, and comments. Change it into your own.",
+        "chebclear new four_bar press.toml",
+    )
+    command.add_argument("mechanism", choices=starter_names(), help="one of %(choices)s", metavar="MECHANISM")
+    command.add_argument("file", type=_new_file, metavar="FILE", help="where to, such as press.toml")
+    command.add_argument("--force", action="store_true", help="replace FILE if it exists")
+
+
+def new(options: argparse.Namespace) -> int:
+    """Run the command."""
+    path: Path = options.file
+    if path.exists() and not options.force:
+        options.usage_error(f"argument FILE: {str(path)!r} exists; replace it with --force")
+    with replaced(path) as beside:
+        beside.write_text(starter(options.mechanism), encoding="utf-8")
+    if options.json:
+        print_json({"file": str(path)})
+        return 0
+    print(f"wrote    {path}")
+    if not options.quiet:
+        print(f"next     chebclear check {shlex.quote(str(path))}")
+    return 0
+
+
+def _new_file(text: str) -> Path:
+    path = Path(text)
+    if path.suffix != ".toml":
+        raise argparse.ArgumentTypeError(f"must end in .toml, got {text!r}")
+    if path.is_dir():
+        raise argparse.ArgumentTypeError(f"must be a file, {text!r} is a directory")
+    if not path.parent.is_dir():
+        raise argparse.ArgumentTypeError(f"there is no directory {str(path.parent)!r}")
+    return path

@@ -1,0 +1,39 @@
+"""``chebclear report``: a report of a saved result."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ...loading import load_result
+from ..options import Commands, file, new_command
+from ..output import print_json
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    command = new_command(
+        commands,
+        "report",
+        report,
+        "write the report of a saved run, study or tradeoff",
+        "Write one HTML file that needs no network: question, mechanism, bands, verdicts, warnings, cost, "
+        "and what cannot be trusted.",
+        "chebclear report results/study.npz --to press.html --title 'How far does the ram move?'",
+    )
+    command.add_argument(
+        "result", type=file, metavar="RESULT", help="an .npz file that a command or save wrote"
+    )
+    command.add_argument("--to", type=Path, metavar="FILE", help="where to (default: RESULT with .html)")
+    command.add_argument("--title", metavar="TEXT", help="the heading: the question in words")
+
+
+def report(options: argparse.Namespace) -> int:
+    """Run the command."""
+    path = options.to or options.result.with_suffix(".html")
+    written = load_result(options.result).report(path, title=options.title)
+    if options.json:
+        print_json({"file": str(written)})
+    else:
+        print(f"wrote    {written}")
+    return 0

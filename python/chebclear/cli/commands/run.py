@@ -1,0 +1,113 @@
+"""``chebclear run``: one simulation at the nominal values."""
+
+from __future__ import annotations
+
+import argparse
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...base.files import complete_folder
+from ...run.trajectory import Trajectory
+from ...scene.columns import column_unit
+from ...scene.scene import ClearanceRevolute
+from ..figures import draw_run
+from ..options import Commands, add_out, add_scene, add_settings, new_command
+from ..output import Rows, print_json, require_writable, table_text, write_table
+from ..scenes import hint, progress_of, settings_of, template_of
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    command = new_command(
+        commands,
+        "run",
+        run,
+        "simulate a scene once, at the nominal values of its parameters",
+        "Simulate a scene and print the extremes of its outputs, those of the continuous motion, and its "
+        "contacts.",
+        "chebclear run press.toml --set joints.wrist.clearance=2e-4 --out results",
+    )
+    add_scene(command)
+    add_settings(command)
+    add_out(
+        command, "report.html, run.npz, run.csv, tables of extremes and contacts (md, csv, json) and PNGs"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    template = template_of(options)
+    settings = settings_of(template, options)
+    require_writable(options.out)
+    result = template.simulate(**settings, progress=progress_of(options))
+    extremes, contacts = _extremes(result), _contacts(result)
+    if options.out is not None:
+        with complete_folder(options.out) as folder:
+            result.save(folder / "run.npz")
+            write_table(extremes, folder, "extremes")
+            write_table(contacts, folder, "contacts")
+            result.to_csv(folder / "run.csv")
+            draw_run(result, folder)
+            result.report(folder / "report.html", title=template.title or None)
+    if options.json:
+        print_json(
+            {
+                "status": result.status,
+                "steps": result.stats.steps,
+                "extremes": extremes,
+                "contacts": contacts,
+                "warnings": result.warnings,
+            }
+        )
+        return 0
+    print(f"{result.message}; {result.stats.steps} steps", end="\n\n")
+    print(table_text(extremes))
+    print(f"\n{table_text(contacts)}\n" if contacts else "")
+    if options.out is not None:
+        print(f"wrote    {options.out / 'report.html'} and more beside it")
+    hint(options, "chebclear study FILE --out results" if template.intervals else "chebclear tradeoff FILE")
+    return 0
+
+
+def _extremes(result: Trajectory) -> Rows:
+    """Extremes of the continuous motion over the sampled time."""
+    rows = []
+    for name in result.columns:
+        lowest, peak = result.lowest(name), result.peak(name)
+        rows.append(
+            {
+                "output": name,
+                "unit": column_unit(name),
+                "lowest": lowest.value,
+                "lowest at [s]": lowest.time,
+                "largest": peak.value,
+                "largest at [s]": peak.time,
+            }
+        )
+    return rows
+
+
+def _contacts(result: Trajectory) -> Rows:
+    """Contacts of each clearance joint in the sampled time."""
+    rows = []
+    for joint in result.scene.joints:
+        if isinstance(joint, ClearanceRevolute):
+            own = result.contacts.joint == joint.name
+            rows.append(
+                {
+                    "joint": joint.name,
+                    "contacts": int(own.sum()),
+                    "fastest impact [m/s]": _largest(result.contacts.impact_velocity[own]),
+                    "largest force [N]": _largest(result.contacts.peak_force[own]),
+                    "longest [s]": _largest(result.contacts.duration[own]),
+                }
+            )
+    return rows
+
+
+def _largest(values: NDArray[np.float64]) -> float:
+    """The largest of the numbers that are known; NaN without one."""
+    known = values[np.isfinite(values)]
+    return float(known.max()) if len(known) else math.nan

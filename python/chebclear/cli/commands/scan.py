@@ -1,0 +1,40 @@
+"""``chebclear scan``: brute force over a grid of the parameters."""
+
+from __future__ import annotations
+
+import argparse
+
+from ..bands import finish
+from ..options import Commands, add_out, add_scene, add_settings, add_threads, count, new_command
+from .study import STUDY_FILES, study_of
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    command = new_command(
+        commands,
+        "scan",
+        scan,
+        "simulate on a grid of the parameters: inner bounds of the outputs",
+        "Simulate a scene on equally spaced points of its parameters' intervals. The bands are the "
+        "extremes of the runs: between the points an output may reach further.",
+        "chebclear scan press.toml --points 5 --out results",
+    )
+    add_scene(command)
+    command.add_argument(
+        "--points",
+        type=count,
+        metavar="N",
+        default=10,
+        help="points of every parameter (default: %(default)s)",
+    )
+    add_settings(command)
+    add_out(command, STUDY_FILES)
+    add_threads(command)
+    command.set_defaults(require=None)
+
+
+def scan(options: argparse.Namespace) -> int:
+    """Run the command."""
+    made, title = study_of(options)
+    return finish(made.scan(options.points), options, title)

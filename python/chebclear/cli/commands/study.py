@@ -1,0 +1,104 @@
+"""``chebclear study``: the bands of the outputs over the intervals of the parameters."""
+
+from __future__ import annotations
+
+import argparse
+
+from ...study.results import StudyResult
+from ...study.study import Study
+from ..bands import DEMANDS, finish
+from ..options import (
+    Commands,
+    add_out,
+    add_scene,
+    add_settings,
+    add_threads,
+    count,
+    new_command,
+    positive,
+)
+from ..output import require_writable
+from ..scenes import progress_of, settings_of, template_of
+
+# Which options each kind of study takes besides those of every one.
+_KINDS = {
+    "band": ("runs", "coverage", "seed"),
+    "certify": ("coverage", "seed"),
+    "chebyshev": ("degree",),
+    "sample": ("runs", "seed"),
+}
+STUDY_FILES = "report.html, study.npz, the table of verdicts (md, csv, json) and a PNG for every output"
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    command = new_command(
+        commands,
+        "study",
+        study,
+        "how far the outputs move over the intervals of the parameters, and how sure that is",
+        "Simulate a scene at many points of its parameters' intervals and print, for every output, how far "
+        "it reaches, with a verdict on how far that can be trusted: band, widened until runs that took no "
+        "part are inside; certify, proved for independent runs; chebyshev, the paper's polynomials; sample, "
+        "the extremes of random runs.",
+        "chebclear study examples/slider_crank.toml --out results",
+    )
+    add_scene(command)
+    command.add_argument("--kind", choices=list(_KINDS), default="band", help="(default: %(default)s)")
+    command.add_argument(
+        "--runs", type=count, metavar="N", help="runs of kinds band and sample (default: 81)"
+    )
+    command.add_argument(
+        "--coverage",
+        type=positive,
+        metavar="X",
+        help="share of a further run that is to be inside, of kinds band and certify (default: 0.999)",
+    )
+    command.add_argument(
+        "--degree", type=count, metavar="N", help="degree of the polynomials of kind chebyshev (default: 3)"
+    )
+    command.add_argument(
+        "--seed", type=count, metavar="N", help="seed of the points of kinds band, certify and sample (0)"
+    )
+    command.add_argument(
+        "--require",
+        choices=list(DEMANDS),
+        help="exit with 3 if the verdict on an output is worse; calibrated accepts resolved and certified",
+    )
+    add_settings(command)
+    add_out(command, STUDY_FILES)
+    add_threads(command)
+
+
+def study(options: argparse.Namespace) -> int:
+    """Run the command."""
+    given = {
+        name: getattr(options, name)
+        for names in _KINDS.values()
+        for name in names
+        if getattr(options, name) is not None
+    }
+    for name in given:
+        if name not in _KINDS[options.kind]:
+            kinds = " and ".join(kind for kind, names in _KINDS.items() if name in names)
+            options.usage_error(f"argument --{name}: is for kinds {kinds}, not for {options.kind}")
+    made, title = study_of(options)
+    if options.rtol is not None and options.kind in ("band", "certify"):
+        # These take one of their own in place of that of the study.
+        given["rtol"] = options.rtol
+    result: StudyResult = getattr(made, options.kind)(**given)
+    return finish(result, options, title)
+
+
+def study_of(options: argparse.Namespace) -> tuple[Study, str]:
+    """The study of the file that was named, and its title; a usage error if the file has no intervals."""
+    template = template_of(options)
+    if not template.intervals:
+        options.usage_error(
+            "which parameters are uncertain? give one an interval in the table [parameters] of the file, as "
+            "rel, plus and minus, or limits"
+        )
+    keywords = settings_of(template, options)
+    require_writable(options.out)
+    study = template.study(**keywords, threads=options.threads, progress=progress_of(options))
+    return study, template.title or options.scene.name

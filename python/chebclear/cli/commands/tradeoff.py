@@ -1,0 +1,121 @@
+"""``chebclear tradeoff``: accuracy against cost of runs."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from ...run.settings import METHODS
+from ...scene.scene import Scene
+from ...templates.reader import loads
+from ...templates.template import Template
+from ...tradeoffs.recommendation import COSTS, MOST_ACCURACY
+from ..options import Commands, add_out, add_scene, add_settings, new_command, positive, tolerances, words
+from ..output import print_json, require_writable
+from ..scenes import changes_of, progress_of, settings_of, template_of
+
+_CONVENTIONS = ("as_printed", "corrected")
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    command = new_command(
+        commands,
+        "tradeoff",
+        measured,
+        "measure accuracy against cost on a scene and recommend a setting",
+        "Simulate a scene with many methods and tolerances, compare with two tight runs, print costs, errors "
+        "and the time until which each run can be believed, and recommend a setting. Without a scene: the "
+        "paper's slider-crank.",
+        "chebclear tradeoff press.toml --rtols 1e-4,1e-6 --outputs ram.x",
+    )
+    add_scene(command, optional=True)
+    command.add_argument("--paper", choices=_CONVENTIONS, help="which slider-crank to take (as_printed)")
+    add_settings(command, single=False)
+    command.add_argument(
+        "--methods", type=words, metavar="A,B", help=f"integrators (default: {','.join(METHODS)})"
+    )
+    command.add_argument(
+        "--rtols", type=tolerances, metavar="X,Y", help="relative tolerances (default: 1e-3 to 1e-8)"
+    )
+    command.add_argument(
+        "--accuracy",
+        type=_accuracy,
+        default=1e-3,
+        metavar="X",
+        help="error that the recommended setting may have, relative to the range of each output "
+        "(default: %(default)g; at most 1)",
+    )
+    command.add_argument(
+        "--until",
+        type=positive,
+        metavar="T",
+        help="time over which it may have it [s] (default: as far as the reference is known well enough)",
+    )
+    command.add_argument(
+        "--cost", choices=COSTS, default="seconds", help="what is to be small (default: %(default)s)"
+    )
+    add_out(command, "report.html, tradeoff.md, tradeoff.npz and tradeoff.png")
+
+
+def measured(options: argparse.Namespace) -> int:
+    """Run the command."""
+    from ...tradeoffs import output as tradeoff_output
+    from ...tradeoffs.of_scene import RTOLS, tradeoff
+
+    scene, settings = _subject(options)
+    # What would be refused after the runs is refused before them.
+    if options.until is not None and options.until > settings["duration"]:
+        options.usage_error(f"argument --until: must be <= the duration, {settings['duration']:g} s")
+    require_writable(options.out)
+    result = tradeoff(
+        scene,
+        **settings,
+        methods=options.methods,
+        rtols=RTOLS if options.rtols is None else options.rtols,
+        progress=progress_of(options),
+    )
+    recommendation = result.recommendation(options.accuracy, until=options.until, cost=options.cost)
+    if options.out is not None:
+        tradeoff_output.write(result, recommendation, options.out)
+    if options.json:
+        print_json(tradeoff_output.plain(result, recommendation))
+        return 0
+    print(result)
+    print(f"Recommended: {recommendation}")
+    if options.out is not None:
+        print(f"Wrote {options.out}.")
+    return 0
+
+
+def _subject(options: argparse.Namespace) -> tuple[Scene, dict[str, Any]]:
+    """The scene, and how long and at which samples and outputs to compare."""
+    if options.scene is None:
+        template = _paper(options)
+    elif options.paper is not None:
+        options.usage_error("give either a scene or --paper")
+    else:
+        template = template_of(options)
+    settings = settings_of(template, options)
+    # Method and tolerances are what is to be found.
+    kept = ("duration", "samples", "outputs", "skip", "max_steps", "max_events")
+    return template.scene(), {name: settings[name] for name in kept if name in settings}
+
+
+def _paper(options: argparse.Namespace) -> Template:
+    """The paper's slider-crank, with the settings of its case study."""
+    from ...mechanisms import slider_crank
+    from ...paper import case_study as paper
+
+    scene = slider_crank(convention=options.paper or _CONVENTIONS[0])
+    settings = {"duration": paper.DURATION, "samples": paper.SAMPLES, "outputs": list(paper.OUTPUTS)}
+    return loads(scene.to_json(), "slider_crank", changes={"run": settings, **changes_of(options)})
+
+
+def _accuracy(text: str) -> float:
+    number = positive(text)
+    if number > MOST_ACCURACY:
+        raise argparse.ArgumentTypeError(
+            f"must be a part of the range, <= {MOST_ACCURACY:g}, got {text!r}: larger errors have no meaning"
+        )
+    return number

@@ -1,0 +1,102 @@
+"""What commands print and where they write: JSON, warnings, tables, complete folders."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import sys
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TextIO
+
+from ..base.files import complete_folder
+from ..base.tables import format_number, format_table, markdown_table
+from ..errors import ChebclearWarning
+
+FORMAT = 1
+"""Number of the form of the JSON objects that commands print."""
+
+Rows = Sequence[Mapping[str, Any]]
+"""A table: the same keys in every row, numbers in full."""
+
+
+@contextmanager
+def plain_warnings(quiet: bool) -> Iterator[None]:
+    """Warnings of the package as plain lines on standard error, each text once; none if quiet."""
+    with warnings.catch_warnings():
+        usual, seen = warnings.showwarning, set[str]()
+        warnings.simplefilter("ignore" if quiet else "always", ChebclearWarning)
+
+        def show(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
+            if not issubclass(category, ChebclearWarning):
+                usual(message, category, filename, lineno, file, line)
+            elif str(message) not in seen:
+                seen.add(str(message))
+                print(f"warning: {message}", file=sys.stderr)
+
+        warnings.showwarning = show
+        yield
+
+
+def print_json(values: Mapping[str, Any]) -> None:
+    """One object in one line; numbers that are not finite are null."""
+    print(json.dumps({"format": FORMAT, **_finite(values)}, allow_nan=False))
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def require_writable(directory: Path | None) -> None:
+    """Refuse a directory that cannot be written to before a long computation.
+
+    Raises
+    ------
+    ValueError
+        If it is no directory that files can be written to.
+    """
+    if directory is None:
+        return
+    try:
+        with complete_folder(directory):
+            pass
+    except OSError as error:
+        raise ValueError(f"cannot write to {str(directory)!r}: {error.strerror or error}") from None
+
+
+def table_text(rows: Rows) -> str:
+    """The table to be read on a screen."""
+    return format_table(*_cells(rows))
+
+
+def write_table(rows: Rows, folder: Path, name: str) -> None:
+    """The table as Markdown to be read, as CSV and JSON with all digits."""
+    (folder / f"{name}.md").write_text(markdown_table(*_cells(rows)) + "\n", encoding="utf-8")
+    with (folder / f"{name}.csv").open("w", encoding="utf-8", newline="") as file:
+        table = csv.DictWriter(file, list(rows[0]) if rows else [])
+        table.writeheader()
+        table.writerows(rows)
+    text = json.dumps(_finite(list(rows)), indent=1, allow_nan=False, ensure_ascii=False)
+    (folder / f"{name}.json").write_text(text + "\n", encoding="utf-8")
+
+
+def _cells(rows: Rows) -> tuple[list[str], list[list[str]]]:
+    cells = [
+        [format_number(cell, 4) if isinstance(cell, float) else str(cell) for cell in row.values()]
+        for row in rows
+    ]
+    return list(rows[0]) if rows else [], cells

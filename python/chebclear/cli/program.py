@@ -1,0 +1,80 @@
+"""The program: which commands there are, and what their ends are called.
+
+Exit codes: 0 done; 1 failed, as a run that gave up or a file that cannot be written; 2 wrong arguments or a
+wrong scene; 3 done, but not as good as ``--require`` demands; 130 interrupted by Ctrl-C; 141 nobody reads
+what is printed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+
+from ..base.files import package_version
+from ..errors import ChebclearError, InputError
+from .commands import animate, check, completion, new, paper, report, run, scan, study, tradeoff
+from .output import plain_warnings
+
+EXIT_OK = 0
+EXIT_FAILED = 1
+EXIT_BAD_INPUT = 2  # also what argparse uses for bad arguments
+EXIT_INTERRUPTED = 130  # 128 + SIGINT, as shells report it
+EXIT_UNREAD = 141  # 128 + SIGPIPE, likewise
+
+# In the order of the help: as one needs them.
+_COMMANDS = (new, check, run, study, scan, tradeoff, report, animate, paper, completion)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        The words after ``chebclear``; those of the process if not given.
+
+    Returns
+    -------
+    int
+        The exit code; see this module.
+    """
+    try:
+        try:
+            options = parser().parse_args(arguments)
+            with plain_warnings(options.quiet):
+                return int(options.run(options))
+        finally:
+            # Not left to the end of the process, which could only complain of a closed pipe.
+            sys.stdout.flush()
+    except BrokenPipeError:  # as in "chebclear ... | head -1"
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_UNREAD
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return EXIT_BAD_INPUT
+    except (ChebclearError, OSError) as error:
+        print(f"chebclear: {error}", file=sys.stderr)
+        return EXIT_FAILED
+    except ValueError as error:  # an argument that only the scene can judge, such as an unknown output
+        print(f"chebclear: {error}", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    except KeyboardInterrupt:
+        print("chebclear: interrupted", file=sys.stderr)
+        return EXIT_INTERRUPTED
+
+
+def parser() -> argparse.ArgumentParser:
+    """The parser of all commands; completion scripts are made from it."""
+    made = argparse.ArgumentParser(
+        prog="chebclear",
+        description="Dynamics of planar mechanisms with joint clearance and interval parameters.",
+        epilog="Exit codes: 0 done, 1 failed, 2 wrong arguments or scene, 3 not as good as --require "
+        "demands, 130 interrupted.",
+    )
+    made.add_argument("--version", action="version", version=f"%(prog)s {package_version()}")
+    commands = made.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for command in _COMMANDS:
+        command.add(commands)
+    return made

@@ -1,0 +1,226 @@
+"""The table ``[parameters]`` of a scene file: named numbers, their intervals, what follows from others."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..base.arguments import did_you_mean
+from ..base.quantities import Interval
+from ..errors import SceneError
+from .expressions import Expression
+from .fits import FitError, radial_clearance
+from .template import Parameter, evaluated
+from .toml_text import Path
+from .units import UnitError, is_quantity, parse_unit, written
+from .values import Values
+
+MOST_PARAMETERS = 200
+KEYS = ("nominal", "rel", "plus", "minus", "limits", "fit", "unit", "note")
+"""What the table of a parameter may hold."""
+# Each gives an interval, and only one may.
+_WAYS = (("rel",), ("plus", "minus"), ("limits",), ("fit",))
+# These have a middle, which is the nominal value unless another is given.
+_CLOSED = ("limits", "fit")
+
+
+def read_parameters(given: Any, values: Values) -> tuple[dict[str, Parameter], dict[str, float]]:
+    """The parameters of a file by name, and their nominal values as far as all have one [SI units].
+
+    Parameters
+    ----------
+    given : object
+        What stands under ``parameters``.
+    values : Values
+        Where problems are noted.
+    """
+    if not isinstance(given, Mapping):
+        values.note(("parameters",), f"must be a table, got {given!r}")
+        return {}, {}
+    if len(given) > MOST_PARAMETERS:
+        values.note(("parameters",), f"has {len(given)} entries; at most {MOST_PARAMETERS} are accepted")
+        return {}, {}
+    return _Reader(given, values).read()
+
+
+class _Reader:
+    """Goes over the parameters: the closed intervals first, whose middle others may follow."""
+
+    def __init__(self, given: Mapping[str, Any], values: Values) -> None:
+        self.given = given
+        self.values = values
+        self.facts = {name: value if isinstance(value, Mapping) else {} for name, value in given.items()}
+        self.units = {name: self._unit(name) for name in given}
+        self.closed: dict[str, Interval] = {}
+        self.constants: dict[str, float] = {}
+
+    def read(self) -> tuple[dict[str, Parameter], dict[str, float]]:
+        before = len(self.values.problems)
+        for name, facts in self.facts.items():
+            self._check_name(name)
+            self._check_keys(name, facts)
+            side = self._closed_interval(name, facts)
+            if side is not None:
+                self.closed[name] = side
+        nominal = self._nominal()
+        if len(self.values.problems) == before:
+            try:
+                self.constants = evaluated({name: nominal[name] for name in self.given})
+            except SceneError as error:
+                self.values.problems += error.problems
+        parameters = {
+            name: Parameter(name, nominal[name], self._interval(name), self.units[name], self._note(name))
+            for name in self.given
+            if name in nominal
+        }
+        return parameters, self.constants
+
+    def _check_name(self, name: str) -> None:
+        if not name.isascii() or not name.isidentifier():
+            self.values.note(
+                ("parameters", name),
+                "a parameter is named by letters, digits and _, beginning with a letter",
+            )
+
+    def _check_keys(self, name: str, facts: Mapping[str, Any]) -> None:
+        path: Path = ("parameters", name)
+        for key in facts:
+            if key not in KEYS:
+                hint = did_you_mean(key, KEYS)
+                hint = hint or (
+                    '; an interval is given by "rel", by "plus" and "minus", by "limits", or by "fit"'
+                )
+                self.values.note((*path, key), f"unknown key{hint}")
+        ways = [way for way in _WAYS if any(key in facts for key in way)]
+        if len(ways) > 1:
+            words = " and ".join("/".join(way) for way in ways)
+            self.values.note(path, f"gives its interval in two ways, by {words}; give one")
+
+    def _closed_interval(self, name: str, facts: Mapping[str, Any]) -> Interval | None:
+        """The interval whose ends stand in the file or in the tables of fits."""
+        if "limits" in facts:
+            return self._limits(name, facts["limits"])
+        if "fit" not in facts:
+            return None
+        path: Path = ("parameters", name, "fit")
+        if not isinstance(facts["fit"], str):
+            self.values.note(path, f'must be a text such as "25 H7/f6", got {facts["fit"]!r}')
+            return None
+        try:
+            return radial_clearance(facts["fit"])
+        except FitError as error:
+            self.values.note(path, f'"{facts["fit"]}" {error}')
+            return None
+
+    def _limits(self, name: str, value: Any) -> Interval | None:
+        path: Path = ("parameters", name, "limits")
+        if not isinstance(value, list) or len(value) != 2:
+            self.values.note(path, f"must be a pair [lower, upper], got {value!r}")
+            return None
+        unit = self.units[name] or "unit"
+        ends = [self.values.constant(end, (*path, index), unit) for index, end in enumerate(value)]
+        if ends[0] is None or ends[1] is None:
+            return None
+        if not ends[0] < ends[1]:
+            self.values.note(path, f"the lower limit must come first, got {value!r}")
+            return None
+        return Interval(ends[0], ends[1])
+
+    def _nominal(self) -> dict[str, float | Expression]:
+        """The nominal values as they are written: numbers and expressions."""
+        nominal: dict[str, float | Expression] = {}
+        for name, value in self.given.items():
+            path: Path = ("parameters", name)
+            if isinstance(value, Mapping):
+                if "nominal" not in value:
+                    if name in self.closed:
+                        nominal[name] = self.closed[name].midpoint
+                    elif not any(key in value for key in _CLOSED):
+                        self.values.note(path, "misses nominal, limits or a fit")
+                    continue
+                value, path = value["nominal"], (*path, "nominal")
+            number = self.values.number(value, self.units[name] or "unit", path)
+            if number is not None:
+                nominal[name] = number
+        return nominal
+
+    def _interval(self, name: str) -> Interval | None:
+        facts, middle = self.facts[name], self.constants.get(name)
+        closed = self.closed.get(name)
+        if closed is not None:
+            if middle is not None and not closed.lower <= middle <= closed.upper:
+                ends = " to ".join(written(end, self.units[name]) for end in (closed.lower, closed.upper))
+                self.values.note(
+                    ("parameters", name, "nominal"), f"must be in the interval, {ends}: change both"
+                )
+            return closed
+        if middle is None or not any(key in facts for key in ("rel", "plus", "minus")):
+            return None
+        sides = self._relative(name, middle) if "rel" in facts else self._distances(name)
+        if sides is None:
+            return None
+        minus, plus = sides
+        if not middle - minus < middle + plus:
+            key = next(key for key in ("rel", "plus", "minus") if key in facts)
+            self.values.note(("parameters", name, key), "the interval has no width")
+            return None
+        return Interval(middle - minus, middle + plus)
+
+    def _relative(self, name: str, middle: float) -> tuple[float, float] | None:
+        path: Path = ("parameters", name, "rel")
+        rel = self.values.constant(self.facts[name]["rel"], path, "-")
+        if rel is None:
+            return None
+        if not 0.0 < rel < 1.0:
+            self.values.note(path, f"must be above 0 and below 1, the half-width over the value, got {rel!r}")
+            return None
+        return rel * abs(middle), rel * abs(middle)
+
+    def _distances(self, name: str) -> tuple[float, float] | None:
+        facts, path = self.facts[name], ("parameters", name)
+        minus, plus = (
+            self.values.constant(facts[key], (*path, key), self.units[name] or "unit")
+            if key in facts
+            else 0.0
+            for key in ("minus", "plus")
+        )
+        if minus is None or plus is None:
+            return None
+        if plus < 0.0 or minus < 0.0:
+            key = "plus" if "plus" in facts else "minus"
+            self.values.note((*path, key), "plus and minus are distances from nominal, at least 0")
+            return None
+        return minus, plus
+
+    def _unit(self, name: str) -> str:
+        """The unit that is given, or that of the nominal value; all others of the parameter must fit it."""
+        value, facts = self.given[name], self.facts[name]
+        if "unit" in facts:
+            try:
+                parse_unit(str(facts["unit"]))
+            except UnitError as error:
+                self.values.note(("parameters", name, "unit"), str(error))
+                return ""
+            return str(facts["unit"])
+        if "fit" in facts:
+            return "um"
+        limits = facts.get("limits")
+        first = limits[0] if isinstance(limits, list) and limits else ""
+        value = facts.get("nominal", first) if facts else value
+        if not isinstance(value, str) or not is_quantity(value):
+            return ""
+        unit = value.split(maxsplit=1)[1].strip()
+        try:
+            parse_unit(unit)
+        except UnitError:  # reported where the value is read
+            return ""
+        return unit
+
+    def _note(self, name: str) -> str:
+        facts, side = self.facts[name], self.closed.get(name)
+        note = str(facts.get("note", ""))
+        if "fit" not in facts or side is None:
+            return note
+        ends = " to ".join(f"{2e6 * end:g}" for end in (side.lower, side.upper))
+        words = f"radial; {facts['fit']} leaves {ends} um between the diameters"
+        return f"{note}; {words}" if note else words

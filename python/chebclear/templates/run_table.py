@@ -1,0 +1,117 @@
+"""The tables ``[run]`` and ``[features]`` of a scene file: how to simulate, and which numbers to find."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from ..base.arguments import did_you_mean
+from ..run.features import JOINT_KINDS, KINDS, Feature
+from ..run.settings import Settings, require_features
+from ..scene.scene import Inspection
+from .values import Values
+
+UNITS = {
+    "duration": "s",
+    "samples": "-",
+    "skip": "s",
+    "rtol": "-",
+    "position_tolerance": "m",
+    "velocity_tolerance": "m/s",
+    "max_steps": "-",
+    "max_events": "-",
+    "cycles": "-",
+}
+"""Numbers of the table ``run``, with their units."""
+_WHOLE = ("samples", "max_steps", "max_events", "cycles")
+# Stand for what a file may leave to the caller, so that the rest can be judged.
+_NEEDED: dict[str, Any] = {"duration": 1.0, "samples": 2}
+_FEATURE = re.compile(r"\s*(\w+)\s*\(\s*([^()]*?)\s*\)\s*", re.ASCII)
+_EXAMPLE = '"peak(slider.ax)"'
+
+
+def read_run(given: Any, constants: Mapping[str, float], values: Values) -> dict[str, Any]:
+    """The settings of a file as keywords of `simulate` and `Study` [SI units].
+
+    Parameters
+    ----------
+    given : object
+        What stands under ``run``.
+    constants : mapping of str to float
+        Nominal values of the parameters.
+    values : Values
+        Where problems are noted.
+    """
+    if not isinstance(given, Mapping):
+        values.note(("run",), f"must be a table, got {given!r}")
+        return {}
+    before = len(values.problems)
+    known = (*UNITS, "method", "outputs")
+    run: dict[str, Any] = {}
+    for key, value in given.items():
+        if key in UNITS:
+            number = values.constant(value, ("run", key), UNITS[key], constants)
+            if number is not None:
+                run[key] = int(number) if key in _WHOLE and number == int(number) else number
+        elif key in known:
+            run[key] = value
+        else:
+            values.note(("run", key), f"unknown key{did_you_mean(key, known)}")
+    if len(values.problems) == before:
+        _check_settings(run, values)
+    return run
+
+
+def _check_settings(run: Mapping[str, Any], values: Values) -> None:
+    try:
+        Settings(**_NEEDED | dict(run))
+    except (ValueError, TypeError) as error:
+        for line in str(error).split("\n"):
+            name, _, words = line.partition(" ")
+            values.note(("run", name), words)
+
+
+def read_features(given: Any, values: Values) -> dict[str, Feature]:
+    """The features of a file by name.
+
+    Parameters
+    ----------
+    given : object
+        What stands under ``features``: a text such as ``"peak(slider.ax)"`` for every name.
+    values : Values
+        Where problems are noted.
+    """
+    if not isinstance(given, Mapping):
+        values.note(("features",), f"must be a table of names and texts such as {_EXAMPLE}, got {given!r}")
+        return {}
+    features: dict[str, Feature] = {}
+    for name, text in given.items():
+        found = _FEATURE.fullmatch(text) if isinstance(text, str) else None
+        if found is None:
+            values.note(("features", name), f"must be a text such as {_EXAMPLE}, got {text!r}")
+        elif found[1] not in KINDS:
+            hint = did_you_mean(found[1], KINDS) or f"; known are {', '.join(KINDS)}"
+            values.note(("features", name), f'unknown feature "{found[1]}"{hint}')
+        elif not found[2]:
+            what = "a clearance joint" if found[1] in JOINT_KINDS else "an output"
+            values.note(("features", name), f"misses the name of {what} in its parentheses")
+        else:
+            features[name] = Feature(found[1], found[2])
+    return features
+
+
+def check_names(
+    facts: Inspection, run: Mapping[str, Any], features: Mapping[str, Feature], values: Values
+) -> None:
+    """Note the outputs and joints that a scene has not."""
+    for index, name in enumerate(run.get("outputs") or ()):
+        try:
+            Settings(**_NEEDED, outputs=(name,)).fitted(facts)
+        except ValueError as error:
+            values.note(("run", "outputs", index), str(error))
+    for name, feature in features.items():
+        try:
+            require_features(facts, [feature])
+        except ValueError as error:
+            values.note(("features", name), str(error))

@@ -1,0 +1,58 @@
+"""Single values of scene files: numbers, quantities and expressions, and what is wrong with them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from ..base.arguments import as_number
+from ..errors import Problem
+from .expressions import Expression, ExpressionError, parse
+from .template import path_text
+from .toml_text import Path
+from .units import UnitError, convert, is_quantity
+
+
+class Values:
+    """Reads values and notes every problem with its path."""
+
+    def __init__(self) -> None:
+        self.problems: list[Problem] = []
+
+    def note(self, path: Path, message: str) -> None:
+        """Note a problem."""
+        self.problems.append(Problem(path_text(path), message))
+
+    def number(self, value: Any, unit: str, path: Path) -> float | Expression | None:
+        """A number in the SI unit of its place, or an expression; None, and a note, for anything else."""
+        number = as_number(value)
+        if number is not None:
+            if math.isfinite(number):
+                return number
+            self.note(path, f"must be a finite number, got {value!r}")
+            return None
+        if not isinstance(value, str):
+            self.note(path, f'must be a number, a quantity such as "20 mm" or an expression, got {value!r}')
+            return None
+        try:
+            return convert(value, unit) if is_quantity(value) else parse(value)
+        except UnitError as error:
+            self.note(path, f'"{value}": {error}')
+        except ExpressionError as error:
+            self.note(path, f'"{value}" {error}')
+        return None
+
+    def constant(
+        self, value: Any, path: Path, unit: str = "unit", known: Mapping[str, float] | None = None
+    ) -> float | None:
+        """A number that follows no parameters but the known ones."""
+        number = self.number(value, unit, path)
+        if not isinstance(number, Expression):
+            return number
+        try:
+            return number.evaluate(known or {})
+        except ExpressionError as error:
+            more = "" if known else "; no parameters are known here"
+            self.note(path, f'"{number.text}" {error}{more}')
+            return None

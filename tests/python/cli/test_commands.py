@@ -1,0 +1,261 @@
+"""The commands on scene files: what they print, write and return."""
+
+import csv
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear import cli
+from chebclear.cli import program
+
+ROOT = Path(__file__).parents[3]
+CRANK = str(ROOT / "examples" / "slider_crank.toml")
+BRIEF = ["--duration", "1 ms", "--skip", "0", "--samples", "11"]
+
+
+def answer(capsys, *words):
+    """The JSON object that a command prints, and its exit code."""
+    code = cli.main([*words, "--json"])
+    printed = capsys.readouterr()
+    assert printed.out.count("\n") == 1
+    values = json.loads(printed.out)
+    assert values.pop("format") == 1
+    return values, code
+
+
+def refused(capsys, *words):
+    """What a command says that ends with exit code 2."""
+    try:
+        code = cli.main(list(words))
+    except SystemExit as stopped:
+        code = stopped.code
+    assert code == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    return printed.err
+
+
+def commands():
+    made = program.parser()
+    (choices,) = (action.choices for action in made._actions if action.dest == "command")
+    return choices
+
+
+@pytest.mark.parametrize("name", commands())
+def test_every_command_has_an_example_that_its_parser_reads(name):
+    text = commands()[name].format_help()
+    (example,) = re.findall(r"example:\n  .*chebclear (\S+.*)", text)
+    assert example.split()[0] == name
+    for word in example.split()[1:]:
+        if word.startswith("--"):
+            assert word in text.split("example:")[0]
+
+
+def test_check_describes_and_draws(tmp_path, capsys):
+    assert cli.main(["check", CRANK, "--out", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    scene = cc.load(CRANK)()
+    assert scene.describe() in printed
+    assert "rod_length = 120 mm, from 108 mm to 132 mm" in printed
+    assert f"chebclear study {CRANK}" in printed
+    assert (tmp_path / "slider_crank.png").read_bytes().startswith(b"\x89PNG")
+    facts, _ = answer(capsys, "check", CRANK, "--no-picture")
+    assert facts["degrees_of_freedom"] == scene.check().degrees_of_freedom
+    assert facts["clearance"] == {"wrist": 2e-5}
+    assert facts["parameters"]["rod_length"]["interval"] == pytest.approx([0.108, 0.132])
+    assert [path.name for path in tmp_path.iterdir()] == ["slider_crank.png"]
+
+
+def test_run_prints_what_simulate_finds(tmp_path, capsys):
+    values, _ = answer(capsys, "run", CRANK, *BRIEF, "--rtol", "1e-5", "--out", str(tmp_path))
+    run = cc.load(CRANK).simulate(duration=1e-3, skip=0.0, samples=11, rtol=1e-5)
+    rows = {row["output"]: row for row in values["extremes"]}
+    assert list(rows) == list(run.columns)
+    for name, row in rows.items():
+        assert (row["lowest"], row["largest"]) == (run.lowest(name).value, run.peak(name).value)
+    assert values["contacts"][0]["contacts"] == len(run.contacts)
+    assert cc.Trajectory.load(tmp_path / "run.npz") == run
+    with (tmp_path / "extremes.csv").open(encoding="utf-8", newline="") as file:
+        assert [float(row["largest"]) for row in csv.DictReader(file)] == [
+            row["largest"] for row in rows.values()
+        ]
+    assert {"outputs.png", "report.html", "run.csv"} <= {path.name for path in tmp_path.iterdir()}
+
+
+def test_study_writes_what_its_table_says(tmp_path, capsys):
+    out = tmp_path / "results"
+    words = ["study", CRANK, *BRIEF, "--runs", "5", "--outputs", "slider.x,slider.vx", "--out", str(out)]
+    assert cli.main(words) == 0
+    printed = capsys.readouterr().out
+    result = cc.StudyResult.load(out / "study.npz")
+    direct = cc.load(CRANK).study(duration=1e-3, skip=0.0, samples=11, outputs=["slider.x", "slider.vx"])
+    assert result == direct.band(5)
+    for name in result:
+        assert re.search(rf"^{name} .*{result[name].verdict}", printed, re.MULTILINE)
+    assert {path.name for path in out.iterdir()} == {
+        "band_slider.vx.png",
+        "band_slider.x.png",
+        "report.html",
+        "study.npz",
+        "verdicts.csv",
+        "verdicts.json",
+        "verdicts.md",
+    }
+    with (out / "verdicts.csv").open(encoding="utf-8", newline="") as file:
+        rows = {row["output"]: row for row in csv.DictReader(file)}
+    assert float(rows["slider.vx"]["widest"]) == result["slider.vx"].max_width
+    assert json.loads((out / "verdicts.json").read_text(encoding="utf-8"))[1]["verdict"] in printed
+
+
+@pytest.mark.parametrize(
+    ("words", "make"),
+    [
+        (["study", "--kind", "chebyshev", "--degree", "1"], lambda study: study.chebyshev(1)),
+        (["study", "--kind", "sample", "--runs", "3", "--seed", "4"], lambda study: study.sample(3, seed=4)),
+        (["scan", "--points", "2"], lambda study: study.scan(2)),
+    ],
+)
+def test_every_kind_of_study(words, make, capsys):
+    outputs = ["slider.x"]
+    command, *rest = words
+    values, _ = answer(capsys, command, CRANK, *rest, *BRIEF, "--outputs", "slider.x", "--threads", "1")
+    result = make(cc.load(CRANK).study(duration=1e-3, skip=0.0, samples=11, outputs=outputs))
+    assert values["kind"] == result.kind
+    assert values["runs"] == len(result.parameters)
+    (row,) = values["verdicts"]
+    assert row["largest"] == np.max(result["slider.x"].upper)
+
+
+def test_a_demand_that_is_not_met_exits_with_3(capsys):
+    words = ["study", CRANK, *BRIEF, "--kind", "sample", "--runs", "2", "--outputs", "slider.x"]
+    assert answer(capsys, *words)[1] == 0
+    values, code = answer(capsys, *words, "--require", "calibrated")
+    assert (values["not_met"], code) == (["slider.x"], 3)
+    met = ["study", CRANK, *BRIEF, "--runs", "9", "--outputs", "slider.x", "--require", "resolved"]
+    assert answer(capsys, *met)[1] == 0
+
+
+def test_values_are_replaced_by_name(capsys):
+    changes = [
+        "--set",
+        "joints.wrist.clearance=0.2 mm",
+        "--set",
+        "rod_length=130 mm",
+        "--set",
+        "rod_mass=0.2",
+    ]
+    facts, _ = answer(capsys, "check", CRANK, "--no-picture", *changes)
+    assert facts["clearance"] == {"wrist": 2e-4}
+    rod = facts["parameters"]["rod_length"]
+    assert rod["nominal"] == 0.13
+    assert rod["interval"] == pytest.approx([0.117, 0.143])  # the 10 % of the file
+    assert facts["parameters"]["rod_mass"]["nominal"] == 0.2
+
+
+def test_tradeoff_takes_scene_files(capsys):
+    words = ["tradeoff", CRANK, *BRIEF, "--methods", "rodas4", "--rtols", "1e-3", "--outputs", "slider.x"]
+    values, _ = answer(capsys, *words)
+    assert set(values["reference"]["uncertainty"]) == {"slider.x"}
+    assert (values["runs"]["method"], values["runs"]["rtol"]) == (["rodas4"], [1e-3])
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["run", "missing.toml"], "there is none named"),
+        (["run", CRANK, "--set", "rod_length"], "must be NAME=VALUE"),
+        (["run", CRANK, "--set", "rod_lenth=1"], 'did you mean "rod_length"'),
+        (["run", CRANK, "--set", "joints.wirst.clearance=1"], 'did you mean "wrist"'),
+        (["run", CRANK, "--set", "joints.wrist.clearance=-1 um"], "joints[2].clearance: must be > 0"),
+        (["run", CRANK, "--set", "joints.wrist.clearance.x=1"], "is a single value"),
+        (["run", CRANK, "--outputs", "slider.q"], 'unknown output "slider.q"'),
+        (["run", CRANK, "--duration", "5 kg"], "run.duration"),
+        (["run", CRANK, "--out", __file__], "is a file"),
+        (["study", CRANK, "--kind", "sample", "--degree", "3"], "not for sample"),
+        (["study", CRANK, "--runs", "1"], "runs must be a whole number >= 3"),
+        (["tradeoff", CRANK, "--paper", "corrected"], "either a scene or --paper"),
+        (["tradeoff", CRANK, "--until", "2"], "must be <= the duration"),
+    ],
+)
+def test_what_is_wrong_is_said_before_anything_runs(words, message, capsys):
+    assert message in refused(capsys, *words)
+
+
+def test_a_file_without_duration_or_intervals_is_asked_for_them(tmp_path, capsys):
+    path = tmp_path / "scene.json"
+    path.write_text(cc.mechanisms.slider_crank().to_json(indent=1), encoding="utf-8")
+    assert "give --duration" in refused(capsys, "run", str(path))
+    assert "which parameters are uncertain" in refused(capsys, "study", str(path), *BRIEF)
+    assert answer(capsys, "run", str(path), *BRIEF, "--outputs", "slider.x")[1] == 0
+
+
+def test_warnings_are_plain_lines_and_quiet_silences_them(capsys):
+    # A crank of 50 m: looks like another unit.
+    words = ["run", CRANK, *BRIEF, "--set", "joints.wrist.journal_radius=9.8", "--outputs", "slider.x"]
+    assert cli.main(words) == 0
+    told = capsys.readouterr().err
+    assert told.startswith("warning: ")
+    assert ".py:" not in told
+    assert cli.main([*words, "--quiet"]) == 0
+    quiet = capsys.readouterr()
+    assert quiet.err == ""
+    assert "next" not in quiet.out
+
+
+def test_a_saved_result_is_reported(tmp_path, capsys):
+    words = ["study", CRANK, *BRIEF, "--kind", "sample", "--runs", "2", "--outputs", "slider.x"]
+    assert cli.main([*words, "--out", str(tmp_path / "results")]) == 0
+    saved = tmp_path / "results" / "study.npz"
+    assert cli.main(["report", str(saved), "--to", str(tmp_path / "mine.html"), "--title", "How far?"]) == 0
+    assert "<h1>How far?" in (tmp_path / "mine.html").read_text(encoding="utf-8")
+    capsys.readouterr()
+    values, _ = answer(capsys, "report", str(saved))
+    assert Path(values["file"]) == saved.with_suffix(".html")
+    assert "holds" not in refused(capsys, "report", str(tmp_path / "none.npz"))
+    (tmp_path / "other.npz").write_bytes(b"no result")
+    assert "was not written by chebclear" in refused(capsys, "report", str(tmp_path / "other.npz"))
+
+
+@pytest.mark.parametrize("ending", ["html", "gif"])
+def test_a_run_is_animated(ending, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    words = ["animate", CRANK, *BRIEF, "--frames", "3", "--output", "crank_pin.reaction_x"]
+    values, _ = answer(capsys, *words, *(["--to", "press.gif"] if ending == "gif" else []))
+    assert [path.name for path in tmp_path.iterdir()] == [values["file"]]
+    assert values["file"] == ("press.gif" if ending == "gif" else "slider_crank.html")
+    assert "did you mean" in refused(capsys, *words, "--joint", "wirst")
+    assert "must end in" in refused(capsys, *words, "--to", "press.png")
+
+
+def test_a_study_prints_the_features_of_its_file(capsys):
+    words = ["study", CRANK, *BRIEF, "--runs", "12", "--outputs", "slider.x"]
+    feature = ["--set", "features.hardest=peak(wrist.normal_force)"]
+    assert cli.main([*words, *feature]) == 0
+    printed = capsys.readouterr().out
+    assert "hardest" in printed and "rod_length" in printed
+
+
+INTERRUPTED = """
+import signal, sys, threading
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a child of a background job would ignore it
+from chebclear import cli
+from chebclear.cli import program
+threading.Timer(0.5, lambda: signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)).start()
+sys.exit(cli.main(sys.argv[1:]))
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of a terminal")
+def test_ctrl_c_is_one_line(tmp_path):
+    # A minute of runs at least.
+    words = ["study", CRANK, "--runs", "20000", "--outputs", "slider.x", "--out", str(tmp_path / "results")]
+    command = [sys.executable, "-c", INTERRUPTED, *words]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=600)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "chebclear: interrupted\n")
+    assert not list(tmp_path.iterdir())
