@@ -191,3 +191,23 @@ def verdicts(figure: Figure) -> None:
     for ax, name in zip(figure.subplots(2, 1), result.outputs, strict=True):
         result[name].plot(ax=ax)
         ax.set_title(f"{name}: {result[name].verdict}")
+
+
+def front(figure: Figure) -> None:
+    """The picture of the README: a mechanism, and the band of the force in its loose joint."""
+    template = cc.load(Path(__file__).parents[1] / "examples" / "slider_crank.toml")
+    result = template.study().band(runs=41)
+    left, right = figure.subplots(1, 2, width_ratios=[1.0, 1.5])
+    run = cc.simulate(template(), duration=0.03, samples=301)
+    cc.plot_scene(run, 0.005, ax=left, exaggerate=200)
+    left.set_title("slider-crank, play at the wrist (enlarged)")
+    result["wrist.normal_force"].plot(ax=right)
+
+
+if __name__ == "__main__":
+    # The picture of the README is a file of the repository: a registry shows no other.
+    warnings.simplefilter("ignore", cc.ChebclearWarning)
+    with matplotlib.rc_context(STYLE):
+        picture = Figure(figsize=(10.0, 3.6), layout="constrained")
+        front(picture)
+        picture.savefig(Path(__file__).parent / "front.png", dpi=110, metadata={"Software": None})

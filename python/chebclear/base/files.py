@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
 import math
 import os
@@ -64,7 +65,8 @@ def save(
         "python": platform.python_version(),
         "platform": platform.platform(),
     }
-    told = {"format": FORMAT, "kind": kind, "versions": versions, "members": sorted(arrays), **facts}
+    members = {name: _digest(np.asarray(array)) for name, array in arrays.items()}
+    told = {"format": FORMAT, "kind": kind, "versions": versions, "members": members, **facts}
     metadata = json.dumps(_as_json(told), allow_nan=False)
     everything: dict[str, Any] = {"metadata": np.array(metadata), **arrays}
     with replaced(path) as beside, beside.open("wb") as file:
@@ -136,13 +138,28 @@ def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any
             arrays = {name: archive[name] for name in archive.files if name != "metadata"}
         except DAMAGE as error:
             raise ValueError(f"{os.fspath(path)} is damaged: {error}") from None
-    # Older files do not say what they hold; of these what lacks is noticed when it is asked for.
-    differing = set(facts.get("members", arrays)) ^ set(arrays)
+    # Older files do not say what they hold, or only by name: what lacks is noticed when it is asked for.
+    members = facts.get("members", sorted(arrays))
+    differing = sorted(set(members) ^ set(arrays))
     if differing:
-        raise ValueError(
-            f"{os.fspath(path)} is damaged: {', '.join(sorted(differing))} lacks or has a wrong name"
-        )
+        raise ValueError(f"{os.fspath(path)} is damaged: {', '.join(differing)} lacks or has a wrong name")
+    if isinstance(members, dict):
+        # What is no array any more comes as bytes.
+        wrong = [
+            name
+            for name, array in arrays.items()
+            if not isinstance(array, np.ndarray) or members[name] != _digest(array)
+        ]
+        if wrong:
+            raise ValueError(f"{os.fspath(path)} is damaged: {', '.join(wrong)} is not what was written")
     return _Members(path, arrays), _Members(path, facts)
+
+
+def _digest(array: NDArray[Any]) -> str:
+    """A fingerprint of an array with its type and shape, which tells it from any other."""
+    content = hashlib.blake2b(f"{array.dtype.str}{array.shape}".encode(), digest_size=16)
+    content.update(np.ascontiguousarray(array).data if array.size else b"")
+    return content.hexdigest()
 
 
 class _Members(dict[str, Any]):
