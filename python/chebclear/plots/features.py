@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.tables import format_number
 from ..scene.columns import plain_words
-from .axes import COLORS, new_axes
-from .labels import set_x_label, typeset, with_unit
+from .axes import COLORS, new_axes, unit_scale
+from .labels import legend_columns, set_x_label, size_of, typeset, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,12 +20,10 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 LOW, HIGH, TOGETHER, SCATTER = COLORS[0], COLORS[1], "0.6", "0.8"
-# Digits of the values beside the bars.
-_DIGITS = 4
 
 
 def plot_tornado(
-    feature: FeatureLike, *, ax: Axes | None = None, unit: str = "", most: int = 10, **bars: Any
+    feature: FeatureLike, *, ax: Axes | None = None, unit: str | None = None, most: int = 10, **bars: Any
 ) -> Axes:
     """Draw how far each parameter moves the mean of a feature, the largest effect on top.
 
@@ -39,8 +37,8 @@ def plot_tornado(
         A feature of a study, ``result.feature["peak force"]``.
     ax : Axes, optional
         Where to draw; a new figure if not given.
-    unit : str
-        Unit of the feature, for the label.
+    unit : str, optional
+        Unit to show, such as ``"mm"``; SI if not given.
     most : int
         Largest number of parameters that are drawn [-]; the others are counted in a note.
     **bars
@@ -53,7 +51,7 @@ def plot_tornado(
     Raises
     ------
     ValueError
-        If there are too few runs to tell the parameters apart.
+        If there are too few runs to tell the parameters apart, or the unit does not fit.
 
     Examples
     --------
@@ -70,41 +68,64 @@ def plot_tornado(
     >>> ax = cc.plot_tornado(study.sample(20).feature("mean force"), unit="N")
     """
     effects = feature.effects
+    scale, shown_unit = unit_scale(feature.unit, unit)
     names = sorted(effects.swings, key=lambda name: -_reach(effects, name))
     shown = names[: max(1, most)]
     ax = new_axes(ax)
+    mean = scale * effects.mean
+    sides: dict[str, list[tuple[float, int, float]]] = {"left": [], "right": []}
     for row, name in enumerate(shown):
         swing = effects.swings[name]
-        ends = (
-            (swing.at_lower, swing.at_lower_range, LOW, "lower end of the interval"),
-            (swing.at_upper, swing.at_upper_range, HIGH, "upper end of the interval"),
-        )
-        lowest = min(swing.at_lower_range[0], swing.at_upper_range[0])
-        highest = max(swing.at_lower_range[1], swing.at_upper_range[1])
-        for number, (end, reach, color, label) in enumerate(ends):
+        ends = scale * np.array([swing.at_lower, swing.at_upper])
+        reaches = scale * np.array([swing.at_lower_range, swing.at_upper_range])
+        labels = ("lower end of the interval", "upper end of the interval")
+        for number, (end, reach, color, label) in enumerate(
+            zip(ends, reaches, (LOW, HIGH), labels, strict=True)
+        ):
             style: dict[str, Any] = {
                 "height": 0.6,
                 "color": color,
                 "label": label if row == 0 else None,
             } | bars
-            ax.barh(row, end - effects.mean, left=effects.mean, **style)
+            ax.barh(row, end - mean, left=mean, **style)
             # Whiskers of both ends overlap: one above the other.
             height = row + (0.12 if number else -0.12)
             ax.plot(reach, (height, height), color="0.2", linewidth=1.0, marker="|", markersize=7.0)
-            other = ends[1 - number][0]
-            # Both on one side: the second label goes on the other one.
-            left = end < other or (end == other and number == 0)
-            place, side = (lowest, "right") if left else (highest, "left")
-            _beside(ax, place, row, format_number(end, _DIGITS), side)
-    ax.axvline(effects.mean, color="0.2", linewidth=0.8)
-    ax.margins(x=0.25)
+        # Both ends may lie on one side of the mean: the smaller value is written on the left all the same.
+        sides["left"].append((float(reaches.min()), row, float(ends.min())))
+        sides["right"].append((float(reaches.max()), row, float(ends.max())))
+    # Not up into the legend.
+    ax.plot((mean, mean), (-0.5, len(shown) - 0.5), color="0.2", linewidth=0.8)
+    _values_beside(ax, sides)
     _rows(ax, [plain_words(name) for name in shown])
-    set_x_label(ax, with_unit(f"{plain_words(feature.name)}, mean", unit))
+    ax.locator_params(axis="x", nbins=4)
+    ax.ticklabel_format(axis="x", useOffset=False)
+    set_x_label(ax, with_unit(f"{plain_words(feature.name)}, on average", shown_unit))
     if len(names) > len(shown):
         note = f"{len(names) - len(shown)} more parameters move it less"
         ax.text(0.99, 0.02, typeset(note), transform=ax.transAxes, ha="right", fontsize="small", color="0.3")
     _legend_on_top(ax)
     return ax
+
+
+def _values_beside(ax: Axes, sides: dict[str, list[tuple[float, int, float]]]) -> None:
+    """Values beside the ends of bars, with as many decimals as tell them apart, and room for them."""
+    everything = [place for entries in sides.values() for place, _, _ in entries]
+    reach = max(everything) - min(everything)
+    decimals = max(0, min(12, 2 - math.floor(math.log10(reach)))) if reach > 0.0 else 3
+    texts = {side: [f"{value:.{decimals}f}" for _, _, value in entries] for side, entries in sides.items()}
+    for side, entries in sides.items():
+        for (place, row, _), text in zip(entries, texts[side], strict=True):
+            _beside(ax, place, row, text, "right" if side == "left" else "left")
+    rooms = [_room(ax, texts[side]) for side in ("left", "right")]
+    span = (reach or 1.0) / max(0.2, 1.0 - sum(rooms))
+    ax.set_xlim(min(everything) - rooms[0] * span, max(everything) + rooms[1] * span)
+
+
+def _room(ax: Axes, texts: list[str]) -> float:
+    """Part of the width of the axes that the longest of some small texts takes, with its gaps."""
+    points = 0.65 * float(ax.xaxis.label.get_fontsize()) * max(map(len, texts), default=0) + 16.0
+    return points / size_of(ax)[0]
 
 
 def _reach(effects: EffectsLike, name: str) -> float:
@@ -212,8 +233,12 @@ def _bars_with_whiskers(ax: Axes, rows: list[tuple[str, Any, str]], bars: dict[s
         style: dict[str, Any] = {"height": 0.6, "color": color} | bars
         ax.barh(row, value, **style)
         ax.plot((lower, upper), (row, row), color="0.2", linewidth=1.0, marker="|", markersize=7.0)
-        _beside(ax, max(value, upper), row, f"{value:.0f} %", "left")
-    ax.margins(x=0.15)
+        _beside(ax, max(value, upper), row, f"{round(value) + 0:d} %", "left")
+    low = 100.0 * min(0.0, *(estimate[1] for _, estimate, _ in rows))
+    high = 100.0 * max(max(estimate[0], estimate[2]) for _, estimate, _ in rows)
+    room = _room(ax, ["100 %"])
+    span = (high - low or 1.0) / (1.0 - room - 0.03)
+    ax.set_xlim(low - (0.03 * span if low < 0.0 else 0.0), low + span * 0.97 if low < 0.0 else span)
     _rows(ax, [name for name, _, _ in rows])
 
 
@@ -238,10 +263,19 @@ def _rows(ax: Axes, names: list[str]) -> None:
 
 
 def _legend_on_top(ax: Axes) -> None:
-    """A legend of one line above the first row."""
-    rows = len(ax.get_yticks())
-    ax.set_ylim(rows - 0.4, -0.6 - 0.14 * rows - 0.3)
+    """A legend above the first row, in one line if it fits."""
     handles, labels = ax.get_legend_handles_labels()
+    columns = legend_columns(ax, labels)
+    lines = -(-len(labels) // columns)
+    rows = len(ax.get_yticks())
+    height = (1.6 * lines + 1.0) * float(ax.xaxis.label.get_fontsize()) / size_of(ax)[1]
+    # The rows keep what the legend leaves.
+    ax.set_ylim(rows - 0.4, -0.6 - rows * height / (1.0 - min(height, 0.6)))
     ax.legend(
-        handles, list(map(typeset, labels)), loc="upper center", ncols=2, fontsize="small", frameon=False
+        handles,
+        list(map(typeset, labels)),
+        loc="upper center",
+        ncols=columns,
+        fontsize="small",
+        frameon=False,
     )

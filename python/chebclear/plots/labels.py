@@ -84,14 +84,14 @@ def set_y_label(ax: Axes, text: str) -> None:
     label = ax.set_ylabel("")
     # Beside other axes a label has the height of its own, alone that of the figure.
     figure = ax.figure
-    height = _size(ax)[1] if len(figure.axes) > 1 else figure.bbox.height / figure.dpi * 72.0
+    height = size_of(ax)[1] if len(figure.axes) > 1 else figure.bbox.height / figure.dpi * 72.0
     label.set_text(_upright(text, height, float(label.get_fontsize())))
 
 
 def add_color_bar(ax: Axes, shades: ScalarMappable, text: str, **bar: Any) -> None:
     """A color bar beside the axes, with a label in as many lines as their height needs."""
     size = float(ax.yaxis.label.get_fontsize())
-    ax.figure.colorbar(shades, ax=ax, label=_upright(text, _size(ax)[1], size), **bar)
+    ax.figure.colorbar(shades, ax=ax, label=_upright(text, size_of(ax)[1], size), **bar)
 
 
 def _upright(text: str, height: float, size: float) -> str:
@@ -108,11 +108,10 @@ def legend_above_the_data(ax: Axes, title: str | None = None) -> None:
     handles, labels = ax.get_legend_handles_labels()
     if not labels:
         return
-    width, height = _size(ax)
+    height = size_of(ax)[1]
     legend = ax.legend(handles, list(map(typeset, labels)), title=title, loc="upper center", fontsize="small")
     font = float(legend.get_texts()[0].get_fontsize())
-    longest = max(map(len, labels)) * _LETTER + _LEGEND_HANDLE
-    columns = max(1, min(len(labels), int(width / (font * longest))))
+    columns = legend_columns(ax, labels)
     lines = -(-len(labels) // columns) + (title is not None)
     share = min(0.5, (_LEGEND_LINE * lines + _LEGEND_FRAME) * font / height)
     limits = _drawn_limits(ax)
@@ -135,6 +134,14 @@ def legend_above_the_data(ax: Axes, title: str | None = None) -> None:
         ax.autoscale_view()
 
 
+def legend_columns(ax: Axes, labels: list[str]) -> int:
+    """How many entries of a legend of small type fit beside each other [-]."""
+    # Small type is a sixth smaller than that of the labels.
+    font = float(ax.xaxis.label.get_fontsize()) / 1.2
+    longest = max(map(len, labels)) * _LETTER + _LEGEND_HANDLE
+    return max(1, min(len(labels), int(size_of(ax)[0] / (font * longest))))
+
+
 def _drawn_limits(ax: Axes) -> tuple[float, float] | None:
     """Lowest and highest ordinate of all that is drawn, or None if there is no such range."""
     ends: list[float] = []
@@ -152,7 +159,7 @@ def _drawn_limits(ax: Axes) -> tuple[float, float] | None:
     return float(values.min()), float(values.max())
 
 
-def _size(ax: Axes) -> tuple[float, float]:
+def size_of(ax: Axes) -> tuple[float, float]:
     """Width and height of the axes [points]."""
     box = ax.get_window_extent()
     return float(box.width / ax.figure.dpi * 72.0), float(box.height / ax.figure.dpi * 72.0)

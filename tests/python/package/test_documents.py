@@ -59,6 +59,15 @@ def test_example_runs(example: Path, tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert list(tmp_path.glob("*.png"))
 
 
+def test_examples_are_numbered_short_and_name_themselves() -> None:
+    numbered = [example for example in EXAMPLES if example.name[0].isdigit()]
+    assert [int(example.name[:2]) for example in numbered] == list(range(1, len(numbered) + 1))
+    for example in numbered:
+        text = example.read_text(encoding="utf-8")
+        assert len(text.splitlines()) < 60, example.name
+        assert f"python examples/{example.name}" in " ".join(text.split()), example.name
+
+
 def test_the_map_of_the_code_names_files_that_exist() -> None:
     text = (ROOT / "docs" / "developing.md").read_text(encoding="utf-8")
     named = re.findall(r"`((?:rust/src|python/chebclear|tests|docs|benchmarks)/[\w/.]+)`", text)

@@ -5,7 +5,6 @@ import types
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.base.tables import format_number
 from chebclear.study.features.effects import even_points, find_effects
 from matplotlib.figure import Figure
 
@@ -23,7 +22,7 @@ def feature():
     values = 1000.0 + 8.0 * points[:, 0] - 3.0 * points[:, 1] + noise
     names = ["link_length", "clearance", "oil"]
     effects = find_effects(names, points, values[:, None])
-    return types.SimpleNamespace(name="peak_force", effects=effects)
+    return types.SimpleNamespace(name="peak_force", unit="N", effects=effects)
 
 
 def texts(ax):
@@ -32,9 +31,9 @@ def texts(ax):
 
 class TestTornado:
     def test_bars_go_from_the_mean_to_the_ends(self, feature, ax):
-        cc.plot_tornado(feature, unit="N", ax=ax)
+        cc.plot_tornado(feature, ax=ax)
         assert [text.get_text() for text in ax.get_yticklabels()] == ["link length", "clearance", "oil"]
-        assert ax.get_xlabel() == "peak force, mean [N]"
+        assert ax.get_xlabel() == "peak force, on average [N]"
         low, high = ax.patches[:2]
         assert low.get_x() == pytest.approx(1000.0, abs=0.3) and low.get_width() == pytest.approx(
             -8.0, abs=0.4
@@ -44,11 +43,11 @@ class TestTornado:
         swing = feature.effects.swings["clearance"]
         sides = {text.get_text(): text.get_ha() for text in ax.texts}
         assert swing.at_lower > swing.at_upper
-        assert sides[format_number(swing.at_lower, 4)] == "left"
-        assert sides[format_number(swing.at_upper, 4)] == "right"
+        assert sides[f"{swing.at_lower:.1f}"] == "left"
+        assert sides[f"{swing.at_upper:.1f}"] == "right"
 
     def test_values_and_names_are_in_the_picture_and_the_legend_covers_no_bar(self, feature, ax):
-        cc.plot_tornado(feature, unit="N", ax=ax)
+        cc.plot_tornado(feature, ax=ax)
         ax.figure.draw_without_rendering()
         box, legend = ax.get_window_extent(), ax.get_legend().get_window_extent()
         for text in ax.texts:

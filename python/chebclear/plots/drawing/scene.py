@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ...base.arguments import Checks
 from ...scene.scene import ClearanceRevolute, Gravity, Scene
 from ..axes import new_axes
-from ..labels import typeset
+from ..labels import size_of, typeset
 from .pen import Pen, strokes_of
 from .pose import Pose, simulated_poses
 from .strokes import put_on
@@ -180,6 +180,8 @@ def _label_parts(ax: Axes, pen: Pen) -> None:
             bbox=style,
             zorder=9,
         )
+    left, right = ax.get_xlim()
+    letter = 0.45 * float(ax.xaxis.label.get_fontsize()) * (right - left) / size_of(ax)[0]
     for place, names, radius in _named_by_place(pen):
         text = ", ".join(names)
         away = place - pose.center
@@ -198,6 +200,11 @@ def _label_parts(ax: Axes, pen: Pen) -> None:
             bbox=style,
             zorder=9,
         )
+        # The axes hold the labels too, as wide as they are in this figure.
+        wide = letter * len(text)
+        shifts = {"left": (0.0, wide), "center": (-0.5 * wide, 0.5 * wide), "right": (-wide, 0.0)}[across]
+        ax.update_datalim([anchor + np.array([shift, 0.0]) for shift in shifts])
+    ax.autoscale_view()
 
 
 def _named_by_place(pen: Pen) -> Iterator[tuple[Array, list[str], float]]:

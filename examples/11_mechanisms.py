@@ -1,6 +1,6 @@
 """The ready-made mechanisms: what they are, what they look like, and what play in their pins does.
 
-Run it with ``python examples/03_mechanisms.py [DIRECTORY]``; pictures go there (default: here).
+Run it with ``python examples/11_mechanisms.py [DIRECTORY]``; pictures go there (default: here).
 """
 
 import sys

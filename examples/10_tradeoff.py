@@ -1,6 +1,6 @@
 """Accuracy against cost: which method and tolerance for this scene, and how far can a run be believed?
 
-Run it with ``python examples/02_tradeoff.py [DIRECTORY]``; pictures go there (default: here).
+Run it with ``python examples/10_tradeoff.py [DIRECTORY]``; pictures go there (default: here).
 """
 
 import sys

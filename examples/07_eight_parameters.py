@@ -1,0 +1,47 @@
+"""Eight uncertain parameters: 81 runs bound the loads of a slider-crank and tell what they hang on.
+
+A grid of four points each would take 65 536 runs. Run it with ``python examples/07_eight_parameters.py
+[DIRECTORY]``; pictures go there (default: here).
+"""
+
+import sys
+from pathlib import Path
+
+import chebclear as cc
+from matplotlib.figure import Figure
+
+folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
+
+turn = cc.mechanisms.slider_crank().period
+study = cc.Study(
+    cc.mechanisms.slider_crank,
+    {
+        "crank_length": cc.interval(0.05, rel=0.02),
+        "rod_length": cc.interval(0.12, rel=0.02),
+        "clearance": cc.interval(2e-5, rel=0.5),
+        "journal_radius": cc.interval(0.0098, rel=0.02),
+        "slider_mass": cc.interval(0.14, rel=0.1),
+        "rod_mass": cc.interval(0.21, rel=0.1),
+        "restitution": cc.interval(0.8, half_width=0.1),
+        "crank_speed": cc.interval(cc.rpm(2000), rel=0.02),
+    },
+    outputs=["slider.vx", "wrist.normal_force"],
+    duration=turn,
+    samples=721,
+    skip=turn,
+    features={"mean_force": cc.mean("wrist.normal_force"), "peak_force": cc.peak("wrist.normal_force")},
+)
+result = study.band(81)
+print(result)
+for name in study.features:
+    print(result.feature(name))
+    print(result.ranking(name), "\n")
+
+figure = Figure(figsize=(11, 8), layout="constrained")
+axes = figure.subplots(2, 2)
+result["wrist.normal_force"].plot(ax=axes[0, 0], runs=10)
+result["slider.vx"].plot(ax=axes[0, 1], runs=10)
+cc.plot_tornado(result.feature("mean_force"), ax=axes[1, 0])
+cc.plot_shares(result.feature("peak_force"), ax=axes[1, 1])
+axes[1, 1].set_title("peak force", fontsize="medium")
+figure.savefig(folder / "eight_parameters.png")
