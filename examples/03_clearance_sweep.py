@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 
 # A sample a revolution of the settled motion, for clearances from a new pin to a worn one.
-clearances = np.linspace(5e-6, 2e-4, 40)
+clearances = np.linspace(5e-6, 1.5e-4, 30)
 diagram = cc.bifurcation(
     cc.mechanisms.slider_crank, "clearance", clearances, "slider.ax", periods=15, skip=15, rtol=1e-5
 )
@@ -24,7 +24,7 @@ print(f"one point, within 10 m/s², at {len(repeating)} of {len(clearances)} cle
 figure = Figure(figsize=(10, 8), layout="constrained")
 axes = figure.subplots(2, 2)
 diagram.plot(ax=axes[0, 0], unit="km/s²", parameter_unit="µm", parameter_scale=1e6)
-axes[0, 0].set_title("40 clearances, 16 revolutions each", fontsize="medium")
+axes[0, 0].set_title("30 clearances, 16 revolutions each", fontsize="medium")
 
 # The first and the last of them more closely: the journal's path, and a section of what it does.
 for ax, clearance in ((axes[0, 1], clearances[0]), (axes[1, 0], clearances[-1])):

@@ -19,7 +19,7 @@ def settled(clearance):
     scene = cc.mechanisms.four_bar(clearance_at=PINS, clearance=clearance)
     features = [cc.peak("rocker.angular_acceleration"), *(cc.wear(pin) for pin in PINS)]
     turn = scene.period
-    return cc.simulate(scene, turn, 3601, skip=turn, features=features)
+    return cc.simulate(scene, duration=turn, samples=3601, skip=turn, features=features)
 
 
 runs = {"new": settled(1e-5), "worn": settled({"crank_pin": 1e-4, "rocker_pin": 2e-4})}

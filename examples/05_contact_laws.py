@@ -26,7 +26,8 @@ for name, law in laws.items():
     scene = cc.mechanisms.slider_crank(contact=law, friction=None, clearance=CLEARANCE)
     turn = scene.period
     features = [cc.peak("wrist.normal_force"), cc.loss("wrist"), cc.contact_share("wrist")]
-    run = runs[name] = cc.simulate(scene, turn, 3601, skip=turn, features=features)
+    run = cc.simulate(scene, duration=turn, samples=3601, skip=turn, features=features)
+    runs[name] = run
     peak, lost, share = (run.feature(feature) for feature in features)
     print(f"{name:26s}{len(run.events):9d}{peak:10.0f} N{1e3 * lost:6.2f} mJ{100 * share:10.0f} %")
 

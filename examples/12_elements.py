@@ -44,7 +44,9 @@ above, below = figure.subplots(2, 1)
 cc.plot_scene(press(0.02), ax=above, exaggerate=40.0)
 columns = ["crank.angular_velocity", "spring.force", "wrist.wear", "energy.*"]
 for flywheel in (0.005, 0.02, 0.08):
-    run = cc.simulate(press(flywheel), 0.5, 2001, rtol=1e-7, method="dop853", outputs=columns)
+    run = cc.simulate(
+        press(flywheel), duration=0.5, samples=2001, rtol=1e-7, method="dop853", outputs=columns
+    )
     label = f"flywheel {flywheel:g} kg m²"
     cc.plot_trajectory(run, "crank.angular_velocity", ax=below, label=label)
 figure.savefig(folder / "elements.png")

@@ -60,9 +60,8 @@ def test_example_runs(example: Path, tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_examples_are_numbered_short_and_name_themselves() -> None:
-    numbered = [example for example in EXAMPLES if example.name[0].isdigit()]
-    assert [int(example.name[:2]) for example in numbered] == list(range(1, len(numbered) + 1))
-    for example in numbered:
+    assert [int(example.name[:2]) for example in EXAMPLES] == list(range(1, len(EXAMPLES) + 1))
+    for example in EXAMPLES:
         text = example.read_text(encoding="utf-8")
         assert len(text.splitlines()) < 60, example.name
         assert f"python examples/{example.name}" in " ".join(text.split()), example.name

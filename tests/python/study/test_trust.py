@@ -1,6 +1,5 @@
 """Certified ranges, the verdict on a polynomial, and what it says of each parameter."""
 
-import runpy
 import warnings
 from pathlib import Path
 
@@ -102,11 +101,9 @@ def test_saved_results_keep_their_bounds(tmp_path):
 
 
 def test_the_toggle_press_is_not_resolved():
-    press = runpy.run_path(str(Path(__file__).parents[3] / "examples" / "toggle_press.py"))
-    box = {name: press["TOLERANCES"][name] for name in ("upper_length", "bearing_distance")}
-    study = cc.Study(
-        press["toggle_press"], box, ["ram.y", "knee.normal_force"], duration=0.06, samples=121, rtol=1e-5
-    )
+    press = cc.load(Path(__file__).parents[3] / "examples" / "toggle_press.toml")
+    box = {name: press.intervals[name] for name in ("upper_length", "bearing_distance")}
+    study = cc.Study(press, box, ["ram.y", "knee.normal_force"], duration=0.06, samples=121, rtol=1e-5)
     with pytest.warns(cc.ChebclearWarning) as caught:
         result = study.chebyshev(degree=2)
     told = [str(warning.message) for warning in caught if "not resolved" in str(warning.message)]

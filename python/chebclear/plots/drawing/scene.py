@@ -181,7 +181,7 @@ def _label_parts(ax: Axes, pen: Pen) -> None:
             zorder=9,
         )
     left, right = ax.get_xlim()
-    letter = 0.45 * float(ax.xaxis.label.get_fontsize()) * (right - left) / size_of(ax)[0]
+    letter = 0.52 * float(ax.xaxis.label.get_fontsize()) * (right - left) / size_of(ax)[0]
     for place, names, radius in _named_by_place(pen):
         text = ", ".join(names)
         away = place - pose.center
