@@ -293,8 +293,8 @@ def faults(case: Case, run: cc.Trajectory) -> list[str]:
     if run.stats.steps + run.stats.rejected > MAX_STEPS:
         found.append("more steps than allowed")
     # Two attempts to land are the rule; 20 and the last retake at most.
-    if run.stats.landings > 21 * (run.stats.steps + 1):
-        found.append("landings without end")
+    if run.stats.relocations > 21 * (run.stats.steps + 1):
+        found.append("relocations without end")
     if case.passive and energy_gain(run) > ENERGY_PER_ONSET:
         found.append(f"energy grew by {energy_gain(run):.3g} tolerances per onset")
     if imbalance(run) > IMBALANCE:

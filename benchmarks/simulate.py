@@ -182,7 +182,7 @@ def _velocity_and_counters(run: Any) -> tuple[np.ndarray, dict[str, int]]:
         return run.vx, counters if run.steps is None else {"steps": run.steps, **counters}
     if peer is not None and isinstance(run, peer.Run):
         return run.vx, {"steps": run.steps}
-    names = ("steps", "rejected", "stages", "evaluations", "jacobians", "factorisations", "landings")
+    names = ("steps", "rejected", "stages", "evaluations", "jacobians", "factorizations", "relocations")
     counters = {name: getattr(run.stats, name) for name in names if hasattr(run.stats, name)}
     kinds = [str(kind) for kind in run.events.kind]
     return run["slider.vx"], {**counters, "changes": kinds.count("onset") + kinds.count("separation")}

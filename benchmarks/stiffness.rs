@@ -158,7 +158,7 @@ fn measure(ensemble: &dyn Ensemble, method: Method, rtol: f64) -> Row {
         let (error, stats) = ensemble.run(index, method, rtol);
         let work = stats.evaluations as f64
             + JACOBIAN * stats.jacobians as f64
-            + FACTORISATION * stats.factorisations as f64;
+            + FACTORISATION * stats.factorizations as f64;
         for (sum, value) in logarithms.iter_mut().zip([error.max(1e-15), stats.stages as f64, work]) {
             *sum += value.ln();
         }

@@ -235,16 +235,16 @@ fn gate_17_the_counters_add_up() {
         settings.method = method;
         let run = simulate(&mechanism, &settings, &|_| true).unwrap();
         let stats = run.stats;
-        let attempts = stats.steps + stats.rejected + stats.landings;
+        let attempts = stats.steps + stats.rejected + stats.relocations;
         // A landing is an attempt taken again: the first of it was a step that passed.
-        assert!(stats.landings >= stats.events && stats.events == run.events.len());
-        assert_eq!(stats.factorisations, attempts, "{stats:?}");
+        assert!(stats.relocations >= stats.events && stats.events == run.events.len());
+        assert_eq!(stats.factorizations, attempts, "{stats:?}");
         assert_eq!(stats.stages, stages * attempts, "{stats:?}");
         assert_eq!(stats.jacobians, stats.steps, "{stats:?}");
         // The first stage of an attempt is the evaluation that comes with the Jacobian.
         assert_eq!(stats.evaluations, stats.jacobians + (stages - 1) * attempts, "{stats:?}");
         assert!(stats.smallest_step > 0.0 && stats.smallest_step_time < run.time);
-        assert!(run.floored_latches <= stats.events && run.largest_projection == 0.0);
+        assert!(run.impacts_at_floor <= stats.events && run.largest_projection == 0.0);
     }
 }
 

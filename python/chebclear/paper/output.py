@@ -145,7 +145,7 @@ def _introduction(study: CaseStudy) -> str:
     settings = f"({paper.DURATION:g} s, {paper.SAMPLES} samples)"
     fit = f"degree {paper.DEGREE} on {paper.DEGREE + 1} nodes a parameter"
     stats = [stats for convention in study.conventions.values() for stats in convention.stats]
-    floored, changes = (sum(getattr(run, name) for run in stats) for name in ("floored_latches", "events"))
+    floored, changes = (sum(getattr(run, name) for run in stats) for name in ("impacts_at_floor", "events"))
     return f"""# The case study: paper and chebclear
 
 Slider-crank with one clearance joint between rod and slider; crank at 2000 r/min, no gravity. Two

@@ -60,13 +60,13 @@ class Stats(Shown):
     """Evaluations of the accelerations [-]."""
     jacobians: int
     """Evaluations of the Jacobian [-]."""
-    factorisations: int
-    """Matrix factorisations [-]."""
+    factorizations: int
+    """Matrix factorizations [-]."""
     events: int
     """Located contact changes [-]."""
-    landings: int
+    relocations: int
     """Attempts to end a step on a contact change [-]."""
-    floored_latches: int
+    impacts_at_floor: int
     """Contacts whose impact velocity was raised to the floor [-]."""
     largest_projection: float = field(metadata=unit("m"))
     """Largest correction that closed the loops after a step [m]; zero in a tree."""

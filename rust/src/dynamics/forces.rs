@@ -3,7 +3,7 @@
 use super::Dynamics;
 use crate::numerics::dual::{Dual, Scalar};
 use crate::tree::elements::{AppliedForce, Link, Torsion};
-use crate::tree::kinematics::{Vec2, perp, turned};
+use crate::tree::kinematics::{Vec2, perp, rotated};
 
 /// Force of a spring or damper on its second point, where `e` is that point seen from the first and `rate` its
 /// rate.
@@ -52,7 +52,7 @@ impl Dynamics<'_> {
     fn add_couple(&self, frames: [usize; 2], torque: f64, forces: &mut [f64]) {
         for (frame, sign) in frames.into_iter().zip([-1.0, 1.0]) {
             for &(column, i) in &self.tree.paths[frame].free {
-                forces[i] += sign * self.states[column + 1].turn * torque;
+                forces[i] += sign * self.states[column + 1].rotation * torque;
             }
         }
     }
@@ -85,13 +85,13 @@ impl Dynamics<'_> {
         force_of(link, (b.position - a.position).into(), (b.velocity - a.velocity).into()).into()
     }
 
-    /// A given force in the world frame [N], and its rate [N/s] without the turning of the body.
+    /// A given force in the world frame [N], and its rate [N/s] without the rotation of the body.
     pub fn applied_force(&self, applied: &AppliedForce) -> [Vec2; 2] {
         let [x, y] = applied.components.each_ref().map(|component| component.at(self.t));
         let values = [Vec2::new(x[0], y[0]), Vec2::new(x[1], y[1])];
-        match applied.turned {
+        match applied.body_axes {
             Some([cosine, sine]) => {
-                values.map(|value| self.states[applied.point.frame].to_world(turned(value, cosine, sine)))
+                values.map(|value| self.states[applied.point.frame].to_world(rotated(value, cosine, sine)))
             }
             None => values,
         }
@@ -115,10 +115,10 @@ impl Dynamics<'_> {
             let ends = || torsion.frames.into_iter().zip([-1.0, 1.0]);
             for (frame, sign) in ends() {
                 for &(column, i) in &tree.paths[frame].free {
-                    let turn = sign * self.states[column + 1].turn;
+                    let rotation = sign * self.states[column + 1].rotation;
                     for (other, other_sign) in ends() {
                         for &k in &tree.paths[other].columns {
-                            let by = turn * other_sign * self.states[k + 1].turn;
+                            let by = rotation * other_sign * self.states[k + 1].rotation;
                             self.residual_q[i * columns + k] += torsion.stiffness * by;
                             self.residual_v[i * columns + k] += torsion.damping * by;
                         }
@@ -134,10 +134,11 @@ impl Dynamics<'_> {
                 let (by, _) = self.column(column, position);
                 self.residual_t[i] -= by.dot(&rate);
                 for &k in &path.columns {
-                    let turn = self.states[k + 1].turn;
-                    let turning = if applied.turned.is_some() { turn * by.dot(&perp(force)) } else { 0.0 };
+                    let rotation = self.states[k + 1].rotation;
+                    let rotating =
+                        if applied.body_axes.is_some() { rotation * by.dot(&perp(force)) } else { 0.0 };
                     self.residual_q[i * columns + k] -=
-                        self.second_column(column, k, position).dot(&force) + turning;
+                        self.second_column(column, k, position).dot(&force) + rotating;
                 }
             }
         }
@@ -145,8 +146,8 @@ impl Dynamics<'_> {
             let rate = applied.torque.at(self.t)[1];
             for (frame, sign) in applied.frames.into_iter().zip([-1.0, 1.0]) {
                 for &(column, i) in &tree.paths[frame].free {
-                    let turn = sign * self.states[column + 1].turn;
-                    self.residual_t[i] -= turn * rate;
+                    let rotation = sign * self.states[column + 1].rotation;
+                    self.residual_t[i] -= rotation * rate;
                 }
             }
         }

@@ -161,12 +161,12 @@ impl Composites {
             self.bodies[place] = body;
             let Some(i) = part.freedom else { continue };
             let by = frame.column(body.center);
-            forces[i] = -(body.mass * by.dot(&body.acceleration) + frame.turn * body.moment);
-            mass[i * d + i] = body.mass * by.norm_squared() + frame.turn * body.inertia;
+            forces[i] = -(body.mass * by.dot(&body.acceleration) + frame.rotation * body.moment);
+            mass[i * d + i] = body.mass * by.norm_squared() + frame.rotation * body.inertia;
             for &(other, j) in &part.above {
                 let other = &states[other];
-                mass[i * d + j] =
-                    body.mass * by.dot(&other.column(body.center)) + frame.turn * other.turn * body.inertia;
+                mass[i * d + j] = body.mass * by.dot(&other.column(body.center))
+                    + frame.rotation * other.rotation * body.inertia;
             }
         }
         for &entry in &self.uncoupled {
@@ -210,12 +210,17 @@ impl Dynamics<'_> {
         columns: usize,
     ) {
         let frame = &self.states[column + 1];
-        let (by, turn) = self.column(other, body.center);
-        // The spread of the accelerations enters twice, with opposite signs.
+        let (by, rotation) = self.column(other, body.center);
+        // Σ m B_other · a over the bodies of the composite, derived by the position of a column. With a body's centre at
+        // r = C + s, Σ m s = 0, and acceleration A + α, Σ m α = 0, the column of a revolute coordinate is perp(C + s - p):
+        //
+        //   Σ m [∂B·a + B·∂a] = m [∂B(C)·A + B(C)·∂a(C)] + Σ m [perp(perp s)·α + perp(s)·perp(α)]
+        //
+        // and the last sum vanishes, since perp(perp s)·α = -s·α and perp(s)·perp(α) = s·α: only the centre counts.
         let by_position = by.dot(&frame.acceleration_column(body.acceleration))
             + self.second_column(other, column, body.center).dot(&body.acceleration);
-        let by_velocity =
-            body.mass * by.dot(&frame.velocity_column(body.velocity)) + turn * frame.turn * body.spread;
+        let by_velocity = body.mass * by.dot(&frame.velocity_column(body.velocity))
+            + rotation * frame.rotation * body.spread;
         self.residual_q[i * columns + column] += body.mass * by_position;
         self.residual_v[i * columns + column] += 2.0 * by_velocity;
     }
@@ -236,11 +241,11 @@ impl Dynamics<'_> {
                     None if frame == driven + 1 => &path.free[..],
                     _ => continue,
                 };
-                let (by, turn) = self.column(driven, body.center);
+                let (by, rotation) = self.column(driven, body.center);
                 for &(other, i) in free {
-                    let (by_other, turn_other) = self.column(other, body.center);
+                    let (by_other, rotation_other) = self.column(other, body.center);
                     self.residual_t[i] +=
-                        (body.mass * by.dot(&by_other) + body.inertia * turn * turn_other) * jerk;
+                        (body.mass * by.dot(&by_other) + body.inertia * rotation * rotation_other) * jerk;
                 }
             }
             self.add_closure_jerks(driven, jerk);

@@ -116,7 +116,7 @@ impl Dynamics<'_> {
     #[inline]
     pub(super) fn second_column(&self, j: usize, k: usize, point: Vec2) -> Vec2 {
         let (upper, lower) = (j.min(k), j.max(k));
-        self.states[upper + 1].turn * perp(self.states[lower + 1].column(point))
+        self.states[upper + 1].rotation * perp(self.states[lower + 1].column(point))
     }
 
     fn add_contact_derivatives(&mut self, index: usize) {
@@ -157,7 +157,7 @@ impl Dynamics<'_> {
                 let entry = &mut self.joint_columns[column];
                 entry.eccentricity += sign * frame.column(state.position);
                 entry.rate += sign * frame.velocity_column(state.velocity);
-                entry.spin += sign * frame.turn * radius;
+                entry.spin += sign * frame.rotation * radius;
             }
         }
         // -∂/∂z_k of E_iᵀ F + S_i F_t, first through the force, then through E_i.

@@ -119,7 +119,7 @@ impl Dynamics<'_> {
         if !symmetric_factor(&mut loops.s, rows) {
             return false;
         }
-        // The factor holds inverse pivots; the diagonal waits where the multipliers will be.
+        // The factor holds inverse pivots; the diagonal of S was kept in `multipliers`, which are computed later.
         let singular = |r: usize| 1.0 / loops.s[r * rows + r] < SINGULAR_PIVOT * loops.multipliers[r];
         if (0..rows).any(singular) {
             return false;

@@ -186,7 +186,7 @@ impl<'m> Dynamics<'m> {
     #[inline]
     fn column(&self, column: usize, point: Vec2) -> (Vec2, f64) {
         let frame = &self.states[column + 1];
-        (frame.column(point), frame.turn)
+        (frame.column(point), frame.rotation)
     }
 
     /// Adds the generalised force of a force on point b and its reaction on point a, with moments.
@@ -201,12 +201,12 @@ impl<'m> Dynamics<'m> {
         forces: &mut [f64],
     ) {
         for &(column, i) in &self.tree.paths[b.frame].free {
-            let (by, turn) = self.column(column, position_b);
-            forces[i] += by.dot(&force) + turn * moment_b;
+            let (by, rotation) = self.column(column, position_b);
+            forces[i] += by.dot(&force) + rotation * moment_b;
         }
         for &(column, i) in &self.tree.paths[a.frame].free {
-            let (by, turn) = self.column(column, position_a);
-            forces[i] -= by.dot(&force) + turn * moment_a;
+            let (by, rotation) = self.column(column, position_a);
+            forces[i] -= by.dot(&force) + rotation * moment_a;
         }
     }
 

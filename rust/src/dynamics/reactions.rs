@@ -134,7 +134,7 @@ impl Dynamics<'_> {
         let Wrench { force, moment } = self.reaction(driven.joint);
         match self.tree.ideal_joints[driven.joint].realisation {
             // The axis of the frame has the sign of the joint.
-            Realisation::Tree { sign, .. } if !driven.turns => {
+            Realisation::Tree { sign, .. } if !driven.is_angle => {
                 sign * self.states[driven.column + 1].axis.dot(&force)
             }
             _ => moment,

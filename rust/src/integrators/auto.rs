@@ -102,13 +102,13 @@ impl Auto {
             self.memory.pause -= 1;
             return false;
         }
-        // The rate cannot be measured among the rounding errors, and yet the error estimate is no rounding error.
-        let drowned = !implicit && stiffness == 0.0 && self.explicit.error_in_tolerances() > NOISY;
+        // The states differ by rounding alone, so no rate is known, and yet the error estimate is no rounding error.
+        let unmeasurable = !implicit && stiffness == 0.0 && self.explicit.error_in_tolerances() > NOISY;
         let contradicts = if implicit {
             let h = self.implicit.step().h;
             stiffness < EASY && self.implicit.noise(h) < NOISY
         } else {
-            stiffness > STIFF || drowned
+            stiffness > STIFF || unmeasurable
         };
         self.memory.contradictions = if contradicts { self.memory.contradictions + 1 } else { 0 };
         if self.memory.contradictions < PERSISTENCE {
@@ -124,7 +124,7 @@ impl Auto {
         } else if stiffness < UNSTABLE {
             let h = self.explicit.step().h;
             let confirmed = self.implicit.begin(system, t, q, v, stats)
-                && (h * self.implicit.damping() > STIFF || drowned && self.implicit.noise(h) > NOISY);
+                && (h * self.implicit.damping() > STIFF || unmeasurable && self.implicit.noise(h) > NOISY);
             if !confirmed {
                 self.pause();
                 return false;

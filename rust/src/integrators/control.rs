@@ -8,7 +8,8 @@ use crate::integrators::{HybridSystem, Limits, Outcome, Projection, Settled, Sta
 
 /// Step-size factor of an attempt that failed (a number that is not finite, a singular W).
 const FAILURE_FACTOR: f64 = 0.1;
-/// Safety factor and limits of the step-size controller, those of Hairer's RODAS.
+/// Safety factor of the step-size controller, that of Hairer's RODAS, and its limits, a sixth and five (in RODAS a fifth
+/// and six).
 const SAFETY: f64 = 0.9;
 const SMALLEST_FACTOR: f64 = 1.0 / 6.0;
 const LARGEST_FACTOR: f64 = 5.0;
@@ -144,10 +145,10 @@ impl Run<'_> {
                 return Err((if finite { Status::SingularMechanism } else { Status::NonFinite }, None));
             }
             h = h.min(self.system.step_bound()).min(self.limits.max_step);
-            let (taken, error, landed) = self.attempt_and_land(h, end)?;
-            let cut = landed.is_some() || self.t + self.method.step().h >= end;
+            let (taken, error, event) = self.attempt_to_event(h, end)?;
+            let cut = event.is_some() || self.t + self.method.step().h >= end;
             self.accept(end, cut)?;
-            match landed {
+            match event {
                 Some(index) => {
                     let bound = self.change_phase(index)?;
                     // Changes to and fro on the spot: the error of a step too long for either phase.
@@ -253,28 +254,28 @@ impl Run<'_> {
     /// length, its error and the guard. The part has an error of its own: where the motion grows at a rate r,
     /// a linearly implicit step is the worse the closer its length is to 1/(γr), be it a shorter one. Neither
     /// may pass a kink blindly, or end further from the constraints than its error says.
-    fn attempt_and_land(&mut self, mut h: f64, end: f64) -> Result<(f64, f64, Option<usize>), Failure> {
+    fn attempt_to_event(&mut self, mut h: f64, end: f64) -> Result<(f64, f64, Option<usize>), Failure> {
         let mut was_refused = false;
         self.refusal = Status::StepUnderflow;
         loop {
             let (taken, error) = self.attempt(h, end)?;
-            let landed = self.land();
+            let event = self.end_on_event();
             // A singular W may lie between a step that was possible and shorter ones that are.
-            let failed = matches!(landed, Err((Status::NonFinite, _)));
-            let (landed, landing_error) =
-                if failed { (None, f64::INFINITY) } else { (landed?, self.error_norm()) };
+            let failed = matches!(event, Err((Status::NonFinite, _)));
+            let (event, part_error) =
+                if failed { (None, f64::INFINITY) } else { (event?, self.error_norm()) };
             let blind = self.beyond_kink && self.method.step().damping > LARGEST_DAMPING;
-            let (why, factor) = if !landing_error.is_finite() {
+            let (why, factor) = if !part_error.is_finite() {
                 (Status::NonFinite, FAILURE_FACTOR)
             } else if blind {
                 (Status::StepUnderflow, SMALLEST_FACTOR)
-            } else if landing_error > 1.0 {
-                (Status::StepUnderflow, self.factor(landing_error).min(SAFETY))
+            } else if part_error > 1.0 {
+                (Status::StepUnderflow, self.factor(part_error).min(SAFETY))
             } else {
                 match self.project(end) {
                     Projection::Unneeded | Projection::Done => {
                         self.was_rejected |= was_refused;
-                        return Ok((taken, error, landed));
+                        return Ok((taken, error, event));
                     }
                     Projection::TooLarge(excess) => (Status::Projection, self.factor(excess).min(SAFETY)),
                     Projection::Singular => (Status::SingularMechanism, FAILURE_FACTOR),

@@ -4,7 +4,7 @@
 //! a crossing and its return inside one step (interior samples, then the minimum between a
 //! falling and a rising sample), a guard that is zero to rounding because an event has just
 //! happened on it (it must first become negative beyond its resolution), and several guards
-//! at once (the earliest wins, the others are found at the landing).
+//! at once (the earliest wins, the others are found where the step ends on it).
 
 use crate::integrators::HybridSystem;
 use crate::integrators::dense::DenseStep;
@@ -20,7 +20,7 @@ pub struct Guard {
     pub margin: f64,
     /// Size of its rounding errors: closer to zero it has no sign.
     pub resolution: f64,
-    /// How far beyond zero a landing may end.
+    /// How far beyond zero a step may end on it.
     pub overshoot: f64,
 }
 

@@ -10,7 +10,7 @@ pub mod dense;
 pub mod dop853;
 mod dop853_coefficients;
 pub mod events;
-mod landing;
+mod relocation;
 pub mod rosenbrock;
 mod stages;
 pub mod tableaus;
@@ -193,7 +193,7 @@ impl Status {
 /// Work done: counts that do not depend on the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stats {
-    /// Accepted steps, landings included.
+    /// Accepted steps, those that end on events included.
     pub steps: usize,
     /// Accepted steps of an explicit method.
     pub explicit_steps: usize,
@@ -207,12 +207,12 @@ pub struct Stats {
     pub evaluations: usize,
     /// Jacobians.
     pub jacobians: usize,
-    /// Factorisations of W.
-    pub factorisations: usize,
+    /// Factorizations of W.
+    pub factorizations: usize,
     /// Events.
     pub events: usize,
-    /// Attempts to land on an event.
-    pub landings: usize,
+    /// Steps taken again so that they end on an event.
+    pub relocations: usize,
     /// Shortest accepted step that was not cut by an event or the end [s].
     pub smallest_step: f64,
     /// Where it was taken [s].
@@ -229,9 +229,9 @@ impl Default for Stats {
             stages: 0,
             evaluations: 0,
             jacobians: 0,
-            factorisations: 0,
+            factorizations: 0,
             events: 0,
-            landings: 0,
+            relocations: 0,
             smallest_step: f64::INFINITY,
             smallest_step_time: 0.0,
         }
@@ -249,9 +249,9 @@ impl Stats {
             ("stages", self.stages),
             ("evaluations", self.evaluations),
             ("jacobians", self.jacobians),
-            ("factorisations", self.factorisations),
+            ("factorizations", self.factorizations),
             ("events", self.events),
-            ("landings", self.landings),
+            ("relocations", self.relocations),
         ]
     }
 
@@ -264,7 +264,7 @@ impl Stats {
 /// Limits of an integration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Most attempts of a step, accepted or not; landings on events do not count.
+    /// Most attempts of a step, accepted or not; relocations do not count.
     pub max_steps: usize,
     /// Most events.
     pub max_events: usize,

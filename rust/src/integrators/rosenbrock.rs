@@ -215,7 +215,7 @@ impl Stepper for Rosenbrock {
     fn attempt(&mut self, system: &mut dyn HybridSystem, h: f64, stats: &mut Stats) -> bool {
         stats.stages += self.tableau.stages;
         stats.evaluations += self.tableau.stages - 1;
-        stats.factorisations += 1;
+        stats.factorizations += 1;
         // Lent for the call: `take` borrows all of self.
         let linear = std::mem::take(&mut self.linear);
         let (t, q, v) = std::mem::take(&mut self.start);

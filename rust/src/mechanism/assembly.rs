@@ -1,4 +1,4 @@
-//! Assembly: from the user's rough angles to a start with every clearance joint concentric in
+//! Assembly: from initial guesses of the angles to a start with every clearance joint concentric in
 //! position and velocity, and the scales by which errors are judged.
 
 use nalgebra::{DMatrix, DVector};
@@ -40,7 +40,7 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene) -> Result<(State, Scales), In
             "bodies",
             format!(
                 "the mechanism cannot be assembled with its loops closed and its clearance joints {}: from the \
-                 given angles a gap of {residual:.3e} m remains; check the lengths and the rough angles of the \
+                 given angles a gap of {residual:.3e} m remains; check the lengths and the initial guesses of the angles of the \
                  bodies{}{}",
                 if scene.start.is_empty() { "concentric" } else { "as the start says" },
                 if scene.start.is_empty() {
@@ -151,8 +151,8 @@ fn excess(tree: &Tree) -> String {
     )
 }
 
-/// Free coordinates that give the bodies their rough angles, or those that the start gives with all their
-/// turns: springs count them, and what follows meets them up to full turns only.
+/// Free coordinates that give the bodies the guessed angles, or those that the start gives with all their
+/// is_angle: springs count them, and what follows meets them up to full turns only.
 fn rough_coordinates(tree: &Tree, scene: &Scene) -> Vec<f64> {
     let mut angles = vec![0.0; tree.frames.len()];
     let mut coordinates = vec![0.0; tree.frames.len()];
@@ -224,7 +224,7 @@ struct GivenCoordinate {
     /// Its derivative with respect to the coordinate of every column.
     columns: Vec<f64>,
     /// Whether it is an angle.
-    turns: bool,
+    is_angle: bool,
     /// Its value [rad or m] where all coordinates are zero.
     zero: f64,
     position: Option<f64>,
@@ -273,7 +273,7 @@ impl Conditions {
         for (row, (one, wanted)) in wanted.enumerate() {
             let off = one.zero + one.sum(|column| dynamics.coordinate(column).position) - wanted;
             // An angle is met where it is met up to full turns.
-            let off = if one.turns { unwind(off).0 } else { off / unit };
+            let off = if one.is_angle { unwind(off).0 } else { off / unit };
             residual[2 * self.pairs.len() + row] = off;
         }
         (residual, self.jacobian(dynamics, units, unit, given))
@@ -291,7 +291,7 @@ impl Conditions {
         let wanted = self.coordinates.iter().filter_map(|one| Some((one, one.velocity?)));
         for (row, (one, wanted)) in wanted.enumerate() {
             let off = one.sum(|column| dynamics.coordinate(column).velocity) - wanted;
-            residual[2 * self.pairs.len() + row] = if one.turns { off } else { off / unit };
+            residual[2 * self.pairs.len() + row] = if one.is_angle { off } else { off / unit };
         }
         (residual, self.jacobian(dynamics, units, unit, given))
     }
@@ -314,7 +314,7 @@ impl Conditions {
             }
         }
         for (row, one) in self.coordinates.iter().filter(|one| given(one).is_some()).enumerate() {
-            let scale = if one.turns { 1.0 } else { 1.0 / unit };
+            let scale = if one.is_angle { 1.0 } else { 1.0 / unit };
             for (freedom, &column) in tree.free.iter().enumerate() {
                 jacobian[(2 * self.pairs.len() + row, freedom)] =
                     one.columns[column] * scale * units[freedom];
@@ -341,10 +341,10 @@ fn given_coordinate(tree: &Tree, start: &Start) -> Option<GivenCoordinate> {
             let Some(placed) = body.map(|body| &tree.bodies[body]) else { continue };
             zero += sign * placed.angle;
             for &column in &tree.paths[placed.frame].columns {
-                columns[column] += sign * tree.frames[column + 1].kind.turn();
+                columns[column] += sign * tree.frames[column + 1].kind.rotation();
             }
         }
-        Some(GivenCoordinate { columns, turns: true, zero, position, velocity })
+        Some(GivenCoordinate { columns, is_angle: true, zero, position, velocity })
     };
     match start {
         Start::Clearance { .. } => None,
@@ -358,7 +358,7 @@ fn given_coordinate(tree: &Tree, start: &Start) -> Option<GivenCoordinate> {
                     let mut columns = vec![0.0; tree.frames.len() - 1];
                     columns[column] = 1.0;
                     let (position, velocity) = (*position, *velocity);
-                    Some(GivenCoordinate { columns, turns: false, zero: 0.0, position, velocity })
+                    Some(GivenCoordinate { columns, is_angle: false, zero: 0.0, position, velocity })
                 }
                 _ => between(joint.bodies, *position, *velocity),
             }

@@ -14,7 +14,7 @@ pub(crate) fn no_acceleration(tree: &Tree, dynamics: &mut Dynamics, v: &[f64]) -
     for driven in &tree.driven {
         let [_, rate, ..] = driven.motion.at(0.0);
         if overflows(rate) {
-            let unit = if driven.turns { "rad/s" } else { "m/s" };
+            let unit = if driven.is_angle { "rad/s" } else { "m/s" };
             let message = format!(
                 "{:?} starts at {rate:.3e} [{unit}]: its accelerations are no finite numbers",
                 driven.name

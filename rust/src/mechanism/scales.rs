@@ -26,8 +26,8 @@ pub(crate) fn length_scale(scene: &Scene) -> f64 {
 pub(crate) fn speed_scale(tree: &Tree, dynamics: &Dynamics, length: f64) -> f64 {
     let mut speed = (tree.gravity.norm() * length).sqrt();
     for driven in &tree.driven {
-        let fastest = driven.motion.fastest(if driven.turns { 1.0 } else { length });
-        speed = speed.max(fastest * if driven.turns { length } else { 1.0 });
+        let fastest = driven.motion.fastest(if driven.is_angle { 1.0 } else { length });
+        speed = speed.max(fastest * if driven.is_angle { length } else { 1.0 });
     }
     for body in tree.inertias.iter().chain(&tree.driven_inertias) {
         speed = speed.max(dynamics.frame(body.frame).point(body.center).velocity.norm());

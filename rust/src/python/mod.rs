@@ -124,7 +124,7 @@ impl Drop for Ring<'_> {
 
 fn stats_dict<'py>(py: Python<'py>, run: &Trajectory) -> PyResult<Bound<'py, PyDict>> {
     let stats = PyDict::new(py);
-    for (name, count) in run.stats.counts().into_iter().chain([("floored_latches", run.floored_latches)]) {
+    for (name, count) in run.stats.counts().into_iter().chain([("impacts_at_floor", run.impacts_at_floor)]) {
         stats.set_item(name, count)?;
     }
     for (name, size) in run.stats.sizes().into_iter().chain([("largest_projection", run.largest_projection)])

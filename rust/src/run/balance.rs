@@ -1,4 +1,4 @@
-//! Whether a run keeps its account of energy.
+//! Whether the energy of a run balances.
 //!
 //! What the change of the stored energy over a step has more than work and losses explain is an error of the
 //! step, its gap. To know it takes the powers at four instants inside, half of a run's work. Unless outputs ask
@@ -11,8 +11,8 @@ use crate::integrators::dense::DenseStep;
 use crate::run::recorder::Recorder;
 use crate::run::work::GAUSS;
 
-/// Turn of a drive [rad] over which Gauss's quadrature with four points adds its work to rounding.
-pub(crate) const WORK_TURN: f64 = 0.5;
+/// Rotation of a drive [rad] over which Gauss's quadrature with four points adds its work to rounding.
+pub(crate) const WORK_ROTATION: f64 = 0.5;
 
 /// Part of the largest energy that may stay unexplained without a warning.
 const LARGEST_GAP: f64 = 1e-3;
@@ -187,7 +187,7 @@ impl Recorder<'_> {
         let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
         let mut from = step.t;
         while from < to {
-            let next = (from + self.continued(from, f64::NAN, WORK_TURN)).min(to);
+            let next = (from + self.continued(from, f64::NAN, WORK_ROTATION)).min(to);
             for (place, weight) in GAUSS {
                 let t = from + place * (next - from);
                 step.at((t - step.t) / step.h, &mut q, &mut v);

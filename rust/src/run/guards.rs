@@ -11,8 +11,8 @@ use crate::run::recorder::Recorder;
 const RATIO_PART: f64 = 0.1;
 /// That ratio, of order one, is looked at closely below this value.
 const RATIO_MARGIN: f64 = 0.25;
-/// Largest penetration of a landing, as a part of the position tolerance.
-const LANDING_PART: f64 = 1e-2;
+/// Largest penetration at a located onset, as a part of the position tolerance.
+const ONSET_PART: f64 = 1e-2;
 
 impl Recorder<'_> {
     /// Rounding of the penetration [m]: of the difference of two positions.
@@ -36,7 +36,7 @@ impl Recorder<'_> {
             rate: sign * state.penetration_rate,
             margin: 0.0,
             resolution,
-            overshoot: (8.0 * resolution).max(LANDING_PART * self.tolerances.position),
+            overshoot: (8.0 * resolution).max(ONSET_PART * self.tolerances.position),
         }
     }
 

@@ -27,7 +27,7 @@ impl Recorder<'_> {
         let mass = self.contact_mass(t, q, v, index);
         let impact_velocity = self.surface_velocity(index);
         let floor = self.tolerances.impact_velocity_floor(mechanism, index);
-        self.floored[index] += usize::from(law.is_latched() && impact_velocity < floor);
+        self.impacts_at_floor[index] += usize::from(law.is_latched() && impact_velocity < floor);
         let latch = law.latch(impact_velocity.max(floor));
         // An approach slower than that is set by the load.
         let slowest = mechanism.scales.contacts[index].resting_velocity;
@@ -40,7 +40,7 @@ impl Recorder<'_> {
     }
 
     /// Penetration rate [m/s] with which a journal that accelerates as it does now passed the surface, after
-    /// [`Recorder::contact_mass`]. A landing ends a part of the position tolerance beyond the surface: under a load that alone
+    /// [`Recorder::contact_mass`]. A located onset lies a part of the position tolerance beyond the surface: under a load that alone
     /// makes a slow approach several times as fast.
     fn surface_velocity(&mut self, index: usize) -> f64 {
         self.dynamics.accelerate(&self.a);

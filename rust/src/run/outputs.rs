@@ -108,7 +108,7 @@ fn usual_columns(mechanism: &Mechanism) -> Vec<Named> {
         columns.extend(named(&joint.name, &JOINT, |k| Column::Joint(index, k)));
     }
     for (index, driven) in mechanism.driven.iter().enumerate() {
-        let effort = if driven.turns { "torque" } else { "force" };
+        let effort = if driven.is_angle { "torque" } else { "force" };
         columns.push((format!("{}.{effort}", driven.name), Column::Drive(index)));
     }
     columns
@@ -239,7 +239,7 @@ impl Column {
             }
             Column::Torsion(index, quantity) => {
                 let torsion = &tree.torsions[index];
-                [relative_turning(dynamics, torsion.bodies, 0), dynamics.torsion_torque(torsion)][quantity]
+                [relative_rotation(dynamics, torsion.bodies, 0), dynamics.torsion_torque(torsion)][quantity]
             }
             Column::Loss(index, quantity) => {
                 let loss = work.contacts[index];
@@ -251,7 +251,7 @@ impl Column {
 }
 
 /// Angle, angular velocity or angular acceleration of the second body relative to the first.
-fn relative_turning(dynamics: &Dynamics, bodies: [Option<usize>; 2], quantity: usize) -> f64 {
+fn relative_rotation(dynamics: &Dynamics, bodies: [Option<usize>; 2], quantity: usize) -> f64 {
     let [a, b] = bodies.map(|body| {
         body.map_or([0.0; 3], |body| {
             let frame = dynamics.frame(dynamics.tree.bodies[body].frame);
@@ -287,7 +287,7 @@ fn coordinate_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
         let coordinate = dynamics.coordinate(column);
         return [coordinate.position, coordinate.velocity, coordinate.acceleration][quantity];
     }
-    relative_turning(dynamics, joint.bodies, quantity)
+    relative_rotation(dynamics, joint.bodies, quantity)
 }
 
 fn energy_value(dynamics: &Dynamics, work: &Work, quantity: usize) -> f64 {

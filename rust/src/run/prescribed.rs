@@ -4,9 +4,9 @@ use crate::integrators::{Outcome, Stats, Status};
 use crate::run::recorder::Recorder;
 use crate::run::work::GAUSS;
 
-/// Turn of a drive [rad] over which the kinematic solution is continued at once: the guess is
+/// Rotation of a drive [rad] over which the kinematic solution is continued at once: the guess is
 /// then off by a few thousandths, far from any other branch.
-const LARGEST_TURN: f64 = 0.05;
+const LARGEST_ROTATION: f64 = 0.05;
 
 impl Recorder<'_> {
     /// The motion of a mechanism that its drives prescribe completely, from an instant [s] to `end`;
@@ -23,7 +23,7 @@ impl Recorder<'_> {
                 outcome.status = Status::MaxSteps;
                 break true;
             }
-            let step = self.continued(t, last, LARGEST_TURN);
+            let step = self.continued(t, last, LARGEST_ROTATION);
             let next = (t + step).min(self.mechanism.next_break(t));
             let next = next.min(end);
             if !self.sample_until(t, next, q, v)
@@ -93,22 +93,23 @@ impl Recorder<'_> {
     }
 
     /// How long [s] the drives may go on at once after a step of length `last` (NaN for none): until
-    /// one has turned by `largest_turn` [rad], or slid by as much of the size of the mechanism.
-    pub(crate) fn continued(&self, t: f64, last: f64, largest_turn: f64) -> f64 {
+    /// one has rotated by `largest_rotation` [rad], or slid by as much of the size of the mechanism.
+    pub(crate) fn continued(&self, t: f64, last: f64, largest_rotation: f64) -> f64 {
         let mechanism = self.mechanism;
-        let largest = |turns: bool| largest_turn * if turns { 1.0 } else { mechanism.scales.length };
+        let largest =
+            |is_angle: bool| largest_rotation * if is_angle { 1.0 } else { mechanism.scales.length };
         let mut step =
             mechanism.time_functions().map(|(_, function)| function.pace()).fold(f64::INFINITY, f64::min);
         if last.is_nan() {
             let starts =
-                mechanism.driven.iter().map(|driven| driven.motion.time_to_move(largest(driven.turns)));
+                mechanism.driven.iter().map(|driven| driven.motion.time_to_move(largest(driven.is_angle)));
             step = starts.fold(step, f64::min);
         } else {
             // Growth is limited: a motion that came back would otherwise not be seen to have moved.
             step = step.min(2.0 * last);
         }
         for driven in &mechanism.driven {
-            let largest = largest(driven.turns);
+            let largest = largest(driven.is_angle);
             let start = driven.motion.at(t)[0];
             while step.is_finite() && t + step > t {
                 let ahead = [0.25, 0.5, 0.75, 1.0].map(|part| driven.motion.at(t + part * step)[0]);

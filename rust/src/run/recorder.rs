@@ -64,7 +64,7 @@ pub(crate) struct Recorder<'a> {
     /// Quantities that are tracked for features.
     pub(crate) tracking: Tracking,
     /// Impacts at every clearance joint that were damped as ones at the floor of the impact velocity.
-    pub(crate) floored: Vec<usize>,
+    pub(crate) impacts_at_floor: Vec<usize>,
     /// Largest correction that closed the loops after a step [m].
     pub(crate) largest_projection: f64,
     /// Largest penetration of every clearance joint at the start of a step [m].
@@ -114,7 +114,7 @@ impl<'a> Recorder<'a> {
             contacts: Vec::new(),
             cut_contacts: Vec::new(),
             tracking,
-            floored: vec![0; mechanism.clearance_joints.len()],
+            impacts_at_floor: vec![0; mechanism.clearance_joints.len()],
             largest_projection: 0.0,
             deepest: vec![0.0; mechanism.clearance_joints.len()],
             sticks: vec![Stick::default(); mechanism.clearance_joints.len()],

@@ -1,7 +1,7 @@
 //! Quantities tracked through the dense output of every step, for the features of a run.
 
 use crate::numerics::extremum::highest_within;
-use crate::run::balance::WORK_TURN;
+use crate::run::balance::WORK_ROTATION;
 use crate::run::contacts::{Contact, Event};
 use crate::run::features::{Extent, Plan, Touch};
 use crate::run::recorder::Recorder;
@@ -125,7 +125,7 @@ impl Recorder<'_> {
             let from = self.tracking.reached;
             let bound = self.tracking.bounds[self.tracking.piece + 1];
             // A step may be many turns of a drive long.
-            let to = end.min(bound).min(from + self.continued(from, f64::NAN, WORK_TURN));
+            let to = end.min(bound).min(from + self.continued(from, f64::NAN, WORK_ROTATION));
             if !self.track_part(from, to, state) {
                 return false;
             }

@@ -38,8 +38,8 @@ pub struct Trajectory {
     pub doubtful: Vec<String>,
     /// Work done.
     pub stats: Stats,
-    /// Onsets whose velocity was below the floor of the latched impact velocity.
-    pub floored_latches: usize,
+    /// Impacts that were damped as ones at the floor of the impact velocity.
+    pub impacts_at_floor: usize,
     /// Largest correction that closed the loops after a step [m]; zero in a tree.
     pub largest_projection: f64,
     /// What the user should know about the result.
@@ -82,7 +82,7 @@ impl Trajectory {
         let paradox = self.paradox.as_ref().map_or(String::new(), |joint| {
             format!(
                 "; the friction of joint {joint:?} is so strong there that pressing harder accelerates the surfaces \
-                 towards each other (Painlevé's paradox): no contact law is at rest in it; reduce the friction \
+                 towards each other (Painlevé's paradox): no contact force brings them to rest; reduce the friction \
                  coefficient or make the masses less unequal"
             )
         });
@@ -325,7 +325,7 @@ fn finished(mut recorder: Recorder, outcome: Outcome, mut end: State) -> Traject
         paradox: paradox.map(name_of),
         doubtful: mechanism.doubts.iter().map(|doubt| doubt.path.clone()).collect(),
         stats: outcome.stats,
-        floored_latches: recorder.floored.iter().sum(),
+        impacts_at_floor: recorder.impacts_at_floor.iter().sum(),
         largest_projection: recorder.largest_projection,
         warnings,
         contacts,

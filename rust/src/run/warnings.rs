@@ -17,7 +17,7 @@ const CREEPING: f64 = 0.1;
 /// Creep as a part of the clearance below which nobody would notice it.
 const NOTICEABLE: f64 = 0.01;
 
-/// Velocity tolerance that closes the account of energy of contacts that stick, as a part of the stick-slip
+/// Velocity tolerance that closes the energy balance of contacts that stick, as a part of the stick-slip
 /// velocity.
 const FINE_STICKING: f64 = 1e-3;
 
@@ -56,8 +56,10 @@ impl Recorder<'_> {
     /// Impacts that were damped as ones at the floor of the impact velocity.
     fn warn_of_floors(&self, warnings: &mut Vec<String>) {
         let mechanism = self.mechanism;
-        for (index, (joint, &floored)) in mechanism.clearance_joints.iter().zip(&self.floored).enumerate() {
-            if floored == 0 {
+        for (index, (joint, &slow_impacts)) in
+            mechanism.clearance_joints.iter().zip(&self.impacts_at_floor).enumerate()
+        {
+            if slow_impacts == 0 {
                 continue;
             }
             let floor = self.tolerances.impact_velocity_floor(mechanism, index);
@@ -71,7 +73,7 @@ impl Recorder<'_> {
                 None => "a smaller rtol lowers that floor, and impact_velocity_floor of the joint sets it",
             };
             warnings.push(format!(
-                "joint {:?}: {floored} of {} impacts began slower {slow} and were damped as impacts at that \
+                "joint {:?}: {slow_impacts} of {} impacts began slower {slow} and were damped as impacts at that \
                  velocity: {remedy}",
                 joint.name,
                 self.events.iter().filter(onset).count()
@@ -79,7 +81,7 @@ impl Recorder<'_> {
         }
     }
 
-    /// That the account of energy does not close, and what to do.
+    /// That the energy balance does not close, and what to do.
     fn warning_of_energy(&self) -> Option<String> {
         let balance = &self.balance;
         let laws = self.mechanism.clearance_joints.iter().filter_map(|joint| joint.law.friction);

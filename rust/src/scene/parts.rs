@@ -42,7 +42,7 @@ pub struct Body {
     pub inertia_about: String,
     /// Named points of the body.
     pub points: Vec<Point>,
-    /// Rough angle of the body frame [rad], from which the assembly starts.
+    /// Initial guess of the angle of the body frame [rad], from which the assembly starts.
     pub angle: f64,
 }
 
@@ -270,7 +270,7 @@ impl Drive {
 }
 
 /// How a part of the mechanism starts. What is not given follows from the joints, the drives and
-/// the rough angles of the bodies.
+/// the initial guesses of the angles of the bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Start {
     /// Coordinate of an ideal joint.

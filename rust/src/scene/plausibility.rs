@@ -227,13 +227,13 @@ impl Scene {
                     ..
                 } => {
                     add(format!("drives[{index}].motion.phase"), *phase);
-                    if self.turns(joint) {
+                    if self.is_revolute(joint) {
                         add(format!("drives[{index}].motion.mean"), *mean);
                         add(format!("drives[{index}].motion.amplitude"), *amplitude);
                     }
                 }
                 Drive::Motion { joint, motion: TimeFunction::Polynomial(coefficients), .. }
-                    if self.turns(joint) =>
+                    if self.is_revolute(joint) =>
                 {
                     let start = coefficients.first().copied().unwrap_or(0.0);
                     add(format!("drives[{index}].motion"), start);
@@ -243,7 +243,7 @@ impl Scene {
         }
         for (index, start) in self.start.iter().enumerate() {
             match start {
-                Start::Joint { joint, position: Some(angle), .. } if self.turns(joint) => {
+                Start::Joint { joint, position: Some(angle), .. } if self.is_revolute(joint) => {
                     add(format!("start[{index}].position"), *angle);
                 }
                 Start::Body { angle: Some(angle), .. } => add(format!("start[{index}].angle"), *angle),
@@ -253,7 +253,7 @@ impl Scene {
         angles
     }
 
-    fn turns(&self, name: &str) -> bool {
+    fn is_revolute(&self, name: &str) -> bool {
         let found = self.joints.iter().find(|joint| joint.name() == name);
         matches!(found, Some(Joint::Ideal { kind: JointKind::Revolute, .. }))
     }

@@ -25,7 +25,7 @@ pub struct DrivenCoordinate {
     /// Angle [rad] or displacement [m] of body b of the joint relative to body a.
     pub motion: TimeFunction,
     /// Whether the coordinate is an angle.
-    pub turns: bool,
+    pub is_angle: bool,
     /// -1 where the tree runs through a revolute joint from body b to body a.
     pub sign: f64,
 }
@@ -35,7 +35,7 @@ impl DrivenCoordinate {
     /// turn, with the full turns beside it.
     #[inline(always)]
     pub fn at(&self, t: Instant) -> (Coordinate, f64, Turns) {
-        let (motion, turns) = if self.turns { self.motion.angle_at(t) } else { (self.motion.at(t), 0.0) };
+        let (motion, turns) = if self.is_angle { self.motion.angle_at(t) } else { (self.motion.at(t), 0.0) };
         let [position, velocity, acceleration, jerk] = motion.map(|value| self.sign * value);
         (Coordinate { position, velocity, acceleration }, jerk, self.sign * turns)
     }
@@ -128,7 +128,7 @@ pub struct Closure {
 /// What an ideal joint lets the bodies do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IdealKind {
-    /// They turn.
+    /// They rotate.
     Revolute,
     /// They slide.
     Prismatic,
@@ -192,7 +192,7 @@ impl Link {
     }
 }
 
-/// A spring and a damper that turn two bodies against each other.
+/// A spring and a damper that rotate two bodies against each other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Torsion {
     /// Name.
@@ -221,8 +221,8 @@ pub struct AppliedForce {
     /// Its components [N].
     pub components: [TimeFunction; 2],
     /// Cosine and sine of the angle between the axes of the components and those of the frame, if
-    /// the force turns with the frame.
-    pub turned: Option<[f64; 2]>,
+    /// the force rotates with the frame.
+    pub body_axes: Option<[f64; 2]>,
 }
 
 /// A given torque.
@@ -230,7 +230,7 @@ pub struct AppliedForce {
 pub struct AppliedTorque {
     /// Name.
     pub name: String,
-    /// Frame that it turns back, frame that it turns.
+    /// Frame that it rotates back, frame that it rotates.
     pub frames: [usize; 2],
     /// Indices of the bodies likewise; `None` is ground.
     pub bodies: [Option<usize>; 2],

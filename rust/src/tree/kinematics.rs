@@ -20,7 +20,7 @@ use nalgebra::Vector2;
 /// A vector in the plane.
 pub type Vec2 = Vector2<f64>;
 
-/// `vector` turned by +90°.
+/// `vector` rotated by +90°.
 #[inline(always)]
 pub fn perp(vector: Vec2) -> Vec2 {
     Vec2::new(-vector.y, vector.x)
@@ -31,9 +31,9 @@ pub fn direction(vector: Vec2) -> Vec2 {
     (vector / vector.amax()).normalize()
 }
 
-/// `vector` turned by the angle with the given cosine and sine.
+/// `vector` rotated by the angle with the given cosine and sine.
 #[inline(always)]
-pub fn turned(vector: Vec2, cosine: f64, sine: f64) -> Vec2 {
+pub fn rotated(vector: Vec2, cosine: f64, sine: f64) -> Vec2 {
     Vec2::new(cosine * vector.x - sine * vector.y, sine * vector.x + cosine * vector.y)
 }
 
@@ -51,7 +51,7 @@ pub enum FrameKind {
 
 impl FrameKind {
     /// ∂θ/∂z: 1 for a revolute, 0 for a prismatic coordinate.
-    pub fn turn(self) -> f64 {
+    pub fn rotation(self) -> f64 {
         match self {
             FrameKind::Revolute => 1.0,
             FrameKind::Prismatic { .. } => 0.0,
@@ -70,7 +70,7 @@ pub struct Frame {
     pub kind: FrameKind,
 }
 
-/// Motion of a frame: position, velocity and acceleration of its origin and its turning.
+/// Motion of a frame: position, velocity and acceleration of its origin, and its rotation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameState {
     /// Origin [m].
@@ -82,7 +82,7 @@ pub struct FrameState {
     /// Sliding axis in the world frame [-]; zero for a revolute frame.
     pub axis: Vec2,
     /// ∂θ/∂z: 1 for a revolute, 0 for a prismatic frame.
-    pub turn: f64,
+    pub rotation: f64,
     /// Angle [rad].
     pub angle: f64,
     /// Cosine of the angle.
@@ -108,7 +108,7 @@ impl FrameState {
             velocity: origin.velocity,
             acceleration: origin.acceleration,
             axis,
-            turn: frame.kind.turn(),
+            rotation: frame.kind.rotation(),
             ..*parent
         }
     }
@@ -116,7 +116,7 @@ impl FrameState {
     /// `vector`, given in this frame, in the world frame.
     #[inline]
     pub fn to_world(&self, vector: Vec2) -> Vec2 {
-        turned(vector, self.cosine, self.sine)
+        rotated(vector, self.cosine, self.sine)
     }
 
     /// Motion of the origin.
@@ -141,14 +141,14 @@ impl FrameState {
     #[inline(always)]
     pub fn column(&self, point: Vec2) -> Vec2 {
         // Without a branch: one of the two terms is zero.
-        self.axis + self.turn * perp(point - self.position)
+        self.axis + self.rotation * perp(point - self.position)
     }
 
     /// ∂ṙ/∂z with ż fixed.
     #[inline]
     pub fn velocity_column(&self, velocity: Vec2) -> Vec2 {
         // The frame of a prismatic joint turns with its parent.
-        self.angular_velocity * perp(self.axis) + self.turn * perp(velocity - self.velocity)
+        self.angular_velocity * perp(self.axis) + self.rotation * perp(velocity - self.velocity)
     }
 
     /// ∂r̈/∂z with ż and z̈ fixed.
@@ -156,7 +156,7 @@ impl FrameState {
     pub fn acceleration_column(&self, acceleration: Vec2) -> Vec2 {
         self.angular_acceleration * perp(self.axis)
             - self.angular_velocity * self.angular_velocity * self.axis
-            + self.turn * perp(acceleration - self.acceleration)
+            + self.rotation * perp(acceleration - self.acceleration)
     }
 }
 
@@ -189,7 +189,7 @@ pub fn frames_at_rest(frames: &[Frame], ground_acceleration: Vec2) -> Vec<FrameS
         velocity: Vec2::zeros(),
         acceleration: ground_acceleration,
         axis: Vec2::zeros(),
-        turn: 0.0,
+        rotation: 0.0,
         angle: 0.0,
         cosine: 1.0,
         sine: 0.0,
@@ -243,7 +243,7 @@ pub fn move_frames(frames: &[Frame], coordinates: &[Coordinate], states: &mut [F
                         + 2.0 * omega * velocity * perp(axis)
                         + acceleration * axis,
                     axis,
-                    turn: 0.0,
+                    rotation: 0.0,
                     ..*parent
                 };
             }

@@ -180,7 +180,7 @@ impl Builder<'_> {
                         point: self.place(end),
                         body: end.body,
                         components: [x.clone(), y.clone()],
-                        turned: (*frame == ForceFrame::Body).then(|| [angle.cos(), angle.sin()]),
+                        body_axes: (*frame == ForceFrame::Body).then(|| [angle.cos(), angle.sin()]),
                     });
                 }
                 Force::Torque { name, body, reaction, torque } => {

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use crate::error::{InputError, Problem, Subject};
 use crate::scene::parts::{Attachment, Force, GROUND, Joint, JointKind, Scene};
 use crate::tree::elements::{DrivenCoordinate, FramePoint, Realisation, Tree};
-use crate::tree::kinematics::{Frame, FrameKind, Vec2, direction, turned};
+use crate::tree::kinematics::{Frame, FrameKind, Vec2, direction, rotated};
 
 impl Tree {
     /// The tree of a checked scene.
@@ -35,13 +35,13 @@ impl Placement {
 
     /// A point of the body in the coordinates of its frame.
     pub(super) fn to_frame(self, point: [f64; 2]) -> Vec2 {
-        self.origin + rotated(Vec2::from(point), self.angle)
+        self.origin + rotated_by(Vec2::from(point), self.angle)
     }
 }
 
-fn rotated(vector: Vec2, angle: f64) -> Vec2 {
+fn rotated_by(vector: Vec2, angle: f64) -> Vec2 {
     let (sine, cosine) = angle.sin_cos();
-    turned(vector, cosine, sine)
+    rotated(vector, cosine, sine)
 }
 
 /// A tree as it grows.
@@ -180,14 +180,14 @@ impl<'a> Builder<'a> {
                 // The line is fixed in body a; both bodies turn together, so it is fixed in either frame.
                 let child_angle = parent.angle + sign * angle;
                 let angle_a = if reversed { child_angle } else { parent.angle };
-                let axis = sign * rotated(direction(Vec2::from(axis)), angle_a);
+                let axis = sign * rotated_by(direction(Vec2::from(axis)), angle_a);
                 let kind = FrameKind::Prismatic { axis };
                 let frame = self.add_frame(parent.frame, anchor, kind, name.to_owned());
                 (frame, child_angle, Vec2::zeros())
             }
             JointKind::Fixed { angle } => (parent.frame, parent.angle + sign * angle, anchor),
         };
-        let origin = pivot - rotated(Vec2::from(child_end.position), angle);
+        let origin = pivot - rotated_by(Vec2::from(child_end.position), angle);
         let hung = !matches!(kind, JointKind::Fixed { .. });
         self.placements[child] = Some(Placement { frame, hung, origin, angle });
         let column = hung.then(|| frame - 1);
@@ -199,7 +199,7 @@ impl<'a> Builder<'a> {
                 joint,
                 column: frame - 1,
                 motion: drive.motion(),
-                turns: *kind == JointKind::Revolute,
+                is_angle: *kind == JointKind::Revolute,
                 // The axis of a frame already has the sign of its joint.
                 sign: if *kind == JointKind::Revolute { sign } else { 1.0 },
             });

@@ -14,7 +14,7 @@
 
 use chebclear::scene::parts::{Attachment, Joint, JointKind, Scene};
 use chebclear::scene::time_function::TimeFunction;
-use chebclear::tree::kinematics::{Vec2, direction, perp, turned};
+use chebclear::tree::kinematics::{Vec2, direction, perp, rotated};
 
 /// Position and velocity of a body: centre of mass and angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,7 +40,7 @@ impl CartesianState {
 
     fn to_world(self, vector: Vec2) -> Vec2 {
         let (sine, cosine) = self.angle.sin_cos();
-        turned(vector, cosine, sine)
+        rotated(vector, cosine, sine)
     }
 }
 

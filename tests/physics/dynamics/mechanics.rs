@@ -22,10 +22,11 @@ fn the_random_mechanisms_cover_what_the_identities_are_for() {
     assert!(count(&|case| case.mechanism.driven.iter().any(|driven| driven.sign < 0.0)) > 20);
     assert!(count(&|case| case.mechanism.driven.len() > 1) > 20);
     assert!(
-        count(&|case| case.mechanism.accelerated.iter().any(|&one| case.mechanism.driven[one].turns)) > 10
+        count(&|case| case.mechanism.accelerated.iter().any(|&one| case.mechanism.driven[one].is_angle)) > 10
     );
     assert!(
-        count(&|case| case.mechanism.accelerated.iter().any(|&one| !case.mechanism.driven[one].turns)) > 10
+        count(&|case| case.mechanism.accelerated.iter().any(|&one| !case.mechanism.driven[one].is_angle))
+            > 10
     );
     let forces = |kind: &dyn Fn(&Force) -> bool| count(&|case| case.scene.forces.iter().any(kind));
     assert!(forces(&|force| matches!(force, Force::Spring { damping: 0.0, .. })) > 10);

@@ -195,8 +195,8 @@ fn every_landing_ends_behind_the_event_by_no_more_than_allowed() {
                     for (_, _, value) in &system.events {
                         assert!(*value <= 0.0 && -value <= overshoot, "{value:e} beyond {overshoot:e}");
                     }
-                    let landings = outcome.stats.landings as f64 / outcome.stats.events as f64;
-                    assert!(landings <= 6.0, "{landings} steps for a landing");
+                    let relocations = outcome.stats.relocations as f64 / outcome.stats.events as f64;
+                    assert!(relocations <= 6.0, "{relocations} steps for an event");
                 }
             }
         }

@@ -117,7 +117,7 @@ fn the_automatic_choice_is_implicit_where_a_contact_sticks_and_explicit_where_no
     let mut flight = Rattle::nominal([0.4, 0.3], 1e-4);
     flight.duration = 1e-4;
     let stats = work(&flight, Method::Auto, 1e-6);
-    assert_eq!((stats.explicit_steps, stats.jacobians, stats.factorisations), (stats.steps, 0, 0));
+    assert_eq!((stats.explicit_steps, stats.jacobians, stats.factorizations), (stats.steps, 0, 0));
     assert!(stats.steps > 0 && stats.events == 0);
     for (method, explicit) in [(Method::Dop853, true), (Method::Rodas4, false), (Method::Rodas5P, false)] {
         let stats = work(&flight, method, 1e-6);
@@ -386,7 +386,7 @@ fn the_automatic_choice_is_near_the_best_method_where_a_contact_rests_close_to_t
             let run = simulate(&mechanism, &settings, &|_| true).expect("the settings are good");
             assert_eq!(run.status, Status::Done);
             let stats = run.stats;
-            let linear_algebra = 2.0 * stats.jacobians as f64 + 0.5 * stats.factorisations as f64;
+            let linear_algebra = 2.0 * stats.jacobians as f64 + 0.5 * stats.factorizations as f64;
             stats.evaluations as f64 + linear_algebra
         });
         println!("{as_printed} {rpm} r/min: DOP853 {explicit}, Rodas4 {implicit}, auto {auto}");

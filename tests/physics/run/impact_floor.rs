@@ -71,12 +71,12 @@ fn the_default_floor_moves_a_run_no_more_than_its_tolerance() {
             let error = largest_difference(&exact, &run);
             assert!(error <= 1.1 * moved, "{damping:?} {rtol:e}: {error:e} m/s, tolerance {moved:e} m/s");
             let told = |part: &str| run.warnings.iter().any(|warning| warning.contains(part));
-            let slow = run.floored_latches == 1;
+            let slow = run.impacts_at_floor == 1;
             assert_eq!(slow, told("1 of 1 impacts") && told("a smaller rtol"), "{:?}", run.warnings);
             assert!(slow || error < 1e-5);
         }
         let coarse = drop_from(&shaft(damping, None), gap, 0.0, 1e-3);
-        assert_eq!(coarse.floored_latches, 1);
+        assert_eq!(coarse.impacts_at_floor, 1);
     }
 }
 
@@ -103,7 +103,7 @@ fn a_shaft_that_starts_on_the_surface_settles_on_either_side_of_rounding() {
                 let run = drop_from(&shaft(damping, None), gap, 0.0, rtol);
                 let depth = *run.values.last().unwrap();
                 assert!((depth / expected - 1.0).abs() < 1e-3, "{gap:e} {rtol:e}: {depth:e} {expected:e}");
-                assert!(run.events.is_empty() && run.floored_latches == 0);
+                assert!(run.events.is_empty() && run.impacts_at_floor == 0);
             }
         }
     }

@@ -124,7 +124,7 @@ fn gate_09_lankarani_nikravesh_impacts_rebound_as_the_restitution_equation_says(
             let run = launch(&scene, speed, CLEARANCE / speed + 6.0 * peak / speed, 2, 1e-10);
             let kinds: Vec<EventKind> = run.events.iter().map(|event| event.kind).collect();
             assert_eq!(kinds, [EventKind::Onset, EventKind::Separation]);
-            assert_eq!(run.floored_latches, 0);
+            assert_eq!(run.impacts_at_floor, 0);
             let ratio = -run.events[1].normal_velocity / run.events[0].normal_velocity;
             close(ratio, rebound_ratio(restitution), 1e-6);
             worst = worst.max((ratio / rebound_ratio(restitution) - 1.0).abs());
@@ -168,7 +168,7 @@ fn impact_below_the_velocity_floor_is_damped_as_one_at_the_floor_and_counted() {
         let ratio = -run.events[1].normal_velocity / run.events[0].normal_velocity;
         close(ratio, rebound_ratio_of(0.75 * 0.75 * speed / floor.max(speed)), 1e-6);
         let floored = speed < floor;
-        assert_eq!(run.floored_latches, usize::from(floored));
+        assert_eq!(run.impacts_at_floor, usize::from(floored));
         assert_eq!(run.warnings.iter().any(|warning| warning.contains("1 of 1 impacts")), floored);
     }
 }

@@ -56,7 +56,7 @@ fn a_slider_on_ground_has_the_motion_of_its_coordinate() {
     assert_eq!(tip.velocity, 4.0 * axis);
     assert!((tip.acceleration - GROUND_ACCELERATION - 5.0 * axis).norm() < 1e-14);
     assert_eq!(slider.column(tip.position), axis);
-    assert_eq!(slider.turn, 0.0);
+    assert_eq!(slider.rotation, 0.0);
 }
 
 #[test]

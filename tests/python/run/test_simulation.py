@@ -123,7 +123,7 @@ def test_events_and_stats_tell_what_happened(run):
     assert np.all(events.normal_velocity[events.kind == "onset"] > 0.0)
     stats = run.stats
     assert stats.steps >= stats.explicit_steps >= 0 and stats.steps > 0
-    assert stats.factorisations >= stats.steps - stats.explicit_steps
+    assert stats.factorizations >= stats.steps - stats.explicit_steps
     assert stats.evaluations >= 12 * stats.explicit_steps
     # In flight until the first onset, in contact just after it.
     contact = run["wrist.contact"]
@@ -246,7 +246,7 @@ def test_warnings_of_the_core_are_passed_on_once_and_point_at_the_caller():
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         run = cc.simulate(scene, duration=0.002, samples=21)
-    assert run.stats.floored_latches > 0
+    assert run.stats.impacts_at_floor > 0
     assert [str(warning.message) for warning in caught] == list(run.warnings) and run.warnings
     for warning in caught:
         assert warning.category is cc.ChebclearWarning and warning.filename == __file__

@@ -1,4 +1,4 @@
-//! Landing on events: a step on which one lies is taken again so that it ends just behind it.
+//! Relocation of events: a step on which one lies is taken again so that it ends just behind it.
 
 use crate::integrators::Status;
 use crate::integrators::control::{Failure, Run};
@@ -7,14 +7,14 @@ use crate::integrators::events::EventFinder;
 /// Changes of phase at one instant, beyond one of every guard, before the run is given up: each shortens
 /// the next step tenfold, so the last is a rounding of the first.
 const STANDING_EVENTS: usize = 16;
-/// Attempts to land on one event by Newton's method; each is a step taken anew, two are the rule. After them
+/// Attempts to end on one event by Newton's method; each is a step taken anew, two are the rule. After them
 /// the bracket is halved: a guard that is steep on one side draws the secant to the other.
-const LANDING_ATTEMPTS: usize = 20;
+const RELOCATIONS: usize = 20;
 
 impl Run<'_> {
     /// Looks for an event on the step; if there is one, takes the step again so that it ends
     /// just behind it, and returns the guard.
-    pub(super) fn land(&mut self) -> Result<Option<usize>, Failure> {
+    pub(super) fn end_on_event(&mut self) -> Result<Option<usize>, Failure> {
         if self.start_guards.is_empty() {
             return Ok(None);
         }
@@ -31,7 +31,7 @@ impl Run<'_> {
         let full = self.method.step().h;
         let resolution = self.resolution(full);
         if event.theta * full < resolution {
-            return self.land_on_the_spot(event.index);
+            return self.end_where_it_began(event.index);
         }
         self.read_guards_inside(event.theta);
         let guard = self.inner_guards[event.index];
@@ -53,7 +53,7 @@ impl Run<'_> {
             } else {
                 low = (h, guard.value);
             }
-            let exhausted = attempt >= LANDING_ATTEMPTS;
+            let exhausted = attempt >= RELOCATIONS;
             if high.0 - low.0 <= resolution || exhausted && high.1.is_nan() {
                 break;
             }
@@ -105,9 +105,9 @@ impl Run<'_> {
         self.system.guards(step.instant(theta), &self.inner_q, &self.inner_v, &mut self.inner_guards);
     }
 
-    /// Takes the step again with another length, for a landing.
+    /// Takes the step again with another length, to end on an event.
     fn retake(&mut self, h: f64, guard: usize) -> Result<(), Failure> {
-        self.stats.landings += 1;
+        self.stats.relocations += 1;
         if !self.take(h) {
             return Err((Status::NonFinite, Some(guard)));
         }
@@ -116,7 +116,7 @@ impl Run<'_> {
     }
 
     /// The phase changes where the step began: a step of length zero.
-    fn land_on_the_spot(&mut self, guard: usize) -> Result<Option<usize>, Failure> {
+    fn end_where_it_began(&mut self, guard: usize) -> Result<Option<usize>, Failure> {
         self.standing_events += 1;
         if self.standing_events > self.start_guards.len() + STANDING_EVENTS {
             return Err((Status::EventLocation, Some(guard)));
