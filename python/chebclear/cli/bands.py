@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import math
 
 from ..base.files import complete_folder
 from ..scene.columns import column_unit
 from ..study.results import StudyResult
 from .figures import draw_bands
-from .output import Rows, print_json, table_text, write_table
+from .output import Rows, print_json, write_table
 from .scenes import hint
 
 EXIT_NOT_MET = 3
@@ -43,13 +42,12 @@ def verdicts(result: StudyResult) -> Rows:
 def finish(result: StudyResult, options: argparse.Namespace, title: str) -> int:
     """Write what was asked for under this title, print the table of verdicts, and judge it."""
     table = verdicts(result)
-    features = _features(result)
+    rankings = _rankings(result)
     if options.out is not None:
         with complete_folder(options.out) as folder:
             result.save(folder / "study.npz")
             write_table(table, folder, "verdicts")
-            if features:
-                (folder / "features.txt").write_text("\n\n".join(features) + "\n", encoding="utf-8")
+            (folder / "result.txt").write_text("\n\n".join([str(result), *rankings]) + "\n", encoding="utf-8")
             draw_bands(result, folder)
             result.report(folder / "report.html", title=title)
     accepted = DEMANDS.get(options.require, ())
@@ -61,19 +59,15 @@ def finish(result: StudyResult, options: argparse.Namespace, title: str) -> int:
                 "runs": len(result.parameters),
                 "intervals": {name: [side.lower, side.upper] for name, side in result.intervals.items()},
                 "verdicts": table,
-                "features": features,
+                "rankings": rankings,
                 "statement": result.statement,
                 "warnings": result.warnings,
                 "not_met": poor,
             }
         )
         return EXIT_NOT_MET if poor else 0
-    print(f"{result.kind}: {len(result.parameters)} runs", end="\n\n")
-    if table:
-        print(table_text(_short(table)), end="\n\n")
-    if result.statement:
-        print(result.statement, end="\n\n")
-    for text in features:
+    print(result, end="\n\n")
+    for text in rankings:
         print(text, end="\n\n")
     if options.out is not None:
         print(f"wrote    {options.out / 'report.html'} and more beside it")
@@ -85,16 +79,12 @@ def finish(result: StudyResult, options: argparse.Namespace, title: str) -> int:
     return 0
 
 
-def _short(table: Rows) -> Rows:
-    """The table without columns in which nothing is known."""
-    unknown = {
-        key for key in table[0] if all(isinstance(row[key], float) and math.isnan(row[key]) for row in table)
-    }
-    return [{key: cell for key, cell in row.items() if key not in unknown} for row in table]
-
-
-def _features(result: StudyResult) -> list[str]:
-    """Interval and ranking of every feature, in words."""
-    if result.features is None:
-        return []
-    return [f"{name}\n{result.feature(name)}\n{result.ranking(name)}" for name in result.features.names]
+def _rankings(result: StudyResult) -> list[str]:
+    """Which tolerance to tighten for every feature, in words."""
+    texts = []
+    for name in () if result.features is None else result.features.names:
+        try:
+            texts.append(str(result.ranking(name)))
+        except ValueError as error:  # too few runs to tell
+            texts.append(f"{name}: {error}")
+    return texts
