@@ -4,6 +4,8 @@ A `Scene` says what the mechanism is, `simulate` gives its `Trajectory`, and a `
 every output when parameters are only known to lie in intervals. Units are SI with angles in radians.
 """
 
+from typing import TYPE_CHECKING, Any
+
 from . import mechanisms
 from .base.files import package_version
 from .base.quantities import Interval, interval, rpm
@@ -22,16 +24,6 @@ from .errors import (
 from .execution.failures import FailedRun
 from .loading import load_result
 from .mechanisms import hertz_stiffness
-from .plots.animation.animate import Animation, animate
-from .plots.bands import plot_band, plot_sensitivity
-from .plots.bifurcations import plot_bifurcation
-from .plots.costs import plot_study_tradeoff, plot_tradeoff
-from .plots.drawing.scene import plot_scene
-from .plots.features import plot_ranking, plot_shares, plot_tornado
-from .plots.polynomials import plot_coefficients, plot_prediction
-from .plots.runs import plot_contacts, plot_orbit, plot_poincare, plot_trajectory
-from .plots.spectra import plot_spectrogram
-from .plots.style import print_style
 from .run.accuracy import ErrorEstimate
 from .run.contacts import Contact, Contacts, Event, Events
 from .run.features import (
@@ -103,7 +95,30 @@ from .tradeoffs.point import TradeoffPoint
 from .tradeoffs.recommendation import Recommendation
 from .tradeoffs.result import Tradeoff
 
-__version__ = package_version()
+if TYPE_CHECKING:
+    from .plots.public import (
+        Animation,
+        animate,
+        plot_band,
+        plot_bifurcation,
+        plot_coefficients,
+        plot_contacts,
+        plot_orbit,
+        plot_poincare,
+        plot_prediction,
+        plot_ranking,
+        plot_scene,
+        plot_sensitivity,
+        plot_shares,
+        plot_spectrogram,
+        plot_study_tradeoff,
+        plot_tornado,
+        plot_tradeoff,
+        plot_trajectory,
+        print_style,
+    )
+
+    __version__: str
 
 __all__ = [
     "Animation",
@@ -238,3 +253,14 @@ __all__ = [
 def __dir__() -> list[str]:
     # The rooms of the package are reachable, but only public names are listed.
     return [*__all__, "__doc__", "__file__", "__name__", "__path__"]
+
+
+def __getattr__(name: str) -> Any:
+    # Pictures, and the version that is read from a file, are a fifth of the time that an import takes.
+    if name == "__version__":
+        return package_version()
+    if name in __all__:
+        from .plots import public
+
+        return getattr(public, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -10,7 +10,6 @@ import os
 import platform
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from tokenize import TokenError
@@ -29,6 +28,8 @@ FORMAT = 1
 
 def package_version() -> str:
     """Version of this package; ``"unknown"`` in a source tree that was never installed."""
+    from importlib.metadata import PackageNotFoundError, version  # here only: it costs as much as a room
+
     try:
         return version("chebclear")
     except PackageNotFoundError:

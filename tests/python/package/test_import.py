@@ -1,0 +1,30 @@
+"""Importing the package is cheap: what draws, reports or shows progress is imported when it is asked for."""
+
+import subprocess
+import sys
+
+import chebclear as cc
+import pytest
+from chebclear.plots import public
+
+LOADED = "import sys, {module}; print(*sys.modules)"
+# Each takes a good part of the time that the whole package does, or more.
+LATE = {"matplotlib", "PIL", "jinja2", "tqdm", "scipy", "pandas", "xarray", "pressfit", "email", "xml"}
+
+
+@pytest.mark.parametrize("module", ["chebclear", "chebclear.cli"])
+def test_an_import_loads_no_library_that_is_not_always_needed(module):
+    command = [sys.executable, "-W", "error", "-c", LOADED.format(module=module)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    loaded = set(done.stdout.split())
+    assert "numpy" in loaded and "chebclear.run.simulation" in loaded
+    assert not LATE & {name.partition(".")[0] for name in loaded}
+
+
+def test_pictures_are_there_when_they_are_asked_for():
+    drawn = {name for name in cc.__all__ if name.startswith("plot_")}
+    assert drawn | {"Animation", "animate", "print_style"} == set(public.__all__)
+    for name in public.__all__:
+        assert getattr(cc, name) is getattr(public, name)
+    with pytest.raises(AttributeError, match="has no attribute 'plot_nothing'"):
+        cc.plot_nothing  # noqa: B018
