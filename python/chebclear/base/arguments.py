@@ -10,6 +10,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from ..errors import InputError
+
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
     """``'; did you mean "..."?'`` with the known name nearest to a wrong one, or nothing."""
@@ -43,6 +45,11 @@ def as_whole(value: object) -> int | None:
 class Checks:
     """Collects what is wrong with the arguments of a call and raises it together.
 
+    Parameters
+    ----------
+    error : type of InputError, optional
+        What to raise, with the names of the arguments as paths; ValueError or TypeError if not given.
+
     Examples
     --------
     >>> checks = Checks()
@@ -56,13 +63,18 @@ class Checks:
     duration must be a finite number > 0 [s], got -0.5
     """
 
-    def __init__(self) -> None:
-        self._problems: list[str] = []
+    def __init__(self, error: type[InputError] | None = None) -> None:
+        self._error = error
+        self._problems: list[tuple[str, str]] = []
         self._wrong_types = 0
 
     def add(self, problem: str, *, wrong_type: bool = False) -> None:
-        """Note a problem."""
-        self._problems.append(problem)
+        """Note a problem, said in a sentence that begins with the name of the argument."""
+        self.add_at(*problem.partition(" ")[::2], wrong_type=wrong_type)
+
+    def add_at(self, name: str, message: str, *, wrong_type: bool = False) -> None:
+        """Note a problem of the argument of this name."""
+        self._problems.append((name, message))
         self._wrong_types += wrong_type
 
     def real(
@@ -88,26 +100,26 @@ class Checks:
             if limit is not None
         ]
         accepted = " ".join(["a finite number", " and ".join(words for words, _, _ in limits)]).strip()
-        problem = f"{name} must be {accepted} [{unit}], got {value!r}"
+        problem = f"must be {accepted} [{unit}], got {value!r}"
         number = as_number(value)
         if number is None:
-            self.add(problem, wrong_type=True)
+            self.add_at(name, problem, wrong_type=True)
             return math.nan
         if not (math.isfinite(number) and all(passes(number, limit) for _, passes, limit in limits)):
-            self.add(problem)
+            self.add_at(name, problem)
         return number
 
     def whole(self, name: str, value: object, *, least: int, most: int | None = None) -> int:
         """A whole number from `least` to `most`; `least` if it is none."""
         number = as_whole(value)
-        problem = f"{name} must be a whole number >= {least}"
+        problem = f"must be a whole number >= {least}"
         if number is None:
-            self.add(f"{problem}, got {value!r}", wrong_type=True)
+            self.add_at(name, f"{problem}, got {value!r}", wrong_type=True)
             return least
         if number < least:
-            self.add(f"{problem}, got {value!r}")
+            self.add_at(name, f"{problem}, got {value!r}")
         elif most is not None and number > most:
-            self.add(f"{problem} and <= {most}, got {value!r}")
+            self.add_at(name, f"{problem} and <= {most}, got {value!r}")
         return number
 
     def word(self, name: str, value: object, accepted: Iterable[str]) -> str:
@@ -115,13 +127,16 @@ class Checks:
         words = list(accepted)
         if value not in words:
             choice = ", ".join(f'"{word}"' for word in words)
-            problem = f"{name} must be one of {choice}, got {value!r}{did_you_mean(value, words)}"
-            self.add(problem, wrong_type=not isinstance(value, str))
+            problem = f"must be one of {choice}, got {value!r}{did_you_mean(value, words)}"
+            self.add_at(name, problem, wrong_type=not isinstance(value, str))
             return words[0]
         return str(value)
 
     def finish(self) -> None:
-        """Raise all problems: TypeError if every one is a wrong type, else ValueError."""
-        if self._problems:
-            kind = TypeError if self._wrong_types == len(self._problems) else ValueError
-            raise kind("\n".join(self._problems))
+        """Raise all problems: TypeError if every one is a wrong type, else ValueError; or the error given."""
+        if not self._problems:
+            return
+        if self._error is not None:
+            raise self._error(self._problems)
+        kind = TypeError if self._wrong_types == len(self._problems) else ValueError
+        raise kind("\n".join(f"{name} {message}" for name, message in self._problems))

@@ -6,9 +6,11 @@ import math
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, TypedDict
 
 from ..base.arguments import Checks, as_number, did_you_mean
-from ..errors import ChebclearWarning, Problem, SceneError
+from ..base.options import with_fields
+from ..errors import ChebclearWarning, SceneError
 from ..scene.scene import (
     Body,
     ClearanceRevolute,
@@ -106,39 +108,22 @@ def _stiffness(
         return math.nan
 
 
-class Arguments:
-    """Collects what is wrong with the arguments of a mechanism and raises it together."""
+class Arguments(Checks):
+    """The checks of a mechanism's arguments: those of any call, and where its pins have clearance."""
 
     def __init__(self) -> None:
-        self.problems: list[Problem] = []
-
-    def add(self, name: str, message: str) -> None:
-        """Note a problem."""
-        self.problems.append(Problem(name, message))
+        super().__init__(SceneError)
 
     def positive(self, **arguments: tuple[object, str]) -> None:
         """Note the arguments that are no finite numbers above 0; each comes with its unit."""
         for name, (value, unit) in arguments.items():
-            number = as_number(value)
-            if number is None:
-                self.problems.append(Problem(name, f"must be a number, got {value!r}"))
-            elif not (math.isfinite(number) and number > 0.0):
-                self.problems.append(Problem(name, f"must be a finite number > 0 [{unit}], got {value!r}"))
+            self.real(name, value, unit, above=0.0)
 
-    def numbers(self, **arguments: object) -> None:
-        """Note the arguments that are no numbers."""
-        self.problems += [
-            Problem(name, f"must be a number, got {value!r}")
-            for name, value in arguments.items()
-            if as_number(value) is None
-        ]
-
-    def word(self, name: str, value: object, accepted: Sequence[str]) -> None:
-        """Note an argument that is none of the accepted words."""
-        if value not in accepted:
-            choice = ", ".join(f'"{word}"' for word in accepted)
-            hint = did_you_mean(value, accepted)
-            self.problems.append(Problem(name, f"must be one of {choice}, got {value!r}{hint}"))
+    def numbers(self, **arguments: tuple[object, str]) -> None:
+        """Note the arguments that are no numbers, each with its unit; the core judges what they are."""
+        for name, (value, unit) in arguments.items():
+            if as_number(value) is None:
+                self.real(name, value, unit)
 
     def places(
         self,
@@ -156,7 +141,7 @@ class Arguments:
         for index, name in enumerate(names):
             if name in pins:
                 if name in names[:index]:
-                    self.problems.append(Problem("clearance_at", f'has the pin "{name}" more than once'))
+                    self.add_at("clearance_at", f'has the pin "{name}" more than once')
                 continue
             if driven is not None and name == driven:
                 what = f'"{driven}" is turned at a prescribed speed and so cannot have clearance: where the '
@@ -164,38 +149,30 @@ class Arguments:
             else:
                 what = f"unknown pin {name!r}{did_you_mean(name, pins)}"
             choice = ", ".join(f'"{pin}"' for pin in pins)
-            self.problems.append(Problem("clearance_at", f"{what}; choose from {choice}, or () for none"))
+            self.add_at("clearance_at", f"{what}; choose from {choice}, or () for none")
         known = [name for name in names if isinstance(name, str) and name in pins]
         if not isinstance(clearance, Mapping):
             if known:
                 self.positive(clearance=(clearance, "m"))
             else:
-                self.numbers(clearance=clearance)
+                self.numbers(clearance=(clearance, "m"))
             return {name: as_number(clearance) or 0.0 for name in known}
         given = dict(clearance)
         for name in known:
             if name not in given:
-                self.problems.append(Problem(f"clearance.{name}", "is missing"))
+                self.add_at(f"clearance.{name}", "is missing")
         for name, value in given.items():
             if name not in known:
-                self.problems.append(
-                    Problem(f"clearance.{name}", f"has no place in clearance_at{did_you_mean(name, known)}")
-                )
+                self.add_at(f"clearance.{name}", f"has no place in clearance_at{did_you_mean(name, known)}")
             else:
                 self.positive(**{f"clearance.{name}": (value, "m")})
         return {name: as_number(given.get(name)) or 0.0 for name in known}
 
-    def finish(self) -> None:
-        """Raise all problems as one `SceneError`."""
-        if self.problems:
-            raise SceneError(self.problems)
 
+class PinOptions(TypedDict, total=False):
+    """Fields of `Pins` as keywords of the ready-made mechanisms."""
 
-@dataclass(frozen=True)
-class Play:
-    """Which pins of a mechanism have clearance, and the sizes and laws that those share."""
-
-    clearances: Mapping[str, float]
+    clearance: float | Mapping[str, float]
     journal_radius: float
     young_modulus: float
     poisson_ratio: float
@@ -204,30 +181,95 @@ class Play:
     friction: FrictionLaw | None
     sliding: str | None
     impact_velocity_floor: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pins:
+    """What the pins with clearance of a mechanism share: sizes, material and laws, declared here only.
+
+    The numbers are those of Table 2 of Xiang et al. (2020).
+
+    Parameters
+    ----------
+    clearance : float or mapping of str to float
+        Radial clearance of the pins in `clearance_at` [m]; by name if they differ.
+    journal_radius : float
+        Radius of the journals [m].
+    young_modulus, poisson_ratio : float
+        Material of journal and bearing [Pa], [-].
+    restitution : float
+        Nominal coefficient of restitution [-]; see `LankaraniNikravesh`.
+    contact : LankaraniNikravesh, Flores, HuntCrossley or Hertz, optional
+        Law of the normal force; Lankarani and Nikravesh's with Hertz's stiffness, from the material and the
+        restitution, if not given.
+    friction : ModifiedCoulomb, SmoothedCoulomb or None
+        Friction law of the pins with clearance; the paper's Table 2 if not given.
+    sliding : {"surface", "contact_point"}, optional
+        Sliding velocity of the pins, see `ClearanceRevolute`; of the material surfaces, or that of the
+        convention, if not given.
+    impact_velocity_floor : float, optional
+        Least impact velocity that the contact law latches [m/s]; from the `rtol` of a run if not given.
+    """
+
+    clearance: float | Mapping[str, float] = 2e-5
+    journal_radius: float = 9.8e-3
+    young_modulus: float = 207e9
+    poisson_ratio: float = 0.3
+    restitution: float = 0.9
+    contact: ContactLaw | None = None
+    friction: FrictionLaw | None = TABLE_2_FRICTION
+    sliding: str | None = None
+    impact_velocity_floor: float | None = None
+
+    @classmethod
+    def checked(cls, arguments: Arguments, options: Mapping[str, Any]) -> Pins:
+        """The pins from the keywords of a mechanism; what is wrong with them is noted."""
+        known = list(PinOptions.__annotations__)
+        for name in options:
+            if name not in known:
+                raise TypeError(f'unknown keyword "{name}"{did_you_mean(name, known)}')
+        pins = cls(**options)
+        arguments.positive(
+            journal_radius=(pins.journal_radius, "m"), young_modulus=(pins.young_modulus, "Pa")
+        )
+        arguments.numbers(poisson_ratio=(pins.poisson_ratio, "-"), restitution=(pins.restitution, "-"))
+        return pins
+
+
+with_pins = with_fields(Pins, PinOptions, "{pins}")
+"""Gives a mechanism the keywords of its pins and their documentation."""
+
+
+@dataclass(frozen=True)
+class Play:
+    """Which pins of a mechanism have clearance, and what those share."""
+
+    clearances: Mapping[str, float]
+    pins: Pins
     convention: str = "hertz"
 
     def pin(self, name: str, a: str, b: str, *, journal: str = "b") -> Revolute | ClearanceRevolute:
         """A pin between points a and b, ideal or with play; the journal is on the body of `journal`."""
         if name not in self.clearances:
             return Revolute(name, a, b)
-        clearance = self.clearances[name]
-        contact = self.contact
+        clearance, pins = self.clearances[name], self.pins
+        contact = pins.contact
         if contact is None:
-            material = (self.young_modulus, self.poisson_ratio)
-            stiffness = _stiffness(self.journal_radius, clearance, material, material, self.convention)
-            contact = LankaraniNikravesh(stiffness, self.restitution)
-        bearing, centre = (a, b) if journal == "b" else (b, a)
+            material = (pins.young_modulus, pins.poisson_ratio)
+            stiffness = _stiffness(pins.journal_radius, clearance, material, material, self.convention)
+            contact = LankaraniNikravesh(stiffness, pins.restitution)
+        bearing, center = (a, b) if journal == "b" else (b, a)
         printed = self.convention == "as_printed"
         return ClearanceRevolute(
             name,
             bearing=bearing,
-            journal=centre,
-            journal_radius=self.journal_radius,
+            journal=center,
+            journal_radius=pins.journal_radius,
             clearance=clearance,
             contact=contact,
-            friction=self.friction,
-            sliding=self.sliding or ("contact_point" if printed else "surface"),
-            impact_velocity_floor=self.impact_velocity_floor,
+            friction=pins.friction,
+            sliding=pins.sliding or ("contact_point" if printed else "surface"),
+            impact_velocity_floor=pins.impact_velocity_floor,
         )
 
 

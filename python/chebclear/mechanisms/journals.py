@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from typing import Unpack
 
 from ..base.arguments import as_number
-from ..scene.scene import Body, ContactLaw, FrictionLaw, Gravity, Scene
-from .joints import TABLE_2_FRICTION, Arguments, Play
+from ..scene.scene import Body, Gravity, Scene
+from .joints import Arguments, PinOptions, Pins, Play, with_pins
 
 
+@with_pins
 def pendulum_in_bearing(
     *,
     length: float = 0.20,
@@ -17,16 +19,8 @@ def pendulum_in_bearing(
     inertia: float = 1e-3,
     angle: float = 0.5,
     gravity: float = 9.81,
-    clearance: float | Mapping[str, float] = 2e-5,
     clearance_at: Sequence[str] = ("pivot",),
-    journal_radius: float = 9.8e-3,
-    young_modulus: float = 207e9,
-    poisson_ratio: float = 0.3,
-    restitution: float = 0.9,
-    contact: ContactLaw | None = None,
-    friction: FrictionLaw | None = TABLE_2_FRICTION,
-    sliding: str | None = None,
-    impact_velocity_floor: float | None = None,
+    **options: Unpack[PinOptions],
 ) -> Scene:
     """A pendulum whose journal has play in a fixed bearing, released at rest.
 
@@ -55,14 +49,9 @@ def pendulum_in_bearing(
         Angle at the start from hanging straight down, counter-clockwise [rad].
     gravity : float
         Acceleration of free fall against y [m/s²].
-    clearance : float or mapping of str to float
-        Radial clearance [m].
     clearance_at : sequence of str
         ``("pivot",)``, or none for an ideal pivot.
-    journal_radius, young_modulus, poisson_ratio, restitution, contact, friction : optional
-        Contact of the pivot, as for `slider_crank` [m], [Pa], [-], [-].
-    sliding, impact_velocity_floor : optional
-        As for `ClearanceRevolute`; the floor in [m/s].
+    {pins}
 
     Returns
     -------
@@ -81,32 +70,19 @@ def pendulum_in_bearing(
     3
     """
     arguments = Arguments()
+    shared = Pins.checked(arguments, options)
     arguments.positive(
         length=(length, "m"),
         mass=(mass, "kg"),
         inertia=(inertia, "kg m²"),
-        journal_radius=(journal_radius, "m"),
-        young_modulus=(young_modulus, "Pa"),
     )
     arguments.numbers(
-        angle=angle,
-        gravity=gravity,
-        poisson_ratio=poisson_ratio,
-        restitution=restitution,
+        angle=(angle, "rad"),
+        gravity=(gravity, "m/s²"),
     )
-    clearances = arguments.places(clearance_at, clearance, ("pivot",))
+    clearances = arguments.places(clearance_at, shared.clearance, ("pivot",))
     arguments.finish()
-    play = Play(
-        clearances,
-        journal_radius,
-        young_modulus,
-        poisson_ratio,
-        restitution,
-        contact,
-        friction,
-        sliding,
-        impact_velocity_floor,
-    )
+    play = Play(clearances, shared)
     return Scene(
         ground={"O": (0.0, 0.0)},
         bodies=[
@@ -124,6 +100,7 @@ def pendulum_in_bearing(
     )
 
 
+@with_pins
 def free_journal(
     *,
     mass: float = 0.14,
@@ -131,15 +108,7 @@ def free_journal(
     load_x: float = 0.0,
     load_y: float = 0.0,
     gravity: float = 9.81,
-    clearance: float = 2e-5,
-    journal_radius: float = 9.8e-3,
-    young_modulus: float = 207e9,
-    poisson_ratio: float = 0.3,
-    restitution: float = 0.9,
-    contact: ContactLaw | None = None,
-    friction: FrictionLaw | None = TABLE_2_FRICTION,
-    sliding: str | None = None,
-    impact_velocity_floor: float | None = None,
+    **options: Unpack[PinOptions],
 ) -> Scene:
     """A journal that nothing holds but its fixed bearing: it falls, bounces and comes to rest.
 
@@ -169,12 +138,7 @@ def free_journal(
         Constant force on the centre, besides the weight [N].
     gravity : float
         Acceleration of free fall against y [m/s²].
-    clearance : float
-        Radial clearance [m].
-    journal_radius, young_modulus, poisson_ratio, restitution, contact, friction : optional
-        Contact, as for `slider_crank` [m], [Pa], [-], [-].
-    sliding, impact_velocity_floor : optional
-        As for `ClearanceRevolute`; the floor in [m/s].
+    {pins}
 
     Returns
     -------
@@ -192,35 +156,20 @@ def free_journal(
     3
     """
     arguments = Arguments()
-    arguments.positive(
-        mass=(mass, "kg"),
-        journal_radius=(journal_radius, "m"),
-        young_modulus=(young_modulus, "Pa"),
-    )
+    shared = Pins.checked(arguments, options)
+    arguments.positive(mass=(mass, "kg"))
     if inertia is not None:
         arguments.positive(inertia=(inertia, "kg m²"))
     arguments.numbers(
-        load_x=load_x,
-        load_y=load_y,
-        gravity=gravity,
-        clearance=clearance,
-        poisson_ratio=poisson_ratio,
-        restitution=restitution,
+        load_x=(load_x, "N"),
+        load_y=(load_y, "N"),
+        gravity=(gravity, "m/s²"),
+        clearance=(shared.clearance, "m"),
     )
     arguments.finish()
-    play = Play(
-        {"bearing": clearance},
-        journal_radius,
-        young_modulus,
-        poisson_ratio,
-        restitution,
-        contact,
-        friction,
-        sliding,
-        impact_velocity_floor,
-    )
+    play = Play({"bearing": as_number(shared.clearance) or 0.0}, shared)
     if inertia is None:
-        inertia = 0.5 * float(mass) * float(journal_radius) ** 2
+        inertia = 0.5 * float(mass) * float(shared.journal_radius) ** 2
     acceleration = (float(load_x) / float(mass), float(load_y) / float(mass) - float(gravity))
     return Scene(
         ground={"O": (0.0, 0.0)},

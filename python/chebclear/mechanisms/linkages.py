@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from typing import Unpack
 
 from ..base.arguments import as_number
-from ..scene.scene import Body, ContactLaw, FrictionLaw, Gravity, Revolute, Scene, Speed, rpm
-from .joints import TABLE_2_FRICTION, Arguments, Play, bar, direction, elbow, on_circle, warn_of_a_jam
+from ..scene.scene import Body, Gravity, Revolute, Scene, Speed, rpm
+from .joints import (
+    Arguments,
+    PinOptions,
+    Pins,
+    Play,
+    bar,
+    direction,
+    elbow,
+    on_circle,
+    warn_of_a_jam,
+    with_pins,
+)
 
 _BRANCHES = ("open", "crossed")
 
 
+@with_pins
 def four_bar(
     *,
     ground_length: float = 0.12,
@@ -19,22 +32,14 @@ def four_bar(
     coupler_length: float = 0.10,
     rocker_length: float = 0.08,
     branch: str = "open",
-    clearance: float | Mapping[str, float] = 2e-5,
     clearance_at: Sequence[str] = ("rocker_pin",),
     crank_speed: float = rpm(2000.0),
     crank_angle: float = 0.0,
     crank_mass: float = 0.30,
     coupler_mass: float = 0.21,
     rocker_mass: float = 0.14,
-    journal_radius: float = 9.8e-3,
-    young_modulus: float = 207e9,
-    poisson_ratio: float = 0.3,
-    restitution: float = 0.9,
-    contact: ContactLaw | None = None,
-    friction: FrictionLaw | None = TABLE_2_FRICTION,
     gravity: float = 0.0,
-    sliding: str | None = None,
-    impact_velocity_floor: float | None = None,
+    **options: Unpack[PinOptions],
 ) -> Scene:
     """A four-bar linkage: crank, coupler and rocker on ground, the crank at constant speed.
 
@@ -63,8 +68,6 @@ def four_bar(
     branch : {"open", "crossed"}
         How the linkage is put together: rocker pin to the left or to the right of the way from the crank's
         pin to the rocker's bearing.
-    clearance : float or mapping of str to float
-        Radial clearance of the pins in `clearance_at` [m]; by name if they differ.
     clearance_at : sequence of str
         The pins with clearance: any of ``"crank_pin"``, ``"rocker_pin"`` and ``"rocker_bearing"``, or none.
         The crank's bearing is driven and must be ideal.
@@ -74,12 +77,9 @@ def four_bar(
         Angle of the crank at time zero [rad]; 0 towards the rocker's bearing.
     crank_mass, coupler_mass, rocker_mass : float
         Masses [kg].
-    journal_radius, young_modulus, poisson_ratio, restitution, contact, friction : optional
-        Contact of the pins with clearance, as for `slider_crank` [m], [Pa], [-], [-].
+    {pins}
     gravity : float
         Acceleration of free fall against y [m/s²].
-    sliding, impact_velocity_floor : optional
-        As for `ClearanceRevolute`; the floor in [m/s].
 
     Returns
     -------
@@ -101,6 +101,7 @@ def four_bar(
     4
     """
     arguments = Arguments()
+    shared = Pins.checked(arguments, options)
     arguments.positive(
         ground_length=(ground_length, "m"),
         crank_length=(crank_length, "m"),
@@ -109,31 +110,17 @@ def four_bar(
         crank_mass=(crank_mass, "kg"),
         coupler_mass=(coupler_mass, "kg"),
         rocker_mass=(rocker_mass, "kg"),
-        journal_radius=(journal_radius, "m"),
-        young_modulus=(young_modulus, "Pa"),
     )
     arguments.numbers(
-        crank_speed=crank_speed,
-        crank_angle=crank_angle,
-        poisson_ratio=poisson_ratio,
-        restitution=restitution,
-        gravity=gravity,
+        crank_speed=(crank_speed, "rad/s"),
+        crank_angle=(crank_angle, "rad"),
+        gravity=(gravity, "m/s²"),
     )
     arguments.word("branch", branch, _BRANCHES)
     pins = ("crank_pin", "rocker_pin", "rocker_bearing")
-    clearances = arguments.places(clearance_at, clearance, pins, driven="crank_bearing")
+    clearances = arguments.places(clearance_at, shared.clearance, pins, driven="crank_bearing")
     arguments.finish()
-    play = Play(
-        clearances,
-        journal_radius,
-        young_modulus,
-        poisson_ratio,
-        restitution,
-        contact,
-        friction,
-        sliding,
-        impact_velocity_floor,
-    )
+    play = Play(clearances, shared)
     base, crank = float(ground_length), float(crank_length)
     coupler, rocker = float(coupler_length), float(rocker_length)
     if not _full_turn(base, crank, coupler, rocker):
@@ -159,6 +146,7 @@ def four_bar(
 
 
 # Long because it lists the parts of one mechanism.
+@with_pins
 def six_bar(
     *,
     ground_length: float = 0.12,
@@ -173,7 +161,6 @@ def six_bar(
     output_length: float = 0.10,
     branch: str = "open",
     output_branch: str = "open",
-    clearance: float | Mapping[str, float] = 2e-5,
     clearance_at: Sequence[str] = ("output_pin",),
     crank_speed: float = rpm(2000.0),
     crank_angle: float = 0.0,
@@ -182,15 +169,8 @@ def six_bar(
     rocker_mass: float = 0.14,
     link_mass: float = 0.21,
     output_mass: float = 0.14,
-    journal_radius: float = 9.8e-3,
-    young_modulus: float = 207e9,
-    poisson_ratio: float = 0.3,
-    restitution: float = 0.9,
-    contact: ContactLaw | None = None,
-    friction: FrictionLaw | None = TABLE_2_FRICTION,
     gravity: float = 0.0,
-    sliding: str | None = None,
-    impact_velocity_floor: float | None = None,
+    **options: Unpack[PinOptions],
 ) -> Scene:
     """A six-bar linkage (Stephenson's third): the coupler of a four-bar drives an output rocker by a link.
 
@@ -227,8 +207,6 @@ def six_bar(
         How the four-bar and the second loop are put together: rocker pin to the left or to the right of the
         way from the crank's pin to the rocker's bearing; output pin to the left or to the right of the way
         from the coupler's pin to the output's bearing.
-    clearance : float or mapping of str to float
-        Radial clearance of the pins in `clearance_at` [m]; by name if they differ.
     clearance_at : sequence of str
         The pins with clearance: any of ``"crank_pin"``, ``"rocker_pin"``, ``"rocker_bearing"``,
         ``"coupler_pin"``, ``"output_pin"`` and ``"output_bearing"``, or none.
@@ -238,12 +216,9 @@ def six_bar(
         Angle of the crank at time zero [rad]; 0 towards the rocker's bearing.
     crank_mass, coupler_mass, rocker_mass, link_mass, output_mass : float
         Masses [kg].
-    journal_radius, young_modulus, poisson_ratio, restitution, contact, friction : optional
-        Contact of the pins with clearance, as for `slider_crank` [m], [Pa], [-], [-].
+    {pins}
     gravity : float
         Acceleration of free fall against y [m/s²].
-    sliding, impact_velocity_floor : optional
-        As for `ClearanceRevolute`; the floor in [m/s].
 
     Returns
     -------
@@ -266,6 +241,7 @@ def six_bar(
     0
     """
     arguments = Arguments()
+    shared = Pins.checked(arguments, options)
     arguments.positive(
         ground_length=(ground_length, "m"),
         crank_length=(crank_length, "m"),
@@ -278,36 +254,22 @@ def six_bar(
         rocker_mass=(rocker_mass, "kg"),
         link_mass=(link_mass, "kg"),
         output_mass=(output_mass, "kg"),
-        journal_radius=(journal_radius, "m"),
-        young_modulus=(young_modulus, "Pa"),
     )
     arguments.numbers(
-        coupler_point_x=coupler_point_x,
-        coupler_point_y=coupler_point_y,
-        output_pivot_x=output_pivot_x,
-        output_pivot_y=output_pivot_y,
-        crank_speed=crank_speed,
-        crank_angle=crank_angle,
-        poisson_ratio=poisson_ratio,
-        restitution=restitution,
-        gravity=gravity,
+        coupler_point_x=(coupler_point_x, "m"),
+        coupler_point_y=(coupler_point_y, "m"),
+        output_pivot_x=(output_pivot_x, "m"),
+        output_pivot_y=(output_pivot_y, "m"),
+        crank_speed=(crank_speed, "rad/s"),
+        crank_angle=(crank_angle, "rad"),
+        gravity=(gravity, "m/s²"),
     )
     arguments.word("branch", branch, _BRANCHES)
     arguments.word("output_branch", output_branch, _BRANCHES)
     pins = ("crank_pin", "rocker_pin", "rocker_bearing", "coupler_pin", "output_pin", "output_bearing")
-    clearances = arguments.places(clearance_at, clearance, pins, driven="crank_bearing")
+    clearances = arguments.places(clearance_at, shared.clearance, pins, driven="crank_bearing")
     arguments.finish()
-    play = Play(
-        clearances,
-        journal_radius,
-        young_modulus,
-        poisson_ratio,
-        restitution,
-        contact,
-        friction,
-        sliding,
-        impact_velocity_floor,
-    )
+    play = Play(clearances, shared)
     base, crank = float(ground_length), float(crank_length)
     coupler, rocker = float(coupler_length), float(rocker_length)
     link, output = float(link_length), float(output_length)

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Unpack
 
 from ..base.arguments import as_number
-from ..scene.scene import Body, ContactLaw, FrictionLaw, Gravity, Prismatic, Revolute, Scene, Speed, rpm
-from .joints import TABLE_2_FRICTION, Arguments, Play, bar, direction, on_circle
+from ..scene.scene import Body, Gravity, Prismatic, Revolute, Scene, Speed, rpm
+from .joints import Arguments, PinOptions, Pins, Play, bar, direction, on_circle, with_pins
 
 _TABLE_2_SPEED = rpm(2000.0)
 
 
 # Long because it lists the parts of one mechanism.
+@with_pins
 def slider_crank(
     *,
     crank_length: float = 0.05,
     rod_length: float = 0.12,
-    clearance: float | Mapping[str, float] = 2e-5,
     clearance_at: Sequence[str] = ("wrist",),
     crank_speed: float = _TABLE_2_SPEED,
     crank_angle: float = 0.0,
@@ -28,16 +28,9 @@ def slider_crank(
     slider_inertia: float = 1e-4,
     crank_inertia: float | None = None,
     rod_inertia: float | None = None,
-    journal_radius: float = 9.8e-3,
-    young_modulus: float = 207e9,
-    poisson_ratio: float = 0.3,
-    restitution: float = 0.9,
-    contact: ContactLaw | None = None,
-    friction: FrictionLaw | None = TABLE_2_FRICTION,
     gravity: float = 0.0,
-    sliding: str | None = None,
     convention: str = "corrected",
-    impact_velocity_floor: float | None = None,
+    **options: Unpack[PinOptions],
 ) -> Scene:
     """A slider-crank: a crank at constant speed, by default with play in the pin between rod and slider.
 
@@ -62,8 +55,6 @@ def slider_crank(
     ----------
     crank_length, rod_length : float
         Distances between the pins [m].
-    clearance : float or mapping of str to float
-        Radial clearance of the pins in `clearance_at` [m]; by name if they differ.
     clearance_at : sequence of str
         The pins with clearance: any of ``"crank_pin"`` and ``"wrist"``, or none; with both the rod floats.
         The crank's bearing is driven and must be ideal.
@@ -78,29 +69,15 @@ def slider_crank(
     crank_inertia, rod_inertia : float, optional
         Moments of inertia about the centres of mass [kg m²]; those of uniform bars (see `convention`) if not
         given.
-    journal_radius : float
-        Radius of the journals [m].
-    young_modulus, poisson_ratio : float
-        Material of journal and bearing [Pa], [-].
-    restitution : float
-        Nominal coefficient of restitution [-]; see `LankaraniNikravesh`.
-    contact : LankaraniNikravesh, Flores, HuntCrossley or Hertz, optional
-        Law of the normal force; Lankarani and Nikravesh's with Hertz's stiffness, from the material and the
-        restitution, if not given.
-    friction : ModifiedCoulomb, SmoothedCoulomb or None
-        Friction law of the pins with clearance; the paper's Table 2 if not given.
+    {pins}
     gravity : float
         Acceleration of free fall against y [m/s²].
-    sliding : {"surface", "contact_point"}, optional
-        Sliding velocity of the pins, see `ClearanceRevolute`; that of the convention if not given.
     convention : {"corrected", "as_printed"}
         ``"corrected"``: sliding velocity of the material surfaces, Hertz's stiffness with σ = (1 - ν²) / E,
         and the inertia m l² / 12 of crank and rod about their centres of mass. ``"as_printed"`` follows the
         paper to the letter and with it three errata: the contact-point sliding velocity of Eqs. (5) and (6),
         which misses the rotation of the bodies; σ = (1 - ν²) / (π E) of Eq. (9), π times too stiff; and the
         inertia m l² / 3 about the end of a rod, of Table 1 and Eq. (35), used about its centre of mass.
-    impact_velocity_floor : float, optional
-        Least impact velocity that the contact law latches [m/s]; from the `rtol` of a run if not given.
 
     Returns
     -------
@@ -120,6 +97,7 @@ def slider_crank(
     4
     """
     arguments = Arguments()
+    shared = Pins.checked(arguments, options)
     arguments.positive(
         crank_length=(crank_length, "m"),
         rod_length=(rod_length, "m"),
@@ -127,20 +105,18 @@ def slider_crank(
         rod_mass=(rod_mass, "kg"),
         slider_mass=(slider_mass, "kg"),
         slider_inertia=(slider_inertia, "kg m²"),
-        journal_radius=(journal_radius, "m"),
-        young_modulus=(young_modulus, "Pa"),
     )
     given = {"crank_inertia": crank_inertia, "rod_inertia": rod_inertia}
     arguments.positive(**{name: (value, "kg m²") for name, value in given.items() if value is not None})
     arguments.numbers(
-        crank_speed=crank_speed,
-        crank_angle=crank_angle,
-        poisson_ratio=poisson_ratio,
-        restitution=restitution,
-        gravity=gravity,
+        crank_speed=(crank_speed, "rad/s"),
+        crank_angle=(crank_angle, "rad"),
+        gravity=(gravity, "m/s²"),
     )
     arguments.word("convention", convention, ("corrected", "as_printed"))
-    clearances = arguments.places(clearance_at, clearance, ("crank_pin", "wrist"), driven="crank_bearing")
+    clearances = arguments.places(
+        clearance_at, shared.clearance, ("crank_pin", "wrist"), driven="crank_bearing"
+    )
     arguments.finish()
     crank_length, rod_length = float(crank_length), float(rod_length)
     crank_mass, rod_mass = float(crank_mass), float(rod_mass)
@@ -152,18 +128,7 @@ def slider_crank(
         crank_inertia = crank_mass * crank_length * crank_length / inertia_divisor
     if rod_inertia is None:
         rod_inertia = rod_mass * rod_length * rod_length / inertia_divisor
-    play = Play(
-        clearances,
-        journal_radius,
-        young_modulus,
-        poisson_ratio,
-        restitution,
-        contact,
-        friction,
-        sliding,
-        impact_velocity_floor,
-        "as_printed" if as_printed else "hertz",
-    )
+    play = Play(clearances, shared, "as_printed" if as_printed else "hertz")
     # Where the ideal mechanism has the rod. If the rod is too short to reach, the assembly will say so.
     rise = -crank_length / rod_length * math.sin(start) if math.isfinite(start) else 0.0
     rod_angle = math.asin(rise) if abs(rise) <= 1.0 else 0.0
@@ -247,6 +212,7 @@ def flores_slider_crank(
 
 
 # Long because it lists the parts of one mechanism.
+@with_pins
 def quick_return(
     *,
     crank_length: float = 0.05,
@@ -255,7 +221,6 @@ def quick_return(
     link_length: float = 0.10,
     ram_height: float | None = None,
     ram: bool = True,
-    clearance: float | Mapping[str, float] = 2e-5,
     clearance_at: Sequence[str] = ("crank_pin",),
     crank_speed: float = rpm(300.0),
     crank_angle: float = 0.0,
@@ -265,15 +230,8 @@ def quick_return(
     lever_mass: float = 0.50,
     link_mass: float = 0.21,
     ram_mass: float = 1.0,
-    journal_radius: float = 9.8e-3,
-    young_modulus: float = 207e9,
-    poisson_ratio: float = 0.3,
-    restitution: float = 0.9,
-    contact: ContactLaw | None = None,
-    friction: FrictionLaw | None = TABLE_2_FRICTION,
     gravity: float = 0.0,
-    sliding: str | None = None,
-    impact_velocity_floor: float | None = None,
+    **options: Unpack[PinOptions],
 ) -> Scene:
     """A quick return: a block on the crank's pin slides along a lever, which drives a ram.
 
@@ -319,8 +277,6 @@ def quick_return(
         highest place of a swinging lever's pin, and 0 for a lever that turns fully.
     ram : bool
         Whether there are a link and a ram.
-    clearance : float or mapping of str to float
-        Radial clearance of the pins in `clearance_at` [m]; by name if they differ.
     clearance_at : sequence of str
         The pins with clearance: any of ``"crank_pin"``, ``"lever_bearing"``, ``"lever_pin"`` and
         ``"ram_pin"``, or none.
@@ -332,12 +288,9 @@ def quick_return(
         Masses [kg]; crank, lever and link are slender and uniform.
     block_inertia : float
         Moment of inertia of the block about its centre of mass [kg m²].
-    journal_radius, young_modulus, poisson_ratio, restitution, contact, friction : optional
-        Contact of the pins with clearance, as for `slider_crank` [m], [Pa], [-], [-].
+    {pins}
     gravity : float
         Acceleration of free fall against y [m/s²].
-    sliding, impact_velocity_floor : optional
-        As for `ClearanceRevolute`; the floor in [m/s].
 
     Returns
     -------
@@ -354,6 +307,7 @@ def quick_return(
     0
     """
     arguments = Arguments()
+    shared = Pins.checked(arguments, options)
     arguments.positive(
         crank_length=(crank_length, "m"),
         pivot_distance=(pivot_distance, "m"),
@@ -362,41 +316,27 @@ def quick_return(
         block_mass=(block_mass, "kg"),
         block_inertia=(block_inertia, "kg m²"),
         lever_mass=(lever_mass, "kg"),
-        journal_radius=(journal_radius, "m"),
-        young_modulus=(young_modulus, "Pa"),
     )
     if ram:
         arguments.positive(
             link_length=(link_length, "m"), link_mass=(link_mass, "kg"), ram_mass=(ram_mass, "kg")
         )
     arguments.numbers(
-        crank_speed=crank_speed,
-        crank_angle=crank_angle,
-        poisson_ratio=poisson_ratio,
-        restitution=restitution,
-        gravity=gravity,
+        crank_speed=(crank_speed, "rad/s"),
+        crank_angle=(crank_angle, "rad"),
+        gravity=(gravity, "m/s²"),
     )
     if ram_height is not None:
-        arguments.numbers(ram_height=ram_height)
+        arguments.numbers(ram_height=(ram_height, "m"))
     pins = ("crank_pin", "lever_bearing", *(("lever_pin", "ram_pin") if ram else ()))
-    clearances = arguments.places(clearance_at, clearance, pins, driven="crank_bearing")
+    clearances = arguments.places(clearance_at, shared.clearance, pins, driven="crank_bearing")
     radius, depth = as_number(crank_length), as_number(pivot_distance)
     if radius is not None and radius == depth:
-        arguments.add(
+        arguments.add_at(
             "pivot_distance", "must differ from crank_length: the block would reach the lever's pivot"
         )
     arguments.finish()
-    play = Play(
-        clearances,
-        journal_radius,
-        young_modulus,
-        poisson_ratio,
-        restitution,
-        contact,
-        friction,
-        sliding,
-        impact_velocity_floor,
-    )
+    play = Play(clearances, shared)
     radius, depth, arm = float(crank_length), float(pivot_distance), float(lever_length)
     pivot, pin = (0.0, -depth), on_circle(radius, as_number(crank_angle) or 0.0)
     lever_angle = direction(pivot, pin)

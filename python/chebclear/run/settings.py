@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
-import inspect
 import json
 import os
-import re
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypedDict, TypeVar
+from typing import Any, TypedDict
 
 from ..base.arguments import Checks, did_you_mean
 from ..base.named import matching
+from ..base.options import Documented, with_fields
 from ..base.shown import Shown
 from ..base.units import unit, units
 from ..scene.scene import Inspection, Scene
 from .features import JOINT_KINDS, Feature, checked_features
 from .names import output_meant
-
-Documented = TypeVar("Documented", bound=Callable[..., Any])
 
 METHODS = ("auto", "rodas5p", "rodas4", "dop853")
 MAX_STEPS = 10_000_000
@@ -291,50 +288,8 @@ def with_settings(options: type, *further: str) -> Callable[[Documented], Docume
         `RunOptions` or `SpanOptions`: what it accepts as keywords.
     *further : str
         Fields that it names itself, to be documented as well.
-
-    Returns
-    -------
-    callable
-        A decorator. The documentation of the fields takes the place of the line ``{settings}``.
     """
-    names = list(options.__annotations__)
-    fields = {item.name: item for item in dataclasses.fields(Settings)}
-
-    def decorate(documented: Documented) -> Documented:
-        function: Any = documented.__init__ if isinstance(documented, type) else documented  # type: ignore[misc]
-        own = inspect.signature(function)
-        kept = [item for item in own.parameters.values() if item.kind is not inspect.Parameter.VAR_KEYWORD]
-        first = next(index for index, item in enumerate(kept) if item.kind is inspect.Parameter.KEYWORD_ONLY)
-        kept[first + 1 : first + 1] = [_keyword(fields[name]) for name in names]
-        function.__signature__ = own.replace(parameters=kept)
-        text = documented.__doc__
-        if text and Settings.__doc__:  # not where Python drops docstrings
-            documented.__doc__ = inspect.cleandoc(text).replace("{settings}", _told({*names, *further}))
-        return documented
-
-    return decorate
-
-
-def _keyword(item: dataclasses.Field[Any]) -> inspect.Parameter:
-    """A field of `Settings` as a keyword of a function."""
-    missing = item.default is dataclasses.MISSING
-    default = inspect.Parameter.empty if missing else item.default
-    return inspect.Parameter(item.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=item.type)
-
-
-def _told(names: Collection[str]) -> str:
-    """The documentation of fields of `Settings`, from its docstring."""
-    lines = inspect.cleandoc(Settings.__doc__ or "").partition("----------\n")[2].splitlines()
-    told, wanted = [], False
-    for line in lines:
-        heading = re.match(r"(\w[\w, ]*) : ", line)
-        if heading:
-            wanted = not set(heading[1].split(", ")).isdisjoint(names)
-        elif not line.startswith(" "):  # the end of the section
-            break
-        if wanted:
-            told.append(line)
-    return "\n".join(told)
+    return with_fields(Settings, options, "{settings}", further)
 
 
 def checked_names(checks: Checks, outputs: object) -> tuple[str, ...] | None:

@@ -1,11 +1,14 @@
 """The ready-made mechanisms against closed forms, with every choice of clearances, and in studies."""
 
+import dataclasses
+import inspect
 import itertools
 import math
 
 import chebclear as cc
 import numpy as np
 import pytest
+from chebclear.mechanisms.joints import Pins
 
 mechanisms = cc.mechanisms
 
@@ -280,7 +283,7 @@ class TestArguments:
             )
         assert dict(caught.value.problems) == {
             "clearance.crank_pin": "is missing",
-            "clearance.wrist": "must be a number, got 'wide'",
+            "clearance.wrist": "must be a finite number > 0 [m], got 'wide'",
             "clearance.crank_pn": 'has no place in clearance_at; did you mean "crank_pin"?',
         }
 
@@ -381,3 +384,14 @@ def test_interval_studies(name, sides, output):
     assert (band.lower <= scan.lower + 1e-3 * scan.width.max()).all()
     assert (band.upper >= scan.upper - 1e-3 * scan.width.max()).all()
     assert band.width.max() > 0.0
+
+
+@pytest.mark.parametrize("name", sorted({*PINS, "free_journal"} - {"flores_slider_crank"}))
+def test_the_pins_of_all_mechanisms_are_declared_once(name):
+    build = getattr(mechanisms, name)
+    known = inspect.signature(build).parameters
+    declared = {item.name: item.default for item in dataclasses.fields(Pins)}
+    assert {argument: known[argument].default for argument in declared} == declared
+    assert "{pins}" not in build.__doc__ and "Radial clearance" in build.__doc__
+    with pytest.raises(TypeError, match='unknown keyword "restituton"; did you mean "restitution"'):
+        build(restituton=0.9)

@@ -28,7 +28,7 @@ def test_what_build_does_wrong_is_told_with_the_parameters():
     assert "in build with gravity = 9.5" in caught.value.__notes__
     with pytest.raises(cc.SceneError, match=re.escape("gravity = 9.5: bodies[0].mass: must be a number")):
         cc.Study(half_typed, sides, **TIME).scan(2)
-    with pytest.raises(cc.SceneError, match=r"gravity = 9\.5: rod_mass: must be a number"):
+    with pytest.raises(cc.SceneError, match=r"gravity = 9\.5: rod_mass: must be a finite number > 0"):
         cc.Study(unbuildable, sides, **TIME).scan(2)
 
 

@@ -1,0 +1,77 @@
+"""Options that several functions share: declared and documented once, as fields of a dataclass."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import re
+from collections.abc import Callable, Collection
+from typing import Any, TypeVar
+
+Documented = TypeVar("Documented", bound=Callable[..., Any])
+
+
+def with_fields(
+    record: type[Any], options: type, marker: str, further: Collection[str] = ()
+) -> Callable[[Documented], Documented]:
+    """Give a function or class of ``**options`` the signature and the documentation of fields of a record.
+
+    Parameters
+    ----------
+    record : type
+        The dataclass that declares the fields, with a section "Parameters" in its docstring.
+    options : type
+        A TypedDict: those of its fields that are accepted as keywords.
+    marker : str
+        Line of the docstring that the documentation of the fields takes the place of.
+    further : collection of str
+        Fields that the function names itself, to be documented as well.
+
+    Returns
+    -------
+    callable
+        A decorator.
+    """
+    fields = {item.name: item for item in dataclasses.fields(record)}
+
+    def decorate(documented: Documented) -> Documented:
+        function: Any = documented.__init__ if isinstance(documented, type) else documented  # type: ignore[misc]
+        own = inspect.signature(function)
+        kept = [item for item in own.parameters.values() if item.kind is not inspect.Parameter.VAR_KEYWORD]
+        named = {item.name for item in kept}
+        # Where the documentation has them: behind the first keyword.
+        place = 1 + next(
+            index for index, item in enumerate(kept) if item.kind is inspect.Parameter.KEYWORD_ONLY
+        )
+        names = [name for name in options.__annotations__ if name not in named]
+        kept[place:place] = [_keyword(fields[name]) for name in names]
+        function.__signature__ = own.replace(parameters=kept)
+        text = documented.__doc__
+        if text and record.__doc__:  # not where Python drops docstrings
+            told = _told(record.__doc__, {*names, *further})
+            documented.__doc__ = inspect.cleandoc(text).replace(marker, told)
+        return documented
+
+    return decorate
+
+
+def _keyword(item: dataclasses.Field[Any]) -> inspect.Parameter:
+    """A field as a keyword of a function."""
+    missing = item.default is dataclasses.MISSING
+    default = inspect.Parameter.empty if missing else item.default
+    return inspect.Parameter(item.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=item.type)
+
+
+def _told(text: str, names: Collection[str]) -> str:
+    """The documentation of fields, from the section "Parameters" of a docstring."""
+    lines = inspect.cleandoc(text).partition("----------\n")[2].splitlines()
+    told, wanted = [], False
+    for line in lines:
+        heading = re.match(r"(\w[\w, ]*) : ", line)
+        if heading:
+            wanted = not set(heading[1].split(", ")).isdisjoint(names)
+        elif not line.startswith(" "):  # the end of the section
+            break
+        if wanted:
+            told.append(line)
+    return "\n".join(told)
