@@ -198,6 +198,10 @@ class Template:
         features = dict(self.features) or None
         return Study(self, self.intervals, **({"features": features} | dict(self.run) | options))
 
+    def to_toml(self) -> str:
+        """The template as TOML; `loads` reads the same template back, to the last bit."""
+        return write_toml(self.source)
+
     def save(self, path: str | os.PathLike[str]) -> FilePath:
         """Write the template as TOML; `load` reads the same template back, to the last bit.
 
@@ -214,9 +218,8 @@ class Template:
         path = FilePath(path)
         if path.suffix != ".toml":
             path = path.with_name(path.name + ".toml")
-        text = write_toml(self.source)
         with replaced(path) as beside:
-            beside.write_text(text, encoding="utf-8")
+            beside.write_text(self.to_toml(), encoding="utf-8")
         return path
 
 

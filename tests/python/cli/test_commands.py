@@ -64,12 +64,19 @@ def test_check_describes_and_draws(tmp_path, capsys):
     assert scene.describe() in printed
     assert "rod_length = 120 mm, from 108 mm to 132 mm" in printed
     assert f"chebclear study {CRANK}" in printed
+    assert "wrist 20 um radial, 40 um between the diameters" in printed
+    assert "rod.C.vx" not in printed
     assert (tmp_path / "slider_crank.png").read_bytes().startswith(b"\x89PNG")
     facts, _ = answer(capsys, "check", CRANK, "--no-picture")
     assert facts["degrees_of_freedom"] == scene.check().degrees_of_freedom
     assert facts["clearance"] == {"wrist": 2e-5}
     assert facts["parameters"]["rod_length"]["interval"] == pytest.approx([0.108, 0.132])
     assert [path.name for path in tmp_path.iterdir()] == ["slider_crank.png"]
+    assert cli.main(["check", CRANK, "--no-picture", "--list-outputs"]) == 0
+    printed = capsys.readouterr().out
+    inspection = scene.check()
+    for name in inspection.columns + inspection.further_columns:
+        assert re.search(rf"^  {re.escape(name)} \[.+\]$", printed, re.MULTILINE), name
 
 
 def test_run_prints_what_simulate_finds(tmp_path, capsys):

@@ -245,3 +245,18 @@ def test_the_schema_knows_all_tables():
     validator.validate(values)
     for name, wrong in [("features", {"a": "peek(x)"}), ("features", {"a": 3}), ("run", {"cycle": 2})]:
         assert not validator.is_valid(json.loads(json.dumps(values)) | {name: wrong})
+
+
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+def test_a_report_carries_the_scene_file_in_a_script_that_runs(capsys):
+    from chebclear.study.report.script import study_listings
+
+    template = cc.loads(CRANK, changes={"rod_length.note": "with '''quotes'''", "rod_mass": "0.2 kg"})
+    for each in (template, cc.loads(CRANK)):
+        result = each.study(duration=1e-3, skip=0.0, samples=5, outputs=["slider.x"]).sample(3)
+        listing, _ = study_listings(result)
+        made = {}
+        exec(listing.text, made)
+        assert made["build"] == each
+        assert made["result"]["slider.x"].intervals == result["slider.x"].intervals
+        assert (made["result"]["slider.x"].runs == result["slider.x"].runs).all()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...base.files import complete_folder
+from ...scene.columns import column_unit
 from ...scene.scene import ClearanceRevolute, Scene
 from ...templates.template import Template
 from ...templates.units import written
@@ -37,6 +38,9 @@ def add(commands: Commands) -> None:
         metavar="DIR",
         help="directory for the picture, FILE.png (default: the current one)",
     )
+    command.add_argument(
+        "--list-outputs", action="store_true", help="list the names of all outputs, with their units"
+    )
     command.add_argument("--no-picture", action="store_true", help="write no file")
 
 
@@ -54,7 +58,7 @@ def check(options: argparse.Namespace) -> int:
         return 0
     print(f"{options.scene.name}  {template.title}".rstrip(), end="\n\n")
     print(scene.describe(), end="\n\n")
-    for line in _parameters(template):
+    for line in [*_play(scene), *(_outputs(scene) if options.list_outputs else []), *_parameters(template)]:
         print(line)
     warnings = scene.check().warnings
     print(f"plausible: {'see the numbers to look at above' if warnings else 'yes'}")
@@ -62,6 +66,26 @@ def check(options: argparse.Namespace) -> int:
         print(f"wrote    {picture}")
     hint(options, "chebclear study FILE --out results" if template.intervals else "chebclear run FILE")
     return 0
+
+
+def _play(scene: Scene) -> list[str]:
+    """The clearances as the drawing has them and as tables of fits have them."""
+    loose = [joint for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
+    if not loose:
+        return []
+    lines = [
+        f"  {joint.name} {1e6 * joint.clearance:.6g} um radial, {2e6 * joint.clearance:.6g} um between the "
+        "diameters"
+        for joint in loose
+    ]
+    return ["clearance", *lines, ""]
+
+
+def _outputs(scene: Scene) -> list[str]:
+    facts = scene.check()
+    names = [f"  {name} [{column_unit(name)}]" for name in facts.columns]
+    further = [f"  {name} [{column_unit(name)}]" for name in facts.further_columns]
+    return ["outputs", *names, "", "outputs by name only", *further, ""]
 
 
 def _parameters(template: Template) -> list[str]:

@@ -8,7 +8,7 @@
 _shtab_chebclear_subparsers=(new check run study scan tradeoff report animate paper completion)
 
 _shtab_chebclear_new_option_strings=(-h --help --json --quiet --force)
-_shtab_chebclear_check_option_strings=(-h --help --json --quiet --set --out --no-picture)
+_shtab_chebclear_check_option_strings=(-h --help --json --quiet --set --out --list-outputs --no-picture)
 _shtab_chebclear_run_option_strings=(-h --help --json --quiet --set --duration --skip --samples --outputs --method --rtol --out)
 _shtab_chebclear_study_option_strings=(-h --help --json --quiet --set --kind --runs --coverage --degree --seed --require --duration --skip --samples --outputs --method --rtol --out --threads)
 _shtab_chebclear_scan_option_strings=(-h --help --json --quiet --set --points --duration --skip --samples --outputs --method --rtol --out --threads)
@@ -56,6 +56,7 @@ _shtab_chebclear_check__h_nargs=0
 _shtab_chebclear_check___help_nargs=0
 _shtab_chebclear_check___json_nargs=0
 _shtab_chebclear_check___quiet_nargs=0
+_shtab_chebclear_check___list_outputs_nargs=0
 _shtab_chebclear_check___no_picture_nargs=0
 _shtab_chebclear_run__h_nargs=0
 _shtab_chebclear_run___help_nargs=0

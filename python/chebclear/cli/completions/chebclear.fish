@@ -71,6 +71,7 @@ complete -c chebclear -n '_shtab_chebclear_using check' -l json -d 'print one JS
 complete -c chebclear -n '_shtab_chebclear_using check' -l quiet -d 'neither progress nor warnings on standard error, no hints'
 complete -c chebclear -n '_shtab_chebclear_using check' -l set -x -d 'replace a value of the file: a parameter, as in rod_length='"'"'130 mm'"'"', or any other by its way, as in joints.wrist.clearance=2e-4; may be given again'
 complete -c chebclear -n '_shtab_chebclear_using check' -l out -xka "(__fish_complete_directories)" -d 'directory for the picture, FILE.png (default: the current one)'
+complete -c chebclear -n '_shtab_chebclear_using check' -l list-outputs -d 'list the names of all outputs, with their units'
 complete -c chebclear -n '_shtab_chebclear_using check' -l no-picture -d 'write no file'
 complete -c chebclear -n '_shtab_chebclear_using check; and test $_shtab_chebclear_npos -eq 0' -ka "(__fish_complete_path (commandline -ct))" -d 'scene file: TOML, or JSON as Scene.to_json writes it'
 complete -c chebclear -n '_shtab_chebclear_using; and test $_shtab_chebclear_npos -eq 0' -a run -d 'Simulate a scene and print the extremes of its outputs, those of the continuous motion, and its contacts.'

@@ -58,6 +58,7 @@ _shtab_chebclear_check_options=(
   "--quiet[neither progress nor warnings on standard error, no hints]"
   "*--set[replace a value of the file\: a parameter, as in rod_length\=\'130 mm\', or any other by its way, as in joints.wrist.clearance\=2e-4\; may be given again]:NAME=VALUE:"
   "--out[directory for the picture, FILE.png (default\: the current one)]:DIR:_files -/"
+  "--list-outputs[list the names of all outputs, with their units]"
   "--no-picture[write no file]"
   ":scene file\: TOML, or JSON as Scene.to_json writes it:_files"
 )

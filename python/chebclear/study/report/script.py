@@ -14,8 +14,8 @@ _PACKAGE = "chebclear."
 def study_listings(result: Any) -> tuple[Listing, str]:
     """The script, and what it is in words.
 
-    A ready-made mechanism is called by its name. What other callables built cannot be said in a script: it
-    then stands for them with the name they had.
+    A ready-made mechanism is called by its name, and a scene file stands in the script. What other callables
+    built cannot be said in a script: it then stands for them with the name they had.
     """
     build = getattr(result.study, "build", None)
     module, name = getattr(build, "__module__", ""), getattr(build, "__qualname__", "")
@@ -25,7 +25,10 @@ def study_listings(result: Any) -> tuple[Listing, str]:
     settings.pop("outputs", None)
     fixed = getattr(result.study, "fixed", None)
     lines = ["import chebclear as cc", ""]
-    if not ready_made:
+    written = getattr(build, "to_toml", None)
+    if written is not None:
+        lines += [*_scene_file(written()), ""]
+    elif not ready_made:
         told = f"{module}.{name}" if name else "not known any more"
         lines += [
             f"# What builds a scene from the parameters; it was {told}.",
@@ -45,8 +48,15 @@ def study_listings(result: Any) -> tuple[Listing, str]:
         f"result = {_call(result)}",
         "print(result)",
     ]
-    meaning = "The script of this study" if ready_made else "A script of this study, which needs your model"
+    whole = ready_made or written is not None
+    meaning = "The script of this study" if whole else "A script of this study, which needs your model"
     return Listing("study.py", "\n".join(lines) + "\n", meaning), meaning
+
+
+def _scene_file(text: str) -> list[str]:
+    """A scene file within the script; as it is read, wherever quotes allow it."""
+    quoted = repr(text) if "'''" in text else f"r'''\n{text}'''"
+    return ["# The scene file.", f"build = cc.loads({quoted})"]
 
 
 def _of_study(result: Any) -> Any:
