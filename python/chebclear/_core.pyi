@@ -20,6 +20,7 @@ __all__ = [
     "sweep",
     "total_degree_basis",
     "total_degree_exponents",
+    "total_degree_ranges",
 ]
 
 @type_check_only
@@ -124,6 +125,9 @@ def polynomial_ranges(
 def sobol_points(parameters: int, first: int, count: int, seed: int | None) -> NDArray[np.float64]: ...
 def random_points(parameters: int, first: int, count: int, seed: int) -> NDArray[np.float64]: ...
 def total_degree_exponents(parameters: int, degree: int) -> list[list[int]]: ...
+def total_degree_ranges(
+    coefficients: NDArray[np.float64], parameters: int, degree: int, threads: int | None
+) -> _Ranges: ...
 def total_degree_basis(points: NDArray[np.float64], degree: int) -> NDArray[np.float64]: ...
 def calibrated_bands(
     values: NDArray[np.float64],

@@ -56,6 +56,7 @@ mod study {
     mod chebyshev;
     pub(crate) mod polynomials;
     mod ranges;
+    mod sparse_ranges;
 }
 
 mod gates;

@@ -329,7 +329,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         demand : Demand, optional
             What is asked of a calibrated study; the runs at Sobol' points come first then.
         threads : int, optional
-            Threads for the bands of a calibrated study [-].
+            Threads for bands and ranges of polynomials [-]; all processors if not given.
         nominal_parameters : ndarray, optional
             Parameters of the nominal run [SI units]; the midpoints if not given.
         failures : tuple of FailedRun
@@ -371,7 +371,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             if surrogate is None:
                 lower, upper = runs.min(axis=0), runs.max(axis=0)
             else:
-                lower, upper = surrogate.bounds(bounds)
+                lower, upper = surrogate.bounds(bounds, threads)
             hull = lowest[:, index], highest[:, index]
             nominal = values[-1, :, index]
             width = float(np.mean(hull[1] - hull[0]))

@@ -112,6 +112,7 @@ class Runner:
             degrees=degrees,
             nodes=counts,
             bounds=bounds,
+            threads=self.means.threads,
             kind=kind,
             features=table,
             **runs.facts,

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use super::arrays::{flat, matrix};
-use super::grid_error;
+use super::ranges::interruptible;
 use crate::study::band::{self, Method, OutputBand, Table, regression};
 use crate::study::points::{self, MOST_PARAMETERS, MOST_POINTS};
 
@@ -87,7 +87,9 @@ pub fn calibrated_bands<'py>(
     };
     let method = if certified { Method::Certified } else { Method::Calibrated };
     let table = Table { points: &points, parameters, values, samples, outputs, revolutions, scored };
-    let bands = py.detach(|| band::bands(&table, &limits, coverage, method, threads)).map_err(grid_error)?;
+    let bands = interruptible(py, |monitor| {
+        band::watched_bands(&table, &limits, coverage, method, threads, monitor)
+    })?;
     let result = PyList::empty(py);
     for band in bands {
         result.append(as_dict(py, band, samples)?)?;

@@ -6,6 +6,7 @@
 
 mod arrays;
 mod bands;
+mod ranges;
 
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex};
@@ -28,7 +29,7 @@ use crate::run::trajectory::{Contact, Event, Trajectory, columns, record};
 use crate::scene::reader::read_scene;
 use crate::study::chebyshev::{MOST_NODES, Polynomials};
 use crate::study::sweep::Sweep;
-use crate::study::{bounds, chebyshev, range};
+use crate::study::{bounds, chebyshev};
 use crate::tree::elements::BodyPlacement;
 
 /// How often the waiting thread looks for Ctrl-C and reports progress.
@@ -411,28 +412,6 @@ fn interval_bounds<'py>(
     Ok((lower.into_pyarray(py), upper.into_pyarray(py)))
 }
 
-/// Certified ranges of the polynomials, values that they take, and where.
-#[pyfunction]
-#[pyo3(signature = (coefficients, degrees, threads=None))]
-fn polynomial_ranges<'py>(
-    py: Python<'py>,
-    coefficients: PyReadonlyArray2<'py, f64>,
-    degrees: Vec<usize>,
-    threads: Option<usize>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let (coefficients, [_, columns]) = flat(&coefficients)?;
-    let polynomials = Polynomials::new(&coefficients, columns, &degrees).map_err(grid_error)?;
-    let ranges = py.detach(|| range::polynomial_ranges(&polynomials, threads)).map_err(grid_error)?;
-    let result = PyDict::new(py);
-    result.set_item("lower", ranges.lower.into_pyarray(py))?;
-    result.set_item("upper", ranges.upper.into_pyarray(py))?;
-    result.set_item("attained_lower", ranges.attained_lower.into_pyarray(py))?;
-    result.set_item("attained_upper", ranges.attained_upper.into_pyarray(py))?;
-    result.set_item("lowest_at", matrix(py, ranges.lowest_at, degrees.len())?)?;
-    result.set_item("highest_at", matrix(py, ranges.highest_at, degrees.len())?)?;
-    Ok(result)
-}
-
 /// Numerical core of chebclear; use the package, not this module.
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -444,7 +423,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(chebyshev_evaluate, module)?)?;
     module.add_function(wrap_pyfunction!(chebyshev_derivative, module)?)?;
     module.add_function(wrap_pyfunction!(interval_bounds, module)?)?;
-    module.add_function(wrap_pyfunction!(polynomial_ranges, module)?)?;
+    module.add_function(wrap_pyfunction!(ranges::polynomial_ranges, module)?)?;
+    module.add_function(wrap_pyfunction!(ranges::total_degree_ranges, module)?)?;
     module.add_function(wrap_pyfunction!(bands::sobol_points, module)?)?;
     module.add_function(wrap_pyfunction!(bands::random_points, module)?)?;
     module.add_function(wrap_pyfunction!(bands::total_degree_exponents, module)?)?;

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use crate::study::bernstein::{Axis, LANES, Lanes, MOST_DEGREE};
 use crate::study::branch_and_bound::{End, Polynomial, Search};
 use crate::study::chebyshev::{GridError, Polynomials};
+use crate::study::sweep::Monitor;
 
 /// Coefficients that a task of one thread takes at least, and columns that it takes at most.
 const TASK_COEFFICIENTS: usize = 8192;
@@ -65,6 +66,19 @@ pub struct Ranges {
 ///
 /// A degree above 30, a coefficient that is not finite or beyond 1e280, threads that cannot be started.
 pub fn polynomial_ranges(polynomials: &Polynomials, threads: Option<usize>) -> Result<Ranges, GridError> {
+    Ok(watched_ranges(polynomials, threads, &|| true)?.unwrap_or_default())
+}
+
+/// As [`polynomial_ranges`]; None if the monitor said no, which is asked before every few columns.
+///
+/// # Errors
+///
+/// As [`polynomial_ranges`].
+pub fn watched_ranges(
+    polynomials: &Polynomials,
+    threads: Option<usize>,
+    monitor: Monitor,
+) -> Result<Option<Ranges>, GridError> {
     let &Polynomials { coefficients, columns, degrees, terms } = polynomials;
     if let Some(axis) = degrees.iter().position(|&degree| degree > MOST_DEGREE) {
         return Err(GridError::new(format!(
@@ -87,17 +101,20 @@ pub fn polynomial_ranges(polynomials: &Polynomials, threads: Option<usize>) -> R
         let end = columns.min(start + width);
         let mut ranges = Ranges::with_capacity(end - start, degrees.len());
         for first in (start..end).step_by(LANES) {
+            if !monitor() {
+                return None;
+            }
             let used = LANES.min(end - first);
             workspace.gather(coefficients, columns, first, used);
             workspace.append_ranges(&form, used, &mut ranges);
         }
         ranges.boxes = std::mem::take(&mut workspace.search.boxes);
-        ranges
+        Some(ranges)
     };
     // More threads than blocks would only wait.
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     let count = threads.unwrap_or(processors).clamp(1, starts.len());
-    let blocks: Vec<Ranges> = if count == 1 {
+    let blocks: Option<Vec<Ranges>> = if count == 1 {
         let mut workspace = Workspace::default();
         starts.into_iter().map(|start| task(&mut workspace, start)).collect()
     } else {
@@ -108,9 +125,11 @@ pub fn polynomial_ranges(polynomials: &Polynomials, threads: Option<usize>) -> R
             .map_err(|error| GridError::new(format!("threads cannot be started: {error}")))?;
         pool.install(|| starts.into_par_iter().map_init(Workspace::default, task).collect())
     };
-    let mut all = Ranges::with_capacity(columns, degrees.len());
-    blocks.into_iter().for_each(|block| all.append(block));
-    Ok(all)
+    Ok(blocks.map(|blocks| {
+        let mut all = Ranges::with_capacity(columns, degrees.len());
+        blocks.into_iter().for_each(|block| all.append(block));
+        all
+    }))
 }
 
 impl Ranges {

@@ -12,6 +12,7 @@ from chebclear import _core
 from chebclear.base.files import same
 from chebclear.study.band.limits import physical_limits
 from chebclear.study.polynomials.total_degree import TotalDegree, total_degree_polynomial
+from interrupts import work_after_interrupt
 from scipy.stats import qmc
 
 TIME = {"duration": 0.4, "samples": 41}
@@ -250,9 +251,21 @@ def test_polynomials_of_many_parameters():
     np.testing.assert_allclose(sparse.derivative("p3", at=point), (ahead - behind) / (2 * step), rtol=1e-5)
     with pytest.raises(ValueError, match="total degree 3"):
         _ = sparse.coefficients
-    for use in (sparse.bounds, sparse.range, lambda: sparse.slope("p1"), lambda: sparse.frozen("p1")):
-        with pytest.raises(ValueError, match="would be too large"):
-            use()
+    # Within the certified range, whose ends are taken where it says, and which Eq. (31) contains.
+    found = sparse.range(threads=1)
+    np.testing.assert_array_equal(found.upper, sparse.range(threads=2).upper)
+    draws = {name: rng.uniform(side.lower, side.upper, 300) for name, side in box.items()}
+    values = sparse.evaluate(draws)
+    assert np.all(found.lower <= values) and np.all(values <= found.upper)
+    assert np.all(lower <= found.lower) and np.all(found.upper <= upper)
+    for instant in range(4):
+        at = {name: place[instant] for name, place in found.highest_at.items()}
+        assert sparse.evaluate(at)[instant] == pytest.approx(found.attained_upper[instant], rel=1e-9)
+    # Slopes, and what is left without a parameter, are polynomials as well.
+    slope, frozen = sparse.slope("p3"), sparse.frozen("p3")
+    np.testing.assert_allclose(slope.evaluate(draws), sparse.derivative("p3", at=draws), rtol=1e-9, atol=1e-9)
+    middle = draws | {"p3": np.full(300, box["p3"].midpoint)}
+    np.testing.assert_allclose(frozen.evaluate(draws), sparse.evaluate(middle), rtol=1e-9, atol=1e-9)
     # The same polynomial as a tensor, in the first two parameters.
     small = {name: box[name] for name in ("p0", "p1")}
     tensor = total_degree_polynomial(small, 3, terms[:10])
@@ -279,3 +292,12 @@ def test_a_certified_band_says_what_is_proved():
         study.certify(1.0)
     with pytest.raises(ValueError, match=r"only a result of Study\.band"):
         result.extend(3)
+
+
+def test_the_search_for_a_range_can_be_interrupted():
+    # 400 polynomials of 4096 terms that do not decay: half a minute.
+    box = '{f"p{index}": cc.interval(0.0, 1.0) for index in range(6)}'
+    terms = '__import__("numpy").random.default_rng(0).normal(size=(4096, 400))'
+    spent = work_after_interrupt(f"cc.Surrogate({box}, (3,) * 6, {terms}).range(threads=1)")
+    # A few columns are finished first, 60 ms each.
+    assert spent < 5.0

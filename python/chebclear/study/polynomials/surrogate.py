@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,9 @@ from ... import _core
 from ...base import files as records
 from ...base.arguments import Checks, did_you_mean
 from ...scene.scene import Interval
+
+if TYPE_CHECKING:
+    from ..._core import _Ranges
 
 Array = NDArray[np.float64]
 
@@ -126,7 +129,7 @@ class Surrogate(records.ArrayRecord):
         left: Array = 1e-14 * np.abs(self.terms).sum(axis=0)
         return left
 
-    def bounds(self, kind: BoundKind = "range") -> tuple[Array, Array]:
+    def bounds(self, kind: BoundKind = "range", threads: int | None = None) -> tuple[Array, Array]:
         """Lower and upper bounds of the polynomial over the box, each of shape (samples,).
 
         They enclose the polynomial, not the response it was fitted to.
@@ -136,6 +139,8 @@ class Surrogate(records.ArrayRecord):
         kind : {"range", "eq31"}
             The certified range, see `range`; or Eq. (31), with some slack: it bounds every term of the sum on
             its own.
+        threads : int, optional
+            As of `range` [-].
 
         Returns
         -------
@@ -149,7 +154,7 @@ class Surrogate(records.ArrayRecord):
         """
         if kind == "eq31":
             return _core.interval_bounds(self.terms, list(self.degrees))
-        found = self.range()
+        found = self.range(threads)
         return found.lower, found.upper
 
     def range(self, threads: int | None = None) -> PolynomialRange:
@@ -172,7 +177,10 @@ class Surrogate(records.ArrayRecord):
         ValueError
             If a degree is above 30 or a coefficient not finite.
         """
-        found = _core.polynomial_ranges(self.terms, list(self.degrees), threads)
+        return self._physical_range(_core.polynomial_ranges(self.terms, list(self.degrees), threads))
+
+    def _physical_range(self, found: _Ranges) -> PolynomialRange:
+        """What the core found, at physical values of the parameters."""
 
         def physical(points: Array) -> dict[str, Array]:
             # Midpoint and half-width may miss the ends by rounding.

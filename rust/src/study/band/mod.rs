@@ -9,11 +9,12 @@ pub mod extremes;
 pub mod regression;
 pub mod resolve;
 pub mod running;
-pub mod search;
+pub mod sparse_range;
 
 use rayon::prelude::*;
 
 use crate::study::chebyshev::GridError;
+use crate::study::sweep::Monitor;
 use calibrate::{Demand, HeldOut};
 use candidates::{Calibrated, Runs, calibrated};
 use certify::certified;
@@ -99,6 +100,22 @@ pub fn bands(
     method: Method,
     threads: Option<usize>,
 ) -> Result<Vec<OutputBand>, GridError> {
+    Ok(watched_bands(table, limits, coverage, method, threads, &|| true)?.unwrap_or_default())
+}
+
+/// As [`bands`]; None if the monitor said no, which is asked before every output.
+///
+/// # Errors
+///
+/// As [`bands`].
+pub fn watched_bands(
+    table: &Table<'_>,
+    limits: &[[f64; 2]],
+    coverage: f64,
+    method: Method,
+    threads: Option<usize>,
+    monitor: Monitor,
+) -> Result<Option<Vec<OutputBand>>, GridError> {
     check(table, limits, coverage)?;
     if method == Method::Certified && table.scored < certify::least_runs(coverage) {
         return Err(GridError::new(format!(
@@ -125,7 +142,7 @@ pub fn bands(
             Method::Certified => certified(&runs, &demand).into(),
         }
     };
-    in_parallel(table.outputs, threads, one)
+    in_parallel(table.outputs, threads, |output| monitor().then(|| one(output)))
 }
 
 /// The band of one output.
@@ -183,8 +200,8 @@ fn gather(table: &Table<'_>, rows: usize, output: usize) -> Vec<f64> {
 fn in_parallel<T: Send>(
     outputs: usize,
     threads: Option<usize>,
-    work: impl Fn(usize) -> T + Send + Sync,
-) -> Result<Vec<T>, GridError> {
+    work: impl Fn(usize) -> Option<T> + Send + Sync,
+) -> Result<Option<Vec<T>>, GridError> {
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     let count = threads.unwrap_or(processors).clamp(1, outputs.max(1));
     if count == 1 {

@@ -5,7 +5,7 @@ use super::candidates::Runs;
 use super::extremes::{ALWAYS, Growing, Top, tops};
 use super::regression::{Regression, exponents};
 use super::running::{Window, running_maximum};
-use super::search::Search;
+use super::sparse_range::{COARSE, SparseRange};
 use crate::study::chebyshev::Polynomials;
 use crate::study::range::polynomial_ranges;
 use std::borrow::Cow;
@@ -29,7 +29,7 @@ const PROBES: usize = 128;
 /// The margin at an instant is the largest error within this part of the duration to either side.
 const MARGIN_WINDOW: f64 = 1.0 / 90.0;
 
-/// Terms of the tensor up to which the range of the polynomial is certified: 6 parameters of degree 2, or 4 of
+/// Terms of the tensor up to which the range of the polynomial is searched in the Bernstein basis: 6 parameters of degree 2, or 4 of
 /// degree 5.
 const MOST_TENSOR: usize = 1296;
 
@@ -173,7 +173,7 @@ fn hull(runs: &Runs<'_>) -> [Vec<f64>; 2] {
     [lower, upper]
 }
 
-/// Bounds of the polynomials over the box: certified where the tensor of coefficients is small, else by search.
+/// Certified bounds of the polynomials over the box: tight where the tensor of coefficients is small.
 fn range(coefficients: &[f64], samples: usize, parameters: usize, degree: usize) -> [Vec<f64>; 2] {
     let degrees = vec![degree; parameters];
     let certified = tensor(coefficients, samples, parameters, degree).and_then(|tensor| {
@@ -184,14 +184,13 @@ fn range(coefficients: &[f64], samples: usize, parameters: usize, degree: usize)
     if let Some(ranges) = certified {
         return [ranges.lower, ranges.upper];
     }
-    let search = Search::new(parameters, degree);
+    let search = SparseRange::new(parameters, degree, COARSE);
     let mut column = vec![0.0; coefficients.len() / samples];
     let mut result = [vec![0.0; samples], vec![0.0; samples]];
     for at in 0..samples {
         column.iter_mut().zip(coefficients.chunks_exact(samples)).for_each(|(c, row)| *c = row[at]);
-        result[1][at] = search.largest(&column);
-        column.iter_mut().for_each(|c| *c = -*c);
-        result[0][at] = -search.largest(&column);
+        let [low, high] = search.range(&column);
+        (result[0][at], result[1][at]) = (low.bound, high.bound);
     }
     result
 }
