@@ -192,7 +192,7 @@ def _made(
     table = Table.new(points, new)
     scored, nominal = table[: demand.runs], table[demand.runs :]
     facts = {"t": new.t, "outputs": new.outputs, "feature_names": new.feature_names, **new.facts}
-    kept = _others(others, demand, new.t, new.outputs, facts["scene"])
+    kept = _others(study, others, demand, new.t, new.outputs, facts["scene"])
     del facts["stats"], facts["warnings"]
     told = new.warnings if demand.revolutions is not None else (*new.warnings, *unpredictable(new))
     return _result(study, demand, [scored], kept, nominal, told, facts)
@@ -229,7 +229,7 @@ def extended(
         told += _lasting(new.warnings)
         good += len(new.kept)
         failures += tuple(dataclasses.replace(one, index=one.index + begun) for one in new.failures)
-    kept = [old[demand.runs :], *_others(others, demand, result.t, outputs, result.scene)]
+    kept = [old[demand.runs :], *_others(study, others, demand, result.t, outputs, result.scene)]
     demand = dataclasses.replace(demand, runs=good, failed=len(failures))
     told += told_failures(failures, good + len(failures) + 1)
     facts = _facts(result) | {"seconds": seconds, "failures": failures}
@@ -324,9 +324,14 @@ def _results(checks: Checks, include: object) -> list[StudyResult]:
 
 
 def _others(
-    results: Sequence[StudyResult], demand: Demand, t: Array, outputs: Sequence[str], scene: Scene | None
+    study: Runner,
+    results: Sequence[StudyResult],
+    demand: Demand,
+    t: Array,
+    outputs: Sequence[str],
+    scene: Scene | None,
 ) -> list[Table]:
-    """The runs of other results, which must be of the same study."""
+    """The runs of other results, which must be of the same study or of a table of finished runs of it."""
     checks = Checks()
     for index, result in enumerate(results):
         missing = [name for name in outputs if name not in result.outputs]
@@ -335,12 +340,24 @@ def _others(
         revolutions = None if result.demand is None else result.demand.revolutions
         if revolutions != demand.revolutions:
             checks.add(f"include[{index}] has other revolutions, or none")
-        elif not np.array_equal(result.t, t):
+        elif len(result.t) != len(t) or np.max(np.abs(result.t - t)) > 1e-9 * (t[-1] - t[0]):
             checks.add(f"include[{index}] has other instants")
-        if result.scene != scene:
+        if result.scene is not None and result.scene != scene:
             checks.add(f"include[{index}] is of another study: its midpoint is another scene")
+        elif result.parameter_names != tuple(study.intervals):
+            checks.add(f"include[{index}] has the parameters {', '.join(result.parameter_names)}")
+        elif not _in_box(study, result.parameters):
+            checks.add(f"include[{index}] has runs outside of the intervals of this study")
     checks.finish()
     return [Table.of(result, outputs) for result in results]
+
+
+def _in_box(study: Runner, points: Array) -> bool:
+    """Whether points are in the box, but for rounding of its ends."""
+    sides = list(study.intervals.values())
+    slack = np.array([1e-9 * side.half_width for side in sides])
+    lower, upper = np.array([side.lower for side in sides]), np.array([side.upper for side in sides])
+    return bool(np.all((points >= lower - slack) & (points <= upper + slack)))
 
 
 def _largest_clearances(study: Runner, scene: Scene, found: Mapping[str, float]) -> dict[str, float]:

@@ -159,7 +159,7 @@ def test_the_slider_crank_names_arguments_out_of_range(value):
         cc.mechanisms.slider_crank(**dict.fromkeys(POSITIVE, value), restitution="high")
     assert dict(caught.value.problems) == {
         name: f"must be a finite number > 0 [{unit}], got {value!r}" for name, unit in POSITIVE.items()
-    } | {"restitution": "must be a number, got 'high'"}
+    } | {"restitution": "must be a finite number [-], got 'high'"}
 
 
 @pytest.mark.parametrize("name", ["crank_length", "rod_length", "crank_angle", "clearance", "poisson_ratio"])

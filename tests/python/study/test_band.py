@@ -179,6 +179,25 @@ def test_runs_on_a_grid_take_part():
     assert same(study.band(5).extend(7, include=[grid]).bands, result.bands)
 
 
+def test_a_table_of_finished_runs_takes_part():
+    study = planet_study(rtol=1e-4)
+    rng = np.random.default_rng(2)
+    points = {name: rng.uniform(side.lower, side.upper, 9) for name, side in PLANET.items()}
+    t = np.linspace(0.0, 0.4, 41)
+    places = [height(t, *place) for place in zip(*points.values(), strict=True)]
+    speeds = [-g * np.sin(tilt) ** 2 * t for g, tilt in zip(*points.values(), strict=True)]
+    table = cc.Study.from_runs(
+        points, t, {"block.y": np.array(places), "block.vy": np.array(speeds)}
+    ).sample()
+    result = study.band(12, include=table)
+    assert len(result.parameters) == 12 + len(table.parameters) and result.demand.runs == 12
+    assert result["block.y"].verdict == "resolved"
+    np.testing.assert_allclose(result["block.y"].upper, height(t, 8.0, 0.3), atol=0.02)
+    wider = cc.Study(faller, PLANET | {"tilt": cc.interval(0.2, 1.3)}, ["block.y", "block.vy"], **TIME)
+    with pytest.raises(ValueError, match=r"include\[0\] has runs outside of the intervals"):
+        study.band(12, include=wider.scan(2))
+
+
 def test_threads_do_not_change_a_bit(wrist):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", cc.ChebclearWarning)
