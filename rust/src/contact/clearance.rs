@@ -195,4 +195,15 @@ impl ClearanceLaw {
             SlidingVelocity::ContactPoint => None,
         }
     }
+
+    /// Relative velocity along the tangent over the sliding velocity that the friction law is told [-]; infinite
+    /// where nothing presses.
+    pub fn sliding_lever(&self, state: &ContactState<f64>) -> f64 {
+        match self.sliding {
+            SlidingVelocity::Surface => 1.0,
+            SlidingVelocity::ContactPoint => {
+                (state.penetration + self.clearance) / state.penetration.max(0.0)
+            }
+        }
+    }
 }

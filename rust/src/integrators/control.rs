@@ -55,6 +55,9 @@ pub(super) struct Run<'a> {
     pub(super) dense: bool,
     /// The present step ends beyond a kink.
     pub(super) beyond_kink: bool,
+    /// How many times finer than its tolerance the velocity must be known: where the step starts, and in all of it.
+    pub(super) start_sharpness: f64,
+    pub(super) sharpness: f64,
     /// Why the last attempt was refused, as the run ends if no shorter step helps.
     refusal: Status,
     /// End of the present step on the constraints, and how it came there.
@@ -114,6 +117,8 @@ pub fn integrate_with(
         standing_events: 0,
         dense: false,
         beyond_kink: false,
+        start_sharpness: 1.0,
+        sharpness: 1.0,
         refusal: Status::StepUnderflow,
         next_q: vec![0.0; d],
         next_v: vec![0.0; d],
@@ -144,6 +149,7 @@ impl Run<'_> {
                 let finite = self.q.iter().chain(&self.v).all(|y| y.is_finite());
                 return Err((if finite { Status::SingularMechanism } else { Status::NonFinite }, None));
             }
+            self.start_sharpness = self.system.sharpness();
             h = h.min(self.system.step_bound()).min(self.limits.max_step);
             let (taken, error, event) = self.attempt_to_event(h, end)?;
             let cut = event.is_some() || self.t + self.method.step().h >= end;
@@ -209,6 +215,7 @@ impl Run<'_> {
             })
         };
         let (a, b) = (scaled(position, &self.position_tolerance), scaled(velocity, &self.velocity_tolerance));
+        let b = self.sharpness * b;
         if a > b || a.is_nan() { a } else { b }
     }
 
@@ -238,6 +245,7 @@ impl Run<'_> {
                 return Err((self.refusal, None));
             }
             let finite = self.take(length);
+            self.sharpness = self.start_sharpness;
             let error = self.error_norm();
             if finite && error <= 1.0 {
                 return Ok((length, error));
@@ -275,6 +283,8 @@ impl Run<'_> {
                 match self.project(end) {
                     Projection::Unneeded | Projection::Done => {
                         self.was_rejected |= was_refused;
+                        // Known better where the end has been looked at.
+                        let error = if event.is_none() { part_error } else { error };
                         return Ok((taken, error, event));
                     }
                     Projection::TooLarge(excess) => (Status::Projection, self.factor(excess).min(SAFETY)),

@@ -65,21 +65,36 @@ impl Dop853 {
         self.end_slope_holds && self.step.instant(1.0) == t.into() && end_q == q && end_v == v
     }
 
-    /// Length of the step last taken times the fastest rate of the motion [-]: the change of the slopes
-    /// over that of the states between the last stage and the solution, which differ by little but the
-    /// fastest component. The method is stable up to about 6. Zero where they differ by rounding alone.
+    /// Length of the step last taken times the fastest rate of the motion [-]: the square root of the change of the
+    /// accelerations over that of the positions between the last stage and the solution, which differ by little
+    /// but the fastest component. That is the frequency of an oscillation and the rate of a damping, whatever a
+    /// position is worth against a velocity. The method is stable up to about 6. Zero where both positions and
+    /// velocities differ by rounding alone.
     pub fn stiffness(&self) -> f64 {
-        let (mut change, mut distance, mut rounding) = (0.0, 0.0, 0.0);
-        let states = self.step.end.iter().zip(&self.last_argument).zip(&self.weights);
-        for (k, ((end, last), weight)) in states.enumerate() {
-            let slopes = self.slopes.at(STAGES, k) - self.slopes.at(STAGES - 1, k);
-            let (rise, run) = (weight * slopes, weight * (end - last));
-            let noise = weight * ROUNDING * end;
-            change += rise * rise;
-            distance += run * run;
-            rounding += noise * noise;
+        let d = self.d;
+        let (mut accelerations, mut velocities, mut positions) = (0.0, 0.0, 0.0);
+        let mut roundings = [0.0; 2];
+        for k in 0..d {
+            let weight = self.weights[k];
+            let difference = |k: usize| weight * (self.step.end[k] - self.last_argument[k]);
+            let rise = weight * (self.slopes.at(STAGES, d + k) - self.slopes.at(STAGES - 1, d + k));
+            let (q, v) = (difference(k), difference(d + k));
+            accelerations += rise * rise;
+            positions += q * q;
+            velocities += v * v;
+            for (rounding, k) in roundings.iter_mut().zip([k, d + k]) {
+                let noise = weight * ROUNDING * self.step.end[k];
+                *rounding += noise * noise;
+            }
         }
-        if distance > rounding { self.step.h * (change / distance).sqrt() } else { 0.0 }
+        // Of the roots one more: the sums are those of squares.
+        if positions > roundings[0] {
+            self.step.h * (accelerations / positions).sqrt().sqrt()
+        } else if velocities > roundings[1] {
+            self.step.h * (accelerations / velocities).sqrt()
+        } else {
+            0.0
+        }
     }
 
     /// Factor by which a step after one of this stiffness may be longer without leaving the stable region.

@@ -58,6 +58,12 @@ pub trait HybridSystem {
         false
     }
 
+    /// How many times finer than [`HybridSystem::tolerances`] says the velocity must be known, at least 1: near the
+    /// state of the last [`HybridSystem::begin`], or between it and the one that the guards were asked for since.
+    fn sharpness(&self) -> f64 {
+        1.0
+    }
+
     /// Ends the phase that a guard watches; returns a bound for the next step, or infinity.
     fn cross(&mut self, _index: usize, _t: f64, _q: &[f64], _v: &[f64]) -> f64 {
         f64::INFINITY

@@ -133,6 +133,7 @@ impl Run<'_> {
         let (q, v) = step.end.split_at(step.end.len() / 2);
         self.system.guards(step.instant(1.0), q, v, &mut self.end_guards);
         self.beyond_kink = self.system.is_beyond_kink();
+        self.sharpness = self.start_sharpness.max(self.system.sharpness());
     }
 
     /// Crosses the guard, and every other guard that is spent at the same instant, in order.

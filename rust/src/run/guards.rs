@@ -1,4 +1,4 @@
-//! The guards of a clearance joint, whose zeros change its phase.
+//! What a step is watched for at a clearance joint: the guards, whose zeros change its phase, and its sliding.
 
 use crate::contact::clearance::{ContactState, Phase};
 use crate::integrators::events::Guard;
@@ -66,6 +66,21 @@ impl Recorder<'_> {
             resolution,
             // The force at the clip is off by this part of its elastic share at most.
             overshoot: (8.0 * resolution).max(1e-4),
+        }
+    }
+
+    /// Whether a clearance joint stuck under load at the start of the step.
+    pub(crate) fn sticks_at_start(&self, index: usize) -> bool {
+        let steep = self.mechanism.clearance_joints[index].law.stick_velocity();
+        self.slides[index].zip(steep).is_some_and(|(sliding, steep)| sliding.abs() < steep)
+    }
+
+    /// Raises the sharpness to what the friction of a contact needs from the start of the step to a state.
+    pub(crate) fn sharpen(&mut self, index: usize, state: &ContactState<f64>) {
+        if let Some(start) = self.slides[index] {
+            let phases = &self.dynamics.phases;
+            let sharpness = self.tolerances.sharpness(self.mechanism, phases, index, start, state);
+            self.sharpness = self.sharpness.max(sharpness);
         }
     }
 }

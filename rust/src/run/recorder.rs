@@ -71,9 +71,12 @@ pub(crate) struct Recorder<'a> {
     pub(crate) deepest: Vec<f64>,
     /// Time that every clearance joint spends below the stick velocity of its friction law.
     pub(crate) sticks: Vec<Stick>,
-    /// Whether every clearance joint stuck under load at the start of the step.
-    stuck: Vec<bool>,
-    /// Whether one of those slides where the guards were last asked for.
+    /// Sliding velocity of every clearance joint with friction at the start of the step [m/s]; none where nothing
+    /// presses.
+    pub(crate) slides: Vec<Option<f64>>,
+    /// How many times finer than its tolerance the velocity must be known up to where the guards were last asked for.
+    pub(crate) sharpness: f64,
+    /// Whether a joint that stuck under load there slides where the guards were last asked for.
     breaks_away: bool,
     pub(crate) warnings: Vec<String>,
 }
@@ -118,8 +121,9 @@ impl<'a> Recorder<'a> {
             largest_projection: 0.0,
             deepest: vec![0.0; mechanism.clearance_joints.len()],
             sticks: vec![Stick::default(); mechanism.clearance_joints.len()],
-            stuck: vec![false; mechanism.clearance_joints.len()],
             breaks_away: false,
+            slides: vec![None; mechanism.clearance_joints.len()],
+            sharpness: 1.0,
             warnings: Vec::new(),
         }
     }
@@ -274,17 +278,22 @@ impl<'a> Recorder<'a> {
     fn watch(&mut self, t: f64) {
         let mechanism = self.mechanism;
         self.step_bound = mechanism.next_break(t) - t;
+        self.sharpness = 1.0;
         for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
             let motion = self.dynamics.joint_motion(joint);
             let penetration = motion.eccentricity.norm() - joint.law.clearance;
             self.deepest[index] = self.deepest[index].max(penetration);
-            if let Some(steep) = joint.law.stick_velocity() {
-                let phase = self.dynamics.phases[index];
-                let presses = matches!(phase, Phase::Contact { clipped: false, .. });
+            let presses = matches!(self.dynamics.phases[index], Phase::Contact { clipped: false, .. });
+            self.slides[index] = None;
+            if presses && joint.law.friction.is_some() {
                 // Without its force: only the sliding velocity is wanted.
-                let sliding = || joint.law.evaluate(&relative_motion(&motion), Phase::Free).sliding_velocity;
-                self.stuck[index] = presses && sliding().abs() < steep;
-                self.sticks[index].advance(t, presses, self.stuck[index]);
+                let state = joint.law.evaluate(&relative_motion(&motion), Phase::Free);
+                self.slides[index] = Some(state.sliding_velocity);
+                self.sharpen(index, &state);
+            }
+            if joint.law.stick_velocity().is_some() {
+                let sticks = self.sticks_at_start(index);
+                self.sticks[index].advance(t, presses, sticks);
             }
             match self.dynamics.phases[index] {
                 Phase::Free => {
@@ -341,11 +350,13 @@ impl HybridSystem for Recorder<'_> {
             self.dynamics.move_to(t, q, v);
         }
         self.breaks_away = false;
+        self.sharpness = 1.0;
         for index in 0..self.dynamics.phases.len() {
             let state = self.dynamics.contact_state(index);
             let steep = self.mechanism.clearance_joints[index].law.stick_velocity();
-            self.breaks_away |=
-                self.stuck[index] && steep.is_some_and(|steep| state.sliding_velocity.abs() > steep);
+            self.breaks_away |= self.sticks_at_start(index)
+                && steep.is_some_and(|steep| state.sliding_velocity.abs() > steep);
+            self.sharpen(index, &state);
             guards[GUARDS * index] = self.gap_guard(index, &state);
             guards[GUARDS * index + 1] = self.pull_guard(index, &state);
         }
@@ -353,6 +364,10 @@ impl HybridSystem for Recorder<'_> {
 
     fn is_beyond_kink(&self) -> bool {
         self.breaks_away
+    }
+
+    fn sharpness(&self) -> f64 {
+        self.sharpness
     }
 
     fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> f64 {

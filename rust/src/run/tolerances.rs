@@ -1,6 +1,6 @@
 //! How large the local errors of a run may be: what `rtol` means for a mechanism with clearance.
 
-use crate::contact::clearance::Phase;
+use crate::contact::clearance::{ContactState, Phase};
 use crate::contact::normal::NormalLaw;
 use crate::error::{InputError, Problem, Subject};
 use crate::mechanism::compiled::Mechanism;
@@ -10,17 +10,22 @@ use crate::tree::elements::{ContactScales, State};
 /// Position tolerance of a scene with clearance: `rtol` times this part of the smallest
 /// clearance. 0.5 is the scale on which the methods were compared (1e-5 m at 0.02 mm).
 const CLEARANCE_PART: f64 = 0.5;
-/// Largest tolerances as a part of the oscillation about a contact that rests under the load of
-/// the start: wider, a slow mechanism's resting contact cannot be told from free flight, and it
-/// chatters. Tuned on the paper's mechanism at 0.01 to 2000 r/min with Rodas5P: 0.1 leaves 4807
-/// contact changes in a revolution at 0.1 r/min, 0.01 407, 0.003 189, tight tolerances 161; from
-/// 100 r/min on the changes do not depend on it. At 2000 r/min it binds at `rtol` 2e-4 and above.
-const RESTING_PART: f64 = 0.003;
+/// Largest tolerances as a part of the oscillation about a contact that rests under the load of the start: this over
+/// the radians that it oscillates while the mechanism crosses its own size, within the bounds below. Wider, a resting
+/// contact cannot be told from free flight: it chatters, and the more often the longer it rests. Tuned on the paper's
+/// mechanism at 0.1 to 300 r/min, rtol 1e-2 and 1e-4, in both conventions with Rodas4, Rodas5P and auto: 60 makes as many
+/// contact changes as the least part (97 instead of 93 at worst, but for the scatter of a single scene), 120 up to 8 %,
+/// 360 up to 60 % more.
+const RESTING_RADIANS: f64 = 60.0;
+/// Bounds of that part. At 0.1 r/min 0.1 leaves 4807 contact changes in a revolution of the paper's mechanism, 0.01 407, 0.003 189, tight
+/// tolerances 161; at 1000 to 3000 r/min 0.1 none too many, 0.3 up to twice as many. Where the lower bound held in all
+/// mechanisms a run at 2000 r/min and rtol 1e-2 took twice the steps.
+const RESTING_PARTS: [f64; 2] = [0.003, 0.1];
 /// Velocity tolerance: `rtol` times this part of the speed of the mechanism. For the paper's
 /// crank (10.5 m/s) it is the 1 m/s on which the methods were compared.
 const SPEED_PART: f64 = 0.1;
-/// Velocity tolerance in a contact with friction, as a part of the velocity at which the friction
-/// law is steep. Wider, a linearly implicit step hops across the kink: 15 times more steps at
+/// Velocity tolerance in a contact with friction, as a part of its sliding velocity or, if that is more, of the velocity
+/// at which the friction law is steep. Wider, a linearly implicit step hops across the kink: 15 times more steps at
 /// rtol 1e-4 than at 1e-5 in a sticking contact. Over the ensembles of `benchmarks/stiffness.rs` 0.3 is as
 /// good, and with 1 a loose tolerance costs more than a tight one.
 const STICK_PART: f64 = 0.1;
@@ -45,9 +50,9 @@ pub fn default_impact_velocity_floors(mechanism: &Mechanism) -> Vec<f64> {
 pub(crate) struct Tolerances {
     /// Of the positions of points [m].
     pub(crate) position: f64,
-    /// Of their velocities [m/s], but where friction is steep.
+    /// Of their velocities [m/s], but where contacts are damped or friction is steep.
     pub(crate) velocity: f64,
-    /// Part of the stick velocity of a friction law that its contact is resolved to.
+    /// Part of its sliding velocity, or of the stick velocity of its friction law, that a contact is resolved to.
     stick_part: f64,
     /// Smallest velocity tolerance [m/s].
     finest_velocity: f64,
@@ -103,14 +108,19 @@ impl Tolerances {
         // Where contacts and friction bind the tolerances, a tighter `rtol` must still tell something new.
         let of_run = settings.companion_of.unwrap_or(settings.rtol);
         let tighter = (of_run / DEFAULT_RTOL).min(1.0) * (settings.rtol / of_run);
+        let speed = speed(mechanism, start);
         // The oscillation about a resting contact must be resolved, however slow the mechanism.
         let resting = |of: fn(&ContactScales) -> f64| {
-            RESTING_PART * tighter * scales.contacts.iter().map(of).fold(f64::INFINITY, f64::min)
+            let largest = |contact: &ContactScales| {
+                let radians = scales.length / speed * contact.resting_speed / contact.resting_penetration;
+                let [least, most] = RESTING_PARTS;
+                (RESTING_RADIANS / radians).clamp(least, most) * of(contact)
+            };
+            tighter * scales.contacts.iter().map(largest).fold(f64::INFINITY, f64::min)
         };
         let finest = 4.0 * f64::EPSILON * scales.length;
         let position =
             (settings.rtol * position_scale).min(resting(|contact| contact.resting_penetration)).max(finest);
-        let speed = speed(mechanism, start);
         // Where nothing moves, falls or is driven: the speed that crosses the position scale in the
         // whole run. Elsewhere the duration must not change the steps: a run may be continued.
         let speed_scale = if speed > 0.0 { SPEED_PART * speed } else { position_scale / settings.duration };
@@ -152,6 +162,36 @@ impl Tolerances {
         }
     }
 
+    /// How many times finer than in the phases of the contacts the velocity must be known for the friction of a
+    /// `joint` that presses, slides at `start` [m/s] where a step begins and is in `state` later; at least 1.
+    pub(crate) fn sharpness(
+        &self,
+        mechanism: &Mechanism,
+        phases: &[Phase],
+        joint: usize,
+        start: f64,
+        state: &ContactState<f64>,
+    ) -> f64 {
+        let law = &mechanism.clearance_joints[joint].law;
+        let Some(friction) = law.friction else { return 1.0 };
+        let here = state.sliding_velocity;
+        // What slides the other way has passed zero.
+        let slowest = if start * here > 0.0 { start.abs().min(here.abs()) } else { 0.0 };
+        let sliding = self.stick_part * friction.stick_velocity().max(slowest);
+        let tolerance = (sliding * law.sliding_lever(state)).max(self.finest_velocity);
+        if tolerance < self.velocity {
+            (self.velocity_in(mechanism, phases) / tolerance).max(1.0)
+        } else {
+            1.0
+        }
+    }
+
+    /// Velocity tolerance in the phases of the contacts [m/s].
+    fn velocity_in(&self, mechanism: &Mechanism, phases: &[Phase]) -> f64 {
+        let joints = mechanism.clearance_joints.iter().zip(phases);
+        joints.map(|(joint, phase)| self.damped(&joint.law.normal, *phase)).fold(self.velocity, f64::min)
+    }
+
     /// The tolerances of all coordinates and their velocities in the phases of the contacts.
     pub(crate) fn in_phases(
         &self,
@@ -160,17 +200,7 @@ impl Tolerances {
         position: &mut [f64],
         velocity: &mut [f64],
     ) {
-        let stick = mechanism
-            .clearance_joints
-            .iter()
-            .zip(phases)
-            .filter(|(_, phase)| **phase != Phase::Free)
-            .filter_map(|(joint, _)| joint.law.stick_velocity())
-            .fold(f64::INFINITY, f64::min);
-        let joints = mechanism.clearance_joints.iter().zip(phases);
-        let damped =
-            joints.map(|(joint, phase)| self.damped(&joint.law.normal, *phase)).fold(self.velocity, f64::min);
-        let of_velocities = damped.min((self.stick_part * stick).max(self.finest_velocity));
+        let of_velocities = self.velocity_in(mechanism, phases);
         for (k, lever) in mechanism.scales.levers.iter().enumerate() {
             position[k] = self.position / lever;
             velocity[k] = of_velocities / lever;

@@ -282,7 +282,9 @@ fn the_stiffness_of_a_step_is_its_length_times_the_fastest_rate() {
         let mut stats = Stats::default();
         let (mut position, mut velocity) = ([0.0], [0.0]);
         system.tolerances(&mut position, &mut velocity);
-        for product in [0.5, 2.0, 5.0] {
+        // Whatever a position is worth against a velocity.
+        for (product, worth) in [(0.5, 1.0), (2.0, 1.0), (5.0, 1.0), (2.0, 1e-3), (2.0, 1e3)] {
+            let velocity = [worth * velocity[0]];
             let h = product / rate;
             let (mut explicit, mut implicit) = (Dop853::new(1), Rosenbrock::new(RODAS4, 1));
             for method in [&mut explicit as &mut dyn Stepper, &mut implicit] {

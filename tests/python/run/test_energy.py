@@ -316,10 +316,10 @@ class TestHeadOnImpact:
 # --- a run whose energy does not balance ----------------------------------------------------------------
 
 
-def heavy_rod(convention, **choices):
+def heavy_rod(convention, coefficient=0.62, **choices):
     """A slider-crank with a rod of 8 kg whose pins stick at 2e-5 m/s."""
     law = cc.LankaraniNikravesh(2.7e8, 0.9)
-    friction = cc.ModifiedCoulomb(0.62, 0.465, 2e-5, 3e-5)
+    friction = cc.ModifiedCoulomb(coefficient, 0.75 * coefficient, 2e-5, 3e-5)
     return cc.mechanisms.slider_crank(
         rod_mass=8.0, contact=law, friction=friction, convention=convention, **choices
     )
@@ -338,12 +338,12 @@ PINS = {"clearance": 3e-4, "clearance_at": ("crank_pin", "wrist"), "crank_speed"
 @pytest.mark.parametrize("outputs", [["slider.vx"], ["energy.*"]], ids=["not asked for", "asked for"])
 def test_a_run_whose_energy_does_not_balance_warns(outputs):
     given = {"duration": 0.05, "samples": 101, "rtol": 4.4e-4}
-    scene = heavy_rod("as_printed", **PINS)
+    scene = heavy_rod("as_printed", 0.9, **PINS)
     energies = cc.simulate(scene, **given, outputs=["energy.*"])
     # No gravity acts.
     largest = max(np.abs(energies[f"energy.{name}"]).max() for name in ENERGIES if name != "total")
     off = np.abs(energies["energy.balance"]).max() / largest
-    assert off > 0.05
+    assert off > 3e-3
     # Not asked for, it is estimated from a part of the steps: within a tenth here.
     assert 0.5 * off < unbalanced(cc.simulate(scene, **given, outputs=outputs)) < 2.0 * off
     fine = cc.simulate(scene, **given, outputs=["slider.vx"], velocity_tolerance=2e-8)
