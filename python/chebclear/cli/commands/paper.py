@@ -37,12 +37,19 @@ def add(commands: Commands) -> None:
         "own)",
     )
     command.add_argument("--no-figures", action="store_true", help="write the tables and arrays only")
+    command.add_argument(
+        "--many-parameters",
+        action="store_true",
+        help="also measure precision against runs for 1 to 8 parameters, some 4000 runs more: "
+        "many_parameters.md and .png",
+    )
 
 
 def paper(options: argparse.Namespace) -> int:
     """Run the command."""
     # Imported here: the other commands need none of it, and Ctrl-C on the way is answered as at any time.
     from ...paper import case_study as paper
+    from ...paper import many_parameters as many
     from ...paper import output as paper_output
 
     out = options.out if options.out is not None or options.json else Path("paper_results")
@@ -54,6 +61,9 @@ def paper(options: argparse.Namespace) -> int:
         start = time.perf_counter()
         paper_output.write(study, out, figures=not options.no_figures)
         drawing = time.perf_counter() - start
+        if options.many_parameters:
+            rows = many.many_parameters(threads=options.threads)
+            many.write(rows, out, figures=not options.no_figures)
     if options.json:
         print_json(study.to_dict())
         return 0

@@ -15,7 +15,7 @@ _shtab_chebclear_scan_option_strings=(-h --help --json --quiet --set --points --
 _shtab_chebclear_tradeoff_option_strings=(-h --help --json --quiet --set --paper --duration --skip --samples --outputs --methods --rtols --accuracy --until --cost --out)
 _shtab_chebclear_report_option_strings=(-h --help --json --quiet --to --title)
 _shtab_chebclear_animate_option_strings=(-h --help --json --quiet --set --to --output --joint --frames --duration --skip --samples --method --rtol)
-_shtab_chebclear_paper_option_strings=(-h --help --json --quiet --out --threads --rtol --no-figures)
+_shtab_chebclear_paper_option_strings=(-h --help --json --quiet --out --threads --rtol --no-figures --many-parameters)
 _shtab_chebclear_completion_option_strings=(-h --help --json --quiet)
 _shtab_chebclear_option_strings=(-h --help --version)
 
@@ -87,6 +87,7 @@ _shtab_chebclear_paper___help_nargs=0
 _shtab_chebclear_paper___json_nargs=0
 _shtab_chebclear_paper___quiet_nargs=0
 _shtab_chebclear_paper___no_figures_nargs=0
+_shtab_chebclear_paper___many_parameters_nargs=0
 _shtab_chebclear_completion__h_nargs=0
 _shtab_chebclear_completion___help_nargs=0
 _shtab_chebclear_completion___json_nargs=0

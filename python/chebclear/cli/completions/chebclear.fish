@@ -168,6 +168,7 @@ complete -c chebclear -n '_shtab_chebclear_using paper' -l out -xka "(__fish_com
 complete -c chebclear -n '_shtab_chebclear_using paper' -l threads -x -d 'threads for the simulations (default: all processors)'
 complete -c chebclear -n '_shtab_chebclear_using paper' -l rtol -x -d 'relative tolerance of the integrator, 1e-13 to 0.1 (default: the study'"'"'s own)'
 complete -c chebclear -n '_shtab_chebclear_using paper' -l no-figures -d 'write the tables and arrays only'
+complete -c chebclear -n '_shtab_chebclear_using paper' -l many-parameters -d 'also measure precision against runs for 1 to 8 parameters, some 4000 runs more: many_parameters.md and .png'
 complete -c chebclear -n '_shtab_chebclear_using; and test $_shtab_chebclear_npos -eq 0' -a completion -d 'Print a completion script. To keep it: bash, add the output to ~/.bash_completion; fish, write it to ~/.config/fish/completions/chebclear.fish; zsh, write it to a file _chebclear in a directory of fpath.'
 complete -c chebclear -n '_shtab_chebclear_using completion' -s h -l help -d 'show this help message and exit'
 complete -c chebclear -n '_shtab_chebclear_using completion' -l json -d 'print one JSON object and nothing else'

@@ -96,6 +96,7 @@ _shtab_chebclear_paper_options=(
   "--threads[threads for the simulations (default\: all processors)]:N:"
   "--rtol[relative tolerance of the integrator, 1e-13 to 0.1 (default\: the study\'s own)]:X:"
   "--no-figures[write the tables and arrays only]"
+  "--many-parameters[also measure precision against runs for 1 to 8 parameters, some 4000 runs more\: many_parameters.md and .png]"
 )
 
 # guard to ensure default positional specs are added only once per session
