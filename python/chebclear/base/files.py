@@ -9,7 +9,7 @@ import math
 import os
 import platform
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from tokenize import TokenError
@@ -191,11 +191,12 @@ def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[np.lib.npyio.NpzFile
     """The archive and the facts in a file that `save` wrote."""
     stranger = ValueError(f"{os.fspath(path)} was not written by chebclear")
     # Opened here, since numpy leaves a file open that turns out to be no archive.
-    with Path(path).open("rb") as file:
+    with Path(path).open("rb") as file, ExitStack() as closing:
         try:
             archive = np.load(file, allow_pickle=False)
             if not isinstance(archive, np.lib.npyio.NpzFile):  # a single array
                 raise stranger
+            closing.enter_context(archive)
             facts = json.loads(str(archive["metadata"]), object_hook=_from_json)
         except (KeyError, *DAMAGE):
             raise stranger from None
