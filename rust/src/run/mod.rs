@@ -1,12 +1,8 @@
 //! One run: a mechanism through time. In: a mechanism and settings; out: a [`trajectory::Trajectory`] of samples,
 //! events and contacts. Uses `integrators`, `dynamics`, `mechanism` and the rooms below them.
 
-mod balance;
-mod contact_log;
 pub mod contacts;
 pub mod features;
-mod guards;
-mod onset;
 pub mod outputs;
 mod prescribed;
 mod recorder;

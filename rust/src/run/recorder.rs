@@ -9,7 +9,6 @@ use crate::integrators::{HybridSystem, Limits, Projection};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::instant::Instant;
 use crate::numerics::turns::{rewind, unwind};
-use crate::run::balance::Balance;
 use crate::run::contacts::{Contact, Event, EventKind, OpenContact, Stick};
 use crate::run::features::Plan;
 use crate::run::outputs::{Column, Needs};
@@ -18,6 +17,7 @@ use crate::run::settings::Settings;
 use crate::run::tolerances::Tolerances;
 use crate::run::tracking::Tracking;
 use crate::run::work::Work;
+use crate::run::work::balance::Balance;
 use crate::tree::elements::State;
 use crate::tree::kinematics::FrameKind;
 

@@ -1,12 +1,12 @@
 //! Quantities tracked through the dense output of every step, for the features of a run.
 
 use crate::numerics::extremum::highest_within;
-use crate::run::balance::WORK_ROTATION;
 use crate::run::contacts::{Contact, Event};
 use crate::run::features::{Extent, Plan, Touch};
 use crate::run::recorder::Recorder;
 use crate::run::settings::Settings;
 use crate::run::work::Work;
+use crate::run::work::balance::WORK_ROTATION;
 
 /// Nodes and weights of Gauss's quadrature with six points on [0, 1]. An explicit step may cover 5 rad of a
 /// contact's oscillation, 10 rad of its square: four points are then off by 6 % of its amplitude, six by 2e-4.

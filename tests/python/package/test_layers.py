@@ -220,10 +220,11 @@ def test_rust_imports_go_one_way():
     assert not wrong, sorted(wrong)
 
 
-def test_rust_rooms_say_what_they_use():
+def test_rust_rooms_hold_few_files_and_say_what_they_use():
     for path in CRATE.rglob("mod.rs"):
         text = " ".join(re.findall(r"^//! ?(.*)$", path.read_text(encoding="utf-8"), flags=re.MULTILINE))
         assert re.search(r"\bIn: .*; out: .*\b(?:Uses|Knows) ", text), path
+        assert len({file.name for file in path.parent.glob("*.rs")} - {"mod.rs"}) <= MOST_FILES, path.parent
 
 
 def test_rust_methods_stand_in_the_room_of_their_type():

@@ -1,4 +1,7 @@
-//! Integrals of powers over a run: what drives and forces put in, what dampers and contacts take.
+//! Integrals of powers over a run: what drives and forces put in, what dampers and contacts take, and whether the energy
+//! balances. In: states of the recorder; out: work, losses, a warning. Uses `dynamics`, `contact`, `integrators`.
+
+pub(crate) mod balance;
 
 use crate::dynamics::{ContactLoss, Dynamics};
 
