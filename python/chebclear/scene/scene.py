@@ -25,6 +25,8 @@ from ..base.quantities import interval as interval
 from ..base.quantities import rpm as rpm
 from ..base.units import unit
 from ..errors import Problem, SceneError
+from ..report import html
+from ..report.document import Listing
 from .description import describe_scene, summarize_scene
 from .forces import Damper as Damper
 from .forces import Force as Force
@@ -106,6 +108,9 @@ class Scene(Part):
     drives: Sequence[Drive] = ()
     ground: Mapping[str, Vector] = field(default_factory=lambda: Points({}), metadata=unit("m"))
     start: Sequence[Start] = ()
+
+    def _repr_html_(self) -> str:
+        return html.fragment("", [Listing("scene", self.describe(), repr(self)[1:-1])])
 
     def __repr__(self) -> str:
         return summarize_scene(self)
