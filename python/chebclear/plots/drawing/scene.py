@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Width and height of a letter in a picture about four inches wide, relative to the diagonal of the mechanism.
-_LETTER = (0.013, 0.032)
+# Width and height of a letter of a name, relative to the size of the axes' labels.
+_LETTER = (0.52, 1.0)
 
 
 def plot_scene(
@@ -163,7 +163,10 @@ def _label_parts(ax: Axes, pen: Pen) -> None:
     """Names of bodies on them, and names of joints and forces beside them."""
     pose = pen.pose
     style = {"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.7}
-    width, height = _LETTER[0] * pen.unit, _LETTER[1] * pen.unit
+    # What a letter takes of the axes as they are now; the labels may narrow them a little.
+    left, right = ax.get_xlim()
+    font = float(ax.xaxis.label.get_fontsize()) * (right - left) / size_of(ax)[0]
+    width, height = _LETTER[0] * font, _LETTER[1] * font
     for body in pose.scene.bodies:
         spot: Array = np.mean(pose.points[body.name], axis=0)
         half = np.array([0.5 * width * len(body.name), 0.0])
@@ -180,8 +183,6 @@ def _label_parts(ax: Axes, pen: Pen) -> None:
             bbox=style,
             zorder=9,
         )
-    left, right = ax.get_xlim()
-    letter = 0.52 * float(ax.xaxis.label.get_fontsize()) * (right - left) / size_of(ax)[0]
     for place, names, radius in _named_by_place(pen):
         text = ", ".join(names)
         away = place - pose.center
@@ -200,10 +201,12 @@ def _label_parts(ax: Axes, pen: Pen) -> None:
             bbox=style,
             zorder=9,
         )
-        # The axes hold the labels too, as wide as they are in this figure.
-        wide = letter * len(text)
+        # The axes hold the labels too.
+        wide = size[0]
         shifts = {"left": (0.0, wide), "center": (-0.5 * wide, 0.5 * wide), "right": (-wide, 0.0)}[across]
         ax.update_datalim([anchor + np.array([shift, 0.0]) for shift in shifts])
+    # What the margins were for lies within the limits now.
+    ax.margins(0.08)
     ax.autoscale_view()
 
 
