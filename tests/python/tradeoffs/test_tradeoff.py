@@ -199,3 +199,17 @@ def test_the_plot_has_a_line_for_every_method(swing):
         swing.plot("bob.speed")
     with pytest.raises(ValueError, match="cost must be one of"):
         swing.plot(cost="money")
+
+
+def test_the_loose_end_is_measured_and_recommended_where_the_demand_allows():
+    result = cc.tradeoff(
+        cc.mechanisms.slider_crank(),
+        duration=0.01,
+        samples=121,
+        outputs=["slider.vx"],
+        methods=["auto"],
+        repeats=1,
+    )
+    loose, tight = (result.recommendation(accuracy, cost="evaluations").point for accuracy in (5e-2, 1e-5))
+    assert loose.rtol >= 1e-2 > tight.rtol
+    assert loose.stats.evaluations < 0.5 * tight.stats.evaluations
