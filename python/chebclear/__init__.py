@@ -22,6 +22,7 @@ from .errors import (
     StoreError,
 )
 from .execution.failures import FailedRun
+from .execution.plan import Plan
 from .loading import load_result
 from .mechanisms import hertz_stiffness
 from .run.accuracy import ErrorEstimate
@@ -165,6 +166,7 @@ __all__ = [
     "Motion",
     "Normal",
     "Parameter",
+    "Plan",
     "Polynomial",
     "PolynomialRange",
     "Prismatic",

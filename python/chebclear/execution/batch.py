@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..errors import ChebclearError
 from ..run.settings import Settings
 from .dispatch import Progress, Task, dispatch
-from .pieces import DONE, STATS, End, Order, Piece, code_version
+from .pieces import DONE, NOT_BEGUN, STATS, End, Order, Piece, code_version
 from .store import Store, run_key
 
 Array = NDArray[np.float64]
@@ -102,9 +102,17 @@ class Batch:
     def left(self) -> int:
         return self.total - self._taken
 
-    def run(self, executor: Executor | None, threads: int | None, report: Progress | None) -> None:
-        """Simulate all runs; see `dispatch`."""
-        dispatch(self, executor, threads, report)
+    def run(
+        self,
+        executor: Executor | None,
+        threads: int | None,
+        report: Progress | None,
+        max_seconds: float | None = None,
+    ) -> None:
+        """Simulate all runs, or those for which there is time; see `dispatch`."""
+        dispatch(self, executor, threads, report, max_seconds)
+        for number in self._numbers[self._taken :]:
+            self.end(number, End(NOT_BEGUN, f"there was no time for it within {max_seconds:g} s"))
         if self._store is None:
             return
         for numbers, piece in self._store.read(self._kept):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import threading
 import time
@@ -91,7 +92,13 @@ class Task:
     """Runs that the worker has finished, as far as one knows."""
 
 
-def dispatch(source: Source, executor: Executor | None, threads: int | None, report: Progress | None) -> None:
+def dispatch(
+    source: Source,
+    executor: Executor | None,
+    threads: int | None,
+    report: Progress | None,
+    max_seconds: float | None = None,
+) -> None:
     """Have all runs of a source simulated.
 
     Parameters
@@ -104,6 +111,8 @@ def dispatch(source: Source, executor: Executor | None, threads: int | None, rep
         Threads of this process [-]; all processors if None. Not for an executor.
     report : callable or None
         Gets the runs done and the runs in all.
+    max_seconds : float, optional
+        Time after which no further piece is begun [s].
 
     Raises
     ------
@@ -112,13 +121,16 @@ def dispatch(source: Source, executor: Executor | None, threads: int | None, rep
     """
     workers: _Workers = _Here(threads, source) if executor is None else _Sent(executor)
     with workers.ready():
-        _Dispatcher(source, workers, report).run()
+        _Dispatcher(source, workers, report, max_seconds).run()
 
 
 class _Dispatcher:
     """Keeps workers busy until there is no more to do."""
 
-    def __init__(self, source: Source, workers: _Workers, report: Progress | None) -> None:
+    def __init__(
+        self, source: Source, workers: _Workers, report: Progress | None, max_seconds: float | None
+    ) -> None:
+        self.most = math.inf if max_seconds is None else max_seconds
         self.source = source
         self.workers = workers
         self.report = report
@@ -146,6 +158,9 @@ class _Dispatcher:
         while len(self.pending) < self.workers.capacity(bool(self.runs)):
             # A piece whose worker was lost goes alone, so that no other suffers from it once more.
             if self.suspects and self.pending:
+                break
+            # The first pieces are begun whatever the time: the nominal run is among them.
+            if self.runs and time.monotonic() - self.begin >= self.most:
                 break
             task = self.suspects.popleft() if self.suspects else self.source.take(self._size())
             if task is None:
@@ -197,7 +212,7 @@ class _Dispatcher:
         if not self.runs:
             return 1
         elapsed = time.monotonic() - self.begin
-        wanted = min(max(self.workers.seconds, elapsed / _GROWTH), _MOST_SECONDS)
+        wanted = min(max(self.workers.seconds, elapsed / _GROWTH), _MOST_SECONDS, self.most / _PARTS)
         size = int(wanted / max(self.seconds / self.runs, 1e-9))
         share = -(-self.source.left // (_PARTS * self.workers.count))
         return max(1, min(size, share))

@@ -9,7 +9,7 @@ from typing import Any
 
 from ..base.units import unit
 from ..errors import Problem, describe
-from .pieces import End
+from .pieces import NOT_BEGUN, End
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class FailedRun:
     """The status word of the run, such as ``"step_underflow"``; ``"build"`` or ``"feature"`` if a callable of
     the user's raised, ``"scene"`` if there is no such mechanism, ``"settings"`` if they do not fit it,
     ``"not_finite"`` if an output has no value, ``"time_limit"`` if it took too long,
-    ``"worker_lost"`` if its worker ended whenever it was tried."""
+    ``"worker_lost"`` if its worker ended whenever it was tried, ``"not_begun"`` if there was no time."""
     message: str
     """What happened in words."""
     time: float = field(default=0.0, metadata=unit("s"))
@@ -51,19 +51,32 @@ class FailedRun:
 
 def told_failures(failures: Sequence[FailedRun], runs: int) -> tuple[str, ...]:
     """What the user is warned of when runs failed."""
-    if not failures:
-        return ()
-    reasons = Counter(one.reason for one in failures)
-    kinds = ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
-    return (
-        f"failed: {len(failures)} of {runs} runs have no result ({kinds}) and take no part, see "
-        f"result.failures; the first is {failures[0]}",
-    )
+    told: list[str] = []
+    failed = [one for one in failures if one.reason != NOT_BEGUN]
+    if failed:
+        reasons = Counter(one.reason for one in failed)
+        kinds = ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
+        told.append(
+            f"failed: {len(failed)} of {runs} runs have no result ({kinds}) and take no part, see "
+            f"result.failures; the first is {failed[0]}"
+        )
+    left = len(failures) - len(failed)
+    if left:
+        told.append(
+            f"stopped: {left} of {runs} runs were not begun when max_seconds were over; with a store the "
+            "same study simulates only these"
+        )
+    return tuple(told)
+
+
+def count_failed(failures: Sequence[FailedRun]) -> int:
+    """Runs that were begun and failed."""
+    return sum(one.reason != NOT_BEGUN for one in failures)
 
 
 def is_failure_warning(text: str) -> bool:
     """Whether a warning is one of `told_failures`."""
-    return text.startswith("failed: ")
+    return text.startswith(("failed: ", "stopped: "))
 
 
 def located(parameters: Mapping[str, float], problems: Sequence[Problem]) -> list[Problem]:

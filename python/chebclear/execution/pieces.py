@@ -33,8 +33,8 @@ Array = NDArray[np.float64]
 DONE = "done"
 SCENE, SETTINGS = "scene", "settings"
 """Why a run failed that the core did not begin: there is no such mechanism, or the settings do not fit it."""
-NOT_FINITE, TIME_LIMIT = "not_finite", "time_limit"
-"""Why a run failed that has outputs without a value, or that took too long."""
+NOT_FINITE, TIME_LIMIT, NOT_BEGUN = "not_finite", "time_limit", "not_begun"
+"""Why a run failed that has outputs without a value, that took too long, or for which there was no time."""
 
 # What a tighter tolerance may help with. The other ends are limits of the user's, who set them.
 _RETRIED = frozenset({"step_underflow", "non_finite", "singular_mechanism", "event_location", "projection"})

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import copy
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..base.arguments import Checks
+from ..execution.dispatch import worker_count
+from ..execution.plan import Plan, planned
+from ..run.settings import Settings
 from ..run.simulation import warn_once
 from . import sampled
 from .arguments import (
@@ -21,8 +28,13 @@ from .polynomials.surrogate import MOST_RANGE_DEGREE, BoundKind, chebyshev_grid,
 from .report.costs import StudyTradeoff
 from .results import StudyResult
 from .runner import Runner
-from .runs import MOST_NODES, MOST_RUNS
+from .runs import MOST_NODES, MOST_RUNS, Runs
 from .tradeoff import Asked, measure
+
+Array = NDArray[np.float64]
+
+# Runs that are simulated for a plan: the times of single runs scatter by a third or so.
+_PROBES, _PROBES_OF_WORKER = 12, 4
 
 
 class Methods(Runner):
@@ -346,3 +358,39 @@ class Methods(Runner):
         """The result of this study, with its warnings passed on to whoever called the caller."""
         warn_once(result.warnings, stacklevel=stacklevel)
         return replace(result, study=self)
+
+
+class _Planned(Exception):
+    """What a method was about to simulate."""
+
+    def __init__(self, points: Array, settings: Settings) -> None:
+        super().__init__()
+        self.points = points
+        self.settings = settings
+
+
+def plan_of(study: Methods, method: str, arguments: Mapping[str, Any]) -> Plan:
+    """What a method will cost; see `Study.plan`."""
+
+    def made(points: Array, settings: Settings, *, midpoint: bool = True) -> Runs:
+        raise _Planned(points, settings)
+
+    probe = copy.copy(study)
+    vars(probe)["made"] = made
+    try:
+        getattr(probe, method)(**arguments)
+    except _Planned as found:
+        points, settings = found.points, found.settings
+    del vars(probe)["made"]
+    probe.means = replace(study.means, store=None, max_seconds=None)
+    probe.progress = None
+    workers = probe.means.threads or os.cpu_count() or 1
+    if probe.means.executor is not None:
+        workers = worker_count(probe.means.executor)
+        probe.made(points[:workers], settings, midpoint=False)  # workers start with their first piece
+    count = min(len(points), max(_PROBES, _PROBES_OF_WORKER * workers))
+    rows = np.linspace(0, len(points) - 1, count).round().astype(int)
+    runs = probe.made(points[rows], settings, midpoint=False)
+    samples = settings.samples * len(runs.outputs)
+    features = settings.cycles * len(settings.features)
+    return planned(len(points) + 1, samples, features, count, runs.seconds)

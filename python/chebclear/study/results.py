@@ -20,7 +20,7 @@ from ..base.shown import listed
 from ..base.units import unit
 from ..data.dataset import Dataset
 from ..data.exports import Exports
-from ..execution.failures import FailedRun
+from ..execution.failures import FailedRun, count_failed
 from ..report import html
 from ..run.dataset import common_facts
 from ..run.settings import Settings
@@ -120,6 +120,11 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         if self.study is None:
             raise ValueError("a result that was copied or loaded does not know its study: make it again")
         return dataclasses.replace(self, worst_cases=self.study.worst_cases(self))
+
+    @property
+    def status(self) -> str:
+        """``"done"``, or ``"stopped"`` if there was no time for all runs."""
+        return "stopped" if len(self.failures) > count_failed(self.failures) else "done"
 
     def feature(self, name: str) -> FeatureResult:
         """One feature over the box: its interval, quantiles, and what it hangs on.

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SceneError, describe
-from ..execution.failures import located
+from ..execution.failures import count_failed, located
 from ..run.settings import Settings
 from ..run.tracking import settling_time
 from ..scene.scene import Interval, Scene
@@ -101,7 +101,7 @@ class Runner:
                 random,
                 self.normal,
                 units_of(runs.feature_names, self.features),
-                len(runs.failures),
+                count_failed(runs.failures),
             )
         result = StudyResult.from_runs(
             runs.t,

@@ -22,7 +22,7 @@ from ..execution.batch import Batch, Built
 from ..execution.dispatch import Progress
 from ..execution.failures import FailedRun, located, told_failures
 from ..execution.limited import LimitedCalls, TimeLimitError
-from ..execution.pieces import SCENE, SETTINGS, TIME_LIMIT, End, stats_of
+from ..execution.pieces import NOT_BEGUN, SCENE, SETTINGS, TIME_LIMIT, End, stats_of
 from ..execution.store import Identity, Store
 from ..run.settings import Settings
 from ..run.trajectory import Stats
@@ -136,6 +136,8 @@ class Means:
     """Whether runs that fail are left out or raise."""
     run_seconds: float | None = None
     """Time after which a run, or a call for it, is given up [s]."""
+    max_seconds: float | None = None
+    """Time after which no further runs are begun [s]."""
 
 
 def checked_means(
@@ -145,6 +147,7 @@ def checked_means(
     store: str | os.PathLike[str] | None,
     on_failure: OnFailure,
     run_seconds: float | None,
+    max_seconds: float | None,
 ) -> Means:
     """Means from what the user gave; what is wrong with it is noted in `checks`."""
     if threads is not None:
@@ -154,9 +157,11 @@ def checked_means(
     checks.word("on_failure", on_failure, ("collect", "raise"))
     if run_seconds is not None:
         run_seconds = checks.real("run_seconds", run_seconds, "s", above=0.0)
+    if max_seconds is not None:
+        max_seconds = checks.real("max_seconds", max_seconds, "s", above=0.0)
     if store is not None and not isinstance(store, str | os.PathLike):
         checks.add(f"store must be the path of a folder, got {store!r}", wrong_type=True)
-    return Means(threads, executor, store, on_failure, run_seconds)
+    return Means(threads, executor, store, on_failure, run_seconds, max_seconds)
 
 
 class Making:
@@ -244,7 +249,7 @@ class Making:
                 run_seconds=means.run_seconds,
                 store=store,
             )
-            batch.run(means.executor, means.threads, report)
+            batch.run(means.executor, means.threads, report, means.max_seconds)
         finally:
             self._limited.close()
             if store is not None:
@@ -379,7 +384,7 @@ class Making:
 
     def _require_success(self, batch: Batch) -> None:
         """Raise for the first failed run if it is to be, if the nominal run is lost, or most are."""
-        failed = dict(batch.failed())
+        failed = {number: end for number, end in batch.failed() if end.status != NOT_BEGUN}
         if not failed:
             return
         nominal = len(self._points)

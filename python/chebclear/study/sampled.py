@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
-from ..execution.failures import is_failure_warning, told_failures
+from ..execution.failures import count_failed, is_failure_warning, told_failures
 from ..run.settings import LEAST_RTOL, MOST_RTOL, Settings
 from ..run.tracking import settling_time
 from ..run.trajectory import Stats
@@ -188,7 +188,7 @@ def _made(
     limits = dict.fromkeys(new.outputs, (-math.inf, math.inf))
     if new.scene is not None:
         limits = physical_limits(new.outputs, _largest_clearances(study, new.scene, new.clearances))
-    demand = dataclasses.replace(demand, runs=len(new.kept), failed=len(new.failures), limits=limits)
+    demand = dataclasses.replace(demand, runs=len(new.kept), failed=count_failed(new.failures), limits=limits)
     table = Table.new(points, new)
     scored, nominal = table[: demand.runs], table[demand.runs :]
     facts = {"t": new.t, "outputs": new.outputs, "feature_names": new.feature_names, **new.facts}
@@ -230,7 +230,7 @@ def extended(
         good += len(new.kept)
         failures += tuple(dataclasses.replace(one, index=one.index + begun) for one in new.failures)
     kept = [old[demand.runs :], *_others(study, others, demand, result.t, outputs, result.scene)]
-    demand = dataclasses.replace(demand, runs=good, failed=len(failures))
+    demand = dataclasses.replace(demand, runs=good, failed=count_failed(failures))
     told += told_failures(failures, good + len(failures) + 1)
     facts = _facts(result) | {"seconds": seconds, "failures": failures}
     return _result(study, demand, scored, kept, nominal, told, facts)

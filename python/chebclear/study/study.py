@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..base.arguments import Checks
 from ..base.progress import is_request
+from ..execution.plan import Plan
 from ..run.features import Feature
 from ..run.settings import MOST_CYCLES, RunOptions, Settings, checked_names, with_settings
 from ..scene.scene import Interval, Scene
@@ -22,7 +23,7 @@ from .arguments import (
 )
 from .band.hybrid import Normal, Uniform
 from .features.features import Asked, checked_features, tracked_features
-from .methods import Methods
+from .methods import Methods, plan_of
 from .models.finished import FinishedRuns, finished_runs
 from .models.own import OwnModel, check_own_features, check_unused
 from .runs import OnFailure, checked_means
@@ -77,6 +78,9 @@ class Study(Methods):
     run_seconds : float, optional
         Time after which a simulation is given up as failed [s], as is a call of `build` or of a feature for
         it.
+    max_seconds : float, optional
+        Time after which no further simulations are begun [s]. The result is made from those that are done;
+        its `status` is then ``"stopped"``, and its verdicts are those of the runs that there are.
 
     Raises
     ------
@@ -122,6 +126,7 @@ class Study(Methods):
         store: str | os.PathLike[str] | None = None,
         on_failure: OnFailure = "collect",
         run_seconds: float | None = None,
+        max_seconds: float | None = None,
         **options: Unpack[RunOptions],
     ) -> None:
         checks = Checks()
@@ -142,7 +147,7 @@ class Study(Methods):
         if not is_request(progress):
             checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
         self.progress = progress
-        self.means = checked_means(checks, threads, executor, store, on_failure, run_seconds)
+        self.means = checked_means(checks, threads, executor, store, on_failure, run_seconds, max_seconds)
         self.settings, self.model = None, None
         if simulated:
             given = {"outputs": outputs, "features": tracked_features(self.features.values()), **options}
@@ -150,12 +155,46 @@ class Study(Methods):
             return
         cycles = checks.whole("cycles", options.get("cycles", 1), least=1, most=MOST_CYCLES)
         check_unused(checks, [name for name in options if name != "cycles"])
-        if store is not None or run_seconds is not None:
-            checks.add("store and run_seconds are for simulations, not for a model of your own")
+        if (store, run_seconds, max_seconds) != (None, None, None):
+            checks.add("store, run_seconds and max_seconds are for simulations, not for a model of your own")
         check_own_features(checks, self.features)
         names = checked_names(checks, outputs)
         checks.finish()
         self.model = OwnModel(build, self.intervals, self.fixed, names, self.features, cycles, executor)
+
+    def plan(self, method: str = "band", **arguments: Any) -> Plan:
+        """What a method of this study will cost, from a few of its runs.
+
+        Parameters
+        ----------
+        method : {"band", "certify", "chebyshev", "scan", "sample"}
+            The method.
+        **arguments
+            Its arguments.
+
+        Returns
+        -------
+        Plan
+
+        Raises
+        ------
+        ValueError, TypeError
+            If the study is not one of simulations, or an argument is wrong.
+
+        Examples
+        --------
+        >>> from chebclear import Study, interval, mechanisms
+        >>> sides = {"crank_length": interval(0.05, rel=0.1)}
+        >>> study = Study(mechanisms.slider_crank, sides, ["slider.x"], duration=1e-3, samples=11)
+        >>> study.plan("scan", points=100).runs
+        101
+        """
+        checks = Checks()
+        checks.word("method", method, ("band", "certify", "chebyshev", "scan", "sample"))
+        if self.settings is None:
+            checks.add("only a study of simulations can be planned")
+        checks.finish()
+        return plan_of(self, method, arguments)
 
     @classmethod
     def from_runs(

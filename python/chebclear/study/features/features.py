@@ -93,7 +93,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
             facts["random"],
             tuple(facts.get("normal", ())),
             tuple(facts.get("feature_units", ())),
-            len(facts.get("failures", ())),
+            sum(one["reason"] != "not_begun" for one in facts.get("failures", ())),
         )
 
     @property

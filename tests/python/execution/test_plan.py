@@ -1,0 +1,61 @@
+"""Plans, and studies that are given less time than they need."""
+
+from types import SimpleNamespace
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear.execution import dispatch
+from chebclear.execution.plan import duration, planned
+
+pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+
+BOX = {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.05)}
+
+
+def study(**options):
+    options = {"duration": 0.01, "samples": 51, "threads": 1} | options
+    return cc.Study(cc.mechanisms.slider_crank, BOX, ["slider.x"], **options)
+
+
+def test_a_plan_counts_what_a_method_will_simulate():
+    small = study(duration=1e-4)
+    assert small.plan("chebyshev", degree=3).runs == 17
+    assert small.plan("scan", points=7).runs == 50
+    assert small.plan(runs=33).runs == 34
+    plan = small.plan("sample", runs=1000)
+    assert plan.runs == 1001 and plan.probes < 100
+    assert 1001 * 51 * 8 < plan.disk < 1.5 * 1001 * 51 * 8
+    with pytest.raises(ValueError, match="method must be"):
+        small.plan("guess")
+    with pytest.raises(ValueError, match="only a study of simulations"):
+        cc.Study(lambda a: {"x": a}, {"a": cc.interval(1.0, 2.0)}).plan()
+
+
+def test_the_time_of_a_plan_is_that_of_its_probes():
+    plan = planned(1000, 51, 0, 10, 0.2)
+    assert plan.seconds == pytest.approx(20.0) and "1000 runs in about 20 s" in str(plan)
+    assert [duration(t) for t in (0.5, 300.0, 7200.0)] == ["0.5 s", "5 min", "2.0 h"]
+
+
+def test_a_study_without_time_gives_what_is_done(tmp_path, monkeypatch):
+    whole = study().band(120)
+    clock = [0.0]
+
+    def slow(crank_length, rod_length):
+        clock[0] += 1.0  # of a clock of its own: the test does not hang on the speed of a machine
+        return cc.mechanisms.slider_crank(crank_length=crank_length, rod_length=rod_length)
+
+    monkeypatch.setattr(dispatch, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    options = {"duration": 0.01, "samples": 51, "threads": 1, "store": tmp_path}
+    short = cc.Study(slow, BOX, ["slider.x"], max_seconds=50.0, **options).band(120)
+    monkeypatch.undo()
+    assert short.status == "stopped" and whole.status == "done"
+    done = len(short.parameters)
+    assert 3 < done < 120
+    assert np.array_equal(short.values("slider.x"), whole.values("slider.x")[:done])
+    assert f"stopped: {120 - done} of 121 runs were not begun" in "\n".join(short.warnings)
+    # The verdict is that of a study with so many runs.
+    assert short["slider.x"] == study().band(done)["slider.x"]
+    again = study(store=tmp_path).band(120)
+    assert again["slider.x"] == whole["slider.x"] and again.stats == whole.stats
