@@ -54,7 +54,7 @@ def pendulum(bodies: int, clearances: int = 0) -> cc.Scene:
 
 
 def spring_chain(bodies: int) -> cc.Scene:
-    """The same with a spring and damper between neighbours but one."""
+    """The same with a spring and damper between neighbors but one."""
     scene = pendulum(bodies)
     ends = ["ground", *(f"link{index}.B" for index in range(bodies))]
     springs = [

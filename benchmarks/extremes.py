@@ -465,7 +465,7 @@ def draw_map(rows: list[dict[str, str]], path: Path) -> None:
         edges = np.linspace(positions.min(), positions.max(), 9)
         bins = np.clip(np.digitize(positions, edges) - 1, 0, 7)
         bottom = np.zeros(8)
-        for kind, colour in zip(OUTCOMES, ("#4c956c", "#f2c14e", "#b23a48"), strict=True):
+        for kind, color in zip(OUTCOMES, ("#4c956c", "#f2c14e", "#b23a48"), strict=True):
             counts = np.array(
                 [
                     sum(outcome(row) == kind for row, b in zip(chosen, bins, strict=True) if b == k)
@@ -473,7 +473,7 @@ def draw_map(rows: list[dict[str, str]], path: Path) -> None:
                 ]
             )
             share = counts / np.maximum(np.bincount(bins, minlength=8), 1)
-            axes.bar(edges[:-1], share, np.diff(edges), bottom, align="edge", color=colour, label=kind)
+            axes.bar(edges[:-1], share, np.diff(edges), bottom, align="edge", color=color, label=kind)
             bottom += share
         axes.set(xlabel=label if linear else f"log10 of {label}", xlim=(edges[0], edges[-1]), ylim=(0.0, 1.0))
     handles, labels = figure.axes[0].get_legend_handles_labels()

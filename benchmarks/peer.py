@@ -67,7 +67,7 @@ def simulate(
     solver = {
         "DOPRI5": exu.DynamicSolverType.DOPRI5,
         "trapezoidal": exu.DynamicSolverType.TrapezoidalIndex2,
-        "generalised alpha": exu.DynamicSolverType.GeneralizedAlpha,
+        "generalized alpha": exu.DynamicSolverType.GeneralizedAlpha,
     }[method]
     if not mbs.SolveDynamic(settings, solverType=solver, showHints=False):
         raise RuntimeError("SolveDynamic stopped")

@@ -67,7 +67,7 @@ def parameters(convention: str = "as_printed", impact_velocity_floor: float = 1e
     """The paper's Tables 1 and 2 as the array that the compiled functions read.
 
     ``as_printed``: sliding velocity of the geometric contact point, stiffness with pi, rod inertia m l^2/3
-    about its mass centre. ``corrected``: sliding velocity of the surfaces, Hertz stiffness, inertia m l^2/12.
+    about its mass center. ``corrected``: sliding velocity of the surfaces, Hertz stiffness, inertia m l^2/12.
     ``frictionless``: as corrected, without friction.
     """
     if convention not in CONVENTIONS:
@@ -95,7 +95,7 @@ def parameters(convention: str = "as_printed", impact_velocity_floor: float = 1e
 
 
 def start(p: np.ndarray) -> np.ndarray:
-    """Ideal kinematics at crank angle 0, journal centred in the bearing."""
+    """Ideal kinematics at crank angle 0, journal centered in the bearing."""
     return np.array([p[_R] + p[_L], 0.0, 0.0, -p[_R] * p[_W] / p[_L]])
 
 

@@ -65,7 +65,7 @@ TOLERANCES = {
     "Exudyn DOPRI5": (1e-5, 1e-6, 1e-8, 1e-10),
     "Exudyn DOPRI5 by step": (8e-6, 2e-6, 1e-6, 5e-7),
     "Exudyn trapezoidal": (3.2e-5, 8e-6, 2e-6, 1e-6),
-    "Exudyn generalised alpha": (8e-6, 1e-6),
+    "Exudyn generalized alpha": (8e-6, 1e-6),
 }
 QUICK = {
     **dict.fromkeys(OURS, (1e-4, 1e-6)),

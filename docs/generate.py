@@ -101,20 +101,20 @@ def signs(figure: Figure) -> None:
     bearing, journal, turn = np.zeros(2), 0.28, 0.6
     direction = np.array([np.cos(turn), np.sin(turn)])
     tangent = np.array([-direction[1], direction[0]])
-    centre = 0.36 * direction
+    center = 0.36 * direction
     ax.add_patch(patches.Circle(bearing, 1.0, fill=False, color="black", linewidth=1.5))
     ax.add_patch(
-        patches.Circle(centre, 1.0 - journal, facecolor="tab:blue", alpha=0.25, edgecolor="tab:blue")
+        patches.Circle(center, 1.0 - journal, facecolor="tab:blue", alpha=0.25, edgecolor="tab:blue")
     )
     arrows = [
-        (bearing, centre, "black", "eccentricity $e$", (-0.35, -0.33)),
-        (centre, centre + 0.85 * direction, "tab:red", "normal $n$", (0.06, 0.02)),
-        (centre, centre + 0.6 * tangent, "tab:green", "tangent $t$", (-0.5, 0.05)),
+        (bearing, center, "black", "eccentricity $e$", (-0.35, -0.33)),
+        (center, center + 0.85 * direction, "tab:red", "normal $n$", (0.06, 0.02)),
+        (center, center + 0.6 * tangent, "tab:green", "tangent $t$", (-0.5, 0.05)),
     ]
     for start, tip, color, text, offset in arrows:
         ax.annotate("", tip, start, arrowprops={"arrowstyle": "-|>", "color": color, "linewidth": 1.6})
         ax.text(*(tip + np.array(offset)), text, color=color)
-    force = centre + (1.0 - journal) * direction
+    force = center + (1.0 - journal) * direction
     ax.annotate(
         "",
         force - 0.5 * direction,

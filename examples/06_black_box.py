@@ -50,5 +50,5 @@ result["body.x"].plot(ax=axes[0, 0], unit="mm", runs=20, scan=scan["body.x"])
 cc.plot_prediction(result["body.x"], scan["body.x"], ax=axes[0, 1], unit="mm")
 cc.plot_tornado(result.feature("largest_rise"), ax=axes[1, 0])
 for name in study.intervals:
-    cc.plot_sensitivity(result["body.x"], name, ax=axes[1, 1], normalised=True)
+    cc.plot_sensitivity(result["body.x"], name, ax=axes[1, 1], normalized=True)
 figure.savefig(folder / "black_box.png")

@@ -13,7 +13,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..base.units import unit
 from ..errors import InputError, Problem, SettingsError
 from ..run.settings import LEAST_RTOL, Settings
 from ..run.trajectory import Stats
@@ -54,7 +55,7 @@ class End:
     """``"done"``, or the word for why it failed."""
     message: str = ""
     """What happened in words."""
-    time: float = 0.0
+    time: float = field(default=0.0, metadata=unit("s"))
     """Where it ended [s]."""
     joint: str | None = None
     """Name of the joint at fault, if it is known to be one."""
@@ -74,7 +75,7 @@ class Order:
     """Threads to simulate on [-]."""
     retried: bool
     """Whether runs that fail are repeated once with tighter tolerances."""
-    run_seconds: float | None
+    run_seconds: float | None = field(metadata=unit("s"))
     """Time after which a run is given up [s]."""
 
 
@@ -82,7 +83,7 @@ class Order:
 class Piece:
     """Some finished runs; arrays have a row for each."""
 
-    t: Array
+    t: Array = field(metadata=unit("s"))
     """Instants [s], shape (samples,)."""
     values: Array
     """Outputs in their units, shape (runs, samples, outputs); NaN after a run failed."""
@@ -96,7 +97,7 @@ class Piece:
     """What each run warned of."""
     code: str
     """Fingerprint of the code that computed them."""
-    seconds: float
+    seconds: float = field(metadata=unit("s"))
     """Time they took [s]."""
 
 

@@ -31,7 +31,7 @@ def pendulum_in_bearing(
                 | \\              y
                 |__\\ angle       |__ x
                     \\
-                     O  centre of mass
+                     O  center of mass
 
     The body is ``pendulum``, the joint is ``pivot`` (bearing on ground, journal on the pendulum). An ideal
     pendulum swings as φ'' = -m g l sin φ / (inertia + m l²). The contact is that of Table 2 of Xiang et al.
@@ -40,11 +40,11 @@ def pendulum_in_bearing(
     Parameters
     ----------
     length : float
-        From the centre of the journal to the centre of mass [m].
+        From the center of the journal to the center of mass [m].
     mass : float
         Mass [kg].
     inertia : float
-        Moment of inertia about the centre of mass [kg m²].
+        Moment of inertia about the center of mass [kg m²].
     angle : float
         Angle at the start from hanging straight down, counter-clockwise [rad].
     gravity : float
@@ -56,7 +56,7 @@ def pendulum_in_bearing(
     Returns
     -------
     Scene
-        The outputs ``pendulum.x`` and ``pendulum.y`` are those of the centre of mass; ``pendulum.angle`` is
+        The outputs ``pendulum.x`` and ``pendulum.y`` are those of the center of mass; ``pendulum.angle`` is
         that from x to the arm, `angle` - π/2 at the start.
 
     Raises
@@ -132,10 +132,10 @@ def free_journal(
     mass : float
         Mass [kg].
     inertia : float, optional
-        Moment of inertia about the centre [kg m²]; that of a uniform disc of the journal's radius if not
+        Moment of inertia about the center [kg m²]; that of a uniform disc of the journal's radius if not
         given.
     load_x, load_y : float
-        Constant force on the centre, besides the weight [N].
+        Constant force on the center, besides the weight [N].
     gravity : float
         Acceleration of free fall against y [m/s²].
     {pins}

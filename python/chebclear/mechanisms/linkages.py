@@ -74,7 +74,7 @@ def four_bar(
     crank_speed : float
         Angular velocity of the crank [rad/s]; 2000 revolutions per minute if not given.
     crank_angle : float
-        Angle of the crank at time zero [rad]; 0 towards the rocker's bearing.
+        Angle of the crank at time zero [rad]; 0 toward the rocker's bearing.
     crank_mass, coupler_mass, rocker_mass : float
         Masses [kg].
     {pins}
@@ -213,7 +213,7 @@ def six_bar(
     crank_speed : float
         Angular velocity of the crank [rad/s]; 2000 revolutions per minute if not given.
     crank_angle : float
-        Angle of the crank at time zero [rad]; 0 towards the rocker's bearing.
+        Angle of the crank at time zero [rad]; 0 toward the rocker's bearing.
     crank_mass, coupler_mass, rocker_mass, link_mass, output_mass : float
         Masses [kg].
     {pins}

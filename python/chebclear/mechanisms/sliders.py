@@ -65,19 +65,19 @@ def slider_crank(
     crank_mass, rod_mass, slider_mass : float
         Masses [kg]; crank and rod are slender and uniform.
     slider_inertia : float
-        Moment of inertia of the slider about its centre of mass [kg m²].
+        Moment of inertia of the slider about its center of mass [kg m²].
     crank_inertia, rod_inertia : float, optional
-        Moments of inertia about the centres of mass [kg m²]; those of uniform bars (see `convention`) if not
+        Moments of inertia about the centers of mass [kg m²]; those of uniform bars (see `convention`) if not
         given.
     {pins}
     gravity : float
         Acceleration of free fall against y [m/s²].
     convention : {"corrected", "as_printed"}
         ``"corrected"``: sliding velocity of the material surfaces, Hertz's stiffness with σ = (1 - ν²) / E,
-        and the inertia m l² / 12 of crank and rod about their centres of mass. ``"as_printed"`` follows the
+        and the inertia m l² / 12 of crank and rod about their centers of mass. ``"as_printed"`` follows the
         paper to the letter and with it three errata: the contact-point sliding velocity of Eqs. (5) and (6),
         which misses the rotation of the bodies; σ = (1 - ν²) / (π E) of Eq. (9), π times too stiff; and the
-        inertia m l² / 3 about the end of a rod, of Table 1 and Eq. (35), used about its centre of mass.
+        inertia m l² / 3 about the end of a rod, of Table 1 and Eq. (35), used about its center of mass.
 
     Returns
     -------
@@ -174,7 +174,7 @@ def flores_slider_crank(
 
     A `slider_crank` with play in the wrist of 0.5 mm in a bearing of 10 mm radius, 5000 revolutions per
     minute, restitution 0.9 with the law of Lankarani and Nikravesh, steel on steel (207 GPa, 0.3), no
-    friction. It starts with crank and rod in line and the journal centred. Lengths of 0.05 and 0.12 m, masses
+    friction. It starts with crank and rod in line, the journal centered. Lengths of 0.05 and 0.12 m, masses
     of 0.30, 0.21 and 0.14 kg and the slider's inertia of 1e-4 kg m² are also those of Table 1 of Xiang et al.
     (2020). The inertia of the rod, 2.5e-4 kg m², is that of a uniform bar, m l² / 12, to two digits; that of
     the crank does not matter at a prescribed speed. See Flores (2010) in the list of references.
@@ -287,7 +287,7 @@ def quick_return(
     crank_mass, block_mass, lever_mass, link_mass, ram_mass : float
         Masses [kg]; crank, lever and link are slender and uniform.
     block_inertia : float
-        Moment of inertia of the block about its centre of mass [kg m²].
+        Moment of inertia of the block about its center of mass [kg m²].
     {pins}
     gravity : float
         Acceleration of free fall against y [m/s²].

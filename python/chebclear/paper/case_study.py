@@ -2,11 +2,11 @@
 
 Computations only; ``paper_output`` writes tables and arrays, ``paper_figures`` draws. The crank turns at
 2000 r/min from angle 0 without gravity; the clearance joint sits between rod (bearing) and slider
-(journal); the start is the ideal mechanism with the journal centred. Two revolutions are simulated and the
+(journal); the start is the ideal mechanism with the journal centered. Two revolutions are simulated and the
 statistics are over the second one.
 
 Everything is computed twice: ``as_printed`` follows the paper to the letter, ``corrected`` uses Hertz's
-stiffness, the rod's inertia about its own mass centre and the sliding velocity of the material surfaces.
+stiffness, the rod's inertia about its own mass center and the sliding velocity of the material surfaces.
 All Chebyshev bounds are those of Eq. (31): they enclose the fitted polynomial with slack, not the response.
 A scan is an inner bound.
 """
@@ -76,11 +76,11 @@ class ConventionStudy:
     convention: str
     """``"as_printed"`` or ``"corrected"``."""
     lengths: dict[str, StudyResult]
-    """Chebyshev studies with both lengths uncertain, by clearance in millimetres, ``"0.01"``, ``"0.02"``."""
+    """Chebyshev studies with both lengths uncertain, by clearance in millimeters, ``"0.01"``, ``"0.02"``."""
     length_scans: dict[str, StudyResult]
     """Scans of the same, ``"0.02"`` only: 100 runs are most of the work."""
     clearances: dict[str, StudyResult]
-    """Chebyshev studies with uncertain clearance, by its midpoint in millimetres, ``"0.2"``, ``"0.5"``."""
+    """Chebyshev studies with uncertain clearance, by its midpoint in millimeters, ``"0.2"``, ``"0.5"``."""
     clearance_scans: dict[str, StudyResult]
     """Scans of the same."""
     single: dict[str, Trajectory]
@@ -98,10 +98,10 @@ class ConventionStudy:
     def sensitivity(self, clearance: str, output: str, length: str) -> Array:
         """Midpoint sensitivity of an output to a length, per relative length change, in the output's unit."""
         # l = l_mean (1 + 0.1 zeta), so dl / l_mean = 0.1 dzeta.
-        return self.lengths[clearance][output].polynomial_slope(length, normalised=True) / UNCERTAINTY
+        return self.lengths[clearance][output].polynomial_slope(length, normalized=True) / UNCERTAINTY
 
     def restraint_zones(self, clearance: str, length: str) -> RestraintZones:
-        """Zones for the sensitivity of the slider's velocity to a length at a clearance in millimetres.
+        """Zones for the sensitivity of the slider's velocity to a length at a clearance in millimeters.
 
         The second revolution, per relative length change [m/s], over the crank angle [deg].
         """
@@ -260,7 +260,7 @@ def ideal_bands(threads: int | None = None) -> dict[str, IdealBand]:
             scan[output].lower,
             scan[output].upper,
             {
-                length: result[output].polynomial_slope(length, normalised=True) / UNCERTAINTY
+                length: result[output].polynomial_slope(length, normalized=True) / UNCERTAINTY
                 for length in LENGTHS
             },
         )
@@ -348,6 +348,6 @@ def escape_share(band: Band, scan: Band) -> float:
 
 
 def _clearance_sensitivity(study: StudyResult, output: str) -> float:
-    """Root mean square sensitivity to the clearance per normalised variable, in the output's unit."""
-    sensitivity = study[output].polynomial_slope("clearance", normalised=True)
+    """Root mean square sensitivity to the clearance per normalized variable, in the output's unit."""
+    sensitivity = study[output].polynomial_slope("clearance", normalized=True)
     return root_mean_square(sensitivity[SECOND])

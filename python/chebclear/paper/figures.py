@@ -142,7 +142,7 @@ def time_frequency(study: ConventionStudy) -> Figure:
     images = []
     for ax, letter, name in zip(axes.flat, "abc", ("longest", "shortest", "nominal"), strict=True):
         run = study.single[name]
-        # The pieces are centred on 360 to 720 degrees; the run goes on for half a piece.
+        # The pieces are centered on 360 to 720 degrees; the run goes on for half a piece.
         held = _angle(run.t) >= 360.0 - 0.5 * PIECE
         plot_spectrogram(
             run.t[held],

@@ -155,7 +155,7 @@ bounds by Eq. (31). Scan: {paper.SCAN_POINTS} equispaced points a parameter, end
 slower than the floor of the impact velocity and were damped as if at the floor.
 
 - `as_printed`: the paper's equations to the letter: stiffness with pi in Eq. (9) only, rod inertia m l²/3
-  used about the mass centre, sliding velocity of the geometric contact point (5)-(6).
+  used about the mass center, sliding velocity of the geometric contact point (5)-(6).
 - `corrected`: Hertz's stiffness, the same m l²/3 taken about the rod's end, sliding velocity of the
   material surfaces.
 - Eq. (31) encloses the fitted polynomial, and with slack: it overestimates the polynomial's range and says
@@ -248,7 +248,7 @@ def _table_4(columns: Columns) -> str:
 {markdown_table(_header("quantity", columns), rows)}
 
 Sensitivity with clearance minus that of the ideal mechanism by the same fit. Sensitivities are per relative
-length change dl/l: the paper's values have the size of these. Per normalised variable of Eq. (34) (10 % of
+length change dl/l: the paper's values have the size of these. Per normalized variable of Eq. (34) (10 % of
 the length) all values are 100 times smaller. The ratio means "to 4.5 times", not "by"."""
 
 
@@ -309,9 +309,9 @@ def _table_5(columns: Columns) -> str:
 
 {markdown_table(_header("quantity", columns), rows)}
 
-Largest interval lengths by Eq. (31), and sensitivities per normalised variable (10 % of the nominal
+Largest interval lengths by Eq. (31), and sensitivities per normalized variable (10 % of the nominal
 clearance). The interval of c = 0.5 mm is 2.5 times as wide, which makes up most of the paper's "triple":
-compare per millimetre. With uncertain clearance the response is no longer smooth in the parameter and
+compare per millimeter. With uncertain clearance the response is no longer smooth in the parameter and
 degree {paper.DEGREE} does not resolve it: the scan leaves the Chebyshev band at many samples, and neither
 is a safe bound."""
 

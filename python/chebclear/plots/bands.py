@@ -154,7 +154,7 @@ def plot_sensitivity(
     parameter: str,
     *,
     ax: Axes | None = None,
-    normalised: bool = False,
+    normalized: bool = False,
     parameter_unit: str = "",
     ideal: BandLike | None = None,
     zones: ZonesLike | None = None,
@@ -174,8 +174,8 @@ def plot_sensitivity(
         Name of the parameter.
     ax : Axes, optional
         Where to draw; a new figure if not given.
-    normalised : bool
-        Derivative with respect to the normalised variable in [-1, 1] instead of the physical parameter.
+    normalized : bool
+        Derivative with respect to the normalized variable in [-1, 1] instead of the physical parameter.
     parameter_unit : str
         Unit of the parameter, such as ``"m"``, for the label.
     ideal : Band, optional
@@ -207,12 +207,12 @@ def plot_sensitivity(
     ... )
     >>> ax = cc.plot_sensitivity(study.chebyshev(degree=2)["slider.x"], "rod_length")
     """
-    slope = band.sensitivity(parameter, normalised=normalised)
-    reference = None if ideal is None else ideal.sensitivity(parameter, normalised=normalised)
+    slope = band.sensitivity(parameter, normalized=normalized)
+    reference = None if ideal is None else ideal.sensitivity(parameter, normalized=normalized)
     ax = new_axes(ax)
     distinct_colors(ax)
     unit = column_unit(band.name)
-    if normalised:
+    if normalized:
         what = f"{unit} per half interval"
     else:
         what = f"({unit})/{parameter_unit}" if parameter_unit else f"({unit}) per SI unit"

@@ -37,7 +37,7 @@ def plot_tradeoff(
 ) -> Axes:
     """Draw cost against error on logarithmic axes, one line a method.
 
-    The area left of the uncertainty of the reference is grey: points that end there are hollow, drawn at the
+    The area left of the uncertainty of the reference is gray: points that end there are hollow, drawn at the
     largest error they may have. Right of the dashed line the runs have passed the chaos horizon: they differ
     by more than 1 % of the range of the output. A run that failed has no error; it is a cross at the right
     edge, at what it cost until then, with its status in the legend.
@@ -126,7 +126,7 @@ def plot_tradeoff(
         label = f"{100.0 * result.horizon_part:g} % of the range: past the chaos horizon"
         ax.axvline(result.horizon_part * scale, color="0.4", linewidth=0.8, linestyle="--", label=label)
     if uncertainty > 0.0:
-        # The grey area is seen, but does not push the points aside.
+        # The gray area is seen, but does not push the points aside.
         ax.set_xlim(left=0.3 * leftmost)
     span = result.end if until is None else until
     what = f"largest error of {column_words(name)} to {1e3 * span:.3g} ms"

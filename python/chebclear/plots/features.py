@@ -28,7 +28,7 @@ def plot_tornado(
     """Draw how far each parameter moves the mean of a feature, the largest effect on top.
 
     A bar goes from the mean with the parameter at the lower end of its interval to that at the upper end, the
-    others anywhere in theirs. Its ends are labelled with their values; whiskers hold the true means with a
+    others anywhere in theirs. Its ends are labeled with their values; whiskers hold the true means with a
     confidence of 95 %.
 
     Parameters

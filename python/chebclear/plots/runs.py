@@ -126,7 +126,7 @@ def plot_orbit(
 
     The circle has the radius of the clearance: inside it the journal flies free, outside it the surfaces
     overlap by the distance to the circle. Axes are those of the ground. The path has the color of the normal
-    force, and is grey in free flight.
+    force, and is gray in free flight.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ from ..base.units import unit
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Judgement = Literal["good", "fair", "bad"]
+Judgment = Literal["good", "fair", "bad"]
 
 
 @dataclass(frozen=True)
@@ -36,13 +36,13 @@ class Verdict:
 
     word: str
     """The word, as ``"calibrated"``."""
-    judgement: Judgement
+    judgment: Judgment
     """Whether one may build on it."""
 
     @property
     def symbol(self) -> str:
         """A sign for those who see no colors."""
-        return {"good": "✓", "fair": "~", "bad": "✗"}[self.judgement]
+        return {"good": "✓", "fair": "~", "bad": "✗"}[self.judgment]
 
     def __str__(self) -> str:
         return f"{self.symbol} {self.word}"

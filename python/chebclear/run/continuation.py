@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 # Changes named one by one in a warning.
 _NAMED = 5
-# Largest jump of a driven joint that is rounding, relative to one radian or metre and to its position.
+# Largest jump of a driven joint that is rounding, relative to one radian or meter and to its position.
 _JUMP = 1e-9
 # Simulated time of the look at the state from which a run goes on, over the time of that state: nothing
 # moves in it, and it is far above the rounding of times.

@@ -182,7 +182,7 @@ def run_scene(
         features=run["features"],
         start=memory,
         end=None if run["end"] is None else EndState(run["end"], scene),
-        stats=Stats(**run["stats"]),
+        stats=Stats.from_dict(run["stats"]),
         status=run["status"],
         message=run["message"],
         end_time=run["time"],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -42,6 +42,13 @@ _ERROR_ARRAYS = ("max_difference", "ranges", "horizon")
 _ERROR_FACTS = ("rtol", "status", "compared_until")
 
 
+_EARLIER_NAMES = {
+    "landings": "relocations",
+    "floored_latches": "impacts_at_floor",
+    "factorisations": "factorizations",
+}
+
+
 @dataclass(frozen=True, repr=False)
 class Stats(Shown):
     """What a simulation cost, in counts that do not depend on the machine."""
@@ -74,6 +81,11 @@ class Stats(Shown):
     """Smallest accepted step that was not cut by a contact change or the end [s]."""
     smallest_step_time: float = field(metadata=unit("s"))
     """When it was taken [s]."""
+
+    @classmethod
+    def from_dict(cls, plain: Mapping[str, Any]) -> Stats:
+        """The counts as the core tells them, or a file, which may have names of earlier versions."""
+        return cls(**{_EARLIER_NAMES.get(name, name): value for name, value in plain.items()})
 
 
 @dataclass(frozen=True, repr=False)
@@ -405,7 +417,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
             features=arrays.get("features", np.empty((1, 0))),
             start=facts.get("start"),
             end=None if facts["end"] is None else EndState(facts["end"], scene),
-            stats=Stats(**facts["stats"]),
+            stats=Stats.from_dict(facts["stats"]),
             status=facts["status"],
             message=facts["message"],
             end_time=facts["end_time"],

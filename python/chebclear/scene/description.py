@@ -140,7 +140,7 @@ def _bodies(bodies: Iterable[Any], facts: Inspection | None) -> list[str]:
             f"mass [{unit.get('mass', '')}]",
             f"inertia [{unit.get('inertia', '')}]",
             "about",
-            f"centre of mass [{unit.get('center_of_mass', '')}]",
+            f"center of mass [{unit.get('center_of_mass', '')}]",
             f"points [{unit.get('points', '')}]",
         ]
     ]
@@ -153,7 +153,7 @@ def _bodies(bodies: Iterable[Any], facts: Inspection | None) -> list[str]:
             odd.append(f"  {body!r}")
             continue
         points = _points(body.points) if isinstance(body.points, Points) else repr(body.points)
-        about = str(body.inertia_about).replace("_", " ").replace("center", "centre")
+        about = str(body.inertia_about).replace("_", " ").replace("center", "center")
         row = [str(body.name), _number(body.mass), _number(body.inertia), about]
         row += [_vector(body.center_of_mass), points or "-"]
         if facts is not None:

@@ -14,7 +14,7 @@ class LankaraniNikravesh(Part):
     """Hertz contact with hysteresis damping, F = K δⁿ (1 + χ δ̇), never pulling.
 
     χ = 3 (1 - restitution²) / (4 v₀) with the impact velocity v₀ latched at the start of each contact.
-    Derived for small losses: the law rebounds with 0.913 for 0.9, 0.725 for 0.5 and still 0.66 towards 0,
+    Derived for small losses: the law rebounds with 0.913 for 0.9, 0.725 for 0.5 and still 0.66 toward 0,
     so it is meant for values above 0.85. Otherwise as `Hertz`. Source: Lankarani and Nikravesh (1990), Eq.
     (10) of the paper.
 

@@ -118,7 +118,7 @@ class ClearanceStart(Part):
     joint : str
         Name of the clearance joint.
     eccentricity : (float, float)
-        Centre of the journal seen from that of the bearing, along the axes of ground [m].
+        Center of the journal seen from that of the bearing, along the axes of ground [m].
     rate : (float, float)
         Its rate [m/s].
     """

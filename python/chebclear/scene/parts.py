@@ -36,7 +36,7 @@ class Body(Part):
     inertia : float
         Moment of inertia about the point `inertia_about` [kg m²].
     center_of_mass : (float, float)
-        Centre of mass in the frame of the body [m].
+        Center of mass in the frame of the body [m].
     inertia_about : str
         Name of the point of the body that `inertia` refers to.
     points : mapping of str to (float, float)
@@ -129,7 +129,7 @@ class ClearanceRevolute(Part):
     name : str
         Name, unique in the scene.
     bearing, journal : str
-        Centres of bearing and journal, as ``"body.point"``.
+        Centers of bearing and journal, as ``"body.point"``.
     journal_radius : float
         Radius of the journal [m].
     clearance : float

@@ -28,7 +28,7 @@ from ..run.trajectory import Stats, column_index
 from ..scene.scene import Interval, Scene
 from .band.band import Band
 from .band.calibrated import Demand, calibrated_bands, statement
-from .band.judgement import judged
+from .band.judgment import judged
 from .band.worst import WorstCase
 from .dataset import study_dataset
 from .features.features import FeatureResult, FeatureTable
@@ -514,7 +514,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             nodes=tuple(facts["nodes"]),
             bounds=facts.get("bounds", "eq31"),  # files before it was written
             demand=None if facts.get("demand") is None else Demand.from_dict(facts["demand"]),
-            stats=tuple(Stats(**stats) for stats in facts["stats"]),
+            stats=tuple(Stats.from_dict(stats) for stats in facts["stats"]),
             warnings=tuple(facts["warnings"]),
             settings=None if facts["settings"] is None else Settings.from_dict(facts["settings"]),
             scene=None if facts["scene"] is None else Scene.from_json(json.dumps(facts["scene"])),

@@ -17,7 +17,7 @@ from ..run.tracking import settling_time
 from ..scene.scene import Interval, Scene
 from .arguments import Progress, reporter
 from .band.hybrid import Normal, Uniform
-from .band.judgement import doubts, early_widths, told_holes
+from .band.judgment import doubts, early_widths, told_holes
 from .features.features import Asked, FeatureTable, units_of
 from .models.finished import FinishedRuns
 from .models.own import OwnModel

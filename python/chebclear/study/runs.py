@@ -73,7 +73,7 @@ class Runs:
     """Parameters of the run that stands for the nominal one, shape (parameters,); None at the midpoint."""
     scene: Scene | None = None
     """The scene at the midpoint of all intervals; None if the runs were not simulated."""
-    clearances: dict[str, float] = field(default_factory=dict)
+    clearances: dict[str, float] = field(default_factory=dict, metadata=unit("m"))
     """Largest clearance of each joint in all scenes [m]."""
     scenes: Sequence[Scene] = ()
     """What was simulated, built anew when it is asked for: thousands of scenes fill the memory."""
@@ -134,7 +134,7 @@ class Means:
     """Folder that keeps finished runs."""
     on_failure: OnFailure = "collect"
     """Whether runs that fail are left out or raise."""
-    run_seconds: float | None = None
+    run_seconds: float | None = field(default=None, metadata=unit("s"))
     """Time after which a run, or a call for it, is given up [s]."""
     max_seconds: float | None = None
     """Time after which no further runs are begun [s]."""
@@ -182,7 +182,7 @@ class Making:
     means : Means
         Where and how.
     rtol : float
-        Relative tolerance of the study [-], which single analyses replace.
+        Relative tolerance of the study [-], which single analyzes replace.
     midpoint : bool
         Whether the run at the midpoint is simulated too, as the last one.
     """

@@ -18,7 +18,7 @@ from ..run.tracking import settling_time
 from ..run.trajectory import Stats
 from ..scene.scene import ClearanceRevolute, Scene
 from .band.calibrated import Demand, certifying_runs, is_remark, remarks
-from .band.judgement import early_widths
+from .band.judgment import early_widths
 from .band.limits import physical_limits
 from .by_angle import cut, turning, unpredictable
 from .features.features import FeatureTable, units_of

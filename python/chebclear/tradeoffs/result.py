@@ -404,7 +404,7 @@ class Tradeoff(records.ArrayRecord, Exports):
         arrays, facts = records.load(path, "tradeoff")
         *points, reference, check = (
             TradeoffPoint(
-                **{**run, "stats": Stats(**run["stats"])},
+                **{**run, "stats": Stats.from_dict(run["stats"])},
                 horizon=arrays["horizon"][index],
                 growth=arrays["growth"][index],
             )

@@ -1,7 +1,7 @@
 """The same mechanics once more, independently of the product: Cartesian coordinates, multipliers, SciPy.
 
 The product integrates joint coordinates of a tree cut at its clearance joints, in Rust. Here every body has
-the three coordinates (x, y of its centre of mass, angle), every ideal joint and drive is a constraint
+the three coordinates (x, y of its center of mass, angle), every ideal joint and drive is a constraint
 φ(q, t) = 0, and accelerations come from the augmented system of index 1
 
     [ M   φ_qᵀ ] [ a ]   [ Q ]

@@ -11,7 +11,7 @@ GROUND = -1
 
 
 class Place(NamedTuple):
-    """A point of a body: index of the body and offset from its centre of mass in its own frame [m]."""
+    """A point of a body: index of the body and offset from its center of mass in its own frame [m]."""
 
     body: int
     x: float
@@ -202,7 +202,7 @@ class Model:
         )
 
     def project(self, t, y):
-        """The nearest state, in the metric of the mass matrix, that fulfils the constraints."""
+        """The nearest state, in the metric of the mass matrix, that fulfills the constraints."""
         q, v = split(y.copy())
         for _ in range(3):
             system = self.residuals(t, Motion(self, q, v))
@@ -269,7 +269,7 @@ class System:
         self.gamma[row] += second
 
     def component(self, row, motion, a, b, unit, normal):
-        """unit · (b - a), where `unit` turns with body a, at its angular velocity towards `normal`."""
+        """unit · (b - a), where `unit` turns with body a, at its angular velocity toward `normal`."""
         spin = 0.0 if a.body == GROUND else motion.v[3 * a.body + 2]
         (ux, uy), (nx, ny) = unit, normal
         dx, dy = b.x - a.x, b.y - a.y
@@ -296,7 +296,7 @@ def turned(motion, body, axis):
 
 
 class Motion:
-    """All bodies in one state, and the generalised forces that have been put on them."""
+    """All bodies in one state, and the generalized forces that have been put on them."""
 
     def __init__(self, model, q, v):
         self.model, self.q, self.v = model, q.tolist(), v.tolist()

@@ -93,7 +93,7 @@ def ringing(t, mass, damping, stiffness, start):
 
 
 def rotor(angle=0.0):
-    """A wheel on a pin at its centre of mass."""
+    """A wheel on a pin at its center of mass."""
     return cc.Scene(
         [cc.Body("wheel", 2.0, 0.03, points={"rim": (0.2, 0.0)}, angle=angle)],
         [cc.Revolute("axle", "ground", "wheel")],

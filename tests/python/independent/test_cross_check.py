@@ -91,14 +91,14 @@ class SliderCrank:
         bearing = self.contact.journal_radius + self.contact.clearance
         friction, force = self.contact.forces(e, e_rate, -y[3] * bearing)
         half = 0.5 * self.rod * self.rod_mass
-        # Moments about the pin, which itself accelerates towards the crank's axis.
+        # Moments about the pin, which itself accelerates toward the crank's axis.
         moment = half * self.speed**2 * (along[0] * pin[1] - along[1] * pin[0])
         moment -= self.rod * across @ force + bearing * friction
         return np.array([y[2], y[3], force[0] / self.slider_mass, moment / self.pin_inertia])
 
 
 class Pendulum:
-    """A floating link whose end is the journal of a bearing in ground, by its mass centre and angle."""
+    """A floating link whose end is the journal of a bearing in ground, by its mass center and angle."""
 
     def __init__(self, convention):
         self.mass, self.inertia, self.arm = 0.5, 1e-3, 0.2

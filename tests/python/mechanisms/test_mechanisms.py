@@ -338,10 +338,10 @@ class TestArguments:
         corners = np.array([(0.0, 0.0), (0.1, 0.0), (0.04, 0.05)])
         # Quadrature over the triangle, exact for squares: the mid-points of the sides, a third each.
         middles = 0.5 * (corners + np.roll(corners, 1, axis=0))
-        centre = middles.mean(axis=0)
-        np.testing.assert_allclose(coupler.center_of_mass, centre, rtol=1e-14)
+        center = middles.mean(axis=0)
+        np.testing.assert_allclose(coupler.center_of_mass, center, rtol=1e-14)
         assert coupler.inertia == pytest.approx(
-            coupler.mass * ((middles - centre) ** 2).sum(axis=1).mean(), rel=1e-13
+            coupler.mass * ((middles - center) ** 2).sum(axis=1).mean(), rel=1e-13
         )
 
 

@@ -267,7 +267,7 @@ def test_gate_15_the_checks_of_extreme_scenes_see_what_they_look_for():
 
 
 def test_gate_15_books_that_are_off_where_friction_sticks_close_with_a_finer_velocity():
-    # A jammed contact that slides at a millionth of a metre per second, at a loose tolerance.
+    # A jammed contact that slides at a millionth of a meter per second, at a loose tolerance.
     case = extremes.draw(549)
     coarse = extremes.simulate(case, duration=0.3 * case.duration)
     fine = extremes.simulate(

@@ -155,7 +155,7 @@ ODD = {
         [cc.Body("a", 1.0, 0.1), cc.Body("b", 1.0, 0.1)],
         [cc.Revolute("r", "ground", "a"), cc.Revolute("s", "a", "b")],
     ),
-    "micrometres": cc.mechanisms.four_bar(
+    "micrometers": cc.mechanisms.four_bar(
         ground_length=1.2e-4,
         crank_length=0.5e-4,
         coupler_length=1e-4,

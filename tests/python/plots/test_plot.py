@@ -199,13 +199,13 @@ def test_sensitivity_units(bands, ax):
         physical.get_ylabel().replace("\n", " ")
         == "sensitivity of x velocity of slider to crank length [(m/s)/m]"
     )
-    normalised = cc.plot_sensitivity(band, "crank_length", ax=Figure().subplots(), normalised=True)
+    normalized = cc.plot_sensitivity(band, "crank_length", ax=Figure().subplots(), normalized=True)
     assert (
-        normalised.get_ylabel().replace("\n", " ")
+        normalized.get_ylabel().replace("\n", " ")
         == "sensitivity of x velocity of slider to crank length [m/s per half interval]"
     )
     np.testing.assert_allclose(
-        normalised.lines[0].get_ydata(), 0.005 * physical.lines[0].get_ydata(), rtol=1e-9, atol=1e-12
+        normalized.lines[0].get_ydata(), 0.005 * physical.lines[0].get_ydata(), rtol=1e-9, atol=1e-12
     )
 
 
@@ -214,7 +214,7 @@ def test_two_sensitivities_are_told_apart(bands, ax):
     cc.plot_sensitivity(velocity, "crank_length", ax=ax, parameter_unit="m")
     cc.plot_sensitivity(velocity, "crank_length", ax=ax, parameter_unit="m", label="again")
     assert ax.get_ylabel() == "sensitivity [(m/s)/m]"
-    cc.plot_sensitivity(penetration, "crank_length", ax=ax, normalised=True)
+    cc.plot_sensitivity(penetration, "crank_length", ax=ax, normalized=True)
     assert ax.get_ylabel() == "sensitivity [see legend]"
     assert [text.get_text() for text in ax.get_legend().get_texts()] == [
         "x velocity of slider to crank length [(m/s)/m]",
@@ -228,7 +228,7 @@ def test_a_long_label_stays_in_the_figure(bands, rows, height):
     figure = Figure(figsize=(6.0, height), layout="constrained")
     axes = np.ravel(figure.subplots(rows))
     for ax in axes:
-        cc.plot_sensitivity(bands[0]["wrist.penetration"], "crank_length", ax=ax, normalised=True)
+        cc.plot_sensitivity(bands[0]["wrist.penetration"], "crank_length", ax=ax, normalized=True)
     figure.draw_without_rendering()
     boxes = [ax.yaxis.label.get_window_extent() for ax in axes]
     for box in boxes:
@@ -240,8 +240,8 @@ class TestShortTimeSpectrum:
     def test_sine(self):
         t = np.linspace(0.0, 0.06, 7201)
         signal = 3.0 * np.sin(2.0 * np.pi * 9500.0 * t) + 100.0
-        centres, frequencies, amplitude = spectra.short_time_spectrum(t, signal, window=2e-3)
-        assert amplitude.shape == (len(frequencies), len(centres))
+        centers, frequencies, amplitude = spectra.short_time_spectrum(t, signal, window=2e-3)
+        assert amplitude.shape == (len(frequencies), len(centers))
         peaks = frequencies[amplitude.argmax(axis=0)]
         assert np.abs(peaks - 9500.0).max() <= frequencies[1]
         np.testing.assert_allclose(amplitude.max(axis=0), 3.0, rtol=0.02)
@@ -250,9 +250,9 @@ class TestShortTimeSpectrum:
         t = np.linspace(0.0, 0.1, 4801)
         start, slope = 2000.0, 1e5  # [Hz], [Hz/s]
         signal = np.cos(2.0 * np.pi * (start * t + 0.5 * slope * t * t))
-        centres, frequencies, amplitude = spectra.short_time_spectrum(t, signal, window=4e-3)
+        centers, frequencies, amplitude = spectra.short_time_spectrum(t, signal, window=4e-3)
         peaks = frequencies[amplitude.argmax(axis=0)]
-        np.testing.assert_allclose(peaks, start + slope * centres, atol=frequencies[2])
+        np.testing.assert_allclose(peaks, start + slope * centers, atol=frequencies[2])
 
     def test_drawn_peak(self, ax):
         t = np.linspace(0.0, 0.06, 7201)

@@ -208,7 +208,7 @@ def four_bar(forces=(), drives=(), start=()):
 
 
 def unit_speeds(angle):
-    """Speeds of slider-crank's centres of mass and rod at unit crank speed, by the textbook."""
+    """Speeds of slider-crank's centers of mass and rod at unit crank speed, by the textbook."""
     crank, rod = 0.1, 0.35
     sine, cosine = np.sin(angle), np.cos(angle)
     tilt = np.arcsin(-crank * sine / rod)
@@ -306,11 +306,11 @@ def newton_and_euler(scene, run):
 
     left = {}
     for body in scene.bodies:
-        centre, acceleration = (
+        center, acceleration = (
             np.column_stack((run[f"{body.name}.{p}x"], run[f"{body.name}.{p}y"])) for p in ("", "a")
         )
         force = body.mass * (acceleration - g)
-        moment = body.inertia * run[f"{body.name}.angular_acceleration"] + cross(centre, force)
+        moment = body.inertia * run[f"{body.name}.angular_acceleration"] + cross(center, force)
         left[body.name] = [force, moment]
 
     def load(owner, place, force, moment=0.0):

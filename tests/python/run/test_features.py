@@ -199,7 +199,7 @@ def runs(request):
 
 
 class TestClearance:
-    """The slider-crank of the paper with a tenth of a millimetre of play: impacts, slides, no closed form."""
+    """The slider-crank of the paper with a tenth of a millimeter of play: impacts, slides, no closed form."""
 
     SCENE = cc.mechanisms.slider_crank(
         crank_length=0.05, rod_length=0.12, clearance=1e-4, crank_speed=cc.rpm(2000)

@@ -96,7 +96,7 @@ def test_the_slider_crank_in_words():
     lines = [" ".join(line.split()) for line in text.splitlines()]
     assert lines[0] == "3 bodies, 4 joints, 1 force, 1 drive"
     assert "mass [kg] inertia [kg m²]" in text.replace("  ", " ").replace("  ", " ")
-    assert any(line.startswith("crank 0.3 6.25e-05 centre of mass (0.025, 0) A (0, 0)") for line in lines)
+    assert any(line.startswith("crank 0.3 6.25e-05 center of mass (0.025, 0) A (0, 0)") for line in lines)
     assert "guide prismatic a ground.O, b slider.C, axis (1, 0) [-], angle 0 [rad]" in lines
     assert "journal radius 0.0098 [m], clearance 2e-05 [m], sliding surface" in text
     assert "stiffness 3.32653e+11 [N/m^1.5]" in text

@@ -227,7 +227,7 @@ def test_a_clearance_that_never_acts():
 
 @pytest.mark.parametrize("pins", [(), ("wrist",), ("crank_pin", "wrist")])
 def test_a_push_along_a_dead_center(pins):
-    # Pushed towards the crank from outside, pulled away from inside; the other way it is stable.
+    # Pushed toward the crank from outside, pulled away from inside; the other way it is stable.
     for angle, force, unstable in ((0.0, -10.0, True), (0.0, 10.0, False), (math.pi, 10.0, True)):
         scene = pressed(MECHANISMS.slider_crank(clearance_at=pins, crank_angle=angle), force)
         assert ["dead center" in text for text in scene.check().warnings] == [True] * unstable

@@ -258,7 +258,7 @@ class TestStudy:
         fitted = self.study(wanted, ["slider.x"]).chebyshev(2)
         scanned = self.study(wanted, ["slider.x"]).scan(3)
         assert fitted.features.values.shape == scanned.features.values.shape == (9, 1, 1)
-        # The mean position grows with both lengths, by a metre each for a metre in the first instants.
+        # The mean position grows with both lengths, by a meter each for a meter in the first instants.
         assert fitted.feature("mean").interval.verdict == "resolved"
         assert fitted.feature("mean").effects.monotone == {"crank_length": "rises", "rod_length": "rises"}
         assert math.isnan(scanned.feature("mean").interval.whole_run)

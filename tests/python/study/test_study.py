@@ -112,7 +112,7 @@ def test_sensitivities_are_derivatives_in_physical_units(chebyshev):
     slope = band.sensitivity("tilt", at={"gravity": 8.5, "tilt": 1.1})
     np.testing.assert_allclose(slope, -0.5 * 8.5 * np.sin(2.2) * t**2, atol=1e-6)
     np.testing.assert_allclose(
-        band.sensitivity("tilt", normalised=True), 0.45 * band.sensitivity("tilt"), rtol=1e-13, atol=0
+        band.sensitivity("tilt", normalized=True), 0.45 * band.sensitivity("tilt"), rtol=1e-13, atol=0
     )
 
 

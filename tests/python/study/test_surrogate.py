@@ -17,7 +17,7 @@ BOX = {"long": cc.Interval(2.0, 5.0), "tiny": cc.Interval(-3e-6, 1e-6), "big": c
 MIDDLE = {name: side.midpoint for name, side in BOX.items()}
 
 
-def normalised(box, points):
+def normalized(box, points):
     """Physical points, shape (points, parameters), to [-1, 1]."""
     return np.stack(
         [(x - s.midpoint) / s.half_width for x, s in zip(points.T, box.values(), strict=True)], axis=-1
@@ -25,10 +25,10 @@ def normalised(box, points):
 
 
 def fitted(function, degrees, nodes=None, box=BOX):
-    """Surrogate of a function of normalised points, shape (points, parameters) -> (points, samples)."""
+    """Surrogate of a function of normalized points, shape (points, parameters) -> (points, samples)."""
     nodes = nodes or [degree + 1 for degree in degrees]
     points = chebyshev_grid(list(box.values()), nodes)
-    return cc.Surrogate.fit(box, nodes, degrees, function(normalised(box, points)))
+    return cc.Surrogate.fit(box, nodes, degrees, function(normalized(box, points)))
 
 
 def band_of(surrogate, t):
@@ -95,7 +95,7 @@ def test_degree_twelve_follows_an_analytic_function():
 def test_interpolation_reproduces_the_runs():
     nodes = [5, 4, 6]
     points = chebyshev_grid(list(BOX.values()), nodes)
-    runs = analytic(normalised(BOX, points))
+    runs = analytic(normalized(BOX, points))
     surrogate = cc.Surrogate.fit(BOX, nodes, [4, 3, 5], runs)
     np.testing.assert_allclose(surrogate.evaluate(dict(zip(BOX, points.T, strict=True))), runs, atol=1e-14)
 
@@ -193,14 +193,14 @@ def test_sensitivities_are_central_differences_in_physical_units():
     band = band_of(fitted(analytic, (8, 8, 8)), np.arange(2.0))
     inside = {"long": 4.1, "tiny": 0.6e-6, "big": 1.3e9}
     for at in (None, inside):
-        centre = at or MIDDLE
+        center = at or MIDDLE
         for name, side in BOX.items():
             step = 1e-4 * side.half_width
-            ahead = band.evaluate(**{**centre, name: centre[name] + step})
-            behind = band.evaluate(**{**centre, name: centre[name] - step})
+            ahead = band.evaluate(**{**center, name: center[name] + step})
+            behind = band.evaluate(**{**center, name: center[name] - step})
             slope = band.sensitivity(name, at=at)
             np.testing.assert_allclose(slope, (ahead - behind) / (2.0 * step), rtol=1e-6)
-            scaled = band.sensitivity(name, normalised=True, at=at)
+            scaled = band.sensitivity(name, normalized=True, at=at)
             np.testing.assert_allclose(scaled, slope * side.half_width, rtol=1e-14)
 
 

@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 
 def hull(discs: Sequence[tuple[Array, float]]) -> Array:
-    """Convex hull of discs (centre and radius), counter-clockwise, by Andrew's monotone chain.
+    """Convex hull of discs (center and radius), counter-clockwise, by Andrew's monotone chain.
 
     Examples
     --------
@@ -21,7 +21,7 @@ def hull(discs: Sequence[tuple[Array, float]]) -> Array:
     """
     turn = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
     rim = np.column_stack((np.cos(turn), np.sin(turn)))
-    points = np.concatenate([centre + radius * rim for centre, radius in discs])
+    points = np.concatenate([center + radius * rim for center, radius in discs])
     points = points[np.lexsort((points[:, 1], points[:, 0]))]
 
     def chain(ordered: Array) -> list[Array]:
@@ -69,7 +69,7 @@ class Clutter:
         Parameters
         ----------
         point : ndarray, shape (2,)
-            What is labelled.
+            What is labeled.
         keep : float
             Distance of the label from it.
         size : (float, float)

@@ -1,6 +1,6 @@
 """The picture of a mechanism as assembled or as simulated, with joints, ground, drives and gravity.
 
-All sizes are in metres of the drawing and scale with the mechanism, so the picture can be zoomed.
+All sizes are in meters of the drawing and scale with the mechanism, so the picture can be zoomed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Lines of the symbols of springs, dampers, forces and torques, in metres of a drawing."""
+"""Lines of the symbols of springs, dampers, forces and torques, in meters of a drawing."""
 
 from __future__ import annotations
 
@@ -111,21 +111,21 @@ def beside(start: Array, end: Array, offset: float, symbols: list[tuple[float, l
     return lines
 
 
-def spiral(centre: Array, inner: float, outer: float) -> list[Array]:
+def spiral(center: Array, inner: float, outer: float) -> list[Array]:
     """A torsion spring about a point, between two radii [m]."""
     turn = np.linspace(0.0, 5.0 * math.pi, 160)
     radius = np.linspace(inner, outer, turn.size)
-    return [centre + radius[:, None] * np.column_stack((np.cos(turn), np.sin(turn)))]
+    return [center + radius[:, None] * np.column_stack((np.cos(turn), np.sin(turn)))]
 
 
-def drum(centre: Array, radius: float) -> list[Array]:
+def drum(center: Array, radius: float) -> list[Array]:
     """A torsion damper about a point: a drum [m] with two shoes."""
-    lines = [arc(centre, radius, 0.0, 360.0)]
-    lines += [arc(centre, 1.25 * radius, start, start + 80.0) for start in (50.0, 230.0)]
+    lines = [arc(center, radius, 0.0, 360.0)]
+    lines += [arc(center, 1.25 * radius, start, start + 80.0) for start in (50.0, 230.0)]
     return lines
 
 
-def arc(centre: Array, radius: float, start: float, end: float) -> Array:
-    """Points of an arc about a centre, from one direction to another [degrees]."""
+def arc(center: Array, radius: float, start: float, end: float) -> Array:
+    """Points of an arc about a center, from one direction to another [degrees]."""
     turn = np.radians(np.linspace(start, end, 60))
-    return np.asarray(centre + radius * np.column_stack((np.cos(turn), np.sin(turn))))
+    return np.asarray(center + radius * np.column_stack((np.cos(turn), np.sin(turn))))

@@ -144,7 +144,7 @@ class Band(records.ArrayRecord):
         return self._polynomial().evaluate(values)
 
     def sensitivity(
-        self, parameter: str, *, normalised: bool = False, at: Mapping[str, ArrayLike] | None = None
+        self, parameter: str, *, normalized: bool = False, at: Mapping[str, ArrayLike] | None = None
     ) -> Array:
         """Derivative of the fitted polynomial with respect to one parameter, Eqs. (32) and (33).
 
@@ -157,7 +157,7 @@ class Band(records.ArrayRecord):
         ----------
         parameter : str
             Name of the parameter.
-        normalised : bool
+        normalized : bool
             Differentiate with respect to the variable that runs from -1 to 1 over the interval instead, as
             the paper's Table 5 does: the change of the output for half the width of the interval.
         at : mapping of str to float or array_like, optional
@@ -166,7 +166,7 @@ class Band(records.ArrayRecord):
         Returns
         -------
         ndarray, shape (..., samples)
-            In the unit of the output per SI unit of the parameter; in the unit of the output if normalised.
+            In the unit of the output per SI unit of the parameter; in the unit of the output if normalized.
 
         Raises
         ------
@@ -177,29 +177,29 @@ class Band(records.ArrayRecord):
         """
         self._polynomial()
         self._doubt("a sensitivity")
-        return self.polynomial_slope(parameter, normalised=normalised, at=at)
+        return self.polynomial_slope(parameter, normalized=normalized, at=at)
 
     def polynomial_slope(
-        self, parameter: str, *, normalised: bool = False, at: Mapping[str, ArrayLike] | None = None
+        self, parameter: str, *, normalized: bool = False, at: Mapping[str, ArrayLike] | None = None
     ) -> Array:
         """What `sensitivity` returns, as a fact of the polynomial: without a warning.
 
         Parameters
         ----------
-        parameter, normalised, at : optional
+        parameter, normalized, at : optional
             As of `sensitivity`.
 
         Returns
         -------
         ndarray, shape (..., samples)
-            In the unit of the output per SI unit of the parameter; in the unit of the output if normalised.
+            In the unit of the output per SI unit of the parameter; in the unit of the output if normalized.
 
         Raises
         ------
         ValueError, TypeError
             As `sensitivity`.
         """
-        return self._polynomial().derivative(parameter, normalised=normalised, at=at)
+        return self._polynomial().derivative(parameter, normalized=normalized, at=at)
 
     def sensitivity_range(self, parameter: str) -> tuple[Array, Array]:
         """Certified range of the derivative with respect to one parameter over the whole box.
@@ -376,7 +376,7 @@ class Band(records.ArrayRecord):
         Parameters
         ----------
         window : float
-            Length of the window [s], at least two samples; centred, and cut off at both ends of the band.
+            Length of the window [s], at least two samples; centered, and cut off at both ends of the band.
 
         Returns
         -------

@@ -258,26 +258,26 @@ class Surrogate(records.ArrayRecord):
 
     def evaluate(self, values: Mapping[str, ArrayLike]) -> Array:
         """The polynomial at physical values of all parameters; see `Band.evaluate`."""
-        return self._at(self.terms, *self._normalised(values))
+        return self._at(self.terms, *self._normalized(values))
 
     def derivative(
-        self, parameter: str, *, normalised: bool = False, at: Mapping[str, ArrayLike] | None = None
+        self, parameter: str, *, normalized: bool = False, at: Mapping[str, ArrayLike] | None = None
     ) -> Array:
         """Derivative with respect to one parameter; see `Band.sensitivity`."""
         axis = self._axis(parameter)
         if at is None:
             at = {name: side.midpoint for name, side in self.intervals.items()}
-        points, shape = self._normalised(at)
+        points, shape = self._normalized(at)
         slopes = _core.chebyshev_derivative(self.terms, list(self.degrees), axis)
         slope = self._at(slopes, points, shape)
-        # Eq. (33) is the slope in the normalised variable; Eq. (32) needs it per physical unit.
-        return slope if normalised else slope / self.intervals[parameter].half_width
+        # Eq. (33) is the slope in the normalized variable; Eq. (32) needs it per physical unit.
+        return slope if normalized else slope / self.intervals[parameter].half_width
 
     def _at(self, terms: Array, points: Array, shape: tuple[int, ...]) -> Array:
         values = _core.chebyshev_evaluate(terms, list(self.degrees), np.ascontiguousarray(points))
         return values.reshape(*shape, terms.shape[1])
 
-    def _normalised(self, values: Mapping[str, ArrayLike]) -> tuple[Array, tuple[int, ...]]:
+    def _normalized(self, values: Mapping[str, ArrayLike]) -> tuple[Array, tuple[int, ...]]:
         """Points of the cube [-1, 1] for physical values, shape (points, parameters), and the shape given."""
         checks = Checks()
         for name in values:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...base.prefixes import format_quantity, format_range
 from ...base.tables import format_number
-from ...report.document import Block, Cell, Document, Items, Judgement, Picture, Section, Table, Text, Verdict
+from ...report.document import Block, Cell, Document, Items, Judgment, Picture, Section, Table, Text, Verdict
 from ...run.report import costs_table, mechanism_picture, reproduction, version_fact, warnings_section
 from ...run.settings import Settings
 from ...scene.columns import column_unit
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-JUDGEMENTS: dict[str, Judgement] = {
+JUDGMENTS: dict[str, Judgment] = {
     "resolved": "good",
     "certified": "good",
     "calibrated": "good",
@@ -166,7 +166,7 @@ def _doubts(result: ReportedStudy) -> list[str]:
     doubts = []
     for verdict, meaning in MEANINGS.items():
         found = [name for name, band in result.bands.items() if band.verdict == verdict]
-        if found and JUDGEMENTS[verdict] != "good":
+        if found and JUDGMENTS[verdict] != "good":
             doubts.append(f"{_listed(found)}: {verdict}; {meaning}.")
     if result.statement is not None:
         doubts.append(result.statement)
@@ -206,7 +206,7 @@ def verdict_table(bands: Mapping[str, Band]) -> Table:
                 name,
                 format_range((float(band.lower.min()), float(band.upper.max())), unit),
                 format_quantity(band.max_width, unit),
-                Verdict(band.verdict, JUDGEMENTS[band.verdict]),
+                Verdict(band.verdict, JUDGMENTS[band.verdict]),
                 "-" if math.isnan(band.coverage) else _share(band.coverage),
                 further,
             ]
