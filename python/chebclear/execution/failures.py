@@ -14,23 +14,34 @@ from .pieces import NOT_BEGUN, End
 
 @dataclass(frozen=True)
 class FailedRun:
-    """A run of a study that gave no result, repeated with tighter tolerances where those may help."""
+    """A run of a study that gave no result, repeated with tighter tolerances where those may help.
+
+    Attributes
+    ----------
+    index : int
+        Its place among the runs that the study asked for, from 0 [-].
+    parameters : Mapping[str, float]
+        Its parameters [SI units].
+    reason : str
+        The status word of the run, such as ``"step_underflow"``; ``"build"`` or ``"feature"`` if a callable
+        of the user's raised, ``"scene"`` if there is no such mechanism, ``"settings"`` if they do not fit
+        it, ``"not_finite"`` if an output has no value, ``"time_limit"`` if it took too long,
+        ``"worker_lost"`` if its worker ended whenever it was tried, ``"not_begun"`` if there was no
+        time.
+    message : str
+        What happened in words.
+    time : float
+        Where it ended [s].
+    joint : str | None
+        Name of the clearance joint at fault, if it is known to be one.
+    """
 
     index: int
-    """Its place among the runs that the study asked for, from 0 [-]."""
     parameters: Mapping[str, float]
-    """Its parameters [SI units]."""
     reason: str
-    """The status word of the run, such as ``"step_underflow"``; ``"build"`` or ``"feature"`` if a callable of
-    the user's raised, ``"scene"`` if there is no such mechanism, ``"settings"`` if they do not fit it,
-    ``"not_finite"`` if an output has no value, ``"time_limit"`` if it took too long,
-    ``"worker_lost"`` if its worker ended whenever it was tried, ``"not_begun"`` if there was no time."""
     message: str
-    """What happened in words."""
     time: float = field(default=0.0, metadata=unit("s"))
-    """Where it ended [s]."""
     joint: str | None = None
-    """Name of the clearance joint at fault, if it is known to be one."""
 
     def __repr__(self) -> str:
         return f"<FailedRun {self.index}: {self.reason} with {describe(self.parameters)}>"

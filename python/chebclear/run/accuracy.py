@@ -175,24 +175,34 @@ class ErrorEstimate(records.ArrayRecord, Named[OutputError]):
     the `OutputError` of that output. Its `claim` is twice the largest difference; how often true errors
     exceed it stands in ``benchmarks/README.md``. Beyond the horizon the difference is the distance of
     unrelated motions and no longer estimates an error.
+
+    Attributes
+    ----------
+    columns : tuple[str, ...]
+        Names of the outputs.
+    max_difference : Array
+        Largest difference from the companions in the unit of each output, shape (columns,); NaN if not
+        known.
+    ranges : Array
+        Range of each output in its unit, shape (columns,); 0 for one that is constant.
+    horizon : Array
+        First sample that differs by more than 1 % of the range, or where a companion run ended before the
+        run if that is earlier [s], shape (columns,); infinity if none does.
+    rtol : float
+        Relative tolerance of the tighter companion run [-]: a hundredth of the run's.
+    status : str
+        ``"done"``, or the word for why a companion run ended early.
+    compared_until : float
+        End of the time that the run and both companions have reached [s].
     """
 
     columns: tuple[str, ...]
-    """Names of the outputs."""
     max_difference: Array
-    """Largest difference from the companions in the unit of each output, shape (columns,); NaN if not
-    known."""
     ranges: Array
-    """Range of each output in its unit, shape (columns,); 0 for one that is constant."""
     horizon: Array = field(metadata=unit("s"))
-    """First sample that differs by more than 1 % of the range, or where a companion run ended before the run
-    if that is earlier [s], shape (columns,); infinity if none does."""
     rtol: float
-    """Relative tolerance of the tighter companion run [-]: a hundredth of the run's."""
     status: str
-    """``"done"``, or the word for why a companion run ended early."""
     compared_until: float = field(metadata=unit("s"))
-    """End of the time that the run and both companions have reached [s]."""
 
     @property
     def _names(self) -> tuple[str, ...]:

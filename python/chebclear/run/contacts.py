@@ -20,32 +20,48 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Event(records.ArrayRecord):
-    """One change of contact."""
+    """One change of contact.
+
+    Attributes
+    ----------
+    time : float
+        When [s].
+    joint : str
+        Name of the clearance joint.
+    kind : str
+        ``"onset"``, ``"separation"``, or ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0.
+    normal_velocity : float
+        Penetration rate at that instant [m/s].
+    """
 
     time: float = field(metadata=unit("s"))
-    """When [s]."""
     joint: str
-    """Name of the clearance joint."""
     kind: str
-    """``"onset"``, ``"separation"``, or ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0."""
     normal_velocity: float = field(metadata=unit("m/s"))
-    """Penetration rate at that instant [m/s]."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Events(Rows[Event]):
-    """Changes of contact, in the order of time: a sequence of `Event`, and an array of each field."""
+    """Changes of contact, in the order of time: a sequence of `Event`, and an array of each field.
+
+    Attributes
+    ----------
+    time : Array
+        When [s].
+    joint : NDArray[np.str_]
+        Name of the clearance joint.
+    kind : NDArray[np.str_]
+        ``"onset"``, ``"separation"``, or ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0.
+    normal_velocity : Array
+        Penetration rate at that instant [m/s].
+    """
 
     row: ClassVar = Event
 
     time: Array = field(metadata=unit("s"))
-    """When [s]."""
     joint: NDArray[np.str_]
-    """Name of the clearance joint."""
     kind: NDArray[np.str_]
-    """``"onset"``, ``"separation"``, or ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0."""
     normal_velocity: Array = field(metadata=unit("m/s"))
-    """Penetration rate at that instant [m/s]."""
 
     @classmethod
     def of(cls, table: _Events) -> Events:
@@ -60,20 +76,30 @@ class Events(Rows[Event]):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Contact(records.ArrayRecord):
-    """One contact, from onset to separation."""
+    """One contact, from onset to separation.
+
+    Attributes
+    ----------
+    joint : str
+        Name of the clearance joint.
+    onset : float
+        When journal and bearing touched [s].
+    separation : float
+        When they parted [s]; NaN if the run, or the skipped time, ended in contact.
+    impact_velocity : float
+        Penetration rate at the onset [m/s]; NaN if the run began in contact.
+    peak_force : float
+        Largest normal force [N]; if the contact lasts from the skipped into the sampled time, that of each.
+    peak_time : float
+        When it acted [s].
+    """
 
     joint: str
-    """Name of the clearance joint."""
     onset: float = field(metadata=unit("s"))
-    """When journal and bearing touched [s]."""
     separation: float = field(metadata=unit("s"))
-    """When they parted [s]; NaN if the run, or the skipped time, ended in contact."""
     impact_velocity: float = field(metadata=unit("m/s"))
-    """Penetration rate at the onset [m/s]; NaN if the run began in contact."""
     peak_force: float = field(metadata=unit("N"))
-    """Largest normal force [N]; if the contact lasts from the skipped into the sampled time, that of each."""
     peak_time: float = field(metadata=unit("s"))
-    """When it acted [s]."""
 
     @property
     def duration(self) -> float:
@@ -83,22 +109,32 @@ class Contact(records.ArrayRecord):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Contacts(Rows[Contact]):
-    """Contacts in the order of their onsets: a sequence of `Contact`, and an array of each field."""
+    """Contacts in the order of their onsets: a sequence of `Contact`, and an array of each field.
+
+    Attributes
+    ----------
+    joint : NDArray[np.str_]
+        Name of the clearance joint.
+    onset : Array
+        When journal and bearing touched [s].
+    separation : Array
+        When they parted [s]; NaN if the run, or the skipped time, ended in contact.
+    impact_velocity : Array
+        Penetration rate at the onset [m/s]; NaN if the run began in contact.
+    peak_force : Array
+        Largest normal force [N]; if the contact lasts from the skipped into the sampled time, that of each.
+    peak_time : Array
+        When it acted [s].
+    """
 
     row: ClassVar = Contact
 
     joint: NDArray[np.str_]
-    """Name of the clearance joint."""
     onset: Array = field(metadata=unit("s"))
-    """When journal and bearing touched [s]."""
     separation: Array = field(metadata=unit("s"))
-    """When they parted [s]; NaN if the run, or the skipped time, ended in contact."""
     impact_velocity: Array = field(metadata=unit("m/s"))
-    """Penetration rate at the onset [m/s]; NaN if the run began in contact."""
     peak_force: Array = field(metadata=unit("N"))
-    """Largest normal force [N]; if the contact lasts from the skipped into the sampled time, that of each."""
     peak_time: Array = field(metadata=unit("s"))
-    """When it acted [s]."""
 
     @classmethod
     def of(cls, table: _Contacts) -> Contacts:

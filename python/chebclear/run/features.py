@@ -30,14 +30,20 @@ _UNITS = {
 
 @dataclass(frozen=True)
 class Feature:
-    """One number of a run: what `peak`, `mean`, `impacts` and their like return."""
+    """One number of a run: what `peak`, `mean`, `impacts` and their like return.
+
+    Attributes
+    ----------
+    kind : str
+        ``"peak"``, ``"lowest"``, ``"peak_to_peak"``, ``"time_of_peak"``, ``"time_of_lowest"``, ``"mean"``
+        or ``"rms"`` of an output; ``"impacts"``, ``"contact_share"``, ``"impulse"``, ``"wear"`` or
+        ``"loss"`` of a clearance joint.
+    of : str
+        Name of the output or of the clearance joint.
+    """
 
     kind: str
-    """``"peak"``, ``"lowest"``, ``"peak_to_peak"``, ``"time_of_peak"``, ``"time_of_lowest"``, ``"mean"`` or
-    ``"rms"`` of an output; ``"impacts"``, ``"contact_share"``, ``"impulse"``, ``"wear"`` or ``"loss"`` of a
-    clearance joint."""
     of: str
-    """Name of the output or of the clearance joint."""
 
     def __post_init__(self) -> None:
         checks = Checks()
@@ -204,15 +210,23 @@ def loss(joint: str) -> Feature:
 
 @dataclass(frozen=True)
 class Extremum:
-    """The largest or smallest value of an output in the continuous motion."""
+    """The largest or smallest value of an output in the continuous motion.
+
+    Attributes
+    ----------
+    value : float
+        The value in the unit of the output.
+    time : float
+        When [s].
+    in_transient : bool
+        Whether it lies in the first revolution after the start, in which a mechanism with clearance settles
+        from its assembled position. False where no drive turns at constant speed: there is no revolution
+        then.
+    """
 
     value: float
-    """The value in the unit of the output."""
     time: float = field(metadata=unit("s"))
-    """When [s]."""
     in_transient: bool
-    """Whether it lies in the first revolution after the start, in which a mechanism with clearance settles
-    from its assembled position. False where no drive turns at constant speed: there is no revolution then."""
 
     def __str__(self) -> str:
         place = f"{self.value:.6g} at t = {self.time:.6g} s"

@@ -51,36 +51,54 @@ _EARLIER_NAMES = {
 
 @dataclass(frozen=True, repr=False)
 class Stats(Shown):
-    """What a simulation cost, in counts that do not depend on the machine."""
+    """What a simulation cost, in counts that do not depend on the machine.
+
+    Attributes
+    ----------
+    steps : int
+        Accepted steps [-].
+    explicit_steps : int
+        Those that the explicit method took [-]: all with ``"dop853"``, none with Rosenbrock methods.
+    switches : int
+        Changes between the explicit and the Rosenbrock method by ``"auto"`` [-].
+    rejected : int
+        Rejected steps [-].
+    stages : int
+        Stages of the integrator [-].
+    evaluations : int
+        Evaluations of the accelerations [-].
+    jacobians : int
+        Evaluations of the Jacobian [-].
+    factorizations : int
+        Matrix factorizations [-].
+    events : int
+        Located contact changes [-].
+    relocations : int
+        Attempts to end a step on a contact change [-].
+    impacts_at_floor : int
+        Contacts whose impact velocity was raised to the floor [-].
+    largest_projection : float
+        Largest correction that closed the loops after a step [m]; zero in a tree.
+    smallest_step : float
+        Smallest accepted step that was not cut by a contact change or the end [s].
+    smallest_step_time : float
+        When it was taken [s].
+    """
 
     steps: int
-    """Accepted steps [-]."""
     explicit_steps: int
-    """Those that the explicit method took [-]: all with ``"dop853"``, none with Rosenbrock methods."""
     switches: int
-    """Changes between the explicit and the Rosenbrock method by ``"auto"`` [-]."""
     rejected: int
-    """Rejected steps [-]."""
     stages: int
-    """Stages of the integrator [-]."""
     evaluations: int
-    """Evaluations of the accelerations [-]."""
     jacobians: int
-    """Evaluations of the Jacobian [-]."""
     factorizations: int
-    """Matrix factorizations [-]."""
     events: int
-    """Located contact changes [-]."""
     relocations: int
-    """Attempts to end a step on a contact change [-]."""
     impacts_at_floor: int
-    """Contacts whose impact velocity was raised to the floor [-]."""
     largest_projection: float = field(metadata=unit("m"))
-    """Largest correction that closed the loops after a step [m]; zero in a tree."""
     smallest_step: float = field(metadata=unit("s"))
-    """Smallest accepted step that was not cut by a contact change or the end [s]."""
     smallest_step_time: float = field(metadata=unit("s"))
-    """When it was taken [s]."""
 
     @classmethod
     def from_dict(cls, plain: Mapping[str, Any]) -> Stats:
@@ -90,12 +108,18 @@ class Stats(Shown):
 
 @dataclass(frozen=True, repr=False)
 class EndState:
-    """Where a simulation ended, for another one to start from: `simulate(scene, ..., start=run.end)`."""
+    """Where a simulation ended, for another one to start from: `simulate(scene, ..., start=run.end)`.
+
+    Attributes
+    ----------
+    memory : str
+        What the core must know to go on, as JSON.
+    scene : Scene | None
+        What was simulated, to tell another scene by; None if that is not known.
+    """
 
     memory: str
-    """What the core must know to go on, as JSON."""
     scene: Scene | None = dataclasses.field(default=None, hash=False)
-    """What was simulated, to tell another scene by; None if that is not known."""
 
     def __repr__(self) -> str:
         return f"<EndState: t = {self.time:g} s>"
@@ -115,47 +139,69 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
 
     Trajectories compare (NaN equals NaN), copy, pickle, save and load. Their arrays are read-only: change a
     copy.
+
+    Attributes
+    ----------
+    t : Array
+        Instants of the samples [s], shape (samples,).
+    columns : tuple[str, ...]
+        Names of the columns.
+    values : Array
+        All columns in SI units, shape (samples, columns); NaN after a failure.
+    events : Events
+        Changes of contact in the sampled time.
+    contacts : Contacts
+        Contacts in the sampled time with their durations and peak forces.
+    end : EndState | None
+        Where it ended, for another simulation to start from; None after a failure.
+    stats : Stats
+        What the simulation cost.
+    status : str
+        ``"done"``, or the word for why it ended early.
+    message : str
+        How the run ended, in words: that the end was reached, or why it ended early, when and where.
+    end_time : float
+        Where the simulation ended [s].
+    joint : str | None
+        The clearance joint whose change of contact could not be located or was one too many.
+    warnings : tuple[str, ...]
+        What the user was warned of.
+    settings : Settings
+        How the simulation was run.
+    scene : Scene
+        What was simulated.
+    skipped_events : Events
+        Changes of contact in the time skipped before the first sample.
+    skipped_contacts : Contacts
+        Contacts in the skipped time; one that lasts into the sampled time is in both tables.
+    features : Array
+        What was found on the way, shape (cycles, features): those of the settings in their order. NaN where
+        the run did not finish a cycle.
+    start : str | None
+        What the run went on from, the `EndState.memory` of another one; None for a first start.
+    error : ErrorEstimate | None
+        Errors estimated by companion runs; None unless asked for.
     """
 
     t: Array = field(metadata=unit("s"))
-    """Instants of the samples [s], shape (samples,)."""
     columns: tuple[str, ...]
-    """Names of the columns."""
     values: Array = field()  # type: ignore[assignment] # an array, as in pandas, not the method of a mapping
-    """All columns in SI units, shape (samples, columns); NaN after a failure."""
     events: Events
-    """Changes of contact in the sampled time."""
     contacts: Contacts
-    """Contacts in the sampled time with their durations and peak forces."""
     end: EndState | None
-    """Where it ended, for another simulation to start from; None after a failure."""
     stats: Stats
-    """What the simulation cost."""
     status: str
-    """``"done"``, or the word for why it ended early."""
     message: str
-    """How the run ended, in words: that the end was reached, or why it ended early, when and where."""
     end_time: float = field(metadata=unit("s"))
-    """Where the simulation ended [s]."""
     joint: str | None
-    """The clearance joint whose change of contact could not be located or was one too many."""
     warnings: tuple[str, ...]
-    """What the user was warned of."""
     settings: Settings
-    """How the simulation was run."""
     scene: Scene
-    """What was simulated."""
     skipped_events: Events
-    """Changes of contact in the time skipped before the first sample."""
     skipped_contacts: Contacts
-    """Contacts in the skipped time; one that lasts into the sampled time is in both tables."""
     features: Array
-    """What was found on the way, shape (cycles, features): those of the settings in their order. NaN where
-    the run did not finish a cycle."""
     start: str | None = None
-    """What the run went on from, the `EndState.memory` of another one; None for a first start."""
     error: ErrorEstimate | None = None
-    """Errors estimated by companion runs; None unless asked for."""
 
     @property
     def success(self) -> bool:

@@ -179,27 +179,40 @@ Start: TypeAlias = JointStart | BodyStart | ClearanceStart
 
 @dataclass(frozen=True, repr=False)
 class Inspection(Shown):
-    """What the core made of a scene; see `Scene.check`."""
+    """What the core made of a scene; see `Scene.check`.
+
+    Attributes
+    ----------
+    degrees_of_freedom : int
+        Number of coordinates that are integrated [-].
+    coordinates : tuple[str, ...]
+        Names of those coordinates.
+    columns : tuple[str, ...]
+        Names of the outputs of a simulation that does not choose: bodies, clearance joints, drives.
+    further_columns : tuple[str, ...]
+        Names of the outputs that it can choose besides: points, joint coordinates, reactions, energies.
+    bodies : tuple[str, ...]
+        Names of the bodies.
+    poses : tuple[tuple[float, float, float], ...]
+        Position x, y [m] and angle [rad] of the frame of each body in the assembled start.
+    cut_joints : tuple[str, ...]
+        Names of the joints at which loops were cut.
+    impact_velocity_floors : tuple[float, ...]
+        Least impact velocity that the contact law latches at each clearance joint [m/s]; at the default
+        rtol if the scene gives none.
+    warnings : tuple[str, ...]
+        Numbers that look wrong or in another unit, each with its path; a simulation warns of them.
+    """
 
     degrees_of_freedom: int
-    """Number of coordinates that are integrated [-]."""
     coordinates: tuple[str, ...]
-    """Names of those coordinates."""
     columns: tuple[str, ...]
-    """Names of the outputs of a simulation that does not choose: bodies, clearance joints, drives."""
     further_columns: tuple[str, ...]
-    """Names of the outputs that it can choose besides: points, joint coordinates, reactions, energies."""
     bodies: tuple[str, ...]
-    """Names of the bodies."""
     poses: tuple[tuple[float, float, float], ...]
-    """Position x, y [m] and angle [rad] of the frame of each body in the assembled start."""
     cut_joints: tuple[str, ...]
-    """Names of the joints at which loops were cut."""
     impact_velocity_floors: tuple[float, ...] = field(metadata=unit("m/s"))
-    """Least impact velocity that the contact law latches at each clearance joint [m/s]; at the default rtol
-    if the scene gives none."""
     warnings: tuple[str, ...]
-    """Numbers that look wrong or in another unit, each with its path; a simulation warns of them."""
 
     @property
     def clearance_joints(self) -> tuple[str, ...]:

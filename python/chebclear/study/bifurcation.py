@@ -37,20 +37,30 @@ MOST_THREADS = 1024
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Bifurcation(Exports, records.ArrayRecord):
-    """Samples of an output once a period, for every value of a parameter: a bifurcation diagram."""
+    """Samples of an output once a period, for every value of a parameter: a bifurcation diagram.
+
+    Attributes
+    ----------
+    parameter : str
+        Name of the parameter.
+    values : Array
+        Its values [SI unit], shape (values,).
+    output : str
+        Name of the output.
+    samples : Array
+        The output once a period in its unit, shape (values, periods); NaN where a run failed.
+    period : Array
+        Time from sample to sample [s], shape (values,).
+    skipped : int
+        Periods before the first sample [-].
+    """
 
     parameter: str
-    """Name of the parameter."""
     values: Array
-    """Its values [SI unit], shape (values,)."""
     output: str
-    """Name of the output."""
     samples: Array
-    """The output once a period in its unit, shape (values, periods); NaN where a run failed."""
     period: Array = field(metadata=unit("s"))
-    """Time from sample to sample [s], shape (values,)."""
     skipped: int = 0
-    """Periods before the first sample [-]."""
 
     def __repr__(self) -> str:
         count, periods = self.samples.shape

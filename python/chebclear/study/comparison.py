@@ -21,30 +21,46 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, repr=False)
 class BoundErrors(Shown):
-    """How the bounds of one output differ from reference bounds, over a span of time."""
+    """How the bounds of one output differ from reference bounds, over a span of time.
+
+    Attributes
+    ----------
+    lower : float
+        Relative difference of the root mean squares of the lower bounds [-].
+    upper : float
+        Relative difference of the root mean squares of the upper bounds [-].
+    width : float
+        Largest width of the band in the unit of the output.
+    reference_width : float
+        Largest width of the reference band in the unit of the output.
+    slack : float
+        How much wider the band is at its widest than the reference at its, relative to the reference [-].
+    """
 
     lower: float
-    """Relative difference of the root mean squares of the lower bounds [-]."""
     upper: float
-    """Relative difference of the root mean squares of the upper bounds [-]."""
     width: float
-    """Largest width of the band in the unit of the output."""
     reference_width: float
-    """Largest width of the reference band in the unit of the output."""
     slack: float
-    """How much wider the band is at its widest than the reference at its, relative to the reference [-]."""
 
 
 @dataclass(frozen=True, repr=False)
 class Comparison(Named[BoundErrors]):
-    """Comparison of two studies; ``comparison["slider.vx"]`` holds the `BoundErrors` of that output."""
+    """Comparison of two studies; ``comparison["slider.vx"]`` holds the `BoundErrors` of that output.
+
+    Attributes
+    ----------
+    errors : dict[str, BoundErrors]
+        Errors of each output by name.
+    start : float
+        First instant compared [s].
+    end : float
+        Last instant compared [s].
+    """
 
     errors: dict[str, BoundErrors]
-    """Errors of each output by name."""
     start: float = field(metadata=unit("s"))
-    """First instant compared [s]."""
     end: float = field(metadata=unit("s"))
-    """Last instant compared [s]."""
 
     @property
     def _names(self) -> tuple[str, ...]:

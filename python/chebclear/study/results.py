@@ -61,45 +61,64 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     ``values()`` work, and ``result["slider.*"]`` is a dict of bands.
 
     Results compare (NaN equals NaN), copy, pickle, save and load. Their arrays are read-only: change a copy.
+
+    Attributes
+    ----------
+    kind : str
+        ``"band"``, ``"certify"``, ``"chebyshev"``, ``"scan"`` or ``"sample"``.
+    bands : dict[str, Band]
+        Band of each output by name.
+    degrees : tuple[int, ...] | None
+        Degree of the polynomials in each parameter [-]; None but for a Chebyshev study.
+    nodes : tuple[int, ...]
+        Number of nodes or scan points on each parameter [-]; empty for a calibrated study.
+    bounds : BoundKind
+        How polynomials are bounded: ``"range"``, certified, or ``"eq31"``, by Eq. (31) of the paper.
+    stats : tuple[Stats, ...]
+        What each run cost; the last one is the nominal run.
+    warnings : tuple[str, ...]
+        What the user was warned of, each text once.
+    settings : Settings | None
+        How the runs were simulated; None if they are those of a model of your own.
+    scene : Scene | None
+        The scene at the midpoint of all intervals; None without scenes.
+    demand : Demand | None
+        What was asked of a calibrated study; None for the others.
+    study : Extendable | None
+        The study this is the result of; None once it was copied, pickled or loaded.
+    features : FeatureTable | None
+        The features of all runs; None if there are none.
+    nominal_parameters : Array | None
+        Parameters of the run that stands for the nominal one, if a table of runs has none at the midpoint.
+    failures : tuple[FailedRun, ...]
+        The runs that failed and take no part; `parameters` and all values are without them.
+    seconds : float
+        Time that the runs took on the machine where they were made [s].
+    worst_cases : tuple[WorstCase, ...]
+        Runs at the worst cases that the polynomials predict; none before `check`.
     """
 
     kind: str
-    """``"band"``, ``"certify"``, ``"chebyshev"``, ``"scan"`` or ``"sample"``."""
     bands: dict[str, Band]
-    """Band of each output by name."""
     degrees: tuple[int, ...] | None
-    """Degree of the polynomials in each parameter [-]; None but for a Chebyshev study."""
     nodes: tuple[int, ...]
-    """Number of nodes or scan points on each parameter [-]; empty for a calibrated study."""
     bounds: BoundKind
-    """How polynomials are bounded: ``"range"``, certified, or ``"eq31"``, by Eq. (31) of the paper."""
     stats: tuple[Stats, ...]
-    """What each run cost; the last one is the nominal run."""
     warnings: tuple[str, ...]
-    """What the user was warned of, each text once."""
     settings: Settings | None
-    """How the runs were simulated; None if they are those of a model of your own."""
     scene: Scene | None
-    """The scene at the midpoint of all intervals; None without scenes."""
     demand: Demand | None = None
-    """What was asked of a calibrated study; None for the others."""
     study: Extendable | None = field(default=None, compare=False)
-    """The study this is the result of; None once it was copied, pickled or loaded."""
 
     def __getstate__(self) -> dict[str, Any]:
         # What builds the scenes need not survive a pickle, and need not for the result to be whole.
         return {name: value for name, value in vars(self).items() if name != "study"}
 
     features: FeatureTable | None = None
-    """The features of all runs; None if there are none."""
     nominal_parameters: Array | None = None
-    """Parameters of the run that stands for the nominal one, if a table of runs has none at the midpoint."""
     failures: tuple[FailedRun, ...] = ()
-    """The runs that failed and take no part; `parameters` and all values are without them."""
     seconds: float = field(default=math.nan, compare=False, metadata=unit("s"))
-    """Time that the runs took on the machine where they were made [s]."""
     worst_cases: tuple[WorstCase, ...] = ()
-    """Runs at the worst cases that the polynomials predict; none before `check`."""
 
     def __str__(self) -> str:
         return summary(self)

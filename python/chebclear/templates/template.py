@@ -27,18 +27,27 @@ from .toml_text import Path, write_toml
 
 @dataclass(frozen=True)
 class Parameter:
-    """A named number of a template."""
+    """A named number of a template.
+
+    Attributes
+    ----------
+    name : str
+        Name, as expressions use it.
+    nominal : float | Expression
+        Value if nothing else is said [SI unit]; an expression follows other parameters.
+    interval : Interval | None
+        Interval it is known to lie in [SI unit]; None for a constant.
+    unit : str
+        Unit of the quantity, for tables and pictures; the value is in SI units all the same.
+    note : str
+        What it is, or where its value comes from.
+    """
 
     name: str
-    """Name, as expressions use it."""
     nominal: float | Expression
-    """Value if nothing else is said [SI unit]; an expression follows other parameters."""
     interval: Interval | None = None
-    """Interval it is known to lie in [SI unit]; None for a constant."""
     unit: str = ""
-    """Unit of the quantity, for tables and pictures; the value is in SI units all the same."""
     note: str = ""
-    """What it is, or where its value comes from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,22 +70,32 @@ class Template:
     {'length': Interval(lower=0.392, upper=0.40800000000000003)}
     >>> template(length=0.6).bodies[0].inertia
     0.03
+
+    Attributes
+    ----------
+    title : str
+        What the file calls the mechanism; empty if it does not.
+    parameters : Mapping[str, Parameter]
+        The parameters by name, in the order of the file.
+    run : Mapping[str, Any]
+        Settings of runs, as keywords of `simulate` and `Study` [SI units].
+    features : Mapping[str, Feature]
+        Numbers that are to be found in every run, by name.
+    source : Mapping[str, Any]
+        The plain values of the file, as they were written.
+    _scene : Mapping[str, Any]
+        The scene as JSON has it, with zeros where an expression stands.
+    _expressions : Sequence[tuple[Path, Expression]]
+        Where in the scene which expression stands.
     """
 
     title: str
-    """What the file calls the mechanism; empty if it does not."""
     parameters: Mapping[str, Parameter]
-    """The parameters by name, in the order of the file."""
     run: Mapping[str, Any]
-    """Settings of runs, as keywords of `simulate` and `Study` [SI units]."""
     features: Mapping[str, Feature]
-    """Numbers that are to be found in every run, by name."""
     source: Mapping[str, Any]
-    """The plain values of the file, as they were written."""
     _scene: Mapping[str, Any] = field(repr=False)
-    """The scene as JSON has it, with zeros where an expression stands."""
     _expressions: Sequence[tuple[Path, Expression]] = field(repr=False)
-    """Where in the scene which expression stands."""
 
     def __repr__(self) -> str:
         title = f' "{self.title}"' if self.title else ""

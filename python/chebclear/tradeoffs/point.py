@@ -16,27 +16,37 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TradeoffPoint(records.ArrayRecord):
-    """What one method costs and delivers at one tolerance."""
+    """What one method costs and delivers at one tolerance.
+
+    Attributes
+    ----------
+    method : str
+        Integrator.
+    rtol : float
+        Relative tolerance of the integrator [-].
+    status : str
+        ``"done"``, or the word for why the run ended early.
+    end_time : float
+        Where the run ended [s].
+    stats : Stats
+        What the run cost, in counts that do not depend on the machine.
+    seconds : float
+        What the run cost on this machine, the best of the repeats [s].
+    horizon : Array
+        First sample that is off the reference by more than 1 % of the range [s], shape (outputs,).
+    growth : Array
+        Largest difference from the reference up to each instant in the unit of the output. The shape is
+        (outputs, instants); NaN after the end of a run that failed.
+    """
 
     method: str
-    """Integrator."""
     rtol: float
-    """Relative tolerance of the integrator [-]."""
     status: str
-    """``"done"``, or the word for why the run ended early."""
     end_time: float = field(metadata=unit("s"))
-    """Where the run ended [s]."""
     stats: Stats
-    """What the run cost, in counts that do not depend on the machine."""
     seconds: float = field(metadata=unit("s"))
-    """What the run cost on this machine, the best of the repeats [s]."""
     horizon: Array = field(metadata=unit("s"))
-    """First sample that is off the reference by more than 1 % of the range [s], shape (outputs,)."""
     growth: Array
-    """Largest difference from the reference up to each instant in the unit of the output.
-
-    The shape is (outputs, instants); NaN after the end of a run that failed.
-    """
 
     @property
     def success(self) -> bool:

@@ -36,20 +36,30 @@ _ROUNDING = 1e-14
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Recommendation(records.ArrayRecord):
-    """The cheapest setting that is accurate enough; its ``str`` is one line."""
+    """The cheapest setting that is accurate enough; its ``str`` is one line.
+
+    Attributes
+    ----------
+    point : TradeoffPoint | None
+        The setting; None if none of those measured is accurate enough.
+    until : float
+        End of the time over which the errors hold [s].
+    cost : str
+        What was to be small, such as ``"seconds"``.
+    limits : dict[str, float]
+        Largest admissible error of each output in its unit; infinite for a constant one.
+    errors : dict[str, float]
+        Bound of the error of each output in its unit: that of the setting, or of the most accurate one.
+    text : str
+        One line.
+    """
 
     point: TradeoffPoint | None
-    """The setting; None if none of those measured is accurate enough."""
     until: float = field(metadata=unit("s"))
-    """End of the time over which the errors hold [s]."""
     cost: str
-    """What was to be small, such as ``"seconds"``."""
     limits: dict[str, float]
-    """Largest admissible error of each output in its unit; infinite for a constant one."""
     errors: dict[str, float]
-    """Bound of the error of each output in its unit: that of the setting, or of the most accurate one."""
     text: str
-    """One line."""
 
     def __repr__(self) -> str:
         return spoken(self)

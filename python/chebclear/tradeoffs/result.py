@@ -48,28 +48,40 @@ class Tradeoff(records.ArrayRecord, Exports):
     Errors are differences from the run `reference`, which has an error itself: `check`, a run of another
     method as tight, tells how much. A difference that is not above twice theirs is no measurement of an
     error, only a bound, shown with "≤". All of it is about the solution of the equations, not of the model.
+
+    Attributes
+    ----------
+    outputs : tuple[str, ...]
+        Names of the outputs.
+    ranges : Array
+        Range of each output in its unit, shape (outputs,); 0 for one that is constant.
+    t : Array
+        Instants up to which largest errors are known [s], shape (instants,).
+    points : tuple[TradeoffPoint, ...]
+        What was measured, by method and from loose to tight; failed runs are in it.
+    reference : TradeoffPoint
+        The run that stands for the truth; its differences are zero.
+    check : TradeoffPoint
+        The run that checks it; its differences are the uncertainty of the reference.
+    warnings : tuple[str, ...]
+        What the user was warned of in the reference run.
+    settings : Settings
+        How the reference was simulated.
+    scene : Scene
+        What was simulated.
     """
 
     horizon_part: ClassVar[float] = HORIZON_PART
 
     outputs: tuple[str, ...]
-    """Names of the outputs."""
     ranges: Array
-    """Range of each output in its unit, shape (outputs,); 0 for one that is constant."""
     t: Array = field(metadata=unit("s"))
-    """Instants up to which largest errors are known [s], shape (instants,)."""
     points: tuple[TradeoffPoint, ...]
-    """What was measured, by method and from loose to tight; failed runs are in it."""
     reference: TradeoffPoint
-    """The run that stands for the truth; its differences are zero."""
     check: TradeoffPoint
-    """The run that checks it; its differences are the uncertainty of the reference."""
     warnings: tuple[str, ...]
-    """What the user was warned of in the reference run."""
     settings: Settings
-    """How the reference was simulated."""
     scene: Scene
-    """What was simulated."""
 
     def _repr_html_(self) -> str:
         return html.fragment(self.describe_reference(), [Table("Accuracy against cost", *self.cells())])

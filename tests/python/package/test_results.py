@@ -2,6 +2,8 @@
 
 import dataclasses
 import math
+import pydoc
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -165,3 +167,15 @@ def test_parts_of_a_table_are_tables(run):
     assert contacts[:0] == contacts[len(contacts) :] and not contacts[:0]
     lasting = [each.duration for each in contacts]
     np.testing.assert_array_equal(lasting, contacts.duration)
+
+
+@pytest.mark.parametrize("name", sorted(set(cc.__all__) - PLAIN))
+def test_help_shows_the_fields_of_a_result(name):
+    record = getattr(cc, name)
+    if not (isinstance(record, type) and dataclasses.is_dataclass(record)):
+        return
+    text = pydoc.plain(pydoc.render_doc(record)).partition("Methods defined here")[0]
+    hidden = {"row", "source", "angles"}
+    for item in dataclasses.fields(record):
+        if not item.name.startswith("_") and item.name not in hidden:
+            assert re.search(rf"\b{item.name}(, \w+)* : |, {item.name}(, \w+)* : ", text), item.name

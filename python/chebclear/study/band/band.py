@@ -32,20 +32,29 @@ RESOLVED = 0.05
 
 @dataclass(frozen=True)
 class Margin:
-    """What a band was made from, and how far it goes beyond its runs."""
+    """What a band was made from, and how far it goes beyond its runs.
+
+    Attributes
+    ----------
+    method : Literal['polynomial', 'envelope', 'runs']
+        The range of a polynomial in the parameters with its largest error at runs it was not fitted to;
+        running extremes of the runs in time, widened; or the extremes of the runs alone.
+    degree : int | None
+        Degree of the polynomial [-], the largest of all parameters; None without one.
+    error : float
+        Largest error of the polynomial at runs it was not fitted to, over the width of the hull, both
+        averaged over time [-]; NaN without such a run.
+    window : float
+        How far the running extremes reach to either side [s]; the mean where several were averaged.
+    inflation : float
+        By how many local spreads of the runs the band was then widened to either side [-].
+    """
 
     method: Literal["polynomial", "envelope", "runs"]
-    """The range of a polynomial in the parameters with its largest error at runs it was not fitted to;
-    running extremes of the runs in time, widened; or the extremes of the runs alone."""
     degree: int | None = None
-    """Degree of the polynomial [-], the largest of all parameters; None without one."""
     error: float = math.nan
-    """Largest error of the polynomial at runs it was not fitted to, over the width of the hull, both averaged
-    over time [-]; NaN without such a run."""
     window: float = field(default=0.0, metadata=unit("s"))
-    """How far the running extremes reach to either side [s]; the mean where several were averaged."""
     inflation: float = 0.0
-    """By how many local spreads of the runs the band was then widened to either side [-]."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,49 +65,66 @@ class Band(records.ArrayRecord):
     Chebyshev study they bound the fitted polynomial, by its certified range or, with slack, by Eq. (31), and
     the response only as far as the polynomial follows it, which `verdict` says. In a scan they are the
     smallest and largest of the runs, which is an inner bound: the response may reach further between them.
+
+    Attributes
+    ----------
+    name : str
+        Name of the output.
+    t : Array
+        Instants [s], shape (samples,); by crank angle those of the first revolution of the nominal run.
+    lower : Array
+        Lower bound in the unit of the output, shape (samples,).
+    upper : Array
+        Upper bound in the unit of the output, shape (samples,).
+    nominal : Array
+        Response at the midpoint of all intervals in the unit of the output, shape (samples,); by crank
+        angle its first revolution.
+    hull : tuple[Array, Array]
+        Smallest and largest value of all runs, the nominal one included, in the unit of the output, each of
+        shape (samples,).
+    intervals : dict[str, Interval]
+        Interval of each parameter by name [SI units].
+    parameters : Array
+        Parameters of the runs [SI units], shape (runs, parameters); by crank angle a row for each
+        revolution.
+    runs : Array
+        Values of the runs in the unit of the output, shape (runs, samples); by crank angle a row for each
+        revolution, those of the nominal run last.
+    surrogate : Surrogate | None
+        The polynomial behind the bounds; None without one.
+    verdict : Verdict
+        ``"resolved"``: a polynomial follows the response, so that its sensitivities and worst cases are
+        those of the response. ``"not resolved"``: it does not, or nothing tells. ``"calibrated"``: the band
+        is bounded as a whole, with the coverage below, but no derivative in the parameters exists at this
+        number of runs. ``"certified"``: its mean coverage is proved. ``"undersampled"``: the coverage asked
+        for was not reached. ``"sampled"``: the extremes of the runs, an inner bound.
+    margin : Margin
+        What the band was made from.
+    coverage : float
+        Share of the samples of a run that is in the band made without it, mean over the runs [-]; of a
+        certified band what is proved; NaN where it was not measured.
+    whole_run : float
+        Probability that a further run at random parameters is in the band throughout [-]; NaN where nothing
+        may be promised.
+    angle : Array | None
+        Crank angle of the samples [rad], shape (samples,); None for a band over time.
     """
 
     name: str
-    """Name of the output."""
     t: Array = field(metadata=unit("s"))
-    """Instants [s], shape (samples,); by crank angle those of the first revolution of the nominal run."""
     lower: Array
-    """Lower bound in the unit of the output, shape (samples,)."""
     upper: Array
-    """Upper bound in the unit of the output, shape (samples,)."""
     nominal: Array
-    """Response at the midpoint of all intervals in the unit of the output, shape (samples,); by crank angle
-    its first revolution."""
     hull: tuple[Array, Array]
-    """Smallest and largest value of all runs, the nominal one included, in the unit of the output, each of
-    shape (samples,)."""
     intervals: dict[str, Interval]
-    """Interval of each parameter by name [SI units]."""
     parameters: Array
-    """Parameters of the runs [SI units], shape (runs, parameters); by crank angle a row for each
-    revolution."""
     runs: Array
-    """Values of the runs in the unit of the output, shape (runs, samples); by crank angle a row for each
-    revolution, those of the nominal run last."""
     surrogate: Surrogate | None
-    """The polynomial behind the bounds; None without one."""
     verdict: Verdict
-    """``"resolved"``: a polynomial follows the response, so that its sensitivities and worst cases are those
-    of the response. ``"not resolved"``: it does not, or nothing tells. ``"calibrated"``: the band is bounded
-    as a whole, with the coverage below, but no derivative in the parameters exists at this number of runs.
-    ``"certified"``: its mean coverage is proved.
-    ``"undersampled"``: the coverage asked for was not reached. ``"sampled"``: the extremes of the runs, an
-    inner bound."""
     margin: Margin
-    """What the band was made from."""
     coverage: float = math.nan
-    """Share of the samples of a run that is in the band made without it, mean over the runs [-]; of a
-    certified band what is proved; NaN where it was not measured."""
     whole_run: float = math.nan
-    """Probability that a further run at random parameters is in the band throughout [-]; NaN where nothing
-    may be promised."""
     angle: Array | None = field(default=None, metadata=unit("rad"))
-    """Crank angle of the samples [rad], shape (samples,); None for a band over time."""
 
     def __repr__(self) -> str:
         return f"<Band of {self.name}: {len(self.t)} samples, largest width {self.max_width:.6g}>"

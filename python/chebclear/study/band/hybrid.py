@@ -121,18 +121,27 @@ def uniform(lower: float, upper: float) -> Uniform:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class QuantileBand(records.ArrayRecord):
-    """A band that holds an output with a probability, whatever the parameters known as intervals are."""
+    """A band that holds an output with a probability, whatever the parameters known as intervals are.
+
+    Attributes
+    ----------
+    t : Array
+        Instants [s], shape (samples,).
+    lower : Array
+        Lower bound in the unit of the output, shape (samples,).
+    upper : Array
+        Upper bound in the unit of the output, shape (samples,).
+    probability : float
+        Least probability of the output to be between them, at each instant [-].
+    statement : str
+        What the band promises, in words.
+    """
 
     t: Array = field(metadata=unit("s"))
-    """Instants [s], shape (samples,)."""
     lower: Array
-    """Lower bound in the unit of the output, shape (samples,)."""
     upper: Array
-    """Upper bound in the unit of the output, shape (samples,)."""
     probability: float
-    """Least probability of the output to be between them, at each instant [-]."""
     statement: str
-    """What the band promises, in words."""
 
     def __str__(self) -> str:
         return self.statement

@@ -16,17 +16,25 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RestraintZones(records.ArrayRecord):
-    """Where clearance hardly moves a sensitivity: the paper's clearance effect restraint zones."""
+    """Where clearance hardly moves a sensitivity: the paper's clearance effect restraint zones.
+
+    Attributes
+    ----------
+    deviation : Array
+        Sensitivity minus that without clearance, in its unit, shape (samples,).
+    envelope : Array
+        Running maximum of the absolute deviation, shape (samples,).
+    threshold : float
+        What the envelope is compared with.
+    spans : list[tuple[float, float]]
+        First and last abscissa of every stretch on which the envelope is under the threshold; seconds, or
+        whatever the zones were made over.
+    """
 
     deviation: Array
-    """Sensitivity minus that without clearance, in its unit, shape (samples,)."""
     envelope: Array
-    """Running maximum of the absolute deviation, shape (samples,)."""
     threshold: float
-    """What the envelope is compared with."""
     spans: list[tuple[float, float]]
-    """First and last abscissa of every stretch on which the envelope is under the threshold; seconds, or
-    whatever the zones were made over."""
 
     def __repr__(self) -> str:
         return f"<RestraintZones: {len(self.spans)} spans>"

@@ -76,26 +76,37 @@ class Effects(records.ArrayRecord):
 
     The parameters are taken to be uniform and independent. The shares are of the variance of the feature in
     one cycle of one run.
+
+    Attributes
+    ----------
+    degree : int
+        Total degree of the polynomial, chosen by leave-one-out [-].
+    deviation : float
+        Standard deviation of the feature over the box in its unit.
+    main : dict[str, Estimate]
+        Share of each parameter alone [-].
+    interactions : Estimate
+        Share of parameters together [-].
+    scatter : Estimate
+        Share that no parameter explains [-]: impacts that fall differently at every point of the box.
+        Without scatter it is what a polynomial of this degree misses, and its interval reaches down to 0.
+    monotone : dict[str, str]
+        ``"rises"`` or ``"falls"`` with a parameter everywhere in the box, for those of which that is
+        certain; of the mean, where there is scatter.
+    mean : float
+        Mean of the feature over the box in its unit.
+    swings : dict[str, Swing]
+        What the ends of the interval of each parameter make of the mean.
     """
 
     degree: int
-    """Total degree of the polynomial, chosen by leave-one-out [-]."""
     deviation: float
-    """Standard deviation of the feature over the box in its unit."""
     main: dict[str, Estimate]
-    """Share of each parameter alone [-]."""
     interactions: Estimate
-    """Share of parameters together [-]."""
     scatter: Estimate
-    """Share that no parameter explains [-]: impacts that fall differently at every point of the box. Without
-    scatter it is what a polynomial of this degree misses, and its interval reaches down to 0."""
     monotone: dict[str, str]
-    """``"rises"`` or ``"falls"`` with a parameter everywhere in the box, for those of which that is certain;
-    of the mean, where there is scatter."""
     mean: float
-    """Mean of the feature over the box in its unit."""
     swings: dict[str, Swing]
-    """What the ends of the interval of each parameter make of the mean."""
 
 
 class _Fit(NamedTuple):

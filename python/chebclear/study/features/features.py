@@ -58,26 +58,38 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
     """The features of all runs of a study: ``table["peak"]`` is the `FeatureResult` of that name.
 
     A mapping from the names of the features; `values` is the array of all of them, as in pandas.
+
+    Attributes
+    ----------
+    names : tuple[str, ...]
+        Names of the features.
+    values : Array
+        In the units of the features, shape (runs, cycles, features).
+    nominal : Array
+        Those of the run at the midpoint of all intervals, shape (cycles, features).
+    intervals : dict[str, Interval]
+        Interval of each parameter by name [SI units].
+    parameters : Array
+        Parameters of the runs [SI units], shape (runs, parameters).
+    random : bool
+        Whether the runs are spread at random over the box, so that one may speak of a further run.
+    normal : tuple[str, ...]
+        Parameters that were given as normal distributions; the runs spread them evenly nevertheless.
+    units : tuple[str, ...]
+        SI unit of each feature, empty where it is not known; empty if none is.
+    failed : int
+        Further runs that failed and are not among these [-].
     """
 
     names: tuple[str, ...]
-    """Names of the features."""
     values: Array = field()  # type: ignore[assignment] # an array, as in pandas, not the method of a mapping
-    """In the units of the features, shape (runs, cycles, features)."""
     nominal: Array
-    """Those of the run at the midpoint of all intervals, shape (cycles, features)."""
     intervals: dict[str, Interval]
-    """Interval of each parameter by name [SI units]."""
     parameters: Array
-    """Parameters of the runs [SI units], shape (runs, parameters)."""
     random: bool
-    """Whether the runs are spread at random over the box, so that one may speak of a further run."""
     normal: tuple[str, ...] = ()
-    """Parameters that were given as normal distributions; the runs spread them evenly nevertheless."""
     units: tuple[str, ...] = ()
-    """SI unit of each feature, empty where it is not known; empty if none is."""
     failed: int = 0
-    """Further runs that failed and are not among these [-]."""
 
     @classmethod
     def of_file(
@@ -124,26 +136,39 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FeatureResult(records.ArrayRecord):
-    """One feature over the box of parameters."""
+    """One feature over the box of parameters.
+
+    Attributes
+    ----------
+    name : str
+        Name of the feature.
+    values : Array
+        In the unit of the feature, shape (runs, cycles).
+    nominal : Array
+        At the midpoint of all intervals, shape (cycles,).
+    intervals : dict[str, Interval]
+        Interval of each parameter by name [SI units].
+    parameters : Array
+        Parameters of the runs [SI units], shape (runs, parameters).
+    random : bool
+        Whether the runs are spread at random over the box.
+    normal : tuple[str, ...]
+        Parameters that were given as normal distributions; effects take them as uniform.
+    unit : str
+        SI unit of the feature; empty if it is not known.
+    failed : int
+        Further runs that failed; they count as outside [-].
+    """
 
     name: str
-    """Name of the feature."""
     values: Array
-    """In the unit of the feature, shape (runs, cycles)."""
     nominal: Array
-    """At the midpoint of all intervals, shape (cycles,)."""
     intervals: dict[str, Interval]
-    """Interval of each parameter by name [SI units]."""
     parameters: Array
-    """Parameters of the runs [SI units], shape (runs, parameters)."""
     random: bool
-    """Whether the runs are spread at random over the box."""
     normal: tuple[str, ...] = ()
-    """Parameters that were given as normal distributions; effects take them as uniform."""
     unit: str = ""
-    """SI unit of the feature; empty if it is not known."""
     failed: int = 0
-    """Further runs that failed; they count as outside [-]."""
 
     def __repr__(self) -> str:
         runs, cycles = self.values.shape
@@ -234,21 +259,30 @@ class FeatureResult(records.ArrayRecord):
 
 @dataclass(frozen=True, repr=False)
 class FeatureInterval(Shown):
-    """How far a feature reaches over the box."""
+    """How far a feature reaches over the box.
+
+    Attributes
+    ----------
+    lower : float
+        Lower end in the unit of the feature.
+    upper : float
+        Upper end in the unit of the feature.
+    verdict : Literal['resolved', 'sampled']
+        ``"resolved"``: the range of a polynomial in the parameters that follows the feature, with its
+        error. ``"sampled"``: the extremes of the runs; the feature may reach further between them.
+    coverage : float
+        Share of the runs, with all their cycles, that are in the interval made from the others in ten parts
+        [-].
+    whole_run : float
+        Probability that a further run at random parameters is in the interval with all its cycles, without
+        further assumption [-]; NaN for runs on a grid.
+    """
 
     lower: float
-    """Lower end in the unit of the feature."""
     upper: float
-    """Upper end in the unit of the feature."""
     verdict: Literal["resolved", "sampled"]
-    """``"resolved"``: the range of a polynomial in the parameters that follows the feature, with its error.
-    ``"sampled"``: the extremes of the runs; the feature may reach further between them."""
     coverage: float
-    """Share of the runs, with all their cycles, that are in the interval made from the others in ten parts
-    [-]."""
     whole_run: float
-    """Probability that a further run at random parameters is in the interval with all its cycles, without
-    further assumption [-]; NaN for runs on a grid."""
 
 
 def find_interval(points: Array, values: Array, nominal: Array, random: bool) -> FeatureInterval:

@@ -16,16 +16,24 @@ _HELPFUL = 0.1
 
 @dataclass(frozen=True, repr=False)
 class Rank(Shown):
-    """What one parameter does to a feature."""
+    """What one parameter does to a feature.
+
+    Attributes
+    ----------
+    parameter : str
+        Name of the parameter.
+    narrowing : Estimate
+        By what part the interval of the feature narrows when that of the parameter is halved [-].
+    share : Estimate
+        Share of the variance that the parameter alone explains [-].
+    monotone : str | None
+        ``"rises"`` or ``"falls"`` where that is certain.
+    """
 
     parameter: str
-    """Name of the parameter."""
     narrowing: Estimate
-    """By what part the interval of the feature narrows when that of the parameter is halved [-]."""
     share: Estimate
-    """Share of the variance that the parameter alone explains [-]."""
     monotone: str | None
-    """``"rises"`` or ``"falls"`` where that is certain."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -33,18 +41,26 @@ class Ranking:
     """Which tolerance to tighten: the parameters by what halving their interval does to a feature.
 
     ``print(ranking)`` shows the table and what it says; `rows` are the bars of a tornado chart.
+
+    Attributes
+    ----------
+    feature : str
+        Name of the feature.
+    rows : tuple[Rank, ...]
+        The parameters, the most effective first.
+    interactions : Estimate
+        Share of the variance of parameters together [-].
+    scatter : Estimate
+        Share of the variance that no parameter explains [-].
+    normal : tuple[str, ...]
+        Parameters that were given as normal distributions and are taken as uniform over their intervals.
     """
 
     feature: str
-    """Name of the feature."""
     rows: tuple[Rank, ...]
-    """The parameters, the most effective first."""
     interactions: Estimate
-    """Share of the variance of parameters together [-]."""
     scatter: Estimate
-    """Share of the variance that no parameter explains [-]."""
     normal: tuple[str, ...] = ()
-    """Parameters that were given as normal distributions and are taken as uniform over their intervals."""
 
     def __repr__(self) -> str:
         return "\n".join(shortened(str(self).splitlines()))

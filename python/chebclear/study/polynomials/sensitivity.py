@@ -16,14 +16,21 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class VarianceShares(records.ArrayRecord):
-    """Shares of the parameters in the variance of an output (Sobol'), if uniform and independent."""
+    """Shares of the parameters in the variance of an output (Sobol'), if uniform and independent.
+
+    Attributes
+    ----------
+    variance : Array
+        Variance in the squared unit of the output, shape (samples,).
+    main : dict[str, Array]
+        Share of each parameter on its own [-], shape (samples,); 0 where nothing varies.
+    total : dict[str, Array]
+        Share of each parameter with all its interactions [-], shape (samples,).
+    """
 
     variance: Array
-    """Variance in the squared unit of the output, shape (samples,)."""
     main: dict[str, Array]
-    """Share of each parameter on its own [-], shape (samples,); 0 where nothing varies."""
     total: dict[str, Array]
-    """Share of each parameter with all its interactions [-], shape (samples,)."""
 
     def __repr__(self) -> str:
         return f"<VarianceShares of {listed(self.main, most=4)}, uniform distributions assumed>"

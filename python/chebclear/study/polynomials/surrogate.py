@@ -60,20 +60,30 @@ MOST_RANGE_DEGREE = 30
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PolynomialRange(records.ArrayRecord):
-    """The range of a polynomial over its box, for every instant; arrays of shape (samples,)."""
+    """The range of a polynomial over its box, for every instant; arrays of shape (samples,).
+
+    Attributes
+    ----------
+    lower : Array
+        Certified lower bound in the unit of the output.
+    upper : Array
+        Certified upper bound in the unit of the output.
+    attained_lower : Array
+        Smallest value found in the unit of the output; the polynomial takes it, to rounding.
+    attained_upper : Array
+        Largest value found in the unit of the output.
+    lowest_at : dict[str, Array]
+        Where the smallest value is taken: values of each parameter [SI units].
+    highest_at : dict[str, Array]
+        Where the largest value is taken: values of each parameter [SI units].
+    """
 
     lower: Array
-    """Certified lower bound in the unit of the output."""
     upper: Array
-    """Certified upper bound in the unit of the output."""
     attained_lower: Array
-    """Smallest value found in the unit of the output; the polynomial takes it, to rounding."""
     attained_upper: Array
-    """Largest value found in the unit of the output."""
     lowest_at: dict[str, Array]
-    """Where the smallest value is taken: values of each parameter [SI units]."""
     highest_at: dict[str, Array]
-    """Where the largest value is taken: values of each parameter [SI units]."""
 
     def __repr__(self) -> str:
         return f"<PolynomialRange: {len(self.lower)} samples>"
@@ -85,14 +95,20 @@ class Surrogate(records.ArrayRecord):
 
     It is fitted to values at the nodes and stands for the response only as far as the response is smooth in
     the parameters.
+
+    Attributes
+    ----------
+    intervals : dict[str, Interval]
+        Interval of each parameter by name [SI units].
+    degrees : tuple[int, ...]
+        Degree in each parameter [-].
+    terms : Array
+        Plain coefficients in the unit of the output, shape (terms, samples); last parameter fastest.
     """
 
     intervals: dict[str, Interval]
-    """Interval of each parameter by name [SI units]."""
     degrees: tuple[int, ...]
-    """Degree in each parameter [-]."""
     terms: Array
-    """Plain coefficients in the unit of the output, shape (terms, samples); last parameter fastest."""
 
     @classmethod
     def fit(

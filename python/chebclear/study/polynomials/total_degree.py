@@ -126,21 +126,21 @@ class TotalDegree(Surrogate):
 
     def evaluate(self, values: Mapping[str, ArrayLike]) -> Array:
         """The polynomial at physical values of all parameters; see `Band.evaluate`."""
-        points, shape = self._normalised(values)
+        points, shape = self._normalized(values)
         basis = _core.total_degree_basis(np.ascontiguousarray(points), self.degrees[0])
         return (basis @ self.terms).reshape(*shape, self.terms.shape[1])
 
     def derivative(
-        self, parameter: str, *, normalised: bool = False, at: Mapping[str, ArrayLike] | None = None
+        self, parameter: str, *, normalized: bool = False, at: Mapping[str, ArrayLike] | None = None
     ) -> Array:
         """Derivative with respect to one parameter; see `Band.sensitivity`."""
         axis = self._axis(parameter)
         if at is None:
             at = {name: side.midpoint for name, side in self.intervals.items()}
-        points, shape = self._normalised(at)
+        points, shape = self._normalized(at)
         basis = _slopes(points, axis, self.degrees[0])
         slope = (basis @ self.terms).reshape(*shape, self.terms.shape[1])
-        return slope if normalised else slope / self.intervals[parameter].half_width
+        return slope if normalized else slope / self.intervals[parameter].half_width
 
 
 def _slopes(points: Array, axis: int, degree: int) -> Array:

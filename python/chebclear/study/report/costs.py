@@ -27,32 +27,47 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StudyTradeoffPoint(records.ArrayRecord):
-    """What one way of bounding costs and delivers; widths are relative to those of the reference."""
+    """What one way of bounding costs and delivers; widths are relative to those of the reference.
+
+    Attributes
+    ----------
+    bounds : str
+        ``"interval"``: Eq. (31). ``"polynomial"``: the certified range of the polynomial. ``"sampled"``:
+        extremes of the same runs. ``"scan"``: extremes of equally spaced runs. ``"band"``: calibrated on
+        held-out runs. ``"certified"``: with a proof.
+    degree : int | None
+        Degree in every parameter [-]; None without polynomials on Chebyshev roots.
+    points : int
+        Nodes or points of every parameter [-]; of a band its runs.
+    runs : int
+        Simulations, the nominal one included [-].
+    stages : int
+        Stages of the integrator in all runs together [-].
+    seconds : float
+        Time of the runs and the bounds on this machine with the threads of the study [s].
+    status : str
+        ``"done"``, or the word for why one of the runs failed.
+    width_error : Array
+        Relative error of the width, mean over time [-], shape (outputs,): positive if too wide.
+    containment : Array
+        Share of the samples of the hold-out runs that are within the bounds [-], shape (outputs,).
+    escape : Array
+        Largest distance of a hold-out run from the bounds over the largest width [-], shape (outputs,).
+    fit_error : Array
+        Largest error of the polynomial at the hold-out runs over the largest width [-]; NaN without one.
+    """
 
     bounds: str
-    """``"interval"``: Eq. (31). ``"polynomial"``: the certified range of the polynomial. ``"sampled"``:
-    extremes of the same runs. ``"scan"``: extremes of equally spaced runs. ``"band"``: calibrated on held-out
-    runs. ``"certified"``: with a proof."""
     degree: int | None
-    """Degree in every parameter [-]; None without polynomials on Chebyshev roots."""
     points: int
-    """Nodes or points of every parameter [-]; of a band its runs."""
     runs: int
-    """Simulations, the nominal one included [-]."""
     stages: int
-    """Stages of the integrator in all runs together [-]."""
     seconds: float = field(metadata=unit("s"))
-    """Time of the runs and the bounds on this machine with the threads of the study [s]."""
     status: str
-    """``"done"``, or the word for why one of the runs failed."""
     width_error: Array
-    """Relative error of the width, mean over time [-], shape (outputs,): positive if too wide."""
     containment: Array
-    """Share of the samples of the hold-out runs that are within the bounds [-], shape (outputs,)."""
     escape: Array
-    """Largest distance of a hold-out run from the bounds over the largest width [-], shape (outputs,)."""
     fit_error: Array
-    """Largest error of the polynomial at the hold-out runs over the largest width [-]; NaN without one."""
 
     def __str__(self) -> str:
         if self.bounds in ("band", "certified"):
@@ -83,23 +98,33 @@ class StudyTradeoff(records.ArrayRecord, Exports):
     """Accuracy against cost of the bounds of a study.
 
     The reference is what all runs together reach: an inner bound, which `reference_change` judges.
+
+    Attributes
+    ----------
+    outputs : tuple[str, ...]
+        Names of the outputs.
+    points : tuple[StudyTradeoffPoint, ...]
+        What was measured; settings that failed are in it.
+    holdout : int
+        Number of hold-out runs: random points and corners [-].
+    reference_runs : int
+        Number of runs behind the reference [-].
+    reference_width : Array
+        Mean width of the reference over time in the unit of each output, shape (outputs,).
+    reference_change : Array
+        How much narrower half of these runs is, drawn at random [-], shape (outputs,): large if the runs
+        are too few to know the range.
+    warnings : tuple[str, ...]
+        What the user was warned of in the hold-out runs.
     """
 
     outputs: tuple[str, ...]
-    """Names of the outputs."""
     points: tuple[StudyTradeoffPoint, ...]
-    """What was measured; settings that failed are in it."""
     holdout: int
-    """Number of hold-out runs: random points and corners [-]."""
     reference_runs: int
-    """Number of runs behind the reference [-]."""
     reference_width: Array
-    """Mean width of the reference over time in the unit of each output, shape (outputs,)."""
     reference_change: Array
-    """How much narrower half of these runs is, drawn at random [-], shape (outputs,): large if the runs are
-    too few to know the range."""
     warnings: tuple[str, ...]
-    """What the user was warned of in the hold-out runs."""
 
     def __repr__(self) -> str:
         return f"<StudyTradeoff: {len(self.points)} settings, {listed(self.outputs, most=4)}>"
