@@ -13,18 +13,27 @@ _BASE, _TWICE = 150_000_000, 1.3
 
 @dataclass(frozen=True)
 class Plan:
-    """What a study will cost on this machine, or with this executor."""
+    """What a study will cost on this machine, or with this executor.
+
+    Attributes
+    ----------
+    runs : int
+        Simulations, the nominal one included [-].
+    seconds : float
+        Time until the result is there [s].
+    memory : float
+        Memory [bytes].
+    disk : float
+        What a store of these runs takes [bytes].
+    probes : int
+        Runs that were simulated to find out [-].
+    """
 
     runs: int
-    """Simulations, the nominal one included [-]."""
     seconds: float = field(metadata=unit("s"))
-    """Time until the result is there [s]."""
-    memory: float
-    """Memory [bytes]."""
-    disk: float
-    """What a store of these runs takes [bytes]."""
+    memory: float = field(metadata=unit("bytes"))
+    disk: float = field(metadata=unit("bytes"))
     probes: int
-    """Runs that were simulated to find out [-]."""
 
     def __str__(self) -> str:
         return (

@@ -136,7 +136,7 @@ class Means:
     """Whether runs that fail are left out or raise."""
     run_seconds: float | None = field(default=None, metadata=unit("s"))
     """Time after which a run, or a call for it, is given up [s]."""
-    max_seconds: float | None = None
+    max_seconds: float | None = field(default=None, metadata=unit("s"))
     """Time after which no further runs are begun [s]."""
 
 
