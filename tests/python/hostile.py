@@ -101,7 +101,7 @@ def mutated(value: Any, chance: random.Random) -> Any:
             holder.insert(last, copy.deepcopy(holder[last]))
         elif act == 2 and isinstance(holder, dict):
             holder[chance.choice([f"{last}x", last[:-1] or "q", "", "é", "a" * 300])] = holder.pop(last)
-        elif act == 3 and isinstance(holder[last], int | float) and not isinstance(holder[last], bool):
+        elif act == 3 and isinstance(holder[last], float):
             holder[last] = holder[last] * chance.choice([-1, 1e-12, 1e12, 1e300, 0, float("nan")])
         else:
             holder[last] = copy.deepcopy(chance.choice(NASTY))

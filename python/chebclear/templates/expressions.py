@@ -44,7 +44,7 @@ CONSTANTS = {"pi": math.pi}
 
 # Neither quotes, brackets of lists, comments nor anything that looks like a letter and is none.
 _LETTERS = frozenset(string.ascii_letters + string.digits + "_ .,+-*/()")
-_ARGUMENTS = {"atan2": (2, 2), "hypot": (1, 8), "max": (1, 8), "min": (1, 8)}
+_ARGUMENTS = {"atan2": (2, 2), "hypot": (1, 8), "max": (2, 8), "min": (2, 8)}
 _BINARY: dict[type[ast.operator], Callable[[float, float], float]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,

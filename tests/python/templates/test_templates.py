@@ -75,6 +75,11 @@ def test_expressions_compute_what_python_computes():
         assert parse(text).evaluate(values) == eval(text, {"max": max, **known, **values})
 
 
+def test_the_least_of_one_number_is_refused():
+    with pytest.raises(ExpressionError, match="min takes 2 to 8 arguments, got 1"):
+        parse("min(2)")
+
+
 def test_an_error_says_where():
     with pytest.raises(ExpressionError, match='unknown name "lenth"; did you mean "length"') as caught:
         parse("mass * lenth").evaluate({"mass": 1.0, "length": 2.0})
