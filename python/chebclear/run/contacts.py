@@ -48,9 +48,9 @@ class Events(Rows[Event]):
     ----------
     time : Array
         When [s].
-    joint : NDArray[np.str_]
+    joint : ndarray of str
         Name of the clearance joint.
-    kind : NDArray[np.str_]
+    kind : ndarray of str
         ``"onset"``, ``"separation"``, or ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0.
     normal_velocity : Array
         Penetration rate at that instant [m/s].
@@ -113,7 +113,7 @@ class Contacts(Rows[Contact]):
 
     Attributes
     ----------
-    joint : NDArray[np.str_]
+    joint : ndarray of str
         Name of the clearance joint.
     onset : Array
         When journal and bearing touched [s].
