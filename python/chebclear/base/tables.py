@@ -25,11 +25,13 @@ def format_number(value: float, digits: int = 3) -> str:
     --------
     >>> format_number(0.07803), format_number(14.23, 4), format_number(3.0e-7), format_number(float("nan"))
     ('0.0780', '14.23', '3.00e-07', '-')
+    >>> format_number(-0.0)
+    '0'
     """
     if math.isnan(value):
         return "-"
     if value == 0.0 or math.isinf(value):
-        return f"{value:g}"
+        return f"{value + 0.0:g}"  # no "-0"
     scientific = f"{value:.{digits - 1}e}"
     exponent = int(scientific.partition("e")[2])  # after rounding: 9.999 to two digits is 10
     if not -4 <= exponent < 6:
