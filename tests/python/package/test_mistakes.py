@@ -5,6 +5,7 @@ import dataclasses
 import math
 import os
 import pickle
+import re
 import sys
 
 import chebclear as cc
@@ -167,15 +168,19 @@ def test_a_plot_over_another_column_shows_it_too():
 
 
 def test_a_damaged_file(tmp_path):
-    file = cc.simulate(MECHANISMS.slider_crank(), duration=1e-4, samples=201).save(tmp_path / "run")
+    run = cc.simulate(MECHANISMS.slider_crank(), duration=1e-4, samples=201)
+    file = run.save(tmp_path / "run")
     whole = file.read_bytes()
     for start in range(0, len(whole), max(1, len(whole) // 60)):
         damaged = bytearray(whole)
         for index in range(start, min(start + 40, len(whole))):
             damaged[index] ^= 0x5A
         file.write_bytes(damaged)
-        with pytest.raises(ValueError, match=r"damaged|not written by chebclear"):
-            cc.Trajectory.load(file)
+        try:
+            # Bytes that no reader looks at, such as dates of an archive, may be anything.
+            assert cc.Trajectory.load(file) == run
+        except ValueError as error:
+            assert re.search(r"damaged|not written by chebclear", str(error))
         file.write_bytes(whole[:start])
         with pytest.raises(ValueError, match=r"damaged|not written by chebclear"):
             cc.Trajectory.load(file)
