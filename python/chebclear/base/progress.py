@@ -10,6 +10,9 @@ from contextlib import contextmanager
 Report = Callable[[float, float], None]
 """Takes what is done and what there is to do in all, in the same unit."""
 
+Progress = Callable[[int, int], None]
+"""Takes the runs done and the runs in all: what users give as ``progress=`` where there are many runs."""
+
 PAUSE = 10.0
 """Time between two lines of a log [s]; what takes less leaves none."""
 
@@ -34,6 +37,18 @@ def bar(label: str, unit: str) -> Iterator[Report]:
             shown.update(done - shown.n)
 
         yield report
+
+
+@contextmanager
+def reporter(progress: bool | Progress | None, label: str) -> Iterator[Progress | None]:
+    """What to call with the runs done and the runs in all while the block runs, if anything."""
+    if callable(progress):
+        yield progress
+    elif progress:
+        with bar(label, "runs") as report:
+            yield report
+    else:
+        yield None
 
 
 class _Lines:

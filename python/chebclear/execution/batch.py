@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.progress import Progress
 from ..errors import ChebclearError
 from ..run.settings import Settings
-from .dispatch import Progress, Task, dispatch
+from .dispatch import Task, dispatch
 from .pieces import DONE, NOT_BEGUN, STATS, End, Order, Piece, code_version
 from .store import Store, run_key
 

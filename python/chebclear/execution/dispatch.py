@@ -7,7 +7,7 @@ import os
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -24,9 +24,8 @@ from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
+from ..base.progress import Progress
 from .pieces import Order, Piece, simulate_order
-
-Progress = Callable[[int, int], None]
 
 # Time that a piece should take [s]: long against sending it, which takes a few milliseconds, and short enough
 # that little is lost with a worker and all stop soon after an interrupt. It grows to one part in 200 of the

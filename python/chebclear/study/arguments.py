@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ..base.arguments import Checks, did_you_mean
-from ..base.progress import bar
 from ..scene.scene import Interval
 from .band.hybrid import Normal, Uniform
 from .runs import MOST_NODES, MOST_RUNS
-
-Progress = Callable[[int, int], None]
 
 MAX_RUNS = 20_000
 """Runs that a call starts without being asked for more [-]: a minute or two of the paper's mechanism."""
@@ -109,15 +105,3 @@ def check_keywords(checks: Checks, build: object, intervals: Iterable[str], fixe
     for name in needed:
         if name not in given:
             checks.add(f'build needs a value for "{name}": give it in parameters or fixed')
-
-
-@contextmanager
-def reporter(progress: bool | Progress | None) -> Iterator[Progress | None]:
-    """What to call with the runs done and the runs in all, if anything."""
-    if callable(progress):
-        yield progress
-    elif progress:
-        with bar("study", "runs") as report:
-            yield report
-    else:
-        yield None

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..base import files as records
 from ..base.arguments import Checks
-from ..base.progress import is_request
+from ..base.progress import Progress, is_request, reporter
 from ..base.units import unit
 from ..data.dataset import Dataset, Variable
 from ..data.exports import Exports
@@ -23,7 +23,7 @@ from ..run.settings import MAX_EVENTS, MAX_STEPS, Settings
 from ..run.simulation import run_scene
 from ..scene.columns import column_unit
 from ..scene.scene import ClearanceRevolute, Scene
-from .arguments import Progress, check_keywords, checked_fixed, reporter
+from .arguments import check_keywords, checked_fixed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -275,7 +275,7 @@ def _simulated(
         return np.where(run.success, run[output], np.nan)
 
     rows = []
-    with ThreadPoolExecutor(threads) as pool, reporter(progress) as report:
+    with ThreadPoolExecutor(threads) as pool, reporter(progress, "study") as report:
         try:
             for done, row in enumerate(pool.map(one, range(len(scenes))), start=1):
                 rows.append(row)

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.progress import Progress, reporter
 from ..errors import SceneError, describe
 from ..execution.failures import count_failed, located
 from ..run.settings import Settings
 from ..run.tracking import settling_time
 from ..scene.scene import Interval, Scene
-from .arguments import Progress, reporter
 from .band.hybrid import Normal, Uniform
 from .band.judgment import doubts, early_widths, told_holes
 from .features.features import Asked, FeatureTable, units_of
@@ -140,7 +140,7 @@ class Runner:
             made = self.model.runs(points, midpoint=midpoint)
         else:
             assert self.model is not None, "what is not simulated comes from a model"
-            with reporter(self.progress) as report:
+            with reporter(self.progress, "study") as report:
                 made = self.model.runs(points, midpoint=midpoint, report=report)
         seconds = time.perf_counter() - start
         kept = np.arange(len(points))
@@ -152,7 +152,7 @@ class Runner:
         making = Making(
             self.scene, self.intervals, points, settings, self.features, self.means, rtol, midpoint
         )
-        with reporter(self.progress) as report:
+        with reporter(self.progress, "study") as report:
             return making.run(report)
 
     def scene(self, parameters: dict[str, float]) -> Scene:

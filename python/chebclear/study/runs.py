@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
+from ..base.progress import Progress
 from ..base.units import unit
 from ..errors import ChebclearWarning, InputError, Problem, SceneError, SettingsError, SimulationError
 from ..execution.batch import Batch, Built
-from ..execution.dispatch import Progress
 from ..execution.failures import FailedRun, located, told_failures
 from ..execution.limited import LimitedCalls, TimeLimitError
 from ..execution.pieces import NOT_BEGUN, SCENE, SETTINGS, TIME_LIMIT, End, stats_of
@@ -182,7 +182,7 @@ class Making:
     means : Means
         Where and how.
     rtol : float
-        Relative tolerance of the study [-], which single analyzes replace.
+        Relative tolerance of the study [-], which single analyses replace.
     midpoint : bool
         Whether the run at the midpoint is simulated too, as the last one.
     """

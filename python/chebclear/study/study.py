@@ -10,13 +10,12 @@ from typing import Any, Unpack
 from numpy.typing import ArrayLike
 
 from ..base.arguments import Checks
-from ..base.progress import is_request
+from ..base.progress import Progress, is_request
 from ..execution.plan import Plan
 from ..run.features import Feature
 from ..run.settings import MOST_CYCLES, RunOptions, Settings, checked_names, with_settings
 from ..scene.scene import Interval, Scene
 from .arguments import (
-    Progress,
     check_keywords,
     checked_fixed,
     checked_intervals,

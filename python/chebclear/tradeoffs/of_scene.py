@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
-from ..base.progress import bar, is_request
+from ..base.progress import Progress, is_request, reporter
 from ..errors import SimulationError
 from ..run.accuracy import chaos_horizon, output_ranges
 from ..run.settings import (
@@ -38,7 +37,6 @@ from .result import Tradeoff as Tradeoff
 MOST_MEASURED_STEPS = 1_000_000
 
 Array = NDArray[np.float64]
-Progress = Callable[[int, int], None]
 
 RTOLS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 REFERENCE_RTOL = 1e-12
@@ -156,7 +154,7 @@ def tradeoff(
         dataclasses.replace(settings, method=method, rtol=rtol) for method in names for rtol in tolerances
     ]
     total = 2 + count * len(choices)
-    with _reporter(progress) as report:
+    with reporter(progress, "tradeoff") as report:
         done = iter(range(1, total + 1))
 
         def run(choice: Settings) -> tuple[Trajectory, float]:
@@ -251,14 +249,3 @@ def _require_success(run: Trajectory) -> None:
         error = SimulationError(run.status, run.end_time, run.joint, message=message)
         error.trajectory = run
         raise error
-
-
-@contextmanager
-def _reporter(progress: bool | Progress | None) -> Iterator[Callable[[int, int], None] | None]:
-    if callable(progress):
-        yield progress
-    elif progress:
-        with bar("tradeoff", "runs") as report:
-            yield report
-    else:
-        yield None
