@@ -75,6 +75,18 @@ def save(
     return path
 
 
+def with_default_suffix(path: str | os.PathLike[str], suffix: str) -> Path:
+    """A path as it is given, with a suffix where it has none.
+
+    Examples
+    --------
+    >>> with_default_suffix("run", ".csv").name, with_default_suffix("run.txt", ".csv").name
+    ('run.csv', 'run.txt')
+    """
+    path = Path(path)
+    return path if path.suffix else path.with_suffix(suffix)
+
+
 @contextmanager
 def replaced(path: Path) -> Iterator[Path]:
     """A new file that takes the place of a path when the block ends without an exception.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,9 +15,10 @@ if TYPE_CHECKING:
     import xarray
 
 
-class Exports:
+class Exports(ABC):
     """Base of results that other programs can read."""
 
+    @abstractmethod
     def dataset(self) -> Dataset:
         """The result as named arrays with units: what all the exports are made from.
 
@@ -24,7 +26,6 @@ class Exports:
         -------
         Dataset
         """
-        raise NotImplementedError
 
     def to_dict(self) -> dict[str, Any]:
         """The table of the result by column, the axis first, as `to_csv` and `to_dataframe` have it.
@@ -108,6 +109,3 @@ class Exports:
             If SciPy is not installed.
         """
         return matlab.to_mat(self.dataset(), path)
-
-
-__all__ = ["Exports"]

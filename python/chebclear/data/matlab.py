@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.files import replaced
+from ..base.files import replaced, with_default_suffix
 from .dataset import Dataset
 from .needed import needed
 
@@ -44,8 +44,7 @@ def matlab_name(word: str) -> str:
 def to_mat(data: Dataset, path: str | os.PathLike[str]) -> Path:
     """Write everything of a dataset; see `Exports.to_mat`."""
     io = needed("scipy.io", "to_mat")
-    path = Path(path)
-    path = path if path.suffix else path.with_suffix(".mat")
+    path = with_default_suffix(path, ".mat")
     everything = structures(
         {name: _as_matlab(variable.values) for name, variable in data.variables.items()}, taken=_OURS
     )

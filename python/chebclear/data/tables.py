@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..base.files import replaced
+from ..base.files import replaced, with_default_suffix
 from .dataset import Dataset
 from .needed import needed
 
@@ -17,8 +17,7 @@ if TYPE_CHECKING:
 
 def to_csv(data: Dataset, path: str | os.PathLike[str]) -> Path:
     """Write the table of a dataset; see `Exports.to_csv`."""
-    path = Path(path)
-    path = path if path.suffix else path.with_suffix(".csv")
+    path = with_default_suffix(path, ".csv")
     table = data.table()
     head = [f"{name} [{data.unit(name)}]" if data.unit(name) else name for name in table]
     with replaced(path) as beside, beside.open("w", newline="", encoding="utf-8") as file:

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..base.files import replaced
+from ..base.files import replaced, with_default_suffix
 from .document import Block, Document, Items, Listing, Picture, Section, Table, Text, Verdict
 from .pictures import embedded
 
@@ -87,8 +87,7 @@ def write(document: Document, path: str | os.PathLike[str]) -> Path:
     Path
         The file written.
     """
-    path = Path(path)
-    path = path if path.suffix else path.with_suffix(".html")
+    path = with_default_suffix(path, ".html")
     text = as_html(document)
     with replaced(path) as beside:
         beside.write_text(text, encoding="utf-8")

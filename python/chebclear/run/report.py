@@ -15,6 +15,7 @@ from ..base.files import package_version
 from ..base.prefixes import format_quantity, format_range
 from ..base.units import units
 from ..plots.drawing.scene import plot_scene
+from ..plots.subjects import RunLike
 from ..report.document import Document, Items, Listing, Picture, Section, Table
 from ..scene.columns import column_unit
 from ..scene.scene import ClearanceRevolute, Scene
@@ -29,34 +30,21 @@ MOST_PICTURES = 6
 """Outputs that are drawn if the user does not say which [-]."""
 
 
-class ReportedRun(Protocol):
+class ReportedRun(RunLike, Protocol):
     """What is asked of a `Trajectory`, which has the report as a method and so may not be imported."""
 
-    @property
-    def t(self) -> Array: ...
-    @property
-    def columns(self) -> tuple[str, ...]: ...
     @property
     def contacts(self) -> Any: ...
     @property
     def stats(self) -> Any: ...
     @property
-    def status(self) -> str: ...
-    @property
-    def success(self) -> bool: ...
-    @property
     def message(self) -> str: ...
-    @property
-    def end_time(self) -> float: ...
     @property
     def warnings(self) -> tuple[str, ...]: ...
     @property
     def settings(self) -> Settings: ...
     @property
-    def scene(self) -> Scene: ...
-    @property
     def error(self) -> Any: ...
-    def __getitem__(self, column: str) -> Array: ...
     def peak(self, output: str) -> Any: ...
     def lowest(self, output: str) -> Any: ...
     def plot(self, columns: str, *, ax: Any = None) -> Any: ...
@@ -279,16 +267,3 @@ def settings_in_script(settings: Settings) -> dict[str, Any]:
 def warnings_section(warnings: Sequence[str]) -> list[Section]:
     """What the user was warned of, if anything."""
     return [Section("Warnings", [Items(list(warnings))])] if warnings else []
-
-
-__all__ = [
-    "costs_table",
-    "mechanism_picture",
-    "outputs_to_show",
-    "reproduction",
-    "run_document",
-    "run_script",
-    "settings_in_script",
-    "version_fact",
-    "warnings_section",
-]

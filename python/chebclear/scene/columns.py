@@ -2,40 +2,40 @@
 
 from __future__ import annotations
 
-# SI unit of a column, by the last part of its name.
-_UNITS = {
-    "x": "m",
-    "y": "m",
-    "angle": "rad",
-    "vx": "m/s",
-    "vy": "m/s",
-    "angular_velocity": "rad/s",
-    "ax": "m/s²",
-    "ay": "m/s²",
-    "angular_acceleration": "rad/s²",
-    "eccentricity_x": "m",
-    "eccentricity_y": "m",
-    "eccentricity": "m",
-    "penetration": "m",
-    "penetration_rate": "m/s",
-    "sliding_velocity": "m/s",
-    "normal_force": "N",
-    "friction_force": "N",
-    "contact": "-",
-    "torque": "N m",
-    "force": "N",
-    "power": "W",
-    "reaction_x": "N",
-    "reaction_y": "N",
-    "reaction_torque": "N m",
-    "displacement": "m",
-    "velocity": "m/s",
-    "acceleration": "m/s²",
-    "length": "m",
-    "lengthening": "m/s",
-    "impact_loss": "J",
-    "friction_loss": "J",
-    "wear": "N m",
+# SI unit of a column and what it is in words, before the name of its owner, by the last part of its name.
+_COLUMNS = {
+    "x": ("m", "x position of"),
+    "y": ("m", "y position of"),
+    "angle": ("rad", "angle of"),
+    "vx": ("m/s", "x velocity of"),
+    "vy": ("m/s", "y velocity of"),
+    "angular_velocity": ("rad/s", "angular velocity of"),
+    "ax": ("m/s²", "x acceleration of"),
+    "ay": ("m/s²", "y acceleration of"),
+    "angular_acceleration": ("rad/s²", "angular acceleration of"),
+    "eccentricity_x": ("m", "x eccentricity in"),
+    "eccentricity_y": ("m", "y eccentricity in"),
+    "eccentricity": ("m", "eccentricity in"),
+    "penetration": ("m", "penetration in"),
+    "penetration_rate": ("m/s", "penetration rate in"),
+    "sliding_velocity": ("m/s", "sliding velocity in"),
+    "normal_force": ("N", "normal force in"),
+    "friction_force": ("N", "friction force in"),
+    "contact": ("-", "contact in"),
+    "torque": ("N m", "torque of"),
+    "force": ("N", "force of"),
+    "power": ("W", "power of"),
+    "reaction_x": ("N", "x reaction in"),
+    "reaction_y": ("N", "y reaction in"),
+    "reaction_torque": ("N m", "reaction torque in"),
+    "displacement": ("m", "displacement in"),
+    "velocity": ("m/s", "velocity in"),
+    "acceleration": ("m/s²", "acceleration in"),
+    "length": ("m", "length of"),
+    "lengthening": ("m/s", "lengthening rate of"),
+    "impact_loss": ("J", "impact loss in"),
+    "friction_loss": ("J", "friction loss in"),
+    "wear": ("N m", "wear integral of"),
 }
 
 
@@ -59,44 +59,9 @@ def column_unit(name: str) -> str:
     """
     if name.startswith("energy."):  # the only owner of that name
         return "J"
-    return _UNITS.get(name.rpartition(".")[2], "")
+    return _COLUMNS.get(name.rpartition(".")[2], ("", ""))[0]
 
 
-# What a column is, in words, by the last part of its name; the owner follows.
-_WORDS = {
-    "x": "x position of",
-    "y": "y position of",
-    "angle": "angle of",
-    "vx": "x velocity of",
-    "vy": "y velocity of",
-    "angular_velocity": "angular velocity of",
-    "ax": "x acceleration of",
-    "ay": "y acceleration of",
-    "angular_acceleration": "angular acceleration of",
-    "eccentricity_x": "x eccentricity in",
-    "eccentricity_y": "y eccentricity in",
-    "eccentricity": "eccentricity in",
-    "penetration": "penetration in",
-    "penetration_rate": "penetration rate in",
-    "sliding_velocity": "sliding velocity in",
-    "normal_force": "normal force in",
-    "friction_force": "friction force in",
-    "contact": "contact in",
-    "torque": "torque of",
-    "force": "force of",
-    "power": "power of",
-    "reaction_x": "x reaction in",
-    "reaction_y": "y reaction in",
-    "reaction_torque": "reaction torque in",
-    "displacement": "displacement in",
-    "velocity": "velocity in",
-    "acceleration": "acceleration in",
-    "length": "length of",
-    "lengthening": "lengthening rate of",
-    "impact_loss": "impact loss in",
-    "friction_loss": "friction loss in",
-    "wear": "wear integral of",
-}
 _ENERGIES = {
     "kinetic": "kinetic energy",
     "potential": "potential energy",
@@ -131,9 +96,9 @@ def column_words(name: str) -> str:
     owner, _, quantity = name.rpartition(".")
     if owner == "energy" and quantity in _ENERGIES:
         return _ENERGIES[quantity]
-    if not owner or quantity not in _WORDS:
+    if not owner or quantity not in _COLUMNS:
         return plain_words(name)
-    return f"{_WORDS[quantity]} {plain_words(owner)}"
+    return f"{_COLUMNS[quantity][1]} {plain_words(owner)}"
 
 
 def plain_words(name: str) -> str:
