@@ -81,12 +81,12 @@ from .study.band.hybrid import Normal, QuantileBand, Uniform, normal, uniform
 from .study.band.zones import RestraintZones, restraint_zones
 from .study.bifurcation import Bifurcation, bifurcation
 from .study.comparison import BoundErrors, Comparison, compare
+from .study.costs import StudyTradeoff, StudyTradeoffPoint
 from .study.features.effects import Effects, Estimate, Swing
 from .study.features.features import FeatureInterval, FeatureResult, FeatureTable
 from .study.features.ranking import Rank, Ranking
 from .study.polynomials.sensitivity import VarianceShares
 from .study.polynomials.surrogate import PolynomialRange, Surrogate
-from .study.report.costs import StudyTradeoff, StudyTradeoffPoint
 from .study.results import StudyResult
 from .study.study import Study
 from .templates.reader import load, loads

@@ -23,9 +23,9 @@ from .arguments import (
     per_parameter,
 )
 from .band.worst import WorstCase, predicted_extremes
+from .costs import StudyTradeoff
 from .models.finished import FinishedRuns
 from .polynomials.surrogate import MOST_RANGE_DEGREE, BoundKind, chebyshev_grid, tensor_grid
-from .report.costs import StudyTradeoff
 from .results import StudyResult
 from .runner import Runner
 from .runs import MOST_NODES, MOST_RUNS, Runs

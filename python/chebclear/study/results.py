@@ -30,11 +30,11 @@ from .band.band import Band
 from .band.calibrated import Demand, calibrated_bands, statement
 from .band.judgment import judged
 from .band.worst import WorstCase
-from .dataset import study_dataset
 from .features.features import FeatureResult, FeatureTable
 from .features.ranking import Ranking
 from .polynomials.holes import fit_holes
 from .polynomials.surrogate import BoundKind, Surrogate
+from .report.dataset import study_dataset
 from .report.document import study_document, verdict_table
 from .report.summary import summary
 

@@ -17,8 +17,8 @@ from ..errors import SimulationError
 from . import sampled
 from .band.band import Band
 from .band.calibrated import certifying_runs
+from .costs import StudyTradeoff, StudyTradeoffPoint
 from .polynomials.surrogate import MOST_RANGE_DEGREE, chebyshev_grid, tensor_grid
-from .report.costs import StudyTradeoff, StudyTradeoffPoint
 from .results import StudyResult
 from .runner import Runner
 from .runs import MOST_NODES, MOST_RUNS

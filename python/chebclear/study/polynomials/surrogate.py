@@ -7,7 +7,7 @@ are keywords with physical values; arrays have time on their last axis.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -236,9 +236,8 @@ class Surrogate(records.ArrayRecord):
         ValueError
             If the parameter is unknown.
         """
-        axis = self._axis(parameter)
-        slopes = _core.chebyshev_derivative(self.terms, list(self.degrees), axis)
-        return Surrogate(self.intervals, self.degrees, slopes / self.intervals[parameter].half_width)
+        slopes = self._slopes(self._axis(parameter)) / self.intervals[parameter].half_width
+        return replace(self, terms=slopes)
 
     def frozen(self, parameter: str) -> Surrogate:
         """The polynomial with one parameter at its midpoint, in which it then has degree 0.
@@ -283,11 +282,13 @@ class Surrogate(records.ArrayRecord):
         axis = self._axis(parameter)
         if at is None:
             at = {name: side.midpoint for name, side in self.intervals.items()}
-        points, shape = self._normalized(at)
-        slopes = _core.chebyshev_derivative(self.terms, list(self.degrees), axis)
-        slope = self._at(slopes, points, shape)
+        slope = self._at(self._slopes(axis), *self._normalized(at))
         # Eq. (33) is the slope in the normalized variable; Eq. (32) needs it per physical unit.
         return slope if normalized else slope / self.intervals[parameter].half_width
+
+    def _slopes(self, axis: int) -> Array:
+        """Terms of the derivative in the variable that runs from -1 to 1 over an interval."""
+        return _core.chebyshev_derivative(self.terms, list(self.degrees), axis)
 
     def _at(self, terms: Array, points: Array, shape: tuple[int, ...]) -> Array:
         values = _core.chebyshev_evaluate(terms, list(self.degrees), np.ascontiguousarray(points))

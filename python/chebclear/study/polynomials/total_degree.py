@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ... import _core
 from ...scene.scene import Interval
@@ -89,9 +89,7 @@ class TotalDegree(Surrogate):
         found = _core.total_degree_ranges(self.terms, len(self.degrees), self.degrees[0], threads)
         return self._physical_range(found)
 
-    def slope(self, parameter: str) -> Surrogate:
-        """The derivative with respect to one parameter, as a polynomial; see `Surrogate.slope`."""
-        axis = self._axis(parameter)
+    def _slopes(self, axis: int) -> Array:
         exponents, number = self._numbers()
         terms = np.zeros_like(self.terms)
         for term, c in zip(exponents, self.terms, strict=True):
@@ -99,7 +97,7 @@ class TotalDegree(Surrogate):
             for m in range(term[axis] - 1, -1, -2):
                 lower = (*term[:axis], m, *term[axis + 1 :])
                 terms[number[lower]] += (1.0 if m == 0 else 2.0) * term[axis] * c
-        return TotalDegree(self.intervals, self.degrees, terms / self.intervals[parameter].half_width)
+        return terms
 
     def frozen(self, parameter: str) -> Surrogate:
         """The polynomial with one parameter at its midpoint, on which it then does not depend."""
@@ -124,35 +122,6 @@ class TotalDegree(Surrogate):
             "here: its tensor of coefficients would be too large"
         )
 
-    def evaluate(self, values: Mapping[str, ArrayLike]) -> Array:
-        """The polynomial at physical values of all parameters; see `Band.evaluate`."""
-        points, shape = self._normalized(values)
+    def _at(self, terms: Array, points: Array, shape: tuple[int, ...]) -> Array:
         basis = _core.total_degree_basis(np.ascontiguousarray(points), self.degrees[0])
-        return (basis @ self.terms).reshape(*shape, self.terms.shape[1])
-
-    def derivative(
-        self, parameter: str, *, normalized: bool = False, at: Mapping[str, ArrayLike] | None = None
-    ) -> Array:
-        """Derivative with respect to one parameter; see `Band.sensitivity`."""
-        axis = self._axis(parameter)
-        if at is None:
-            at = {name: side.midpoint for name, side in self.intervals.items()}
-        points, shape = self._normalized(at)
-        basis = _slopes(points, axis, self.degrees[0])
-        slope = (basis @ self.terms).reshape(*shape, self.terms.shape[1])
-        return slope if normalized else slope / self.intervals[parameter].half_width
-
-
-def _slopes(points: Array, axis: int, degree: int) -> Array:
-    """Derivatives of all terms with respect to one variable, shape (points, terms)."""
-    exponents = np.array(_core.total_degree_exponents(points.shape[1], degree))
-    values = np.polynomial.chebyshev.chebvander(points, degree)
-    slopes = np.zeros_like(values[:, axis])
-    for n in range(1, degree + 1):
-        series = np.polynomial.chebyshev.chebder(np.eye(degree + 1)[n])
-        slopes[:, n] = np.polynomial.chebyshev.chebval(points[:, axis], series)
-    values[:, axis] = slopes
-    product = np.ones((len(points), len(exponents)))
-    for other in range(points.shape[1]):
-        product *= values[:, other, exponents[:, other]]
-    return product
+        return (basis @ terms).reshape(*shape, terms.shape[1])

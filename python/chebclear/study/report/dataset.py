@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.dataset import Dataset, Variable
-from ..scene.columns import column_unit
-from .band.band import Band
+from ...data.dataset import Dataset, Variable
+from ...scene.columns import column_unit
+from ..band.band import Band
 
 Array = NDArray[np.float64]
 

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base import files as records
-from ...base.arguments import Checks
-from ...base.shown import listed, spoken
-from ...base.tables import format_number, format_table, markdown_table
-from ...base.units import unit
-from ...data.dataset import Dataset, numbered
-from ...data.exports import Exports
-from ...run.trajectory import column_index
+from ..base import files as records
+from ..base.arguments import Checks
+from ..base.shown import listed, spoken
+from ..base.tables import format_number, format_table, markdown_table
+from ..base.units import unit
+from ..data.dataset import Dataset, numbered
+from ..data.exports import Exports
+from ..run.trajectory import column_index
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -279,7 +279,7 @@ class StudyTradeoff(records.ArrayRecord, Exports):
         -------
         Axes
         """
-        from ...plots import costs as plot_costs
+        from ..plots import costs as plot_costs
 
         if output is not None:
             column_index(self.outputs, output)
