@@ -7,7 +7,7 @@ import json
 import math
 import os
 from collections.abc import Sequence, ValuesView
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, overload
 
@@ -28,12 +28,11 @@ from ..run.trajectory import Stats, column_index
 from ..scene.scene import Interval, Scene
 from .band.band import Band
 from .band.calibrated import Demand, calibrated_bands, statement
-from .band.judgment import judged
+from .band.gridded import grid_bands
 from .band.worst import WorstCase
 from .features.features import FeatureResult, FeatureTable
 from .features.ranking import Ranking
-from .polynomials.holes import fit_holes
-from .polynomials.surrogate import BoundKind, Surrogate
+from .polynomials.surrogate import BoundKind
 from .report.dataset import study_dataset
 from .report.document import study_document, verdict_table
 from .report.summary import summary
@@ -362,62 +361,17 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             The remaining fields.
         """
         facts["nominal_parameters"] = at = nominal_parameters
+        facts |= {"bounds": bounds, "demand": demand, "failures": failures}
         if demand is not None:
             bands = calibrated_bands(t, outputs, values, intervals, parameters, demand, threads, at)
-            return cls(
-                "certify" if demand.certified else "band",
-                bands,
-                degrees=None,
-                nodes=(),
-                bounds=bounds,
-                demand=demand,
-                failures=failures,
-                **facts,
-            )
-        bands = {}
-        holes = None
-        if degrees is not None and failures:
-            holes = fit_holes(nodes, degrees, [one.index for one in failures])
-        lowest, highest = values.min(axis=0), values.max(axis=0)
-        for index, name in enumerate(outputs):
-            runs = grid = values[:-1, :, index]
-            surrogate = None
-            if degrees is not None:
-                if holes is not None:
-                    grid = holes.filled(runs)
-                surrogate = Surrogate.fit(intervals, nodes, degrees, grid)
-                if not np.all(np.isfinite(surrogate.terms)):
-                    raise ValueError(f"{name} is not finite in every run: no polynomial can be fitted to it")
-                if holes is not None:
-                    surrogate = replace(
-                        surrogate, terms=np.where(holes.dropped[:, None], 0.0, surrogate.terms)
-                    )
-            if surrogate is None:
-                lower, upper = runs.min(axis=0), runs.max(axis=0)
-            else:
-                lower, upper = surrogate.bounds(bounds, threads)
-            hull = lowest[:, index], highest[:, index]
-            nominal = values[-1, :, index]
-            width = float(np.mean(hull[1] - hull[0]))
-            verdict, margin = judged(surrogate, nodes, grid, nominal, width, nominal_parameters, holes)
-            bands[name] = Band(
-                name=name,
-                t=t,
-                lower=lower,
-                upper=upper,
-                nominal=nominal,
-                hull=hull,
-                intervals=intervals,
-                parameters=parameters,
-                runs=runs,
-                surrogate=surrogate,
-                verdict=verdict,
-                margin=margin,
-            )
-        kind = kind or ("scan" if degrees is None else "chebyshev")
-        return cls(
-            kind=kind, bands=bands, degrees=degrees, nodes=nodes, bounds=bounds, failures=failures, **facts
+            kind = "certify" if demand.certified else "band"
+            return cls(kind, bands, degrees=None, nodes=(), **facts)
+        missing = [one.index for one in failures]
+        bands = grid_bands(
+            t, outputs, values, intervals, parameters, degrees, nodes, bounds, threads, at, missing
         )
+        kind = kind or ("scan" if degrees is None else "chebyshev")
+        return cls(kind, bands, degrees=degrees, nodes=nodes, **facts)
 
     def dataset(self) -> Dataset:
         """Bands, runs, parameters and features as named arrays with units; see `Exports`.

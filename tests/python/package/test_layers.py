@@ -52,6 +52,8 @@ RUST_ROOMS = [
 CHAPTERS = {"study": ["polynomials", "band", "features", "models", "report"]}
 MOST_FILES = 12
 """Files of a Python room or chapter, besides the one that says what it is for."""
+MOST_LINES = 500
+"""Lines of a file, in either language."""
 
 USES_CORE = {"scene", "run", "execution", "study"}
 USES_MATPLOTLIB = {"plots", "report", "paper", "tradeoffs", "cli"}
@@ -135,6 +137,12 @@ def test_tests_stand_in_folders_named_after_rooms():
         names = {folder.name for folder in folders if folder.name != "__pycache__"}
         assert names <= set(rooms), names - set(rooms)
     assert not list((ROOT / "tests" / "python").glob("test_*.py"))
+
+
+def test_files_are_short():
+    files = [*python_files(), *CRATE.rglob("*.rs")]
+    long = {path.name for path in files if len(path.read_text(encoding="utf-8").splitlines()) > MOST_LINES}
+    assert not long
 
 
 def module_of(name, modules):

@@ -1,0 +1,102 @@
+"""Bands of runs on a grid: the range of a polynomial that was fitted to them, or their extremes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...scene.scene import Interval
+from ..polynomials.holes import fit_holes
+from ..polynomials.surrogate import BoundKind, Surrogate
+from .band import Band
+from .judgment import judged
+
+Array = NDArray[np.float64]
+
+
+def grid_bands(
+    t: Array,
+    outputs: Sequence[str],
+    values: Array,
+    intervals: dict[str, Interval],
+    parameters: Array,
+    degrees: tuple[int, ...] | None,
+    nodes: tuple[int, ...],
+    bounds: BoundKind,
+    threads: int | None,
+    at: Array | None,
+    missing: Sequence[int],
+) -> dict[str, Band]:
+    """The bands of all outputs.
+
+    Parameters
+    ----------
+    t : ndarray, shape (samples,)
+        Instants [s].
+    outputs : sequence of str
+        Names of the outputs.
+    values : ndarray, shape (runs + 1, samples, outputs)
+        All outputs of all runs in their units, the nominal run last.
+    intervals : dict of str to Interval
+        Interval of each parameter [SI units].
+    parameters : ndarray, shape (runs, parameters)
+        Parameters of the runs [SI units].
+    degrees : tuple of int or None
+        Degrees to fit [-]; None takes the extremes of the runs as bounds.
+    nodes : tuple of int
+        Number of nodes or points of each parameter [-].
+    bounds : {"range", "eq31"}
+        How polynomials are bounded, see `Surrogate.bounds`.
+    threads : int or None
+        Threads for the ranges [-]; all processors if None.
+    at : ndarray or None
+        Parameters of the nominal run [SI units]; the midpoints if None.
+    missing : sequence of int
+        Numbers of the runs of the grid that are not among the values.
+
+    Raises
+    ------
+    ValueError
+        If an output is not finite, or too few runs are left for a polynomial.
+    """
+    holes = None if degrees is None or not missing else fit_holes(nodes, degrees, missing)
+    lowest, highest = values.min(axis=0), values.max(axis=0)
+    bands = {}
+    for index, name in enumerate(outputs):
+        runs = grid = values[:-1, :, index]
+        nominal = values[-1, :, index]
+        surrogate = None
+        if degrees is not None:
+            if holes is not None:
+                grid = holes.filled(runs)
+            surrogate = Surrogate.fit(intervals, nodes, degrees, grid)
+            if not np.all(np.isfinite(surrogate.terms)):
+                raise ValueError(f"{name} is not finite in every run: no polynomial can be fitted to it")
+            if holes is not None:
+                kept = np.where(holes.dropped[:, None], 0.0, surrogate.terms)
+                surrogate = replace(surrogate, terms=kept)
+        if surrogate is None:
+            lower, upper = runs.min(axis=0), runs.max(axis=0)
+        else:
+            lower, upper = surrogate.bounds(bounds, threads)
+        hull = lowest[:, index], highest[:, index]
+        width = float(np.mean(hull[1] - hull[0]))
+        verdict, margin = judged(surrogate, nodes, grid, nominal, width, at, holes)
+        bands[name] = Band(
+            name=name,
+            t=t,
+            lower=lower,
+            upper=upper,
+            nominal=nominal,
+            hull=hull,
+            intervals=intervals,
+            parameters=parameters,
+            runs=runs,
+            surrogate=surrogate,
+            verdict=verdict,
+            margin=margin,
+        )
+    return bands
