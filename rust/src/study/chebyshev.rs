@@ -49,6 +49,12 @@ impl GridError {
     }
 }
 
+impl From<rayon::ThreadPoolBuildError> for GridError {
+    fn from(error: rayon::ThreadPoolBuildError) -> Self {
+        Self::new(format!("threads cannot be started: {error}"))
+    }
+}
+
 /// Tensor polynomials of the same degrees, one for every column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Polynomials<'a> {

@@ -7,5 +7,6 @@ pub mod bounds;
 mod branch_and_bound;
 pub mod chebyshev;
 pub mod points;
+mod pool;
 pub mod range;
 pub mod sweep;

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use crate::study::bernstein::{Axis, LANES, Lanes, MOST_DEGREE};
 use crate::study::branch_and_bound::{End, Polynomial, Search};
 use crate::study::chebyshev::{GridError, Polynomials};
+use crate::study::pool::{private_pool, thread_count};
 use crate::study::sweep::Monitor;
 
 /// Coefficients that a task of one thread takes at least, and columns that it takes at most.
@@ -111,18 +112,12 @@ pub fn watched_ranges(
         ranges.boxes = std::mem::take(&mut workspace.search.boxes);
         Some(ranges)
     };
-    // More threads than blocks would only wait.
-    let processors = std::thread::available_parallelism().map_or(1, usize::from);
-    let count = threads.unwrap_or(processors).clamp(1, starts.len());
+    let count = thread_count(threads, starts.len());
     let blocks: Option<Vec<Ranges>> = if count == 1 {
         let mut workspace = Workspace::default();
         starts.into_iter().map(|start| task(&mut workspace, start)).collect()
     } else {
-        // A pool of its own, as for sweeps: the global one would not survive a fork.
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(count)
-            .build()
-            .map_err(|error| GridError::new(format!("threads cannot be started: {error}")))?;
+        let pool = private_pool(count)?;
         pool.install(|| starts.into_par_iter().map_init(Workspace::default, task).collect())
     };
     Ok(blocks.map(|blocks| {
@@ -158,13 +153,18 @@ impl Ranges {
     }
 
     /// Appends the range of one more column; a value found is inside its bounds.
-    fn push(&mut self, lower: f64, upper: f64, lowest: &End, highest: &End) {
+    pub(in crate::study) fn push(
+        &mut self,
+        [lower, upper]: [f64; 2],
+        [lowest, highest]: [f64; 2],
+        [lowest_at, highest_at]: [&[f64]; 2],
+    ) {
         self.lower.push(lower);
         self.upper.push(upper);
-        self.attained_lower.push(lowest.attained.max(lower));
-        self.attained_upper.push(highest.attained.min(upper));
-        self.lowest_at.extend(&lowest.at);
-        self.highest_at.extend(&highest.at);
+        self.attained_lower.push(lowest.max(lower));
+        self.attained_upper.push(highest.min(upper));
+        self.lowest_at.extend(lowest_at);
+        self.highest_at.extend(highest_at);
     }
 }
 
@@ -305,7 +305,11 @@ impl Workspace {
                 lowest.attained = -lowest.attained;
                 (-bottom, top)
             };
-            ranges.push(lower.max(least), upper.min(most), lowest, highest);
+            ranges.push(
+                [lower.max(least), upper.min(most)],
+                [lowest.attained, highest.attained],
+                [&lowest.at, &highest.at],
+            );
         }
     }
 }

@@ -13,6 +13,7 @@ use crate::integrators::Status;
 use crate::mechanism::compiled::Mechanism;
 use crate::run::trajectory::{Settings, Trajectory, check, columns, record};
 use crate::scene::reader::read_scene;
+use crate::study::pool::{private_pool, thread_count};
 
 /// Mechanisms that are simulated with the same settings.
 pub struct Sweep<'s> {
@@ -41,13 +42,7 @@ impl<'s> Sweep<'s> {
         monitor: Monitor,
     ) -> Result<Option<Sweep<'s>>, InputError> {
         settings.check()?;
-        // More threads than runs would only wait.
-        let processors = std::thread::available_parallelism().map_or(1, usize::from);
-        let count = threads.unwrap_or(processors).clamp(1, scenes.len().max(1));
-        // A pool of its own: the global one would not survive a fork, and its size is the user's.
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(count)
-            .build()
+        let pool = private_pool(thread_count(threads, scenes.len()))
             .map_err(|error| Subject::Settings.error("threads", format!("cannot be started: {error}")))?;
         let checked = |text: &String| {
             let mechanism = Mechanism::compile(&read_scene(text)?)?;

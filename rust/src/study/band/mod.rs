@@ -14,6 +14,7 @@ pub mod sparse_range;
 use rayon::prelude::*;
 
 use crate::study::chebyshev::GridError;
+use crate::study::pool::{private_pool, thread_count};
 use crate::study::sweep::Monitor;
 use calibrate::{Demand, HeldOut};
 use candidates::{Calibrated, Runs, calibrated};
@@ -196,21 +197,17 @@ fn gather(table: &Table<'_>, rows: usize, output: usize) -> Vec<f64> {
     column
 }
 
-/// `work` for every output, in order, on threads of a private pool: the global one would not survive a fork.
+/// `work` for every output, in order, on threads of a private pool.
 fn in_parallel<T: Send>(
     outputs: usize,
     threads: Option<usize>,
     work: impl Fn(usize) -> Option<T> + Send + Sync,
 ) -> Result<Option<Vec<T>>, GridError> {
-    let processors = std::thread::available_parallelism().map_or(1, usize::from);
-    let count = threads.unwrap_or(processors).clamp(1, outputs.max(1));
+    let count = thread_count(threads, outputs);
     if count == 1 {
         return Ok((0..outputs).map(work).collect());
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(count)
-        .build()
-        .map_err(|error| GridError::new(format!("threads cannot be started: {error}")))?;
+    let pool = private_pool(count)?;
     Ok(pool.install(|| (0..outputs).into_par_iter().with_max_len(1).map(work).collect()))
 }
 

@@ -9,8 +9,7 @@
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap};
 
-use rayon::prelude::*;
-
+use super::in_parallel;
 use super::regression::{exponents, term_count};
 use crate::study::chebyshev::GridError;
 use crate::study::range::Ranges;
@@ -89,21 +88,11 @@ pub fn total_degree_ranges(
         let values = || coefficients.iter().skip(column).step_by(columns).copied().collect::<Vec<f64>>();
         monitor().then(|| search.range(&values()))
     };
-    let processors = std::thread::available_parallelism().map_or(1, usize::from);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.unwrap_or(processors).clamp(1, columns))
-        .build()
-        .map_err(|error| GridError::new(format!("threads cannot be started: {error}")))?;
-    let found: Option<Vec<[End; 2]>> = pool.install(|| (0..columns).into_par_iter().map(one).collect());
+    let found = in_parallel(columns, threads, one)?;
     Ok(found.map(|ends| {
         let mut ranges = Ranges::default();
         for [low, high] in ends {
-            ranges.lower.push(low.bound);
-            ranges.upper.push(high.bound);
-            ranges.attained_lower.push(low.attained);
-            ranges.attained_upper.push(high.attained);
-            ranges.lowest_at.extend(low.at);
-            ranges.highest_at.extend(high.at);
+            ranges.push([low.bound, high.bound], [low.attained, high.attained], [&low.at, &high.at]);
         }
         ranges
     }))
