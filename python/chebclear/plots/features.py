@@ -59,7 +59,7 @@ def plot_tornado(
     >>> study = cc.Study(
     ...     cc.mechanisms.slider_crank,
     ...     {"rod_length": cc.interval(0.12, rel=0.01)},
-    ...     outputs=["slider.x"],
+    ...     outputs=[],
     ...     features={"mean force": cc.mean("wrist.normal_force")},
     ...     duration=0.005,
     ...     samples=21,
@@ -165,7 +165,7 @@ def plot_shares(
     >>> study = cc.Study(
     ...     cc.mechanisms.slider_crank,
     ...     {"rod_length": cc.interval(0.12, rel=0.01)},
-    ...     outputs=["slider.x"],
+    ...     outputs=[],
     ...     features={"mean force": cc.mean("wrist.normal_force")},
     ...     duration=0.005,
     ...     samples=21,
@@ -210,7 +210,7 @@ def plot_ranking(ranking: RankingLike, *, ax: Axes | None = None, **bars: Any) -
     >>> study = cc.Study(
     ...     cc.mechanisms.slider_crank,
     ...     {"rod_length": cc.interval(0.12, rel=0.01)},
-    ...     outputs=["slider.x"],
+    ...     outputs=[],
     ...     features={"mean force": cc.mean("wrist.normal_force")},
     ...     duration=0.005,
     ...     samples=21,

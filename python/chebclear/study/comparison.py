@@ -132,7 +132,6 @@ def compare(
     ...     cc.mechanisms.slider_crank,
     ...     {"rod_length": cc.interval(0.12, rel=0.01)},
     ...     outputs=["slider.x"],
-    ...     features={"mean force": cc.mean("wrist.normal_force")},
     ...     duration=0.005,
     ...     samples=21,
     ...     skip=0.03,
