@@ -30,7 +30,7 @@ SAMPLES = 201
 ENERGIES = ("kinetic", "potential", "contact", "input", "impact_loss", "friction_loss")
 FAMILIES = ("driven", "held", "pendulum", "chain")
 METHODS = ("auto", "rodas5p", "rodas4", "dop853")
-STARTS = ("anywhere", "inner", "outer", "contact")  # at the dead centres of the crank, or in contact
+STARTS = ("anywhere", "inner", "outer", "contact")  # at the dead centers of the crank, or in contact
 GRAVITY = 9.81
 
 # Energy that a passive scene may gain: this many tolerances per onset, of the largest kinetic energy.

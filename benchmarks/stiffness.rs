@@ -31,9 +31,9 @@ const METHODS: [(&str, Method); 4] = [
 const TARGETS: [f64; 6] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
 /// References of two methods that are further apart than this are left out: too chaotic.
 const LARGEST_GAP: f64 = 1e-6;
-/// What a Jacobian and a factorisation cost in evaluations, for two or three degrees of freedom.
+/// What a Jacobian and a factorization cost in evaluations, for two or three degrees of freedom.
 const JACOBIAN: f64 = 2.0;
-const FACTORISATION: f64 = 0.5;
+const FACTORIZATION: f64 = 0.5;
 
 /// Scenes that are alike, and how one of them is run: error and work by method and tolerance.
 trait Ensemble {
@@ -158,7 +158,7 @@ fn measure(ensemble: &dyn Ensemble, method: Method, rtol: f64) -> Row {
         let (error, stats) = ensemble.run(index, method, rtol);
         let work = stats.evaluations as f64
             + JACOBIAN * stats.jacobians as f64
-            + FACTORISATION * stats.factorizations as f64;
+            + FACTORIZATION * stats.factorizations as f64;
         for (sum, value) in logarithms.iter_mut().zip([error.max(1e-15), stats.stages as f64, work]) {
             *sum += value.ln();
         }

@@ -37,6 +37,6 @@ for ax, name in zip(figure.subplots(2, 2).flat, result, strict=True):
     result[name].plot(ax=ax, runs=12)
 figure.savefig(folder / "torque_and_loads.png")
 
-# For the catalogue of a bearing maker, in print.
+# For the catalog of a bearing maker, in print.
 with cc.print_style(columns=1, format="pdf"):
     result["wrist.normal_force"].plot().figure.savefig(folder / "wrist_load")

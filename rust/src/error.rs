@@ -80,7 +80,7 @@ pub fn did_you_mean<'a>(wrong: &str, known: impl Iterator<Item = &'a str>) -> St
     let by_case = |name: &str| edit_distance(&wrong.to_lowercase(), &name.to_lowercase());
     let nearest = known.map(|name| (by_case(name), edit_distance(wrong, name), name)).min();
     match nearest {
-        // Up to half of the letters wrong is still recognisable; more is a different word.
+        // Up to half of the letters wrong is still recognizable; more is a different word.
         Some((distance, _, name)) if 2 * distance <= name.chars().count().max(wrong.chars().count()) => {
             format!("; did you mean {name:?}?")
         }

@@ -6,7 +6,7 @@
 //! scene -> tree -> dynamics -> mechanism -> integrators -> run -> study
 //! ```
 //!
-//! SI units and radians everywhere. Notation in the kernels: q, v, a generalised position,
+//! SI units and radians everywhere. Notation in the kernels: q, v, a generalized position,
 //! velocity, acceleration; e eccentricity, δ penetration, n normal, t tangent, χ hysteresis
 //! factor, φ constraint, γ its acceleration right-hand side; keys in brackets such as
 //! `[Xiang2020]` are resolved in REFERENCES.md.

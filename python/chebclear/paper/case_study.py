@@ -340,7 +340,7 @@ def escape_share(band: Band, scan: Band) -> float:
     """Share of the second revolution's samples at which a scan leaves the band by more than a trifle [-].
 
     The trifle is 1 % of the scan's largest interval length: with uncertain lengths Eq. (31) has no slack at
-    the dead centres, where escapes of some nanometres mean nothing.
+    the dead centers, where escapes of some nanometers mean nothing.
     """
     trifle = 0.01 * largest_width(scan)
     outside = (scan.lower < band.lower - trifle) | (scan.upper > band.upper + trifle)

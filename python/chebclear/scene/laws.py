@@ -111,7 +111,7 @@ class SmoothedCoulomb(Part):
     """Coulomb friction smoothed by a hyperbolic tangent, μ tanh(v / V).
 
     For dry contacts that slide faster than V most of the time: slower it creeps under load and never
-    sticks, and it knows no static friction. Source: a regularisation in common use, e.g. Andersson et al.
+    sticks, and it knows no static friction. Source: a regularization in common use, e.g. Andersson et al.
     (2007).
 
     Parameters

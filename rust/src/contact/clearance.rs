@@ -1,7 +1,7 @@
 //! Geometry and force of a revolute joint with clearance, section 2 of `[Xiang2020]`.
 //!
 //! The journal (radius R_J) turns inside the bearing (radius R_B = R_J + c). The eccentricity
-//! **e** points from the bearing's centre to the journal's, Eq. (1); the normal **n** = **e**/|**e**|
+//! **e** points from the bearing's center to the journal's, Eq. (1); the normal **n** = **e**/|**e**|
 //! and the tangent **t** (n turned by +90°) are Eq. (4).
 
 use crate::contact::friction::FrictionLaw;

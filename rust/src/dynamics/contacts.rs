@@ -6,7 +6,7 @@ use crate::contact::normal::Latch;
 use crate::tree::elements::ClearanceJoint;
 use crate::tree::kinematics::Vec2;
 
-/// Journal centre seen from the bearing centre.
+/// Journal center seen from the bearing center.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointMotion {
     /// Eccentricity e [m].
@@ -94,7 +94,7 @@ impl Dynamics<'_> {
         joint.law.evaluate(&self.contact_motion(joint), self.phases[index])
     }
 
-    /// Adds the generalised force of a contact.
+    /// Adds the generalized force of a contact.
     #[inline]
     pub(super) fn add_contact(&self, joint: &ClearanceJoint, phase: Phase, forces: &mut [f64]) {
         let state = joint.law.evaluate(&self.contact_motion(joint), phase);

@@ -1,4 +1,4 @@
-//! Springs, dampers, given forces and torques: generalised forces and their exact derivatives.
+//! Springs, dampers, given forces and torques: generalized forces and their exact derivatives.
 
 use super::Dynamics;
 use crate::numerics::dual::{Dual, Scalar};
@@ -24,7 +24,7 @@ fn force_of<S: Scalar>(link: &Link, e: [S; 2], rate: [S; 2]) -> [S; 2] {
 }
 
 impl Dynamics<'_> {
-    /// Adds the generalised forces of springs, dampers and given forces.
+    /// Adds the generalized forces of springs, dampers and given forces.
     #[inline]
     pub(super) fn add_forces(&self, forces: &mut [f64]) {
         let tree = self.tree;
@@ -48,7 +48,7 @@ impl Dynamics<'_> {
         }
     }
 
-    /// Adds the generalised force of a torque on the second frame and its reaction on the first.
+    /// Adds the generalized force of a torque on the second frame and its reaction on the first.
     fn add_couple(&self, frames: [usize; 2], torque: f64, forces: &mut [f64]) {
         for (frame, sign) in frames.into_iter().zip([-1.0, 1.0]) {
             for &(column, i) in &self.tree.paths[frame].free {

@@ -3,7 +3,7 @@
 //! For the coordinates at and above a frame all that hangs on it moves as one composite body
 //! `[Featherstone2008]`: an entry of the mass matrix is one term instead of a sum over the bodies, and
 //! the cost of a chain of n bodies grows with n² instead of n³. In the plane a composite body needs
-//! its mass centre, the motion of that, its moment of inertia and two scalars more.
+//! its mass center, the motion of that, its moment of inertia and two scalars more.
 
 use super::Dynamics;
 use crate::tree::elements::{FrameInertia, Tree};
@@ -14,15 +14,15 @@ use crate::tree::kinematics::{FrameState, Vec2};
 struct Composite {
     /// Mass [kg].
     mass: f64,
-    /// Moment of inertia about the mass centre [kg m²].
+    /// Moment of inertia about the mass center [kg m²].
     inertia: f64,
-    /// Mass centre [m].
+    /// Mass center [m].
     center: Vec2,
     /// Its velocity [m/s].
     velocity: Vec2,
     /// Its acceleration [m/s²].
     acceleration: Vec2,
-    /// Rate of the angular momentum about the mass centre [N m].
+    /// Rate of the angular momentum about the mass center [N m].
     moment: f64,
     /// Σ m (c - C)·(ċ - Ċ) over the bodies [kg m²/s]: zero for a single one.
     spread: f64,
@@ -33,7 +33,7 @@ struct Composite {
 struct Part {
     /// What sits on the frame itself.
     own: FrameInertia,
-    /// Its mass centre is the origin of the frame.
+    /// Its mass center is the origin of the frame.
     centered: bool,
     /// The parts that hang on the frame.
     merges: Vec<Merge>,
@@ -50,7 +50,7 @@ impl Part {
     /// what hangs on it.
     #[inline(always)]
     fn compose(&self, frame: &FrameState, bodies: &[Composite]) -> Composite {
-        // Sliders and what floats: their mass centre is the origin.
+        // Sliders and what floats: their mass center is the origin.
         let center = if self.centered { frame.origin() } else { frame.point(self.own.center) };
         let mut body = Composite {
             mass: self.mass,
@@ -211,12 +211,12 @@ impl Dynamics<'_> {
     ) {
         let frame = &self.states[column + 1];
         let (by, rotation) = self.column(other, body.center);
-        // Σ m B_other · a over the bodies of the composite, derived by the position of a column. With a body's centre at
+        // Σ m B_other · a over the bodies of the composite, derived by the position of a column. With a body's center at
         // r = C + s, Σ m s = 0, and acceleration A + α, Σ m α = 0, the column of a revolute coordinate is perp(C + s - p):
         //
         //   Σ m [∂B·a + B·∂a] = m [∂B(C)·A + B(C)·∂a(C)] + Σ m [perp(perp s)·α + perp(s)·perp(α)]
         //
-        // and the last sum vanishes, since perp(perp s)·α = -s·α and perp(s)·perp(α) = s·α: only the centre counts.
+        // and the last sum vanishes, since perp(perp s)·α = -s·α and perp(s)·perp(α) = s·α: only the center counts.
         let by_position = by.dot(&frame.acceleration_column(body.acceleration))
             + self.second_column(other, column, body.center).dot(&body.acceleration);
         let by_velocity = body.mass * by.dot(&frame.velocity_column(body.velocity))

@@ -12,7 +12,7 @@ const PROJECTIONS: usize = 20;
 /// size of a six-bar or quick return and 1.9 of its speed, 0.45 and 0.3 in the median.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// A pivot of the Schur complement relative to its diagonal below which the closures are
-/// dependent: a dead centre or change point, passed or approached to a few hundred roundings.
+/// dependent: a dead center or change point, passed or approached to a few hundred roundings.
 const SINGULAR_PIVOT: f64 = 1e-13;
 
 /// The closed loops, linear algebra of `[M Eᵀ; E 0]` by its Schur complement; all empty in a tree.

@@ -10,14 +10,14 @@
 //!
 //! Gravity is the acceleration of ground: in a ground that accelerates with -g every body
 //! feels g, at no cost in the loop. A clearance joint between journal and bearing with
-//! `E = ∂e/∂z` and `S = ∂spin/∂ż` contributes the generalised force `Eᵀ F + S F_t`, whatever the
+//! `E = ∂e/∂z` and `S = ∂spin/∂ż` contributes the generalized force `Eᵀ F + S F_t`, whatever the
 //! two bodies are.
 
 mod contacts;
 mod energy;
 mod forces;
 mod inertia;
-mod linearisation;
+mod linearization;
 mod loops;
 mod reactions;
 mod response;
@@ -25,8 +25,8 @@ mod response;
 pub use contacts::{JointContact, JointMotion, relative_motion};
 pub use energy::ContactLoss;
 use inertia::Composites;
-use linearisation::JointColumn;
-pub use linearisation::Linearisation;
+use linearization::JointColumn;
+pub use linearization::Linearization;
 pub use loops::Correction;
 use loops::Loops;
 pub use reactions::Wrench;
@@ -189,7 +189,7 @@ impl<'m> Dynamics<'m> {
         (frame.column(point), frame.rotation)
     }
 
-    /// Adds the generalised force of a force on point b and its reaction on point a, with moments.
+    /// Adds the generalized force of a force on point b and its reaction on point a, with moments.
     // In line: contacts do this at every evaluation, 1 % of a run.
     #[inline(always)]
     fn add_pair(

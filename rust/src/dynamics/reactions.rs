@@ -6,7 +6,7 @@
 
 use super::Dynamics;
 use crate::contact::clearance::Phase;
-use crate::tree::elements::Realisation;
+use crate::tree::elements::Realization;
 use crate::tree::kinematics::Vec2;
 
 /// A force and a moment.
@@ -50,7 +50,7 @@ impl Dynamics<'_> {
         });
         for &index in tree.tree_joints.iter().rev() {
             let joint = &tree.ideal_joints[index];
-            if let Realisation::Tree { child, sign, .. } = joint.realisation {
+            if let Realization::Tree { child, sign, .. } = joint.realization {
                 let carried = demands[child];
                 let parent = if sign > 0.0 { joint.bodies[0] } else { joint.bodies[1] };
                 if let Some(parent) = parent {
@@ -117,9 +117,9 @@ impl Dynamics<'_> {
     /// the joint's point on that body; after [`Dynamics::find_reactions`].
     pub fn reaction(&self, index: usize) -> Wrench {
         let joint = &self.tree.ideal_joints[index];
-        match joint.realisation {
-            Realisation::Cut(closure) => Wrench { force: self.closure_force(closure), moment: 0.0 },
-            Realisation::Tree { .. } => {
+        match joint.realization {
+            Realization::Cut(closure) => Wrench { force: self.closure_force(closure), moment: 0.0 },
+            Realization::Tree { .. } => {
                 let Wrench { force, moment } = self.reactions[index];
                 let point = self.point(joint.points[1]).position;
                 Wrench { force, moment: moment - point.perp(&force) }
@@ -132,9 +132,9 @@ impl Dynamics<'_> {
     pub fn drive_effort(&self, index: usize) -> f64 {
         let driven = &self.tree.driven[index];
         let Wrench { force, moment } = self.reaction(driven.joint);
-        match self.tree.ideal_joints[driven.joint].realisation {
+        match self.tree.ideal_joints[driven.joint].realization {
             // The axis of the frame has the sign of the joint.
-            Realisation::Tree { sign, .. } if !driven.is_angle => {
+            Realization::Tree { sign, .. } if !driven.is_angle => {
                 sign * self.states[driven.column + 1].axis.dot(&force)
             }
             _ => moment,
@@ -147,7 +147,7 @@ impl Dynamics<'_> {
             self.tree
                 .ideal_joints
                 .iter()
-                .any(|joint| matches!(joint.realisation, Realisation::Tree { child, .. } if child == body))
+                .any(|joint| matches!(joint.realization, Realization::Tree { child, .. } if child == body))
         };
         let mut sum = Wrench::default();
         for (body, demand) in self.demands.iter().enumerate() {

@@ -316,10 +316,10 @@ pub(super) const E5: [f64; STAGES + 1] = [
 
 /// A second error estimate of order 5, independent of the first: both vanish for polynomials, and
 /// seldom both at a kink. The first alone falls below a twentieth of the error for every tenth position of
-/// a kink within the step. The 13 slopes have four independent combinations that fulfil the order
+/// a kink within the step. The 13 slopes have four independent combinations that fulfill the order
 /// conditions up to order 5; this one keeps the ratio of error to estimate closest to 1 over kinks of
 /// t^1.5 and t² (95 % of them below 4.4) among those that make the estimate of smooth functions at most 1.5 times
-/// as large. It fulfils them to rounding: what remains is an error in proportion to the step, which tight
+/// as large. It fulfills them to rounding: what remains is an error in proportion to the step, which tight
 /// tolerances would notice.
 pub(super) const E5_OTHER: [f64; STAGES + 1] = [
     -0.025232620209235834,

@@ -192,7 +192,7 @@ impl EventFinder {
     }
 
     /// Whether a guard falls at the start of a piece and rises at its end. Where the rate is unknown, the
-    /// parabolas through neighbouring samples tell, and whether their bend reaches down to zero.
+    /// parabolas through neighboring samples tell, and whether their bend reaches down to zero.
     fn may_dip(&self, piece: usize, index: usize) -> bool {
         let guard = |sample: usize| self.samples[sample * self.count + index];
         let (left, right) = (guard(piece), guard(piece + 1));

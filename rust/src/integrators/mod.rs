@@ -1,5 +1,5 @@
 //! Integration of `q̈ = a(q, q̇, t)` with events. In: a system, a method, a start; out: a state at the end and the
-//! work done. Uses `numerics` and the form of a linearisation from `dynamics`.
+//! work done. Uses `numerics` and the form of a linearization from `dynamics`.
 //!
 //! The integrator knows no mechanism and no contact. A [`HybridSystem`] gives accelerations, their exact
 //! derivatives, guard functions whose zeros end the present phase, and the change of phase.
@@ -15,7 +15,7 @@ pub mod rosenbrock;
 mod stages;
 pub mod tableaus;
 
-use crate::dynamics::Linearisation;
+use crate::dynamics::Linearization;
 use crate::numerics::instant::Instant;
 use dense::DenseStep;
 use events::Guard;
@@ -31,7 +31,7 @@ pub trait HybridSystem {
     fn acceleration(&mut self, t: Instant, q: &[f64], v: &[f64], a: &mut [f64]) -> bool;
 
     /// Accelerations and their derivatives; false where they do not exist.
-    fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool;
+    fn linearize(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearization) -> bool;
 
     /// Sees the state and its accelerations from which the coming attempts start.
     fn begin(&mut self, _t: f64, _q: &[f64], _v: &[f64], _a: &[f64]) {}
@@ -167,7 +167,7 @@ pub enum Status {
     StepUnderflow,
     /// Something is not a finite number.
     NonFinite,
-    /// The mass matrix is singular, or the loop closures are dependent: dead centre, change point.
+    /// The mass matrix is singular, or the loop closures are dependent: dead center, change point.
     SingularMechanism,
     /// An event could not be located.
     EventLocation,

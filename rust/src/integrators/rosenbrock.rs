@@ -8,7 +8,7 @@
 //!
 //! so that a d x d matrix is factored instead of 2d x 2d `[SanduNegrut2003]`.
 
-use crate::dynamics::Linearisation;
+use crate::dynamics::Linearization;
 use crate::integrators::dense::DenseStep;
 use crate::integrators::stages::Stages;
 use crate::integrators::tableaus::Tableau;
@@ -37,7 +37,7 @@ pub struct Rosenbrock {
     /// The dense output of that step is complete.
     dense: bool,
     /// Accelerations and Jacobian at the start of the present step.
-    linear: Linearisation,
+    linear: Linearization,
     /// (t, q, v) there.
     start: (f64, Vec<f64>, Vec<f64>),
 }
@@ -58,7 +58,7 @@ impl Rosenbrock {
             a: vec![0.0; d],
             step: DenseStep::new(n, tableau.h.len() / tableau.stages, tableau.embedded_order, false),
             dense: false,
-            linear: Linearisation::new(d),
+            linear: Linearization::new(d),
             start: (0.0, vec![0.0; d], vec![0.0; d]),
         }
     }
@@ -73,7 +73,7 @@ impl Rosenbrock {
     pub fn take(
         &mut self,
         system: &mut dyn HybridSystem,
-        linear: &Linearisation,
+        linear: &Linearization,
         t: f64,
         h: f64,
         q: &[f64],
@@ -129,7 +129,7 @@ impl Rosenbrock {
     }
 
     /// Factors W = I/(hγ) - a_v - hγ a_q; false where it is singular.
-    fn factor(&mut self, linear: &Linearisation, diagonal: f64) -> bool {
+    fn factor(&mut self, linear: &Linearization, diagonal: f64) -> bool {
         let d = self.d;
         for i in 0..d * d {
             self.w[i] = -linear.a_v[i] - diagonal * linear.a_q[i];
@@ -205,7 +205,7 @@ impl Stepper for Rosenbrock {
         self.start.0 = t;
         self.start.1.copy_from_slice(q);
         self.start.2.copy_from_slice(v);
-        if !system.linearise(t, q, v, &mut self.linear) {
+        if !system.linearize(t, q, v, &mut self.linear) {
             return false;
         }
         system.begin(t, q, v, &self.linear.a);

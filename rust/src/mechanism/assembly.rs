@@ -9,7 +9,7 @@ use crate::mechanism::immovable::no_acceleration;
 use crate::mechanism::scales::{contact_scales, length_scale, levers, speed_from_rest, speed_scale};
 use crate::numerics::turns::unwind;
 use crate::scene::parts::{Scene, Start};
-use crate::tree::elements::{FramePoint, IdealKind, Realisation, Scales, State, Tree};
+use crate::tree::elements::{FramePoint, IdealKind, Realization, Scales, State, Tree};
 use crate::tree::kinematics::{FrameKind, Vec2};
 
 /// Newton steps before an assembly is given up. A rough guess needs about ten; a hundred only
@@ -190,8 +190,8 @@ fn given_turn(tree: &Tree, scene: &Scene, column: usize) -> Option<f64> {
     scene.start.iter().find_map(|start| {
         let Start::Joint { joint: name, position: Some(position), .. } = start else { return None };
         let joint = tree.ideal_joints.iter().find(|joint| joint.name == *name)?;
-        match joint.realisation {
-            Realisation::Tree { column: Some(own), sign, .. } if own == column => Some(sign * position),
+        match joint.realization {
+            Realization::Tree { column: Some(own), sign, .. } if own == column => Some(sign * position),
             _ => None,
         }
     })
@@ -353,8 +353,8 @@ fn given_coordinate(tree: &Tree, start: &Start) -> Option<GivenCoordinate> {
         }
         Start::Joint { joint, position, velocity } => {
             let joint = tree.ideal_joints.iter().find(|other| other.name == *joint)?;
-            match joint.realisation {
-                Realisation::Tree { column: Some(column), .. } if joint.kind == IdealKind::Prismatic => {
+            match joint.realization {
+                Realization::Tree { column: Some(column), .. } if joint.kind == IdealKind::Prismatic => {
                     let mut columns = vec![0.0; tree.frames.len() - 1];
                     columns[column] = 1.0;
                     let (position, velocity) = (*position, *velocity);

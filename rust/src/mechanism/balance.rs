@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Schur};
 
-use crate::dynamics::{Dynamics, Linearisation};
+use crate::dynamics::{Dynamics, Linearization};
 use crate::error::Problem;
 use crate::mechanism::assembly::assemble;
 use crate::scene::parts::{Joint, JointKind, Scene, Start};
@@ -48,9 +48,9 @@ fn growth(tree: &Tree, start: &State, scales: &Scales) -> Option<f64> {
     let d = tree.degrees_of_freedom();
     let State { q, v } = start;
     let mut dynamics = Dynamics::new(tree);
-    let mut linear = Linearisation::new(d);
+    let mut linear = Linearization::new(d);
     let crossing = scales.length / scales.speed;
-    let solved = dynamics.linearise(0.0, q, v, &mut linear);
+    let solved = dynamics.linearize(0.0, q, v, &mut linear);
     let acceleration = scales.length / (crossing * crossing);
     let balanced =
         linear.a.iter().zip(&scales.levers).all(|(a, lever)| (a * lever).abs() <= BALANCED * acceleration);

@@ -62,7 +62,7 @@ fn total_mass(tree: &Tree) -> f64 {
     tree.bodies.iter().map(|body| body.mass).sum()
 }
 
-/// How far [m] a unit of each degree of freedom moves the points that matter: centres of mass,
+/// How far [m] a unit of each degree of freedom moves the points that matter: centers of mass,
 /// clearance joints and their surfaces.
 pub(crate) fn levers(tree: &Tree, dynamics: &Dynamics) -> Vec<f64> {
     let mut levers = vec![0.0_f64; tree.free.len()];

@@ -384,7 +384,7 @@ fn chebyshev_evaluate<'py>(
     matrix(py, values, columns)
 }
 
-/// Coefficients of the derivative with respect to the normalised variable of an axis.
+/// Coefficients of the derivative with respect to the normalized variable of an axis.
 #[pyfunction]
 fn chebyshev_derivative<'py>(
     py: Python<'py>,

@@ -6,10 +6,10 @@ use crate::error::{InputError, Problem, Subject, did_you_mean};
 use crate::mechanism::compiled::Mechanism;
 use crate::run::work::Work;
 use crate::scene::parts::ENERGY as ENERGY_OUTPUT;
-use crate::tree::elements::{IdealKind, Realisation};
+use crate::tree::elements::{IdealKind, Realization};
 use crate::tree::kinematics::{PointState, Vec2};
 
-/// Quantities of a body; x and y are those of its centre of mass.
+/// Quantities of a body; x and y are those of its center of mass.
 const BODY: [&str; 9] =
     ["x", "y", "angle", "vx", "vy", "angular_velocity", "ax", "ay", "angular_acceleration"];
 /// Quantities of a clearance joint.
@@ -281,8 +281,8 @@ fn body_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
 
 fn coordinate_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
     let joint = &dynamics.tree.ideal_joints[index];
-    if let (IdealKind::Prismatic, Realisation::Tree { column: Some(column), .. }) =
-        (joint.kind, joint.realisation)
+    if let (IdealKind::Prismatic, Realization::Tree { column: Some(column), .. }) =
+        (joint.kind, joint.realization)
     {
         let coordinate = dynamics.coordinate(column);
         return [coordinate.position, coordinate.velocity, coordinate.acceleration][quantity];

@@ -2,7 +2,7 @@
 //! way.
 
 use crate::contact::clearance::Phase;
-use crate::dynamics::{Dynamics, Linearisation, relative_motion};
+use crate::dynamics::{Dynamics, Linearization, relative_motion};
 use crate::integrators::dense::DenseStep;
 use crate::integrators::events::Guard;
 use crate::integrators::{HybridSystem, Limits, Projection};
@@ -319,8 +319,8 @@ impl HybridSystem for Recorder<'_> {
         self.dynamics.acceleration(t, q, v, a)
     }
 
-    fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
-        self.dynamics.linearise(t, q, v, linear)
+    fn linearize(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearization) -> bool {
+        self.dynamics.linearize(t, q, v, linear)
     }
 
     fn begin(&mut self, t: f64, q: &[f64], v: &[f64], a: &[f64]) {

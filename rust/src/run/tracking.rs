@@ -189,7 +189,7 @@ impl Recorder<'_> {
     }
 
     /// The highest point of a quantity times `sign`: the one known so far, or a higher one on a part of a step.
-    /// It is looked for beside values that are no lower than their neighbours, unless the way to these is too
+    /// It is looked for beside values that are no lower than their neighbors, unless the way to these is too
     /// short to lead beyond what is known: a parabola exceeds its highest value by an eighth of it at most.
     fn raised(
         &mut self,

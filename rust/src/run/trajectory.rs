@@ -70,7 +70,7 @@ impl Trajectory {
             Status::StepUnderflow => "the step became too short to advance the time",
             Status::NonFinite => "the motion is no longer a finite number",
             Status::SingularMechanism => {
-                "the mass matrix is singular, or a loop passes a dead centre or change point"
+                "the mass matrix is singular, or a loop passes a dead center or change point"
             }
             Status::Projection => {
                 "closing the loops takes a correction above the tolerance, however short the step"

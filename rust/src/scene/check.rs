@@ -56,8 +56,8 @@ impl Scene {
             checker.add(
                 format!("{path}.inertia"),
                 format!(
-                    "must be > mass * distance^2 to the centre of mass for a moment about {:?}, got {}: \
-                     the moment about the centre of mass would be {:.3e} kg m^2",
+                    "must be > mass * distance^2 to the center of mass for a moment about {:?}, got {}: \
+                     the moment about the center of mass would be {:.3e} kg m^2",
                     body.inertia_about,
                     body.inertia,
                     self.central_inertia(body)

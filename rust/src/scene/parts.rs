@@ -12,7 +12,7 @@ use crate::scene::time_function::TimeFunction;
 
 /// The name of the fixed body every scene has.
 pub const GROUND: &str = "ground";
-/// The point every body has besides the user's: its centre of mass.
+/// The point every body has besides the user's: its center of mass.
 pub const CENTER_OF_MASS: &str = "center_of_mass";
 
 /// The name under which the energies of the whole mechanism are found.
@@ -36,7 +36,7 @@ pub struct Body {
     pub mass: f64,
     /// Moment of inertia [kg m²] about the point `inertia_about`.
     pub inertia: f64,
-    /// Centre of mass in the body frame [m].
+    /// Center of mass in the body frame [m].
     pub center_of_mass: [f64; 2],
     /// Name of the point the moment of inertia refers to.
     pub inertia_about: String,
@@ -47,7 +47,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// Largest distance between two of its points, its centre of mass included [m].
+    /// Largest distance between two of its points, its center of mass included [m].
     pub(crate) fn extent(&self) -> f64 {
         extent(self.points.iter().map(|point| point.position).chain([self.center_of_mass]))
     }
@@ -98,9 +98,9 @@ pub enum Joint {
     Clearance {
         /// Name, unique in the scene.
         name: String,
-        /// Centre of the bearing, as `body.point`.
+        /// Center of the bearing, as `body.point`.
         bearing: String,
-        /// Centre of the journal, as `body.point`.
+        /// Center of the journal, as `body.point`.
         journal: String,
         /// Journal radius [m].
         journal_radius: f64,
@@ -295,7 +295,7 @@ pub enum Start {
     Clearance {
         /// Name of the clearance joint.
         joint: String,
-        /// Journal centre seen from the bearing centre, in the axes of ground [m].
+        /// Journal center seen from the bearing center, in the axes of ground [m].
         eccentricity: [f64; 2],
         /// Its rate [m/s].
         rate: [f64; 2],
@@ -362,7 +362,7 @@ impl Scene {
         })
     }
 
-    /// Moment of inertia of a body about its centre of mass [kg m²] (Steiner's theorem).
+    /// Moment of inertia of a body about its center of mass [kg m²] (Steiner's theorem).
     pub fn central_inertia(&self, body: &Body) -> f64 {
         match body.points.iter().find(|point| point.name == body.inertia_about) {
             Some(point) if body.inertia_about != CENTER_OF_MASS => {

@@ -23,7 +23,7 @@ use crate::study::chebyshev::{GridError, Polynomials, zeros};
 /// Bounds that do not fit into the memory.
 pub fn interval_bounds(polynomials: &Polynomials) -> Result<(Vec<f64>, Vec<f64>), GridError> {
     let &Polynomials { coefficients, columns, .. } = polynomials;
-    let (centre, others) = coefficients.split_at(columns);
+    let (center, others) = coefficients.split_at(columns);
 
     let mut radius = zeros(columns)?;
     for row in others.chunks_exact(columns) {
@@ -32,7 +32,7 @@ pub fn interval_bounds(polynomials: &Polynomials) -> Result<(Vec<f64>, Vec<f64>)
         }
     }
     let mut lower = zeros(columns)?;
-    for ((lower, radius), c) in lower.iter_mut().zip(&mut radius).zip(centre) {
+    for ((lower, radius), c) in lower.iter_mut().zip(&mut radius).zip(center) {
         (*lower, *radius) = (c - *radius, c + *radius);
     }
     Ok((lower, radius))

@@ -269,7 +269,7 @@ fn list_free(free: &mut Vec<FreeAxis>, axes: u64, degrees: &[usize]) {
     }
 }
 
-/// Smallest and largest difference of neighbours along an axis.
+/// Smallest and largest difference of neighbors along an axis.
 fn differences(values: &[f64], degree: usize, inner: usize) -> (f64, f64) {
     let (mut smallest, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
     for block in values.chunks_exact((degree + 1) * inner) {

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! The coefficients c are *plain*: the factors (2/m)^k and (1/2)^s of Eq. (24) to (28) are folded in.
-//! Everything here lives in the normalised variables x; the physical parameter of Eq. (26) is
+//! Everything here lives in the normalized variables x; the physical parameter of Eq. (26) is
 //!
 //! ```text
 //! ξ_q = (b_q + a_q)/2 + x_q (b_q - a_q)/2
@@ -219,7 +219,7 @@ pub fn evaluate(polynomials: &Polynomials, points: &[f64]) -> Result<Vec<f64>, G
     Ok(values)
 }
 
-/// Coefficients of the derivative with respect to the normalised variable of `axis`.
+/// Coefficients of the derivative with respect to the normalized variable of `axis`.
 ///
 /// ```text
 /// d_n = 0,    d_{i-1} = d_{i+1} + 2 i c_i  for i = n, ..., 2,    d_0 = d_2 / 2 + c_1
@@ -229,7 +229,7 @@ pub fn evaluate(polynomials: &Polynomials, points: &[f64]) -> Result<Vec<f64>, G
 /// the coefficients, terms x columns; its highest term is zero. The sensitivity of Eq. (32), at the
 /// midpoint of the box, is its value at the point 0, times 2/(b - a).
 ///
-/// *Erratum.* Eq. (33) is the derivative with respect to the normalised variable, so Eq. (32) needs
+/// *Erratum.* Eq. (33) is the derivative with respect to the normalized variable, so Eq. (32) needs
 /// that factor; its sign is plus; and it holds at the midpoint only, because elsewhere the factor
 /// 1/sin θ is missing. The recurrence has no such factor and no 0/0 at the ends.
 ///

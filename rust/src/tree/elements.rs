@@ -48,7 +48,7 @@ pub struct BodyPlacement {
     pub name: String,
     /// Mass [kg].
     pub mass: f64,
-    /// Moment of inertia about the centre of mass [kg m²].
+    /// Moment of inertia about the center of mass [kg m²].
     pub inertia: f64,
     /// Frame that carries the body.
     pub frame: usize,
@@ -58,7 +58,7 @@ pub struct BodyPlacement {
     pub origin: Vec2,
     /// Angle of the body frame in the frame [rad].
     pub angle: f64,
-    /// Centre of mass in the frame [m].
+    /// Center of mass in the frame [m].
     pub center: Vec2,
     /// Named points in the frame [m].
     pub points: Vec<(String, Vec2)>,
@@ -80,7 +80,7 @@ pub struct FrameInertia {
     pub frame: usize,
     /// Mass [kg].
     pub mass: f64,
-    /// Common centre of mass in the frame [m].
+    /// Common center of mass in the frame [m].
     pub center: Vec2,
     /// Moment of inertia about it [kg m²].
     pub inertia: f64,
@@ -100,9 +100,9 @@ pub struct FramePoint {
 pub struct ClearanceJoint {
     /// Name.
     pub name: String,
-    /// Centre of the bearing.
+    /// Center of the bearing.
     pub bearing: FramePoint,
-    /// Centre of the journal.
+    /// Center of the journal.
     pub journal: FramePoint,
     /// Indices of the bodies that carry bearing and journal; `None` is ground.
     pub bodies: [Option<usize>; 2],
@@ -138,7 +138,7 @@ pub enum IdealKind {
 
 /// How the tree satisfies an ideal joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Realisation {
+pub enum Realization {
     /// It carries `child`: by the coordinate of a column, or rigidly.
     Tree {
         /// The body it carries.
@@ -164,7 +164,7 @@ pub struct IdealJoint {
     /// Its points on them.
     pub points: [FramePoint; 2],
     /// How the tree satisfies it.
-    pub realisation: Realisation,
+    pub realization: Realization,
 }
 
 /// A spring and a damper between two points.

@@ -4,7 +4,7 @@ use crate::contact::clearance::ClearanceLaw;
 use crate::scene::parts::{Force, ForceFrame, Joint, JointKind};
 use crate::tree::elements::{
     AppliedForce, AppliedTorque, BodyPlacement, ClearanceJoint, Closure, DrivenCoordinate, FrameInertia,
-    IdealJoint, IdealKind, Link, Path, Realisation, Torsion, Tree,
+    IdealJoint, IdealKind, Link, Path, Realization, Torsion, Tree,
 };
 use crate::tree::kinematics::{Frame, Vec2};
 use crate::tree::span::{Builder, Placement};
@@ -126,8 +126,8 @@ impl Builder<'_> {
             let ends = self.ends(joint);
             let points = ends.map(|end| self.place(end));
             let bodies = ends.map(|end| end.body);
-            let realisation = self.realisations[index].unwrap_or(Realisation::Cut(closures.len()));
-            if let Realisation::Cut(_) = realisation {
+            let realization = self.realizations[index].unwrap_or(Realization::Cut(closures.len()));
+            if let Realization::Cut(_) = realization {
                 let [a, b] = points;
                 closures.push(Closure { name: name.clone(), a, b, bodies });
             }
@@ -137,7 +137,7 @@ impl Builder<'_> {
                 JointKind::Fixed { .. } => IdealKind::Fixed,
             };
             index_of[index] = joints.len();
-            joints.push(IdealJoint { name: name.clone(), kind, bodies, points, realisation });
+            joints.push(IdealJoint { name: name.clone(), kind, bodies, points, realization });
         }
         IdealJoints { joints, closures, index_of }
     }
@@ -222,7 +222,7 @@ fn frame_inertias(bodies: &[BodyPlacement], paths: &[Path]) -> (Vec<FrameInertia
             continue;
         }
         let center = match on_frame().collect::<Vec<_>>()[..] {
-            // A lone body keeps its centre of mass to the last bit.
+            // A lone body keeps its center of mass to the last bit.
             [body] => body.center,
             _ => on_frame().map(|body| body.mass * body.center).sum::<Vec2>() / mass,
         };

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 
 use crate::error::{InputError, Problem, Subject};
 use crate::scene::parts::{Attachment, Force, GROUND, Joint, JointKind, Scene};
-use crate::tree::elements::{DrivenCoordinate, FramePoint, Realisation, Tree};
+use crate::tree::elements::{DrivenCoordinate, FramePoint, Realization, Tree};
 use crate::tree::kinematics::{Frame, FrameKind, Vec2, direction, rotated};
 
 impl Tree {
@@ -54,7 +54,7 @@ pub(super) struct Builder<'a> {
     pub(super) coordinate_names: Vec<String>,
     pub(super) driven: Vec<DrivenCoordinate>,
     /// How the tree satisfies each joint of the scene, and the joints in the order of its growth.
-    pub(super) realisations: Vec<Option<Realisation>>,
+    pub(super) realizations: Vec<Option<Realization>>,
     pub(super) order: Vec<usize>,
 }
 
@@ -68,7 +68,7 @@ impl<'a> Builder<'a> {
             frames: vec![ground],
             coordinate_names: Vec::new(),
             driven: Vec::new(),
-            realisations: vec![None; scene.joints.len()],
+            realizations: vec![None; scene.joints.len()],
             order: Vec::new(),
         }
     }
@@ -191,7 +191,7 @@ impl<'a> Builder<'a> {
         let hung = !matches!(kind, JointKind::Fixed { .. });
         self.placements[child] = Some(Placement { frame, hung, origin, angle });
         let column = hung.then(|| frame - 1);
-        self.realisations[joint] = Some(Realisation::Tree { child, column, sign });
+        self.realizations[joint] = Some(Realization::Tree { child, column, sign });
         self.order.push(joint);
         for drive in self.scene.drives.iter().filter(|drive| drive.joint() == name) {
             self.driven.push(DrivenCoordinate {
@@ -206,7 +206,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Gives a body that no ideal joint holds its three coordinates, about its centre of mass.
+    /// Gives a body that no ideal joint holds its three coordinates, about its center of mass.
     fn float(&mut self, body: usize) {
         let name = &self.scene.bodies[body].name;
         let mut frame = 0;

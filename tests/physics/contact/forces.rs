@@ -178,7 +178,7 @@ fn dual_gradients_of_the_force_agree_with_differences() {
 
 #[test]
 fn sliding_velocity_follows_the_convention() {
-    // Journal below the bearing centre: n = (0, -1), t = (1, 0).
+    // Journal below the bearing center: n = (0, -1), t = (1, 0).
     let motion = RelativeMotion { eccentricity: [0.0, -0.03], rate: [0.5, -0.25], spin: 0.2 };
     let phase = in_contact(0.0, false);
     let state = law(SlidingVelocity::Surface, 1.5, None).evaluate(&motion, phase);
@@ -229,7 +229,7 @@ fn concentric_journal_feels_no_force_and_nothing_is_divided_by_zero() {
         let run = simulate(&mechanism, &Settings::new(1.0, 11), &|_| true).unwrap();
         assert_eq!(run.status.word(), "done");
         assert!(run.values.iter().all(|value| value.is_finite()));
-        // Launched from the centre the journal must find the bearing.
+        // Launched from the center the journal must find the bearing.
         let mut start = mechanism.start.clone();
         start.v[0] += 0.1;
         let run = simulate_from(&mechanism, &start, &Settings::new(1.0, 11), &|_| true).unwrap();
@@ -263,7 +263,7 @@ fn pair(free_bearing: bool, sliding: SlidingVelocity) -> Scene {
 
 #[test]
 fn contact_forces_and_moments_on_both_bodies_have_the_hand_values() {
-    // Shaft 0.03 m below the housing's centre, turning at 2 rad/s, all else at rest:
+    // Shaft 0.03 m below the housing's center, turning at 2 rad/s, all else at rest:
     // δ = 0.01 m, F_N = 1e4 * 0.01^1.5 = 10 N, n = (0, -1), t = (1, 0),
     // v_T = 2 * 0.1 = 0.2 m/s > V_d: F_t = -0.5 * 10 N, force on the shaft (-5, 10) N.
     // Moment on the shaft: (0, -0.1) x (-5, 10) = -0.5 N m, on the housing:

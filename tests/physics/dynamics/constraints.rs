@@ -1,6 +1,6 @@
 //! Constraints of the ideal joints in Cartesian coordinates, Eq. (12) and (13) of `[Xiang2020]`.
 //!
-//! Body i has the coordinates (x, y, θ) of its centre of mass. Each constraint gives φ, its
+//! Body i has the coordinates (x, y, θ) of its center of mass. Each constraint gives φ, its
 //! Jacobian φ_q, φ_t and the right-hand side γ:
 //!
 //! ```text
@@ -16,14 +16,14 @@ use chebclear::scene::parts::{Attachment, Joint, JointKind, Scene};
 use chebclear::scene::time_function::TimeFunction;
 use chebclear::tree::kinematics::{Vec2, direction, perp, rotated};
 
-/// Position and velocity of a body: centre of mass and angle.
+/// Position and velocity of a body: center of mass and angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CartesianState {
-    /// Centre of mass [m].
+    /// Center of mass [m].
     pub position: Vec2,
     /// Angle [rad].
     pub angle: f64,
-    /// Velocity of the centre of mass [m/s].
+    /// Velocity of the center of mass [m/s].
     pub velocity: Vec2,
     /// Angular velocity [rad/s].
     pub angular_velocity: f64,
@@ -85,7 +85,7 @@ pub struct CartesianConstraint {
     pub body_a: Option<usize>,
     /// Second body; `None` is ground.
     pub body_b: Option<usize>,
-    /// Point on a, seen from its centre of mass (ground: from the origin), in its frame [m].
+    /// Point on a, seen from its center of mass (ground: from the origin), in its frame [m].
     pub point_a: Vec2,
     /// Point on b likewise [m].
     pub point_b: Vec2,

@@ -1,6 +1,6 @@
 //! Closed loops of ideal joints, against closed forms and the Cartesian system.
 
-use chebclear::dynamics::{Dynamics, Linearisation};
+use chebclear::dynamics::{Dynamics, Linearization};
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::run::trajectory::{Settings, Trajectory, simulate};
 use chebclear::scene::parts::{Body, Drive, Force, Joint, JointKind, Scene, Start};
@@ -177,8 +177,8 @@ fn loop_jacobian_agrees_with_differences() {
     let (q, mut v) = (mechanism.start.q.clone(), vec![1.3, -0.4, 0.9]);
     let scales = Scales { levers: vec![1.0; 3], ..mechanism.scales.clone() };
     dynamics.project(0.0, &mut q.clone(), &mut v, &scales).unwrap();
-    let mut linear = Linearisation::new(3);
-    assert!(dynamics.linearise(0.0, &q, &v, &mut linear));
+    let mut linear = Linearization::new(3);
+    assert!(dynamics.linearize(0.0, &q, &v, &mut linear));
     for k in 0..3 {
         let at = |dq: f64, dv: f64| {
             let (mut q, mut v) = (q.clone(), v.clone());

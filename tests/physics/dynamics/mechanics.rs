@@ -2,7 +2,7 @@
 
 use chebclear::contact::clearance::SlidingVelocity;
 use chebclear::contact::normal::Damping;
-use chebclear::dynamics::Linearisation;
+use chebclear::dynamics::Linearization;
 use chebclear::scene::parts::{Force, ForceFrame};
 use nalgebra::{DMatrix, DVector};
 
@@ -241,7 +241,7 @@ fn accelerations_and_drive_torques_are_those_of_the_cartesian_system() {
                     };
                     let lambda = sign * solution[n + row];
                     force += lambda * Vec2::new(part[0], part[1]);
-                    // About the origin, from the mass centre.
+                    // About the origin, from the mass center.
                     let center = states[body].position;
                     moment += lambda * (part[2] + cross(center, Vec2::new(part[0], part[1])));
                     point = state_of(&states, constraint.body_b).position
@@ -295,7 +295,7 @@ fn kinetic_energy_grows_by_the_power_of_gravity_contacts_and_drives() {
 }
 
 #[test]
-fn linearisation_agrees_with_differences_of_the_accelerations() {
+fn linearization_agrees_with_differences_of_the_accelerations() {
     let mut grazing = 0;
     for (index, case) in moving_cases().iter().enumerate() {
         let (t, q, v) = (case.t, &case.q, &case.v);
@@ -306,8 +306,8 @@ fn linearisation_agrees_with_differences_of_the_accelerations() {
             continue;
         }
         let d = q.len();
-        let mut exact = Linearisation::new(d);
-        assert!(dynamics_of(case).linearise(t, q, v, &mut exact));
+        let mut exact = Linearization::new(d);
+        assert!(dynamics_of(case).linearize(t, q, v, &mut exact));
         assert_eq!(exact.a, acceleration(case, t, q, v));
         let mut by_q = vec![0.0; d * d];
         let mut by_v = vec![0.0; d * d];

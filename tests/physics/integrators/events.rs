@@ -1,6 +1,6 @@
 //! Events of systems whose motion, and so every instant of an event, is known in closed form.
 
-use chebclear::dynamics::Linearisation;
+use chebclear::dynamics::Linearization;
 use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::events::Guard;
 use chebclear::integrators::rosenbrock::Rosenbrock;
@@ -86,7 +86,7 @@ impl HybridSystem for Switching {
         true
     }
 
-    fn linearise(&mut self, _: f64, q: &[f64], _: &[f64], linear: &mut Linearisation) -> bool {
+    fn linearize(&mut self, _: f64, q: &[f64], _: &[f64], linear: &mut Linearization) -> bool {
         (linear.a[0], linear.a_q[0]) = (self.law)(q[0], self.counts[0]);
         true
     }
@@ -402,8 +402,8 @@ fn energy(q: f64, v: f64) -> f64 {
 /// step that ends there.
 fn interpolated_and_retaken(h: f64, theta: f64) -> [f64; 2] {
     let mut system = Switching::new(|q, _| (-q, -1.0), vec![height()]);
-    let mut linear = Linearisation::new(1);
-    assert!(system.linearise(0.0, &[1.0], &[0.0], &mut linear));
+    let mut linear = Linearization::new(1);
+    assert!(system.linearize(0.0, &[1.0], &[0.0], &mut linear));
     let mut method = Rosenbrock::new(RODAS5P, 1);
     let (mut q, mut v) = ([0.0], [0.0]);
     assert!(method.take(&mut system, &linear, 0.0, h, &[1.0], &[0.0]));
@@ -461,8 +461,8 @@ fn a_landing_is_a_step_like_any_other() {
         fn acceleration(&mut self, t: Instant, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
             self.0.acceleration(t, q, v, a)
         }
-        fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
-            self.0.linearise(t, q, v, linear)
+        fn linearize(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearization) -> bool {
+            self.0.linearize(t, q, v, linear)
         }
         fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
             self.0.tolerances(position, velocity);

@@ -1,6 +1,6 @@
 //! Smooth initial value problems `q̈ = a(q, q̇, t)` for the integrator, with exact derivatives.
 
-use chebclear::dynamics::Linearisation;
+use chebclear::dynamics::Linearization;
 use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::rosenbrock::Rosenbrock;
 use chebclear::integrators::tableaus::Tableau;
@@ -13,7 +13,7 @@ use crate::integrators::rodas6p::RODAS6P;
 /// Accelerations: parameter, time since the start, q, v, out.
 type Law = fn(f64, f64, &[f64], &[f64], &mut [f64]);
 /// Their derivatives: parameter, time since the start, q, v, out.
-type Derivatives = fn(f64, f64, &[f64], &[f64], &mut Linearisation);
+type Derivatives = fn(f64, f64, &[f64], &[f64], &mut Linearization);
 /// A solution: parameter, time since the start, q, v, both written to.
 type Solution = fn(f64, f64, &mut [f64], &mut [f64]);
 
@@ -98,7 +98,7 @@ pub fn pendulum() -> Problem {
     }
 }
 
-/// A pendulum of mass 1 kg, length 1 m and moment of inertia 0.25 kg m² about its centre of mass; its pivot
+/// A pendulum of mass 1 kg, length 1 m and moment of inertia 0.25 kg m² about its center of mass; its pivot
 /// moves sideways by 0.1 + 0.2 sin(6 t + 0.5) [m].
 pub fn driven_pendulum() -> Problem {
     Problem {
@@ -179,13 +179,13 @@ impl Problem {
         let d = self.q.len();
         let mut system = SmoothSystem::new(self, 1.0);
         let mut method = Rosenbrock::new(tableau, d);
-        let mut linear = Linearisation::new(d);
+        let mut linear = Linearization::new(d);
         let mut state = [self.q.clone(), self.v.clone()].concat();
         let h = self.duration / count as f64;
         for index in 0..count {
             let t = self.t0 + self.duration * index as f64 / count as f64;
             let (q, v) = state.split_at(d);
-            assert!(system.linearise(t, q, v, &mut linear));
+            assert!(system.linearize(t, q, v, &mut linear));
             assert!(method.take(&mut system, &linear, t, h, q, v));
             method.finish_dense();
             each(&method.step);
@@ -221,8 +221,8 @@ impl Problem {
     pub fn first_order(&self, t: f64, state: &[f64]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         let d = self.q.len();
         let (q, v) = state.split_at(d);
-        let mut linear = Linearisation::new(d);
-        SmoothSystem::new(self, 1.0).linearise(t, q, v, &mut linear);
+        let mut linear = Linearization::new(d);
+        SmoothSystem::new(self, 1.0).linearize(t, q, v, &mut linear);
         let mut jacobian = vec![0.0; 4 * d * d];
         for i in 0..d {
             jacobian[2 * d * i + d + i] = 1.0;
@@ -266,7 +266,7 @@ impl HybridSystem for SmoothSystem<'_> {
         true
     }
 
-    fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
+    fn linearize(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearization) -> bool {
         (self.problem.law)(self.problem.parameter, t - self.problem.t0, q, v, &mut linear.a);
         (self.problem.derivatives)(self.problem.parameter, t - self.problem.t0, q, v, linear);
         true

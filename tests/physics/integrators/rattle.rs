@@ -6,7 +6,7 @@
 use chebclear::contact::clearance::{ClearanceLaw, Phase, RelativeMotion, SlidingVelocity};
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
-use chebclear::dynamics::Linearisation;
+use chebclear::dynamics::Linearization;
 use chebclear::integrators::events::Guard;
 use chebclear::integrators::{HybridSystem, Limits, Outcome, Stepper, integrate_with};
 use chebclear::numerics::instant::Instant;
@@ -28,7 +28,7 @@ pub struct Rattle {
     pub load: [f64; 2],
     /// Amplitude of the bearing's angular velocity [rad/s].
     pub swing: f64,
-    /// Velocity at the start, in the centre of the bearing [m/s].
+    /// Velocity at the start, in the center of the bearing [m/s].
     pub start: [f64; 2],
     pub impact_velocity_floor: f64,
     /// Simulated time [s]: 1.5 ms see about 14 contact changes.
@@ -145,7 +145,7 @@ impl HybridSystem for Rattle {
         self.bound_step(v, a);
     }
 
-    fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
+    fn linearize(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearization) -> bool {
         let exists = self.acceleration(t.into(), q, v, &mut linear.a);
         let forces = self.law.force_gradient(&self.motion(t, q, v), self.phase);
         let (sin, cos) = (SPEED * t).sin_cos();

@@ -1,6 +1,6 @@
 //! Adaptive integration: error against tolerance, and how a run ends when something goes wrong.
 
-use chebclear::dynamics::Linearisation;
+use chebclear::dynamics::Linearization;
 use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P, Tableau};
 use chebclear::integrators::{HybridSystem, Limits, Outcome, Projection, Status, integrate};
@@ -84,8 +84,8 @@ impl HybridSystem for Watched<'_> {
         self.inner.acceleration(t, q, v, a) && self.spoil(a)
     }
 
-    fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
-        self.inner.linearise(t, q, v, linear);
+    fn linearize(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearization) -> bool {
+        self.inner.linearize(t, q, v, linear);
         // In turn the accelerations and each of their derivatives.
         let fields = [&mut linear.a, &mut linear.a_q, &mut linear.a_v, &mut linear.a_t];
         let [a, a_q, a_v, a_t] = fields;
@@ -241,7 +241,7 @@ fn gate_04_a_pole_of_the_solution_ends_the_run_in_front_of_it() {
             a[0] = v[0] * v[0];
             true
         }
-        fn linearise(&mut self, _: f64, _: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
+        fn linearize(&mut self, _: f64, _: &[f64], v: &[f64], linear: &mut Linearization) -> bool {
             (linear.a[0], linear.a_v[0]) = (v[0] * v[0], 2.0 * v[0]);
             true
         }
@@ -287,8 +287,8 @@ impl HybridSystem for Constrained<'_> {
         self.inner.acceleration(t, q, v, a)
     }
 
-    fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
-        self.inner.linearise(t, q, v, linear)
+    fn linearize(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearization) -> bool {
+        self.inner.linearize(t, q, v, linear)
     }
 
     fn begin(&mut self, t: f64, _: &[f64], _: &[f64], _: &[f64]) {
@@ -345,7 +345,7 @@ impl HybridSystem for Noise {
         true
     }
 
-    fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
+    fn linearize(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearization) -> bool {
         self.acceleration(t.into(), q, v, &mut linear.a)
     }
 

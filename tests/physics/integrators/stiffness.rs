@@ -1,6 +1,6 @@
 //! Contacts that stick: what tolerances cost there, and how the automatic choice finds its method.
 
-use chebclear::dynamics::Linearisation;
+use chebclear::dynamics::Linearization;
 use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::dop853::Dop853;
 use chebclear::integrators::rosenbrock::Rosenbrock;
@@ -264,7 +264,7 @@ impl HybridSystem for Oscillator {
         true
     }
 
-    fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearisation) -> bool {
+    fn linearize(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearization) -> bool {
         (linear.a_q[0], linear.a_v[0], linear.a_t[0]) = (-self.stiffness, -self.damping, -t.sin());
         self.acceleration(t.into(), q, v, &mut linear.a)
     }
@@ -315,7 +315,7 @@ fn the_explicit_error_estimate_does_not_vanish_where_a_step_crosses_a_kink() {
             a[0] = (t.time - self.0).max(0.0).powf(self.1);
             true
         }
-        fn linearise(&mut self, _: f64, _: &[f64], _: &[f64], _: &mut Linearisation) -> bool {
+        fn linearize(&mut self, _: f64, _: &[f64], _: &[f64], _: &mut Linearization) -> bool {
             unreachable!("an explicit method")
         }
         fn tolerances(&self, _: &mut [f64], _: &mut [f64]) {}
@@ -350,7 +350,7 @@ fn the_explicit_error_estimate_vanishes_for_polynomials_that_the_method_integrat
             a[0] = t.time.powi(self.0);
             true
         }
-        fn linearise(&mut self, _: f64, _: &[f64], _: &[f64], _: &mut Linearisation) -> bool {
+        fn linearize(&mut self, _: f64, _: &[f64], _: &[f64], _: &mut Linearization) -> bool {
             unreachable!("an explicit method")
         }
         fn tolerances(&self, _: &mut [f64], _: &mut [f64]) {}

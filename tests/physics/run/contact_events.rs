@@ -117,7 +117,7 @@ fn a_bearing_that_moves_to_and_fro_within_a_step_does_not_pass_by_its_journal() 
     let mut settings = Settings::new(40.0 * PI / speed, 2);
     settings.limits.first_step = Some(16.0 * PI / speed);
     let run = simulate_from(&compile(&scene), &start, &settings, &|_| true).unwrap();
-    // The law of cosines for the distance of the centres.
+    // The law of cosines for the distance of the centers.
     let squares = shaft * shaft + radius * radius - clearance * clearance;
     let touch = (0.5 * squares / (shaft * radius)).acos() / speed;
     assert_eq!(run.status, Status::Done);
@@ -308,7 +308,7 @@ fn both_ends_of_a_symmetric_bar_land_at_the_instant_of_free_fall() {
 
 #[test]
 fn a_failure_in_painleves_paradox_says_so() {
-    // One body, its journal's centre at (0.19, 0.1) from its centre of mass, presses to the right and slides
+    // One body, its journal's center at (0.19, 0.1) from its center of mass, presses to the right and slides
     // upwards: a normal force F with its friction moves the journal along the normal by
     // F (-1/m - y²/I + μ y (x + R) / I), which is towards the bearing from μ = 0.55 on.
     for (coefficient, paradox) in [(0.54, false), (0.56, true)] {

@@ -92,7 +92,7 @@ fn free_oscillation(m: f64, c: f64, k: f64, x0: f64, v0: f64, t: f64) -> [f64; 2
 
 #[test]
 fn spring_and_damper_oscillate_as_the_textbook_says() {
-    // Undamped, weakly and overdamped; the spring rests at x = 0, one metre from the wall.
+    // Undamped, weakly and overdamped; the spring rests at x = 0, one meter from the wall.
     for damping in [0.0, 3.0, 100.0] {
         let scene = cart(vec![spring(200.0, 1.0, damping)], vec![joint_start("rail", 0.1, -0.5)]);
         let outputs = ["cart.x", "cart.vx", "spring.length", "spring.lengthening", "spring.force"];
@@ -212,7 +212,7 @@ fn floating(forces: Vec<Force>, points: Vec<Point>, center: [f64; 2], speed: f64
 
 #[test]
 fn a_force_that_turns_with_a_body_moves_it_in_a_circle() {
-    // At the centre of mass it turns nothing: v' = F/m (cos, sin)(ω t + 0.3 + angle of the force).
+    // At the center of mass it turns nothing: v' = F/m (cos, sin)(ω t + 0.3 + angle of the force).
     let thrust = Force::Applied {
         name: "thrust".into(),
         point: "disc.center_of_mass".into(),
@@ -240,7 +240,7 @@ fn a_force_that_turns_with_a_body_moves_it_in_a_circle() {
 
 #[test]
 fn a_follower_force_off_the_centre_turns_a_body_evenly() {
-    // Arm (0.3, 0) and force (1, 2) in the body: torque 0.6 N m about the centre.
+    // Arm (0.3, 0) and force (1, 2) in the body: torque 0.6 N m about the center.
     let thrust = Force::Applied {
         name: "thrust".into(),
         point: "disc.P".into(),

@@ -68,7 +68,7 @@ fn largest_deviation(values: &[f64], from: f64) -> f64 {
     values.iter().fold(0.0, |largest, value| (value - from).abs().max(largest))
 }
 
-/// Launches the shaft from the centre to the right; the motion is one-dimensional.
+/// Launches the shaft from the center to the right; the motion is one-dimensional.
 fn launch(scene: &Scene, speed: f64, duration: f64, samples: usize, rtol: f64) -> Trajectory {
     let mut settings = settings(duration, samples, rtol);
     settings.outputs = Some(["joint.penetration", "shaft.vx"].map(str::to_owned).to_vec());
@@ -260,7 +260,7 @@ fn resting_journal_sinks_in_by_load_over_stiffness_to_two_thirds() {
         let warned = run.warnings.iter().any(|warning| warning.contains("in contact"));
         assert_eq!(warned, restitution.is_some());
     }
-    // Dropped from the centre it bounces ever lower and settles there.
+    // Dropped from the center it bounces ever lower and settles there.
     let mechanism = compile(&falling(shaft(mass, normal(stiffness, Some(0.5)))));
     let run = run_from(&mechanism, &mechanism.start, &settings(0.5, 101, 1e-6));
     assert!(run.events.len() > 10);

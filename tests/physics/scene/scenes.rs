@@ -369,7 +369,7 @@ fn misread(passage: &str, replacement: &str) -> Vec<String> {
 }
 
 #[test]
-fn misspelt_missing_and_mistyped_fields_are_refused_at_their_paths() {
+fn misspelled_missing_and_mistyped_fields_are_refused_at_their_paths() {
     for (passage, replacement, expected) in [
         (
             "\"clearance\": 2e-5, \"sliding\": \"surface\"",

@@ -375,7 +375,7 @@ fn interval_bounds_of_a_single_term_are_exact() {
     let mut eighth = vec![0.0; 9];
     eighth[8] = 1.0;
     assert_eq!(interval_bounds(&eighth, 1, &[8]).unwrap(), (vec![-1.0], vec![1.0]));
-    // The centre is c_0 itself; signs of the others do not matter.
+    // The center is c_0 itself; signs of the others do not matter.
     let bounds = interval_bounds(&[4.0, -3.0, 0.5, 1.0, -0.25, 2.0, 0.0, -1.0], 2, &[1, 1]).unwrap();
     assert_eq!(bounds, (vec![3.25, -7.0], vec![4.75, 1.0]));
 }

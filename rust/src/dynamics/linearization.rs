@@ -9,7 +9,7 @@ use crate::tree::kinematics::{Coordinate, Vec2, perp};
 
 /// Derivatives of the accelerations a(t, q, v): row-major d x d matrices and a vector.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Linearisation {
+pub struct Linearization {
     /// The accelerations themselves.
     pub a: Vec<f64>,
     /// ∂a/∂q.
@@ -20,7 +20,7 @@ pub struct Linearisation {
     pub a_t: Vec<f64>,
 }
 
-impl Linearisation {
+impl Linearization {
     /// Zeros for `d` degrees of freedom.
     pub fn new(d: usize) -> Self {
         Self { a: vec![0.0; d], a_q: vec![0.0; d * d], a_v: vec![0.0; d * d], a_t: vec![0.0; d] }
@@ -40,7 +40,7 @@ impl Dynamics<'_> {
     /// With the residual `R(z, ż, z̈) = Bᵀ(M q̈ - Q) = 0` the derivatives are
     /// `M a_q = -∂R/∂q`, `M a_v = -∂R/∂v`; a driven coordinate moves with time and given forces
     /// change, so `M a_t = -∂R/∂t - Σ_driven (∂R/∂z ż + ∂R/∂ż z̈ + ∂R/∂z̈ d³z/dt³)`.
-    pub fn linearise(&mut self, t: f64, q: &[f64], v: &[f64], out: &mut Linearisation) -> bool {
+    pub fn linearize(&mut self, t: f64, q: &[f64], v: &[f64], out: &mut Linearization) -> bool {
         if !self.acceleration(t, q, v, &mut out.a) {
             return false;
         }
