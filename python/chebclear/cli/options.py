@@ -8,8 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias
 
+from ..execution.means import MOST_THREADS
 from ..run.settings import LEAST_RTOL, METHODS, MOST_RTOL
-from ..study.runs import MOST_THREADS
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 Command: TypeAlias = argparse.ArgumentParser

@@ -25,7 +25,9 @@ from typing import Any, Protocol
 from numpy.typing import NDArray
 
 from ..base.progress import Progress
-from .pieces import Order, Piece, simulate_order
+from ..errors import ChebclearError
+from .calls import Answers, Calls, call_order
+from .pieces import Order, simulate_order
 
 # Time that a piece should take [s]: long against sending it, which takes a few milliseconds, and short enough
 # that little is lost with a worker and all stop soon after an interrupt. It grows to one part in 200 of the
@@ -56,8 +58,8 @@ class Source(Protocol):
     def again(self, runs: Sequence[int]) -> Task:
         """Runs that must be simulated once more."""
 
-    def place(self, task: Task, piece: Piece) -> None:
-        """Keep finished runs."""
+    def place(self, task: Task, piece: Any) -> None:
+        """Keep finished runs: a `Piece` of an `Order`, or `Answers` to `Calls`."""
 
     def lost(self, runs: Sequence[int], error: BaseException) -> None:
         """Note runs whose worker ended whenever they were tried."""
@@ -81,7 +83,7 @@ class Task:
 
     runs: Sequence[int]
     """Their numbers."""
-    order: Order
+    order: Order | Calls
     """What the worker is asked."""
     into: NDArray[Any] | None
     """Where the samples of a worker of this process go."""
@@ -107,7 +109,8 @@ def dispatch(
     executor : concurrent.futures.Executor or None
         Where to simulate; on threads of this process if None.
     threads : int or None
-        Threads of this process [-]; all processors if None. Not for an executor.
+        Threads of this process [-]; all processors if None, and 0 for the thread that asks. Not for an
+        executor.
     report : callable or None
         Gets the runs done and the runs in all.
     max_seconds : float, optional
@@ -118,7 +121,11 @@ def dispatch(
     BaseException
         What a worker raises, but for the loss of the worker. Work that is under way is then given up.
     """
-    workers: _Workers = _Here(threads, source) if executor is None else _Sent(executor)
+    workers: _Workers
+    if executor is not None:
+        workers = _Sent(executor)
+    else:
+        workers = _Asking() if threads == 0 else _Here(threads, source)
     with workers.ready():
         _Dispatcher(source, workers, report, max_seconds).run()
 
@@ -133,7 +140,7 @@ class _Dispatcher:
         self.source = source
         self.workers = workers
         self.report = report
-        self.pending: dict[Future[Piece], Task] = {}
+        self.pending: dict[Future[Any], Task] = {}
         self.suspects: deque[Task] = deque()
         self.begin = time.monotonic()
         self.seconds = 0.0
@@ -179,7 +186,7 @@ class _Dispatcher:
             future = self.workers.submit(task)
         self.pending[future] = task
 
-    def _take(self, future: Future[Piece], task: Task) -> None:
+    def _take(self, future: Future[Any], task: Task) -> None:
         try:
             piece = future.result()
         except Exception as error:
@@ -198,6 +205,11 @@ class _Dispatcher:
             self.workers.renew(error)
         losses = task.losses + 1
         if losses > _RESENT:
+            if not self.runs:
+                raise ChebclearError(
+                    f"no worker has finished a run, each was lost before: {error}. Workers must import "
+                    'what they are sent; a script that starts processes needs if __name__ == "__main__"'
+                ) from error
             self.source.lost(task.runs, error)
             return
         parts = [task.runs] if losses < _RESENT else [[run] for run in task.runs]
@@ -244,15 +256,41 @@ class _Workers(Protocol):
         """Pieces that may be under way; fewer before a run has been measured."""
         ...
 
-    def submit(self, task: Task) -> Future[Piece]:
+    def submit(self, task: Task) -> Future[Any]:
         """Send a piece."""
         ...
 
     def renew(self, error: BrokenExecutor) -> None:
         """Replace workers that take no more work."""
 
-    def stop(self, pending: Iterable[Future[Piece]]) -> None:
+    def stop(self, pending: Iterable[Future[Any]]) -> None:
         """Give up what is under way."""
+
+
+class _Asking:
+    """The thread that asks: a callable of the user's need not be safe on another one."""
+
+    count = 1
+    seconds = _SECONDS_HERE
+
+    @contextmanager
+    def ready(self) -> Iterator[None]:
+        yield
+
+    def capacity(self, measured: bool) -> int:
+        return 1
+
+    def submit(self, task: Task) -> Future[Any]:
+        assert isinstance(task.order, Calls), "scenes are simulated on threads"
+        future: Future[Answers] = Future()
+        future.set_result(call_order(task.order, None))
+        return future
+
+    def renew(self, error: BrokenExecutor) -> None:
+        raise error
+
+    def stop(self, pending: Iterable[Future[Any]]) -> None:
+        """Nothing is under way."""
 
 
 class _Here:
@@ -275,16 +313,17 @@ class _Here:
     def capacity(self, measured: bool) -> int:
         return _QUEUED * self.count if measured else self.count
 
-    def submit(self, task: Task) -> Future[Piece]:
+    def submit(self, task: Task) -> Future[Any]:
         def count(finished: int) -> None:
             task.finished = finished
 
+        assert not isinstance(task.order, Calls), "the thread that asks makes calls"
         return self._pool.submit(simulate_order, task.order, self._stop, task.into, count)
 
     def renew(self, error: BrokenExecutor) -> None:
         raise error
 
-    def stop(self, pending: Iterable[Future[Piece]]) -> None:
+    def stop(self, pending: Iterable[Future[Any]]) -> None:
         self._stop.set()
 
 
@@ -312,7 +351,9 @@ class _Sent:
     def capacity(self, measured: bool) -> int:
         return _QUEUED * self.count if measured else self.count
 
-    def submit(self, task: Task) -> Future[Piece]:
+    def submit(self, task: Task) -> Future[Any]:
+        if isinstance(task.order, Calls):
+            return self._executor.submit(call_order, task.order, str(self._stop))
         return self._executor.submit(simulate_order, task.order, str(self._stop))
 
     def renew(self, error: BrokenExecutor) -> None:
@@ -333,7 +374,7 @@ class _Sent:
         )
         self._own.append(self._executor)
 
-    def stop(self, pending: Iterable[Future[Piece]]) -> None:
+    def stop(self, pending: Iterable[Future[Any]]) -> None:
         # Pieces that wait are taken back; those that have begun look for the file.
         self._stop.touch()
         wait([future for future in pending if not future.cancel()], timeout=_LAST_WAIT)

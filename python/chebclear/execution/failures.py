@@ -8,8 +8,20 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..base.units import unit
-from ..errors import Problem, describe
-from .pieces import NOT_BEGUN, End
+from ..errors import Problem, SceneError, describe
+from .limited import TimeLimitError
+from .means import OnFailure
+from .pieces import NOT_BEGUN, NOT_FINITE, SCENE, TIME_LIMIT, End
+
+BUILD, MODEL, FEATURE = "build", "model", "feature"
+"""Why a run failed in a callable of the user's."""
+
+# More failed runs than this share are no hole in a study: what they have in common is wrong.
+_MOST_FAILED = 0.5
+
+
+class NotFiniteError(ValueError):
+    """A model of the user's own returned what is not finite."""
 
 
 @dataclass(frozen=True)
@@ -23,11 +35,11 @@ class FailedRun:
     parameters : Mapping[str, float]
         Its parameters [SI units].
     reason : str
-        The status word of the run, such as ``"step_underflow"``; ``"build"`` or ``"feature"`` if a callable
-        of the user's raised, ``"scene"`` if there is no such mechanism, ``"settings"`` if they do not fit
-        it, ``"not_finite"`` if an output has no value, ``"time_limit"`` if it took too long,
-        ``"worker_lost"`` if its worker ended whenever it was tried, ``"not_begun"`` if there was no
-        time.
+        The status word of the run, such as ``"step_underflow"``; ``"build"``, ``"model"`` or ``"feature"`` if
+        a callable of the user's raised or returned something wrong, ``"scene"`` if there is no such
+        mechanism, ``"settings"`` if they do not fit it, ``"not_finite"`` if an output has no value,
+        ``"time_limit"`` if it took too long, ``"worker_lost"`` if its worker ended whenever it was tried,
+        ``"not_begun"`` if there was no time.
     message : str
         What happened in words.
     time : float
@@ -58,6 +70,40 @@ class FailedRun:
     def from_dict(cls, plain: Mapping[str, Any]) -> FailedRun:
         """What JSON made of one."""
         return cls(**plain)
+
+
+def end_of(error: Exception, where: str) -> End:
+    """How a run ended for which a call of the user's failed."""
+    if isinstance(error, TimeLimitError):
+        return End(TIME_LIMIT, f"{where}: {error}")
+    if isinstance(error, SceneError):
+        return End(SCENE, str(error).replace("\n", "; "))
+    if isinstance(error, NotFiniteError):
+        return End(NOT_FINITE, str(error).replace("\n", "; "))
+    return End(where, f"{type(error).__name__}: {error}")
+
+
+def run_to_raise(failed: Mapping[int, End], runs: int, nominal: int, on_failure: OnFailure) -> int | None:
+    """The failed run that must be raised, if one must: the nominal one, or the first if most failed.
+
+    Parameters
+    ----------
+    failed : mapping of int to End
+        The runs that were begun and failed, by their number.
+    runs : int
+        Runs in all [-].
+    nominal : int
+        Number of the nominal run.
+    on_failure : {"collect", "raise"}
+        With ``"raise"`` the first one must.
+    """
+    if not failed:
+        return None
+    if on_failure == "raise":
+        return min(failed)
+    if nominal in failed:
+        return nominal
+    return min(failed) if len(failed) > _MOST_FAILED * runs else None
 
 
 def told_failures(failures: Sequence[FailedRun], runs: int) -> tuple[str, ...]:

@@ -3,15 +3,29 @@
 from __future__ import annotations
 
 import ctypes
+import faulthandler
+import multiprocessing
+import os
 import queue
 import threading
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
+from contextlib import contextmanager
 from typing import Any, TypeVar
+
+from ..errors import ChebclearError
 
 Value = TypeVar("Value")
 
+# How often a call looks whether its value is still wanted [s].
+_WAKE = 0.1
+# After how many times its limit, and how long besides [s], a call that does not even let other threads run is
+# ended with its process: long enough that the usual way has had its chance.
+_TIMES, _BESIDES = 2.0, 1.0
 
-class TimeLimitError(Exception):
+
+class TimeLimitError(ChebclearError, TimeoutError):
     """A function that took too long."""
 
 
@@ -24,11 +38,15 @@ class LimitedCalls:
     Parameters
     ----------
     seconds : float or None
-        The limit [s]; None calls directly.
+        The limit [s]; None for none.
+    wanted : callable, optional
+        Says whether what is called is still wanted. Without it and without a limit functions are called on
+        the thread that asks.
     """
 
-    def __init__(self, seconds: float | None) -> None:
+    def __init__(self, seconds: float | None, wanted: Callable[[], bool] | None = None) -> None:
         self._seconds = seconds
+        self._wanted = wanted
         self._worker: _Worker | None = None
 
     def __call__(self, function: Callable[..., Value], /, *arguments: Any, **keywords: Any) -> Value:
@@ -38,21 +56,40 @@ class LimitedCalls:
         ------
         TimeLimitError
             If it takes longer.
+        concurrent.futures.CancelledError
+            If it is no longer wanted.
         """
-        if self._seconds is None:
+        if self._seconds is None and self._wanted is None:
             return function(*arguments, **keywords)
         if self._worker is None:
             self._worker = _Worker()
-        self._worker.tasks.put(lambda: function(*arguments, **keywords))
+        worker = self._worker
+        worker.tasks.put(lambda: function(*arguments, **keywords))
         try:
-            value, error = self._worker.results.get(timeout=self._seconds)
-        except queue.Empty:
-            self._worker.abandon()
+            value, error = self._result(worker)
+        except BaseException:
+            worker.abandon()
             self._worker = None
-            raise TimeLimitError(f"it was given up after {self._seconds:g} s") from None
+            raise
         if error is not None:
             raise error
         return value  # type: ignore[no-any-return]
+
+    def _result(self, worker: _Worker) -> tuple[Any, BaseException | None]:
+        """What came of a call."""
+        begin = time.monotonic()
+        while True:
+            left = None
+            if self._seconds is not None:
+                left = max(0.0, begin + self._seconds - time.monotonic())
+            pause = left if self._wanted is None else _WAKE if left is None else min(left, _WAKE)
+            try:
+                return worker.results.get(timeout=pause)
+            except queue.Empty:
+                if self._wanted is not None and not self._wanted():
+                    raise CancelledError("the study was interrupted") from None
+                if left is not None and left <= pause:  # type: ignore[operator]
+                    raise TimeLimitError(f"it was given up after {self._seconds:g} s") from None
 
     def close(self) -> None:
         """End the thread."""
@@ -88,3 +125,21 @@ class _Worker:
             ctypes.pythonapi.PyThreadState_SetAsyncExc(
                 ctypes.c_ulong(identifier), ctypes.py_object(SystemExit)
             )
+
+
+@contextmanager
+def ended_by_force(seconds: float | None) -> Iterator[None]:
+    """End this process, if it is a worker, when the block takes far longer than a limit [s].
+
+    A function that never lets other threads run, as compiled code may, can only be ended with its process.
+    What starts it notices that the worker was lost.
+    """
+    if seconds is None or multiprocessing.parent_process() is None:
+        yield
+        return
+    with open(os.devnull, "w", encoding="utf-8") as nowhere:
+        faulthandler.dump_traceback_later(_TIMES * seconds + _BESIDES, exit=True, file=nowhere)
+        try:
+            yield
+        finally:
+            faulthandler.cancel_dump_traceback_later()

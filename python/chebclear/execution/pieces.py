@@ -143,8 +143,8 @@ def simulate_order(
     """
     begin = time.perf_counter()
     if isinstance(stop, str):
-        _end_with_parent()
-        wanted: Callable[[], bool] = functools.partial(_is_missing, stop)
+        end_with_parent()
+        wanted: Callable[[], bool] = functools.partial(is_missing, stop)
     else:
         wanted = lambda: not stop.is_set()  # noqa: E731
 
@@ -281,12 +281,13 @@ def _by_scene(error: InputError) -> dict[int, list[Problem]]:
     return found
 
 
-def _is_missing(path: str) -> bool:
+def is_missing(path: str) -> bool:
+    """Whether there is no such file; to be sent to workers."""
     return not os.path.exists(path)
 
 
 @functools.cache
-def _end_with_parent() -> None:
+def end_with_parent() -> None:
     """Let this worker end when the process that started it has been killed.
 
     Workers of a process pool wait for their next task on a pipe that they hold open themselves, so they would

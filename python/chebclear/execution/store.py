@@ -17,7 +17,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,14 +37,23 @@ _HEAD, _LOCK, _SET_ASIDE = "store.json", "lock", ".damaged"
 _PIECE = re.compile(r"piece-([0-9a-f]{32})\.npz")
 # A head is a few kilobytes of names and numbers.
 _MOST_HEAD_BYTES = 10_000_000
-_KEY_BYTES = 16
+KEY_BYTES = 16
+"""Length of the key of a run [-]."""
 # What may differ between the studies of one store: outputs and features are compared by name.
 _NAMED = ("outputs", "features")
 
 
+class Known(Protocol):
+    """What the runs of a store have in common."""
+
+    def facts(self) -> dict[str, Any]:
+        """As JSON has it."""
+        ...
+
+
 @dataclass(frozen=True)
 class Identity:
-    """What the runs of a store have in common."""
+    """What the simulations of a store have in common."""
 
     settings: Settings
     """How they are simulated; the outputs are given by name."""
@@ -68,7 +77,7 @@ class Identity:
 
 def run_key(scene: str, settings: Settings) -> bytes:
     """What tells a run from all others with the same identity: its scene and its tolerance."""
-    return hashlib.sha256(f"{settings.rtol!r}\n{scene}".encode()).digest()[:_KEY_BYTES]
+    return hashlib.sha256(f"{settings.rtol!r}\n{scene}".encode()).digest()[:KEY_BYTES]
 
 
 class Store:
@@ -78,7 +87,7 @@ class Store:
     ----------
     path : path
         The folder; made if it does not exist.
-    identity : Identity
+    identity : Known
         What its runs must be of.
 
     Raises
@@ -87,7 +96,7 @@ class Store:
         If the folder cannot be written to, is used by another process, or holds runs of something else.
     """
 
-    def __init__(self, path: str | os.PathLike[str], identity: Identity) -> None:
+    def __init__(self, path: str | os.PathLike[str], identity: Known) -> None:
         self.path = Path(path)
         self.remarks: list[str] = []
         """What the user should know of the files in the folder."""
@@ -120,6 +129,21 @@ class Store:
     def __contains__(self, key: bytes) -> bool:
         return key in self._where
 
+    def names(self, key: bytes) -> tuple[list[str], list[str]]:
+        """Names of the outputs and of the features that are kept of a run."""
+        with self._errors(), np.load(self.path / self._where[key][0], allow_pickle=False) as file:
+            head = json.loads(str(file["head"]))
+            return head["outputs"], head["features"]
+
+    def name(self, outputs: Sequence[str], features: Sequence[str]) -> None:
+        """Say what the runs have that are asked for, if that was not known when the store was opened."""
+        self._facts |= {"outputs": list(outputs), "features": list(features)}
+        with self._errors():
+            if self._where:
+                self._check_head()
+            else:
+                self._write_head(self._facts)
+
     def write(self, keys: Sequence[bytes], piece: Piece) -> None:
         """Keep a finished piece.
 
@@ -133,7 +157,7 @@ class Store:
         np.savez(
             memory,
             head=np.array(json.dumps(head)),
-            keys=np.frombuffer(b"".join(keys), dtype=np.uint8).reshape(len(keys), _KEY_BYTES),
+            keys=np.frombuffer(b"".join(keys), dtype=np.uint8).reshape(len(keys), KEY_BYTES),
             t=piece.t,
             values=piece.values,
             features=piece.features,
@@ -268,7 +292,7 @@ class Store:
                     if different:
                         raise _Unfit(f"is of another study ({'; '.join(different)})")
                     keys: NDArray[np.uint8] = archive["keys"]
-                    if keys.dtype != np.uint8 or keys.ndim != 2 or keys.shape[1] != _KEY_BYTES:
+                    if keys.dtype != np.uint8 or keys.ndim != 2 or keys.shape[1] != KEY_BYTES:
                         raise _Unfit("is no piece of a store")
                     return keys
             except (KeyError, *DAMAGE):

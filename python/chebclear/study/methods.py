@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -340,6 +341,7 @@ class Methods(Runner):
         points = np.array([at for _, _, _, at, _ in found])
         runs = self.made(points, result.settings, midpoint=False)
         columns = [runs.outputs.index(name) for name, *_ in found]
+        rows = {int(point): row for row, point in enumerate(runs.kept)}
         return tuple(
             WorstCase(
                 output=name,
@@ -347,9 +349,9 @@ class Methods(Runner):
                 time=float(result.t[sample]),
                 parameters=dict(zip(self.intervals, map(float, at), strict=True)),
                 predicted=predicted,
-                simulated=float(runs.values[row, sample, column]),
+                simulated=float(runs.values[rows[point], sample, column]) if point in rows else math.nan,
             )
-            for row, ((name, side, sample, at, predicted), column) in enumerate(
+            for point, ((name, side, sample, at, predicted), column) in enumerate(
                 zip(found, columns, strict=True)
             )
         )

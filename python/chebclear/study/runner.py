@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..base.progress import Progress, reporter
 from ..errors import SceneError, describe
 from ..execution.failures import count_failed, located
+from ..execution.means import Means
 from ..run.settings import Settings
 from ..run.tracking import settling_time
 from ..scene.scene import Interval, Scene
@@ -24,7 +25,7 @@ from .models.own import OwnModel
 from .polynomials.holes import fit_holes
 from .polynomials.surrogate import BoundKind
 from .results import StudyResult
-from .runs import Making, Means, Runs
+from .runs import Making, Runs
 
 Array = NDArray[np.float64]
 
@@ -141,10 +142,12 @@ class Runner:
         else:
             assert self.model is not None, "what is not simulated comes from a model"
             with reporter(self.progress, "study") as report:
-                made = self.model.runs(points, midpoint=midpoint, report=report)
+                made = self.model.runs(points, midpoint=midpoint, report=report, means=self.means)
         seconds = time.perf_counter() - start
-        kept = np.arange(len(points))
-        return Runs(kept=kept, stats=(), settings=None, seconds=seconds, **vars(made))
+        facts = vars(made)
+        if made.kept is None:
+            facts = facts | {"kept": np.arange(len(points))}
+        return Runs(stats=(), settings=None, seconds=seconds, **facts)
 
     def simulated(self, points: Array, settings: Settings, *, midpoint: bool = True) -> Runs:
         """The runs at the points and, if asked for, last at the midpoint; does not pass on warnings."""

@@ -5,24 +5,30 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, overload
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.arguments import Checks
 from ..base.progress import Progress
 from ..base.units import unit
 from ..errors import ChebclearWarning, InputError, Problem, SceneError, SettingsError, SimulationError
 from ..execution.batch import Batch, Built
-from ..execution.failures import FailedRun, located, told_failures
-from ..execution.limited import LimitedCalls, TimeLimitError
-from ..execution.pieces import NOT_BEGUN, SCENE, SETTINGS, TIME_LIMIT, End, stats_of
+from ..execution.failures import (
+    BUILD,
+    FEATURE,
+    FailedRun,
+    end_of,
+    located,
+    run_to_raise,
+    told_failures,
+)
+from ..execution.limited import LimitedCalls
+from ..execution.means import Means
+from ..execution.pieces import NOT_BEGUN, SCENE, SETTINGS, End, stats_of
 from ..execution.store import Identity, Store
 from ..run.settings import Settings
 from ..run.trajectory import Stats
@@ -31,18 +37,11 @@ from .features.features import Asked, feature_values, settling_warnings
 from .features.swept import SweptRun
 
 Array = NDArray[np.float64]
-OnFailure = Literal["collect", "raise"]
 
 MOST_NODES = 10_000
 """Nodes or points of one parameter [-]."""
 MOST_RUNS = 1_000_000
 """Runs of a study [-]."""
-MOST_THREADS = 1024
-BUILD, FEATURE = "build", "feature"
-"""Why a run failed in a callable of the user's."""
-
-# More failed runs than this share are no hole in a study: what they have in common is wrong.
-_MOST_FAILED = 0.5
 
 
 @dataclass(frozen=True)
@@ -120,48 +119,6 @@ class Scenes(Sequence[Scene]):
         if isinstance(index, slice):
             return Scenes(self._numbers[index], self._build)
         return self._build(int(self._numbers[index]))
-
-
-@dataclass(frozen=True)
-class Means:
-    """Where the runs of a study are simulated, and what becomes of those that fail."""
-
-    threads: int | None = None
-    """Threads to simulate on [-]; all processors if None, one for each piece given to an executor."""
-    executor: Executor | None = None
-    """Where to simulate; on threads of this process if None."""
-    store: str | os.PathLike[str] | None = None
-    """Folder that keeps finished runs."""
-    on_failure: OnFailure = "collect"
-    """Whether runs that fail are left out or raise."""
-    run_seconds: float | None = field(default=None, metadata=unit("s"))
-    """Time after which a run, or a call for it, is given up [s]."""
-    max_seconds: float | None = field(default=None, metadata=unit("s"))
-    """Time after which no further runs are begun [s]."""
-
-
-def checked_means(
-    checks: Checks,
-    threads: int | None,
-    executor: Executor | None,
-    store: str | os.PathLike[str] | None,
-    on_failure: OnFailure,
-    run_seconds: float | None,
-    max_seconds: float | None,
-) -> Means:
-    """Means from what the user gave; what is wrong with it is noted in `checks`."""
-    if threads is not None:
-        threads = checks.whole("threads", threads, least=1, most=MOST_THREADS)
-    if executor is not None and not callable(getattr(executor, "submit", None)):
-        checks.add(f"executor must have a method submit, got {executor!r}", wrong_type=True)
-    checks.word("on_failure", on_failure, ("collect", "raise"))
-    if run_seconds is not None:
-        run_seconds = checks.real("run_seconds", run_seconds, "s", above=0.0)
-    if max_seconds is not None:
-        max_seconds = checks.real("max_seconds", max_seconds, "s", above=0.0)
-    if store is not None and not isinstance(store, str | os.PathLike):
-        checks.add(f"store must be the path of a folder, got {store!r}", wrong_type=True)
-    return Means(threads, executor, store, on_failure, run_seconds, max_seconds)
 
 
 class Making:
@@ -270,7 +227,7 @@ class Making:
             if self._means.on_failure == "raise":
                 raise
             self._raised.setdefault(number, error)
-            return _end_of(error, BUILD)
+            return end_of(error, BUILD)
 
     def _built(self, parameters: dict[str, float]) -> tuple[Scene, tuple[str, ...]]:
         """A scene, and what `build` warned of; other warnings take their usual way."""
@@ -362,7 +319,7 @@ class Making:
             if self._means.on_failure == "raise":
                 raise error
             self._raised.setdefault(number, error)
-            batch.end(number, _end_of(error, FEATURE))
+            batch.end(number, end_of(error, FEATURE))
 
         def swept(number: int) -> SweptRun:
             samples = batch.values[number].view()
@@ -385,15 +342,9 @@ class Making:
     def _require_success(self, batch: Batch) -> None:
         """Raise for the first failed run if it is to be, if the nominal run is lost, or most are."""
         failed = {number: end for number, end in batch.failed() if end.status != NOT_BEGUN}
-        if not failed:
+        first = run_to_raise(failed, self.count, len(self._points), self._means.on_failure)
+        if first is None:
             return
-        nominal = len(self._points)
-        first = nominal if nominal in failed else min(failed)
-        few = len(failed) <= _MOST_FAILED * self.count
-        if self._means.on_failure == "collect" and few and first != nominal:
-            return
-        if self._means.on_failure == "raise":
-            first = min(failed)
         end, parameters = failed[first], self.parameters(first)
         if first in self._raised:
             raise self._raised[first]
@@ -419,15 +370,6 @@ def topology(scene: Scene) -> str:
 
     text = json.dumps(shape(json.loads(scene.to_json())), sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-def _end_of(error: Exception, where: str) -> End:
-    """How a run ended for which a call of the user's failed."""
-    if isinstance(error, TimeLimitError):
-        return End(TIME_LIMIT, f"{where}: {error}")
-    if isinstance(error, SceneError):
-        return End(SCENE, str(error).replace("\n", "; "))
-    return End(where, f"{type(error).__name__}: {error}")
 
 
 def _moved_up(values: Array, kept: NDArray[np.intp]) -> Array:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..base.arguments import Checks
 from ..base.progress import Progress, is_request
+from ..execution.means import OnFailure, checked_means
 from ..execution.plan import Plan
 from ..run.features import Feature
 from ..run.settings import MOST_CYCLES, RunOptions, Settings, checked_names, with_settings
@@ -25,7 +26,6 @@ from .features.features import Asked, checked_features, tracked_features
 from .methods import Methods, plan_of
 from .models.finished import FinishedRuns, finished_runs
 from .models.own import OwnModel, check_own_features, check_unused
-from .runs import OnFailure, checked_means
 
 
 @with_settings(RunOptions)
@@ -65,20 +65,23 @@ class Study(Methods):
         continuous motion, so that `outputs` may then be empty; for a model of your own, of the samples. A
         callable gets every run, as `simulate` returns it, and returns a number, or one for each cycle. The
         samples are there at once; contacts, peaks and what else only the motion knows cost that run again.
-        For a model of your own it gets what the model returned.
+        For a model of your own it gets a dictionary of the instants ``"t"``, arrays and numbers that the
+        model returned.
     store : path, optional
         Folder that keeps every finished run; made if it does not exist. An interrupted study goes on from
-        there to the same bits, and a later study of the mechanism simulates only the runs that are new.
+        there to the same bits, and a later study of the mechanism simulates only the runs that are new. Of a
+        model of your own, text and surroundings of the function are compared, not what it reads from files.
     on_failure : {"collect", "raise"}
-        What becomes of simulations that fail. They are repeated once with tighter tolerances and then
+        What becomes of runs that fail. Simulations are repeated once with tighter tolerances, then all are
         collected in `StudyResult.failures`; results are made without them, and their verdicts account for the
         hole. Or the first one raises and there is no result. The nominal run, and more than half of all,
-        always raise; so does a model of your own.
+        always raise.
     run_seconds : float, optional
-        Time after which a simulation is given up as failed [s], as is a call of `build` or of a feature for
-        it.
+        Time after which a simulation is given up as failed [s], as is a call of `build`, of a feature, or of
+        a model of your own. A call that holds the interpreter, as compiled code may, ends only with the
+        worker of a process pool that makes it.
     max_seconds : float, optional
-        Time after which no further simulations are begun [s]. The result is made from those that are done;
+        Time after which no further runs are begun [s]. The result is made from those that are done;
         its `status` is then ``"stopped"``, and its verdicts are those of the runs that there are.
 
     Raises
@@ -154,12 +157,10 @@ class Study(Methods):
             return
         cycles = checks.whole("cycles", options.get("cycles", 1), least=1, most=MOST_CYCLES)
         check_unused(checks, [name for name in options if name != "cycles"])
-        if (store, run_seconds, max_seconds) != (None, None, None):
-            checks.add("store, run_seconds and max_seconds are for simulations, not for a model of your own")
         check_own_features(checks, self.features)
         names = checked_names(checks, outputs)
         checks.finish()
-        self.model = OwnModel(build, self.intervals, self.fixed, names, self.features, cycles, executor)
+        self.model = OwnModel(build, self.intervals, self.fixed, names, self.features, cycles)
 
     def plan(self, method: str = "band", **arguments: Any) -> Plan:
         """What a method of this study will cost, from a few of its runs.

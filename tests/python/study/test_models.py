@@ -92,7 +92,7 @@ def test_features_of_samples_are_those_of_the_samples():
 )
 def test_a_model_that_returns_something_else_is_told_so(model, message):
     with pytest.raises((ValueError, TypeError), match=message):
-        Study(model, {"a": BOX["a"]}).band(8)
+        Study(model, {"a": BOX["a"]}, on_failure="raise").band(8)
 
 
 def test_what_a_model_raises_names_the_parameters():

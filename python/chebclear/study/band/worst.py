@@ -35,7 +35,7 @@ class WorstCase:
     predicted: float
     """What the polynomial says, in the unit of the output."""
     simulated: float
-    """What the run says there and then."""
+    """What the run says there and then; NaN if it failed."""
 
     def __str__(self) -> str:
         word = "highest" if self.side == "upper" else "lowest"

@@ -13,7 +13,8 @@ from ...base.arguments import Checks, did_you_mean
 from ...errors import describe
 from ...run.features import Feature
 from ...scene.scene import Interval
-from .own import Returned, check_own_features, sampled_feature, time_axis
+from .own import Returned, check_own_features, sampled_feature
+from .returned import time_axis
 
 Array = NDArray[np.float64]
 

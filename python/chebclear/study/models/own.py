@@ -2,29 +2,32 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
+import functools
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.arguments import Checks, as_number, did_you_mean
+from ...base.arguments import Checks, did_you_mean
 from ...base.units import unit
 from ...errors import describe
+from ...execution.failures import FailedRun, told_failures
+from ...execution.limited import LimitedCalls
+from ...execution.means import Means
+from ...execution.store import Store
 from ...run.features import JOINT_KINDS, Feature
 from ...run.settings import RunOptions
-from ...scene.scene import Interval, Scene
+from ...scene.scene import Interval
 from ..features.features import Asked, called
+from .calling import Calling, call_model
+from .identity import ModelIdentity
+from .returned import ReturnedRun
 
 Array = NDArray[np.float64]
-
-# Steps of the time axis may differ by so much of themselves: rounding of what was read from a text.
-_EVEN = 1e-3
 
 
 @dataclass(frozen=True)
@@ -45,85 +48,10 @@ class Returned:
     """What the user should be warned of."""
     nominal_parameters: Array | None = None
     """Parameters of the run that stands for the nominal one, shape (parameters,); None at the midpoint."""
-
-
-class _Run(NamedTuple):
-    """What a model returned, checked."""
-
-    t: Array
-    series: dict[str, Array]
-    numbers: dict[str, float]
-
-
-def time_axis(checks: Checks, given: object) -> Array:
-    """Instants of a model; empty if something is wrong with them, which is noted in `checks`."""
-    try:
-        t = np.asarray(given, dtype=float)
-    except (TypeError, ValueError):
-        checks.add(f"t must be instants [s], got {given!r}", wrong_type=True)
-        return np.empty(0)
-    if t.ndim != 1 or len(t) < 2:
-        checks.add(f"t must be at least 2 instants [s], shape (samples,), got shape {t.shape}")
-        return np.empty(0)
-    steps = np.diff(t)
-    if not np.all(np.isfinite(t)) or steps.min() <= 0.0:
-        checks.add("t must be finite and rise from instant to instant")
-        return np.empty(0)
-    if steps.max() - steps.min() > _EVEN * steps.mean():
-        checks.add(
-            f"t must be equally spaced, its steps go from {steps.min():.6g} to {steps.max():.6g} s: "
-            "interpolate the outputs first, with numpy.interp"
-        )
-        return np.empty(0)
-    return t
-
-
-def _read(given: object) -> _Run:
-    """What a model returned, checked; all problems together."""
-    checks = Checks()
-    if isinstance(given, Scene):
-        raise TypeError("it returned a Scene: a study of scenes needs duration and samples")
-    if not isinstance(given, Mapping):
-        raise TypeError(
-            "a model must return a Scene, or a mapping such as {'t': instants, 'force': values, 'stroke': "
-            f"0.03}}, got {given!r}"
-        )
-    t = time_axis(checks, given["t"]) if "t" in given else np.empty(0)
-    series, numbers = {}, {}
-    for name, value in given.items():
-        if not isinstance(name, str):
-            checks.add(f"names of outputs must be texts, got {name!r}", wrong_type=True)
-        elif name != "t":
-            number = as_number(value)
-            if number is None:
-                series[name] = _series(checks, name, value, t, timed="t" in given)
-            elif not math.isfinite(number):
-                checks.add(f'"{name}" is not finite: {value!r}')
-            else:
-                numbers[name] = number
-    if not series and not numbers:
-        checks.add(f"a model must return at least one output besides t, got {sorted(map(str, given))}")
-    checks.finish()
-    return _Run(t, series, numbers)
-
-
-def _series(checks: Checks, name: str, value: object, t: Array, *, timed: bool) -> Array:
-    """One output over time."""
-    array = np.asarray(value)
-    if array.dtype.kind not in "iuf":
-        checks.add(f'"{name}" must be a number or an array of numbers, got {value!r}', wrong_type=True)
-    elif not timed:
-        checks.add(f'"{name}" is an array of shape {array.shape} without a time axis: return "t" as well')
-    elif len(t) and array.shape != t.shape:
-        checks.add(
-            f'"{name}" must have a value for each of the {len(t)} instants of t, shape {t.shape}, got shape '
-            f"{array.shape}"
-        )
-    elif not np.all(np.isfinite(array)):
-        first = int(np.flatnonzero(~np.isfinite(array.ravel()))[0])
-        at = f"t = {t[first]:.6g} s" if len(t) else f"sample {first}"
-        checks.add(f'"{name}" is not finite at {at}')
-    return array.astype(float) if array.dtype.kind in "iuf" else np.empty(0)
+    kept: NDArray[np.intp] | None = None
+    """Numbers of the points whose runs these are, without the nominal one; all if None."""
+    failures: tuple[FailedRun, ...] = ()
+    """The runs that failed."""
 
 
 def sampled_feature(feature: Feature, t: Array, values: Array, cycles: int) -> Array:
@@ -201,7 +129,7 @@ def check_own_features(checks: Checks, asked: Mapping[str, Asked]) -> None:
             )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class OwnModel:
     """A callable of the user, called at every point."""
 
@@ -217,100 +145,102 @@ class OwnModel:
     """What is found of every run besides the numbers that the model returns."""
     cycles: int
     """Equal pieces of the time, each with features of its own [-]."""
-    executor: Executor | None
-    """Where to call; here, one after the other, if None."""
+    first: ReturnedRun | None = field(default=None, init=False)
+    """The run that all others are held to; None before there is one."""
 
-    def runs(self, points: Array, *, midpoint: bool, report: Callable[[int, int], None] | None) -> Returned:
+    def runs(
+        self, points: Array, *, midpoint: bool, report: Callable[[int, int], None] | None, means: Means
+    ) -> Returned:
         """The runs at the points and, if asked for, last at the midpoint.
 
-        `report` gets the runs done and the runs in all.
+        `report` gets the runs done and the runs in all; `means` says where they are made and what becomes of
+        those that fail.
 
         Raises
         ------
         ValueError, TypeError
-            If the model returns something else than finite numbers, or its runs differ in names or instants.
+            If the model returns something else than finite numbers, or its runs differ in names or instants,
+            for the nominal run, for most runs, or for one if that must raise.
+        StoreError
+            If the store cannot be used.
         """
         middle = np.array([side.midpoint for side in self.intervals.values()])
         rows = np.vstack([points, middle]) if midpoint else points
         given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in rows]
-        first: _Run | None = None
-        for row, value in enumerate(self._returned(given)):
-            try:
-                run = _read(value)
-                if first is None:
-                    first = run
-                    chosen = chosen_outputs(list(run.series), self.outputs)
-                    names = self._feature_names(list(run.numbers))
-                    values = np.empty((len(given), len(run.t) if chosen else 0, len(chosen)))
-                    features = np.empty((len(given), self.cycles, len(names)))
-                _require_same(first, run)
-            except (ValueError, TypeError) as error:
-                raise type(error)(f"the model with {describe(given[row])}: {error}") from None
-            for column, name in enumerate(chosen):
-                values[row, :, column] = run.series[name]
-            features[row] = self._features(run, value, given[row]).T
-            if report is not None:
-                report(row + 1, len(given))
-        assert first is not None, "a study has at least one point"
+        store = None
+        if means.store is not None:
+            store = Store(means.store, ModelIdentity.of(self.call, self.fixed))
+        table = _Table(self, given, means.run_seconds)
+        call = functools.partial(call_model, self.call, self.fixed)
+        nominal = len(given) - 1 if midpoint else None
+        calling = Calling(call, given, nominal, means, store, table, self.first)
+        try:
+            calling.run(report)
+        finally:
+            table.limited.close()
+            if store is not None:
+                store.close()
+        self.first = calling.first
+        failures = calling.failures()
+        failed = {one.index for one in failures}
+        kept = np.array([number for number in range(len(given)) if number not in failed], dtype=np.intp)
+        remarks = () if store is None else tuple(store.remarks)
         return Returned(
-            t=first.t,
-            outputs=chosen,
-            values=values,
-            features=features if names else None,
-            feature_names=names,
+            t=table.t,
+            outputs=table.chosen,
+            values=table.values[kept],
+            features=table.features[kept] if table.names else None,
+            feature_names=table.names,
+            warnings=(*told_failures(failures, len(given)), *remarks),
+            kept=kept[: len(kept) - midpoint],
+            failures=failures,
         )
 
-    def _returned(self, given: Sequence[Mapping[str, float]]) -> Iterator[object]:
-        """What the model returns at each point; its own exceptions get a note with the parameters."""
-        futures = []
-        if self.executor is not None:
-            futures = [self.executor.submit(self.call, **parameters, **self.fixed) for parameters in given]
-        try:
-            for row, parameters in enumerate(given):
-                try:
-                    yield futures[row].result() if futures else self.call(**parameters, **self.fixed)
-                except Exception as error:
-                    error.add_note(f"in the model with {describe(parameters)}")
-                    raise
-        finally:
-            for future in futures:
-                future.cancel()
 
-    def _feature_names(self, numbers: Sequence[str]) -> tuple[str, ...]:
-        both = [name for name in numbers if name in self.features]
+class _Table:
+    """The runs of a model as arrays, with their features."""
+
+    def __init__(
+        self, model: OwnModel, given: Sequence[Mapping[str, float]], run_seconds: float | None
+    ) -> None:
+        self._model = model
+        self._given = given
+        self.limited = LimitedCalls(run_seconds)
+
+    def begin(self, first: ReturnedRun) -> None:
+        """Make room for runs like this one."""
+        model, count = self._model, len(self._given)
+        both = [name for name in first.numbers if name in model.features]
         if both:
             raise ValueError(f'"{both[0]}" is a number that the model returns and a name in features')
-        return (*self.features, *numbers)
+        self.t = first.t
+        self.chosen = chosen_outputs(list(first.series), model.outputs)
+        self.names = (*model.features, *first.numbers)
+        self.values = np.empty((count, len(first.t) if self.chosen else 0, len(self.chosen)))
+        self.features = np.empty((count, model.cycles, len(self.names)))
+        self._numbers = tuple(first.numbers)
 
-    def _features(self, run: _Run, value: Any, parameters: Mapping[str, float]) -> Array:
+    def fill(self, number: int, run: ReturnedRun) -> None:
+        """Keep a run."""
+        for column, name in enumerate(self.chosen):
+            self.values[number, :, column] = run.series[name]
+        self.features[number] = self._features(run, self._given[number]).T
+
+    def _features(self, run: ReturnedRun, parameters: Mapping[str, float]) -> Array:
         """Features of a run, those asked for and then the numbers it has, shape (features, cycles)."""
-        rows = []
-        for name, asked in self.features.items():
+        rows, cycles = [], self._model.cycles
+        for name, asked in self._model.features.items():
             try:
                 if isinstance(asked, Feature):
                     series = run.series[chosen_outputs(list(run.series), [asked.of])[0]]
-                    rows.append(sampled_feature(asked, run.t, series, self.cycles))
+                    rows.append(sampled_feature(asked, run.t, series, cycles))
                 else:
-                    rows.append(called(name, asked, value, self.cycles))
+                    rows.append(self.limited(called, name, asked, run.mapping, cycles))
             except Exception as error:
                 error.add_note(f'in feature "{name}" of the run with {describe(parameters)}')
                 raise
-        rows += [np.full(self.cycles, number) for number in run.numbers.values()]
-        return np.array(rows).reshape(-1, self.cycles)
-
-
-def _require_same(first: _Run, run: _Run) -> None:
-    """Refuse a run that cannot stand in one table with the first one."""
-    for kind, mine, others in (
-        ("time series", run.series, first.series),
-        ("numbers", run.numbers, first.numbers),
-    ):
-        if list(mine) != list(others) and set(mine) != set(others):
-            raise ValueError(f"it returns the {kind} {sorted(mine)}, the first run {sorted(others)}")
-    if run.t.shape != first.t.shape:
-        raise ValueError(f"t has {len(run.t)} instants, {len(first.t)} in the first run")
-    if len(run.t) and np.max(np.abs(run.t - first.t)) > 1e-9 * (first.t[-1] - first.t[0]):
-        raise ValueError("t has other instants than in the first run: interpolate to the same ones")
+        rows += [np.full(cycles, run.numbers[name]) for name in self._numbers]
+        return np.array(rows).reshape(-1, cycles)
 
 
 def check_unused(checks: Checks, given: Iterable[str]) -> None:

@@ -1,0 +1,92 @@
+"""A piece of a study of a model of the user's own: some of its calls, made by one worker."""
+
+from __future__ import annotations
+
+import functools
+import pickle
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import CancelledError
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..base.units import unit
+from .limited import LimitedCalls, ended_by_force
+from .pieces import end_with_parent, is_missing
+
+
+@dataclass(frozen=True)
+class Calls:
+    """What a worker is asked to call."""
+
+    call: Callable[[Mapping[str, float]], Any]
+    """Gets the parameters of a run and returns what is kept of it."""
+    parameters: Sequence[Mapping[str, float]]
+    """Parameters of each run by name."""
+    run_seconds: float | None = field(metadata=unit("s"))
+    """Time after which a call is given up [s]."""
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What came of some calls."""
+
+    values: tuple[Any, ...]
+    """What each returned; None where it raised."""
+    errors: tuple[Exception | None, ...]
+    """What each raised."""
+    seconds: float = field(metadata=unit("s"))
+    """Time they took [s]."""
+
+
+def call_order(order: Calls, stop: str | threading.Event | None) -> Answers:
+    """Make the calls that were ordered, wherever an executor has sent them.
+
+    Parameters
+    ----------
+    order : Calls
+        What to call.
+    stop : str, threading.Event or None
+        What says that the runs are no longer wanted, see `simulate_order`; None calls on the thread that
+        asks, which gets interrupts itself.
+
+    Raises
+    ------
+    concurrent.futures.CancelledError
+        If the runs are no longer wanted.
+    """
+    begin = time.perf_counter()
+    values: list[Any] = []
+    errors: list[Exception | None] = []
+    wanted: Callable[[], bool] | None = None
+    if isinstance(stop, str):
+        end_with_parent()
+        wanted = functools.partial(is_missing, stop)
+    elif stop is not None:
+        wanted = lambda: not stop.is_set()  # noqa: E731
+    limited = LimitedCalls(order.run_seconds, wanted)
+    try:
+        for parameters in order.parameters:
+            value, error = None, None
+            try:
+                with ended_by_force(order.run_seconds):
+                    value = limited(order.call, parameters)
+            except Exception as raised:
+                if isinstance(raised, CancelledError) and wanted is not None and not wanted():
+                    raise
+                error = raised if stop is None else _portable(raised)
+            values.append(value)
+            errors.append(error)
+    finally:
+        limited.close()
+    return Answers(tuple(values), tuple(errors), time.perf_counter() - begin)
+
+
+def _portable(error: Exception) -> Exception:
+    """An error that survives the way back: some do not pickle, and would take a whole piece with them."""
+    try:
+        pickle.loads(pickle.dumps(error))
+    except Exception:
+        return RuntimeError(f"{type(error).__name__}: {error}")
+    return error

@@ -1,0 +1,57 @@
+"""How the runs of a study are to be made: where, for how long, and what becomes of those that fail."""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from typing import Literal
+
+from ..base.arguments import Checks
+from ..base.units import unit
+
+OnFailure = Literal["collect", "raise"]
+
+MOST_THREADS = 1024
+
+
+@dataclass(frozen=True)
+class Means:
+    """Where the runs of a study are made, and what becomes of those that fail."""
+
+    threads: int | None = None
+    """Threads to simulate on [-]; all processors if None, one for each piece given to an executor."""
+    executor: Executor | None = None
+    """Where to simulate; in this process if None."""
+    store: str | os.PathLike[str] | None = None
+    """Folder that keeps finished runs."""
+    on_failure: OnFailure = "collect"
+    """Whether runs that fail are left out or raise."""
+    run_seconds: float | None = field(default=None, metadata=unit("s"))
+    """Time after which a run, or a call for it, is given up [s]."""
+    max_seconds: float | None = field(default=None, metadata=unit("s"))
+    """Time after which no further runs are begun [s]."""
+
+
+def checked_means(
+    checks: Checks,
+    threads: int | None,
+    executor: Executor | None,
+    store: str | os.PathLike[str] | None,
+    on_failure: OnFailure,
+    run_seconds: float | None,
+    max_seconds: float | None,
+) -> Means:
+    """Means from what the user gave; what is wrong with it is noted in `checks`."""
+    if threads is not None:
+        threads = checks.whole("threads", threads, least=1, most=MOST_THREADS)
+    if executor is not None and not callable(getattr(executor, "submit", None)):
+        checks.add(f"executor must have a method submit, got {executor!r}", wrong_type=True)
+    checks.word("on_failure", on_failure, ("collect", "raise"))
+    if run_seconds is not None:
+        run_seconds = checks.real("run_seconds", run_seconds, "s", above=0.0)
+    if max_seconds is not None:
+        max_seconds = checks.real("max_seconds", max_seconds, "s", above=0.0)
+    if store is not None and not isinstance(store, str | os.PathLike):
+        checks.add(f"store must be the path of a folder, got {store!r}", wrong_type=True)
+    return Means(threads, executor, store, on_failure, run_seconds, max_seconds)

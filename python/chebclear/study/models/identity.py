@@ -1,0 +1,129 @@
+"""What tells a model of the user's own from all others: its text, and the values that it was made with.
+
+A store gives back old runs only if this is the same. Refused is what cannot be compared; what a function
+reads from files, or calls in other packages, is not seen.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import inspect
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
+from typing import Any
+
+import numpy as np
+
+# Functions that call functions that call functions: this deep at most.
+_DEEPEST = 20
+
+
+class UnknownValueError(ValueError):
+    """A value that cannot be told from others of its kind."""
+
+
+@dataclass(frozen=True)
+class ModelIdentity:
+    """What the runs of a store of a model have in common."""
+
+    name: str
+    """Name of the function."""
+    source: str
+    """Fingerprint of its text and of what it uses from around it."""
+    fixed: Mapping[str, Any]
+    """Keywords that are the same for all runs, as JSON has them."""
+
+    @classmethod
+    def of(cls, call: Callable[..., Any], fixed: Mapping[str, Any]) -> ModelIdentity:
+        """The identity of a model.
+
+        Raises
+        ------
+        ValueError
+            If something that it is made with cannot be compared with what it will be the next time.
+        """
+        name = getattr(call, "__qualname__", type(call).__qualname__)
+        try:
+            text = json.dumps(_plain(call, ()), sort_keys=True)
+            given = {key: _plain(value, ()) for key, value in fixed.items()}
+        except UnknownValueError as error:
+            raise ValueError(
+                f"store needs to know whether the model is the same the next time, but {error}: make it a "
+                "function of numbers, texts, lists, arrays and other functions"
+            ) from None
+        return cls(name, hashlib.sha256(text.encode()).hexdigest()[:16], given)
+
+    def facts(self) -> dict[str, Any]:
+        """As JSON has it; outputs and features are named when the first run is known."""
+        return {
+            "code": f"model {self.name}, source {self.source}",
+            "topology": "",
+            "settings": {"fixed": dict(self.fixed)},
+            "outputs": [],
+            "features": [],
+        }
+
+
+def _plain(value: Any, inside: tuple[object, ...]) -> Any:
+    """A value as JSON has it, equal for equal values; `inside` are the functions that led to it."""
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, complex | bytes):
+        return repr(value)
+    if isinstance(value, np.generic):
+        return value.item() if value.dtype.kind in "biuf" else repr(value)
+    if isinstance(value, np.ndarray) and value.dtype.kind in "biufcSU":
+        digest = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()[:16]
+        return f"array {value.dtype.str} {value.shape} {digest}"
+    if isinstance(value, list | tuple):
+        return [_plain(item, inside) for item in value]
+    if isinstance(value, Mapping) and all(isinstance(key, str) for key in value):
+        return {key: _plain(item, inside) for key, item in value.items()}
+    if isinstance(value, ModuleType):
+        return f"module {value.__name__} {getattr(value, '__version__', '')}"
+    if isinstance(value, type | BuiltinFunctionType | np.ufunc):
+        return f"{getattr(value, '__module__', '')}.{getattr(value, '__qualname__', value)}"
+    if isinstance(value, functools.partial):
+        return [_plain(item, inside) for item in (value.func, value.args, value.keywords)]
+    if isinstance(value, FunctionType):
+        return _function(value, inside)
+    if isinstance(value, MethodType):
+        raise UnknownValueError(f"{value.__qualname__} is a method, whose object may change")
+    raise UnknownValueError(f"a {type(value).__name__} is no plain value")
+
+
+def _function(function: FunctionType, inside: tuple[object, ...]) -> Any:
+    """Text of a function, its defaults, and what it uses from around it."""
+    if function in inside or len(inside) > _DEEPEST:
+        return function.__qualname__
+    inside = (*inside, function)
+    if function.__module__.partition(".")[0] in ("numpy", "scipy", "chebclear"):
+        return f"{function.__module__}.{function.__qualname__}"
+    around: dict[str, Any] = {}
+    try:
+        closed = inspect.getclosurevars(function)
+        around = dict(closed.nonlocals) | dict(closed.globals)
+    except ValueError:  # a cell that has no value yet
+        raise UnknownValueError(f"{function.__qualname__} uses a variable without a value") from None
+    return {
+        "text": _text(function),
+        "defaults": _plain(list(function.__defaults__ or ()), inside),
+        "keywords": _plain(function.__kwdefaults__ or {}, inside),
+        "around": {name: _plain(value, inside) for name, value in around.items()},
+    }
+
+
+def _text(function: FunctionType) -> str:
+    """The source of a function, or what it was compiled to if there is none."""
+    try:
+        return inspect.getsource(function)
+    except (OSError, TypeError):
+        return _compiled(function.__code__)
+
+
+def _compiled(code: CodeType) -> str:
+    inner = [_compiled(one) if isinstance(one, CodeType) else repr(one) for one in code.co_consts]
+    return f"{code.co_code.hex()} {inner} {code.co_names}"

@@ -1,0 +1,131 @@
+"""What a model of the user's own returned, checked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...base.arguments import Checks, as_number
+from ...execution.failures import NotFiniteError
+from ...scene.scene import Scene
+
+Array = NDArray[np.float64]
+
+# Steps of the time axis may differ by so much of themselves: rounding of what was read from a text.
+_EVEN = 1e-3
+
+
+class ReturnedRun(NamedTuple):
+    """What a model returned for one run."""
+
+    t: Array
+    """Instants [s], shape (samples,); empty if there are only numbers."""
+    series: dict[str, Array]
+    """Outputs by name, shape (samples,)."""
+    numbers: dict[str, float]
+    """Numbers by name."""
+
+    @property
+    def mapping(self) -> dict[str, Any]:
+        """The run as the model returned it."""
+        return ({"t": self.t} if self.series else {}) | self.series | self.numbers
+
+
+def time_axis(checks: Checks, given: object) -> Array:
+    """Instants of a model; empty if something is wrong with them, which is noted in `checks`."""
+    try:
+        t = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        checks.add(f"t must be instants [s], got {given!r}", wrong_type=True)
+        return np.empty(0)
+    if t.ndim != 1 or len(t) < 2:
+        checks.add(f"t must be at least 2 instants [s], shape (samples,), got shape {t.shape}")
+        return np.empty(0)
+    steps = np.diff(t)
+    if not np.all(np.isfinite(t)) or steps.min() <= 0.0:
+        checks.add("t must be finite and rise from instant to instant")
+        return np.empty(0)
+    if steps.max() - steps.min() > _EVEN * steps.mean():
+        checks.add(
+            f"t must be equally spaced, its steps go from {steps.min():.6g} to {steps.max():.6g} s: "
+            "interpolate the outputs first, with numpy.interp"
+        )
+        return np.empty(0)
+    return t
+
+
+def read_run(given: object) -> ReturnedRun:
+    """What a model returned, checked; all problems together.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no mapping of instants, arrays and numbers.
+    NotFiniteError
+        If it is one, but not all of its values are finite.
+    """
+    checks = Checks()
+    unknown: list[str] = []
+    if isinstance(given, Scene):
+        raise TypeError("it returned a Scene: a study of scenes needs duration and samples")
+    if not isinstance(given, Mapping):
+        raise TypeError(
+            "a model must return a Scene, or a mapping such as {'t': instants, 'force': values, 'stroke': "
+            f"0.03}}, got {given!r}"
+        )
+    t = time_axis(checks, given["t"]) if "t" in given else np.empty(0)
+    series, numbers = {}, {}
+    for name, value in given.items():
+        if not isinstance(name, str):
+            checks.add(f"names of outputs must be texts, got {name!r}", wrong_type=True)
+        elif name != "t":
+            number = as_number(value)
+            if number is None:
+                series[name] = _series(checks, unknown, name, value, t, timed="t" in given)
+            elif not math.isfinite(number):
+                unknown.append(f'"{name}" is not finite: {value!r}')
+            else:
+                numbers[name] = number
+    if not series and not numbers:
+        checks.add(f"a model must return at least one output besides t, got {sorted(map(str, given))}")
+    checks.finish()
+    if unknown:
+        raise NotFiniteError("\n".join(unknown))
+    return ReturnedRun(t, series, numbers)
+
+
+def _series(checks: Checks, unknown: list[str], name: str, value: object, t: Array, *, timed: bool) -> Array:
+    """One output over time."""
+    array = np.asarray(value)
+    if array.dtype.kind not in "iuf":
+        checks.add(f'"{name}" must be a number or an array of numbers, got {value!r}', wrong_type=True)
+    elif not timed:
+        checks.add(f'"{name}" is an array of shape {array.shape} without a time axis: return "t" as well')
+    elif len(t) and array.shape != t.shape:
+        checks.add(
+            f'"{name}" must have a value for each of the {len(t)} instants of t, shape {t.shape}, got shape '
+            f"{array.shape}"
+        )
+    elif not np.all(np.isfinite(array)):
+        first = int(np.flatnonzero(~np.isfinite(array.ravel()))[0])
+        at = f"t = {t[first]:.6g} s" if len(t) else f"sample {first}"
+        unknown.append(f'"{name}" is not finite at {at}')
+    return array.astype(float) if array.dtype.kind in "iuf" else np.empty(0)
+
+
+def require_same(first: ReturnedRun, run: ReturnedRun) -> None:
+    """Refuse a run that cannot stand in one table with the first one."""
+    for kind, mine, others in (
+        ("time series", run.series, first.series),
+        ("numbers", run.numbers, first.numbers),
+    ):
+        if list(mine) != list(others) and set(mine) != set(others):
+            raise ValueError(f"it returns the {kind} {sorted(mine)}, the first run {sorted(others)}")
+    if run.t.shape != first.t.shape:
+        raise ValueError(f"t has {len(run.t)} instants, {len(first.t)} in the first run")
+    if len(run.t) and np.max(np.abs(run.t - first.t)) > 1e-9 * (first.t[-1] - first.t[0]):
+        raise ValueError("t has other instants than in the first run: interpolate to the same ones")

@@ -1,0 +1,274 @@
+"""Models of one's own that fail, hang or kill their worker, and stores of what they returned."""
+
+import math
+import os
+import re
+import signal
+import threading
+import time
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear.execution import dispatch, limited
+
+pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+
+BOX = {"a": cc.interval(1.0, rel=0.1), "b": cc.interval(2.0, rel=0.1)}
+T = np.linspace(0.0, 1.0, 21)
+
+
+def line(a, b):
+    return {"t": T, "x": a * T - b, "y": b * T, "product": a * b}
+
+
+def moody(faults):
+    """`line`, but for some values of `a`, in which it does something else."""
+
+    def model(a, b):
+        return faults.get(a, lambda: line(a, b))()
+
+    return model
+
+
+def no_license():
+    raise ConnectionError("no license")
+
+
+def points(runs):
+    return cc.Study(line, BOX).sample(runs).parameters
+
+
+def test_one_run_in_a_hundred_that_fails_costs_no_other():
+    at = points(400)
+    kinds = {
+        "raised": (no_license, "model"),
+        "nan": (lambda: line(1.0, 2.0) | {"x": T * math.nan}, "not_finite"),
+        "nonsense": (lambda: 3.0, "model"),
+        "hung": (threading.Event().wait, "time_limit"),
+    }
+    wrong = dict(zip((7, 100, 233, 399), kinds.values(), strict=True))
+    model = moody({at[number, 0]: fault for number, (fault, _) in wrong.items()})
+    result = cc.Study(model, BOX, run_seconds=0.2, features={"peak": cc.peak("x")}).sample(400)
+    assert {one.index: one.reason for one in result.failures} == {
+        number: reason for number, (_, reason) in wrong.items()
+    }
+    for one in result.failures:
+        assert list(one.parameters.values()) == list(at[one.index])
+    told = {one.index: one.message for one in result.failures}
+    assert "no license" in told[7] and '"x" is not finite at t = 0 s' in told[100] and "3.0" in told[233]
+    whole = cc.Study(line, BOX, features={"peak": cc.peak("x")}).sample(400)
+    others = np.delete(np.arange(400), list(wrong))
+    assert np.array_equal(result.parameters, at[others])
+    assert np.array_equal(result.values("x"), whole.values("x")[others])
+    for name in ("peak", "product"):
+        assert np.array_equal(result.feature(name).values, whole.feature(name).values[others])
+        # Nothing is known of a feature where runs failed.
+        assert result.feature(name).interval.verdict == "sampled"
+        assert whole.feature(name).interval.verdict == "resolved"
+    assert any("failed: 4 of 401 runs have no result" in told for told in result.warnings)
+
+
+def test_verdicts_account_for_runs_without_values():
+    fresh = cc.Study(line, BOX).band(40).parameters
+    result = cc.Study(moody({fresh[11, 0]: lambda: line(1.0, 2.0) | {"x": T - math.inf}}), BOX).band(40)
+    assert result["x"].verdict == "undersampled" and result["x"].coverage <= 39 / 40
+    assert cc.Study(line, BOX).band(40)["x"].verdict == "resolved"
+    grid = cc.Study(line, BOX).chebyshev(degree=2).parameters
+    holed = cc.Study(lambda a, b: no_license() if (a, b) == tuple(grid[3]) else line(a, b), BOX)
+    fitted = holed.chebyshev(degree=2)
+    assert "condition number" in "\n".join(fitted.warnings)
+    # A polynomial of degree 1 follows from the others.
+    assert fitted["x"].evaluate(a=1.1, b=1.8) == pytest.approx(1.1 * T - 1.8, abs=1e-12)
+
+
+def test_what_must_raise_raises_at_once():
+    calls = []
+
+    def model(a, b):
+        calls.append(a)
+        return no_license()
+
+    with pytest.raises(ConnectionError):
+        cc.Study(model, BOX).sample(50)
+    assert len(calls) == 1, "nothing can be made of a study without its nominal run"
+    middle = lambda a, b: line(a, b) if (a, b) == (1.0, 2.0) else no_license()  # noqa: E731
+    with pytest.raises(ConnectionError) as caught:
+        cc.Study(middle, BOX).sample(10)
+    assert "10 of 11 runs of the study failed" in caught.value.__notes__
+    hung = moody({points(5)[2, 0]: threading.Event().wait})
+    with pytest.raises(cc.ChebclearError, match=r"given up after 0\.1 s"):
+        cc.Study(hung, BOX, run_seconds=0.1, on_failure="raise").sample(5)
+
+
+def test_a_run_that_is_not_finite_is_one_that_failed(monkeypatch):
+    """Of scenes, whose core gives such values only where an output is not defined."""
+    from chebclear import _core
+    from chebclear.execution import pieces
+
+    def sweep(scenes, settings, threads, go_on, place, *rest):
+        runs = _core.sweep(scenes, settings, threads, go_on, place, *rest)
+        for row, text in enumerate(scenes):
+            if "0.045" in text:
+                place.reshape(len(scenes), -1)[row, 3] = math.nan
+        return runs
+
+    core = {"sweep": staticmethod(sweep), "__file__": _core.__file__}
+    monkeypatch.setattr(pieces, "_core", type("Core", (), core))
+    box = {"crank_length": cc.Interval(0.045, 0.055)}
+    study = cc.Study(cc.mechanisms.slider_crank, box, ["slider.x", "slider.vx"], duration=1e-3, samples=6)
+    (failure,) = study.scan(5).failures
+    assert failure.reason == "not_finite" and "slider.vx: not finite" in failure.message
+    assert failure.parameters == {"crank_length": 0.045}
+
+
+def endless():
+    """Holds the interpreter for longer than anyone waits."""
+    re.match(r"(a+)+$", "a" * 60 + "b")
+
+
+def killed():
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+AT = points(12)
+FAULTS = {AT[3, 0]: endless, AT[5, 0]: killed, AT[6, 0]: no_license, AT[8, 0]: threading.Event().wait}
+
+
+def worst(a, b):
+    return FAULTS.get(a, lambda: line(a, b))()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="SIGKILL")
+def test_calls_that_take_their_worker_with_them_cost_no_other(monkeypatch):
+    monkeypatch.setattr(limited, "_BESIDES", 0.1)  # forked workers have it too
+    with ProcessPoolExecutor(2, mp_context=get_context("fork")) as pool:
+        result = cc.Study(worst, BOX, run_seconds=0.2, executor=pool).sample(12)
+    assert {one.index: one.reason for one in result.failures} == {
+        3: "worker_lost",
+        5: "worker_lost",
+        6: "model",
+        8: "time_limit",
+    }
+    others = [0, 1, 2, 4, 7, 9, 10, 11]
+    assert np.array_equal(result.values("x"), cc.Study(line, BOX).sample(12).values("x")[others])
+
+
+class Rude(Exception):
+    """Does not pickle."""
+
+    def __reduce__(self):
+        raise TypeError("never")
+
+
+def rude(a, b):
+    if a < 0.95:
+        raise Rude("go away")
+    return line(a, b)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="fork")
+def test_errors_that_do_not_pickle_come_back_by_name():
+    with ProcessPoolExecutor(1, mp_context=get_context("fork")) as pool:
+        result = cc.Study(rude, BOX, executor=pool).sample(20)
+    assert result.failures and all("Rude: go away" in one.message for one in result.failures)
+
+
+def test_workers_that_end_before_they_have_finished_anything_are_an_error(monkeypatch):
+    monkeypatch.setattr(dispatch, "call_order", ended)
+    with (
+        ProcessPoolExecutor(1, mp_context=get_context("fork")) as pool,
+        pytest.raises(cc.ChebclearError, match="no worker has finished a run"),
+    ):
+        cc.Study(line, BOX, executor=pool).sample(50)
+
+
+def ended(order, stop):
+    os._exit(1)
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """Number of calls of the model."""
+    from chebclear.study.models import calling
+
+    numbers = []
+    real = calling.Calling.place
+
+    def place(self, task, answers):
+        numbers.extend(task.runs)
+        real(self, task, answers)
+
+    monkeypatch.setattr(calling.Calling, "place", place)
+    return numbers
+
+
+def stored(path, model=line, **options):
+    return cc.Study(model, BOX, store=path, **options)
+
+
+def test_a_study_that_is_refined_reuses_all_runs(tmp_path, counted):
+    features = {"end": lambda run: run["x"][-1], "peak": cc.peak("y")}
+    first = stored(tmp_path, outputs=["x"]).scan(3)
+    assert len(counted) == 9  # the midpoint is a point of the grid
+    assert stored(tmp_path, outputs=["x"]).scan(3) == first and len(counted) == 9
+    more = stored(tmp_path, features=features).scan(5)  # all that is returned was kept
+    assert len(counted) == 9 + 16
+    assert more == cc.Study(line, BOX, features=features).scan(5)
+    stored(tmp_path).band(20).extend(10)
+    stored(tmp_path).band(30)
+    assert len(counted) - 25 - 26 == 30  # 26 by the study without a store
+
+
+def test_a_run_that_failed_is_called_again(tmp_path, counted, monkeypatch):
+    monkeypatch.setenv("CHEBCLEAR_TEST_LICENSE", "no")
+    result = stored(tmp_path, licensed).sample(6)
+    again = [one.index for one in result.failures]
+    assert 0 < len(again) < 6 and len(counted) == 7
+    monkeypatch.setenv("CHEBCLEAR_TEST_LICENSE", "yes")
+    del counted[:]
+    assert not stored(tmp_path, licensed).sample(6).failures
+    assert counted == again
+
+
+def licensed(a, b):
+    if a < 0.97 and os.environ["CHEBCLEAR_TEST_LICENSE"] == "no":
+        no_license()
+    return line(a, b)
+
+
+def test_another_model_is_refused_with_the_difference(tmp_path):
+    def made(scale):
+        def model(a, b, shift=0.0):
+            return {"t": T, "x": scale * a * T - b + shift}
+
+        return model
+
+    study = cc.Study(made(1.0), BOX, store=tmp_path, fixed={"shift": 1.0})
+    study.scan(2)
+    for other, fixed in ((made(2.0), {"shift": 1.0}), (made(1.0), {"shift": 2.0}), (made(1.0), {})):
+        with pytest.raises(cc.StoreError, match=r"source|fixed"):
+            cc.Study(other, BOX, store=tmp_path, fixed=fixed).scan(2)
+    assert cc.Study(made(1.0), BOX, store=tmp_path, fixed={"shift": 1.0}).scan(2) == study.scan(2)
+    with pytest.raises(ValueError, match="store needs to know whether the model is the same"):
+        cc.Study(made(object()), BOX, store=tmp_path).scan(2)
+
+
+def test_a_model_without_time_gives_what_is_done(tmp_path):
+    def slow(a, b):
+        time.sleep(0.02)
+        return line(a, b)
+
+    short = stored(tmp_path, slow, max_seconds=0.3).band(60)
+    assert short.status == "stopped"
+    done = len(short.parameters)
+    assert 0 < done < 60
+    assert short["x"] == cc.Study(line, BOX).band(done)["x"]
+    assert stored(tmp_path, slow).band(60)["x"] == cc.Study(line, BOX).band(60)["x"]
+
+
+def test_threads_and_order_do_not_matter():
+    with ThreadPoolExecutor(3) as pool:
+        assert cc.Study(line, BOX, executor=pool).band(50) == cc.Study(line, BOX).band(50)
