@@ -1,18 +1,18 @@
-//! The explicit and a Rosenbrock method in one, switched by the stiffness of the motion.
+//! DOP853 and a Rosenbrock method, switched by the stiffness of the motion.
 //!
-//! Flights and sliding contacts are not stiff, and there the explicit method reaches an accuracy with
-//! the least work. A contact that sticks is: its friction answers a velocity at a rate of 1e5 to 1e8 1/s,
-//! and the steps of the explicit method shrink to the limit of its stability. Both methods are judged by
-//! the same number, the length of a step times the fastest rate of the motion.
+//! The stiffness of a step is its length times the fastest rate of the motion. Free flight and sliding contacts are not
+//! stiff; there the explicit method needs the least work for an accuracy. A sticking contact is stiff: its friction
+//! damps velocities at a rate of 1e5 to 1e8 1/s, and stability limits the steps of the explicit method.
 //!
-//! Nor does the explicit method gain by its order where the tolerance lets it follow a contact's oscillation with
-//! steps of several radians: the Rosenbrock method, whose step costs less, may take steps nearly as long. So it
-//! is tried, and stays while they are long enough. At a tight tolerance steps are shorter, and the question does not arise.
+//! At a loose tolerance the explicit method follows the oscillation of a contact with steps of several radians, where
+//! its high order gains nothing. The Rosenbrock method costs less per step and may take steps nearly as long, so it is
+//! tried and kept while its steps are long enough. At a tight tolerance steps are shorter and this case does not occur.
 //!
-//! Under the light load of a slow mechanism neither holds. A contact there rests at a depth not far above
-//! the rounding of the positions, and what its stiffness makes of that rounding fills the error estimate of
-//! the explicit method, whose weights of up to 6 magnify it, at steps of 1 or 2 divided by the frequency. The
-//! Rosenbrock method takes twice to five times as long ones, so it takes over there as well, if the Jacobian confirms it.
+//! In a slow, lightly loaded mechanism the penetration of a resting contact is not far above the rounding errors of
+//! the positions. The contact stiffness turns these into noise of the accelerations. The weights of the explicit method,
+//! up to 6, amplify it, so that it fills the error estimate at steps of 1 or 2 divided by the frequency. The
+//! Rosenbrock method takes steps two to five times as long, so it takes over there as well, if the Jacobian confirms
+//! that noise.
 
 use crate::integrators::dense::DenseStep;
 use crate::integrators::dop853::Dop853;
@@ -20,34 +20,36 @@ use crate::integrators::rosenbrock::Rosenbrock;
 use crate::integrators::tableaus::Tableau;
 use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
 
-/// Length of a step times the fastest rate of the motion from which the Rosenbrock method is tried, and below which it
-/// gives way again. Its step takes two thirds of the evaluations, Jacobian included, so it may be two thirds as
-/// long; the explicit method is stable up to about 6. Over slider-cranks, four-bar, six-bar, quick return, pendulum and journals at rtol
-/// 1e-2 to 1e-8: 5 and 4 cost up to 46 % more at 1e-2 and 26 % at 1e-3, 2 and 1.4 up to 5 % more at 1e-5.
+/// Stiffness of a step (its length times the fastest rate of the motion) from which the Rosenbrock method is tried, and
+/// below which the explicit method returns. A Rosenbrock step takes two thirds of the evaluations, Jacobian included, so
+/// it may be two thirds as long; the explicit method is stable up to about 6. Tuned on slider-cranks, four-bar, six-bar,
+/// quick return, pendulum and journals at rtol 1e-2 to 1e-8: thresholds of 5 and 4 cost up to 46 % more at 1e-2 and 26 %
+/// at 1e-3, 2 and 1.4 up to 5 % more at 1e-5.
 const STIFF: f64 = 2.5;
-const EASY: f64 = STIFF * 2.0 / 3.0;
-/// What the rounding of the positions may do to the velocities within a step, in tolerances, by the
-/// Jacobian. Tuned on the paper's slider-crank at 0.003 to 3 r/min in both conventions: from 0.001 on auto takes
-/// the Rosenbrock method where that is cheaper, 0.005 hesitates at 0.1 r/min at a loss of a quarter.
+const NOT_STIFF: f64 = STIFF * 2.0 / 3.0;
+/// Change of the velocities within a step by the rounding of the positions, estimated from the Jacobian and relative to
+/// the tolerance, from which the Rosenbrock method is taken. Tuned on the paper's slider-crank at 0.003 to 3 r/min in
+/// both conventions: from 0.001 on auto takes the Rosenbrock method where that is cheaper; 0.005 misses that at
+/// 0.1 r/min, for a quarter more work.
 const NOISY: f64 = 0.002;
-/// Steps in a row that must agree on a switch: one alone switches to and fro, 2 to 4 are alike.
+/// Consecutive steps that must agree on a switch. With one, the methods alternate; 2 to 4 perform alike.
 const PERSISTENCE: u32 = 2;
-/// Steps during which no switch to the Rosenbrock method is considered after one that did not last as long,
-/// or that the Jacobian refused; doubled with every repetition in a phase. Without it methods that are
-/// level change places every few steps, at a loss of up to 80 %.
+/// Steps without a switch to the Rosenbrock method after it was kept for no more than these, or after the Jacobian
+/// did not confirm the noise; doubled with every repetition in a phase. Without this pause, methods of equal cost
+/// alternate every few steps, at a loss of up to 80 %.
 const PAUSE: u32 = 10;
 const LONGEST_PAUSE: u32 = 80;
 
-/// What is known of the steps before the present one.
+/// History of the steps before the present one.
 #[derive(Clone, Copy, Debug, Default)]
 struct Memory {
-    /// The next step is an implicit one.
+    /// Whether the next step is implicit.
     implicit: bool,
     /// Accepted steps since the last switch.
     steps: u32,
-    /// Last steps in a row whose stiffness spoke for the other method.
+    /// Consecutive last steps whose stiffness favored the other method.
     contradictions: u32,
-    /// Steps before which no switch is considered.
+    /// Remaining steps of the present pause, in which no switch is considered.
     pause: u32,
     /// Length of the next pause.
     next_pause: u32,
@@ -76,13 +78,13 @@ impl Auto {
         if self.memory.implicit { &mut self.implicit } else { &mut self.explicit }
     }
 
-    /// Considers no switch to the Rosenbrock method for a while, the longer the more often in this phase.
+    /// Starts a pause, twice as long as the previous one in this phase.
     fn pause(&mut self) {
         self.memory.pause = self.memory.next_pause;
         self.memory.next_pause = (2 * self.memory.next_pause).min(LONGEST_PAUSE);
     }
 
-    /// Whether the other method takes the next step, after one of a stiffness that led to (q, v) at `t`.
+    /// Whether the other method takes the next step, after a step with this stiffness to (q, v) at `t`.
     fn switches(
         &mut self,
         stiffness: f64,
@@ -96,11 +98,11 @@ impl Auto {
             self.memory.pause -= 1;
             return false;
         }
-        // The states differ by rounding alone, so no rate is known, and yet the error estimate is no rounding error.
+        // The states differ by rounding alone, so the stiffness is unknown, but the error estimate is not small.
         let unmeasurable = !implicit && stiffness == 0.0 && self.explicit.error_in_tolerances() > NOISY;
         let contradicts = if implicit {
             let h = self.implicit.step().h;
-            stiffness < EASY && self.implicit.noise(h) < NOISY
+            stiffness < NOT_STIFF && self.implicit.noise(h) < NOISY
         } else {
             stiffness > STIFF || unmeasurable
         };

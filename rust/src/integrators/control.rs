@@ -1,4 +1,4 @@
-//! The loop over the steps: step control, projections, what an accepted step changes.
+//! The loop over the steps: step-size control, projection, acceptance.
 
 use crate::integrators::dense::DenseStep;
 use crate::integrators::events::{EventFinder, Guard};
@@ -8,25 +8,25 @@ use crate::integrators::{HybridSystem, Limits, Outcome, Projection, Settled, Sta
 
 /// Step-size factor of an attempt that failed (a number that is not finite, a singular W).
 const FAILURE_FACTOR: f64 = 0.1;
-/// Safety factor of the step-size controller, that of Hairer's RODAS, and its limits, a sixth and five (in RODAS a fifth
-/// and six).
+/// Safety factor of the step-size controller, as in Hairer's RODAS. A step shrinks at most to a sixth and grows at most
+/// fivefold; in RODAS it shrinks to a fifth and grows sixfold.
 const SAFETY: f64 = 0.9;
 const SMALLEST_FACTOR: f64 = 1.0 / 6.0;
 const LARGEST_FACTOR: f64 = 5.0;
-/// Accepted steps after a restart that are controlled by the present error alone: the predictive
-/// controller would compare with a step of the phase before.
+/// Accepted steps after a restart whose successors are chosen from the present error alone: the predictive
+/// controller would compare with a step of the previous phase.
 const UNPREDICTED_STEPS: usize = 2;
-/// Error [tolerances] below which a step says nothing of the next one but that it may be longer.
+/// Error relative to the tolerance below which a step gives no prediction for the next one, except that it may be longer.
 const LEAST_ERROR: f64 = 1e-8;
-/// Part of what remains of a run that counts as time already passed where the shortest step is asked
-/// for: at time zero there is no rounding of the time to measure it by.
+/// The shortest step is a few roundings of the time. Close to time zero, where the time has no rounding error, this
+/// part of the remaining duration takes its place.
 const EARLIEST: f64 = 1e-8;
 
-/// Largest [`DenseStep::damping`] of a step beyond a kink. Beyond it the step follows the slope before the kink, the
-/// error estimate is damped by the same slope, and it may swing past the kink without seeing that the acceleration
-/// changed. Tuned on contacts that break away from sticking, the slider-cranks of
-/// `benchmarks/stiffness.rs`: 10 takes up to a quarter off the work of a Rosenbrock method for errors of
-/// 1e-2 and 1e-3, 100 nothing, 3 and 1 cost up to 9 and 17 %.
+/// Largest [`DenseStep::damping`] of a step across a kink of the accelerations. With more damping, both the step and its
+/// error estimate follow the Jacobian from before the kink, and neither notices that the acceleration has changed.
+/// Tuned on contacts that change from sticking to sliding, the slider-cranks of `benchmarks/stiffness.rs`: 10 saves up
+/// to a quarter of the work of a Rosenbrock method for errors of 1e-2 and 1e-3, 100 saves nothing, 3 and 1 cost up to 9
+/// and 17 %.
 const LARGEST_DAMPING: f64 = 10.0;
 
 /// The integration in progress.
@@ -43,7 +43,7 @@ pub(super) struct Run<'a> {
     velocity_tolerance: Vec<f64>,
     pub(super) start_guards: Vec<Guard>,
     pub(super) end_guards: Vec<Guard>,
-    /// Error and length of the last accepted step, for the predictive controller.
+    /// Error and length of the last accepted step, used by the predictive controller.
     last_error: f64,
     last_step: f64,
     steps_since_restart: usize,
@@ -55,12 +55,12 @@ pub(super) struct Run<'a> {
     pub(super) dense: bool,
     /// The present step ends beyond a kink.
     pub(super) beyond_kink: bool,
-    /// How many times finer than its tolerance the velocity must be known: where the step starts, and in all of it.
-    pub(super) start_sharpness: f64,
-    pub(super) sharpness: f64,
-    /// Why the last attempt was refused, as the run ends if no shorter step helps.
+    /// [`HybridSystem::velocity_refinement`] at the start of the step, and its maximum over the step.
+    pub(super) start_refinement: f64,
+    pub(super) velocity_refinement: f64,
+    /// Why the last attempt was rejected: the status of the run if no shorter step is accepted.
     refusal: Status,
-    /// End of the present step on the constraints, and how it came there.
+    /// End of the present step after its projection, and the result of the projection.
     next_q: Vec<f64>,
     next_v: Vec<f64>,
     projection: Projection,
@@ -117,8 +117,8 @@ pub fn integrate_with(
         standing_events: 0,
         dense: false,
         beyond_kink: false,
-        start_sharpness: 1.0,
-        sharpness: 1.0,
+        start_refinement: 1.0,
+        velocity_refinement: 1.0,
         refusal: Status::StepUnderflow,
         next_q: vec![0.0; d],
         next_v: vec![0.0; d],
@@ -141,7 +141,7 @@ pub(super) type Failure = (Status, Option<usize>);
 
 impl Run<'_> {
     fn advance(&mut self, end: f64) -> Result<(), Failure> {
-        // A thousandth of the run: too long is cut by rejections within a few attempts.
+        // By default a thousandth of the run; if that is too long, a few rejections shorten it.
         let mut h = self.limits.first_step.unwrap_or(1e-3 * (end - self.t)).max(self.shortest(end));
         self.restart();
         while self.t < end {
@@ -149,7 +149,7 @@ impl Run<'_> {
                 let finite = self.q.iter().chain(&self.v).all(|y| y.is_finite());
                 return Err((if finite { Status::SingularMechanism } else { Status::NonFinite }, None));
             }
-            self.start_sharpness = self.system.sharpness();
+            self.start_refinement = self.system.velocity_refinement();
             h = h.min(self.system.step_bound()).min(self.limits.max_step);
             let (taken, error, event) = self.attempt_to_event(h, end)?;
             let cut = event.is_some() || self.t + self.method.step().h >= end;
@@ -157,7 +157,7 @@ impl Run<'_> {
             match event {
                 Some(index) => {
                     let bound = self.change_phase(index)?;
-                    // Changes to and fro on the spot: the error of a step too long for either phase.
+                    // Repeated changes of phase at one instant: the step is too long in either phase.
                     let repeated = self.standing_events > self.start_guards.len();
                     h = bound.min(taken * if repeated { FAILURE_FACTOR } else { 1.0 });
                 }
@@ -167,7 +167,7 @@ impl Run<'_> {
                     h = self.next_step(taken, error, largest_growth);
                     if switched {
                         self.stats.switches += 1;
-                        // The errors of two methods have no trend.
+                        // The error of another method gives no prediction.
                         self.steps_since_restart = 0;
                     }
                 }
@@ -184,8 +184,8 @@ impl Run<'_> {
         self.steps_since_restart = 0;
     }
 
-    /// Shortest step that still advances the time. It belongs to the present time: a contact at the
-    /// start of a run of hours may need steps that the end of the run could not resolve.
+    /// Shortest step that still advances the time. It depends on the present time: a contact at the
+    /// start of a run of hours may need steps shorter than the rounding of its final time.
     fn shortest(&self, end: f64) -> f64 {
         let time = self.t.abs().max(EARLIEST * (end - self.t).abs());
         (16.0 * f64::EPSILON * time).max(f64::MIN_POSITIVE)
@@ -198,8 +198,8 @@ impl Run<'_> {
 
     pub(super) fn take(&mut self, h: f64) -> bool {
         self.dense = false;
-        // To the next number: the step after this one begins where this one ended, to the last bit. The first
-        // few may miss it, which multiply the time: then their difference is rounded as well.
+        // The length is rounded so that t + h is exact and the next step starts exactly where this one ends. While
+        // steps are longer than t, the difference is rounded as well and may miss that by one unit in the last place.
         let h = (self.t + h) - self.t;
         self.method.attempt(self.system, h, &mut self.stats)
     }
@@ -215,17 +215,17 @@ impl Run<'_> {
             })
         };
         let (a, b) = (scaled(position, &self.position_tolerance), scaled(velocity, &self.velocity_tolerance));
-        let b = self.sharpness * b;
+        let b = self.velocity_refinement * b;
         if a > b || a.is_nan() { a } else { b }
     }
 
-    /// Factor by which the error estimate lets the step grow.
+    /// Factor for the length of the next step from the error of this one.
     fn factor(&mut self, error: f64) -> f64 {
         let exponent = 1.0 / (self.method.step().embedded_order as f64 + 1.0);
         (SAFETY * error.powf(-exponent)).clamp(SMALLEST_FACTOR, LARGEST_FACTOR)
     }
 
-    /// Takes a step of at most `h` with an acceptable error; its length and error.
+    /// Takes a step of at most `h` whose error is within the tolerance; returns its length and error.
     fn attempt(&mut self, mut h: f64, end: f64) -> Result<(f64, f64), Failure> {
         self.was_rejected = false;
         loop {
@@ -233,7 +233,7 @@ impl Run<'_> {
                 return Err((Status::MaxSteps, None));
             }
             let remaining = end - self.t;
-            // Half of what remains rather than a tiny last step; the end is met exactly.
+            // Two steps of equal length rather than a tiny last one. The last step ends exactly at the end.
             let length = if h >= remaining {
                 remaining
             } else if 2.0 * h > remaining {
@@ -245,37 +245,37 @@ impl Run<'_> {
                 return Err((self.refusal, None));
             }
             let finite = self.take(length);
-            self.sharpness = self.start_sharpness;
+            self.velocity_refinement = self.start_refinement;
             let error = self.error_norm();
             if finite && error <= 1.0 {
                 return Ok((length, error));
             }
             self.stats.rejected += 1;
-            let broken = !finite || !error.is_finite();
-            self.refusal = if broken { Status::NonFinite } else { Status::StepUnderflow };
+            let failed = !finite || !error.is_finite();
+            self.refusal = if failed { Status::NonFinite } else { Status::StepUnderflow };
             self.was_rejected = true;
-            h = length * if broken { FAILURE_FACTOR } else { self.factor(error).min(SAFETY) };
+            h = length * if failed { FAILURE_FACTOR } else { self.factor(error).min(SAFETY) };
         }
     }
 
-    /// Takes a step of at most `h` with an acceptable error, or the part of it up to its first event: its
-    /// length, its error and the guard. The part has an error of its own: where the motion grows at a rate r,
-    /// a linearly implicit step is the worse the closer its length is to 1/(γr), be it a shorter one. Neither
-    /// may pass a kink blindly, or end further from the constraints than its error says.
+    /// Takes a step of at most `h` within the tolerance, shortened to end on its first event; returns its length, its
+    /// error and the guard. The shortened step must pass the error test too: where the motion grows at a rate r, the
+    /// error of a linearly implicit step grows as its length approaches 1/(γr), even if the step becomes shorter. A
+    /// step is also rejected if it crosses a kink with too much damping or if its projection is too large.
     fn attempt_to_event(&mut self, mut h: f64, end: f64) -> Result<(f64, f64, Option<usize>), Failure> {
         let mut was_refused = false;
         self.refusal = Status::StepUnderflow;
         loop {
             let (taken, error) = self.attempt(h, end)?;
             let event = self.end_on_event();
-            // A singular W may lie between a step that was possible and shorter ones that are.
+            // W may be singular at the length that ends on the event, and regular at longer and shorter ones.
             let failed = matches!(event, Err((Status::NonFinite, _)));
             let (event, part_error) =
                 if failed { (None, f64::INFINITY) } else { (event?, self.error_norm()) };
-            let blind = self.beyond_kink && self.method.step().damping > LARGEST_DAMPING;
+            let overdamped = self.beyond_kink && self.method.step().damping > LARGEST_DAMPING;
             let (why, factor) = if !part_error.is_finite() {
                 (Status::NonFinite, FAILURE_FACTOR)
-            } else if blind {
+            } else if overdamped {
                 (Status::StepUnderflow, SMALLEST_FACTOR)
             } else if part_error > 1.0 {
                 (Status::StepUnderflow, self.factor(part_error).min(SAFETY))
@@ -283,7 +283,7 @@ impl Run<'_> {
                 match self.project(end) {
                     Projection::Unneeded | Projection::Done => {
                         self.was_rejected |= was_refused;
-                        // Known better where the end has been looked at.
+                        // Without an event, the second value includes what the guards found at the end of the step.
                         let error = if event.is_none() { part_error } else { error };
                         return Ok((taken, error, event));
                     }
@@ -291,7 +291,6 @@ impl Run<'_> {
                     Projection::Singular => (Status::SingularMechanism, FAILURE_FACTOR),
                 }
             };
-            // The step cannot stay.
             self.stats.rejected += 1;
             self.refusal = why;
             was_refused = true;
@@ -299,7 +298,7 @@ impl Run<'_> {
         }
     }
 
-    /// Moves the end of the step onto the constraints.
+    /// Projects the end of the step onto the constraints.
     fn project(&mut self, end: f64) -> Projection {
         let next = self.end_of_step(end);
         let step = self.method.step();
@@ -310,8 +309,8 @@ impl Run<'_> {
         self.projection
     }
 
-    /// Instant at which the step ends. The last one has the length that remains: rounding must not leave a
-    /// sliver.
+    /// Instant at which the step ends; exactly `end` if they differ by rounding alone, so that no step of the length
+    /// of a rounding error is left.
     fn end_of_step(&mut self, end: f64) -> f64 {
         let next = self.t + self.method.step().h;
         let rounding = 16.0 * f64::EPSILON * next.abs().max(end.abs());
@@ -338,7 +337,7 @@ impl Run<'_> {
         self.t = self.end_of_step(end);
         self.q.copy_from_slice(&self.next_q);
         self.v.copy_from_slice(&self.next_v);
-        self.system.fold(&mut self.q);
+        self.system.wrap_angles(&mut self.q);
         std::mem::swap(&mut self.start_guards, &mut self.end_guards);
         if self.projection != Projection::Unneeded {
             self.system.guards(self.t.into(), &self.q, &self.v, &mut self.start_guards);
@@ -359,7 +358,7 @@ impl Run<'_> {
         if self.was_rejected {
             factor = factor.min(1.0);
         }
-        // Not below 1: that is for the error to say.
+        // At least 1: only the error estimate shortens a step.
         factor = factor.min(largest_growth.max(1.0));
         self.last_step = h;
         self.last_error = error;

@@ -6,7 +6,7 @@
 
 use crate::numerics::instant::Instant;
 
-/// A step `t .. t + h` as a method took it, and the polynomial through it.
+/// A step from `t` to `t + h`, its error estimate and its dense output.
 #[derive(Clone, Debug, Default)]
 pub struct DenseStep {
     /// Start of the step [s].
@@ -19,8 +19,8 @@ pub struct DenseStep {
     pub end: Vec<f64>,
     /// Local error estimate of (q, v) at the end.
     pub error: Vec<f64>,
-    /// Length times the rate at which the Jacobian at the start damps the velocities [-]: how much more the step
-    /// relies on it than on the accelerations. Zero without a Jacobian.
+    /// Length times the fastest rate at which the Jacobian at the start damps the velocities [-]. Far above 1, the step
+    /// is determined by the Jacobian more than by the accelerations. Zero without a Jacobian.
     pub damping: f64,
     /// Order of the embedded solution.
     pub embedded_order: usize,

@@ -1,12 +1,12 @@
 //! The explicit Runge-Kutta method DOP853 of Hairer, Norsett and Wanner, order 8(5,3)
 //! `[HairerNorsettWanner1993]`.
 //!
-//! The error estimate is that of the authors with a second combination of order 5 beside theirs: it must
+//! The error estimate is that of the authors with a second combination of order 5 added to theirs, so that it does
 //! not vanish by chance where a step crosses a kink of the friction law or a change of contact.
 //!
-//! No Jacobian and no linear equations. While the contacts do not stick it reaches the accuracy
-//! of a Rosenbrock method with a fraction of the work; sticking friction is stiff, and there its
-//! steps shrink to the stability limit, which costs time but not accuracy.
+//! The method needs no Jacobian and solves no linear equations. While no contact sticks it reaches the accuracy
+//! of a Rosenbrock method with a fraction of the work. Sticking friction is stiff; there stability limits the
+//! steps, which costs time but not accuracy.
 
 use crate::integrators::dense::DenseStep;
 use crate::integrators::dop853_coefficients::{A, C, D, E3, E5, E5_OTHER, SLOPES, STAGES};
@@ -14,11 +14,11 @@ use crate::integrators::stages::Stages;
 use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
 use crate::numerics::instant::Instant;
 
-/// Length of a step times the fastest rate up to which nothing grows, be it damped (6.3) or an
-/// oscillation (5.9).
+/// Stability limit of the step times the fastest rate: 6.3 on the negative real axis (damping), 5.9 on the imaginary
+/// axis (oscillation).
 const STABLE: f64 = 5.9;
 
-/// Relative difference of two states that may be rounding alone.
+/// Relative difference of two states that may be a rounding error.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// The method with its scratch memory.
@@ -32,11 +32,11 @@ pub struct Dop853 {
     /// The second of the two combinations of order 5.
     other_error: Vec<f64>,
     step: DenseStep,
-    /// State of the last stage, at the end of the step like the solution.
+    /// State of the last stage, which like the solution belongs to the end of the step.
     last_argument: Vec<f64>,
-    /// What each component of the state is worth against the others.
+    /// Reciprocal tolerances of the components of the state.
     weights: Vec<f64>,
-    /// The slope at the end of the step last taken is one of the present phase.
+    /// Whether the slope at the end of the last step holds in the present phase.
     end_slope_holds: bool,
 }
 
@@ -50,7 +50,7 @@ impl Dop853 {
             slopes: Stages::new(SLOPES, n),
             argument: vec![0.0; n],
             other_error: vec![0.0; n],
-            // The estimate combines orders 5 and 3 to one that falls with the eighth power of the step.
+            // The estimate combines those of orders 5 and 3; it is proportional to the eighth power of the step.
             step: DenseStep::new(n, 6, 7, true),
             last_argument: vec![0.0; n],
             weights: vec![1.0; n],
@@ -58,18 +58,18 @@ impl Dop853 {
         }
     }
 
-    /// Whether the step last taken ended in this state of the present phase: its last slope is then the
+    /// Whether the last step ended in this state in the present phase: its last slope is then the
     /// first of the next step.
     fn ended_at(&self, t: f64, q: &[f64], v: &[f64]) -> bool {
         let (end_q, end_v) = self.step.end.split_at(self.d);
         self.end_slope_holds && self.step.instant(1.0) == t.into() && end_q == q && end_v == v
     }
 
-    /// Length of the step last taken times the fastest rate of the motion [-]: the square root of the change of the
-    /// accelerations over that of the positions between the last stage and the solution, which differ by little
-    /// but the fastest component. That is the frequency of an oscillation and the rate of a damping, whatever a
-    /// position is worth against a velocity. The method is stable up to about 6. Zero where both positions and
-    /// velocities differ by rounding alone.
+    /// Length of the last step times the fastest rate of the motion [-]: the square root of |Δa|/|Δq|, the differences of
+    /// accelerations and positions between the last stage and the solution. Both belong to the end of the step and
+    /// differ mainly by the fastest component, so the ratio is the frequency of an oscillation or the rate of a
+    /// damping, independent of the units. Where the positions differ by rounding alone it is |Δa|/|Δv|; zero where the
+    /// velocities do as well.
     pub fn stiffness(&self) -> f64 {
         let d = self.d;
         let (mut accelerations, mut velocities, mut positions) = (0.0, 0.0, 0.0);
@@ -87,7 +87,7 @@ impl Dop853 {
                 *rounding += noise * noise;
             }
         }
-        // Of the roots one more: the sums are those of squares.
+        // The sums are squares of norms, so each rate takes one more square root.
         if positions > roundings[0] {
             self.step.h * (accelerations / positions).sqrt().sqrt()
         } else if velocities > roundings[1] {
@@ -97,12 +97,12 @@ impl Dop853 {
         }
     }
 
-    /// Factor by which a step after one of this stiffness may be longer without leaving the stable region.
+    /// Factor by which the step after one of this stiffness may be longer within the stability limit.
     pub(super) fn largest_growth(stiffness: f64) -> f64 {
         if stiffness > 0.0 { STABLE / stiffness } else { f64::INFINITY }
     }
 
-    /// Local error estimate of the step last taken, in tolerances.
+    /// Local error estimate of the last step relative to the tolerances.
     pub fn error_in_tolerances(&self) -> f64 {
         self.step.error.iter().zip(&self.weights).map(|(error, weight)| error * weight).fold(0.0, f64::max)
     }
@@ -123,7 +123,7 @@ impl Dop853 {
 
 impl Stepper for Dop853 {
     fn restart(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]) {
-        // A phase begins: other forces act in the same state.
+        // The forces change with the phase, so the last slope does not hold.
         self.end_slope_holds = false;
         let tolerances = position_tolerance.iter().chain(velocity_tolerance);
         for (weight, tolerance) in self.weights.iter_mut().zip(tolerances) {
@@ -190,8 +190,7 @@ impl Stepper for Dop853 {
     }
 
     fn estimate_inside(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
-        // The cubic through the states and slopes of both ends; the full dense output costs three
-        // evaluations.
+        // The cubic Hermite interpolant of both ends; the full dense output costs three evaluations.
         let (d, h, rest) = (self.d, self.step.h, 1.0 - theta);
         for k in 0..2 * d {
             let (start, end) = (self.step.start[k], self.step.end[k]);
@@ -219,7 +218,7 @@ impl Stepper for Dop853 {
             let f1 = h * slope(0) - change;
             let f2 = 2.0 * change - h * (slope(STAGES) + slope(0));
             let [f3, f4, f5, f6] = [0, 1, 2, 3].map(|row| self.step.rows[row * n + k]);
-            // Hairer's nested form in the powers that all methods share.
+            // Hairer's nested form, rewritten in the powers that all methods share.
             let rows = [f1, f2 + f3, f4 + f5 - f3, f6 - 2.0 * f5 - f4, f5 - 2.0 * f6, f6];
             for (row, value) in rows.into_iter().enumerate() {
                 self.step.rows[row * n + k] = value;

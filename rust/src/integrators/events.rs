@@ -1,10 +1,10 @@
-//! Events: where a guard function falls through zero inside a step.
+//! Events: zeros of guard functions inside a step.
 //!
-//! A guard is positive while the present phase lasts. What other codes miss is looked for:
-//! a crossing and its return inside one step (interior samples, then the minimum between a
+//! A guard is positive while the present phase lasts. Three cases need care:
+//! a guard that is negative only inside the step (found by interior samples, then by the minimum between a
 //! falling and a rising sample), a guard that is zero to rounding because an event has just
-//! happened on it (it must first become negative beyond its resolution), and several guards
-//! at once (the earliest wins, the others are found where the step ends on it).
+//! happened on it (it counts as crossed only below minus its resolution), and several guards
+//! in one step (the earliest is located, the others are tested where the step ends).
 
 use crate::integrators::HybridSystem;
 use crate::integrators::dense::DenseStep;
@@ -16,11 +16,12 @@ pub struct Guard {
     pub value: f64,
     /// Its rate; NaN where it is not known.
     pub rate: f64,
-    /// Where the rate is not known: the value below which zero may lie nearer than two values tell.
+    /// Where the rate is not known: values below this need a search inside the step, besides what the change of the
+    /// value over the step asks for.
     pub margin: f64,
-    /// Size of its rounding errors: closer to zero it has no sign.
+    /// Size of its rounding errors: closer to zero its sign is undetermined.
     pub resolution: f64,
-    /// How far beyond zero a step may end on it.
+    /// Largest distance below zero at which a step may end on the event.
     pub overshoot: f64,
 }
 
@@ -29,7 +30,7 @@ impl Guard {
     pub const INACTIVE: Guard =
         Guard { value: f64::INFINITY, rate: 0.0, margin: 0.0, resolution: 0.0, overshoot: f64::INFINITY };
 
-    fn crossed(&self) -> bool {
+    fn is_crossed(&self) -> bool {
         self.value < -self.resolution
     }
 }
@@ -39,7 +40,7 @@ impl Guard {
 pub struct Located {
     /// The guard.
     pub index: usize,
-    /// Where, as a fraction of the step.
+    /// Instant of the root, as a fraction of the step.
     pub theta: f64,
 }
 
@@ -50,14 +51,14 @@ pub struct LocationFailure {
     pub index: usize,
 }
 
-/// Interior instants at which the guards are sampled, as a fraction 1/PIECES of the step: with
-/// the slope test between them only two extrema within an eighth of a step could be missed.
+/// The guards are sampled at every PIECES-th part of the step. With the test of the rates at the samples, only two
+/// extrema within one piece can be missed.
 const PIECES: usize = 8;
 
 /// Ratio of the golden section.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
-/// Sections of the search for a minimum without its rate: it is known to 3e-8 of an eighth of the step, and its
-/// value, where it is flat, to rounding.
+/// Golden sections of the search for a minimum where the rate is unknown. They find its instant to 3e-8 of an eighth of
+/// the step, and therefore its value to rounding.
 const SECTIONS: usize = 36;
 
 /// Iterations of the root and minimum searches: bisection alone would need 53.
@@ -86,17 +87,17 @@ impl EventFinder {
         }
     }
 
-    /// Whether the guards at the ends of a step of length `h` leave room for an event in it.
+    /// Whether an event in a step of length `h` is possible, judged by the guards at its ends.
     ///
-    /// The cubic through end values and rates strays at most 4/27 h (|g'₀| + |g'₁|) below its
-    /// ends; more than three times that is asked for. A guard of unknown rate must stay clear
-    /// of zero by more than its change over the step and its margin.
-    pub fn suspicious(h: f64, start: &[Guard], end: &[Guard]) -> bool {
+    /// The cubic through the values and rates at the ends falls at most 4/27 h (|g'₀| + |g'₁|) below the
+    /// lower end. An event is excluded only if both values exceed h max(|g'₀|, |g'₁|), more than three times that. A
+    /// guard of unknown rate must exceed its change over the step plus its margin.
+    pub fn may_have_event(h: f64, start: &[Guard], end: &[Guard]) -> bool {
         start.iter().zip(end).any(|(a, b)| {
             let margin = h * a.rate.abs().max(b.rate.abs());
             let margin = if margin.is_nan() { (a.value - b.value).abs() + a.margin } else { margin };
             let clear = a.value > margin && b.value > margin;
-            // Also suspicious where a value is not a number.
+            // True also where a value is not a number.
             !clear
         })
     }
@@ -142,10 +143,10 @@ impl EventFinder {
                 return Err(LocationFailure { index });
             }
             let (mut a, mut b) = (piece as f64 / PIECES as f64, (piece + 1) as f64 / PIECES as f64);
-            let mut bracketed = right.crossed();
-            if !bracketed && self.may_dip(piece, index) {
+            let mut bracketed = right.is_crossed();
+            if !bracketed && self.may_have_minimum(piece, index) {
                 let (theta, lowest) = self.minimum(system, step, index, a, b);
-                bracketed = lowest.crossed();
+                bracketed = lowest.is_crossed();
                 if bracketed {
                     b = theta;
                 }
@@ -158,8 +159,8 @@ impl EventFinder {
                 if left.rate <= 0.0 {
                     return Ok(Some(a));
                 }
-                // Zero to rounding after an event, rising (or of unknown rate), and fallen again
-                // before b: step back from b until the guard is positive.
+                // The guard is zero to rounding after an event, rises (or has an unknown rate), and has fallen again
+                // before b: bisect towards a until the guard is positive.
                 let mut width = b - a;
                 for _ in 0..ITERATIONS {
                     width *= 0.5;
@@ -191,26 +192,28 @@ impl EventFinder {
         self.trial[index]
     }
 
-    /// Whether a guard falls at the start of a piece and rises at its end. Where the rate is unknown, the
-    /// parabolas through neighboring samples tell, and whether their bend reaches down to zero.
-    fn may_dip(&self, piece: usize, index: usize) -> bool {
+    /// Whether a guard may have a negative minimum inside a piece: it falls at its start and rises at its end. Where the
+    /// rate is unknown, it is that of the parabolas through neighboring samples, and their minimum must reach zero.
+    fn may_have_minimum(&self, piece: usize, index: usize) -> bool {
         let guard = |sample: usize| self.samples[sample * self.count + index];
         let (left, right) = (guard(piece), guard(piece + 1));
         if !left.rate.is_nan() && !right.rate.is_nan() {
             return left.rate < 0.0 && right.rate > 0.0;
         }
+        // Slope at a sample and second difference, in the spacing of the samples.
         let parabola = |sample: usize| {
             let middle = sample.clamp(1, PIECES - 1);
             let [a, b, c] = [middle - 1, middle, middle + 1].map(|sample| guard(sample).value);
-            let bend = a - 2.0 * b + c;
-            (0.5 * (c - a) + bend * (sample as f64 - middle as f64), bend)
+            let curvature = a - 2.0 * b + c;
+            (0.5 * (c - a) + curvature * (sample as f64 - middle as f64), curvature)
         };
         let ((falls, first), (rises, second)) = (parabola(piece), parabola(piece + 1));
-        // The lowest point of a parabola lies an eighth of its bend below the lower end at most.
+        // The minimum of a parabola lies at most an eighth of its second difference below the lower end;
+        // the test allows eight times that.
         falls <= 0.0 && rises >= 0.0 && left.value.min(right.value) <= first.max(second)
     }
 
-    /// Lowest value between a falling and a rising end, by bisection on the rate.
+    /// Minimum between a falling and a rising end, by bisection on the rate; stops at the first crossed value.
     fn minimum(
         &mut self,
         system: &mut dyn HybridSystem,
@@ -226,7 +229,7 @@ impl EventFinder {
             if guard.value < lowest.1.value {
                 lowest = (theta, guard);
             }
-            if guard.crossed() || !(theta > a && theta < b) {
+            if guard.is_crossed() || !(theta > a && theta < b) {
                 break;
             }
             if guard.rate.is_nan() {
@@ -237,7 +240,7 @@ impl EventFinder {
         lowest
     }
 
-    /// The same where the rate is unknown, by golden sections; any crossed value will do.
+    /// The same by golden sections, where the rate is unknown.
     fn minimum_by_sections(
         &mut self,
         system: &mut dyn HybridSystem,
@@ -248,7 +251,7 @@ impl EventFinder {
         let mut at = |theta: f64| (theta, self.evaluate(system, step, index, theta));
         let (mut left, mut right) = (at(b - GOLDEN * (b - a)), at(a + GOLDEN * (b - a)));
         for _ in 0..SECTIONS {
-            if left.1.crossed() || right.1.crossed() {
+            if left.1.is_crossed() || right.1.is_crossed() {
                 break;
             }
             if left.1.value < right.1.value {

@@ -33,13 +33,13 @@ pub trait HybridSystem {
     /// Accelerations and their derivatives; false where they do not exist.
     fn linearize(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearization) -> bool;
 
-    /// Sees the state and its accelerations from which the coming attempts start.
+    /// Receives the state, with its accelerations, from which the next attempts start.
     fn begin(&mut self, _t: f64, _q: &[f64], _v: &[f64], _a: &[f64]) {}
 
-    /// Absolute local error each coordinate and velocity may have in the present phase.
+    /// Absolute tolerances of the local error of each coordinate and velocity in the present phase.
     fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]);
 
-    /// Longest step that cannot jump over an event, from the last [`HybridSystem::begin`].
+    /// Longest step from the state of the last [`HybridSystem::begin`] that cannot step over an event.
     fn step_bound(&self) -> f64 {
         f64::INFINITY
     }
@@ -52,38 +52,39 @@ pub trait HybridSystem {
     /// Guards of the present phase.
     fn guards(&mut self, _t: Instant, _q: &[f64], _v: &[f64], _guards: &mut [Guard]) {}
 
-    /// Whether the state that the guards were last asked for lies beyond a kink of the accelerations, which the
-    /// Jacobian at the start of the step does not know.
+    /// Whether a kink of the accelerations (a jump of their derivatives) lies between the start of the step and the
+    /// state at which the guards were last evaluated. The Jacobian at the start of the step does not hold beyond it.
     fn is_beyond_kink(&self) -> bool {
         false
     }
 
-    /// How many times finer than [`HybridSystem::tolerances`] says the velocity must be known, at least 1: near the
-    /// state of the last [`HybridSystem::begin`], or between it and the one that the guards were asked for since.
-    fn sharpness(&self) -> f64 {
+    /// Factor, at least 1, by which the velocity tolerances of [`HybridSystem::tolerances`] must be divided: at the
+    /// state of the last [`HybridSystem::begin`], and between it and the state at which the guards were last evaluated.
+    fn velocity_refinement(&self) -> f64 {
         1.0
     }
 
-    /// Ends the phase that a guard watches; returns a bound for the next step, or infinity.
+    /// Changes the phase after the zero of a guard; returns a bound for the next step, or infinity.
     fn cross(&mut self, _index: usize, _t: f64, _q: &[f64], _v: &[f64]) -> f64 {
         f64::INFINITY
     }
 
-    /// Whether the step to `end` will be looked at inside, and needs its dense output.
+    /// Whether states inside the step to `end` are needed, and with them its dense output.
     fn wants_dense(&self, _end: f64) -> bool {
         true
     }
 
-    /// Moves the state at the end of a step onto the constraints, if there are any. The step may yet be
-    /// refused.
+    /// Projects the state at the end of a step onto the constraints, if there are any. The step may still be
+    /// rejected afterwards.
     fn project(&mut self, _t: f64, _q: &mut [f64], _v: &mut [f64]) -> Projection {
         Projection::Unneeded
     }
 
-    /// Writes the state of an accepted step, from which the next one starts, with as many digits as it can.
-    fn fold(&mut self, _q: &mut [f64]) {}
+    /// Rewrites the positions of an accepted step as an equivalent state with smaller rounding errors, from which the
+    /// next step starts: angles without their full turns.
+    fn wrap_angles(&mut self, _q: &mut [f64]) {}
 
-    /// Sees every accepted step, before any change of phase at its end; false cancels.
+    /// Receives every accepted step, before any change of phase at its end; false cancels the integration.
     fn accepted(&mut self, _step: &DenseStep) -> bool {
         true
     }
@@ -91,14 +92,14 @@ pub trait HybridSystem {
 
 /// A one-step method.
 ///
-/// The loop over the steps calls [`Stepper::restart`] where a phase begins, [`Stepper::begin`] once in every
+/// The loop over the steps calls [`Stepper::restart`] at the start of a phase, [`Stepper::begin`] once for every
 /// state, [`Stepper::attempt`] until a step is accepted, and then [`Stepper::settle`] unless the step ended a
-/// phase. All but `begin` and `restart` speak of the step last taken.
+/// phase. All but `begin` and `restart` refer to the last step.
 pub trait Stepper {
-    /// Learns what positions and velocities are worth against each other, where a phase begins.
+    /// Receives the tolerances of a new phase, by which positions and velocities are weighted.
     fn restart(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]);
 
-    /// Computes what all attempts from a state need; false where it does not exist.
+    /// Computes what all attempts from a state need; false where the accelerations do not exist.
     fn begin(
         &mut self,
         system: &mut dyn HybridSystem,
@@ -115,15 +116,15 @@ pub trait Stepper {
     /// The step with its error estimate.
     fn step(&mut self) -> &mut DenseStep;
 
-    /// State at a part of the step from what the attempt computed, without further evaluations: enough to see
-    /// whether the guards must be looked at more closely.
+    /// Approximate state at the fraction `theta` of the step, without further evaluations. It decides whether guards
+    /// must be evaluated on the dense output.
     fn estimate_inside(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]);
 
     /// Completes the dense output of the step; false where something is not finite.
     fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool;
 
-    /// Sees that the step was accepted and led to (q, v) at `t` in the same phase; passes on by which factor the
-    /// next one may be longer without leaving the stable region. A method of two may change to the other.
+    /// Called when the step was accepted and led to (q, v) at `t` in the same phase. Returns the factor by which the
+    /// next step may be longer within the region of absolute stability. A pair of methods may switch here.
     fn settle(
         &mut self,
         system: &mut dyn HybridSystem,
@@ -134,12 +135,12 @@ pub trait Stepper {
     ) -> Settled;
 }
 
-/// What a method says of the step after an accepted one.
+/// What a method allows for the step after an accepted one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settled {
-    /// Largest factor by which it may be longer.
+    /// Largest ratio of its length to that of the accepted step.
     pub largest_growth: f64,
-    /// It is taken by another method.
+    /// Whether another method takes it.
     pub switched: bool,
 }
 
@@ -148,11 +149,11 @@ pub struct Settled {
 pub enum Projection {
     /// There are no constraints.
     Unneeded,
-    /// A correction that is allowed.
+    /// The correction is within its limit.
     Done,
-    /// A correction so many times what is allowed: the step was not what its error estimate said.
+    /// The correction exceeds its limit by this factor: the error of the step is larger than its estimate.
     TooLarge(f64),
-    /// The constraints are dependent here, or too far away.
+    /// The constraints are dependent here, or Newton's method did not converge.
     Singular,
 }
 
@@ -221,7 +222,7 @@ pub struct Stats {
     pub relocations: usize,
     /// Shortest accepted step that was not cut by an event or the end [s].
     pub smallest_step: f64,
-    /// Where it was taken [s].
+    /// Time at which that step started [s].
     pub smallest_step_time: f64,
 }
 
@@ -245,7 +246,7 @@ impl Default for Stats {
 }
 
 impl Stats {
-    /// The counts with the names by which results call them.
+    /// The counts with their names in results.
     pub fn counts(&self) -> [(&'static str, usize); 10] {
         [
             ("steps", self.steps),
@@ -261,7 +262,7 @@ impl Stats {
         ]
     }
 
-    /// The other numbers likewise.
+    /// The other numbers with their names in results.
     pub fn sizes(&self) -> [(&'static str, f64); 2] {
         [("smallest_step", self.smallest_step), ("smallest_step_time", self.smallest_step_time)]
     }

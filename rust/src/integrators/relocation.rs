@@ -1,14 +1,14 @@
-//! Relocation of events: a step on which one lies is taken again so that it ends just behind it.
+//! Relocation of events: a step with an event inside is taken again so that it ends just behind the event.
 
 use crate::integrators::Status;
 use crate::integrators::control::{Failure, Run};
 use crate::integrators::events::EventFinder;
 
-/// Changes of phase at one instant, beyond one of every guard, before the run is given up: each shortens
-/// the next step tenfold, so the last is a rounding of the first.
+/// Changes of phase at one instant, beyond one of every guard, after which the run fails. Each shortens
+/// the next step tenfold, so that the last step is a rounding error of the first.
 const STANDING_EVENTS: usize = 16;
-/// Attempts to end on one event by Newton's method; each is a step taken anew, two are the rule. After them
-/// the bracket is halved: a guard that is steep on one side draws the secant to the other.
+/// Attempts to end on one event by Newton's or the secant method, each a step of its own; two usually suffice. After
+/// these the bracket is bisected: on a guard that is steep on one side of its zero the secant method converges slowly.
 const RELOCATIONS: usize = 20;
 
 impl Run<'_> {
@@ -19,7 +19,7 @@ impl Run<'_> {
             return Ok(None);
         }
         self.read_end_guards();
-        if !self.suspicious() {
+        if !self.may_have_event() {
             return Ok(None);
         }
         self.finish_dense()?;
@@ -39,7 +39,7 @@ impl Run<'_> {
         if guard.rate < 0.0 {
             h = (h - 0.5 * guard.overshoot / guard.rate).min(full);
         }
-        // The guard is positive at `low` and spent at `high`.
+        // The guard is positive at `low` and not at `high`.
         let mut low = (0.0, self.start_guards[event.index].value);
         let mut high = (full, f64::NAN);
         for attempt in 1.. {
@@ -57,7 +57,7 @@ impl Run<'_> {
             if high.0 - low.0 <= resolution || exhausted && high.1.is_nan() {
                 break;
             }
-            // Newton, or the secant where the rate is unknown, aiming behind the surface so that
+            // Newton's method, or the secant method where the rate is unknown. The target lies behind the zero so that
             // the sign is already that of the new phase.
             let target = -0.5 * guard.overshoot;
             let rate = if guard.rate.is_nan() { (high.1 - low.1) / (high.0 - low.0) } else { guard.rate };
@@ -65,28 +65,28 @@ impl Run<'_> {
             h = if next > low.0 && next < high.0 && !exhausted { next } else { 0.5 * (low.0 + high.0) };
         }
         if high.1.is_nan() {
-            // The re-taken, more accurate steps never reached the surface: it was grazed within the
-            // tolerance. Up to there the step is an ordinary one, and no other guard fell before.
+            // The shorter, more accurate steps never reached the zero: the guard only grazes it, within the
+            // tolerance. The step up to there is an ordinary one, and no other guard is crossed before.
             self.retake(event.theta * full, event.index)?;
             return Ok(None);
         }
-        // The bracket is as narrow as the time allows: end behind the event.
+        // The bracket is as narrow as the rounding of the time allows: end behind the event.
         self.retake(high.0, event.index)?;
         Ok(Some(event.index))
     }
 
-    /// Whether an event may lie on the step: judged by its ends and its middle. Ends alone miss a dip
-    /// between two flat ends.
-    fn suspicious(&mut self) -> bool {
+    /// Whether an event in the step is possible, judged by its ends and its middle. The ends alone miss a minimum
+    /// between two ends with small rates.
+    fn may_have_event(&mut self) -> bool {
         let step = self.method.step();
         let (middle, h) = (step.instant(0.5), step.h);
-        if EventFinder::suspicious(h, &self.start_guards, &self.end_guards) {
+        if EventFinder::may_have_event(h, &self.start_guards, &self.end_guards) {
             return true;
         }
         self.method.estimate_inside(0.5, &mut self.inner_q, &mut self.inner_v);
         self.system.guards(middle, &self.inner_q, &self.inner_v, &mut self.inner_guards);
-        EventFinder::suspicious(0.5 * h, &self.start_guards, &self.inner_guards)
-            || EventFinder::suspicious(0.5 * h, &self.inner_guards, &self.end_guards)
+        EventFinder::may_have_event(0.5 * h, &self.start_guards, &self.inner_guards)
+            || EventFinder::may_have_event(0.5 * h, &self.inner_guards, &self.end_guards)
     }
 
     /// Completes the dense output of the step, once.
@@ -115,7 +115,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// The phase changes where the step began: a step of length zero.
+    /// The phase changes at the start of the step: replaces it by a step of length zero.
     fn end_where_it_began(&mut self, guard: usize) -> Result<Option<usize>, Failure> {
         self.standing_events += 1;
         if self.standing_events > self.start_guards.len() + STANDING_EVENTS {
@@ -133,23 +133,24 @@ impl Run<'_> {
         let (q, v) = step.end.split_at(step.end.len() / 2);
         self.system.guards(step.instant(1.0), q, v, &mut self.end_guards);
         self.beyond_kink = self.system.is_beyond_kink();
-        self.sharpness = self.start_sharpness.max(self.system.sharpness());
+        self.velocity_refinement = self.start_refinement.max(self.system.velocity_refinement());
     }
 
-    /// Crosses the guard, and every other guard that is spent at the same instant, in order.
+    /// Changes the phase for a guard, and for every other guard that is zero and falling at the same instant, in order.
     pub(super) fn change_phase(&mut self, index: usize) -> Result<f64, Failure> {
         let mut bound = f64::INFINITY;
         for other in 0..self.start_guards.len() {
             let guard = self.start_guards[other];
-            // Spent to rounding and falling; a guard that rises from zero has just been crossed. Where the
-            // rate is unknown only the sign can tell: two that both hover at zero would cross each other.
+            // Zero to rounding and falling; a guard that rises from zero has just been crossed. Where the
+            // rate is unknown only a clear sign counts: two guards near zero could otherwise change the phase in turn
+            // without end.
             let unknown = guard.rate.is_nan();
-            let spent = if unknown {
+            let crossed = if unknown {
                 guard.value < -guard.resolution
             } else {
                 guard.value <= 8.0 * guard.resolution && guard.rate <= 0.0
             };
-            if other == index || spent {
+            if other == index || crossed {
                 if self.stats.events == self.limits.max_events {
                     return Err((Status::MaxEvents, Some(other)));
                 }

@@ -25,7 +25,7 @@ pub struct Rosenbrock {
     stages: Stages,
     w: Vec<f64>,
     pivots: Vec<usize>,
-    /// What an acceleration of each coordinate is worth against the others, for the choice of pivots.
+    /// Reciprocal velocity tolerances: the scaling of the rows for the choice of pivots.
     pub weights: Vec<f64>,
     /// State (q, v) at which the present stage evaluates the accelerations.
     argument: Vec<f64>,
@@ -34,7 +34,7 @@ pub struct Rosenbrock {
     a: Vec<f64>,
     /// The step last taken.
     pub step: DenseStep,
-    /// The dense output of that step is complete.
+    /// Whether the dense output of that step is complete.
     dense: bool,
     /// Accelerations and Jacobian at the start of the present step.
     linear: Linearization,
@@ -140,20 +140,20 @@ impl Rosenbrock {
         lu_factor(&mut self.w, d, &mut self.weights, &mut self.pivots)
     }
 
-    /// Length of the step last taken times a bound of the fastest rate of the motion [-], by the Jacobian
+    /// Length of the last step times an upper bound of the fastest rate of the motion [-], from the Jacobian
     /// at its start.
     pub fn stiffness(&self) -> f64 {
         self.step.h * (self.norm(&self.linear.a_v) + self.norm(&self.linear.a_q).sqrt())
     }
 
-    /// Bound of the rate at which velocities are damped [1/s], by the Jacobian of the last
+    /// Upper bound of the rate at which velocities are damped [1/s], from the Jacobian of the last
     /// [`Stepper::begin`].
     pub fn damping(&self) -> f64 {
         self.norm(&self.linear.a_v)
     }
 
-    /// What the rounding of the positions does to the velocities within a step of length `h`, in
-    /// tolerances, by the Jacobian of the last [`Stepper::begin`].
+    /// Change of the velocities within a step of length `h` by the rounding of the positions, relative to the
+    /// tolerance, from the Jacobian of the last [`Stepper::begin`].
     pub fn noise(&self, h: f64) -> f64 {
         let row_sum = |(row, weight): (&[f64], &f64)| {
             weight * row.iter().zip(&self.start.1).map(|(a, q)| (a * q).abs()).sum::<f64>()
@@ -163,7 +163,7 @@ impl Rosenbrock {
         h * f64::EPSILON * largest
     }
 
-    /// Largest row sum, rows and columns in tolerances: the norm knows no units.
+    /// Maximum row sum, with rows and columns scaled by the tolerances so that units do not matter.
     fn norm(&self, matrix: &[f64]) -> f64 {
         let row_sum = |(row, weight): (&[f64], &f64)| {
             weight * row.iter().zip(&self.weights).map(|(a, weight)| a.abs() / weight).sum::<f64>()
@@ -216,7 +216,7 @@ impl Stepper for Rosenbrock {
         stats.stages += self.tableau.stages;
         stats.evaluations += self.tableau.stages - 1;
         stats.factorizations += 1;
-        // Lent for the call: `take` borrows all of self.
+        // Moved out for the call, because `take` borrows all of self.
         let linear = std::mem::take(&mut self.linear);
         let (t, q, v) = std::mem::take(&mut self.start);
         let finite = self.take(system, &linear, t, h, &q, &v);

@@ -1,9 +1,9 @@
-//! What the stages of a step computed, laid out for their weighted sums.
+//! Stage vectors of a step, laid out in memory for fast weighted sums.
 
-/// Components that are summed together, in vector registers.
+/// Components that are summed together in one vector register.
 const BLOCK: usize = 4;
 
-/// One row of components a stage, in whole blocks.
+/// One row for each stage, padded to whole blocks.
 #[derive(Clone, Debug)]
 pub(super) struct Stages {
     n: usize,
@@ -42,7 +42,7 @@ impl Stages {
         self.sums(weights, out, |out| out, |_, sum| sum);
     }
 
-    /// `finish(component, Σ w_j k_j)` for all components.
+    /// Writes `finish(component, Σ w_j k_j)` for all components to `out`.
     #[inline]
     pub(super) fn combine(&self, weights: &[f64], out: &mut [f64], finish: impl Fn(usize, f64) -> f64) {
         self.sums(weights, out, |_| 0.0, finish);
@@ -74,7 +74,7 @@ impl Stages {
     #[inline(always)]
     fn sum_of_block(&self, block: usize, weights: &[f64], sum: [f64; BLOCK]) -> [f64; BLOCK] {
         match self.width {
-            // Two degrees of freedom: most mechanisms have no more.
+            // One block holds positions and velocities of two degrees of freedom; few mechanisms have more.
             1 => weighted_sum(weights, self.rows.iter(), sum),
             width => weighted_sum(weights, self.rows.chunks_exact(width).map(|row| &row[block]), sum),
         }

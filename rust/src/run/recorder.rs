@@ -75,7 +75,7 @@ pub(crate) struct Recorder<'a> {
     /// presses.
     pub(crate) slides: Vec<Option<f64>>,
     /// How many times finer than its tolerance the velocity must be known up to where the guards were last asked for.
-    pub(crate) sharpness: f64,
+    pub(crate) velocity_refinement: f64,
     /// Whether a joint that stuck under load there slides where the guards were last asked for.
     breaks_away: bool,
     pub(crate) warnings: Vec<String>,
@@ -123,7 +123,7 @@ impl<'a> Recorder<'a> {
             sticks: vec![Stick::default(); mechanism.clearance_joints.len()],
             breaks_away: false,
             slides: vec![None; mechanism.clearance_joints.len()],
-            sharpness: 1.0,
+            velocity_refinement: 1.0,
             warnings: Vec::new(),
         }
     }
@@ -278,7 +278,7 @@ impl<'a> Recorder<'a> {
     fn watch(&mut self, t: f64) {
         let mechanism = self.mechanism;
         self.step_bound = mechanism.next_break(t) - t;
-        self.sharpness = 1.0;
+        self.velocity_refinement = 1.0;
         for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
             let motion = self.dynamics.joint_motion(joint);
             let penetration = motion.eccentricity.norm() - joint.law.clearance;
@@ -350,7 +350,7 @@ impl HybridSystem for Recorder<'_> {
             self.dynamics.move_to(t, q, v);
         }
         self.breaks_away = false;
-        self.sharpness = 1.0;
+        self.velocity_refinement = 1.0;
         for index in 0..self.dynamics.phases.len() {
             let state = self.dynamics.contact_state(index);
             let steep = self.mechanism.clearance_joints[index].law.stick_velocity();
@@ -366,8 +366,8 @@ impl HybridSystem for Recorder<'_> {
         self.breaks_away
     }
 
-    fn sharpness(&self) -> f64 {
-        self.sharpness
+    fn velocity_refinement(&self) -> f64 {
+        self.velocity_refinement
     }
 
     fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> f64 {
@@ -431,7 +431,7 @@ impl HybridSystem for Recorder<'_> {
         }
     }
 
-    fn fold(&mut self, q: &mut [f64]) {
+    fn wrap_angles(&mut self, q: &mut [f64]) {
         self.unwind(q);
     }
 

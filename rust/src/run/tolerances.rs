@@ -164,7 +164,7 @@ impl Tolerances {
 
     /// How many times finer than in the phases of the contacts the velocity must be known for the friction of a
     /// `joint` that presses, slides at `start` [m/s] where a step begins and is in `state` later; at least 1.
-    pub(crate) fn sharpness(
+    pub(crate) fn velocity_refinement(
         &self,
         mechanism: &Mechanism,
         phases: &[Phase],

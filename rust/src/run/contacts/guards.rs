@@ -75,12 +75,13 @@ impl Recorder<'_> {
         self.slides[index].zip(steep).is_some_and(|(sliding, steep)| sliding.abs() < steep)
     }
 
-    /// Raises the sharpness to what the friction of a contact needs from the start of the step to a state.
+    /// Raises the velocity_refinement to what the friction of a contact needs from the start of the step to a state.
     pub(crate) fn sharpen(&mut self, index: usize, state: &ContactState<f64>) {
         if let Some(start) = self.slides[index] {
             let phases = &self.dynamics.phases;
-            let sharpness = self.tolerances.sharpness(self.mechanism, phases, index, start, state);
-            self.sharpness = self.sharpness.max(sharpness);
+            let velocity_refinement =
+                self.tolerances.velocity_refinement(self.mechanism, phases, index, start, state);
+            self.velocity_refinement = self.velocity_refinement.max(velocity_refinement);
         }
     }
 }
