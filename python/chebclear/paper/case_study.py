@@ -6,7 +6,7 @@ Computations only; ``paper_output`` writes tables and arrays, ``paper_figures`` 
 statistics are over the second one.
 
 Everything is computed twice: ``as_printed`` follows the paper to the letter, ``corrected`` uses Hertz's
-stiffness, the rod's inertia about its own mass center and the sliding velocity of the material surfaces.
+stiffness, the rod's inertia about its own center of mass and the sliding velocity of the material surfaces.
 All Chebyshev bounds are those of Eq. (31): they enclose the fitted polynomial with slack, not the response.
 A scan is an inner bound.
 """

@@ -155,7 +155,7 @@ bounds by Eq. (31). Scan: {paper.SCAN_POINTS} equispaced points a parameter, end
 slower than the floor of the impact velocity and were damped as if at the floor.
 
 - `as_printed`: the paper's equations to the letter: stiffness with pi in Eq. (9) only, rod inertia m l²/3
-  used about the mass center, sliding velocity of the geometric contact point (5)-(6).
+  used about the center of mass, sliding velocity of the geometric contact point (5)-(6).
 - `corrected`: Hertz's stiffness, the same m l²/3 taken about the rod's end, sliding velocity of the
   material surfaces.
 - Eq. (31) encloses the fitted polynomial, and with slack: it overestimates the polynomial's range and says

@@ -8,19 +8,19 @@ use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Latch, NormalLaw};
 use crate::numerics::dual::{Dual, Scalar};
 
-/// What the sliding velocity of the contact is the velocity of.
+/// Convention of the sliding velocity of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SlidingVelocity {
     /// The two material surfaces: v_T = ė·t + ω_J R_J - ω_B R_B.
     Surface,
     /// The geometric contact points, as printed in Eq. (5) and (6): v_T = ė·t (1 - c/|e|).
     ///
-    /// It misses the rotation of the bodies and carries the factor δ/|e|, so friction is
-    /// almost switched off; kept to reproduce published results.
+    /// It omits the rotation of the bodies and contains the factor δ/|e|, so that friction nearly
+    /// vanishes. It exists to reproduce published results.
     ContactPoint,
 }
 
-/// The laws and sizes of one clearance joint: everything the force needs besides the motion.
+/// Dimensions and laws of one clearance joint: the force depends on these and the relative motion alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClearanceLaw {
     /// Radial clearance c [m].
@@ -40,18 +40,18 @@ pub struct ClearanceLaw {
 /// Whether the journal touches the bearing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Phase {
-    /// No contact: no force, whatever the penetration.
+    /// No contact: the force is zero, whatever the penetration.
     Free,
     /// In contact.
     Contact {
-        /// What the damping keeps from the onset.
+        /// Constants of the damping that were fixed at the onset.
         latch: Latch,
-        /// The damping would pull: a dry joint cannot, the force is clipped to zero.
+        /// Whether the force is clipped to zero: the damping would make it tensile, which a dry joint cannot transmit.
         clipped: bool,
     },
 }
 
-/// Relative motion of journal and bearing, as far as the force depends on it.
+/// Relative motion of journal and bearing on which the contact force depends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelativeMotion<S> {
     /// Eccentricity vector e [m].
@@ -62,7 +62,7 @@ pub struct RelativeMotion<S> {
     pub spin: S,
 }
 
-/// What the contact does, seen from the journal.
+/// Penetration, velocities and forces of a contact, for the journal relative to the bearing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactState<S> {
     /// Penetration δ = |e| - c [m], Eq. (2); negative in free flight.
@@ -71,7 +71,7 @@ pub struct ContactState<S> {
     pub penetration_rate: S,
     /// Sliding velocity v_T [m/s].
     pub sliding_velocity: S,
-    /// Normal force F_N [N], pressing journal and bearing apart.
+    /// Normal force F_N [N], positive in compression.
     pub normal_force: S,
     /// Component of the force on the journal along t [N].
     pub friction_force: S,
@@ -79,7 +79,7 @@ pub struct ContactState<S> {
     pub force: [S; 2],
 }
 
-/// Where the surfaces are and how they move, with the directions of the forces.
+/// Position and velocity of the surfaces relative to each other, with the directions of the forces.
 struct Geometry<S> {
     /// 1/|e|.
     inverse: S,
@@ -91,7 +91,7 @@ struct Geometry<S> {
 }
 
 impl ClearanceLaw {
-    /// The geometry of the joint; none at |e| = 0 (a concentric start), where the normal does not exist.
+    /// The geometry of the joint; `None` at |e| = 0, as in a concentric start, where the normal is undefined.
     #[inline(always)]
     fn geometry<S: Scalar>(&self, motion: &RelativeMotion<S>) -> Option<Geometry<S>> {
         let [ex, ey] = motion.eccentricity;
@@ -112,14 +112,14 @@ impl ClearanceLaw {
         })
     }
 
-    /// Sliding velocity of the two material surfaces [m/s], whatever the friction law is told.
+    /// Sliding velocity of the two material surfaces [m/s], whichever convention the friction law uses.
     pub fn surface_velocity(&self, motion: &RelativeMotion<f64>) -> f64 {
         self.geometry(motion).map_or(0.0, |geometry| geometry.tangential_velocity + motion.spin)
     }
 
     /// Penetration, velocities and forces of the joint.
     ///
-    /// Without a normal no force acts, and the rates are reported as zero.
+    /// Where the normal is undefined, forces and rates are zero.
     #[inline(always)]
     pub fn evaluate<S: Scalar>(&self, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
         let zero = S::constant(0.0);
@@ -166,8 +166,7 @@ impl ClearanceLaw {
         [state.force[0], state.force[1], state.friction_force]
     }
 
-    /// Normal force [N] and its rate [N/s] where the relative motion accelerates by `acceleration`
-    /// [m/s²].
+    /// Normal force [N] and its rate [N/s] for a relative acceleration [m/s²].
     pub fn normal_force_with_rate(
         &self,
         motion: &RelativeMotion<f64>,
@@ -185,10 +184,11 @@ impl ClearanceLaw {
         [force.value, force.gradient[0]]
     }
 
-    /// Sliding speed [m/s] the integrator must resolve for the friction law, if that is steep.
+    /// Sliding speed [m/s] below which the friction force changes steeply with the relative velocity, `None` if it does
+    /// nowhere.
     ///
-    /// The printed sliding velocity is smaller than the relative velocity by δ/|e|, about 0.01: its
-    /// friction law is as much flatter.
+    /// The printed sliding velocity is smaller than the relative velocity by the factor δ/|e|, about 0.01, so that
+    /// friction is flatter by this factor.
     pub fn stick_velocity(&self) -> Option<f64> {
         match self.sliding {
             SlidingVelocity::Surface => self.friction.map(|law| law.stick_velocity()),
@@ -196,9 +196,9 @@ impl ClearanceLaw {
         }
     }
 
-    /// Relative velocity along the tangent over the sliding velocity that the friction law is told [-]; infinite
-    /// where nothing presses.
-    pub fn sliding_lever(&self, state: &ContactState<f64>) -> f64 {
+    /// Ratio of the relative tangential velocity to the sliding velocity in the friction law [-]; infinite
+    /// without penetration.
+    pub fn sliding_ratio(&self, state: &ContactState<f64>) -> f64 {
         match self.sliding {
             SlidingVelocity::Surface => 1.0,
             SlidingVelocity::ContactPoint => {

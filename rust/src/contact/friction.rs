@@ -13,8 +13,8 @@ pub enum FrictionLaw {
     /// μ = μ_d                                                           |v| > V_d
     /// ```
     ///
-    /// The force is zero at rest and grows with the velocity: such a contact creeps under
-    /// load and never truly sticks.
+    /// The force is zero at zero velocity and grows with it: under a tangential load a contact
+    /// creeps instead of sticking.
     ModifiedCoulomb {
         /// Static friction coefficient μ_s [-].
         static_coefficient: f64,
@@ -25,7 +25,7 @@ pub enum FrictionLaw {
         /// Static-sliding friction switch velocity V_d [m/s], above V_s.
         static_sliding_velocity: f64,
     },
-    /// Smoothed Coulomb friction, μ tanh(v / V): it creeps as well, and is smooth everywhere.
+    /// Smoothed Coulomb friction, μ tanh(v / V): smooth everywhere; a contact creeps as well.
     SmoothedCoulomb {
         /// Friction coefficient μ [-].
         coefficient: f64,
@@ -53,7 +53,7 @@ impl FrictionLaw {
         let half_pi = std::f64::consts::FRAC_PI_2;
         let speed = sliding_velocity.value().abs();
         if speed < stick_slip_velocity {
-            // Odd in v, so the sign comes for free and v = 0 is no special case.
+            // Odd in v: no sign to restore, and no special case at v = 0.
             return (sliding_velocity * (half_pi / stick_slip_velocity)).sin() * static_coefficient;
         }
         let sign = sliding_velocity.value().signum();
@@ -67,7 +67,7 @@ impl FrictionLaw {
         (phase.cos() * amplitude + mean) * sign
     }
 
-    /// Sliding speed [m/s] below which the law is steep: an integrator must resolve it.
+    /// Sliding speed [m/s] below which the law is steep, which an integrator must resolve.
     pub fn stick_velocity(&self) -> f64 {
         match *self {
             FrictionLaw::ModifiedCoulomb { stick_slip_velocity, .. } => stick_slip_velocity,
@@ -75,7 +75,7 @@ impl FrictionLaw {
         }
     }
 
-    /// Largest rise of the coefficient with the sliding velocity [s/m]: that at rest.
+    /// Largest slope of the coefficient over the sliding velocity [s/m], which is that at zero velocity.
     pub fn steepness(&self) -> f64 {
         match *self {
             FrictionLaw::ModifiedCoulomb { static_coefficient, stick_slip_velocity, .. } => {

@@ -1,4 +1,4 @@
-//! What happens between a journal and its bearing: geometry, normal-force laws, friction laws, with exact
+//! Contact of journal and bearing: geometry, normal-force laws, friction laws, with exact
 //! derivatives. In: relative motion of the two surfaces; out: forces. Uses `numerics`.
 
 pub mod clearance;

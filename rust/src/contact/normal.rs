@@ -6,15 +6,15 @@
 //! F_N = K δⁿ (1 + χ δ̇)      for δ > 0,     F_N = 0 otherwise
 //! ```
 //!
-//! and differ in the hysteresis factor χ, which is fixed at the onset of a contact. Only this file knows that form:
-//! others pass a [`Latch`] on and ask for forces, for the part of a force that is elastic, and for the rate that the
-//! damping must be resolved to.
+//! and differ in the hysteresis factor χ. It is latched, that is computed at the onset of a contact and kept until the
+//! separation. Only this file uses that form: others store a [`Latch`] and ask for forces, elastic forces and the
+//! penetration rate that the damping requires to be resolved.
 
 use crate::numerics::dual::Scalar;
 
-/// Nominal restitution below which the Lankarani-Nikravesh law rebounds noticeably more: 0.878
+/// Nominal restitution below which the rebound of the Lankarani-Nikravesh law exceeds it by more than 3 %: 0.878
 /// instead of 0.85, 0.725 instead of 0.5 (closed form in [`Damping::LankaraniNikravesh`]).
-const HONEST_RESTITUTION: f64 = 0.85;
+const ACCURATE_RESTITUTION: f64 = 0.85;
 
 /// Where the hysteresis factor χ [s/m] of a contact comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,15 +24,15 @@ pub enum Damping {
     /// χ = 3 (1 - c²) / (4 v₀) with the restitution c and the impact velocity v₀,
     /// `[LankaraniNikravesh1990]`, Eq. (10) of `[Xiang2020]`.
     ///
-    /// `restitution` is nominal: the rebound ratio r this law really gives solves
-    /// `χv₀ - ln(1 + χv₀) = -χv₁ - ln(1 - χv₁)`, v₁ = r v₀. It is 0.913 for 0.9, 0.725 for
-    /// 0.5 and never falls below about 0.66.
+    /// `restitution` is nominal: the rebound velocity v₁ = r v₀ of this law follows from
+    /// `χv₀ - ln(1 + χv₀) = -χv₁ - ln(1 - χv₁)`. The ratio r is 0.913 for 0.9, 0.725 for
+    /// 0.5 and never below 0.66.
     LankaraniNikravesh {
         /// Nominal coefficient of restitution c [-], in (0, 1].
         restitution: f64,
     },
-    /// χ = 8 (1 - c) / (5 c v₀), `[Flores2011]`: made for the whole range of c. Its rebound ratio
-    /// solves the same equation; it is 0.894 for 0.9, 0.470 for 0.5 and 0.069 for 0.1.
+    /// χ = 8 (1 - c) / (5 c v₀), `[Flores2011]`, intended for the whole range of c. Its rebound ratio
+    /// follows from the same equation; it is 0.894 for 0.9, 0.470 for 0.5 and 0.069 for 0.1.
     Flores {
         /// Coefficient of restitution c [-], in (0, 1].
         restitution: f64,
@@ -44,7 +44,7 @@ pub enum Damping {
     },
 }
 
-/// What the damping of a contact keeps from its onset on.
+/// Constants of the damping of one contact, fixed at its onset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Latch {
     /// Hysteresis factor χ [s/m].
@@ -55,15 +55,15 @@ impl Latch {
     /// No damping.
     pub const ELASTIC: Latch = Latch { hysteresis_factor: 0.0 };
 
-    /// Names of the numbers that a latch is stored as.
+    /// Names of the constants in files.
     pub const NAMES: [&str; 1] = ["hysteresis_factor"];
 
-    /// Those numbers.
+    /// The constants in that order.
     pub fn numbers(&self) -> [f64; Latch::NAMES.len()] {
         [self.hysteresis_factor]
     }
 
-    /// The latch that was stored as some numbers.
+    /// The latch with these constants.
     pub fn from_numbers([hysteresis_factor]: [f64; Latch::NAMES.len()]) -> Self {
         Self { hysteresis_factor }
     }
@@ -81,7 +81,7 @@ pub struct NormalLaw {
 }
 
 impl NormalLaw {
-    /// What a contact keeps that began with `impact_velocity` [m/s] > 0.
+    /// Constants of the damping of a contact that began with `impact_velocity` [m/s] > 0.
     pub fn latch(&self, impact_velocity: f64) -> Latch {
         let hysteresis_factor = match self.damping {
             Damping::Elastic => 0.0,
@@ -94,7 +94,7 @@ impl NormalLaw {
         Latch { hysteresis_factor }
     }
 
-    /// Whether the damping is latched from the impact velocity, and needs a floor of it.
+    /// Whether the damping depends on the impact velocity, for which a lower bound (floor) is then needed.
     pub fn is_latched(&self) -> bool {
         match self.damping {
             Damping::Elastic | Damping::HuntCrossley { .. } => false,
@@ -102,20 +102,22 @@ impl NormalLaw {
         }
     }
 
-    /// Damping force over elastic force at the onset of every contact [-]: χ v₀ of a law whose damping is latched,
-    /// zero for others.
+    /// Ratio χ v₀ of damping to elastic force at the onset of a contact [-], the same for every impact velocity; zero for
+    /// laws whose damping does not depend on it.
     pub fn onset_damping(&self) -> f64 {
         // χ is inversely proportional to the impact velocity.
         if self.is_latched() { self.latch(1.0).hysteresis_factor } else { 0.0 }
     }
 
-    /// What a user should know of the constants.
+    /// A warning about the constants, if there is one.
     pub fn caution(&self) -> Option<String> {
         match self.damping {
-            Damping::LankaraniNikravesh { restitution } if restitution < HONEST_RESTITUTION => Some(format!(
-                "the Lankarani-Nikravesh law rebounds more than its restitution {restitution} says (below \
-                 {HONEST_RESTITUTION} by more than 3 %)"
-            )),
+            Damping::LankaraniNikravesh { restitution } if restitution < ACCURATE_RESTITUTION => {
+                Some(format!(
+                    "the Lankarani-Nikravesh law rebounds more than its restitution {restitution} says (below \
+                 {ACCURATE_RESTITUTION} by more than 3 %)"
+                ))
+            }
             _ => None,
         }
     }
@@ -131,21 +133,21 @@ impl NormalLaw {
         coarse((slope / mass).sqrt())
     }
 
-    /// Impact velocity [m/s] at which the latched law is critically damped for a load [N]
-    /// on an effective mass [kg]: it damps a contact that a run starts at rest in.
+    /// Impact velocity [m/s] for which the contact is critically damped under a load [N] on an effective mass [kg]. It
+    /// sets the damping of a contact that is at rest at the start of a run.
     ///
     /// ```text
     /// damping ratio  ζ = χ F / (2 m ω_c),   ω_c² = n K δ_eq^(n-1) / m,   δ_eq = (F/K)^(1/n)
     /// ```
     ///
-    /// Below it a contact creeps to where it carries its load. For the paper's joint at 307 N it is
-    /// 2.65 mm/s, of the order of the velocity at which friction starts to slide.
-    /// Zero for a law that latches nothing.
+    /// With a lower impact velocity the contact approaches its equilibrium without oscillation. For the paper's joint
+    /// at 307 N it is 2.65 mm/s, of the order of the stick-slip velocity.
+    /// Zero for a law whose damping does not depend on the impact velocity.
     pub fn resting_velocity(&self, load: f64, mass: f64) -> f64 {
         if !self.is_latched() {
             return 0.0;
         }
-        // ζ = 1 solved for v = χ v₀ / χ.
+        // ζ = 1 solved for v₀, with the product χ v₀ of the law.
         coarse(self.onset_damping() * load / (2.0 * mass * self.contact_frequency(load, mass)))
     }
 
@@ -155,10 +157,10 @@ impl NormalLaw {
         coarse((mass / power).powf(1.0 / (self.exponent + 1.0)))
     }
 
-    /// Normal force [N] at a penetration δ [m] and penetration rate δ̇ [m/s] of a contact that keeps `latch`.
+    /// Normal force [N] at a penetration δ [m] and penetration rate δ̇ [m/s].
     ///
-    /// Not clipped where the damping pulls ([`NormalLaw::force_ratio`] < 0): the clip is an event of the
-    /// integrator, which wants the smooth continuation up to the instant it locates.
+    /// It is not clipped where it is tensile ([`NormalLaw::force_ratio`] < 0): the clipping is an event of the
+    /// integrator, which needs the smooth continuation until it has located the event.
     #[inline]
     pub fn normal_force<S: Scalar>(&self, penetration: S, penetration_rate: S, latch: Latch) -> S {
         if penetration.value() <= 0.0 {
@@ -167,18 +169,17 @@ impl NormalLaw {
         self.elastic(penetration) * Self::ratio(penetration_rate, latch)
     }
 
-    /// Normal force over the elastic one [-]: where it is negative the damping would pull. Exactly 1, whatever the
-    /// rate, in a contact without damping.
+    /// Ratio of normal to elastic force [-]; the force is tensile where it is negative. Exactly 1 without damping.
     pub fn force_ratio(&self, _penetration: f64, penetration_rate: f64, latch: Latch) -> f64 {
         Self::ratio(penetration_rate, latch)
     }
 
-    /// Change of that ratio with the penetration rate [s/m].
+    /// Derivative of that ratio with respect to the penetration rate [s/m].
     pub fn force_ratio_slope(&self, _penetration: f64, latch: Latch) -> f64 {
         latch.hysteresis_factor
     }
 
-    /// Penetration rate [m/s] at which the damping force is as large as the elastic one; infinite without damping.
+    /// Penetration rate [m/s] at which damping and elastic force are equal; infinite without damping.
     pub fn damping_rate(&self, latch: Latch) -> f64 {
         1.0 / latch.hysteresis_factor
     }
@@ -202,7 +203,7 @@ impl NormalLaw {
     /// K δⁿ for δ > 0.
     #[inline]
     fn elastic<S: Scalar>(&self, penetration: S) -> S {
-        // The exponent of Hertz is the common one, and a square root costs a tenth of a power.
+        // Hertzian contact is the common case, and a square root costs a tenth of a general power.
         let power = if self.exponent == 1.5 {
             penetration * penetration.sqrt()
         } else {
@@ -212,8 +213,8 @@ impl NormalLaw {
     }
 }
 
-/// `value` rounded to 32 bits. A power with a fractional exponent is not the same to the last bits in
-/// units that are a power of two apart; rounded, it is, and so are the results.
+/// `value` rounded to 32 bits after the leading one. In units that differ by powers of two, a power with a fractional exponent
+/// differs in its last bits; rounded it does not, so that results are the same in both units to the last bit.
 fn coarse(value: f64) -> f64 {
     f64::from_bits(value.to_bits().wrapping_add(1 << 19) & !0xF_FFFF)
 }

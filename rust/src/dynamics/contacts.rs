@@ -1,4 +1,4 @@
-//! Clearance joints in motion: how journals move in their bearings, and what the contacts do.
+//! Clearance joints: relative motion of journal and bearing, and the contact forces.
 
 use super::Dynamics;
 use crate::contact::clearance::{ContactState, Phase, RelativeMotion};
@@ -29,7 +29,7 @@ pub struct JointContact {
 }
 
 impl JointContact {
-    /// Before the first evaluation.
+    /// The value before the first evaluation.
     pub(super) const UNKNOWN: JointContact = JointContact {
         motion: RelativeMotion { eccentricity: [f64::NAN; 2], rate: [f64::NAN; 2], spin: f64::NAN },
         state: ContactState {
@@ -57,7 +57,7 @@ impl Dynamics<'_> {
         }
     }
 
-    /// The part of it that the force law needs, without accelerations.
+    /// The same without accelerations, as the contact law needs it.
     #[inline(always)]
     pub(super) fn contact_motion(&self, joint: &ClearanceJoint) -> RelativeMotion<f64> {
         let (journal, bearing) = (self.point(joint.journal), self.point(joint.bearing));
@@ -74,7 +74,7 @@ impl Dynamics<'_> {
             - self.states[joint.bearing.frame].angular_velocity * joint.law.bearing_radius
     }
 
-    /// Evaluates the contact of every clearance joint, once for all who ask, after [`Dynamics::move_to`].
+    /// Evaluates the contact of every clearance joint, once for all outputs, after [`Dynamics::move_to`].
     pub fn find_contacts(&mut self) {
         for (index, joint) in self.tree.clearance_joints.iter().enumerate() {
             let motion = self.contact_motion(joint);
@@ -88,7 +88,7 @@ impl Dynamics<'_> {
         &self.contacts[index]
     }
 
-    /// State of the contact of a clearance joint alone, after [`Dynamics::move_to`].
+    /// State of the contact of one clearance joint, after [`Dynamics::move_to`].
     pub fn contact_state(&self, index: usize) -> ContactState<f64> {
         let joint = &self.tree.clearance_joints[index];
         joint.law.evaluate(&self.contact_motion(joint), self.phases[index])
@@ -106,13 +106,13 @@ impl Dynamics<'_> {
         self.add_pair([joint.bearing, joint.journal], positions, state.force.into(), moments, forces);
     }
 
-    /// The first contact whose normal force, with the friction it brings, accelerates the surfaces
-    /// towards each other: Painlevé's paradox. The friction that slides now is taken to go on.
+    /// The first contact whose normal force, together with the friction it causes, accelerates the surfaces
+    /// toward each other: Painlevé's paradox. The friction coefficient is that of the present sliding velocity.
     pub fn paradoxical_contact(&mut self, t: f64, q: &[f64], v: &[f64]) -> Option<usize> {
         let phases = self.phases.clone();
         let mut a = vec![0.0; q.len()];
         let found = (0..phases.len()).find(|&index| {
-            // Without and with the elastic force: the accelerations are linear in it.
+            // Accelerations are linear in the normal force, so two values of it suffice: zero and the elastic force.
             let mut response = |clipped| {
                 self.phases[index] = match phases[index] {
                     Phase::Contact { .. } => Phase::Contact { latch: Latch::ELASTIC, clipped },
@@ -134,7 +134,7 @@ impl Dynamics<'_> {
     }
 }
 
-/// The part of the motion the force law needs.
+/// The motion without accelerations, as the contact law needs it.
 pub fn relative_motion(motion: &JointMotion) -> RelativeMotion<f64> {
     RelativeMotion { eccentricity: motion.eccentricity.into(), rate: motion.rate.into(), spin: motion.spin }
 }

@@ -1,4 +1,4 @@
-//! Energies, and the powers whose integrals balance them.
+//! Energies, and the powers in their balance.
 //!
 //! ```text
 //! kinetic + potential + contact = start + input - impact loss - friction loss - damping loss
@@ -9,7 +9,7 @@
 use super::{Dynamics, JointContact};
 use crate::contact::clearance::Phase;
 
-/// What a clearance joint takes from the motion.
+/// Power dissipated in a clearance joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactLoss {
     /// Power of the hysteresis damping [W].
@@ -35,7 +35,7 @@ impl Dynamics<'_> {
             .sum()
     }
 
-    /// Potential energy of gravity, from the origin, and of the springs [J].
+    /// Potential energy of gravity, zero at the origin, and of the springs [J].
     pub fn potential_energy(&self) -> f64 {
         let tree = self.tree;
         let bodies = tree.inertias.iter().chain(&tree.driven_inertias);
@@ -74,7 +74,7 @@ impl Dynamics<'_> {
         self.kinetic_energy() + self.potential_energy() + self.contact_energies()
     }
 
-    /// What a contact dissipates, after [`Dynamics::find_contacts`].
+    /// Power dissipated in a contact, after [`Dynamics::find_contacts`].
     pub fn contact_loss(&self, index: usize) -> ContactLoss {
         if self.phases[index] == Phase::Free {
             return ContactLoss::default();
@@ -82,7 +82,7 @@ impl Dynamics<'_> {
         let law = &self.tree.clearance_joints[index].law;
         let JointContact { motion, state } = &self.contacts[index];
         let elastic = law.normal.elastic_force(state.penetration);
-        // The surfaces slide at this speed, whatever speed the friction law is told.
+        // The physical sliding velocity, whichever convention the friction law uses.
         let sliding = law.surface_velocity(motion);
         ContactLoss {
             impact: (state.normal_force - elastic) * state.penetration_rate,
@@ -91,7 +91,7 @@ impl Dynamics<'_> {
         }
     }
 
-    /// Power of the drives and the given forces and torques [W]; after
+    /// Power of the drives and of the applied forces and torques [W]; after
     /// [`Dynamics::find_reactions`].
     pub fn input_power(&self) -> f64 {
         let tree = self.tree;
@@ -118,7 +118,7 @@ impl Dynamics<'_> {
         self.drive_effort(index) * driven.sign * self.coordinates[driven.column].velocity
     }
 
-    /// Power that the dampers take [W].
+    /// Power dissipated in the dampers [W].
     pub fn damping_loss(&self) -> f64 {
         let links: f64 =
             self.tree.links.iter().map(|link| link.damping * self.link_motion(link)[1].powi(2)).sum();

@@ -1,15 +1,14 @@
-//! Springs, dampers, given forces and torques: generalized forces and their exact derivatives.
+//! Springs, dampers, applied forces and torques: generalized forces and their exact derivatives.
 
 use super::Dynamics;
 use crate::numerics::dual::{Dual, Scalar};
 use crate::tree::elements::{AppliedForce, Link, Torsion};
 use crate::tree::kinematics::{Vec2, perp, rotated};
 
-/// Force of a spring or damper on its second point, where `e` is that point seen from the first and `rate` its
-/// rate.
+/// Force of a spring or damper on its second point, where `e` is the vector from the first to the second point and
+/// `rate` its rate.
 ///
-/// A damper, or a spring with a natural length, has no direction between points that coincide: the force is then
-/// not a number.
+/// Between points that coincide, a damper or a spring with a natural length has no direction: the force is NaN.
 #[inline]
 fn force_of<S: Scalar>(link: &Link, e: [S; 2], rate: [S; 2]) -> [S; 2] {
     if link.length == 0.0 && link.damping == 0.0 {
@@ -24,7 +23,7 @@ fn force_of<S: Scalar>(link: &Link, e: [S; 2], rate: [S; 2]) -> [S; 2] {
 }
 
 impl Dynamics<'_> {
-    /// Adds the generalized forces of springs, dampers and given forces.
+    /// Adds the generalized forces of springs, dampers and applied forces.
     #[inline]
     pub(super) fn add_forces(&self, forces: &mut [f64]) {
         let tree = self.tree;
@@ -57,8 +56,8 @@ impl Dynamics<'_> {
         }
     }
 
-    /// Angle of the second body of a torsion spring against the first beyond that without torque
-    /// [rad], and its rate [rad/s].
+    /// Deflection of a torsion spring [rad], the relative angle of its bodies less that of the unloaded spring, and its
+    /// rate [rad/s].
     pub fn torsion_motion(&self, torsion: &Torsion) -> [f64; 2] {
         let [a, b] = torsion.frames;
         let rate = self.states[b].angular_velocity - self.states[a].angular_velocity;
@@ -85,7 +84,7 @@ impl Dynamics<'_> {
         force_of(link, (b.position - a.position).into(), (b.velocity - a.velocity).into()).into()
     }
 
-    /// A given force in the world frame [N], and its rate [N/s] without the rotation of the body.
+    /// An applied force in the world frame [N], and its rate [N/s] without that by the rotation of the body.
     pub fn applied_force(&self, applied: &AppliedForce) -> [Vec2; 2] {
         let [x, y] = applied.components.each_ref().map(|component| component.at(self.t));
         let values = [Vec2::new(x[0], y[0]), Vec2::new(x[1], y[1])];
@@ -97,7 +96,7 @@ impl Dynamics<'_> {
         }
     }
 
-    /// Adds the derivatives of all these forces to those of the force residual.
+    /// Adds the derivatives of the same forces to those of the force residual.
     pub(super) fn add_force_derivatives(&mut self) {
         let tree = self.tree;
         let columns = self.coordinates.len();

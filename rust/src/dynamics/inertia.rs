@@ -1,56 +1,57 @@
 //! Inertia: the mass matrix, the inertial forces, and their derivatives.
 //!
-//! For the coordinates at and above a frame all that hangs on it moves as one composite body
-//! `[Featherstone2008]`: an entry of the mass matrix is one term instead of a sum over the bodies, and
-//! the cost of a chain of n bodies grows with n² instead of n³. In the plane a composite body needs
-//! its mass center, the motion of that, its moment of inertia and two scalars more.
+//! For the coordinates between ground and a frame, all bodies that the frame carries move as one composite rigid body
+//! `[Featherstone2008]`. An entry of the mass matrix is then one term instead of a sum over the bodies, and
+//! the cost for a chain of n bodies grows with n² instead of n³. In the plane a composite body is described by
+//! its center of mass, the motion of that, its moment of inertia and two further scalars.
 
 use super::Dynamics;
 use crate::tree::elements::{FrameInertia, Tree};
 use crate::tree::kinematics::{FrameState, Vec2};
 
-/// All that hangs on a frame, in motion.
+/// The composite body of a frame, all bodies that the frame carries, in one state.
 #[derive(Clone, Copy, Debug)]
 struct Composite {
     /// Mass [kg].
     mass: f64,
-    /// Moment of inertia about the mass center [kg m²].
+    /// Moment of inertia about the center of mass [kg m²].
     inertia: f64,
-    /// Mass center [m].
+    /// Center of mass [m].
     center: Vec2,
     /// Its velocity [m/s].
     velocity: Vec2,
     /// Its acceleration [m/s²].
     acceleration: Vec2,
-    /// Rate of the angular momentum about the mass center [N m].
+    /// Rate of the angular momentum about the center of mass [N m].
     moment: f64,
-    /// Σ m (c - C)·(ċ - Ċ) over the bodies [kg m²/s]: zero for a single one.
+    /// Σ m s·ṡ over the bodies [kg m²/s], where s is the center of mass of a body relative to that of all: half the
+    /// rate of Σ m s², zero for a single body.
     spread: f64,
 }
 
-/// A composite body that the degrees of freedom move.
+/// How the composite body of a frame that is moved by degrees of freedom is built.
 #[derive(Clone, Debug)]
 struct Part {
-    /// What sits on the frame itself.
+    /// Inertia of the bodies fixed to the frame itself.
     own: FrameInertia,
-    /// Its mass center is the origin of the frame.
+    /// Whether their center of mass is the origin of the frame.
     centered: bool,
-    /// The parts that hang on the frame.
+    /// The composite bodies of the frames that it carries.
     merges: Vec<Merge>,
-    /// Mass of all [kg].
+    /// Mass of the composite body [kg].
     mass: f64,
     /// The degree of freedom of the frame, if it is not driven.
     freedom: Option<usize>,
-    /// The degrees of freedom above it: their frames and indices.
+    /// The degrees of freedom between ground and the frame: their frames and indices.
     above: Vec<(usize, usize)>,
 }
 
 impl Part {
-    /// The composite body on its frame in motion; `bodies` are those of the parts before, which hold
-    /// what hangs on it.
+    /// The composite body in the present state; `bodies` are those of the preceding parts, among them
+    /// all that the frame carries.
     #[inline(always)]
     fn compose(&self, frame: &FrameState, bodies: &[Composite]) -> Composite {
-        // Sliders and what floats: their mass center is the origin.
+        // Sliders and floating bodies have their center of mass at the origin.
         let center = if self.centered { frame.origin() } else { frame.point(self.own.center) };
         let mut body = Composite {
             mass: self.mass,
@@ -77,14 +78,14 @@ impl Part {
     }
 }
 
-/// A composite body becomes a part of the one above it.
+/// How a composite body is added to that of its parent frame.
 #[derive(Clone, Copy, Debug)]
 struct Merge {
-    /// Place of the child among the parts.
+    /// Index of the child among the parts.
     child: usize,
-    /// Mass of the child relative to the mass of both.
+    /// Mass of the child over the sum of both masses.
     fraction: f64,
-    /// Product of the masses over their sum [kg].
+    /// Reduced mass: product of both masses over their sum [kg].
     reduced_mass: f64,
 }
 
@@ -93,9 +94,9 @@ struct Merge {
 pub(super) struct Composites {
     /// From the leaves to the root.
     parts: Vec<Part>,
-    /// One a part.
+    /// One for each part.
     bodies: Vec<Composite>,
-    /// Entries of the lower triangle of the mass matrix, row-major, that no body couples.
+    /// Entries of the lower triangle of the mass matrix, row-major, that are always zero.
     uncoupled: Vec<usize>,
 }
 
@@ -111,7 +112,7 @@ impl Composites {
         let mut merges = vec![Vec::new(); count];
         let mut parts: Vec<Part> = Vec::new();
         let mut coupled = vec![false; d * d];
-        // Children come after their parents: what hangs on a frame is known when its turn comes.
+        // Children are listed after their parents, so in reverse order the children of a frame are done before it.
         for frame in (1..count).rev().filter(|&frame| !tree.paths[frame].free.is_empty()) {
             if masses[frame] == 0.0 {
                 continue;
@@ -151,7 +152,8 @@ impl Composites {
         Self { bodies: vec![still; parts.len()], parts, uncoupled }
     }
 
-    /// The lower triangle of the mass matrix, and the inertial forces with opposite sign.
+    /// Writes the lower triangle of the mass matrix to `mass`, and the generalized inertial forces at the accelerations
+    /// of the frames to `forces`, with opposite sign.
     #[inline]
     pub(super) fn assemble(&mut self, states: &[FrameState], mass: &mut [f64], forces: &mut [f64]) {
         let d = forces.len();
@@ -176,8 +178,7 @@ impl Composites {
 }
 
 impl Dynamics<'_> {
-    /// Adds the derivatives of the inertial forces to those of the residual; frames in motion with
-    /// their accelerations.
+    /// Adds the derivatives of the inertial forces to those of the residual, after [`Dynamics::accelerate`].
     pub(super) fn add_inertia_derivatives(&mut self) {
         let tree = self.tree;
         let columns = self.coordinates.len();
@@ -188,7 +189,7 @@ impl Dynamics<'_> {
             self.composites.bodies[place] = body;
             let path = &tree.paths[own.frame];
             let lower = own.frame - 1;
-            // Of two columns the lower one says which composite body both move.
+            // Two columns both move the composite body of the one farther from ground.
             if let Some(i) = freedom {
                 for &column in &path.columns {
                     self.add_inertia_derivative(&body, (lower, i), column, columns);
@@ -200,7 +201,26 @@ impl Dynamics<'_> {
         }
     }
 
-    /// Adds the derivative of the inertial force of a degree of freedom with respect to a column.
+    /// Adds the derivative of the inertial force of the degree of freedom `i`, of column `other`, with respect to the
+    /// position and velocity of `column`.
+    ///
+    /// The inertial force is Σ m B·a over the bodies of the composite plus moments, where B is column `other` of the
+    /// velocity transformation at a center of mass. With the centers at C + s, Σ m s = 0, and their accelerations
+    /// A + α, Σ m α = 0, the column of a revolute coordinate with its axis at p is perp(C + s - p), and the derivative
+    /// with respect to its position is
+    ///
+    /// ```text
+    /// Σ m [∂B·a + B·∂a] = m [∂B(C)·A + B(C)·∂a(C)] + Σ m [perp(perp s)·α + perp(s)·perp(α)]
+    /// ```
+    ///
+    /// The last sum vanishes, since perp(perp s)·α = -s·α and perp(s)·perp(α) = s·α: only the common center counts.
+    /// With respect to its velocity, ∂a/∂ż = 2 ∂ċ/∂z, a column for velocities, V(C) + perp(ṡ). Hence
+    ///
+    /// ```text
+    /// Σ m B·∂a = 2 m B(C)·V(C) + 2 Σ m perp(s)·perp(ṡ),     perp(s)·perp(ṡ) = s·ṡ
+    /// ```
+    ///
+    /// and the last sum is twice [`Composite::spread`]. Moments depend on neither: ω̇ is linear in z̈ in the plane.
     #[inline]
     fn add_inertia_derivative(
         &mut self,
@@ -211,12 +231,6 @@ impl Dynamics<'_> {
     ) {
         let frame = &self.states[column + 1];
         let (by, rotation) = self.column(other, body.center);
-        // Σ m B_other · a over the bodies of the composite, derived by the position of a column. With a body's center at
-        // r = C + s, Σ m s = 0, and acceleration A + α, Σ m α = 0, the column of a revolute coordinate is perp(C + s - p):
-        //
-        //   Σ m [∂B·a + B·∂a] = m [∂B(C)·A + B(C)·∂a(C)] + Σ m [perp(perp s)·α + perp(s)·perp(α)]
-        //
-        // and the last sum vanishes, since perp(perp s)·α = -s·α and perp(s)·perp(α) = s·α: only the center counts.
         let by_position = by.dot(&frame.acceleration_column(body.acceleration))
             + self.second_column(other, column, body.center).dot(&body.acceleration);
         let by_velocity = body.mass * by.dot(&frame.velocity_column(body.velocity))
@@ -233,7 +247,7 @@ impl Dynamics<'_> {
             for (part, body) in self.composites.parts.iter().zip(&self.composites.bodies) {
                 let frame = part.own.frame;
                 let path = &tree.paths[frame];
-                // Of the driven column and a free one, the lower says which composite both move.
+                // A driven and a free column both move the composite body of the one farther from ground.
                 let free = match part.freedom {
                     Some(_) if path.columns.binary_search(&driven).is_ok() => {
                         &path.free[path.free.len() - 1..]

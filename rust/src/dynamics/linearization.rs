@@ -38,8 +38,8 @@ impl Dynamics<'_> {
     /// Accelerations and their exact derivatives. Returns false as [`Dynamics::acceleration`].
     ///
     /// With the residual `R(z, ż, z̈) = Bᵀ(M q̈ - Q) = 0` the derivatives are
-    /// `M a_q = -∂R/∂q`, `M a_v = -∂R/∂v`; a driven coordinate moves with time and given forces
-    /// change, so `M a_t = -∂R/∂t - Σ_driven (∂R/∂z ż + ∂R/∂ż z̈ + ∂R/∂z̈ d³z/dt³)`.
+    /// `M a_q = -∂R/∂q` and `M a_v = -∂R/∂v`. Driven coordinates and applied forces depend on time,
+    /// so `M a_t = -∂R/∂t - Σ_driven (∂R/∂z ż + ∂R/∂ż z̈ + ∂R/∂z̈ d³z/dt³)`.
     pub fn linearize(&mut self, t: f64, q: &[f64], v: &[f64], out: &mut Linearization) -> bool {
         if !self.acceleration(t, q, v, &mut out.a) {
             return false;
@@ -58,7 +58,7 @@ impl Dynamics<'_> {
         self.add_closure_derivatives();
         self.add_jerks();
         let d = out.a.len();
-        // Transposed first: every derivative is solved as a contiguous row.
+        // Computed transposed, so that every derivative is solved for as a contiguous row.
         for (freedom, &column) in self.tree.free.iter().enumerate() {
             let row = freedom * d..(freedom + 1) * d;
             self.accelerations_by(&mut out.a_q[row.clone()], |this, r| this.residual_by_position(r, column));
@@ -76,8 +76,8 @@ impl Dynamics<'_> {
         true
     }
 
-    /// Derivative of residual `row` with respect to the position of a column: force residuals below
-    /// d, accelerations of the closures from d.
+    /// Derivative of residual `row` with respect to the position of a column. Rows below d are force residuals, the
+    /// others relative accelerations of the closures.
     #[inline]
     fn residual_by_position(&self, row: usize, column: usize) -> f64 {
         self.entry(&self.residual_q, &self.loops.acceleration_q, row, column)
@@ -95,8 +95,8 @@ impl Dynamics<'_> {
         if row < d { force[row * columns + column] } else { closure[(row - d) * columns + column] }
     }
 
-    /// Change of the accelerations that cancels a change of the residuals: of the force residual
-    /// (rows below d) and of the closures' accelerations (rows from d).
+    /// Change of the accelerations that compensates a change of the residuals: of the force residual
+    /// (rows below d) and of the relative accelerations of the closures (other rows).
     fn accelerations_by(&mut self, out: &mut [f64], residual: impl Fn(&Self, usize) -> f64) {
         let d = out.len();
         for (i, value) in out.iter_mut().enumerate() {
@@ -112,7 +112,7 @@ impl Dynamics<'_> {
         }
     }
 
-    /// ∂²r/∂z_j∂z_k of a point below both frames.
+    /// ∂²r/∂z_j∂z_k of a point that both frames move.
     #[inline]
     pub(super) fn second_column(&self, j: usize, k: usize, point: Vec2) -> Vec2 {
         let (upper, lower) = (j.min(k), j.max(k));
@@ -123,7 +123,7 @@ impl Dynamics<'_> {
         let joint = &self.tree.clearance_joints[index];
         let gradient = joint.law.force_gradient(&self.contact_motion(joint), self.phases[index]);
         if gradient[0].value == 0.0 && gradient[1].value == 0.0 {
-            // Touching only in name (δ ≤ 0 to rounding): the derivatives vanish with the force.
+            // δ ≤ 0 by rounding in the contact phase: the derivatives vanish with the force.
             return;
         }
         let law = &joint.law;
@@ -134,8 +134,8 @@ impl Dynamics<'_> {
         );
     }
 
-    /// Adds the derivatives of a force on point b, its reaction on point a, and its moments, which
-    /// are a third component times `radii`; all depend on the relative motion of the points.
+    /// Adds the derivatives of a force on point b, its reaction on point a, and their moments, which
+    /// are the third component times a radius. All three depend on the relative motion of the points.
     pub(super) fn add_pair_derivatives(
         &mut self,
         [a, b]: [FramePoint; 2],
@@ -146,7 +146,7 @@ impl Dynamics<'_> {
         let columns = self.coordinates.len();
         let force = Vec2::new(force_x.value, force_y.value);
         let ends = [(b, radius_b, 1.0), (a, radius_a, -1.0)];
-        // Columns below both points do not move them.
+        // Later columns move neither point.
         let last = ends.iter().filter_map(|(point, ..)| tree.paths[point.frame].columns.last()).max();
         let Some(moving) = last.map(|last| last + 1) else { return };
         self.joint_columns[..moving].fill(JointColumn::default());

@@ -1,18 +1,20 @@
-//! Closed loops: multipliers by a Schur complement, projection, derivatives.
+//! Closed kinematic loops: Lagrange multipliers by a Schur complement, projection, derivatives.
+//!
+//! A closure keeps two points together; its gap is the distance between them, zero in every exact state.
 
 use super::Dynamics;
 use crate::numerics::linear::{symmetric_factor, symmetric_solve};
 use crate::tree::elements::Scales;
 use crate::tree::kinematics::{PointState, Vec2};
 
-/// Newton steps of a projection: two are the rule, ten close a step of a kinematic run.
+/// Most Newton steps of a projection. Two usually suffice; a step of a motion that drives prescribe takes up to ten.
 const PROJECTIONS: usize = 20;
-/// Gap relative to the positions at which a loop counts as closed, and rate of a gap relative to the velocities
-/// that may be rounding. A step at a tight tolerance opens a loop by a tenth of it at most: 2.5 roundings of the
-/// size of a six-bar or quick return and 1.9 of its speed, 0.45 and 0.3 in the median.
+/// Largest gap relative to the positions, and gap rate relative to the velocities, that count as rounding. For
+/// comparison, steps at a tight tolerance left gaps of at most 2.5 ε times the size of a six-bar or quick return and gap
+/// rates of 1.9 ε times its speed; the medians were 0.45 ε and 0.3 ε.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
-/// A pivot of the Schur complement relative to its diagonal below which the closures are
-/// dependent: a dead center or change point, passed or approached to a few hundred roundings.
+/// Pivot of the Schur complement relative to its diagonal below which the closures count as
+/// dependent: the state is a dead center or change point to within a few hundred rounding errors.
 const SINGULAR_PIVOT: f64 = 1e-13;
 
 /// The closed loops, linear algebra of `[M Eᵀ; E 0]` by its Schur complement; all empty in a tree.
@@ -24,7 +26,7 @@ pub(super) struct Loops {
     pub(super) y: Vec<f64>,
     /// Factor of S = E M⁻¹ Eᵀ.
     pub(super) s: Vec<f64>,
-    /// Multipliers λ: -λ acts on point b [N].
+    /// Lagrange multipliers λ [N]: the force on point b is -λ.
     pub(super) multipliers: Vec<f64>,
     /// Derivatives of the closure accelerations with respect to (q, v) of every column.
     pub(super) acceleration_q: Vec<f64>,
@@ -46,8 +48,8 @@ impl Loops {
         }
     }
 
-    /// Takes from `x` what violates `E x + c = 0`, in the metric of the mass matrix; `c` waits in
-    /// `right`, which becomes the multipliers of the correction.
+    /// Corrects `x` to satisfy `E x + c = 0`, with the smallest change in the metric of the mass matrix. On entry
+    /// `right` holds c; on return it holds the multipliers of the correction.
     pub(super) fn correct(&mut self, x: &mut [f64]) {
         let rows = self.right.len();
         let d = x.len();
@@ -63,22 +65,23 @@ impl Loops {
     }
 }
 
-/// What closing the loops took.
+/// Size of a projection onto the loop closures. Coordinates are multiplied by their levers: the largest distance that
+/// a point moves per unit of the coordinate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Correction {
     /// Largest change of a coordinate times its lever [m].
     pub position: f64,
     /// Largest change of a velocity times its lever [m/s].
     pub velocity: f64,
-    /// Whether the gaps were rounding alone, however far they moved a coordinate.
+    /// Whether the gaps were rounding errors alone. Near a dead center these may still move a coordinate far.
     pub rounded_position: bool,
-    /// Whether the rates of the closed gaps were.
+    /// Whether the gap rates were rounding errors alone.
     pub rounded_velocity: bool,
 }
 
 impl Dynamics<'_> {
-    /// Adds the forces of the loop closures to accelerations computed without them; false in a
-    /// singular pose. Frames are in motion without free accelerations, the mass matrix is factored.
+    /// Adds the effect of the forces in the loop closures to accelerations computed without them; false in a
+    /// singular configuration. Called after [`Dynamics::move_to`], with the mass matrix factored.
     pub(super) fn close_accelerations(&mut self, a: &mut [f64]) -> bool {
         let tree = self.tree;
         let d = a.len();
@@ -119,7 +122,7 @@ impl Dynamics<'_> {
         if !symmetric_factor(&mut loops.s, rows) {
             return false;
         }
-        // The factor holds inverse pivots; the diagonal of S was kept in `multipliers`, which are computed later.
+        // The factor holds inverse pivots. The diagonal of S was saved in `multipliers`, which are not yet needed.
         let singular = |r: usize| 1.0 / loops.s[r * rows + r] < SINGULAR_PIVOT * loops.multipliers[r];
         if (0..rows).any(singular) {
             return false;
@@ -137,9 +140,9 @@ impl Dynamics<'_> {
         })
     }
 
-    /// Moves a state that nearly closes the loops onto them, in the metric of the mass matrix:
-    /// positions by Newton's method, then velocities. Returns how far, by the levers of the scales; `None` in
-    /// a singular pose or where Newton does not converge.
+    /// Projects a state that nearly closes the loops onto the closures, in the metric of the mass matrix:
+    /// positions by Newton's method, then velocities. Returns the size of the correction, or `None` in
+    /// a singular configuration or where Newton's method does not converge.
     pub fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64], scales: &Scales) -> Option<Correction> {
         let mut correction =
             Correction { rounded_position: true, rounded_velocity: true, ..Correction::default() };
@@ -155,7 +158,7 @@ impl Dynamics<'_> {
             correction.position =
                 correction.position.max(self.close(q, &scales.levers, &mut a, |point| point.position));
             if closed {
-                // In a pose that has since changed by rounding.
+                // The positions changed by rounding alone since the velocities were tested.
                 correction.rounded_velocity = stays;
                 correction.velocity = self.close(v, &scales.levers, &mut a, |point| point.velocity);
             }
@@ -164,14 +167,14 @@ impl Dynamics<'_> {
         closed.then_some(correction)
     }
 
-    /// Whether the loop closures have neither gaps nor gap rates but for rounding, after
+    /// Whether all gaps, and whether all gap rates, are rounding errors alone, after
     /// [`Dynamics::move_to`].
     fn is_closed(&self, q: &[f64], v: &[f64], scales: &Scales) -> [bool; 2] {
         let largest = |of: &[f64]| {
             of.iter().zip(&scales.levers).map(|(x, lever)| (x * lever).abs()).fold(0.0, f64::max)
         };
-        // Angles of many turns have rounding errors of their own, at the size of the mechanism. What adds up
-        // to the velocity of a point may be far larger than the sum.
+        // The rounding error of a large angle counts at the size of the mechanism. The velocity of a point may be a
+        // sum of much larger terms, whose rounding errors count.
         let (size, speed) = (scales.length + largest(q), scales.speed + largest(v));
         let meet = |a: Vec2, b: Vec2, scale: f64| (b - a).amax() <= ROUNDING * (a.amax() + b.amax() + scale);
         self.tree.closures.iter().fold([true; 2], |[closed, stays], closure| {
@@ -180,7 +183,7 @@ impl Dynamics<'_> {
         })
     }
 
-    /// Takes from `x`, positions or velocities, what opens the loops; the largest change by `levers`.
+    /// One correction of `x`, positions or velocities, toward closed loops; returns the largest change times its lever.
     fn close(
         &mut self,
         x: &mut [f64],
@@ -203,7 +206,8 @@ impl Dynamics<'_> {
         largest
     }
 
-    /// Derivatives of Eᵀ λ with λ fixed, and of the closures' accelerations.
+    /// Adds the derivatives of Eᵀ λ with fixed λ to the residual, and computes those of the relative accelerations of the
+    /// closures.
     pub(super) fn add_closure_derivatives(&mut self) {
         let tree = self.tree;
         let columns = self.coordinates.len();
@@ -232,8 +236,8 @@ impl Dynamics<'_> {
         }
     }
 
-    /// Adds the part of a driven coordinate's third derivative to the rates of the closures'
-    /// accelerations.
+    /// Adds the contribution of the third time derivative of a driven coordinate to the time derivative of the
+    /// relative accelerations of the closures.
     pub(super) fn add_closure_jerks(&mut self, driven: usize, jerk: f64) {
         let tree = self.tree;
         let d = tree.free.len();

@@ -8,8 +8,8 @@
 //! Bᵀ M B z̈ = Bᵀ (Q - M (Ḃ ż + ḃ))
 //! ```
 //!
-//! Gravity is the acceleration of ground: in a ground that accelerates with -g every body
-//! feels g, at no cost in the loop. A clearance joint between journal and bearing with
+//! Gravity enters as an acceleration -g of ground, at no cost per body: accelerations of frames and points are therefore
+//! relative to free fall. A clearance joint between journal and bearing with
 //! `E = ∂e/∂z` and `S = ∂spin/∂ż` contributes the generalized force `Eᵀ F + S F_t`, whatever the
 //! two bodies are.
 
@@ -30,7 +30,7 @@ pub use linearization::Linearization;
 pub use loops::Correction;
 use loops::Loops;
 pub use reactions::Wrench;
-pub use response::Compliance;
+pub use response::Accelerance;
 
 use crate::contact::clearance::Phase;
 use crate::numerics::instant::Instant;
@@ -41,14 +41,14 @@ use crate::tree::kinematics::{
     Coordinate, FrameState, PointState, Vec2, accelerate_frames, frames_at_rest, move_frames,
 };
 
-/// A mechanism in motion: its scratch memory and the contact phase of every clearance joint.
+/// Kinematics and dynamics of a mechanism in one state: scratch memory and the contact phase of every clearance joint.
 #[derive(Clone, Debug)]
 pub struct Dynamics<'m> {
-    /// What moves.
+    /// The mechanism as a tree of frames.
     pub tree: &'m Tree,
     /// Contact phase of every clearance joint.
     pub phases: Vec<Phase>,
-    /// Full turns of every column that the coordinates leave out.
+    /// Full turns that were subtracted from the coordinate of every column.
     pub turns: Vec<Turns>,
     t: Instant,
     coordinates: Vec<Coordinate>,
@@ -60,7 +60,7 @@ pub struct Dynamics<'m> {
     /// Derivative of the force residual with respect to (q, v) of every column, d x columns.
     residual_q: Vec<f64>,
     residual_v: Vec<f64>,
-    /// Its derivative with respect to time, then that of the closures' accelerations.
+    /// Its derivative with respect to time, followed by that of the relative accelerations of the closures.
     residual_t: Vec<f64>,
     /// ∂e/∂z, ∂ė/∂z and ∂spin/∂ż of one joint, for every column.
     joint_columns: Vec<JointColumn>,
@@ -68,9 +68,9 @@ pub struct Dynamics<'m> {
     scratch: Vec<f64>,
     /// The contact of every clearance joint, after [`Dynamics::find_contacts`].
     contacts: Vec<JointContact>,
-    /// What the joints transmit, after [`Dynamics::find_reactions`].
+    /// Force and moment in every ideal joint, after [`Dynamics::find_reactions`].
     reactions: Vec<Wrench>,
-    /// What is still asked of every body.
+    /// Inertial less applied forces of every body, with those of the bodies it carries: what its joint must supply.
     demands: Vec<Wrench>,
 }
 
@@ -83,7 +83,7 @@ impl<'m> Dynamics<'m> {
             tree,
             phases: vec![Phase::Free; tree.clearance_joints.len()],
             turns: vec![0.0; columns],
-            // Equal to no time: the frames have not been moved yet.
+            // NaN equals no instant: the frames have not been moved yet.
             t: f64::NAN.into(),
             jerks: vec![0.0; tree.driven.len()],
             coordinates: vec![Coordinate::default(); columns],
@@ -102,7 +102,7 @@ impl<'m> Dynamics<'m> {
         }
     }
 
-    /// Moves all frames to a state, with the free coordinates not accelerated.
+    /// Moves all frames to a state, with zero accelerations of the free coordinates.
     pub fn move_to(&mut self, t: impl Into<Instant>, q: &[f64], v: &[f64]) {
         let tree = self.tree;
         let t = t.into();
@@ -126,7 +126,7 @@ impl<'m> Dynamics<'m> {
             })
     }
 
-    /// Gives the free coordinates accelerations, after [`Dynamics::move_to`].
+    /// Adds the accelerations of the free coordinates to the frames, after [`Dynamics::move_to`].
     pub fn accelerate(&mut self, a: &[f64]) {
         for (&column, &acceleration) in self.tree.free.iter().zip(a) {
             self.coordinates[column].acceleration = acceleration;
@@ -139,19 +139,19 @@ impl<'m> Dynamics<'m> {
         &self.states[frame]
     }
 
-    /// Angle of a frame [rad] with all its turns.
+    /// Angle of a frame [rad] including full turns.
     pub fn angle(&self, frame: usize) -> f64 {
         let turns = self.tree.paths[frame].columns.iter().map(|&column| self.turns[column]).sum();
         rewind(self.states[frame].angle, turns)
     }
 
-    /// Angle of a body [rad] with all its turns.
+    /// Angle of a body [rad] including full turns.
     pub fn body_angle(&self, body: usize) -> f64 {
         let body = &self.tree.bodies[body];
         self.angle(body.frame) + body.angle
     }
 
-    /// Value and rates of the coordinate of a column, an angle with all its turns.
+    /// Value and rates of the coordinate of a column; angles include full turns.
     pub fn coordinate(&self, column: usize) -> Coordinate {
         let coordinate = self.coordinates[column];
         Coordinate { position: rewind(coordinate.position, self.turns[column]), ..coordinate }
@@ -163,8 +163,8 @@ impl<'m> Dynamics<'m> {
         self.states[point.frame].point(point.offset)
     }
 
-    /// Accelerations of the degrees of freedom. Returns false where the mass matrix is singular
-    /// or something is not a number.
+    /// Accelerations of the degrees of freedom. Returns false where the mass matrix is singular, the loop closures
+    /// are dependent or a result is not finite.
     pub fn acceleration(&mut self, t: impl Into<Instant>, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         self.move_to(t, q, v);
         let d = a.len();
@@ -182,7 +182,8 @@ impl<'m> Dynamics<'m> {
         self.close_accelerations(a) && a.iter().all(|a| a.is_finite())
     }
 
-    /// Column of the velocity transformation of a point on a frame at or below the column's.
+    /// Column of the velocity transformation B (displacement and rotation per unit of a coordinate) for a point on the
+    /// frame of the column or on a frame that it carries.
     #[inline]
     fn column(&self, column: usize, point: Vec2) -> (Vec2, f64) {
         let frame = &self.states[column + 1];
@@ -190,7 +191,7 @@ impl<'m> Dynamics<'m> {
     }
 
     /// Adds the generalized force of a force on point b and its reaction on point a, with moments.
-    // In line: contacts do this at every evaluation, 1 % of a run.
+    // Inlined because every evaluation of a contact uses it: 1 % of a run.
     #[inline(always)]
     fn add_pair(
         &self,
@@ -222,7 +223,7 @@ impl<'m> Dynamics<'m> {
         columns
     }
 
-    /// Whether the bodies resist every motion of the free coordinates, after [`Dynamics::move_to`].
+    /// Whether the mass matrix is regular, after [`Dynamics::move_to`].
     pub fn is_regular(&mut self) -> bool {
         let d = self.scratch.len();
         self.composites.assemble(&self.states, &mut self.mass, &mut self.scratch);

@@ -1,8 +1,7 @@
-//! What the ideal joints and drives transmit.
+//! Reactions of ideal joints and drives, by inverse dynamics from the leaves of the tree to its root.
 //!
-//! Every body asks for its inertial force less the forces that act on it. From the leaves of the
-//! tree to its root, the joint that carries a body supplies what the body and all it carries ask
-//! for. The result is the multipliers of Eq. (14) of `[Xiang2020]`, without solving for them.
+//! The joint that carries a body transmits the inertial forces of the body and of all that it carries, less the
+//! forces applied to them. The result equals the multipliers of Eq. (14) of `[Xiang2020]`, without solving for them.
 
 use super::Dynamics;
 use crate::contact::clearance::Phase;
@@ -14,12 +13,12 @@ use crate::tree::kinematics::Vec2;
 pub struct Wrench {
     /// Force [N].
     pub force: Vec2,
-    /// Moment [N m] about the origin, or about the point that is said.
+    /// Moment [N m] about the origin unless another point is stated.
     pub moment: f64,
 }
 
 impl Wrench {
-    /// A force at a point, with a moment, about the origin.
+    /// The wrench about the origin of a force at a point and a moment.
     fn at(point: Vec2, force: Vec2, moment: f64) -> Self {
         Self { force, moment: moment + point.perp(&force) }
     }
@@ -31,7 +30,7 @@ impl Wrench {
 }
 
 impl Dynamics<'_> {
-    /// Computes what every ideal joint transmits, and the contacts, after [`Dynamics::acceleration`] and
+    /// Computes the reactions of all ideal joints, and the contacts, after [`Dynamics::acceleration`] and
     /// [`Dynamics::accelerate`].
     pub fn find_reactions(&mut self) {
         self.find_contacts();
@@ -62,7 +61,7 @@ impl Dynamics<'_> {
         self.demands = demands;
     }
 
-    /// Tells `supply` every force that acts on a body but those of the tree's joints.
+    /// Calls `supply` with every force that acts on a body, except those of the joints of the tree.
     fn each_load(&self, supply: &mut impl FnMut(Option<usize>, Wrench)) {
         let tree = self.tree;
         for (index, joint) in tree.clearance_joints.iter().enumerate() {
@@ -113,8 +112,8 @@ impl Dynamics<'_> {
         -Vec2::new(self.loops.multipliers[2 * index], self.loops.multipliers[2 * index + 1])
     }
 
-    /// What an ideal joint, with its drive, exerts on its second body: the force and the moment about
-    /// the joint's point on that body; after [`Dynamics::find_reactions`].
+    /// Reaction of an ideal joint, with its drive, on its second body: the force and the moment about
+    /// the point of the joint on that body; after [`Dynamics::find_reactions`].
     pub fn reaction(&self, index: usize) -> Wrench {
         let joint = &self.tree.ideal_joints[index];
         match joint.realization {
@@ -133,7 +132,7 @@ impl Dynamics<'_> {
         let driven = &self.tree.driven[index];
         let Wrench { force, moment } = self.reaction(driven.joint);
         match self.tree.ideal_joints[driven.joint].realization {
-            // The axis of the frame has the sign of the joint.
+            // The axis of the frame is reversed if the tree passes the joint from its second body to its first.
             Realization::Tree { sign, .. } if !driven.is_angle => {
                 sign * self.states[driven.column + 1].axis.dot(&force)
             }
@@ -141,7 +140,8 @@ impl Dynamics<'_> {
         }
     }
 
-    /// What the bodies that no joint carries still ask for: zero where the equations of motion hold.
+    /// Sum of the wrenches that bodies without a joint of the tree would still need: zero if the equations of
+    /// motion hold.
     pub fn unbalanced(&self) -> Wrench {
         let carried = |body: usize| {
             self.tree

@@ -1,4 +1,4 @@
-//! What a force does at once: the accelerations that masses and closed loops leave it.
+//! Instantaneous response to a pair of forces: relative acceleration and effective mass.
 
 use nalgebra::Matrix2;
 
@@ -7,53 +7,55 @@ use crate::numerics::linear::symmetric_solve;
 use crate::tree::elements::FramePoint;
 use crate::tree::kinematics::Vec2;
 
-/// Part of a compliance below which another is rounding: what closed loops leave of it where they hold the
-/// two points together, and one of its directions beside the other. Likewise for their columns.
-const HELD: f64 = 1e-12;
+/// Ratio below which an accelerance is a rounding error: that with closed loops to that without them, where the loops
+/// prevent every relative motion of the two points, or that of one direction to the other. Likewise the ratio of an
+/// entry of the relative Jacobian to those of the two points.
+const ROUNDING: f64 = 1e-12;
 
-/// Acceleration of a point seen from another for a unit of force between them.
+/// Accelerance of a pair of points: relative acceleration per unit force between them [1/kg], the inverse of the
+/// effective mass matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Compliance(Matrix2<f64>);
+pub struct Accelerance(Matrix2<f64>);
 
-impl Compliance {
-    /// Mass that a force in a direction (a unit vector) accelerates [kg]: infinite where drives or closed
+impl Accelerance {
+    /// Effective mass in a direction (a unit vector) [kg]: infinite where drives or closed
     /// loops prescribe the relative motion.
     pub fn mass_along(&self, direction: Vec2) -> f64 {
-        let compliance = direction.dot(&(self.0 * direction));
-        if compliance > HELD * self.0.trace() { 1.0 / compliance } else { f64::INFINITY }
+        let accelerance = direction.dot(&(self.0 * direction));
+        if accelerance > ROUNDING * self.0.trace() { 1.0 / accelerance } else { f64::INFINITY }
     }
 
-    /// Harmonic mean of that mass over all directions [kg].
+    /// Inverse of the mean of its inverse over all directions [kg].
     pub fn mean_mass(&self) -> f64 {
         2.0 / self.0.trace()
     }
 }
 
 impl Dynamics<'_> {
-    /// Compliance of a pair of points after [`Dynamics::acceleration`]: of the second seen from the first,
-    /// with all loops closed and without what contacts answer.
-    pub fn compliance(&mut self, points: [FramePoint; 2]) -> Compliance {
+    /// Accelerance of the second point relative to the first, after [`Dynamics::acceleration`]: with all
+    /// loops closed and unchanged contact forces.
+    pub fn accelerance(&mut self, points: [FramePoint; 2]) -> Accelerance {
         let rows = self.relative_rows(points);
-        let seen = |response: &[f64]| {
+        let relative = |response: &[f64]| {
             Vec2::from(rows.each_ref().map(|row| row.iter().zip(response).map(|(e, a)| e * a).sum()))
         };
-        let (mut compliance, mut without_loops) = (Matrix2::zeros(), 0.0);
+        let (mut accelerance, mut without_loops) = (Matrix2::zeros(), 0.0);
         for (axis, row) in rows.iter().enumerate() {
             let mut response = row.clone();
             symmetric_solve(&self.mass, response.len(), &mut response);
-            without_loops += seen(&response)[axis];
+            without_loops += relative(&response)[axis];
             if !self.loops.right.is_empty() {
                 self.loops.right.fill(0.0);
                 self.loops.correct(&mut response);
             }
-            compliance.set_column(axis, &seen(&response));
+            accelerance.set_column(axis, &relative(&response));
         }
-        let held = compliance.trace() <= HELD * without_loops;
-        Compliance(if held { Matrix2::zeros() } else { compliance })
+        let prevented = accelerance.trace() <= ROUNDING * without_loops;
+        Accelerance(if prevented { Matrix2::zeros() } else { accelerance })
     }
 
-    /// Rows x and y of the Jacobian of a point seen from another, for the free coordinates. What moves both
-    /// points alike has entries of zero, not of rounding.
+    /// Rows x and y of the Jacobian of a point relative to another, for the free coordinates. Entries of coordinates that
+    /// move both points alike are exactly zero.
     fn relative_rows(&self, [a, b]: [FramePoint; 2]) -> [Vec<f64>; 2] {
         let d = self.tree.free.len();
         let (mut relative, mut sizes) = (vec![Vec2::zeros(); d], vec![0.0_f64; d]);
@@ -66,7 +68,7 @@ impl Dynamics<'_> {
             }
         }
         for (by, size) in relative.iter_mut().zip(sizes) {
-            if by.amax() <= HELD * size {
+            if by.amax() <= ROUNDING * size {
                 *by = Vec2::zeros();
             }
         }

@@ -104,7 +104,7 @@ pub(crate) fn contact_scales(dynamics: &mut Dynamics, speed: f64, length: f64) -
     let of_joint = |joint: &ClearanceJoint| {
         let law = joint.law.normal;
         let opening = dynamics.joint_motion(joint).acceleration.norm();
-        let mass = dynamics.compliance([joint.bearing, joint.journal]).mean_mass();
+        let mass = dynamics.accelerance([joint.bearing, joint.journal]).mean_mass();
         // Two bodies that nothing free moves: the joint never acts, any mass will do.
         let mass = if mass.is_finite() { mass } else { total.max(f64::MIN_POSITIVE) };
         let load = mass * opening.max(speed * speed / length);

@@ -178,7 +178,7 @@ impl Tolerances {
         // What slides the other way has passed zero.
         let slowest = if start * here > 0.0 { start.abs().min(here.abs()) } else { 0.0 };
         let sliding = self.stick_part * friction.stick_velocity().max(slowest);
-        let tolerance = (sliding * law.sliding_lever(state)).max(self.finest_velocity);
+        let tolerance = (sliding * law.sliding_ratio(state)).max(self.finest_velocity);
         if tolerance < self.velocity {
             (self.velocity_in(mechanism, phases) / tolerance).max(1.0)
         } else {

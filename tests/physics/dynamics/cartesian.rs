@@ -97,7 +97,7 @@ pub(crate) struct Contact {
     pub(crate) bearing: Option<usize>,
     pub(crate) penetration: f64,
     pub(crate) sliding: f64,
-    /// Contact points seen from the mass centers (ground: from the origin).
+    /// Contact points seen from the centers of mass (ground: from the origin).
     pub(crate) arm_journal: Vec2,
     pub(crate) arm_bearing: Vec2,
     pub(crate) force: Vec2,
@@ -155,7 +155,7 @@ pub(crate) fn contacts(case: &Case, states: &[CartesianState]) -> Vec<Contact> {
     list
 }
 
-/// A force at the mass center of a body, and a moment.
+/// A force at the center of mass of a body, and a moment.
 pub(crate) struct Load {
     pub(crate) body: Option<usize>,
     pub(crate) force: Vec2,

@@ -241,7 +241,7 @@ fn accelerations_and_drive_torques_are_those_of_the_cartesian_system() {
                     };
                     let lambda = sign * solution[n + row];
                     force += lambda * Vec2::new(part[0], part[1]);
-                    // About the origin, from the mass center.
+                    // About the origin, from the center of mass.
                     let center = states[body].position;
                     moment += lambda * (part[2] + cross(center, Vec2::new(part[0], part[1])));
                     point = state_of(&states, constraint.body_b).position

@@ -21,7 +21,7 @@ pub const REGIMES: [&str; 3] = ["below V_s", "between", "above V_d"];
 pub struct Case {
     pub scene: Scene,
     pub mechanism: Mechanism,
-    /// Moments of inertia about the mass centers, as they were drawn.
+    /// Moments of inertia about the centers of mass, as they were drawn.
     pub inertias: Vec<f64>,
     pub t: f64,
     pub q: Vec<f64>,

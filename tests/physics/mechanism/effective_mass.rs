@@ -65,12 +65,12 @@ fn a_force_accelerates_what_the_effective_mass_says() {
             let State { q, v } = &mechanism.start;
             assert!(dynamics.acceleration(0.0, q, v, &mut vec![0.0; q.len()]));
             for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
-                let compliance = dynamics.compliance([joint.bearing, joint.journal]);
+                let accelerance = dynamics.accelerance([joint.bearing, joint.journal]);
                 let mut softness = 0.0;
                 for direction in [Vec2::new(0.6, 0.8), Vec2::new(-0.8, 0.6)] {
                     let after = opening(&compile(&pressed(scene.clone(), &joint.name, direction)))[index];
                     let gained = (after - before[index]).dot(&direction);
-                    let expected = 1.0 / compliance.mass_along(direction);
+                    let expected = 1.0 / accelerance.mass_along(direction);
                     // Masses are about 1 kg.
                     let scale = 1.0 + expected + before[index].norm();
                     assert!((gained - expected).abs() <= 1e-9 * scale, "{gained:e} {expected:e}: {scene:?}");
@@ -78,7 +78,7 @@ fn a_force_accelerates_what_the_effective_mass_says() {
                     held += usize::from(expected == 0.0);
                     loops += usize::from(!mechanism.closures.is_empty());
                 }
-                let mean = 2.0 / compliance.mean_mass();
+                let mean = 2.0 / accelerance.mean_mass();
                 assert!((mean - softness).abs() <= 1e-9 * (1.0 + mean + before[index].norm()));
             }
         }

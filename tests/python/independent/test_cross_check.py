@@ -98,7 +98,7 @@ class SliderCrank:
 
 
 class Pendulum:
-    """A floating link whose end is the journal of a bearing in ground, by its mass center and angle."""
+    """A floating link whose end is the journal of a bearing in ground, by its center of mass and angle."""
 
     def __init__(self, convention):
         self.mass, self.inertia, self.arm = 0.5, 1e-3, 0.2

@@ -8,7 +8,7 @@ import pytest
 
 LAWS = Path(__file__).parents[3] / "docs" / "laws.md"
 RADIUS = 0.02
-# Mass and inertia about the mass center.
+# Mass and inertia about the center of mass.
 BODIES = {"shaft": (2.0, 4e-4), "housing": (3.0, 1e-2)}
 
 

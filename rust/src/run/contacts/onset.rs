@@ -94,6 +94,6 @@ impl Recorder<'_> {
         }
         let joint = &self.mechanism.clearance_joints[index];
         let normal = self.dynamics.joint_motion(joint).eccentricity.normalize();
-        self.dynamics.compliance([joint.bearing, joint.journal]).mass_along(normal)
+        self.dynamics.accelerance([joint.bearing, joint.journal]).mass_along(normal)
     }
 }
