@@ -1,7 +1,7 @@
-//! Features: single numbers of the continuous motion over the sampled time, or over each of equal pieces of it.
+//! Features: scalar results of the continuous motion over the sampled time, or over each of equal pieces of it.
 //!
-//! Extrema and means are those of the dense output of every step, with accelerations and forces computed from
-//! the state as samples are; contacts are counted in the log of events. Where samples are taken does not matter.
+//! Extrema and means are taken over the dense output of every step, with accelerations and forces computed from
+//! the state as for samples; contacts are counted in the log of events. The choice of the samples does not matter.
 
 use crate::dynamics::Dynamics;
 use crate::error::{InputError, Problem, Subject, did_you_mean};
@@ -10,7 +10,7 @@ use crate::run::contacts::{Contact, Event, EventKind};
 use crate::run::outputs::{Column, Needs, parse_columns};
 use crate::run::work::Work;
 
-/// What a feature tells of an output or a clearance joint.
+/// Kind of a feature of an output or a clearance joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FeatureKind {
     /// Largest value of an output.
@@ -35,7 +35,7 @@ pub enum FeatureKind {
     Impulse,
     /// Integral of normal force times sliding speed of a clearance joint [N m].
     Wear,
-    /// What impacts and friction take in a clearance joint [J].
+    /// Energy that impacts and friction dissipate in a clearance joint [J].
     Loss,
 }
 
@@ -55,10 +55,10 @@ pub const FEATURE_WORDS: [(&str, FeatureKind); 12] = [
     ("loss", FeatureKind::Loss),
 ];
 
-/// A feature that is asked for.
+/// A feature that the settings ask for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Feature {
-    /// Which.
+    /// Its kind.
     pub kind: FeatureKind,
     /// Name of an output; of a clearance joint for the last five kinds.
     pub of: String,
@@ -71,7 +71,7 @@ enum Quantity {
     Output(Column),
     /// Normal force times sliding speed of a clearance joint [W].
     WearRate(usize),
-    /// Power that impacts and friction take in a clearance joint [W].
+    /// Power that impacts and friction dissipate in a clearance joint [W].
     LossRate(usize),
 }
 
@@ -106,13 +106,13 @@ impl Tracked {
 /// Where the answer to a feature is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Source {
-    /// In what a quantity was, by its place in the list.
+    /// In the extent of a tracked quantity, by its index in the list.
     Quantity(usize),
     /// In the log of a clearance joint.
     Joint(usize),
 }
 
-/// The features of a run, compiled: what must be tracked and where the answers are.
+/// The features of a run, compiled: the quantities to track and the source of each feature.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Plan {
     pub(crate) tracked: Vec<Tracked>,
@@ -203,7 +203,7 @@ impl Tracked {
     }
 }
 
-/// What a quantity was over one piece of a run.
+/// Extrema and integrals of a quantity over one piece of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Extent {
     /// Instant [s] and value where it was largest.
@@ -219,7 +219,7 @@ pub(crate) struct Extent {
 }
 
 impl Extent {
-    /// Nothing yet, over a piece of this length [s].
+    /// The empty extent of a piece of this length [s].
     pub(crate) fn new(duration: f64) -> Self {
         Self {
             highest: (f64::NAN, f64::NEG_INFINITY),
@@ -230,7 +230,7 @@ impl Extent {
         }
     }
 
-    /// Of a piece that the run did not finish.
+    /// The extent of a piece that the run did not finish.
     pub(crate) const UNKNOWN: Self = Self {
         highest: (f64::NAN, f64::NAN),
         lowest: (f64::NAN, f64::NAN),
@@ -253,17 +253,17 @@ impl Extent {
     }
 }
 
-/// How often and how long a clearance joint touched in one piece of a run.
+/// Number and duration of the contacts of a clearance joint in one piece of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Touch {
     /// Onsets.
     impacts: f64,
-    /// Time in contact over time [-].
+    /// Fraction of the time in contact [-].
     share: f64,
 }
 
 impl Touch {
-    /// Of a joint between two instants [s].
+    /// The contacts of a joint between two instants [s].
     pub(crate) fn of(joint: usize, [start, end]: [f64; 2], events: &[Event], contacts: &[Contact]) -> Self {
         let inside = |event: &&Event| {
             event.joint == joint && event.kind == EventKind::Onset && event.time >= start && event.time < end
@@ -272,7 +272,7 @@ impl Touch {
             .iter()
             .filter(|contact| contact.joint == joint)
             .map(|contact| {
-                // One that goes on has a separation that is not a number, which `min` passes over.
+                // A contact without separation has NaN there, which `min` ignores.
                 let last = contact.separation.min(end);
                 (last - contact.onset.max(start)).max(0.0)
             })
@@ -280,7 +280,7 @@ impl Touch {
         Self { impacts: events.iter().filter(inside).count() as f64, share: touched / (end - start) }
     }
 
-    /// Of a piece that the run did not finish.
+    /// The contacts of a piece that the run did not finish.
     pub(crate) const UNKNOWN: Self = Self { impacts: f64::NAN, share: f64::NAN };
 
     fn answer(&self, kind: FeatureKind) -> f64 {

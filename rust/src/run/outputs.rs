@@ -24,7 +24,7 @@ const JOINT: [&str; 9] = [
     "friction_force",
     "contact",
 ];
-/// What a clearance joint has taken since the start of the run.
+/// Energy dissipated in a clearance joint, and wear, since the start of the run.
 const LOSS: [&str; 3] = ["impact_loss", "friction_loss", "wear"];
 /// Quantities of a named point of a body.
 const POINT: [&str; 6] = ["x", "y", "vx", "vy", "ax", "ay"];
@@ -32,7 +32,7 @@ const POINT: [&str; 6] = ["x", "y", "vx", "vy", "ax", "ay"];
 const ANGLE: [&str; 3] = ["angle", "angular_velocity", "angular_acceleration"];
 /// Coordinate of a prismatic joint.
 const DISPLACEMENT: [&str; 3] = ["displacement", "velocity", "acceleration"];
-/// What a joint exerts on its second body.
+/// Reaction of a joint on its second body.
 const REACTION: [&str; 3] = ["reaction_x", "reaction_y", "reaction_torque"];
 /// Quantities of a spring or damper between points; the force is positive where it pulls.
 const LINK: [&str; 3] = ["length", "lengthening", "force"];
@@ -51,39 +51,39 @@ const ENERGY: [&str; 9] = [
     "balance",
 ];
 
-/// One column: a quantity (index into the lists above) of something.
+/// One column: the index of an element, and the index of its quantity in the lists above.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Column {
-    /// Of a body.
+    /// Quantity of a body.
     Body(usize, usize),
-    /// Of a clearance joint.
+    /// Quantity of a clearance joint.
     Joint(usize, usize),
     /// Torque or force of a drive.
     Drive(usize),
     /// Power of a drive.
     DrivePower(usize),
-    /// Of a point of a body.
+    /// Quantity of a named point: body, point, quantity.
     Point(usize, usize, usize),
     /// Coordinate of an ideal joint.
     Coordinate(usize, usize),
     /// Reaction of an ideal joint.
     Reaction(usize, usize),
-    /// Of a spring or damper.
+    /// Quantity of a spring or damper.
     Link(usize, usize),
-    /// Of a torsion spring or damper.
+    /// Quantity of a torsion spring or damper.
     Torsion(usize, usize),
     /// Loss of a clearance joint.
     Loss(usize, usize),
-    /// Of the whole mechanism.
+    /// Energy, work or loss of the whole mechanism.
     Energy(usize),
 }
 
-/// Names of the columns of a run that does not choose: bodies, clearance joints, drives.
+/// Names of the default columns of a run: bodies, clearance joints, drives.
 pub fn column_names(mechanism: &Mechanism) -> Vec<String> {
     usual_columns(mechanism).into_iter().map(|(name, _)| name).collect()
 }
 
-/// Names of the columns that a run has when it asks for them.
+/// Names of the columns that a run has only on request.
 pub fn further_column_names(mechanism: &Mechanism) -> Vec<String> {
     further_columns(mechanism).into_iter().map(|(name, _)| name).collect()
 }
@@ -171,21 +171,21 @@ pub fn parse_columns(mechanism: &Mechanism, names: &[String]) -> Result<Vec<Colu
     Subject::Settings.judge(columns, problems)
 }
 
-/// What a sample must compute for its columns, decided once.
+/// What must be computed for every sample, decided once from the columns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Needs {
     /// Accelerations.
     pub acceleration: bool,
-    /// What the clearance joints do.
+    /// Contacts of the clearance joints.
     pub contacts: bool,
-    /// What the joints transmit, and what the clearance joints do.
+    /// Reactions of the ideal joints, and contacts.
     pub reactions: bool,
     /// Integrals of powers over the run.
     pub work: bool,
 }
 
 impl Needs {
-    /// What the columns need.
+    /// The needs of some columns.
     pub fn of(columns: &[Column]) -> Self {
         let mut needs = Self::default();
         for column in columns {
@@ -214,7 +214,7 @@ impl Column {
         Column::Joint(joint, 6)
     }
 
-    /// Value in the state the dynamics was last placed in, as far as [`Needs`] say.
+    /// Value in the state of the dynamics, for which the [`Needs`] of the column have been computed.
     pub fn value(self, dynamics: &Dynamics, work: &Work) -> f64 {
         let tree = dynamics.tree;
         match self {
@@ -261,7 +261,7 @@ fn relative_rotation(dynamics: &Dynamics, bodies: [Option<usize>; 2], quantity: 
     b[quantity] - a[quantity]
 }
 
-/// Of x, y, vx, vy, ax, ay; the frames accelerate relative to free fall.
+/// One of x, y, vx, vy, ax, ay. Accelerations of frames are relative to free fall, so gravity is added.
 fn point_value(dynamics: &Dynamics, point: &PointState, quantity: usize) -> f64 {
     let acceleration = point.acceleration + dynamics.tree.gravity;
     let [p, v] = [point.position, point.velocity];
@@ -314,7 +314,7 @@ fn joint_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
         3 => state.penetration,
         4 => state.penetration_rate,
         5 => state.sliding_velocity,
-        // Between the clip and its located instant the continued law may pull by a rounding error.
+        // Up to the located instant of the clipping the force may be tensile by a rounding error.
         6 => state.normal_force.max(0.0),
         7 => state.friction_force,
         _ => f64::from(dynamics.phases[index] != Phase::Free),

@@ -1,19 +1,19 @@
-//! A mechanism without a degree of freedom: its drives prescribe the motion, nothing is integrated.
+//! Kinematic runs: in a mechanism without degrees of freedom the drives prescribe the motion; nothing is integrated.
 
 use crate::integrators::{Outcome, Stats, Status};
 use crate::run::recorder::Recorder;
 use crate::run::work::GAUSS;
 
-/// Rotation of a drive [rad] over which the kinematic solution is continued at once: the guess is
-/// then off by a few thousandths, far from any other branch.
+/// Largest rotation of a drive [rad] in one step of the continuation of the kinematic solution. The error of the initial
+/// guess is then a few thousandths of the size of the mechanism, far from any other branch.
 const LARGEST_ROTATION: f64 = 0.05;
 
 impl Recorder<'_> {
     /// The motion of a mechanism that its drives prescribe completely, from an instant [s] to `end`;
     /// nothing is integrated.
     ///
-    /// The poses at which the solution is continued depend on the drives alone; samples and the end
-    /// are solved for from the pose before them, so that neither changes the other.
+    /// The steps of the continuation depend on the drives alone. Samples and the end are solved for from the
+    /// configuration before them, so that the choice of the samples does not change the motion.
     pub(crate) fn follow_drives(&mut self, from: f64, end: f64, q: &mut [f64], v: &mut [f64]) -> Outcome {
         let mut outcome = Outcome { status: Status::Done, time: from, guard: None, stats: Stats::default() };
         let mut last = f64::NAN;
@@ -45,13 +45,13 @@ impl Recorder<'_> {
         };
         if !followed {
             outcome.status = Status::SingularMechanism;
-            // The last sample may stand between two poses of the continuation.
+            // The last sample may lie between two steps of the continuation.
             outcome.time = outcome.time.max(self.last_sampled());
         }
         outcome
     }
 
-    /// Takes the samples after `t` up to `next`; false in a singular pose.
+    /// Takes the samples after `t` up to `next`; false in a singular configuration.
     fn sample_until(&mut self, t: f64, next: f64, q: &[f64], v: &[f64]) -> bool {
         let (mut inner_q, mut inner_v) = (q.to_vec(), v.to_vec());
         while let Some(due) = self.next_due().filter(|&due| due <= next) {
@@ -67,7 +67,7 @@ impl Recorder<'_> {
         true
     }
 
-    /// Tracks the quantities of features from `t` to `to`; false in a singular pose.
+    /// Tracks the quantities of features from `t` to `to`; false in a singular configuration.
     fn track_from(&mut self, t: f64, to: f64, q: &[f64], v: &[f64]) -> bool {
         self.track_to(to, &mut |recorder, inner, inner_q, inner_v| {
             inner_q.copy_from_slice(q);
@@ -76,8 +76,8 @@ impl Recorder<'_> {
         })
     }
 
-    /// Moves a state from `t` to `to` and adds the work of the way, if it is wanted; false in a
-    /// singular pose.
+    /// Moves a state from `t` to `to` and adds the work in between, if an output needs it; false in a
+    /// singular configuration.
     fn go_on(&mut self, t: f64, to: f64, q: &mut [f64], v: &mut [f64]) -> bool {
         let nodes = if self.needs.work { &GAUSS[..] } else { &[] };
         let mut reached = t;
@@ -92,8 +92,8 @@ impl Recorder<'_> {
         self.follow(reached, to, q, v)
     }
 
-    /// How long [s] the drives may go on at once after a step of length `last` (NaN for none): until
-    /// one has rotated by `largest_rotation` [rad], or slid by as much of the size of the mechanism.
+    /// Length [s] of the next step after one of length `last` (NaN for none): until a drive
+    /// has rotated by `largest_rotation` [rad], or slid by the same fraction of the size of the mechanism.
     pub(crate) fn continued(&self, t: f64, last: f64, largest_rotation: f64) -> f64 {
         let mechanism = self.mechanism;
         let largest =
@@ -105,7 +105,7 @@ impl Recorder<'_> {
                 mechanism.driven.iter().map(|driven| driven.motion.time_to_move(largest(driven.is_angle)));
             step = starts.fold(step, f64::min);
         } else {
-            // Growth is limited: a motion that came back would otherwise not be seen to have moved.
+            // Limited growth: a step over a whole oscillation would show no displacement.
             step = step.min(2.0 * last);
         }
         for driven in &mechanism.driven {
@@ -120,7 +120,7 @@ impl Recorder<'_> {
                 step *= (0.9 * largest / moved).max(0.1);
             }
         }
-        // A motion too steep for the digits of the time is followed from number to number.
+        // Where the motion is too fast for the resolution of the time, the step is one unit in the last place.
         if t + step > t { step } else { t.next_up() - t }
     }
 

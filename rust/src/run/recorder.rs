@@ -1,5 +1,4 @@
-//! The mechanism as the integrator sees it: tolerances, guards and phases, and the samples on the
-//! way.
+//! The system that the integrator integrates: tolerances, guards and phases of a mechanism, and the samples of a run.
 
 use crate::contact::clearance::Phase;
 use crate::dynamics::{Dynamics, Linearization, relative_motion};
@@ -21,17 +20,17 @@ use crate::run::work::balance::Balance;
 use crate::tree::elements::State;
 use crate::tree::kinematics::FrameKind;
 
-/// Largest correction of a projection, in tolerances of a step.
+/// Largest correction of a projection relative to the tolerance of a step.
 const LARGEST_PROJECTION: f64 = 10.0;
 
-/// First step of a run, as a part of the time in which the mechanism crosses its own size: too long is
-/// cut by rejections, too short grows fivefold a step.
+/// First step of a run relative to the time in which the mechanism moves by its own size. Rejections shorten a step that
+/// is too long; one that is too short grows fivefold per step.
 const FIRST_STEP: f64 = 1e-3;
 
-/// Guards of a clearance joint: the gap, and the pull of the damping.
+/// Guards of a clearance joint: the gap, and the sign of the normal force.
 pub(crate) const GUARDS: usize = 2;
 
-/// The mechanism as the integrator sees it, taking samples as it goes.
+/// The mechanism as a system for the integrator, which takes the samples of a run.
 pub(crate) struct Recorder<'a> {
     pub(crate) mechanism: &'a Mechanism,
     pub(crate) dynamics: Dynamics<'a>,
@@ -40,43 +39,43 @@ pub(crate) struct Recorder<'a> {
     pub(crate) monitor: &'a dyn Fn(f64) -> bool,
     pub(crate) tolerances: Tolerances,
     step_bound: f64,
-    /// Instant from which the samples count [s]; the settings may skip some time first.
+    /// Instant of the first sample [s], after the time that the settings skip.
     pub(crate) from: f64,
-    /// Where the samples go, row-major.
+    /// Table of the samples, row-major.
     values: &'a mut [f64],
     pub(crate) next_sample: usize,
-    /// What samples need, and the work if a feature needs that.
+    /// What must be computed for samples, and the work if a feature needs it.
     pub(crate) needs: Needs,
     pub(crate) q: Vec<f64>,
     pub(crate) v: Vec<f64>,
     pub(crate) a: Vec<f64>,
     pub(crate) events: Vec<Event>,
     pub(crate) work: Work,
-    /// The work up to the present step, while `work` goes to a sample in it.
+    /// The work up to the present step, while `work` holds that up to a sample inside it.
     work_of_steps: Work,
-    /// What the steps leave unexplained of the energy.
+    /// Error of the energy balance over the steps.
     pub(crate) balance: Balance,
     /// The contact of every clearance joint, while it lasts.
     pub(crate) open_contacts: Vec<Option<OpenContact>>,
     pub(crate) contacts: Vec<Contact>,
-    /// Contacts that go on into the sampled time, as they were when it began.
+    /// State of the contacts that last from the skipped into the sampled time, when the latter began.
     pub(crate) cut_contacts: Vec<Contact>,
     /// Quantities that are tracked for features.
     pub(crate) tracking: Tracking,
-    /// Impacts at every clearance joint that were damped as ones at the floor of the impact velocity.
+    /// Impacts in every clearance joint that were slower than the floor of the impact velocity and damped as if at it.
     pub(crate) impacts_at_floor: Vec<usize>,
     /// Largest correction that closed the loops after a step [m].
     pub(crate) largest_projection: f64,
     /// Largest penetration of every clearance joint at the start of a step [m].
     pub(crate) deepest: Vec<f64>,
-    /// Time that every clearance joint spends below the stick velocity of its friction law.
+    /// Time that every clearance joint slides slower than the stick velocity of its friction law.
     pub(crate) sticks: Vec<Stick>,
-    /// Sliding velocity of every clearance joint with friction at the start of the step [m/s]; none where nothing
-    /// presses.
+    /// Sliding velocity of every clearance joint with friction at the start of the step [m/s]; `None` where there is no
+    /// normal force.
     pub(crate) slides: Vec<Option<f64>>,
-    /// How many times finer than its tolerance the velocity must be known up to where the guards were last asked for.
+    /// Factor by which the velocity tolerance must be divided, up to the state at which the guards were last evaluated.
     pub(crate) velocity_refinement: f64,
-    /// Whether a joint that stuck under load there slides where the guards were last asked for.
+    /// Whether a joint that stuck under load at the start of the step slides at the state of the last guards.
     breaks_away: bool,
     pub(crate) warnings: Vec<String>,
 }
@@ -133,7 +132,7 @@ impl<'a> Recorder<'a> {
         self.from + self.settings.sample_time(index)
     }
 
-    /// Instant of the next sample [s], unless all are taken.
+    /// Instant of the next sample [s]; `None` after the last one.
     pub(crate) fn next_due(&self) -> Option<f64> {
         (self.next_sample < self.settings.samples).then(|| self.sample_time(self.next_sample))
     }
@@ -154,14 +153,14 @@ impl<'a> Recorder<'a> {
     pub(crate) fn limits(&self) -> Limits {
         let scales = &self.mechanism.scales;
         let crossing = FIRST_STEP * scales.length / scales.speed;
-        // Where nothing moves: a part of the whole run.
+        // If nothing moves, relative to the duration of the run.
         let whole = FIRST_STEP * (self.settings.skip + self.settings.duration);
         let first_step = self.settings.refinement() * if crossing.is_finite() { crossing } else { whole };
         let first_step = self.settings.limits.first_step.or(Some(first_step));
         Limits { first_step, ..self.settings.limits }
     }
 
-    /// Goes on with what a run remembered at its end.
+    /// Takes over the memory of the run that this one continues.
     pub(crate) fn recall(&mut self, memory: &Memory) {
         self.warn_of_scene();
         self.dynamics.phases.clone_from(&memory.phases);
@@ -174,8 +173,8 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Work and losses count from the first start on: where a run on the way did not count them, nobody
-    /// knows them.
+    /// Work and losses count from the start of the first run: they are NaN if one of the runs before did not integrate
+    /// them.
     fn forget_work(&mut self) {
         self.work = Work::unknown(self.open_contacts.len());
         self.warnings.push(
@@ -185,7 +184,7 @@ impl<'a> Recorder<'a> {
         );
     }
 
-    /// What another run must know to go on.
+    /// The memory with which another run continues.
     pub(crate) fn memory(&self) -> Memory {
         Memory {
             phases: self.dynamics.phases.clone(),
@@ -195,7 +194,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Gives angles their full turns back.
+    /// Adds the full turns to angles.
     pub(crate) fn rewind(&self, q: &mut [f64]) {
         for (q, &column) in q.iter_mut().zip(&self.mechanism.free) {
             *q = rewind(*q, self.dynamics.turns[column]);
@@ -213,7 +212,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Keeps angles within half a turn, so that they do not lose digits as the turns add up.
+    /// Subtracts full turns from angles to within half a turn, so that their rounding errors do not grow with the turns.
     pub(crate) fn unwind(&mut self, q: &mut [f64]) {
         let mechanism = self.mechanism;
         for (q, &column) in q.iter_mut().zip(&mechanism.free) {
@@ -236,14 +235,15 @@ impl<'a> Recorder<'a> {
         self.next_sample += 1;
     }
 
-    /// Moves to an instant of a step, with the loops closed: the dense output opens them by its error.
+    /// Sets the state to that at an instant of a step, projected onto the closures, which the dense output does not
+    /// satisfy exactly.
     pub(crate) fn move_inside(&mut self, step: &DenseStep, t: f64) {
         let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
         self.state_inside(step, t, &mut q, &mut v);
         (self.q, self.v) = (q, v);
     }
 
-    /// The state at an instant of a step, with the loops closed.
+    /// The state at an instant of a step, projected onto the closures.
     fn state_inside(&mut self, step: &DenseStep, t: f64, q: &mut [f64], v: &mut [f64]) {
         let theta = (t - step.t) / step.h;
         step.at(theta, q, v);
@@ -252,7 +252,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Brings the dynamics into the state in `self.q`, `self.v`, as far as columns need it.
+    /// Computes all that `needs` names for the state in `self.q`, `self.v`.
     pub(crate) fn place(&mut self, t: f64, needs: Needs) {
         if needs.acceleration {
             self.accelerate_at(t);
@@ -266,7 +266,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Gives the dynamics the state in `self.q`, `self.v` with its accelerations; NaN where there are none.
+    /// Computes motion and accelerations in the state in `self.q`, `self.v`; NaN where there are none.
     pub(crate) fn accelerate_at(&mut self, t: f64) {
         if !self.dynamics.acceleration(t, &self.q, &self.v, &mut self.a) {
             self.a.fill(f64::NAN);
@@ -274,7 +274,7 @@ impl<'a> Recorder<'a> {
         self.dynamics.accelerate(&self.a);
     }
 
-    /// Bounds the next step and notes penetrations and forces, in motion with its accelerations.
+    /// Bounds the next step and records penetrations and forces, after [`Dynamics::accelerate`].
     fn watch(&mut self, t: f64) {
         let mechanism = self.mechanism;
         self.step_bound = mechanism.next_break(t) - t;
@@ -286,10 +286,10 @@ impl<'a> Recorder<'a> {
             let presses = matches!(self.dynamics.phases[index], Phase::Contact { clipped: false, .. });
             self.slides[index] = None;
             if presses && joint.law.friction.is_some() {
-                // Without its force: only the sliding velocity is wanted.
+                // In the free phase no force is computed: only the sliding velocity is needed.
                 let state = joint.law.evaluate(&relative_motion(&motion), Phase::Free);
                 self.slides[index] = Some(state.sliding_velocity);
-                self.sharpen(index, &state);
+                self.refine_velocity(index, &state);
             }
             if joint.law.stick_velocity().is_some() {
                 let sticks = self.sticks_at_start(index);
@@ -297,7 +297,7 @@ impl<'a> Recorder<'a> {
             }
             match self.dynamics.phases[index] {
                 Phase::Free => {
-                    // Half a clearance per step: no flight can cross the bearing unseen.
+                    // Half a clearance per step: the journal cannot cross the bearing without an event.
                     let (rate, acceleration) = (motion.rate.norm(), motion.acceleration.norm());
                     let clearance = joint.law.clearance;
                     // |ė| h + |ë| h²/2 = c/2
@@ -345,7 +345,7 @@ impl HybridSystem for Recorder<'_> {
     }
 
     fn guards(&mut self, t: Instant, q: &[f64], v: &[f64], guards: &mut [Guard]) {
-        // A method may have ended its step with an evaluation there.
+        // The last stage of a method may have been evaluated in this state.
         if !self.dynamics.is_at(t, q, v) {
             self.dynamics.move_to(t, q, v);
         }
@@ -356,9 +356,9 @@ impl HybridSystem for Recorder<'_> {
             let steep = self.mechanism.clearance_joints[index].law.stick_velocity();
             self.breaks_away |= self.sticks_at_start(index)
                 && steep.is_some_and(|steep| state.sliding_velocity.abs() > steep);
-            self.sharpen(index, &state);
+            self.refine_velocity(index, &state);
             guards[GUARDS * index] = self.gap_guard(index, &state);
-            guards[GUARDS * index + 1] = self.pull_guard(index, &state);
+            guards[GUARDS * index + 1] = self.tension_guard(index, &state);
         }
     }
 
@@ -386,7 +386,7 @@ impl HybridSystem for Recorder<'_> {
                 let kind = if clipped { EventKind::Unclip } else { EventKind::Clip };
                 (kind, Phase::Contact { latch, clipped: !clipped })
             }
-            // The pull ended in the same instant as the contact.
+            // The contact ended at the same instant.
             (_, Phase::Free) => return bound,
         };
         self.dynamics.phases[index] = phase;
@@ -400,7 +400,7 @@ impl HybridSystem for Recorder<'_> {
                     self.contacts.push(Contact { separation: t, ..contact });
                 }
             }
-            // The rate of the force jumps: no cubic reaches across.
+            // The rate of the force jumps, so the peak is not interpolated across this instant.
             EventKind::Clip | EventKind::Unclip => {
                 if let Some(open) = &mut self.open_contacts[index] {
                     open.last = None;
@@ -420,7 +420,7 @@ impl HybridSystem for Recorder<'_> {
         };
         let position = correction.position / (LARGEST_PROJECTION * self.tolerances.position);
         let velocity = correction.velocity / (LARGEST_PROJECTION * self.tolerances.velocity);
-        // No shorter step has smaller rounding errors.
+        // Rounding errors do not reject the step: they are not smaller in a shorter one.
         let excess = if correction.rounded_position { 0.0 } else { position }
             .max(if correction.rounded_velocity { 0.0 } else { velocity });
         if excess <= 1.0 {
@@ -444,7 +444,7 @@ impl HybridSystem for Recorder<'_> {
     fn accepted(&mut self, step: &DenseStep) -> bool {
         let end = step.end_time();
         while let Some(t) = self.next_due().filter(|_| step.h > 0.0) {
-            // The last step ends at the last sample to rounding.
+            // The last step ends at the last sample only to rounding.
             let last = self.next_sample + 1 == self.settings.samples;
             let slack = if last { 32.0 * f64::EPSILON * t } else { 0.0 };
             if t > end + slack {
@@ -452,7 +452,7 @@ impl HybridSystem for Recorder<'_> {
             }
             let t_inside = t.clamp(step.t, end);
             if self.needs.work {
-                // Set aside: the sum over the steps must not depend on where samples are taken.
+                // Saved, so that the sum over the steps does not depend on the samples.
                 self.work_of_steps.clone_from(&self.work);
                 self.add_work_of(step, t_inside);
             }

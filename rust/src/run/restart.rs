@@ -11,35 +11,35 @@ use crate::run::contacts::{Contact, OpenContact};
 use crate::run::work::Work;
 use crate::scene::json::{Fields, Node, Problems};
 
-/// What a run remembers at an instant.
+/// State of a run besides positions and velocities.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Memory {
     /// Contact phase of every clearance joint.
     pub phases: Vec<Phase>,
-    /// Contacts that go on, one or none for every clearance joint.
+    /// Open contacts, at most one for every clearance joint.
     pub contacts: Vec<Option<OpenContact>>,
-    /// Full turns of every column that the coordinates leave out.
+    /// Full turns that were subtracted from the coordinate of every column.
     pub turns: Vec<Turns>,
-    /// Work and losses so far, if the run counted them.
+    /// Work and losses so far, if the run integrated them.
     pub work: Option<Work>,
 }
 
-/// The end of a run, where another one can go on.
+/// The end of a run, from which another run can continue.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Restart {
-    /// When [s].
+    /// Time [s].
     pub time: f64,
-    /// Names of the coordinates and clearance joints of the mechanism, by which another one is told.
+    /// Names of the coordinates and clearance joints of the mechanism, by which another mechanism is recognized.
     pub parts: Vec<String>,
     /// Position.
     pub q: Vec<f64>,
     /// Velocity.
     pub v: Vec<f64>,
-    /// What the run remembered.
+    /// Contacts, turns and work.
     pub memory: Memory,
 }
 
-/// JSON has no numbers that are not finite.
+/// Numbers that are not finite become text, since JSON has none.
 fn number(value: f64) -> Value {
     if value.is_finite() {
         json!(value)
@@ -138,7 +138,7 @@ fn read_memory(fields: &mut Fields, problems: &mut Problems) -> Memory {
         let open = !node.value.is_null();
         open.then(|| read_contact(node, problems))
     });
-    // The place in the list is the joint.
+    // The index in the list is that of the joint.
     let contacts = contacts.into_iter().enumerate().map(|(joint, open)| {
         open.map(|open| OpenContact { contact: Contact { joint, ..open.contact }, ..open })
     });

@@ -1,4 +1,4 @@
-//! What to compute and how accurately.
+//! Settings of a run: duration, samples, outputs, accuracy, limits.
 
 use serde_json::Value;
 
@@ -36,24 +36,25 @@ impl Method {
     }
 }
 
-/// Relative tolerance below which Rodas5P needs less work than Rodas4 for the same error: on sticking and
-/// sliding journals (`benchmarks/stiffness.rs`) they are level between 1e-7 and 1e-8.
+/// Relative tolerance below which Rodas5P needs less work than Rodas4 for the same error. On sticking and
+/// sliding journals (`benchmarks/stiffness.rs`) the work is equal between 1e-7 and 1e-8.
 const TIGHT: f64 = 3e-8;
 
-/// Relative tolerance that a user who does not choose gets [-].
+/// Default relative tolerance [-].
 pub const DEFAULT_RTOL: f64 = 1e-6;
 
-/// Steps of a companion, by the ratio of the tolerances, where no tolerance chooses them: 0.56 for a tenth,
-/// which divides the error of Rodas4 by 10 and that of DOP853 by 100.
+/// Exponent of the ratio of tolerances by which a companion (the tighter run of an error estimate) shortens steps that
+/// no tolerance controls. At a tenth of the tolerance they are 0.56 times as long, which divides the error of Rodas4 by
+/// 10 and that of DOP853 by 100.
 const REFINEMENT_POWER: f64 = 0.25;
 
 /// Most samples of a run: with all columns of a small mechanism they still fit into memory.
 const MOST_SAMPLES: usize = 10_000_000;
 
-/// Most pieces of a run with features of their own.
+/// Most cycles (equal pieces of the sampled time with features of their own).
 const MOST_CYCLES: usize = 1_000_000;
 
-/// What to compute and how accurately.
+/// Settings of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Simulated time [s].
@@ -66,25 +67,25 @@ pub struct Settings {
     pub rtol: f64,
     /// Integration method.
     pub method: Method,
-    /// Names of the columns wanted; `None`: all.
+    /// Names of the columns; `None`: the default ones.
     pub outputs: Option<Vec<String>>,
-    /// Features wanted.
+    /// Features to compute.
     pub features: Vec<Feature>,
-    /// Equal pieces of the sampled time, each with features of its own.
+    /// Number of equal pieces of the sampled time, each with features of its own.
     pub cycles: usize,
     /// Local position error [m]; `None`: from `rtol` and the scene.
     pub position_tolerance: Option<f64>,
     /// Local velocity error [m/s]; `None`: from `rtol` and the scene.
     pub velocity_tolerance: Option<f64>,
-    /// The `rtol` of the run that this one is the companion of; `None`: it is none. Whatever that run's
-    /// accuracy hangs on is tighter in its companion, in the ratio of the two `rtol`.
+    /// If this run is the companion of another (the tighter run of an error estimate), the `rtol` of that other run.
+    /// All that limits the accuracy is then tightened in the ratio of both `rtol`.
     pub companion_of: Option<f64>,
     /// Limits of the work.
     pub limits: Limits,
 }
 
 impl Settings {
-    /// Automatic choice of the method, a relative tolerance of 1e-6, all columns.
+    /// Automatic choice of the method, a relative tolerance of 1e-6, the default columns.
     pub fn new(duration: f64, samples: usize) -> Self {
         Self {
             duration,
@@ -102,7 +103,7 @@ impl Settings {
         }
     }
 
-    /// Everything that is wrong with the settings.
+    /// All problems of the settings.
     pub fn check(&self) -> Result<(), InputError> {
         let mut problems = Vec::new();
         let mut check = |good: bool, field: &str, message: String| {
@@ -153,8 +154,8 @@ impl Settings {
         (0..self.samples).map(move |index| first + self.sample_time(index))
     }
 
-    /// Factor by which a companion shortens the steps that no tolerance chooses: a difference of runs
-    /// tells nothing where their steps are the same.
+    /// Factor by which a companion shortens steps that no tolerance controls: runs with equal steps would show no
+    /// difference.
     pub fn refinement(&self) -> f64 {
         self.companion_of.map_or(1.0, |rtol| (self.rtol / rtol).powf(REFINEMENT_POWER))
     }

@@ -8,9 +8,9 @@ use crate::run::settings::Settings;
 use crate::run::work::Work;
 use crate::run::work::balance::WORK_ROTATION;
 
-/// Nodes and weights of Gauss's quadrature with six points on [0, 1]. An explicit step may cover 5 rad of a
-/// contact's oscillation, 10 rad of its square: four points are then off by 6 % of its amplitude, six by 2e-4.
-/// For extrema they are the samples of a step, at most a quarter of it apart.
+/// Nodes and weights of Gauss's quadrature with six points on [0, 1]. An explicit step may cover 5 rad of the
+/// oscillation of a contact, 10 rad of its square. The error of four points is then 6 % of the amplitude, of six 2e-4.
+/// Extrema are searched between the same points, at most a quarter of the step apart.
 const GAUSS: [(f64, f64); 6] = [
     (0.033_765_242_898_423_99, 0.085_662_246_189_585_17),
     (0.169_395_306_766_867_74, 0.180_380_786_524_069_3),
@@ -19,18 +19,18 @@ const GAUSS: [(f64, f64); 6] = [
     (0.830_604_693_233_132_2, 0.180_380_786_524_069_3),
     (0.966_234_757_101_576, 0.085_662_246_189_585_17),
 ];
-/// Values on a part of a step: at its ends and the nodes.
+/// Number of values on a part of a step: at its ends and the nodes.
 const ROWS: usize = GAUSS.len() + 2;
-/// Where the slope at an end is looked for, as a part of the way to the next value.
+/// Distance from an end at which the slope there is evaluated, relative to that to the next value.
 const EDGE: f64 = 1e-3;
-/// Changes below this part of a value are rounding and no way to an extremum.
+/// Changes of a value below this part of it count as rounding errors.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// Writes the state at an instant, and brings the work of the recorder there if it is counted; false where
-/// there is none.
+/// Writes the state at an instant and updates the work up to it, if that is needed; false where the state does not
+/// exist.
 pub(crate) type StateAt<'s> = dyn FnMut(&mut Recorder, f64, &mut [f64], &mut [f64]) -> bool + 's;
 
-/// What the tracked quantities were so far.
+/// Extents of the tracked quantities so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Tracking {
     plan: Plan,
@@ -38,13 +38,13 @@ pub(crate) struct Tracking {
     bounds: Vec<f64>,
     /// Extents of all quantities, a row for each piece.
     extents: Vec<Extent>,
-    /// How far the quantities were tracked [s].
+    /// Instant up to which the quantities have been tracked [s].
     reached: f64,
-    /// The piece that goes on from there.
+    /// The piece that starts or continues there.
     piece: usize,
     /// Values at the ends and nodes of a part of a step, row-major.
     values: Vec<f64>,
-    /// Whether the last row still holds where that part ended: no phase has changed since.
+    /// Whether the last row is also the first of the next part: no phase has changed since.
     continuous: bool,
     /// State and work at an instant.
     q: Vec<f64>,
@@ -53,7 +53,7 @@ pub(crate) struct Tracking {
 }
 
 impl Tracking {
-    /// Nothing yet, in a run of `d` coordinates whose samples begin at `from` [s].
+    /// Empty extents, for a run of `d` coordinates whose samples begin at `from` [s].
     pub(crate) fn new(plan: Plan, settings: &Settings, from: f64, d: usize) -> Self {
         let cycles = settings.cycles;
         let bounds: Vec<f64> =
@@ -81,12 +81,12 @@ impl Tracking {
         self.plan.needs.work
     }
 
-    /// Whether the motion up to an instant [s] must be looked at.
+    /// Whether the motion up to an instant [s] must be tracked.
     pub(crate) fn wants(&self, until: f64) -> bool {
         !self.plan.tracked.is_empty() && until > self.reached
     }
 
-    /// A phase changed: values may jump.
+    /// A phase has changed, so that values may jump.
     pub(crate) fn interrupt(&mut self) {
         self.continuous = false;
     }
@@ -103,7 +103,7 @@ impl Tracking {
         let width = self.plan.tracked.len();
         let mut answers = Vec::new();
         for (piece, ends) in self.bounds.windows(2).enumerate() {
-            // The last step may end a rounding before the end of the run.
+            // The last step may end before the end of the run by a rounding error.
             let finished = end >= ends[1] * (1.0 - 32.0 * f64::EPSILON);
             let ends = [ends[0], ends[1]];
             let (extents, touches): (Vec<Extent>, Vec<Touch>) = if finished {
@@ -124,7 +124,7 @@ impl Recorder<'_> {
         while self.tracking.wants(end) {
             let from = self.tracking.reached;
             let bound = self.tracking.bounds[self.tracking.piece + 1];
-            // A step may be many turns of a drive long.
+            // A drive may make many turns in one step.
             let to = end.min(bound).min(from + self.continued(from, f64::NAN, WORK_ROTATION));
             if !self.track_part(from, to, state) {
                 return false;
@@ -133,12 +133,12 @@ impl Recorder<'_> {
             if to >= bound {
                 self.tracking.piece += 1;
                 if self.tracking.piece + 1 == self.tracking.bounds.len() {
-                    // The last step may end a rounding behind the end of the run.
+                    // The last step may end after the end of the run by a rounding error.
                     self.tracking.reached = f64::INFINITY;
                 }
             }
             if self.tracking.wants(end) && !(self.monitor)(from) {
-                // Cancelled: the step is the last.
+                // Cancelled: this step is the last one.
                 break;
             }
         }
@@ -188,9 +188,9 @@ impl Recorder<'_> {
         defined
     }
 
-    /// The highest point of a quantity times `sign`: the one known so far, or a higher one on a part of a step.
-    /// It is looked for beside values that are no lower than their neighbors, unless the way to these is too
-    /// short to lead beyond what is known: a parabola exceeds its highest value by an eighth of it at most.
+    /// The maximum of a quantity times `sign`: the one known so far, or a higher one on a part of a step.
+    /// It is searched beside values that are no lower than their neighbors, unless the differences to these are too
+    /// small: a parabola through three values exceeds the highest by at most an eighth of the larger difference.
     fn raised(
         &mut self,
         mut best: (f64, f64),
@@ -202,7 +202,7 @@ impl Recorder<'_> {
     ) -> (f64, f64) {
         const LAST: usize = ROWS - 1;
         for (k, (&time, &value)) in times.iter().zip(values).enumerate() {
-            // What is not a number is never passed: the extremum is not known.
+            // NaN stays: the extremum is then not known.
             if value > best.1 || value.is_nan() {
                 best = (time, value);
             }
@@ -214,7 +214,7 @@ impl Recorder<'_> {
             }
             let mut at = |time: f64| sign * self.tracked_value(index, time, state);
             let inside = match k {
-                // At an end that is higher than the point beside it, the quantity may pass on.
+                // At an end that is higher than the node beside it, the quantity may still rise toward that node.
                 0 | LAST => {
                     let other = if k == 0 { times[right] } else { times[left] };
                     let edge = time + EDGE * (other - time);
@@ -242,7 +242,7 @@ impl Recorder<'_> {
         }
     }
 
-    /// Places the dynamics in the state at an instant, and notes the work done until then.
+    /// Computes the dynamics in the state at an instant, with the work done until then.
     fn place_at(&mut self, time: f64, state: &mut StateAt) -> bool {
         let needs = self.tracking.plan.needs;
         let before = needs.work.then(|| self.work.clone());

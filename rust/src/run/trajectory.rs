@@ -16,44 +16,44 @@ use crate::tree::elements::State;
 /// The result of one run.
 #[derive(Clone, Debug)]
 pub struct Trajectory {
-    /// Instants of the samples [s]; none if they were recorded into memory of the caller.
+    /// Instants of the samples [s]; empty if the samples were written to memory of the caller.
     pub t: Vec<f64>,
-    /// Samples, row-major: one row an instant, one column an output; NaN after a failure. None likewise.
+    /// Samples, row-major: one row for each instant, one column for each output; NaN after a failure. Empty likewise.
     pub values: Vec<f64>,
     /// Names of the columns.
     pub columns: Vec<String>,
     /// Changes of phase in the sampled time, in their order.
     pub events: Vec<Event>,
-    /// Those of the time skipped before.
+    /// Changes of phase in the time skipped before.
     pub skipped_events: Vec<Event>,
     /// Why the run ended.
     pub status: Status,
     /// When it ended [s].
     pub time: f64,
-    /// The clearance joint whose change of contact could not be located or was one too many.
+    /// The clearance joint whose change of contact could not be located or exceeded the allowed number.
     pub joint: Option<String>,
-    /// The clearance joint in which, where a run failed, a normal force drew the surfaces together.
+    /// The clearance joint that is in Painlevé's paradox where a run failed: its normal force, with the friction that it
+    /// causes, accelerates the surfaces toward each other.
     pub paradox: Option<String>,
-    /// Where numbers of the scene look wrong: the paths of the scene's doubts.
+    /// Paths of the numbers of the scene that look wrong.
     pub doubtful: Vec<String>,
     /// Work done.
     pub stats: Stats,
-    /// Impacts that were damped as ones at the floor of the impact velocity.
+    /// Impacts slower than the floor of the impact velocity, which were damped as if at it.
     pub impacts_at_floor: usize,
-    /// Largest correction that closed the loops after a step [m]; zero in a tree.
+    /// Largest correction of a projection onto the loop closures [m]; zero without loops.
     pub largest_projection: f64,
-    /// What the user should know about the result.
+    /// Warnings about the result.
     pub warnings: Vec<String>,
-    /// Contacts of the sampled time in the order of their onsets; a peak is that of the sampled time.
+    /// Contacts of the sampled time in the order of their onsets, with their peaks in that time.
     pub contacts: Vec<Contact>,
-    /// Those of the time skipped before; one that goes on has no separation.
+    /// Contacts of the time skipped before; one that lasts into the sampled time has no separation.
     pub skipped_contacts: Vec<Contact>,
-    /// The features of the settings, a row for each piece of the sampled time; NaN where the run did not finish
-    /// a piece.
+    /// Features, a row for each piece of the sampled time; NaN in a piece that the run did not finish.
     pub features: Vec<f64>,
     /// State at the end.
     pub end: State,
-    /// Where the run can be continued; none if it failed.
+    /// Data from which the run can be continued; `None` if it failed.
     pub restart: Option<Restart>,
 }
 
@@ -158,7 +158,7 @@ pub fn record(
     run(mechanism, &mechanism.start, restart, settings, monitor, values)
 }
 
-/// Whether a mechanism can be simulated with these settings, before it is.
+/// Checks the settings of a run without simulating.
 ///
 /// # Errors
 /// What is wrong with the settings.
@@ -175,7 +175,7 @@ pub fn columns(mechanism: &Mechanism, settings: &Settings) -> Vec<String> {
     settings.outputs.clone().unwrap_or_else(|| column_names(mechanism))
 }
 
-/// A run with memory of its own for its samples.
+/// Runs with newly allocated memory for the samples.
 fn collected(
     mechanism: &Mechanism,
     restart: Option<&Restart>,
@@ -226,13 +226,13 @@ fn check_restart(mechanism: &Mechanism, restart: &Restart) -> Result<(), InputEr
     Ok(())
 }
 
-/// What tells mechanisms of the same size apart: their coordinates and clearance joints.
+/// Names of the coordinates and clearance joints of a mechanism, by which a restart recognizes it.
 fn parts(mechanism: &Mechanism) -> Vec<String> {
     let joints = mechanism.clearance_joints.iter().map(|joint| &joint.name);
     mechanism.coordinate_names.iter().chain(joints).cloned().collect()
 }
 
-/// What a run does besides integrating: its columns with their names, and its features.
+/// What the settings ask of a run: its columns with their names, and its features.
 struct Asked {
     names: Vec<String>,
     columns: Vec<Column>,
@@ -240,7 +240,7 @@ struct Asked {
 }
 
 impl Asked {
-    /// What the settings ask of a mechanism, for a table of `values` numbers.
+    /// Resolves the settings for a mechanism and a table of `values` numbers.
     fn of(mechanism: &Mechanism, settings: &Settings, values: usize) -> Result<Asked, InputError> {
         let names = columns(mechanism, settings);
         let columns = parse_columns(mechanism, &names)?;
@@ -292,7 +292,7 @@ fn run(
     Ok(Trajectory { columns: names, ..run })
 }
 
-/// The result of a run that ended in a state: all but its samples and their names.
+/// The result of a run without its samples and their names.
 fn finished(mut recorder: Recorder, outcome: Outcome, mut end: State) -> Trajectory {
     let mechanism = recorder.mechanism;
     let name_of = |index: usize| mechanism.clearance_joints[index].name.clone();
@@ -336,7 +336,7 @@ fn finished(mut recorder: Recorder, outcome: Outcome, mut end: State) -> Traject
     }
 }
 
-/// Tables must cover the whole run: nothing is known beyond their ends.
+/// Checks that tables cover the whole run, since they are not extrapolated.
 fn check_functions(mechanism: &Mechanism, start: f64, end: f64) -> Result<(), InputError> {
     let problems: Vec<Problem> = mechanism
         .time_functions()

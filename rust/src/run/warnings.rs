@@ -1,28 +1,27 @@
-//! What the user should know about a run besides its samples.
+//! Warnings of a run.
 
 use crate::run::contacts::{Event, EventKind};
 use crate::run::recorder::Recorder;
 
-/// Penetration relative to the journal radius beyond which the laws of a small contact area no
-/// longer hold. Impacts of the paper's mechanism reach 1e-3; a jammed mechanism passes 1.
+/// Penetration relative to the journal radius beyond which contact laws, which assume a small contact area, do not
+/// hold. Impacts of the paper's mechanism reach 1e-3; a jammed mechanism exceeds 1.
 const DEEP: f64 = 0.02;
-/// Resting penetration relative to the size of the mechanism below which the rounding of
-/// positions (1e-16) shows: the paper's mechanism reaches it at 0.02 r/min.
+/// Resting penetration relative to the size of the mechanism below which rounding errors of the
+/// positions (1e-16) matter: the paper's mechanism reaches it at 0.02 r/min.
 const FINE_PENETRATION: f64 = 2e-12;
-/// Part of the time in contact beyond which a slow contact creeps rather than reverses its sliding.
-/// Measured: 1e-4 to 0.01 in the paper's mechanism at 100 to 5000 r/min, 0.02 and 0.03 in pendulums
-/// that swing in a bearing; 0.11 at 10 r/min, 0.11 to 0.19 and 0.47 with friction coefficients of 0.4
-/// and 1, where it sticks.
+/// Part of the time under load below the stick velocity beyond which a contact is taken to creep; reversals of its sliding
+/// take less. Measured: 1e-4 to 0.01 in the paper's mechanism at 100 to 5000 r/min, 0.02 and 0.03 in pendulums
+/// that swing in a bearing. Where the contact sticks: 0.11 at 10 r/min, 0.11 to 0.19 and 0.47 with friction
+/// coefficients of 0.4 and 1.
 const CREEPING: f64 = 0.1;
-/// Creep as a part of the clearance below which nobody would notice it.
+/// Creep relative to the clearance below which there is no warning.
 const NOTICEABLE: f64 = 0.01;
 
-/// Velocity tolerance that closes the energy balance of contacts that stick, as a part of the stick-slip
-/// velocity.
+/// Velocity tolerance, relative to the stick-slip velocity, with which the energy balance of sticking contacts closes.
 const FINE_STICKING: f64 = 1e-3;
 
 impl Recorder<'_> {
-    /// All that the user should know about the run.
+    /// All warnings of the run.
     pub(crate) fn warnings(&mut self) -> Vec<String> {
         let mut warnings = std::mem::take(&mut self.warnings);
         self.warn_of_floors(&mut warnings);
@@ -42,7 +41,7 @@ impl Recorder<'_> {
             {
                 warnings.push(format!(
                     "joint {:?}: for {:.0} % of its time in contact it slides slower than {slow:.1e} m/s, where the \
-                     friction law falls to zero: what should stick creeps, by at most {:.1e} m in all",
+                     friction law falls to zero: a contact that should stick creeps, by at most {:.1e} m in all",
                     joint.name,
                     100.0 * stick.crept / stick.pressed,
                     slow * stick.crept
@@ -53,7 +52,7 @@ impl Recorder<'_> {
         warnings
     }
 
-    /// Impacts that were damped as ones at the floor of the impact velocity.
+    /// Warns of impacts slower than the floor of the impact velocity, which were damped as if at it.
     fn warn_of_floors(&self, warnings: &mut Vec<String>) {
         let mechanism = self.mechanism;
         for (index, (joint, &slow_impacts)) in
@@ -81,15 +80,15 @@ impl Recorder<'_> {
         }
     }
 
-    /// That the energy balance does not close, and what to do.
+    /// Warning that the energy balance does not close, with a remedy.
     fn warning_of_energy(&self) -> Option<String> {
         let balance = &self.balance;
         let laws = self.mechanism.clearance_joints.iter().filter_map(|joint| joint.law.friction);
         let slowest = laws.map(|law| law.stick_velocity()).fold(f64::INFINITY, f64::min);
         let remedy = if balance.is_off_in_friction() {
             format!(
-                "it goes off where friction is steep, so set velocity_tolerance={:.0e}, a thousandth of the stick-slip \
-                 velocity, or a smaller rtol",
+                "the error arises where friction is steep, so set velocity_tolerance={:.0e}, a thousandth of the \
+                 stick-slip velocity, or a smaller rtol",
                 FINE_STICKING * slowest
             )
         } else {
@@ -97,15 +96,15 @@ impl Recorder<'_> {
         };
         balance.is_off().then(|| {
             format!(
-                "the balance of energy is off by {:.1e} J, {:.2} % of the largest energy; forces and torques \
-                 may be off as much: {remedy}",
+                "the energy balance has an error of {:.1e} J, {:.2} % of the largest energy; forces and torques \
+                 may have an error of the same size: {remedy}",
                 balance.worst,
                 100.0 * balance.worst / balance.largest
             )
         })
     }
 
-    /// Notes what is known before the first step.
+    /// Adds the warnings that are known before the first step.
     pub(crate) fn warn_of_scene(&mut self) {
         let mechanism = self.mechanism;
         self.warnings.extend(mechanism.doubts.iter().map(ToString::to_string));
@@ -115,7 +114,7 @@ impl Recorder<'_> {
             if scales.resting_penetration < FINE_PENETRATION * mechanism.scales.length {
                 self.warnings.push(format!(
                     "joint {:?}: under the load of the start the contact rests at a penetration of {:.1e} m, too \
-                     close to the rounding of positions: its contact changes may be noise",
+                     close to the rounding errors of positions: its contact changes may be numerical noise",
                     joint.name, scales.resting_penetration
                 ));
             }

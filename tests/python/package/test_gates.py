@@ -232,7 +232,7 @@ def test_gate_13_limits_are_documented_and_warned_of():
         assert word in limits, word
     with pytest.warns(cc.ChebclearWarning, match="rebounds more than its restitution 0.84"):
         cc.simulate(cc.mechanisms.slider_crank(restitution=0.84), duration=1e-4, samples=2)
-    with pytest.warns(cc.ChebclearWarning, match="too close to the rounding of positions"):
+    with pytest.warns(cc.ChebclearWarning, match="too close to the rounding errors of positions"):
         cc.simulate(cc.mechanisms.slider_crank(crank_speed=cc.rpm(0.01)), duration=1e-4, samples=2)
 
 

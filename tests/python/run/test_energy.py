@@ -327,7 +327,7 @@ def heavy_rod(convention, coefficient=0.62, **choices):
 
 def unbalanced(run):
     """What a run warns of: the part of the largest energy that it cannot explain."""
-    texts = [text for text in run.warnings if text.startswith("the balance of energy is off")]
+    texts = [text for text in run.warnings if text.startswith("the energy balance has an error")]
     assert len(texts) <= 1
     return float(texts[0].split(" J, ")[1].split(" %")[0]) / 100.0 if texts else 0.0
 

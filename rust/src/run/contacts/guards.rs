@@ -1,21 +1,21 @@
-//! What a step is watched for at a clearance joint: the guards, whose zeros change its phase, and its sliding.
+//! Guards of a clearance joint, whose zeros change its phase, and the accuracy that its friction needs.
 
 use crate::contact::clearance::{ContactState, Phase};
 use crate::integrators::events::Guard;
 use crate::run::recorder::Recorder;
 
-/// Rate at which the ratio of normal and elastic force has no sign, as a part of the velocity tolerance. Tuned on
-/// overdamped contacts under explicit steps, which clip and unclip by the error of the velocity: with
-/// 1e-3 a scene got half as far in 300 000 steps as with 0.1; with 1 a shaken bearing at rtol 1e-3 lost
-/// clips that tighter runs have.
+/// Error of the penetration rate, relative to the velocity tolerance, within which the sign of the normal force is
+/// undetermined. Tuned on overdamped contacts under explicit steps, which are clipped and released by errors of the
+/// velocity: with 1e-3 a scene got half as far in 300 000 steps as with 0.1; with 1 a shaken bearing at rtol 1e-3 missed
+/// clippings that runs with a smaller rtol have.
 const RATIO_PART: f64 = 0.1;
-/// That ratio, of order one, is looked at closely below this value.
+/// Ratio of normal to elastic force, of order one, below which the guard is searched inside a step.
 const RATIO_MARGIN: f64 = 0.25;
 /// Largest penetration at a located onset, as a part of the position tolerance.
 const ONSET_PART: f64 = 1e-2;
 
 impl Recorder<'_> {
-    /// Rounding of the penetration [m]: of the difference of two positions.
+    /// Rounding error of the penetration [m], a difference of two positions.
     pub(crate) fn gap_resolution(&self, index: usize) -> f64 {
         let mechanism = self.mechanism;
         let joint = &mechanism.clearance_joints[index];
@@ -24,7 +24,7 @@ impl Recorder<'_> {
         4.0 * f64::EPSILON * (journal.abs().sum() + bearing.abs().sum() + mechanism.scales.length)
     }
 
-    /// Positive until the surfaces touch, or part.
+    /// Guard of the gap: zero where the surfaces touch or separate.
     pub(crate) fn gap_guard(&self, index: usize, state: &ContactState<f64>) -> Guard {
         let sign = match self.dynamics.phases[index] {
             Phase::Free => -1.0,
@@ -40,8 +40,8 @@ impl Recorder<'_> {
         }
     }
 
-    /// Positive until the damping would pull, or no longer pulls.
-    pub(crate) fn pull_guard(&self, index: usize, state: &ContactState<f64>) -> Guard {
+    /// Guard of the sign of the normal force: zero where the damping would make it tensile, or no longer does.
+    pub(crate) fn tension_guard(&self, index: usize, state: &ContactState<f64>) -> Guard {
         let Phase::Contact { latch, clipped } = self.dynamics.phases[index] else {
             return Guard::INACTIVE;
         };
@@ -52,8 +52,8 @@ impl Recorder<'_> {
             return Guard::INACTIVE;
         }
         let ratio = law.force_ratio(state.penetration, state.penetration_rate, latch);
-        // Rounding of the difference of two velocities, and what the tolerance leaves open: where
-        // the damping is strong the ratio stays near zero for long, and its noise is no event.
+        // Rounding error of the difference of two velocities, and part of the tolerance: with strong damping
+        // the ratio stays near zero for long, and its noise must not count as events.
         let journal = self.dynamics.point(joint.journal).velocity;
         let bearing = self.dynamics.point(joint.bearing).velocity;
         let rounding = 4.0 * f64::EPSILON * (journal.abs().sum() + bearing.abs().sum());
@@ -64,7 +64,7 @@ impl Recorder<'_> {
             rate: f64::NAN,
             margin: RATIO_MARGIN,
             resolution,
-            // The force at the clip is off by this part of its elastic share at most.
+            // Largest error of the force at the event, relative to the elastic force.
             overshoot: (8.0 * resolution).max(1e-4),
         }
     }
@@ -75,13 +75,12 @@ impl Recorder<'_> {
         self.slides[index].zip(steep).is_some_and(|(sliding, steep)| sliding.abs() < steep)
     }
 
-    /// Raises the velocity_refinement to what the friction of a contact needs from the start of the step to a state.
-    pub(crate) fn sharpen(&mut self, index: usize, state: &ContactState<f64>) {
+    /// Raises the velocity refinement to what the friction of a contact needs between the start of the step and a state.
+    pub(crate) fn refine_velocity(&mut self, index: usize, state: &ContactState<f64>) {
         if let Some(start) = self.slides[index] {
             let phases = &self.dynamics.phases;
-            let velocity_refinement =
-                self.tolerances.velocity_refinement(self.mechanism, phases, index, start, state);
-            self.velocity_refinement = self.velocity_refinement.max(velocity_refinement);
+            let refinement = self.tolerances.velocity_refinement(self.mechanism, phases, index, start, state);
+            self.velocity_refinement = self.velocity_refinement.max(refinement);
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::run::contacts::{Contact, Event, ForceSample};
 use crate::run::recorder::Recorder;
 
 impl Recorder<'_> {
-    /// Notes the force of an open contact, in motion with its accelerations.
+    /// Records the force of an open contact, after [`Dynamics::accelerate`].
     pub(crate) fn watch_contact(&mut self, t: f64, index: usize) {
         let joint = &self.mechanism.clearance_joints[index];
         let (phase, Some(open)) = (self.dynamics.phases[index], &mut self.open_contacts[index]) else {
@@ -19,7 +19,7 @@ impl Recorder<'_> {
         open.watch(sample, |motion| joint.law.evaluate(motion, phase).normal_force);
     }
 
-    /// Notes the forces of all open contacts in the state in `self.q`, `self.v`, where no step begins.
+    /// Records the forces of all open contacts in the state in `self.q`, `self.v`, from which no step starts.
     fn watch_open_contacts(&mut self, t: f64) {
         if self.open_contacts.iter().all(Option::is_none) {
             return;
@@ -30,15 +30,14 @@ impl Recorder<'_> {
         }
     }
 
-    /// Notes the last forces of the contacts in which the run ends.
+    /// Records the last forces of the contacts that are open at the end of the run.
     pub(crate) fn end_contacts(&mut self, t: f64, q: &[f64], v: &[f64]) {
         self.q.copy_from_slice(q);
         self.v.copy_from_slice(v);
         self.watch_open_contacts(t);
     }
 
-    /// The contacts of the skipped and of the sampled time in the order of their onsets, those that go on
-    /// included.
+    /// The contacts of the skipped and of the sampled time in the order of their onsets, including open ones.
     pub(crate) fn finished_contacts(&mut self) -> [Vec<Contact>; 2] {
         let mut contacts = std::mem::take(&mut self.contacts);
         contacts.extend(self.open_contacts.iter().flatten().map(|open| open.contact));
@@ -61,7 +60,7 @@ impl Recorder<'_> {
         [skipped, sampled]
     }
 
-    /// Begins the sampled time after a skipped one: open contacts have a peak of their own in it.
+    /// Begins the sampled time after a skipped one: the peaks of open contacts are counted anew.
     pub(crate) fn cut_contacts(&mut self, t: f64) {
         self.watch_open_contacts(t);
         for open in self.open_contacts.iter_mut().flatten() {
@@ -70,7 +69,7 @@ impl Recorder<'_> {
         }
     }
 
-    /// Moves to the end of a phase of a joint, where its contact has a force for the last time.
+    /// Moves to the end of a phase of a joint and records the last force of its contact.
     pub(crate) fn end_phase(&mut self, t: f64, index: usize, q: &[f64], v: &[f64]) {
         self.tracking.interrupt();
         if self.open_contacts[index].is_none() {

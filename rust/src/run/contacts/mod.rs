@@ -9,16 +9,16 @@ mod onset;
 use crate::contact::clearance::RelativeMotion;
 use crate::numerics::extremum::highest_within;
 
-/// What happened at an event.
+/// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EventKind {
     /// Journal and bearing touch.
     Onset,
-    /// They part.
+    /// They separate.
     Separation,
-    /// The damping would pull from here on: the force is zero.
+    /// The damping would make the normal force tensile from here on: it is clipped to zero.
     Clip,
-    /// The damping no longer pulls.
+    /// The damping no longer makes it tensile.
     Unclip,
 }
 
@@ -37,11 +37,11 @@ impl EventKind {
 /// A change of phase of a clearance joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event {
-    /// When [s].
+    /// Time [s].
     pub time: f64,
     /// Index of the clearance joint.
     pub joint: usize,
-    /// What.
+    /// Kind.
     pub kind: EventKind,
     /// Penetration rate [m/s]: the approach velocity at an onset.
     pub normal_velocity: f64,
@@ -60,7 +60,7 @@ pub struct Contact {
     pub impact_velocity: f64,
     /// Largest normal force so far [N].
     pub peak_force: f64,
-    /// When it acted [s].
+    /// Time of that force [s].
     pub peak_time: f64,
 }
 
@@ -79,7 +79,7 @@ pub struct ForceSample {
     pub rate: f64,
 }
 
-/// The contact of one joint as it goes on, with the force at the last step.
+/// An open contact of one joint, with the force at the last step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OpenContact {
     /// The contact so far.
@@ -102,15 +102,15 @@ impl OpenContact {
         Self { contact, last: None }
     }
 
-    /// Counts the peak from the force that was taken last.
+    /// Counts the peak anew, from the last recorded force.
     pub fn forget_peak(&mut self) {
         (self.contact.peak_time, self.contact.peak_force) =
             self.last.map_or((self.contact.onset, 0.0), |last| (last.time, last.force.max(0.0)));
     }
 
-    /// Takes the force at the start of a step or at the end of the last one. Where it rose before and falls now, its peak is looked
-    /// for on the quintic through both relative motions, which no dense output is needed for; `force`
-    /// is the normal force of a relative motion.
+    /// Records the force at the start of a step or at the end of the last one. If the force rose at the record before and
+    /// falls now, its peak is searched on the quintic through both relative motions, without dense output; `force`
+    /// gives the normal force of a relative motion.
     pub fn watch(&mut self, sample: ForceSample, force: impl Fn(&RelativeMotion<f64>) -> f64) {
         let mut peak = (sample.time, sample.force);
         if let Some(last) = self.last.filter(|last| last.rate > 0.0 && sample.rate < 0.0) {
@@ -137,7 +137,7 @@ fn highest_between(
     (a.time + theta * (b.time - a.time), force)
 }
 
-/// The motion at a part of the way from one sample to the next, on the quintic through their
+/// The motion at a fraction of the time from one sample to the next, on the quintic Hermite interpolant of their
 /// eccentricities, rates and accelerations.
 fn between(a: &ForceSample, b: &ForceSample, theta: f64) -> RelativeMotion<f64> {
     let h = b.time - a.time;
@@ -163,23 +163,23 @@ fn between(a: &ForceSample, b: &ForceSample, theta: f64) -> RelativeMotion<f64> 
     RelativeMotion { eccentricity: [0, 1].map(place), rate: [0, 1].map(rate), spin: 0.0 }
 }
 
-/// How long a contact with friction presses, and slides slower than its law is steep meanwhile.
+/// Time that a contact with friction is loaded, and time that it slides below its stick velocity meanwhile.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stick {
     /// Start of the step [s].
     pub time: f64,
-    /// Whether the contact presses there.
+    /// Whether the contact is loaded there.
     pub presses: bool,
-    /// Whether it presses and is slow there.
+    /// Whether it is loaded and slides below the stick velocity there.
     pub slow: bool,
-    /// Time that it pressed [s].
+    /// Time that it was loaded [s].
     pub pressed: f64,
-    /// Time that it was slow [s].
+    /// Time that it was loaded and slid below the stick velocity [s].
     pub crept: f64,
 }
 
 impl Stick {
-    /// Counts the step that ends at `t` [s] and notes the state in which the next one starts.
+    /// Adds the step that ends at `t` [s] and records the state in which the next one starts.
     pub fn advance(&mut self, t: f64, presses: bool, slow: bool) {
         let elapsed = t - self.time;
         if self.presses {

@@ -1,26 +1,27 @@
-//! How a contact is damped from its onset on, or from the start of a run that begins in it.
+//! The damping of a contact, fixed at its onset or at the start of a run that begins in contact.
 
 use crate::contact::clearance::Phase;
 use crate::run::contacts::OpenContact;
 use crate::run::recorder::Recorder;
 
 /// First step after an onset: this times `rtol`^(1/(n + 1)) times the time scale of the impact. The force
-/// begins as δ^n, which caps the order at n + 1 until the step has grown away from the onset.
-/// Measured for n = 1.5 on the paper's mechanism and the ensembles of `benchmarks/stiffness.rs`: flat between 0.3 and 3.
+/// grows as δ^n, which limits the order to n + 1 in the steps next to the onset.
+/// Measured for n = 1.5 on the paper's mechanism and the ensembles of `benchmarks/stiffness.rs`: factors of 0.3 to 3 need
+/// the same work.
 const ONSET_STEP: f64 = 1.0;
 
-/// How a contact begins.
+/// The onset of a contact.
 pub(crate) struct Onset {
-    /// Its phase.
+    /// The phase that begins.
     pub(crate) phase: Phase,
-    /// Penetration rate on the surface [m/s].
+    /// Penetration rate at zero penetration [m/s].
     pub(crate) impact_velocity: f64,
     /// Bound of the next step [s].
     pub(crate) first_step: f64,
 }
 
 impl Recorder<'_> {
-    /// The onset of a contact in a state that lies on the surface or a little beyond it.
+    /// The onset of a contact in a state with zero or slightly positive penetration.
     pub(crate) fn onset(&mut self, t: f64, q: &[f64], v: &[f64], index: usize) -> Onset {
         let mechanism = self.mechanism;
         let law = &mechanism.clearance_joints[index].law.normal;
@@ -29,7 +30,7 @@ impl Recorder<'_> {
         let floor = self.tolerances.impact_velocity_floor(mechanism, index);
         self.impacts_at_floor[index] += usize::from(law.is_latched() && impact_velocity < floor);
         let latch = law.latch(impact_velocity.max(floor));
-        // An approach slower than that is set by the load.
+        // In slower impacts the load determines the time scale.
         let slowest = mechanism.scales.contacts[index].resting_velocity;
         let impact_time = law.impact_time(mass, impact_velocity.max(slowest));
         Onset {
@@ -39,9 +40,9 @@ impl Recorder<'_> {
         }
     }
 
-    /// Penetration rate [m/s] with which a journal that accelerates as it does now passed the surface, after
-    /// [`Recorder::contact_mass`]. A located onset lies a part of the position tolerance beyond the surface: under a load that alone
-    /// makes a slow approach several times as fast.
+    /// Penetration rate [m/s] at zero penetration, extrapolated with the present acceleration; called after
+    /// [`Recorder::contact_mass`]. A located onset has a penetration of up to a part of the position tolerance. Over
+    /// this distance a load can make a slow approach several times faster.
     fn surface_velocity(&mut self, index: usize) -> f64 {
         self.dynamics.accelerate(&self.a);
         let state = self.dynamics.contact_state(index);
@@ -64,21 +65,21 @@ impl Recorder<'_> {
             let law = &joint.law.normal;
             let slowest =
                 joint.impact_velocity_floor.unwrap_or(mechanism.scales.contacts[index].resting_velocity);
-            // A journal that is given as touching lies on either side of the surface by rounding.
+            // A journal that the scene places on the surface may lie on either side by a rounding error.
             let touches = state.penetration > -self.gap_resolution(index);
             let rests = touches && state.penetration_rate.abs() < slowest;
             if !(state.penetration > 0.0 || rests) {
                 continue;
             }
-            // The impact that would have come so far without loss: on the surface, that of an onset.
+            // Velocity of the impact that would have reached this state without loss.
             let elastic = law.elastic_energy(state.penetration);
             let mass = self.contact_mass(0.0, q, v, index);
             let arrival = (state.penetration_rate.powi(2) + 2.0 * elastic / mass).sqrt().max(slowest);
             if law.is_latched() {
                 self.warnings.push(format!(
-                    "joint {:?} starts in contact: it has no impact velocity and is damped as an impact at \
-                     {arrival:.3e} m/s, the one that would have brought it there without loss or, if that is \
-                     more, one that the load of the start just damps critically",
+                    "joint {:?} starts in contact: it has no impact velocity and is damped as after an impact at \
+                     {arrival:.3e} m/s. This is the velocity that leads to its start without loss or, if larger, \
+                     the one for which it is critically damped under the load of the start",
                     joint.name
                 ));
             }
@@ -87,7 +88,7 @@ impl Recorder<'_> {
         }
     }
 
-    /// Mass [kg] that the normal force of a contact accelerates in a state.
+    /// Effective mass [kg] for the normal force of a contact in a state.
     fn contact_mass(&mut self, t: f64, q: &[f64], v: &[f64], index: usize) -> f64 {
         if !self.dynamics.acceleration(t, q, v, &mut self.a) {
             return f64::INFINITY;

@@ -1,84 +1,82 @@
-//! Whether the energy of a run balances.
+//! The error of the energy balance of a run.
 //!
-//! What the change of the stored energy over a step has more than work and losses explain is an error of the
-//! step, its gap. To know it takes the powers at four instants inside, half of a run's work. Unless outputs ask
-//! for energies, only some steps are looked at: each is drawn with a known probability p, and its gap counts 1/p
-//! times. Nearly all that is missing goes with steps in which a contact changes its sliding velocity where its
-//! friction law is steep (docs/decisions.md), so p follows that change; and it follows the last gaps.
+//! The gap of a step is the change of the stored energy less the work plus the losses: an error of the integration. It
+//! needs the powers at four instants inside the step, half of the work of a run. Unless outputs ask for energies, only a
+//! random sample of the steps is therefore checked: each is drawn with a known probability p, and its gap is weighted
+//! with 1/p. Nearly all of the error arises in steps in which the sliding velocity of a contact changes where its
+//! friction law is steep (docs/decisions.md), so p depends on that change, and on the last gaps.
 
 use crate::contact::clearance::{ContactState, Phase, SlidingVelocity};
 use crate::integrators::dense::DenseStep;
 use crate::run::recorder::Recorder;
 use crate::run::work::GAUSS;
 
-/// Rotation of a drive [rad] over which Gauss's quadrature with four points adds its work to rounding.
+/// Rotation of a drive [rad] over which Gauss's quadrature with four points integrates its power to rounding.
 pub(crate) const WORK_ROTATION: f64 = 0.5;
 
-/// Part of the largest energy that may stay unexplained without a warning.
+/// Largest error of the balance without a warning, relative to the largest energy.
 const LARGEST_GAP: f64 = 1e-3;
-/// Least probability with which a step is looked at: where nothing is stiff, and where friction is.
+/// Least probability with which a step is checked: without and with stiff friction.
 const LEAST: [f64; 2] = [1.0 / 64.0, 1.0 / 16.0];
-/// Gap of a step, as a part of the largest energy, from which on every step like it is looked at: where nothing is
-/// stiff, and where friction is.
+/// Recent gap, relative to the largest energy, from which every step is checked: without and with stiff friction.
 const TELLING_GAP: [f64; 2] = [1e-5, 4e-6];
-/// Length of a step times the rate at which friction damps the sliding from which on friction is stiff.
+/// Friction is stiff in a step if its length times the rate at which friction damps the sliding exceeds this.
 const STIFF: f64 = 1.0;
-/// Change of the sliding velocity over a stiff step, as a part of that from which on friction is constant, from
-/// which on every step is looked at.
+/// Change of the sliding velocity over a step with stiff friction from which the step is always checked, relative to the
+/// velocity above which friction is constant.
 const TELLING_CHANGE: f64 = 0.1;
-/// How the largest gap of a step is forgotten, from one that is looked at to the next.
+/// Factor by which the recent gap decays from one checked step to the next.
 const MEMORY: f64 = 0.9;
-/// Standard deviations of the sum that may be the luck of the draw.
+/// Standard deviations of the sampled sum that are subtracted as sampling error.
 const LUCK: f64 = 1.0;
-/// Part of the energies themselves that is rounding.
+/// Rounding error of the energies, relative to their size.
 const ROUNDING: f64 = 1e-12;
-/// The multiples of the golden ratio fill the unit interval evenly, however steps repeat.
+/// Multiples of the golden ratio modulo 1 fill the unit interval evenly, without resonance with periodic steps.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// What the steps of a run leave unexplained of its energy.
+/// Error of the energy balance over the steps of a run.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Balance {
     /// Steps so far.
     steps: usize,
-    /// Every step is looked at: its work is wanted anyway.
+    /// Whether every step is checked, because outputs need its work anyway.
     always: bool,
     /// Start of the present step [s].
     time: f64,
     /// Friction of the joints there.
     slides: Vec<Slide>,
-    /// Gap of a step lately [J]: where nothing is stiff, and where friction is.
+    /// Recent gap of a step [J]: without and with stiff friction.
     lately: [f64; 2],
-    /// Potential energy before the first step that was looked at [J].
+    /// Potential energy before the first checked step [J].
     potential: Option<f64>,
-    /// Sums over the steps: of their gaps, the work put in and what was lost.
+    /// Sums over the steps: of their gaps, and of input and losses.
     gap: Estimate,
     works: [Estimate; 2],
-    /// The sum of the gaps where it was largest, less what may be luck or rounding [J].
+    /// Largest sum of the gaps so far, less its sampling and rounding errors [J].
     surely: f64,
-    /// The same with all [J].
+    /// The same sum without that subtraction [J].
     pub(crate) worst: f64,
     /// Largest energy of any kind so far [J].
     pub(crate) largest: f64,
-    /// Sums of the sizes of the gaps [J]: where nothing is stiff, and where friction is.
+    /// Sums of the absolute gaps [J]: without and with stiff friction.
     sizes: [f64; 2],
 }
 
-/// How a contact slides.
+/// Sliding of a contact.
 #[derive(Clone, Copy, Debug)]
 struct Slide {
-    /// Sliding velocity as a part of that from which on friction is constant; from there on, and where nothing
-    /// presses, 1 or -1.
+    /// Sliding velocity relative to that above which friction is constant, limited to ±1; 1 without a normal force.
     velocity: f64,
-    /// Rate at which friction damps the sliding, at most [1/s].
+    /// Largest rate at which friction damps the sliding [1/s].
     rate: f64,
 }
 
-/// A sum over all steps by those that were drawn.
+/// Estimate of a sum over all steps from the sampled ones.
 #[derive(Clone, Copy, Debug, Default)]
 struct Estimate {
     /// The sum [J].
     sum: f64,
-    /// Its variance by the luck of the draw [J²].
+    /// Variance of the sampling [J²].
     variance: f64,
 }
 
@@ -90,7 +88,7 @@ impl Estimate {
         self.variance += times * (times - 1.0) * value * value;
     }
 
-    /// Size of the sum, less what may be luck.
+    /// Absolute value of the sum, less its sampling error.
     fn surely(&self) -> f64 {
         self.sum.abs() - LUCK * self.variance.sqrt()
     }
@@ -106,12 +104,12 @@ struct Account {
 }
 
 impl Balance {
-    /// Nothing yet, for `joints` clearance joints.
+    /// The balance at the start of a run with `joints` clearance joints.
     pub(crate) fn new(joints: usize) -> Self {
         Self { slides: vec![Slide { velocity: 1.0, rate: 0.0 }; joints], ..Self::default() }
     }
 
-    /// Probability with which a step is to be looked at, by the gaps before it.
+    /// Probability with which a step is checked, from the gaps before it.
     fn probability(&self, stiff: bool) -> f64 {
         let class = usize::from(stiff);
         let telling = TELLING_GAP[class] * self.largest;
@@ -127,17 +125,17 @@ impl Balance {
         (self.steps as f64 * GOLDEN).fract() < probability
     }
 
-    /// Whether friction is stiff in a step of this length, by its start.
+    /// Whether friction is stiff in a step of this length, judged at its start.
     fn is_stiff(&self, h: f64) -> bool {
         self.slides.iter().any(|slide| slide.velocity.abs() < 1.0 && slide.rate * h > STIFF)
     }
 
-    /// Whether too much is unexplained.
+    /// Whether the error of the balance is too large.
     pub(crate) fn is_off(&self) -> bool {
         self.surely > LARGEST_GAP * self.largest
     }
 
-    /// Whether most of it is where friction is stiff.
+    /// Whether most of it arises with stiff friction.
     pub(crate) fn is_off_in_friction(&self) -> bool {
         self.sizes[1] > self.sizes[0]
     }
@@ -181,8 +179,8 @@ impl Recorder<'_> {
         self.work.add(&self.dynamics, dt);
     }
 
-    /// Adds the work from the start of a step to the instant `to` in it, in pieces that the drives allow: a
-    /// step is as long as what moves freely lets it be, and a crank may have turned many times in it.
+    /// Adds the work from the start of a step to the instant `to` in it, in pieces that resolve the drives: the step
+    /// resolves the free motion only, and a crank may turn many times in it.
     pub(crate) fn add_work_of(&mut self, step: &DenseStep, to: f64) {
         let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
         let mut from = step.t;
@@ -195,14 +193,14 @@ impl Recorder<'_> {
             }
             from = next;
             if from < to && !(self.monitor)(step.t) {
-                // Cancelled: the step is the last.
+                // Cancelled: this step is the last one.
                 break;
             }
         }
         (self.q, self.v) = (q, v);
     }
 
-    /// Prepares for the step that starts at `t`, in motion.
+    /// Records the state at the start `t` of a step.
     pub(crate) fn watch_energy(&mut self, t: f64) {
         self.balance.steps += 1;
         self.balance.always = self.needs.work;
@@ -221,24 +219,24 @@ impl Recorder<'_> {
         };
         let ContactState { penetration, sliding_velocity, normal_force, .. } =
             self.dynamics.contact_state(index);
-        // The law may be told a part of the sliding velocity only.
-        let told = match joint.law.sliding {
+        // Ratio of the sliding velocity in the friction law to the relative velocity.
+        let ratio = match joint.law.sliding {
             SlidingVelocity::Surface => 1.0,
             SlidingVelocity::ContactPoint => penetration / (penetration + joint.law.clearance),
         };
         Slide {
             velocity: (sliding_velocity / law.steep_until()).clamp(-1.0, 1.0),
-            rate: told * law.steepness() * normal_force / self.mechanism.scales.contacts[index].mass,
+            rate: ratio * law.steepness() * normal_force / self.mechanism.scales.contacts[index].mass,
         }
     }
 
-    /// Whether the step from the last start to `end` may be looked at.
+    /// Whether the step from the last start to `end` may be checked.
     pub(crate) fn may_look(&self, end: f64) -> bool {
         let stiff = self.balance.is_stiff(end - self.balance.time);
         stiff || self.balance.draws(self.balance.probability(false))
     }
 
-    /// Adds the work of an accepted step, and what the step leaves unexplained, if it is drawn.
+    /// Adds the work and the gap of an accepted step, if it is drawn.
     pub(crate) fn look_at(&mut self, step: &DenseStep) {
         let stiff = self.balance.is_stiff(step.end_time() - self.balance.time);
         let mut probability = self.balance.probability(stiff);

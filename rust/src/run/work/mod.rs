@@ -1,11 +1,11 @@
-//! Integrals of powers over a run: what drives and forces put in, what dampers and contacts take, and whether the energy
-//! balances. In: states of the recorder; out: work, losses, a warning. Uses `dynamics`, `contact`, `integrators`.
+//! Integrals of powers over a run: input of drives and forces, losses in dampers and contacts, and the error of the energy
+//! balance. In: states of the recorder; out: work, losses, a warning. Uses `dynamics`, `contact`, `integrators`.
 
 pub(crate) mod balance;
 
 use crate::dynamics::{ContactLoss, Dynamics};
 
-/// Nodes and weights of Gauss's quadrature with four points on [0, 1]: order 8, above that of any
+/// Nodes and weights of Gauss's quadrature with four points on [0, 1], of order 8: higher than the order of any
 /// dense output.
 pub(crate) const GAUSS: [(f64, f64); 4] = [
     (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
@@ -19,34 +19,34 @@ pub(crate) const GAUSS: [(f64, f64); 4] = [
 pub struct Work {
     /// Energy at the start [J].
     pub start_energy: f64,
-    /// Work of the drives and given forces and torques [J].
+    /// Work of the drives and of the applied forces and torques [J].
     pub input: f64,
-    /// What the dampers took [J].
+    /// Energy dissipated in the dampers [J].
     pub damping: f64,
-    /// What every clearance joint took; wear is ∫ F_N |v_T| dt [N m], which Archard's law multiplies
+    /// Losses of every clearance joint; wear is ∫ F_N |v_T| dt [N m], which Archard's law multiplies
     /// by its coefficient.
     pub contacts: Vec<ContactLoss>,
 }
 
 impl Work {
-    /// Nothing yet, for `joints` clearance joints.
+    /// Zero work and losses, for `joints` clearance joints.
     pub fn new(joints: usize) -> Self {
         Self { contacts: vec![ContactLoss::default(); joints], ..Self::default() }
     }
 
-    /// What is not known, for `joints` clearance joints.
+    /// Unknown work and losses (NaN), for `joints` clearance joints.
     pub fn unknown(joints: usize) -> Self {
         let loss = ContactLoss { impact: f64::NAN, friction: f64::NAN, wear: f64::NAN };
         Self { start_energy: f64::NAN, input: f64::NAN, damping: f64::NAN, contacts: vec![loss; joints] }
     }
 
-    /// Takes the energy of the state the dynamics was moved to for that of the start.
+    /// Records the energy of the present state as that of the start.
     pub fn begin(&mut self, dynamics: &mut Dynamics) {
         dynamics.find_contacts();
         self.start_energy = dynamics.total_energy();
     }
 
-    /// What contacts and dampers took [J].
+    /// Energy dissipated in contacts and dampers [J].
     pub fn losses(&self) -> f64 {
         self.contacts.iter().map(|loss| loss.impact + loss.friction).sum::<f64>() + self.damping
     }
