@@ -67,7 +67,7 @@ def parameters(convention: str = "as_printed", impact_velocity_floor: float = 1e
     """The paper's Tables 1 and 2 as the array that the compiled functions read.
 
     ``as_printed``: sliding velocity of the geometric contact point, stiffness with pi, rod inertia m l^2/3
-    about its center of mass. ``corrected``: sliding velocity of the surfaces, Hertz stiffness, inertia m l^2/12.
+    about its center of mass. ``corrected``: surface sliding velocity, Hertz stiffness, inertia m l^2/12.
     ``frictionless``: as corrected, without friction.
     """
     if convention not in CONVENTIONS:
