@@ -6,11 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "METHODS",
+    "MOST_SAMPLES",
+    "RTOL_RANGE",
     "calibrated_bands",
     "chebyshev_derivative",
     "chebyshev_evaluate",
     "chebyshev_fit",
     "chebyshev_nodes",
+    "check_settings",
     "inspect",
     "interval_bounds",
     "polynomial_ranges",
@@ -22,6 +26,10 @@ __all__ = [
     "total_degree_exponents",
     "total_degree_ranges",
 ]
+
+METHODS: list[str]
+MOST_SAMPLES: int
+RTOL_RANGE: tuple[float, float]
 
 @type_check_only
 class _Events(TypedDict):
@@ -105,6 +113,7 @@ def sweep(
     into: NDArray[np.float64] | None = None,
     run_seconds: float | None = None,
 ) -> _Runs: ...
+def check_settings(settings: str) -> None: ...
 def inspect(scene: str) -> str: ...
 def chebyshev_nodes(count: int) -> NDArray[np.float64]: ...
 def chebyshev_fit(

@@ -6,7 +6,7 @@ import difflib
 import math
 import numbers
 import operator
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -77,6 +77,22 @@ class Checks:
         self._problems.append((name, message))
         self._wrong_types += wrong_type
 
+    def number(self, name: str, value: object, unit: str) -> float:
+        """A number, NaN if it is none; whether it is in range is for the core to judge."""
+        number = as_number(value)
+        if number is None:
+            self.add_at(name, f"must be a number [{unit}], got {value!r}", wrong_type=True)
+            return math.nan
+        return number
+
+    def integer(self, name: str, value: object) -> int:
+        """A whole number, 0 if it is none; whether it is in range is for the core to judge."""
+        number = as_whole(value)
+        if number is None:
+            self.add_at(name, f"must be a whole number, got {value!r}", wrong_type=True)
+            return 0
+        return number
+
     def real(
         self,
         name: str,
@@ -131,6 +147,19 @@ class Checks:
             self.add_at(name, problem, wrong_type=not isinstance(value, str))
             return words[0]
         return str(value)
+
+    def noted(self, name: str) -> bool:
+        """Whether there is a problem of the argument of this name."""
+        return any(name == known for known, _ in self._problems)
+
+    def include(self, other: Checks, names: Sequence[str]) -> None:
+        """Note the problems of other checks in the order of the names of the arguments."""
+        place = {name: index for index, name in enumerate(names)}
+        # A name may be that of an entry, as in features[1].
+        own = [(name if name in place else name.partition("[")[0]) for name, _ in other._problems]
+        order = sorted(range(len(own)), key=lambda index: place[own[index]])
+        self._problems += [other._problems[index] for index in order]
+        self._wrong_types += other._wrong_types
 
     def finish(self) -> None:
         """Raise all problems: TypeError if every one is a wrong type, else ValueError; or the error given."""

@@ -115,15 +115,17 @@ class Arguments(Checks):
         super().__init__(SceneError)
 
     def positive(self, **arguments: tuple[object, str]) -> None:
-        """Note the arguments that are no finite numbers above 0; each comes with its unit."""
+        """Note the arguments that are no finite numbers above 0, each with its unit.
+
+        For what the core never sees, or sees only what a formula makes of it.
+        """
         for name, (value, unit) in arguments.items():
             self.real(name, value, unit, above=0.0)
 
     def numbers(self, **arguments: tuple[object, str]) -> None:
         """Note the arguments that are no numbers, each with its unit; the core judges what they are."""
         for name, (value, unit) in arguments.items():
-            if as_number(value) is None:
-                self.real(name, value, unit)
+            self.number(name, value, unit)
 
     def places(
         self,
@@ -273,12 +275,21 @@ class Play:
         )
 
 
+def as_mass(mass: object) -> float:
+    """A mass for the formula of an inertia [kg]: 1 where it is none that a body may have.
+
+    The core reports that mass, and one mistake should be one problem.
+    """
+    number = as_number(mass) or 0.0
+    return number if 0.0 < number < math.inf else 1.0
+
+
 def bar(name: str, points: tuple[str, str], length: float, mass: float, angle: float) -> Body:
     """A slender uniform bar along the x axis of its frame, from the first point to the second."""
     return Body(
         name,
         mass=mass,
-        inertia=mass * length * length / 12.0,
+        inertia=as_mass(mass) * length * length / 12.0,
         center_of_mass=(0.5 * length, 0.0),
         points={points[0]: (0.0, 0.0), points[1]: (length, 0.0)},
         angle=angle,

@@ -73,10 +73,10 @@ def pendulum_in_bearing(
     shared = Pins.checked(arguments, options)
     arguments.positive(
         length=(length, "m"),
-        mass=(mass, "kg"),
-        inertia=(inertia, "kg m²"),
     )
     arguments.numbers(
+        mass=(mass, "kg"),
+        inertia=(inertia, "kg m²"),
         angle=(angle, "rad"),
         gravity=(gravity, "m/s²"),
     )
@@ -159,7 +159,7 @@ def free_journal(
     shared = Pins.checked(arguments, options)
     arguments.positive(mass=(mass, "kg"))
     if inertia is not None:
-        arguments.positive(inertia=(inertia, "kg m²"))
+        arguments.numbers(inertia=(inertia, "kg m²"))
     arguments.numbers(
         load_x=(load_x, "N"),
         load_y=(load_y, "N"),

@@ -13,6 +13,7 @@ from .joints import (
     PinOptions,
     Pins,
     Play,
+    as_mass,
     bar,
     direction,
     elbow,
@@ -107,11 +108,11 @@ def four_bar(
         crank_length=(crank_length, "m"),
         coupler_length=(coupler_length, "m"),
         rocker_length=(rocker_length, "m"),
+    )
+    arguments.numbers(
         crank_mass=(crank_mass, "kg"),
         coupler_mass=(coupler_mass, "kg"),
         rocker_mass=(rocker_mass, "kg"),
-    )
-    arguments.numbers(
         crank_speed=(crank_speed, "rad/s"),
         crank_angle=(crank_angle, "rad"),
         gravity=(gravity, "m/s²"),
@@ -130,9 +131,9 @@ def four_bar(
     return Scene(
         ground={"A": (0.0, 0.0), "D": pivot},
         bodies=[
-            bar("crank", ("A", "B"), crank, float(crank_mass), crank_angle),
-            bar("coupler", ("B", "C"), coupler, float(coupler_mass), direction(pin, joint)),
-            bar("rocker", ("D", "C"), rocker, float(rocker_mass), direction(pivot, joint)),
+            bar("crank", ("A", "B"), crank, crank_mass, crank_angle),
+            bar("coupler", ("B", "C"), coupler, coupler_mass, direction(pin, joint)),
+            bar("rocker", ("D", "C"), rocker, rocker_mass, direction(pivot, joint)),
         ],
         joints=[
             Revolute("crank_bearing", "ground.A", "crank.A"),
@@ -249,13 +250,13 @@ def six_bar(
         rocker_length=(rocker_length, "m"),
         link_length=(link_length, "m"),
         output_length=(output_length, "m"),
+    )
+    arguments.numbers(
         crank_mass=(crank_mass, "kg"),
         coupler_mass=(coupler_mass, "kg"),
         rocker_mass=(rocker_mass, "kg"),
         link_mass=(link_mass, "kg"),
         output_mass=(output_mass, "kg"),
-    )
-    arguments.numbers(
         coupler_point_x=(coupler_point_x, "m"),
         coupler_point_y=(coupler_point_y, "m"),
         output_pivot_x=(output_pivot_x, "m"),
@@ -309,19 +310,19 @@ def six_bar(
     return Scene(
         ground={"A": (0.0, 0.0), "D": pivots[0], "G": pivots[1]},
         bodies=[
-            bar("crank", ("A", "B"), crank, float(crank_mass), crank_angle),
+            bar("crank", ("A", "B"), crank, crank_mass, crank_angle),
             Body(
                 "coupler",
                 mass=coupler_mass,
                 # A uniform triangle, about its centroid.
-                inertia=float(coupler_mass) * sides_squared / 36.0,
+                inertia=as_mass(coupler_mass) * sides_squared / 36.0,
                 center_of_mass=((coupler + corner[0]) / 3.0, corner[1] / 3.0),
                 points={"B": plate[0], "C": plate[1], "E": corner},
                 angle=coupler_angle,
             ),
-            bar("rocker", ("D", "C"), rocker, float(rocker_mass), rocker_angle),
-            bar("link", ("E", "F"), link, float(link_mass), link_angle),
-            bar("output", ("G", "F"), output, float(output_mass), output_angle),
+            bar("rocker", ("D", "C"), rocker, rocker_mass, rocker_angle),
+            bar("link", ("E", "F"), link, link_mass, link_angle),
+            bar("output", ("G", "F"), output, output_mass, output_angle),
         ],
         joints=[
             Revolute("crank_bearing", "ground.A", "crank.A"),

@@ -8,7 +8,7 @@ from typing import Any, Unpack
 
 from ..base.arguments import as_number
 from ..scene.scene import Body, Gravity, Prismatic, Revolute, Scene, Speed, rpm
-from .joints import Arguments, PinOptions, Pins, Play, bar, direction, on_circle, with_pins
+from .joints import Arguments, PinOptions, Pins, Play, as_mass, bar, direction, on_circle, with_pins
 
 _TABLE_2_SPEED = rpm(2000.0)
 
@@ -82,13 +82,13 @@ def slider_crank(
     Returns
     -------
     Scene
-        Further checks, as of the clearance, are made when it is checked or simulated.
+        What the arguments make of it, such as masses above 0, is checked when it is checked or simulated.
 
     Raises
     ------
     SceneError
-        If an argument is no number, a length, mass, radius or modulus is not finite and above 0, a pin or the
-        convention is unknown; all are listed.
+        If an argument is no number, a length, radius, modulus or clearance is not finite and above 0, a pin
+        or the convention is unknown; all are listed.
 
     Examples
     --------
@@ -101,14 +101,14 @@ def slider_crank(
     arguments.positive(
         crank_length=(crank_length, "m"),
         rod_length=(rod_length, "m"),
+    )
+    given = {"crank_inertia": crank_inertia, "rod_inertia": rod_inertia}
+    arguments.numbers(**{name: (value, "kg m²") for name, value in given.items() if value is not None})
+    arguments.numbers(
         crank_mass=(crank_mass, "kg"),
         rod_mass=(rod_mass, "kg"),
         slider_mass=(slider_mass, "kg"),
         slider_inertia=(slider_inertia, "kg m²"),
-    )
-    given = {"crank_inertia": crank_inertia, "rod_inertia": rod_inertia}
-    arguments.positive(**{name: (value, "kg m²") for name, value in given.items() if value is not None})
-    arguments.numbers(
         crank_speed=(crank_speed, "rad/s"),
         crank_angle=(crank_angle, "rad"),
         gravity=(gravity, "m/s²"),
@@ -119,15 +119,14 @@ def slider_crank(
     )
     arguments.finish()
     crank_length, rod_length = float(crank_length), float(rod_length)
-    crank_mass, rod_mass = float(crank_mass), float(rod_mass)
     start = as_number(crank_angle) or 0.0
 
     as_printed = convention == "as_printed"
     inertia_divisor = 3.0 if as_printed else 12.0  # Table 1, Eq. (35): 3
     if crank_inertia is None:
-        crank_inertia = crank_mass * crank_length * crank_length / inertia_divisor
+        crank_inertia = as_mass(crank_mass) * crank_length * crank_length / inertia_divisor
     if rod_inertia is None:
-        rod_inertia = rod_mass * rod_length * rod_length / inertia_divisor
+        rod_inertia = as_mass(rod_mass) * rod_length * rod_length / inertia_divisor
     play = Play(clearances, shared, "as_printed" if as_printed else "hertz")
     # Where the ideal mechanism has the rod. If the rod is too short to reach, the assembly will say so.
     rise = -crank_length / rod_length * math.sin(start) if math.isfinite(start) else 0.0
@@ -312,16 +311,15 @@ def quick_return(
         crank_length=(crank_length, "m"),
         pivot_distance=(pivot_distance, "m"),
         lever_length=(lever_length, "m"),
+    )
+    if ram:
+        arguments.positive(link_length=(link_length, "m"))
+        arguments.numbers(link_mass=(link_mass, "kg"), ram_mass=(ram_mass, "kg"))
+    arguments.numbers(
         crank_mass=(crank_mass, "kg"),
         block_mass=(block_mass, "kg"),
         block_inertia=(block_inertia, "kg m²"),
         lever_mass=(lever_mass, "kg"),
-    )
-    if ram:
-        arguments.positive(
-            link_length=(link_length, "m"), link_mass=(link_mass, "kg"), ram_mass=(ram_mass, "kg")
-        )
-    arguments.numbers(
         crank_speed=(crank_speed, "rad/s"),
         crank_angle=(crank_angle, "rad"),
         gravity=(gravity, "m/s²"),
@@ -341,9 +339,9 @@ def quick_return(
     pivot, pin = (0.0, -depth), on_circle(radius, as_number(crank_angle) or 0.0)
     lever_angle = direction(pivot, pin)
     bodies = [
-        bar("crank", ("A", "B"), radius, float(crank_mass), crank_angle),
+        bar("crank", ("A", "B"), radius, crank_mass, crank_angle),
         Body("block", mass=block_mass, inertia=block_inertia, points={"B": (0.0, 0.0)}, angle=lever_angle),
-        bar("lever", ("D", "E"), arm, float(lever_mass), lever_angle),
+        bar("lever", ("D", "E"), arm, lever_mass, lever_angle),
     ]
     joints = [
         Revolute("crank_bearing", "ground.O", "crank.A"),
@@ -363,12 +361,12 @@ def quick_return(
         # To the left of the lever. If the link is too short to reach the line, the assembly will say so.
         link_angle = math.pi - math.asin(rise) if abs(rise) <= 1.0 else math.pi
         bodies += [
-            bar("link", ("E", "F"), length, float(link_mass), link_angle),
+            bar("link", ("E", "F"), length, link_mass, link_angle),
             # Its guide keeps the ram from turning, so that its inertia never matters.
             Body(
                 "ram",
                 mass=ram_mass,
-                inertia=float(ram_mass) * length * length / 12.0,
+                inertia=as_mass(ram_mass) * length * length / 12.0,
                 points={"F": (0.0, 0.0)},
             ),
         ]

@@ -9,24 +9,29 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypedDict
 
+from .. import _core
 from ..base.arguments import Checks, did_you_mean
 from ..base.named import matching
 from ..base.options import Documented, with_fields
 from ..base.shown import Shown
 from ..base.units import unit, units
+from ..errors import Problem, SettingsError
 from ..scene.scene import Inspection, Scene
+from ..scene.schema import as_json_number
 from .features import JOINT_KINDS, Feature, checked_features
 from .names import output_meant
 
-METHODS = ("auto", "rodas5p", "rodas4", "dop853")
+METHODS = _core.METHODS
+"""Words for the methods."""
+LEAST_RTOL, MOST_RTOL = _core.RTOL_RANGE
+"""Relative tolerances that are accepted [-]."""
+MOST_SAMPLES = _core.MOST_SAMPLES
+"""Samples of a run that are accepted [-]."""
 MAX_STEPS = 10_000_000
 MAX_EVENTS = 1_000_000
 
-# What is accepted at most; beyond, memory or the exact counts of floats end.
-LEAST_RTOL, MOST_RTOL = 1e-13, 0.1
-MOST_SAMPLES = 10_000_000
-MOST_COUNT = 2**53
-MOST_CYCLES = 1_000_000
+# Stand for fields that are missing or of a wrong type, so that the core can judge the others.
+_EXAMPLE: dict[str, Any] = {"duration": 1.0, "samples": 2}
 # Samples of all columns that surely fit into the memory: for fewer the columns need not be counted.
 _MANY_SAMPLES = 1_000_000
 
@@ -39,8 +44,8 @@ class SpanOptions(TypedDict, total=False):
     skip: float
 
 
-class RunOptions(SpanOptions, total=False):
-    """Fields of `Settings` that say how a run is simulated, as keywords."""
+class StepOptions(TypedDict, total=False):
+    """Fields of `Settings` that say how it is integrated, as keywords."""
 
     rtol: float
     method: str
@@ -48,6 +53,11 @@ class RunOptions(SpanOptions, total=False):
     max_events: int
     position_tolerance: float | None
     velocity_tolerance: float | None
+
+
+class RunOptions(SpanOptions, StepOptions, total=False):
+    """Fields of `Settings` that say how a run is simulated, as keywords."""
+
     cycles: int
 
 
@@ -55,8 +65,8 @@ class RunOptions(SpanOptions, total=False):
 class Settings(Shown):
     """How a simulation is run: all options of a run, declared here and nowhere else.
 
-    `simulate`, `Study` and `tradeoff` take one as ``settings=``, and each field as a keyword besides, which
-    goes before it.
+    `simulate`, `Study`, `tradeoff` and `bifurcation` take one as ``settings=``, and the fields that they do
+    not find themselves as keywords besides, which go before it.
 
     Parameters
     ----------
@@ -120,7 +130,7 @@ class Settings(Shown):
 
     def __post_init__(self) -> None:
         checks = Checks()
-        for name, value in _checked(checks, vars(self)).items():
+        for name, value in checked_settings(checks, vars(self)).items():
             object.__setattr__(self, name, value)
         checks.finish()
 
@@ -132,6 +142,7 @@ class Settings(Shown):
         options: Mapping[str, object],
         *,
         accepted: Iterable[str] | None = None,
+        found: Mapping[str, object] | None = None,
         outputs_needed: bool = True,
     ) -> Settings:
         """Settings from those given as a whole and from keywords, which go before them.
@@ -146,6 +157,8 @@ class Settings(Shown):
             Fields by name; `outputs` and `features` that are None are not given.
         accepted : iterable of str, optional
             Names of the keywords; those of `RunOptions`, `outputs` and `features` if not given.
+        found : mapping of str to object, optional
+            Fields that the function finds itself and nobody gives it.
         outputs_needed : bool
             Whether there must be an output.
         """
@@ -161,13 +174,14 @@ class Settings(Shown):
                 checks.add(f'unknown keyword "{name}"{did_you_mean(name, names)}', wrong_type=True)
             elif value is not None or name not in ("outputs", "features"):
                 values[name] = value
+        values |= found or {}
         for name in ("duration", "samples"):
             if name not in values and (settings is None or isinstance(settings, cls)):
                 checks.add(f"{name} is missing: give it, or settings=Settings(...)", wrong_type=True)
         ordered = {name: values[name] for name in known if name in values}
-        found = _checked(checks, ordered, outputs_needed and not ordered["features"])
+        kept = checked_settings(checks, ordered, outputs_needed=outputs_needed and not ordered["features"])
         checks.finish()
-        return cls(**found)
+        return cls(**kept)
 
     def to_json(self) -> str:
         """The settings as the core reads them."""
@@ -246,37 +260,62 @@ def _require_room(runs: int, samples: int, columns: int) -> None:
         )
 
 
-def _checked(checks: Checks, values: Mapping[str, Any], outputs_needed: bool = False) -> dict[str, Any]:
-    """The fields of settings as they are kept; what is wrong with them is noted."""
-    limits: dict[str, dict[str, float]] = {
-        "duration": {"above": 0.0},
-        "skip": {"least": 0.0},
-        "rtol": {"least": LEAST_RTOL, "most": MOST_RTOL},
-        "position_tolerance": {"above": 0.0},
-        "velocity_tolerance": {"above": 0.0},
-    }
-    counts = {
-        "samples": (2, MOST_SAMPLES),
-        "max_steps": (1, MOST_COUNT),
-        "max_events": (1, MOST_COUNT),
-        "cycles": (1, MOST_CYCLES),
-    }
+def checked_settings(
+    checks: Checks,
+    values: Mapping[str, Any],
+    called: Mapping[str, str] | None = None,
+    *,
+    outputs_needed: bool = False,
+) -> dict[str, Any]:
+    """Some fields of `Settings` as they are kept; what is wrong with them is noted.
+
+    Types are judged here, since JSON has fewer; ranges and words by the core.
+
+    Parameters
+    ----------
+    checks : Checks
+        What is wrong so far.
+    values : mapping of str to object
+        Fields by name.
+    called : mapping of str to str, optional
+        Names under which the user gave fields, if they are others.
+    outputs_needed : bool
+        Whether no outputs at all are a mistake.
+    """
+    fields = [item for item in dataclasses.fields(Settings) if item.name in values]
+    names = {item.name: (called or {}).get(item.name, item.name) for item in fields}
     symbols = units(Settings)
+    own = Checks()
     found = dict(values)
-    for name, value in values.items():
-        if name in counts:
-            found[name] = checks.whole(name, value, least=counts[name][0], most=counts[name][1])
-        elif name in limits and not (value is None and name.endswith("_tolerance")):
-            found[name] = checks.real(name, value, symbols.get(name, "-"), **limits[name])
-        elif name == "method":
-            found[name] = checks.word(name, value, METHODS)
+    for item in fields:
+        name, value, kind = item.name, values[item.name], str(item.type)
+        if kind.startswith("float") and (value is not None or not kind.endswith("| None")):
+            found[name] = own.number(names[name], value, symbols.get(name, "-"))
+        elif kind == "int":
+            found[name] = own.integer(names[name], value)
+        elif kind == "str" and not isinstance(value, str):
+            own.word(names[name], value, METHODS)
         elif name == "outputs":
-            found[name] = checked_names(checks, value)
+            found[name] = checked_names(own, value)
             if outputs_needed and found[name] == ():
-                checks.add("outputs must name at least one column; None stands for all")
+                own.add("outputs must name at least one column; None stands for all")
         elif name == "features":
-            found[name] = checked_features(checks, value)
+            found[name] = checked_features(own, value)
+    readable = {name: found[name] for name in names if not own.noted(names[name])}
+    for problem in _judged(_EXAMPLE | readable):
+        own.add_at(names[problem.path.removeprefix("settings.")], problem.message)
+    checks.include(own, list(names.values()))
     return found
+
+
+def _judged(values: Mapping[str, Any]) -> list[Problem]:
+    """What the core finds wrong with fields of the right type."""
+    plain = {name: as_json_number(value) for name, value in values.items()}
+    try:
+        _core.check_settings(json.dumps({"method": METHODS[0]} | plain, default=dataclasses.asdict))
+    except SettingsError as error:
+        return error.problems
+    return []
 
 
 def with_settings(options: type, *further: str) -> Callable[[Documented], Documented]:
@@ -285,7 +324,7 @@ def with_settings(options: type, *further: str) -> Callable[[Documented], Docume
     Parameters
     ----------
     options : type
-        `RunOptions` or `SpanOptions`: what it accepts as keywords.
+        `RunOptions`, `SpanOptions` or `StepOptions`: what it accepts as keywords.
     *further : str
         Fields that it names itself, to be documented as well.
     """

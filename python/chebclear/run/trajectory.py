@@ -29,7 +29,7 @@ from .dataset import common_facts, run_dataset
 from .features import EXTREMA, Extremum, Feature
 from .names import output_meant
 from .report import columns_table, run_document
-from .settings import MOST_CYCLES, Settings, require_features
+from .settings import Settings, checked_settings, require_features
 from .tracking import settling_time, simulate_features
 
 if TYPE_CHECKING:
@@ -300,7 +300,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
         checks = Checks()
         if not isinstance(feature, Feature):
             checks.add(f'feature must be one such as peak("slider.ax"), got {feature!r}', wrong_type=True)
-        pieces = 1 if cycles is None else checks.whole("cycles", cycles, least=1, most=MOST_CYCLES)
+        pieces = 1 if cycles is None else checked_settings(checks, {"cycles": cycles})["cycles"]
         checks.finish()
         found = self._found([feature], pieces)[:, 0]
         return float(found[0]) if cycles is None else found

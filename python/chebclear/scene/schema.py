@@ -191,7 +191,13 @@ def _write_number(value: Any, path: str, problems: list[Problem], wanted: str = 
     if not isinstance(value, float):
         problems.append(Problem(path, f"must be {wanted}, got {value!r}"))
         return "NaN"
-    if math.isfinite(value):
+    written: float | str = as_json_number(value)
+    return written
+
+
+def as_json_number(value: Any) -> Any:
+    """A value for the core: JSON has no numbers that are not finite, which become words."""
+    if not isinstance(value, float) or math.isfinite(value):
         return value
     return "NaN" if math.isnan(value) else "Infinity" if value > 0.0 else "-Infinity"
 

@@ -6,8 +6,8 @@ import threading
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +19,7 @@ from ..base.units import unit
 from ..data.dataset import Dataset, Variable
 from ..data.exports import Exports
 from ..errors import ChebclearWarning
-from ..run.settings import MAX_EVENTS, MAX_STEPS, Settings
+from ..run.settings import Settings, StepOptions, with_settings
 from ..run.simulation import run_scene
 from ..scene.columns import column_unit
 from ..scene.scene import ClearanceRevolute, Scene
@@ -112,6 +112,7 @@ class Bifurcation(Exports, records.ArrayRecord):
         )
 
 
+@with_settings(StepOptions)
 def bifurcation(
     build: Callable[..., Scene],
     parameter: str,
@@ -121,13 +122,11 @@ def bifurcation(
     sample_per: Literal["period"] | float = "period",
     periods: int = 60,
     skip: int = 60,
+    settings: Settings | None = None,
     fixed: Mapping[str, Any] | None = None,
-    rtol: float = 1e-6,
-    method: str = "auto",
     threads: int | None = None,
     progress: bool | Progress | None = None,
-    max_steps: int = MAX_STEPS,
-    max_events: int = MAX_EVENTS,
+    **options: Unpack[StepOptions],
 ) -> Bifurcation:
     """Simulate a mechanism at many values of one parameter and sample its settled motion once a period.
 
@@ -151,10 +150,12 @@ def bifurcation(
         Samples of each run less one [-].
     skip : int
         Periods before the first sample, in which the start settles [-].
+    settings : Settings, optional
+        How to simulate; each of the fields that follow may be given as a keyword as well, or instead. Its
+        other fields are those of the periods and of the output.
+    {settings}
     fixed : mapping of str to object, optional
         Further keywords of `build`, the same for all runs.
-    rtol, method, max_steps, max_events : optional
-        As of `simulate`.
     threads : int, optional
         Runs that are simulated at a time [-]; as many as there are processors if not given.
     progress : True or callable, optional
@@ -192,16 +193,17 @@ def bifurcation(
     if not is_request(progress):
         checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
     own_period = None if sample_per == "period" else checks.real("sample_per", sample_per, "s", above=0.0)
-    checks.finish()
+    found = {"duration": 1.0, "samples": count + 1, "skip": 0.0, "outputs": None, "features": (), "cycles": 1}
+    one = Settings.gathered(checks, settings, options, accepted=StepOptions.__annotations__, found=found)
 
     scenes = [build(**{parameter: float(value)}, **constant) for value in given]
     times = np.array([scene.period if own_period is None else own_period for scene in scenes])
     name = _first_eccentricity(scenes[0]) if output is None else output
-    settings = [
-        _settings(scene, name, float(time), count, skipped, rtol, method, max_steps, max_events)
-        for scene, time in zip(scenes, times, strict=True)
+    each = [
+        replace(one, duration=count * time, skip=skipped * time, outputs=(name,)).for_scene(scene)
+        for scene, time in zip(scenes, times.tolist(), strict=True)
     ]
-    columns = _simulated(scenes, settings, name, threads, progress)
+    columns = _simulated(scenes, each, name, threads, progress)
     failed = np.flatnonzero(~np.isfinite(columns).all(axis=1))
     if len(failed):
         warnings.warn(
@@ -229,31 +231,6 @@ def _first_eccentricity(scene: Scene) -> str:
         if isinstance(joint, ClearanceRevolute):
             return f"{joint.name}.eccentricity_x"
     raise ValueError("the scene has no clearance joint: name the output to sample")
-
-
-def _settings(
-    scene: Scene,
-    output: str,
-    period: float,
-    periods: int,
-    skipped: int,
-    rtol: float,
-    method: str,
-    max_steps: int,
-    max_events: int,
-) -> Settings:
-    """How one run is simulated."""
-    settings = Settings(
-        duration=periods * period,
-        samples=periods + 1,
-        skip=skipped * period,
-        rtol=rtol,
-        method=method,
-        outputs=[output],
-        max_steps=max_steps,
-        max_events=max_events,
-    )
-    return settings.for_scene(scene)
 
 
 def _simulated(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks, did_you_mean
 from ..errors import HORIZON
 from ..run.accuracy import BY_ANGLE
-from ..run.settings import LEAST_RTOL, MOST_CYCLES, MOST_SAMPLES, Settings
+from ..run.settings import LEAST_RTOL, MOST_SAMPLES, Settings, checked_settings
 from ..run.simulation import run_scene
 from ..run.tracking import settling_time
 from ..scene.motions import Speed
@@ -65,8 +65,8 @@ def turning(
     checks = Checks()
     if settings is None:
         raise ValueError("a band by crank angle needs scenes: runs of other models have no drive")
-    checks.whole("cycles", cycles, least=1, most=MOST_CYCLES)
-    checks.whole("discard", discard, least=0, most=MOST_CYCLES)
+    checked_settings(checks, {"cycles": cycles})
+    checks.whole("discard", discard, least=0)
     checks.finish()
     if cycles <= discard:
         checks.add(f"cycles must be > discard, got {cycles} and {discard}")

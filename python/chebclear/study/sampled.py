@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..execution.failures import count_failed, is_failure_warning, told_failures
-from ..run.settings import LEAST_RTOL, MOST_RTOL, Settings
+from ..run.settings import Settings, checked_settings
 from ..run.tracking import settling_time
 from ..run.trajectory import Stats
 from ..scene.scene import ClearanceRevolute, Scene
@@ -144,7 +144,7 @@ def _check_rtol(checks: Checks, study: Runner, rtol: float | None) -> None:
     if rtol is not None and study.model is not None:
         checks.add("rtol is that of a simulation: a model of your own does not know it")
     elif rtol is not None:
-        checks.real("rtol", rtol, "-", least=LEAST_RTOL, most=MOST_RTOL)
+        checked_settings(checks, {"rtol": rtol})
 
 
 def _finished_points(table: FinishedRuns, runs: int | None, least: int) -> Array:

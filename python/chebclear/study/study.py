@@ -14,7 +14,7 @@ from ..base.progress import Progress, is_request
 from ..execution.means import OnFailure, checked_means
 from ..execution.plan import Plan
 from ..run.features import Feature
-from ..run.settings import MOST_CYCLES, RunOptions, Settings, checked_names, with_settings
+from ..run.settings import RunOptions, Settings, checked_names, checked_settings, with_settings
 from ..scene.scene import Interval, Scene
 from .arguments import (
     check_keywords,
@@ -155,7 +155,7 @@ class Study(Methods):
             given = {"outputs": outputs, "features": tracked_features(self.features.values()), **options}
             self.settings = Settings.gathered(checks, settings, given, outputs_needed=not self.features)
             return
-        cycles = checks.whole("cycles", options.get("cycles", 1), least=1, most=MOST_CYCLES)
+        cycles = checked_settings(checks, {"cycles": options.get("cycles", 1)})["cycles"]
         check_unused(checks, [name for name in options if name != "cycles"])
         check_own_features(checks, self.features)
         names = checked_names(checks, outputs)

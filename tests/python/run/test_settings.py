@@ -5,7 +5,7 @@ import inspect
 
 import chebclear as cc
 import pytest
-from chebclear.run.settings import RunOptions, SpanOptions
+from chebclear.run.settings import RunOptions, SpanOptions, StepOptions
 from falling import PLANET, faller
 from pendulum import pendulum
 
@@ -16,7 +16,12 @@ def test_the_keywords_are_the_fields_of_the_settings():
     fields = {item.name: item.type for item in dataclasses.fields(cc.Settings)}
     named = {"outputs", "features", "companion_of"}
     assert set(RunOptions.__annotations__) | named == set(fields)
-    for options, function in ((RunOptions, cc.simulate), (RunOptions, cc.Study), (SpanOptions, cc.tradeoff)):
+    for options, function in (
+        (RunOptions, cc.simulate),
+        (RunOptions, cc.Study),
+        (SpanOptions, cc.tradeoff),
+        (StepOptions, cc.bifurcation),
+    ):
         signature = inspect.signature(function).parameters
         assert set(options.__annotations__) <= set(signature) and "options" not in signature
         for name in options.__annotations__:
@@ -57,6 +62,22 @@ def test_studies_and_tradeoffs_take_settings():
         and measured.settings.skip == 0.05
         and measured.duration == pytest.approx(0.1)
     )
+
+
+def test_a_bifurcation_takes_settings():
+    settings = cc.Settings(duration=9.0, samples=4, rtol=1e-9, method="rodas4")
+    asked = {"output": "block.y", "sample_per": 0.1, "periods": 2, "skip": 1}
+    found = cc.bifurcation(faller, "gravity", [9.0], settings=settings, **asked)
+    assert (
+        found.samples.tobytes()
+        == cc.bifurcation(faller, "gravity", [9.0], rtol=1e-9, method="rodas4", **asked).samples.tobytes()
+    )
+    run = cc.simulate(faller(gravity=9.0), duration=0.2, samples=3, skip=0.1, rtol=1e-9, method="rodas4")
+    assert found.samples.tobytes() == run["block.y"].tobytes()
+    with pytest.raises(TypeError, match='unknown keyword "samples"'):
+        cc.bifurcation(faller, "gravity", [9.0], samples=4, **asked)
+    with pytest.raises(ValueError, match=r"rtol must be a finite number >= 1e-13 and <= 0\.1"):
+        cc.bifurcation(faller, "gravity", [9.0], rtol=1.0, **asked)
 
 
 @pytest.mark.parametrize(

@@ -204,7 +204,7 @@ def test_wrong_arguments_are_listed_together():
         "outputs",
         "max_steps",
     ]
-    assert "> 0 [s], got -1.0" in words[0] and "whole number >= 2, got 1" in words[1]
+    assert "> 0 [s], got -1.0" in words[0] and "whole number >= 2 and <= 10000000, got 1" in words[1]
 
 
 @pytest.mark.parametrize(

@@ -71,8 +71,8 @@ def test_wrong_features_have_their_line(line, message):
 @pytest.mark.parametrize(
     ("right", "wrong", "message"),
     [
-        ("samples = 721", "samples = 1", "run.samples: must be a whole number >= 2, got 1"),
-        ("samples = 721", "samples = 7.5", "run.samples: must be a whole number >= 2, got 7.5"),
+        ("samples = 721", "samples = 1", "run.samples: must be a whole number >= 2 and <= 10000000, got 1"),
+        ("samples = 721", "samples = 7.5", "run.samples: must be a whole number, got 7.5"),
         ("samples = 721", "samples = 721\nrtol = 5", "run.rtol: must be a finite number"),
         ("samples = 721", 'samples = 721\nmethod = "rodas"', "run.method: must be one of"),
         ("samples = 721", "samples = 721\ncycles = 0", "run.cycles: must be a whole number >= 1"),
