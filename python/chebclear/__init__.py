@@ -10,10 +10,12 @@ from . import mechanisms
 from .base.files import package_version
 from .base.quantities import Interval, interval, rpm
 from .errors import (
+    ArgumentError,
     ChebclearError,
     ChebclearWarning,
     HorizonWarning,
     InputError,
+    MissingProgramError,
     Problem,
     SceneError,
     SettingsError,
@@ -123,6 +125,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Animation",
+    "ArgumentError",
     "Band",
     "Bifurcation",
     "Body",
@@ -162,6 +165,7 @@ __all__ = [
     "JointStart",
     "LankaraniNikravesh",
     "Margin",
+    "MissingProgramError",
     "ModifiedCoulomb",
     "Motion",
     "Normal",

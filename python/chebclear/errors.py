@@ -1,7 +1,7 @@
 """Exceptions and warnings of the package; all of them pickle and copy.
 
-``ChebclearError`` is the one root to catch. Wrong arguments of a function, as opposed to a wrong scene or a
-run that fails, are plain ``ValueError`` or ``TypeError``.
+``ChebclearError`` is the one root to catch. A wrong argument of a function is an ``ArgumentError``, which is
+a ``ValueError`` too, or a plain ``TypeError`` if it is of a wrong type.
 """
 
 from __future__ import annotations
@@ -24,6 +24,10 @@ class Problem(NamedTuple):
 
 class ChebclearError(Exception):
     """Root of all exceptions of this package."""
+
+
+class ArgumentError(ChebclearError, ValueError):
+    """An argument that a function does not accept, as opposed to a wrong scene or a run that fails."""
 
 
 class InputError(ChebclearError, ValueError):
@@ -108,6 +112,10 @@ class SimulationError(ChebclearError, RuntimeError):
         what = self.message or f"it ended at t = {self.time:.9g} s{where}"
         given = f", with {describe(self.parameters)}" if self.parameters else ""
         return f"the simulation failed ({self.reason}): {what}{given}"
+
+
+class MissingProgramError(ChebclearError, RuntimeError):
+    """Something was asked for that needs a program which is not installed, as LaTeX or ffmpeg."""
 
 
 class StoreError(ChebclearError, OSError):

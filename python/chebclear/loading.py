@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 
 from .base.files import kind_of
+from .errors import ArgumentError
 from .run.trajectory import Trajectory
 from .study.results import StudyResult
 from .tradeoffs.result import Tradeoff
@@ -47,5 +48,5 @@ def load_result(path: str | os.PathLike[str]) -> Trajectory | StudyResult | Trad
     """
     kind = kind_of(path)
     if kind not in _CLASSES:
-        raise ValueError(f"{os.fspath(path)} holds a {kind}, which is none of {', '.join(_CLASSES)}")
+        raise ArgumentError(f"{os.fspath(path)} holds a {kind}, which is none of {', '.join(_CLASSES)}")
     return _CLASSES[kind].load(path)

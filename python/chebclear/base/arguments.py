@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import ArgumentError, InputError
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
@@ -48,7 +48,7 @@ class Checks:
     Parameters
     ----------
     error : type of InputError, optional
-        What to raise, with the names of the arguments as paths; ValueError or TypeError if not given.
+        What to raise, with the names of the arguments as paths; ArgumentError or TypeError if not given.
 
     Examples
     --------
@@ -59,7 +59,7 @@ class Checks:
     -0.5
     >>> checks.finish()
     Traceback (most recent call last):
-    ValueError: samples must be a whole number >= 2, got 1
+    chebclear.errors.ArgumentError: samples must be a whole number >= 2, got 1
     duration must be a finite number > 0 [s], got -0.5
     """
 
@@ -162,10 +162,10 @@ class Checks:
         self._wrong_types += other._wrong_types
 
     def finish(self) -> None:
-        """Raise all problems: TypeError if every one is a wrong type, else ValueError; or the error given."""
+        """Raise all problems: TypeError if all are wrong types, else ArgumentError; or the error given."""
         if not self._problems:
             return
         if self._error is not None:
             raise self._error(self._problems)
-        kind = TypeError if self._wrong_types == len(self._problems) else ValueError
+        kind = TypeError if self._wrong_types == len(self._problems) else ArgumentError
         raise kind("\n".join(f"{name} {message}" for name, message in self._problems))

@@ -20,6 +20,7 @@ from zlib import error as ZlibError
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import ArgumentError
 from .shown import Shown
 
 FORMAT = 1
@@ -146,16 +147,16 @@ def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any
     """
     with _opened(path) as (archive, facts):
         if facts["kind"] != kind:
-            raise ValueError(f"{os.fspath(path)} holds a {facts['kind']}, not a {kind}")
+            raise ArgumentError(f"{os.fspath(path)} holds a {facts['kind']}, not a {kind}")
         try:
             arrays = {name: archive[name] for name in archive.files if name != "metadata"}
         except DAMAGE as error:
-            raise ValueError(f"{os.fspath(path)} is damaged: {error}") from None
+            raise ArgumentError(f"{os.fspath(path)} is damaged: {error}") from None
     # Older files do not say what they hold, or only by name: what lacks is noticed when it is asked for.
     members = facts.get("members", sorted(arrays))
     differing = sorted(set(members) ^ set(arrays))
     if differing:
-        raise ValueError(f"{os.fspath(path)} is damaged: {', '.join(differing)} lacks or has a wrong name")
+        raise ArgumentError(f"{os.fspath(path)} is damaged: {', '.join(differing)} lacks or has a wrong name")
     if isinstance(members, dict):
         # What is no array any more comes as bytes.
         wrong = [
@@ -164,7 +165,7 @@ def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any
             if not isinstance(array, np.ndarray) or members[name] != _digest(array)
         ]
         if wrong:
-            raise ValueError(f"{os.fspath(path)} is damaged: {', '.join(wrong)} is not what was written")
+            raise ArgumentError(f"{os.fspath(path)} is damaged: {', '.join(wrong)} is not what was written")
     return _Members(path, arrays), _Members(path, facts)
 
 
@@ -183,7 +184,7 @@ class _Members(dict[str, Any]):
         self._path = os.fspath(path)
 
     def __missing__(self, name: str) -> Any:
-        raise ValueError(f"{self._path} is damaged: it has no {name}")
+        raise ArgumentError(f"{self._path} is damaged: it has no {name}")
 
 
 def kind_of(path: str | os.PathLike[str]) -> str:
@@ -215,7 +216,7 @@ def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[np.lib.npyio.NpzFile
         if not (isinstance(facts, dict) and isinstance(facts.get("format"), int) and "kind" in facts):
             raise stranger
         if facts["format"] > FORMAT:
-            raise ValueError(
+            raise ArgumentError(
                 f"{os.fspath(path)} has format {facts['format']}, this version reads up to {FORMAT}"
             )
         yield archive, facts

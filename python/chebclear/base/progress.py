@@ -13,6 +13,12 @@ Report = Callable[[float, float], None]
 Progress = Callable[[int, int], None]
 """Takes the runs done and the runs in all: what users give as ``progress=`` where there are many runs."""
 
+# What tqdm fills in: before the first report; where something is counted; where the part done is known.
+_BEFORE = "{desc}: started"
+_TIMES = "{elapsed} passed, {remaining} left"
+_COUNTED = "{desc}: {percentage:3.0f}% |{bar}| {n:.0f}/{total:.0f} {unit}, " + _TIMES
+_SHARE = "{desc}: {percentage:3.0f}% |{bar}| " + _TIMES
+
 PAUSE = 10.0
 """Time between two lines of a log [s]; what takes less leaves none."""
 
@@ -30,22 +36,22 @@ def bar(label: str, unit: str) -> Iterator[Report]:
         return
     from tqdm.auto import tqdm  # here only: it costs 20 ms, and few ask for it
 
-    with tqdm(desc=label, unit=unit, file=sys.stderr) as shown:
+    with tqdm(desc=label, total=1.0, unit=unit, file=sys.stderr, bar_format=_BEFORE) as shown:
 
         def report(done: float, total: float) -> None:
-            shown.total = total
+            shown.total, shown.bar_format = total, _SHARE if total == 1.0 else _COUNTED
             shown.update(done - shown.n)
 
         yield report
 
 
 @contextmanager
-def reporter(progress: bool | Progress | None, label: str) -> Iterator[Progress | None]:
+def reporter(progress: bool | Progress | None, label: str, unit: str = "runs") -> Iterator[Progress | None]:
     """What to call with the runs done and the runs in all while the block runs, if anything."""
     if callable(progress):
         yield progress
     elif progress:
-        with bar(label, "runs") as report:
+        with bar(label, unit) as report:
             yield report
     else:
         yield None

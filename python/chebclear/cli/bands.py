@@ -10,6 +10,7 @@ from ..study.results import StudyResult
 from .figures import draw_bands
 from .output import Rows, print_json, write_table
 from .scenes import hint
+from .words import at_the_command_line
 
 EXIT_NOT_MET = 3
 # Which verdicts a demand accepts.
@@ -66,9 +67,9 @@ def finish(result: StudyResult, options: argparse.Namespace, title: str) -> int:
             }
         )
         return EXIT_NOT_MET if poor else 0
-    print(result, end="\n\n")
+    print(at_the_command_line(str(result)), end="\n\n")
     for text in rankings:
-        print(text, end="\n\n")
+        print(at_the_command_line(text), end="\n\n")
     if options.out is not None:
         print(f"wrote    {options.out / 'report.html'} and more beside it")
     if poor:

@@ -30,6 +30,8 @@ def new_command(
         description=description,
         epilog=f"example:\n  {example}",
         formatter_class=_Formatter,
+        # "--out" would be taken for "--outputs", and an abbreviation breaks when an option is added.
+        allow_abbrev=False,
     )
     command.set_defaults(run=run, usage_error=command.error)
     every = command.add_argument_group("options of every command")

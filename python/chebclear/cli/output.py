@@ -14,7 +14,8 @@ from typing import Any, TextIO
 
 from ..base.files import complete_folder
 from ..base.tables import format_number, format_table, markdown_table
-from ..errors import ChebclearWarning
+from ..errors import ArgumentError, ChebclearWarning
+from .words import at_the_command_line
 
 FORMAT = 1
 """Number of the form of the JSON objects that commands print."""
@@ -42,7 +43,7 @@ def plain_warnings(quiet: bool) -> Iterator[None]:
                 usual(message, category, filename, lineno, file, line)
             elif str(message) not in seen:
                 seen.add(str(message))
-                print(f"warning: {message}", file=sys.stderr)
+                print(f"warning: {at_the_command_line(str(message))}", file=sys.stderr)
 
         warnings.showwarning = show
         yield
@@ -75,7 +76,7 @@ def require_writable(directory: Path | None) -> None:
         with complete_folder(directory):
             pass
     except OSError as error:
-        raise ValueError(f"cannot write to {str(directory)!r}: {error.strerror or error}") from None
+        raise ArgumentError(f"cannot write to {str(directory)!r}: {error.strerror or error}") from None
 
 
 def table_text(rows: Rows) -> str:

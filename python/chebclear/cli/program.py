@@ -1,8 +1,8 @@
 """The program: which commands there are, and what their ends are called.
 
 Exit codes: 0 done; 1 failed, as a run that gave up or a file that cannot be written; 2 wrong arguments or a
-wrong scene; 3 done, but not as good as ``--require`` demands; 130 interrupted by Ctrl-C; 141 nobody reads
-what is printed.
+wrong scene; 3 done, but not as good as ``--require`` demands; 70 a defect of this program, with a traceback;
+130 interrupted by Ctrl-C; 141 nobody reads what is printed.
 """
 
 from __future__ import annotations
@@ -10,16 +10,19 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import traceback
 from collections.abc import Sequence
 
 from ..base.files import package_version
-from ..errors import ChebclearError, InputError
+from ..errors import ArgumentError, ChebclearError, InputError
 from .commands import animate, check, completion, new, paper, report, run, scan, study, tradeoff
 from .output import plain_warnings
+from .words import at_the_command_line
 
 EXIT_OK = 0
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2  # also what argparse uses for bad arguments
+EXIT_DEFECT = 70  # "internal software error" of sysexits.h
 EXIT_INTERRUPTED = 130  # 128 + SIGINT, as shells report it
 EXIT_UNREAD = 141  # 128 + SIGPIPE, likewise
 
@@ -54,24 +57,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except InputError as error:
         print(error, file=sys.stderr)
         return EXIT_BAD_INPUT
-    except (ChebclearError, OSError) as error:
-        print(f"chebclear: {error}", file=sys.stderr)
-        return EXIT_FAILED
-    except ValueError as error:  # an argument that only the scene can judge, such as an unknown output
-        print(f"chebclear: {error}", file=sys.stderr)
+    except ArgumentError as error:  # one that only the scene can judge, such as an unknown output
+        print(f"chebclear: {at_the_command_line(str(error))}", file=sys.stderr)
         return EXIT_BAD_INPUT
+    except (ChebclearError, OSError, MemoryError) as error:
+        print(f"chebclear: {str(error) or 'there is not enough memory'}", file=sys.stderr)
+        return EXIT_FAILED
     except KeyboardInterrupt:
         print("chebclear: interrupted", file=sys.stderr)
         return EXIT_INTERRUPTED
+    except Exception:
+        traceback.print_exc()
+        print(
+            "chebclear: this is a defect of the program, not of what you gave it; please report it with the "
+            "lines above and the file",
+            file=sys.stderr,
+        )
+        return EXIT_DEFECT
 
 
 def parser() -> argparse.ArgumentParser:
     """The parser of all commands; completion scripts are made from it."""
     made = argparse.ArgumentParser(
         prog="chebclear",
+        allow_abbrev=False,
         description="Dynamics of planar mechanisms with joint clearance and interval parameters.",
         epilog="Exit codes: 0 done, 1 failed, 2 wrong arguments or scene, 3 not as good as --require "
-        "demands, 130 interrupted.",
+        "demands, 70 a defect of this program, 130 interrupted.",
     )
     made.add_argument("--version", action="version", version=f"%(prog)s {package_version()}")
     commands = made.add_subparsers(dest="command", required=True, metavar="COMMAND")

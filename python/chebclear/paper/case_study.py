@@ -13,8 +13,10 @@ A scan is an inner bound.
 
 from __future__ import annotations
 
+import itertools
 import time
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import mechanisms
+from ..base.progress import Progress, reporter
 from ..base.units import unit
 from ..errors import ChebclearWarning
 from ..run.simulation import simulate
@@ -45,6 +48,8 @@ OUTPUTS = ("slider.x", "slider.vx", "slider.ax", "wrist.penetration")
 LENGTH_CLEARANCES = {"0.01": 1e-5, "0.02": 2e-5}  # sections 6.1 and 6.2 [mm]: [m]
 SCANNED = ("0.02",)  # where the paper shows a scan
 UNCERTAIN_CLEARANCES = {"0.2": 2e-4, "0.5": 5e-4}  # section 6.2 [mm]: [m]
+# Studies and single runs of a convention.
+_PARTS = len(LENGTH_CLEARANCES) + len(SCANNED) + 2 * len(UNCERTAIN_CLEARANCES) + 3
 
 DEGREE = 3
 SCAN_POINTS = 10  # per parameter, both ends included
@@ -174,7 +179,11 @@ class CaseStudy:
 
 
 def case_study(
-    *, rtol: float = RTOL, threads: int | None = None, conventions: tuple[str, ...] = CONVENTIONS
+    *,
+    rtol: float = RTOL,
+    threads: int | None = None,
+    conventions: tuple[str, ...] = CONVENTIONS,
+    progress: bool | Progress | None = None,
 ) -> CaseStudy:
     """Compute the case study.
 
@@ -186,6 +195,8 @@ def case_study(
         Threads for the simulations; all processors if not given. The results do not depend on it.
     conventions : tuple of str
         Which of ``"as_printed"`` and ``"corrected"`` to compute.
+    progress : True or callable, optional
+        As of `Study`; it counts studies and single runs.
 
     Returns
     -------
@@ -197,11 +208,18 @@ def case_study(
         If a simulation fails.
     """
     start = time.perf_counter()
-    ideal = ideal_bands(threads)
-    with warnings.catch_warnings():
+    done, total = itertools.count(1), 1 + _PARTS * len(conventions)
+    with warnings.catch_warnings(), reporter(progress, "paper", "parts") as report:
         # One for almost every sweep: some impact began slower than the floor. The stats have the counts.
         warnings.simplefilter("ignore", ChebclearWarning)
-        studies = {name: _convention_study(name, ideal, rtol, threads) for name in conventions}
+
+        def after(part: Any) -> Any:
+            if report is not None:
+                report(next(done), total)
+            return part
+
+        ideal = after(ideal_bands(threads))
+        studies = {name: _convention_study(name, ideal, rtol, threads, after) for name in conventions}
     return CaseStudy(studies, time.perf_counter() - start, rtol)
 
 
@@ -277,9 +295,13 @@ def length_intervals() -> dict[str, Interval]:
 
 
 def _convention_study(
-    convention: str, ideal: dict[str, IdealBand], rtol: float, threads: int | None
+    convention: str,
+    ideal: dict[str, IdealBand],
+    rtol: float,
+    threads: int | None,
+    after: Callable[[Any], Any],
 ) -> ConventionStudy:
-    """All simulations with one convention."""
+    """All simulations with one convention; every part goes through `after`."""
 
     def study(parameters: dict[str, Any], outputs: tuple[str, ...], **fixed: float) -> Study:
         return Study(
@@ -296,14 +318,14 @@ def _convention_study(
     lengths, length_scans, clearances, clearance_scans = {}, {}, {}, {}
     for key, clearance in LENGTH_CLEARANCES.items():
         both = study(length_intervals(), OUTPUTS, clearance=clearance)
-        lengths[key] = both.chebyshev(DEGREE, bounds="eq31")
+        lengths[key] = after(both.chebyshev(DEGREE, bounds="eq31"))
         if key in SCANNED:
-            length_scans[key] = both.scan(SCAN_POINTS)
+            length_scans[key] = after(both.scan(SCAN_POINTS))
     for key, clearance in UNCERTAIN_CLEARANCES.items():
         uncertain = {"clearance": interval(clearance, rel=UNCERTAINTY)}
         one = study(uncertain, OUTPUTS[:2], crank_length=CRANK_LENGTH, rod_length=ROD_LENGTH)
-        clearances[key] = one.chebyshev(DEGREE, bounds="eq31")
-        clearance_scans[key] = one.scan(SCAN_POINTS)
+        clearances[key] = after(one.chebyshev(DEGREE, bounds="eq31"))
+        clearance_scans[key] = after(one.scan(SCAN_POINTS))
     single = {}
     for name, end in (("nominal", "midpoint"), ("longest", "upper"), ("shortest", "lower")):
         crank, rod = (float(getattr(side, end)) for side in length_intervals().values())
@@ -314,7 +336,8 @@ def _convention_study(
             crank_speed=CRANK_SPEED,
             convention=convention,
         )
-        single[name] = simulate(scene, duration=SINGLE_DURATION, samples=SINGLE_SAMPLES, rtol=rtol)
+        run = simulate(scene, duration=SINGLE_DURATION, samples=SINGLE_SAMPLES, rtol=rtol)
+        single[name] = after(run)
     return ConventionStudy(
         convention=convention,
         lengths=lengths,

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.files import complete_folder
+from ..base.progress import Progress, reporter
 from ..base.tables import markdown_table
 from ..errors import ChebclearWarning
 from ..mechanisms.sliders import slider_crank
@@ -106,6 +107,7 @@ def many_parameters(
     *,
     budgets: Sequence[int] = BUDGETS,
     fresh: int = FRESH,
+    progress: bool | Progress | None = None,
 ) -> list[Precision]:
     """Measure precision against runs for 1 to `most` parameters; some 3000 runs for all eight.
 
@@ -119,13 +121,15 @@ def many_parameters(
         Runs of calibrated bands [-], rising.
     fresh : int
         Random runs that judge [-].
+    progress : True or callable, optional
+        As of `Study`; it counts numbers of parameters.
 
     Returns
     -------
     list of Precision
     """
     box, rows = parameters(), []
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), reporter(progress, "many parameters", "numbers of parameters") as report:
         warnings.simplefilter("ignore", ChebclearWarning)
         for count in range(1, most + 1):
             sides = dict(list(box.items())[:count])
@@ -143,6 +147,8 @@ def many_parameters(
             seen = study.made(points, study.settings, midpoint=False).values
             made = list(_results(study, count, budgets))
             rows += [_precision(count, way, result, made, points, seen) for way, result in made]
+            if report is not None:
+                report(count, most)
     return rows
 
 

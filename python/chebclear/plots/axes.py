@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..errors import ArgumentError
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -78,7 +80,7 @@ def unit_scale(si_unit: str, unit: str | None) -> tuple[float, str]:
         return _CONVERSIONS[unit, si_unit], unit
     except KeyError:
         known = ", ".join([si_unit, *(shown for shown, base in _CONVERSIONS if base == si_unit)])
-        raise ValueError(f"unit must be one of {known} for a column in {si_unit}, got {unit!r}") from None
+        raise ArgumentError(f"unit must be one of {known} for a column in {si_unit}, got {unit!r}") from None
 
 
 def distinct_colors(ax: Axes) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..errors import ArgumentError
 from ..scene.columns import column_unit, column_words
 from .axes import COLORS, MARKERS, line_style, new_axes
 from .labels import set_x_label, set_y_label, with_unit
@@ -74,7 +75,7 @@ def plot_tradeoff(
     >>> ax = cc.plot_tradeoff(result)
     """
     if cost not in _COSTS:
-        raise ValueError(f"cost must be one of {', '.join(_COSTS)}, got {cost!r}")
+        raise ArgumentError(f"cost must be one of {', '.join(_COSTS)}, got {cost!r}")
     name = result.outputs[0] if output is None else output
     uncertainty = result.uncertainty(name, until)
     scale = float(result.ranges[result.outputs.index(name)])

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import ArgumentError
 from ..scene.columns import column_unit, column_words, plain_words
 from .axes import MARKERS, distinct_colors, line_style, new_axes, unit_scale
 from .labels import legend_above_the_data, set_x_label, set_y_label, with_unit
@@ -132,7 +133,7 @@ def plot_prediction(
         or holdout.t.shape != band.t.shape
         or list(holdout.intervals) != list(band.intervals)
     ):
-        raise ValueError(
+        raise ArgumentError(
             f"holdout must have runs of {band.name} at the same instants and over the same parameters"
         )
     scale, shown = unit_scale(column_unit(band.name), unit)

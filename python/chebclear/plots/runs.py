@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import did_you_mean
+from ..errors import ArgumentError
 from ..scene.columns import column_unit, column_words, plain_words
 from ..scene.scene import ClearanceRevolute
 from .axes import distinct_colors, line_style, new_axes, unit_scale
@@ -87,7 +88,7 @@ def plot_trajectory(
     names = [columns] if isinstance(columns, str) else list(columns)
     units = {column_unit(name) for name in names}
     if len(units) != 1:
-        raise ValueError(f"columns on one axis must share a unit, got {names} in {sorted(units)}")
+        raise ArgumentError(f"columns on one axis must share a unit, got {names} in {sorted(units)}")
     scale, shown = unit_scale(units.pop(), unit)
     curves = [scale * run[name] for name in names]
     abscissa = run.t if x is None else np.asarray(x, dtype=float)
@@ -293,13 +294,15 @@ def section_samples(run: RunLike, period: float | None, shift: float = 0.0) -> N
     period = run.scene.period if period is None else float(period)
     spacing = float(run.t[-1] - run.t[0]) / (len(run.t) - 1)
     if not period >= spacing * (1.0 - _ON_SAMPLE):
-        raise ValueError(f"period must be at least the {spacing:.6g} s between two samples, got {period!r}")
+        raise ArgumentError(
+            f"period must be at least the {spacing:.6g} s between two samples, got {period!r}"
+        )
     count = int((run.t[-1] - run.t[0] - shift) / period + _ON_SAMPLE) + 1
     places = (shift + period * np.arange(max(count, 0))) / spacing
     nearest = np.round(places).astype(np.int64)
     if count < 1 or shift < 0.0 or np.abs(places - nearest).max() > _ON_SAMPLE:
         each = max(1, round(period / spacing))
-        raise ValueError(
+        raise ArgumentError(
             f"no samples lie a period of {period:.6g} s apart: ask for a duration of N periods and "
             f"samples=N * {each} + 1, and for a shift of whole samples within it"
         )
@@ -356,7 +359,7 @@ def plot_contacts(
 
     several: list[ContactsLike] = list(runs) if isinstance(runs, Sequence) else [runs]
     if labels is not None and len(labels) != len(several):
-        raise ValueError(f"labels must be one for each of {len(several)} runs, got {len(labels)}")
+        raise ArgumentError(f"labels must be one for each of {len(several)} runs, got {len(labels)}")
     rows: list[str] = []
     boxes, forces, onsets = [], [], []
     for number, run in enumerate(several):
@@ -398,5 +401,5 @@ def _clearance_joint(run: RunLike | ContactsLike, name: str) -> ClearanceRevolut
     """The clearance joint of a run's scene."""
     known = {joint.name: joint for joint in run.scene.joints if isinstance(joint, ClearanceRevolute)}
     if name not in known:
-        raise ValueError(f'unknown clearance joint "{name}"{did_you_mean(name, list(known))}')
+        raise ArgumentError(f'unknown clearance joint "{name}"{did_you_mean(name, list(known))}')
     return known[name]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import ArgumentError
 from ..scene.columns import column_unit, column_words
 from .axes import new_axes
 from .labels import add_color_bar, set_x_label
@@ -57,11 +58,11 @@ def short_time_spectrum(
     spacing = float(t[-1] - t[0]) / (len(t) - 1)
     length = round(window / spacing)
     if not 8 <= length <= len(t):
-        raise ValueError(
+        raise ArgumentError(
             f"window must hold 8 to {len(t)} samples of {spacing:.3g} s each, got {window:.3g} s"
         )
     if not 0.0 <= overlap < 1.0:
-        raise ValueError(f"overlap must be at least 0 and below 1, got {overlap}")
+        raise ArgumentError(f"overlap must be at least 0 and below 1, got {overlap}")
     from matplotlib import mlab
 
     hop = max(1, round(length * (1.0 - overlap)))

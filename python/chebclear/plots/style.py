@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import Any, Literal
 
 from ..base.arguments import Checks
+from ..errors import MissingProgramError
 
 # Widths of one and of two columns of a journal [inch]: 89 and 183 mm.
 _WIDTHS = {1: 3.5, 2: 7.2}
@@ -47,7 +48,7 @@ def print_style(
     ------
     ValueError, TypeError
         If an argument is wrong.
-    RuntimeError
+    MissingProgramError
         If LaTeX is asked for and not installed.
 
     Examples
@@ -75,7 +76,7 @@ def print_style(
         )
     checks.finish()
     if latex and shutil.which("latex") is None:
-        raise RuntimeError(
+        raise MissingProgramError(
             "latex=True needs LaTeX, and there is no latex on the path: install it, or leave it out"
         )
     style: dict[Any, Any] = {

@@ -15,7 +15,7 @@ from ..base.named import matching
 from ..base.options import Documented, with_fields
 from ..base.shown import Shown
 from ..base.units import unit, units
-from ..errors import Problem, SettingsError
+from ..errors import ArgumentError, Problem, SettingsError
 from ..scene.scene import Inspection, Scene
 from ..scene.schema import as_json_number
 from .features import JOINT_KINDS, Feature, checked_features
@@ -254,7 +254,7 @@ def _require_room(runs: int, samples: int, columns: int) -> None:
         return
     needed = 8 * runs * samples * columns
     if needed > memory // 2:
-        raise ValueError(
+        raise ArgumentError(
             f"{runs} runs of {samples} samples and {columns} outputs would take {needed / 1e9:.3g} GB of the "
             f"{memory / 1e9:.3g} GB of this machine: ask for fewer samples, outputs or runs"
         )

@@ -46,11 +46,12 @@ def simulate_features(
 def settling_time(scene: Scene) -> float:
     """How long the start of a mechanism with clearance is taken to settle [s]: the slowest revolution.
 
-    Minus infinity without clearance or a drive at constant speed.
+    A little less than that, so that rounding puts nothing of the second revolution before it. Minus
+    infinity without clearance or a drive at constant speed.
     """
     if not any(isinstance(joint, ClearanceRevolute) for joint in scene.joints):
         return -np.inf
     try:
-        return scene.period
+        return (1.0 - 1e-9) * scene.period
     except ValueError:  # nothing revolves
         return -np.inf

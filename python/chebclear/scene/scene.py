@@ -24,7 +24,7 @@ from ..base.quantities import Interval as Interval
 from ..base.quantities import interval as interval
 from ..base.quantities import rpm as rpm
 from ..base.units import unit
-from ..errors import Problem, SceneError
+from ..errors import ArgumentError, Problem, SceneError
 from ..report import html
 from ..report.document import Listing
 from .description import describe_scene, summarize_scene
@@ -192,7 +192,7 @@ class Scene(Part):
         """
         speeds = [abs(drive.speed) for drive in self.drives if isinstance(drive, Speed)]
         if not any(speeds):
-            raise ValueError("no drive of the scene turns at constant speed: it has no period")
+            raise ArgumentError("no drive of the scene turns at constant speed: it has no period")
         return 2.0 * math.pi / min(speed for speed in speeds if speed)
 
     def check(self) -> Inspection:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ..base.arguments import Checks, did_you_mean
+from ..errors import ArgumentError
 from ..scene.scene import Interval
 from .band.hybrid import Normal, Uniform
 from .runs import MOST_NODES, MOST_RUNS
@@ -75,9 +76,9 @@ def check_runs(counts: Sequence[int], max_runs: int, fewer: str) -> None:
     runs = math.prod(counts)
     grid = " x ".join(map(str, counts))
     if runs > MOST_RUNS:
-        raise ValueError(f"a study must have at most {MOST_RUNS} runs, got {grid} = {runs}")
+        raise ArgumentError(f"a study must have at most {MOST_RUNS} runs, got {grid} = {runs}")
     if runs > max_runs:
-        raise ValueError(
+        raise ArgumentError(
             f"{grid} = {runs} runs are more than max_runs = {max_runs}: take {fewer}, or allow them with "
             f"max_runs={runs}"
         )

@@ -18,7 +18,7 @@ from ..base.progress import Progress, is_request, reporter
 from ..base.units import unit
 from ..data.dataset import Dataset, Variable
 from ..data.exports import Exports
-from ..errors import ChebclearWarning
+from ..errors import ArgumentError, ChebclearWarning
 from ..run.settings import Settings, StepOptions, with_settings
 from ..run.simulation import run_scene
 from ..scene.columns import column_unit
@@ -230,7 +230,7 @@ def _first_eccentricity(scene: Scene) -> str:
     for joint in scene.joints:
         if isinstance(joint, ClearanceRevolute):
             return f"{joint.name}.eccentricity_x"
-    raise ValueError("the scene has no clearance joint: name the output to sample")
+    raise ArgumentError("the scene has no clearance joint: name the output to sample")
 
 
 def _simulated(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks, did_you_mean
-from ..errors import HORIZON
+from ..errors import HORIZON, ArgumentError
 from ..run.accuracy import BY_ANGLE
 from ..run.settings import LEAST_RTOL, MOST_SAMPLES, Settings, checked_settings
 from ..run.simulation import run_scene
@@ -64,7 +64,7 @@ def turning(
     """
     checks = Checks()
     if settings is None:
-        raise ValueError("a band by crank angle needs scenes: runs of other models have no drive")
+        raise ArgumentError("a band by crank angle needs scenes: runs of other models have no drive")
     checked_settings(checks, {"cycles": cycles})
     checks.whole("discard", discard, least=0)
     checks.finish()
@@ -110,7 +110,7 @@ def _measured(
 ) -> tuple[Settings, Revolutions]:
     """Every run turns as it does: its angle is one more output."""
     if study.features:
-        raise ValueError(
+        raise ArgumentError(
             "features of each revolution need one constant speed of the drive in the whole box: make the "
             "band in a study without features"
         )
@@ -125,11 +125,11 @@ def _measured(
     look = dataclasses.replace(settings, skip=0.0, duration=duration, samples=_LOOK, outputs=(column,))
     run = run_scene(scene, look)
     if not run.success:
-        raise ValueError(f"the midpoint cannot be simulated for {duration:.6g} s: {run.message}")
+        raise ArgumentError(f"the midpoint cannot be simulated for {duration:.6g} s: {run.message}")
     angle = run[column]
     fastest = float(np.max(np.abs(np.diff(angle)))) * (_LOOK - 1) / duration
     if np.ptp(angle) < _LEAST_TURN:
-        raise ValueError(f'"{crank}" does not turn: a band by crank angle needs revolutions')
+        raise ArgumentError(f'"{crank}" does not turn: a band by crank angle needs revolutions')
     steps = _OVERSAMPLING * (settings.samples - 1) * fastest * duration / (2.0 * math.pi)
     shown = column in names
     turns = Revolutions(
@@ -177,7 +177,7 @@ def unpredictable(runs: Runs) -> tuple[str, ...]:
 
 def _affordable(samples: int) -> int:
     if samples > MOST_SAMPLES:
-        raise ValueError(f"{samples} samples of each run are more than {MOST_SAMPLES}: ask for fewer")
+        raise ArgumentError(f"{samples} samples of each run are more than {MOST_SAMPLES}: ask for fewer")
     return samples
 
 
@@ -193,14 +193,14 @@ def cut(runs: Runs, revolutions: Revolutions) -> Runs:
     """
     sums = [name for name in runs.outputs if name.rpartition(".")[2] in _SUMS]
     if sums:
-        raise ValueError(
+        raise ArgumentError(
             f"no band by crank angle for {', '.join(sums)}: they grow from revolution to revolution; ask for "
             "features, such as the wear of each cycle, instead"
         )
     if revolutions.column is None:
         drive = _driven(runs.scenes[-1])[revolutions.joint]
         if not all(_same(drive, scene) for scene in runs.scenes):
-            raise ValueError(
+            raise ArgumentError(
                 f'the speed of "{revolutions.joint}" differs inside the box, but not at the ends of its '
                 "sides: make it a parameter of its own"
             )
@@ -226,7 +226,7 @@ def _at_the_angles(runs: Runs, revolutions: Revolutions, column: str) -> Runs:
         found = revolutions.instants(runs.t, table[:, place])
         if isinstance(found, float):
             least = revolutions.kept + revolutions.discarded
-            raise ValueError(
+            raise ArgumentError(
                 f'"{revolutions.joint}" makes {found:.3g} revolutions in {runs.t[-1]:.6g} s in run {run}, '
                 f"{least} from a first angle on are needed: give the study a longer duration, or take fewer "
                 "cycles"

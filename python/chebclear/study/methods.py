@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
+from ..errors import ArgumentError
 from ..execution.dispatch import worker_count
 from ..execution.plan import Plan, planned
 from ..run.settings import Settings
@@ -93,7 +94,7 @@ class Methods(Runner):
         checks.finish()
         check_runs(counts, max_runs, "a lower degree")
         if bounds == "range" and max(degrees) > MOST_RANGE_DEGREE:
-            raise ValueError(
+            raise ArgumentError(
                 f'degree must be at most {MOST_RANGE_DEGREE} for bounds="range", got {max(degrees)}: take a '
                 'lower degree or bounds="eq31"'
             )
@@ -322,7 +323,7 @@ class Methods(Runner):
             If an argument is wrong; all problems are listed.
         """
         if isinstance(self.model, FinishedRuns):
-            raise ValueError("a tradeoff makes further runs, which a table of finished runs does not have")
+            raise ArgumentError("a tradeoff makes further runs, which a table of finished runs does not have")
         asked = Asked(degrees, points, runs, certify, holdout, seed, max_runs)
         result = measure(self, asked)
         warn_once(result.warnings, stacklevel=3)
@@ -337,7 +338,7 @@ class Methods(Runner):
             for extreme in predicted_extremes(band)
         ]
         if not found:
-            raise ValueError("no output is resolved by a polynomial: there is no worst case to be checked")
+            raise ArgumentError("no output is resolved by a polynomial: there is no worst case to be checked")
         points = np.array([at for _, _, _, at, _ in found])
         runs = self.made(points, result.settings, midpoint=False)
         columns = [runs.outputs.index(name) for name, *_ in found]

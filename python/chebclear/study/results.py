@@ -20,6 +20,7 @@ from ..base.shown import listed
 from ..base.units import unit
 from ..data.dataset import Dataset
 from ..data.exports import Exports
+from ..errors import ArgumentError
 from ..execution.failures import FailedRun, count_failed
 from ..report import html
 from ..run.dataset import common_facts
@@ -136,7 +137,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             If the result does not know its study any more, or no output is resolved by a polynomial.
         """
         if self.study is None:
-            raise ValueError("a result that was copied or loaded does not know its study: make it again")
+            raise ArgumentError("a result that was copied or loaded does not know its study: make it again")
         return dataclasses.replace(self, worst_cases=self.study.worst_cases(self))
 
     @property
@@ -262,7 +263,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             As `Study.band`.
         """
         if self.study is None:
-            raise ValueError("a result that was copied or loaded does not know its study: make it again")
+            raise ArgumentError("a result that was copied or loaded does not know its study: make it again")
         return self.study.extended(self, runs, include)
 
     @overload

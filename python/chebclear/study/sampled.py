@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
+from ..errors import ArgumentError
 from ..execution.failures import count_failed, is_failure_warning, told_failures
 from ..run.settings import Settings, checked_settings
 from ..run.tracking import settling_time
@@ -123,13 +124,13 @@ def certify(study: Runner, coverage: float, rtol: float | None, seed: int, max_r
     checks.finish()
     runs = certifying_runs(coverage)
     if runs > max_runs:
-        raise ValueError(
+        raise ArgumentError(
             f"a coverage of {coverage!r} takes {runs} runs, more than max_runs = {max_runs}: ask for less, "
             f"or allow them with max_runs={runs}"
         )
     if isinstance(study.model, FinishedRuns):
         if not study.model.independent:
-            raise ValueError(
+            raise ArgumentError(
                 "nothing can be proved from runs at points that someone chose: certify() needs runs drawn "
                 "independently and uniformly from the box, Study.from_runs(..., independent=True)"
             )
@@ -152,7 +153,7 @@ def _finished_points(table: FinishedRuns, runs: int | None, least: int) -> Array
     points = table.points
     wanted = len(points) if runs is None else runs
     if len(points) < max(wanted, least):
-        raise ValueError(
+        raise ArgumentError(
             f"the table has {len(points)} runs besides the nominal one, {max(wanted, least)} are needed"
         )
     table.require_scattered()
@@ -184,7 +185,7 @@ def _made(
     """The result of runs at the points and the midpoint."""
     new = _runs(study, demand, points, settings)
     if not new.outputs:
-        raise ValueError("a band needs outputs: name some in Study(outputs=...)")
+        raise ArgumentError("a band needs outputs: name some in Study(outputs=...)")
     limits = dict.fromkeys(new.outputs, (-math.inf, math.inf))
     if new.scene is not None:
         limits = physical_limits(new.outputs, _largest_clearances(study, new.scene, new.clearances))

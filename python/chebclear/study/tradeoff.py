@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
-from ..errors import SimulationError
+from ..errors import ArgumentError, SimulationError
 from . import sampled
 from .band.band import Band
 from .band.calibrated import certifying_runs
@@ -72,7 +72,7 @@ def measure(study: Runner, asked: Asked) -> StudyTradeoff:
     probed, wanted, budgets = _checked(study, asked)
     probes = study.run_points(probed, (asked.holdout,), None)
     if not probes.outputs:
-        raise ValueError("a tradeoff compares bands of outputs: name some in Study(outputs=...)")
+        raise ArgumentError("a tradeoff compares bands of outputs: name some in Study(outputs=...)")
     seed = asked.seed
     settings = [_run(study, degree, count) for degree, count in wanted]
     settings += _bands(study, budgets, seed)
@@ -150,7 +150,7 @@ def _checked(study: Runner, asked: Asked) -> tuple[Array, list[tuple[int | None,
     runs = len(probed) + sum(count ** len(sides) for _, count in wanted) + max(budgets, default=0)
     runs += 0 if certify is None else certifying_runs(certify)
     if runs > asked.max_runs:
-        raise ValueError(
+        raise ArgumentError(
             f"all settings and hold-out points are {runs} runs, more than max_runs = {asked.max_runs}: leave "
             f"out the higher degrees or the finer scans, or allow them with max_runs={runs}"
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from importlib import resources
 
 from ..base.arguments import did_you_mean
+from ..errors import ArgumentError
 
 
 def starter_names() -> tuple[str, ...]:
@@ -35,5 +36,5 @@ def starter(mechanism: str) -> str:
     names = starter_names()
     if mechanism not in names:
         known = did_you_mean(mechanism, names) or f"; there are {', '.join(names)}"
-        raise ValueError(f'unknown mechanism "{mechanism}"{known}')
+        raise ArgumentError(f'unknown mechanism "{mechanism}"{known}')
     return (resources.files(__package__) / "starters" / f"{mechanism}.toml").read_text(encoding="utf-8")

@@ -14,7 +14,7 @@ from typing import Any
 from ..base.arguments import did_you_mean
 from ..base.files import replaced
 from ..base.quantities import Interval
-from ..errors import Problem, SceneError
+from ..errors import ArgumentError, Problem, SceneError
 from ..run.features import Feature
 from ..run.simulation import simulate
 from ..run.trajectory import Trajectory
@@ -211,7 +211,7 @@ class Template:
             If no parameter has an interval.
         """
         if not self.intervals:
-            raise ValueError(
+            raise ArgumentError(
                 "no parameter of the template has an interval: give one rel, plus and minus, or limits"
             )
         features = dict(self.features) or None

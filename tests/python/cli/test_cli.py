@@ -8,7 +8,8 @@ import sys
 import numpy as np
 import pytest
 from chebclear import cli
-from chebclear.errors import SceneError, SimulationError
+from chebclear.cli import program
+from chebclear.errors import ArgumentError, MissingProgramError, SceneError, SimulationError
 from chebclear.paper import case_study as paper
 from chebclear.paper import output as paper_output
 
@@ -135,7 +136,7 @@ def test_nothing_half_written_is_left(computed, tmp_path, monkeypatch, capsys):
 
 def test_options_reach_the_computation(computed, tmp_path):
     cli.main(["paper", "--json", "--threads", "2", "--rtol", "1e-5"])
-    assert computed == [{"rtol": 1e-5, "threads": 2}]
+    assert computed == [{"rtol": 1e-5, "threads": 2, "progress": None}]
 
 
 @pytest.mark.parametrize(
@@ -168,13 +169,14 @@ def test_a_tolerance_that_no_run_accepts_exits_with_2(text, capsys):
 @pytest.mark.parametrize("text", ["1e-13", "0.1"])
 def test_every_tolerance_of_a_simulation_is_accepted(computed, text):
     assert cli.main(["paper", "--json", "--threads", "1024", "--rtol", text]) == 0
-    assert computed == [{"rtol": float(text), "threads": 1024}]
+    assert computed == [{"rtol": float(text), "threads": 1024, "progress": None}]
 
 
 def test_an_interrupt_during_an_import_is_answered():
     code = """
 import sys
 from chebclear import cli
+from chebclear.cli import program
 class Interrupt:
     def find_spec(self, name, *rest):
         if name == "chebclear.paper.case_study":
@@ -201,7 +203,10 @@ def test_version(capsys):
             2,
             "bodies[1].mass",
         ),
+        (ArgumentError("rtol must be larger"), 2, "chebclear: rtol must be larger\n"),
         (SimulationError("max_steps", 0.01, message="too many steps"), 1, "max_steps"),
+        (MissingProgramError("needs ffmpeg"), 1, "chebclear: needs ffmpeg\n"),
+        (MemoryError(), 1, "chebclear: there is not enough memory\n"),
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )
@@ -210,4 +215,12 @@ def test_failures(error, code, message, monkeypatch, capsys):
     assert cli.main(["paper", "--json"]) == code
     captured = capsys.readouterr()
     assert captured.out == ""
-    assert message in captured.err
+    assert message in captured.err and "Traceback" not in captured.err
+
+
+@pytest.mark.parametrize("error", [ValueError("shapes differ"), TypeError("no float"), KeyError("knee")])
+def test_a_defect_is_not_told_as_wrong_arguments(error, monkeypatch, capsys):
+    monkeypatch.setattr(paper, "case_study", raising(error))
+    assert cli.main(["paper", "--json"]) == program.EXIT_DEFECT == 70
+    told = capsys.readouterr().err
+    assert "Traceback" in told and f"{type(error).__name__}: " in told and "a defect of the program" in told

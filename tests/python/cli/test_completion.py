@@ -1,7 +1,10 @@
 """The completion scripts know every command and every option."""
 
+import os
+import select
 import shutil
 import subprocess
+import time
 
 import pytest
 from chebclear.cli import program
@@ -42,6 +45,75 @@ def test_bash_completes_commands_options_and_choices(tmp_path, capsys):
     assert offered("new", "quick") == {"quick_return"}
     (tmp_path / "press.toml").touch()
     assert offered("check", "pre") == {"press.toml"}
+
+
+@pytest.mark.skipif(shutil.which("fish") is None, reason="there is no fish")
+def test_fish_completes_commands_options_and_choices(tmp_path, capsys):
+    path = tmp_path / "chebclear.fish"
+    path.write_text(script("fish", capsys), encoding="utf-8")
+    (tmp_path / "press.toml").touch()
+
+    def offered(line):
+        command = ["fish", "--no-config", "-c", "source $argv[1]; complete -C $argv[2]", str(path), line]
+        environment = {**os.environ, "HOME": str(tmp_path)}
+        done = subprocess.run(
+            command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
+        )
+        assert not done.stderr
+        return dict(line.partition("\t")[::2] for line in done.stdout.splitlines())
+
+    assert set(offered("chebclear ")) == set(parsers())
+    assert offered("chebclear stu")["study"].startswith("how far the outputs move")
+    for name, parser in parsers().items():
+        options = {
+            text for action in parser._actions for text in action.option_strings if text.startswith("--")
+        }
+        assert set(offered(f"chebclear {name} --")) == options
+    assert set(offered("chebclear study --kind c")) == {"certify", "chebyshev"}
+    assert set(offered("chebclear new quick")) == {"quick_return"}
+    assert set(offered("chebclear check pre")) == {"press.toml"}
+
+
+@pytest.mark.skipif(shutil.which("zsh") is None, reason="there is no zsh")
+def test_zsh_completes_commands_options_and_choices(tmp_path, capsys):
+    import pty  # here only: Windows has none
+
+    (tmp_path / "_chebclear").write_text(script("zsh", capsys), encoding="utf-8")
+    (tmp_path / "press.toml").touch()
+    process, terminal = pty.fork()
+    if process == 0:
+        os.chdir(tmp_path)
+        os.execvpe("zsh", ["zsh", "-f", "-i"], {**os.environ, "TERM": "dumb", "HOME": str(tmp_path)})
+
+    def until(mark):
+        """What is printed up to a mark."""
+        found, end = "", time.monotonic() + 30.0
+        while mark not in found and time.monotonic() < end:
+            if select.select([terminal], [], [], 0.1)[0]:
+                found += os.read(terminal, 65536).decode(errors="replace")
+        assert mark in found, found
+        return found
+
+    try:
+        os.write(terminal, b"fpath=($PWD $fpath); autoload -U compinit; compinit -u -D; print rea''dy\n")
+        until("ready")
+        # Tab completes what is the only one; Ctrl-U takes the line away.
+        for typed, completed in [
+            ("chebclear stu", "chebclear study "),
+            ("chebclear study --ki", "chebclear study --kind "),
+            ("chebclear study --kind ce", "chebclear study --kind certify "),
+            ("chebclear new quick", "chebclear new quick_return "),
+            ("chebclear check pre", "chebclear check press.toml "),
+        ]:
+            os.write(terminal, typed.encode() + b"\t")
+            until(completed)
+            os.write(terminal, b"\x15")
+        os.write(terminal, b"chebclear \t")
+        listed = until("tradeoff")
+        assert all(name in listed for name in parsers())
+    finally:
+        os.close(terminal)
+        os.waitpid(process, 0)
 
 
 @pytest.mark.parametrize("shell", ["fish", "zsh"])

@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 
 from ...plots.animation.animate import animate as animated
-from ..options import Commands, add_scene, add_settings, count, new_command
-from ..output import print_json
+from ..options import Commands, add_scene, add_settings, count, directory, new_command
+from ..output import print_json, require_writable
 from ..scenes import progress_of, settings_of, template_of
 
 _KINDS = (".html", ".gif", ".mp4")
@@ -30,8 +30,13 @@ def add(commands: Commands) -> None:
         "--to",
         type=_picture,
         metavar="FILE",
-        help="where to: a name that ends in .html, .gif or .mp4 (default: that of the scene file with .html, "
-        "in the current directory)",
+        help="where to: a name that ends in .html, .gif or .mp4 (default: that of the scene file with .html)",
+    )
+    command.add_argument(
+        "--out",
+        type=directory,
+        metavar="DIR",
+        help="directory for it without --to (default: the current one)",
     )
     command.add_argument("--output", metavar="NAME", help="the output that is plotted (default: the force)")
     command.add_argument("--joint", metavar="NAME", help="the loose joint to magnify (default: the first)")
@@ -46,9 +51,11 @@ def animate(options: argparse.Namespace) -> int:
     # It needs the positions of all bodies and all of the joint: the columns of a run that does not choose.
     columns = template.scene().check().columns
     settings["outputs"] = list(dict.fromkeys([*columns, *([options.output] if options.output else [])]))
-    path = options.to or Path(f"{options.scene.stem}.html")
+    require_writable(options.out if options.to is None else None)
+    path = options.to or (options.out or Path()) / f"{options.scene.stem}.html"
     run = template.simulate(**settings, features=None, progress=progress_of(options))
     moving = animated(run, options.output, joint=options.joint, frames=options.frames)
+    path.parent.mkdir(parents=True, exist_ok=True)
     moving.save(path)
     if options.json:
         print_json({"file": str(path), "frames": options.frames})

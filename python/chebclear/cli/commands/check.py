@@ -16,6 +16,7 @@ from ..figures import draw_scene, file_name
 from ..options import Commands, add_scene, directory, new_command
 from ..output import print_json, require_writable
 from ..scenes import hint, template_of
+from ..words import at_the_command_line
 
 
 def add(commands: Commands) -> None:
@@ -57,7 +58,7 @@ def check(options: argparse.Namespace) -> int:
         print_json(_facts(template, scene, picture))
         return 0
     print(f"{options.scene.name}  {template.title}".rstrip(), end="\n\n")
-    print(scene.describe(), end="\n\n")
+    print(at_the_command_line(scene.describe()), end="\n\n")
     for line in [*_play(scene), *(_outputs(scene) if options.list_outputs else []), *_parameters(template)]:
         print(line)
     warnings = scene.check().warnings

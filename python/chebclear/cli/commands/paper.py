@@ -9,6 +9,7 @@ from pathlib import Path
 from ...run.settings import LEAST_RTOL, MOST_RTOL
 from ..options import Commands, add_threads, directory, new_command, tolerance
 from ..output import print_json, require_writable
+from ..scenes import progress_of
 
 
 def add(commands: Commands) -> None:
@@ -55,14 +56,14 @@ def paper(options: argparse.Namespace) -> int:
     out = options.out if options.out is not None or options.json else Path("paper_results")
     require_writable(out)
     rtol = paper.RTOL if options.rtol is None else options.rtol
-    study = paper.case_study(rtol=rtol, threads=options.threads)
+    study = paper.case_study(rtol=rtol, threads=options.threads, progress=progress_of(options))
     drawing = 0.0
     if out is not None:
         start = time.perf_counter()
         paper_output.write(study, out, figures=not options.no_figures)
         drawing = time.perf_counter() - start
         if options.many_parameters:
-            rows = many.many_parameters(threads=options.threads)
+            rows = many.many_parameters(threads=options.threads, progress=progress_of(options))
             many.write(rows, out, figures=not options.no_figures)
     if options.json:
         print_json(study.to_dict())

@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 
 from ...loading import load_result
-from ..options import Commands, file, new_command
-from ..output import print_json
+from ..options import Commands, directory, file, new_command
+from ..output import print_json, require_writable
 
 
 def add(commands: Commands) -> None:
@@ -25,12 +25,16 @@ def add(commands: Commands) -> None:
         "result", type=file, metavar="RESULT", help="an .npz file that a command or save wrote"
     )
     command.add_argument("--to", type=Path, metavar="FILE", help="where to (default: RESULT with .html)")
+    command.add_argument(
+        "--out", type=directory, metavar="DIR", help="directory for it without --to (default: that of RESULT)"
+    )
     command.add_argument("--title", metavar="TEXT", help="the heading: the question in words")
 
 
 def report(options: argparse.Namespace) -> int:
     """Run the command."""
-    path = options.to or options.result.with_suffix(".html")
+    path = options.to or (options.out or options.result.parent) / f"{options.result.stem}.html"
+    require_writable(path.parent)
     written = load_result(options.result).report(path, title=options.title)
     if options.json:
         print_json({"file": str(written)})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 
 from ...study.results import StudyResult
 from ...study.study import Study
@@ -22,7 +23,7 @@ from ..scenes import progress_of, settings_of, template_of
 
 # Which options each kind of study takes besides those of every one.
 _KINDS = {
-    "band": ("runs", "coverage", "seed"),
+    "band": ("runs", "coverage", "seed", "cycles", "discard"),
     "certify": ("coverage", "seed"),
     "chebyshev": ("degree",),
     "sample": ("runs", "seed"),
@@ -44,7 +45,9 @@ def add(commands: Commands) -> None:
         "chebclear study examples/slider_crank.toml --out results",
     )
     add_scene(command)
-    command.add_argument("--kind", choices=list(_KINDS), default="band", help="(default: %(default)s)")
+    command.add_argument(
+        "--kind", choices=list(_KINDS), default="band", help="kind of study (default: %(default)s)"
+    )
     command.add_argument(
         "--runs", type=count, metavar="N", help="runs of kinds band and sample (default: 81)"
     )
@@ -59,6 +62,20 @@ def add(commands: Commands) -> None:
     )
     command.add_argument(
         "--seed", type=count, metavar="N", help="seed of the points of kinds band, certify and sample (0)"
+    )
+    command.add_argument(
+        "--cycles",
+        type=count,
+        metavar="N",
+        help="bands by crank angle, over so many revolutions of every run, of kind band",
+    )
+    command.add_argument(
+        "--discard", type=count, metavar="N", help="revolutions before those of --cycles (default: 1)"
+    )
+    command.add_argument(
+        "--check",
+        action="store_true",
+        help="simulate the worst cases that the polynomials predict, and print both",
     )
     command.add_argument(
         "--require",
@@ -81,13 +98,16 @@ def study(options: argparse.Namespace) -> int:
     for name in given:
         if name not in _KINDS[options.kind]:
             kinds = " and ".join(kind for kind, names in _KINDS.items() if name in names)
-            options.usage_error(f"argument --{name}: is for kinds {kinds}, not for {options.kind}")
+            options.usage_error(f"argument --{name}: is for --kind {kinds}, not for {options.kind}")
     made, title = study_of(options)
     if options.rtol is not None and options.kind in ("band", "certify"):
         # These take one of their own in place of that of the study.
         given["rtol"] = options.rtol
     result: StudyResult = getattr(made, options.kind)(**given)
-    return finish(result, options, title)
+    followed = any(band.verdict == "resolved" and band.surrogate is not None for band in result.values())
+    if options.check and not followed:
+        print("warning: no output is resolved by a polynomial: --check finds no worst case", file=sys.stderr)
+    return finish(result.check() if options.check and followed else result, options, title)
 
 
 def study_of(options: argparse.Namespace) -> tuple[Study, str]:

@@ -10,16 +10,16 @@
 
 _shtab_chebclear_commands() {
   local _commands=(
-    animate:'Simulate a scene once and write the mechanism in motion, a loose joint magnified beside it with its contact force, and a running plot of one output: HTML that plays without network, GIF, or MP4 where ffmpeg is found.'
-    check:'Read a scene file, report every problem with its line, and describe the mechanism: parts with units, degrees of freedom, where loops are cut, numbers that look wrong, parameters with their intervals. Nothing is simulated.'
-    completion:'Print a completion script. To keep it: bash, add the output to ~/.bash_completion; fish, write it to ~/.config/fish/completions/chebclear.fish; zsh, write it to a file _chebclear in a directory of fpath.'
-    new:'Write a scene file of a ready-made mechanism: every number a named parameter with its unit, the uncertain ones with intervals, and comments. Change it into your own.'
-    paper:'Compute the slider-crank case study of Xiang, Yan, Wu and Niu (2020): Tables 3 to 5, the numbers of its text and Figures 1 to 12, as printed in the paper and with corrections.'
-    report:'Write one HTML file that needs no network: question, mechanism, bands, verdicts, warnings, cost, and what cannot be trusted.'
-    run:'Simulate a scene and print the extremes of its outputs, those of the continuous motion, and its contacts.'
-    scan:'Simulate a scene on equally spaced points of its parameters'"'"' intervals. The bands are the extremes of the runs: between the points an output may reach further.'
-    study:'Simulate a scene at many points of its parameters'"'"' intervals and print, for every output, how far it reaches, with a verdict on how far that can be trusted: band, widened until runs that took no part are inside; certify, proved for independent runs; chebyshev, the paper'"'"'s polynomials; sample, the extremes of random runs.'
-    tradeoff:'Simulate a scene with many methods and tolerances, compare with two tight runs, print costs, errors and the time until which each run can be believed, and recommend a setting. Without a scene: the paper'"'"'s slider-crank.'
+    animate:'simulate a scene and show it as a moving picture'
+    check:'check a scene file: its parts, what can move, what looks wrong, a picture'
+    completion:'print the script that completes this command in your shell'
+    new:'write a commented scene file of a ready-made mechanism to start from'
+    paper:'compute the case study: tables, figures, arrays'
+    report:'write the report of a saved run, study or tradeoff'
+    run:'simulate a scene once, at the nominal values of its parameters'
+    scan:'simulate on a grid of the parameters: inner bounds of the outputs'
+    study:'how far the outputs move over the intervals of the parameters, and how sure that is'
+    tradeoff:'measure accuracy against cost on a scene and recommend a setting'
   )
   _describe 'chebclear commands' _commands
 }
@@ -37,7 +37,8 @@ _shtab_chebclear_animate_options=(
   "--json[print one JSON object and nothing else]"
   "--quiet[neither progress nor warnings on standard error, no hints]"
   "*--set[replace a value of the file\: a parameter, as in rod_length\=\'130 mm\', or any other by its way, as in joints.wrist.clearance\=2e-4\; may be given again]:NAME=VALUE:"
-  "--to[where to\: a name that ends in .html, .gif or .mp4 (default\: that of the scene file with .html, in the current directory)]:FILE:_files"
+  "--to[where to\: a name that ends in .html, .gif or .mp4 (default\: that of the scene file with .html)]:FILE:_files"
+  "--out[directory for it without --to (default\: the current one)]:DIR:_files -/"
   "--output[the output that is plotted (default\: the force)]:NAME:"
   "--joint[the loose joint to magnify (default\: the first)]:NAME:"
   "--frames[pictures (default\: 120)]:N:"
@@ -107,6 +108,7 @@ _shtab_chebclear_report_options=(
   "--json[print one JSON object and nothing else]"
   "--quiet[neither progress nor warnings on standard error, no hints]"
   "--to[where to (default\: RESULT with .html)]:FILE:_files"
+  "--out[directory for it without --to (default\: that of RESULT)]:DIR:_files -/"
   "--title[the heading\: the question in words]:TEXT:"
   ":an .npz file that a command or save wrote:"
 )
@@ -157,11 +159,14 @@ _shtab_chebclear_study_options=(
   "--json[print one JSON object and nothing else]"
   "--quiet[neither progress nor warnings on standard error, no hints]"
   "*--set[replace a value of the file\: a parameter, as in rod_length\=\'130 mm\', or any other by its way, as in joints.wrist.clearance\=2e-4\; may be given again]:NAME=VALUE:"
-  "--kind[(default\: band)]:kind:(band certify chebyshev sample)"
+  "--kind[kind of study (default\: band)]:kind:(band certify chebyshev sample)"
   "--runs[runs of kinds band and sample (default\: 81)]:N:"
   "--coverage[share of a further run that is to be inside, of kinds band and certify (default\: 0.999)]:X:"
   "--degree[degree of the polynomials of kind chebyshev (default\: 3)]:N:"
   "--seed[seed of the points of kinds band, certify and sample (0)]:N:"
+  "--cycles[bands by crank angle, over so many revolutions of every run, of kind band]:N:"
+  "--discard[revolutions before those of --cycles (default\: 1)]:N:"
+  "--check[simulate the worst cases that the polynomials predict, and print both]"
   "--require[exit with 3 if the verdict on an output is worse\; calibrated accepts resolved and certified]:require:(resolved calibrated)"
   "--duration[simulated time \[s\], or with a unit as in \'60 ms\' (default\: the file\'s)]:T:"
   "--skip[time simulated before the first sample \[s\] (default\: the file\'s, or 0)]:T:"

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...base.arguments import Checks, did_you_mean
+from ...errors import ArgumentError, MissingProgramError
 from ...scene.columns import column_words, plain_words
 from ...scene.scene import ClearanceRevolute, Scene
 from ..drawing.pose import simulated_poses
@@ -71,7 +72,7 @@ class Animation:
         """
         file = Path(path)
         if file.suffix not in _ENDINGS:
-            raise ValueError(f"an animation is saved as {', '.join(_ENDINGS)}, got {file.name!r}")
+            raise ArgumentError(f"an animation is saved as {', '.join(_ENDINGS)}, got {file.name!r}")
         if file.suffix == ".html":
             file.write_text(page_of(self._stage, self.rate, self._title(), self._note()), encoding="utf-8")
         elif file.suffix == ".gif":
@@ -200,7 +201,7 @@ def animate(
     known = np.isfinite(poses).all(axis=(1, 2)) & (run.t >= since) & (run.t <= until)
     samples = np.flatnonzero(known)
     if len(samples) < 2:
-        raise ValueError(f"fewer than two samples lie between start={since:g} and end={until:g} s")
+        raise ArgumentError(f"fewer than two samples lie between start={since:g} and end={until:g} s")
     picked = np.unique(np.linspace(0, len(samples) - 1, count).round().astype(np.int64))
     stage = Stage(motion_of(run, poses, samples, picked, chosen, shown), size)
     return Animation(stage, pace)
@@ -216,7 +217,7 @@ def _ffmpeg() -> str:
     try:
         packaged = importlib.import_module("imageio_ffmpeg")
     except ImportError:
-        raise RuntimeError(
+        raise MissingProgramError(
             "an MP4 needs ffmpeg: install it, or the package imageio-ffmpeg, or save a .gif or .html"
         ) from None
     return str(packaged.get_ffmpeg_exe())

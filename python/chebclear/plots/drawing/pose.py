@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import ArgumentError
 from ...scene.scene import ClearanceRevolute, Damper, Force, Scene, Spring
 from ..axes import COLORS
 
@@ -134,7 +135,7 @@ def simulated_poses(run: RunLike) -> Array:
     missing = [name for name in wanted if name not in run.columns]
     if missing:
         more = "" if len(missing) <= 6 else f" and {len(missing) - 6} more"
-        raise ValueError(
+        raise ArgumentError(
             f"the run lacks positions of bodies: {', '.join(missing[:6])}{more}. Simulate with outputs=None, "
             'or with these, such as outputs=["*.x", "*.y", "*.angle", ...]'
         )

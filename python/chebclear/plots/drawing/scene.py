@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.arguments import Checks
+from ...errors import ArgumentError
 from ...scene.scene import ClearanceRevolute, Gravity, Scene
 from ..axes import new_axes
 from ..labels import size_of, typeset
@@ -118,7 +119,9 @@ def _nearest(run: RunLike, poses: Array, time: float) -> int:
     """The sample nearest to an instant, of those that the run has reached."""
     reached = np.flatnonzero(np.isfinite(poses).all(axis=(1, 2)))
     if not len(reached) or time > run.end_time:
-        raise ValueError(f"the run ended at {run.end_time:.6g} s: there is nothing to draw at {time:.6g} s")
+        raise ArgumentError(
+            f"the run ended at {run.end_time:.6g} s: there is nothing to draw at {time:.6g} s"
+        )
     return int(reached[np.abs(run.t[reached] - time).argmin()])
 
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...base import files as records
 from ...base.arguments import Checks, as_number
 from ...base.units import unit
-from ...errors import ChebclearWarning
+from ...errors import ArgumentError, ChebclearWarning
 from ...scene.scene import Interval
 from ..polynomials.sensitivity import VarianceShares, variance_shares
 from ..polynomials.surrogate import Surrogate
@@ -467,7 +467,7 @@ class Band(records.ArrayRecord):
 
     def _polynomial(self) -> Surrogate:
         if self.surrogate is None:
-            raise ValueError(f"the band of {self.name} has no polynomial: it is a scan or an envelope")
+            raise ArgumentError(f"the band of {self.name} has no polynomial: it is a scan or an envelope")
         return self.surrogate
 
 

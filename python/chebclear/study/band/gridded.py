@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import ArgumentError
 from ...scene.scene import Interval
 from ..polynomials.holes import fit_holes
 from ..polynomials.surrogate import BoundKind, Surrogate
@@ -74,7 +75,7 @@ def grid_bands(
                 grid = holes.filled(runs)
             surrogate = Surrogate.fit(intervals, nodes, degrees, grid)
             if not np.all(np.isfinite(surrogate.terms)):
-                raise ValueError(f"{name} is not finite in every run: no polynomial can be fitted to it")
+                raise ArgumentError(f"{name} is not finite in every run: no polynomial can be fitted to it")
             if holes is not None:
                 kept = np.where(holes.dropped[:, None], 0.0, surrogate.terms)
                 surrogate = replace(surrogate, terms=kept)

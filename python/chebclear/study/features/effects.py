@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base import files as records
+from ...errors import ArgumentError
 
 Array = NDArray[np.float64]
 
@@ -323,7 +324,7 @@ def _models(points: Array, values: Array, seed: int) -> tuple[list[_Model], int]
     if len(fits) < 2:
         parameters = points.shape[1]
         least = max(parameters + 1 + _LEAST_FREE, math.ceil((parameters + 1) / _TERMS_PART))
-        raise ValueError(
+        raise ArgumentError(
             f"effects of {parameters} parameters need at least {least} runs that vary all of them, "
             f"got {len(points)}"
         )

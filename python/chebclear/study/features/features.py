@@ -16,7 +16,7 @@ from ...base import files as records
 from ...base.arguments import Checks, as_number, did_you_mean
 from ...base.named import Named
 from ...base.shown import Shown, listed
-from ...errors import describe
+from ...errors import ArgumentError, describe
 from ...run.features import Feature
 from ...run.settings import Settings
 from ...run.tracking import settling_time
@@ -228,11 +228,11 @@ class FeatureResult(records.ArrayRecord):
         """
         given = np.asarray(shares, dtype=float)
         if not np.all((given >= 0.0) & (given <= 1.0)):
-            raise ValueError(f"shares must be from 0 to 1, got {shares!r}")
+            raise ArgumentError(f"shares must be from 0 to 1, got {shares!r}")
         if not self.random:
-            raise ValueError("runs on a grid have no quantiles over the box: use Study.sample")
+            raise ArgumentError("runs on a grid have no quantiles over the box: use Study.sample")
         if self.normal:
-            raise ValueError(
+            raise ArgumentError(
                 f"the runs spread {', '.join(self.normal)} evenly over three standard deviations: "
                 "their quantiles are not those of a normal distribution. Draw them yourself, Study.from_runs"
             )
@@ -486,5 +486,5 @@ def called(name: str, function: Callable[[Any], ArrayLike], run: Any, cycles: in
         wanted = "a number" if cycles == 1 else f"a number, or one for each of {cycles} cycles"
         raise TypeError(f'feature "{name}" must return {wanted}, got {value!r}')
     if not np.all(np.isfinite(array)):
-        raise ValueError(f'feature "{name}" must be finite, got {value!r}')
+        raise ArgumentError(f'feature "{name}" must be finite, got {value!r}')
     return array.astype(float)

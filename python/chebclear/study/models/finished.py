@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.arguments import Checks, did_you_mean
-from ...errors import describe
+from ...errors import ArgumentError, describe
 from ...run.features import Feature
 from ...scene.scene import Interval
 from .own import Returned, check_own_features, sampled_feature
@@ -58,7 +58,7 @@ class FinishedRuns:
         for name, column in zip(self.intervals, self.parameters.T, strict=True):
             distinct = len(np.unique(column))
             if 2 * distinct < len(column):
-                raise ValueError(
+                raise ArgumentError(
                     f"the {len(column)} runs take only {distinct} values of {name}: runs on a grid have "
                     "twins where a parameter has no effect, so that holding runs out proves nothing. Use "
                     "chebyshev() for Chebyshev roots, sample() for the extremes of the runs and features"
@@ -87,7 +87,7 @@ class FinishedRuns:
                 missing.append(index)
         if missing:
             first = dict(zip(self.intervals, map(float, points[missing[0]]), strict=True))
-            raise ValueError(
+            raise ArgumentError(
                 f"the table has no run at {len(missing)} of the {len(points)} points that are needed, the "
                 f"first with {describe(first)}: band() and sample() take the runs as they are"
             )

@@ -17,6 +17,8 @@ from typing import Any
 
 import numpy as np
 
+from ...errors import ArgumentError
+
 # Functions that call functions that call functions: this deep at most.
 _DEEPEST = 20
 
@@ -50,7 +52,7 @@ class ModelIdentity:
             text = json.dumps(_plain(call, ()), sort_keys=True)
             given = {key: _plain(value, ()) for key, value in fixed.items()}
         except UnknownValueError as error:
-            raise ValueError(
+            raise ArgumentError(
                 f"store needs to know whether the model is the same the next time, but {error}: make it a "
                 "function of numbers, texts, lists, arrays and other functions"
             ) from None

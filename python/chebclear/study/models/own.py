@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...base.arguments import Checks, did_you_mean
 from ...base.units import unit
-from ...errors import describe
+from ...errors import ArgumentError, describe
 from ...execution.failures import FailedRun, told_failures
 from ...execution.limited import LimitedCalls
 from ...execution.means import Means
@@ -75,7 +75,7 @@ def sampled_feature(feature: Feature, t: Array, values: Array, cycles: int) -> A
     """
     pieces = np.linspace(0, len(t) - 1, cycles + 1).round().astype(int)
     if np.diff(pieces).min() < 1:
-        raise ValueError(f"{cycles} cycles need at least {cycles + 1} samples, got {len(t)}")
+        raise ArgumentError(f"{cycles} cycles need at least {cycles + 1} samples, got {len(t)}")
     found = []
     for first, last in pairwise(pieces):
         times, piece = t[first : last + 1], values[..., first : last + 1]
@@ -212,7 +212,7 @@ class _Table:
         model, count = self._model, len(self._given)
         both = [name for name in first.numbers if name in model.features]
         if both:
-            raise ValueError(f'"{both[0]}" is a number that the model returns and a name in features')
+            raise ArgumentError(f'"{both[0]}" is a number that the model returns and a name in features')
         self.t = first.t
         self.chosen = chosen_outputs(list(first.series), model.outputs)
         self.names = (*model.features, *first.numbers)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.arguments import Checks, as_number
+from ...errors import ArgumentError
 from ...execution.failures import NotFiniteError
 from ...scene.scene import Scene
 
@@ -124,8 +125,8 @@ def require_same(first: ReturnedRun, run: ReturnedRun) -> None:
         ("numbers", run.numbers, first.numbers),
     ):
         if list(mine) != list(others) and set(mine) != set(others):
-            raise ValueError(f"it returns the {kind} {sorted(mine)}, the first run {sorted(others)}")
+            raise ArgumentError(f"it returns the {kind} {sorted(mine)}, the first run {sorted(others)}")
     if run.t.shape != first.t.shape:
-        raise ValueError(f"t has {len(run.t)} instants, {len(first.t)} in the first run")
+        raise ArgumentError(f"t has {len(run.t)} instants, {len(first.t)} in the first run")
     if len(run.t) and np.max(np.abs(run.t - first.t)) > 1e-9 * (first.t[-1] - first.t[0]):
-        raise ValueError("t has other instants than in the first run: interpolate to the same ones")
+        raise ArgumentError("t has other instants than in the first run: interpolate to the same ones")

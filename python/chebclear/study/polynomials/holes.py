@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import ArgumentError
+
 Array = NDArray[np.float64]
 
 # Largest condition number of the least squares. The error of the polynomial at the missing runs is about this
@@ -88,7 +90,7 @@ def fit_holes(nodes: Sequence[int], degrees: Sequence[int], missing: Sequence[in
         if smallest * MOST_CONDITION**2 >= 1.0:
             break
     else:
-        raise ValueError(f"{len(holes)} of {count} runs failed: too few are left for a polynomial")
+        raise ArgumentError(f"{len(holes)} of {count} runs failed: too few are left for a polynomial")
     known = np.setdiff1d(np.arange(count), holes)
     dropped = left_out.reshape(nodes)[tuple(slice(degree + 1) for degree in degrees)].ravel()
     matrix = np.asarray(-np.linalg.solve(projected[:, holes], projected[:, known]), dtype=np.float64)

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from ... import _core
 from ...base import files as records
 from ...base.arguments import Checks, did_you_mean
+from ...errors import ArgumentError
 from ...scene.scene import Interval
 
 if TYPE_CHECKING:
@@ -268,7 +269,7 @@ class Surrogate(records.ArrayRecord):
     def _axis(self, parameter: str) -> int:
         names = list(self.intervals)
         if parameter not in names:
-            raise ValueError(f'unknown parameter "{parameter}"{did_you_mean(parameter, names)}')
+            raise ArgumentError(f'unknown parameter "{parameter}"{did_you_mean(parameter, names)}')
         return names.index(parameter)
 
     def evaluate(self, values: Mapping[str, ArrayLike]) -> Array:
