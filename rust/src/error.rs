@@ -1,12 +1,12 @@
-//! What is wrong with an input: all problems at once, each with its path. In: problems; out: one error. Uses no other
+//! Errors of an input: all problems at once, each with its path. In: problems; out: one error. Uses no other
 //! room.
 
 use std::fmt;
 
-/// One thing that is wrong with an input.
+/// One problem of an input.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Where: the path of the field, such as `joints[2].clearance`.
+    /// Path of the field, such as `joints[2].clearance`.
     pub path: String,
     /// What is wrong and what would be accepted.
     pub message: String,
@@ -25,14 +25,14 @@ impl fmt::Display for Problem {
     }
 }
 
-/// What a problem is a problem of.
+/// The input that has a problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
     /// The scene.
     Scene,
     /// The settings of a run, such as an output that the scene does not have.
     Settings,
-    /// The end of an earlier run that is to go on.
+    /// The end of an earlier run from which to continue.
     Start,
 }
 
@@ -76,11 +76,11 @@ impl std::error::Error for InputError {}
 
 /// `"; did you mean ...?"` with the known name nearest to a wrong one, or nothing.
 pub fn did_you_mean<'a>(wrong: &str, known: impl Iterator<Item = &'a str>) -> String {
-    // A wrong case is the smallest of mistakes: "c" means "C" rather than "B".
+    // Upper and lower case count least: "c" is closer to "C" than to "B".
     let by_case = |name: &str| edit_distance(&wrong.to_lowercase(), &name.to_lowercase());
     let nearest = known.map(|name| (by_case(name), edit_distance(wrong, name), name)).min();
     match nearest {
-        // Up to half of the letters wrong is still recognizable; more is a different word.
+        // With up to half of the letters wrong a name is still recognizable.
         Some((distance, _, name)) if 2 * distance <= name.chars().count().max(wrong.chars().count()) => {
             format!("; did you mean {name:?}?")
         }

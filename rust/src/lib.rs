@@ -6,10 +6,10 @@
 //! scene -> tree -> dynamics -> mechanism -> integrators -> run -> study
 //! ```
 //!
-//! SI units and radians everywhere. Notation in the kernels: q, v, a generalized position,
-//! velocity, acceleration; e eccentricity, δ penetration, n normal, t tangent, χ hysteresis
-//! factor, φ constraint, γ its acceleration right-hand side; keys in brackets such as
-//! `[Xiang2020]` are resolved in REFERENCES.md.
+//! SI units and radians everywhere. Notation in the kernels: z joint coordinates; q, v, a positions,
+//! velocities and accelerations of the free ones; e eccentricity, δ penetration, n normal, t tangent, χ
+//! hysteresis factor, λ Lagrange multipliers. A column is one joint coordinate, counted in the order of the
+//! frames of the tree. Keys in brackets such as `[Xiang2020]` are resolved in REFERENCES.md.
 
 pub mod contact;
 pub mod dynamics;

@@ -46,7 +46,8 @@ pub enum Phase {
     Contact {
         /// Constants of the damping that were fixed at the onset.
         latch: Latch,
-        /// Whether the force is clipped to zero: the damping would make it tensile, which a dry joint cannot transmit.
+        /// Whether the force is clipped to zero: the damping would make it tensile, which a dry joint cannot
+        /// transmit.
         clipped: bool,
     },
 }
@@ -184,11 +185,11 @@ impl ClearanceLaw {
         [force.value, force.gradient[0]]
     }
 
-    /// Sliding speed [m/s] below which the friction force changes steeply with the relative velocity, `None` if it does
-    /// nowhere.
+    /// Sliding speed [m/s] below which the friction force changes steeply with the relative velocity, `None`
+    /// if it does nowhere.
     ///
-    /// The printed sliding velocity is smaller than the relative velocity by the factor δ/|e|, about 0.01, so that
-    /// friction is flatter by this factor.
+    /// The printed sliding velocity is smaller than the relative velocity by the factor δ/|e|, about 0.01, so
+    /// that friction is flatter by this factor.
     pub fn stick_velocity(&self) -> Option<f64> {
         match self.sliding {
             SlidingVelocity::Surface => self.friction.map(|law| law.stick_velocity()),

@@ -6,14 +6,14 @@
 //! F_N = K δⁿ (1 + χ δ̇)      for δ > 0,     F_N = 0 otherwise
 //! ```
 //!
-//! and differ in the hysteresis factor χ. It is latched, that is computed at the onset of a contact and kept until the
-//! separation. Only this file uses that form: others store a [`Latch`] and ask for forces, elastic forces and the
-//! penetration rate that the damping requires to be resolved.
+//! and differ in the hysteresis factor χ. It is latched, that is computed at the onset of a contact and kept
+//! until the separation. Only this file uses that form: others store a [`Latch`] and ask for forces, elastic
+//! forces and the penetration rate that the damping requires to be resolved.
 
 use crate::numerics::dual::Scalar;
 
-/// Nominal restitution below which the rebound of the Lankarani-Nikravesh law exceeds it by more than 3 %: 0.878
-/// instead of 0.85, 0.725 instead of 0.5 (closed form in [`Damping::LankaraniNikravesh`]).
+/// Nominal restitution below which the rebound of the Lankarani-Nikravesh law exceeds it by more than 3 %:
+/// 0.878 instead of 0.85, 0.725 instead of 0.5 (closed form in [`Damping::LankaraniNikravesh`]).
 const ACCURATE_RESTITUTION: f64 = 0.85;
 
 /// Where the hysteresis factor χ [s/m] of a contact comes from.
@@ -102,8 +102,8 @@ impl NormalLaw {
         }
     }
 
-    /// Ratio χ v₀ of damping to elastic force at the onset of a contact [-], the same for every impact velocity; zero for
-    /// laws whose damping does not depend on it.
+    /// Ratio χ v₀ of damping to elastic force at the onset of a contact [-], the same for every impact
+    /// velocity; zero for laws whose damping does not depend on it.
     pub fn onset_damping(&self) -> f64 {
         // χ is inversely proportional to the impact velocity.
         if self.is_latched() { self.latch(1.0).hysteresis_factor } else { 0.0 }
@@ -133,16 +133,16 @@ impl NormalLaw {
         coarse((slope / mass).sqrt())
     }
 
-    /// Impact velocity [m/s] for which the contact is critically damped under a load [N] on an effective mass [kg]. It
-    /// sets the damping of a contact that is at rest at the start of a run.
+    /// Impact velocity [m/s] for which the contact is critically damped under a load [N] on an effective mass
+    /// [kg]. It sets the damping of a contact that is at rest at the start of a run.
     ///
     /// ```text
     /// damping ratio  ζ = χ F / (2 m ω_c),   ω_c² = n K δ_eq^(n-1) / m,   δ_eq = (F/K)^(1/n)
     /// ```
     ///
-    /// With a lower impact velocity the contact approaches its equilibrium without oscillation. For the paper's joint
-    /// at 307 N it is 2.65 mm/s, of the order of the stick-slip velocity.
-    /// Zero for a law whose damping does not depend on the impact velocity.
+    /// With a lower impact velocity the contact approaches its equilibrium without oscillation. For the
+    /// paper's joint at 307 N it is 2.65 mm/s, of the order of the stick-slip velocity. Zero for a law whose
+    /// damping does not depend on the impact velocity.
     pub fn resting_velocity(&self, load: f64, mass: f64) -> f64 {
         if !self.is_latched() {
             return 0.0;
@@ -159,8 +159,8 @@ impl NormalLaw {
 
     /// Normal force [N] at a penetration δ [m] and penetration rate δ̇ [m/s].
     ///
-    /// It is not clipped where it is tensile ([`NormalLaw::force_ratio`] < 0): the clipping is an event of the
-    /// integrator, which needs the smooth continuation until it has located the event.
+    /// It is not clipped where it is tensile ([`NormalLaw::force_ratio`] < 0): the clipping is an event of
+    /// the integrator, which needs the smooth continuation until it has located the event.
     #[inline]
     pub fn normal_force<S: Scalar>(&self, penetration: S, penetration_rate: S, latch: Latch) -> S {
         if penetration.value() <= 0.0 {
@@ -169,7 +169,8 @@ impl NormalLaw {
         self.elastic(penetration) * Self::ratio(penetration_rate, latch)
     }
 
-    /// Ratio of normal to elastic force [-]; the force is tensile where it is negative. Exactly 1 without damping.
+    /// Ratio of normal to elastic force [-]; the force is tensile where it is negative. Exactly 1 without
+    /// damping.
     pub fn force_ratio(&self, _penetration: f64, penetration_rate: f64, latch: Latch) -> f64 {
         Self::ratio(penetration_rate, latch)
     }
@@ -213,8 +214,9 @@ impl NormalLaw {
     }
 }
 
-/// `value` rounded to 32 bits after the leading one. In units that differ by powers of two, a power with a fractional exponent
-/// differs in its last bits; rounded it does not, so that results are the same in both units to the last bit.
+/// `value` rounded to 32 bits after the leading one. In units that differ by powers of two, a power with a
+/// fractional exponent differs in its last bits; rounded it does not, so that results are the same in both
+/// units to the last bit.
 fn coarse(value: f64) -> f64 {
     f64::from_bits(value.to_bits().wrapping_add(1 << 19) & !0xF_FFFF)
 }

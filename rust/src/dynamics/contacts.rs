@@ -107,12 +107,14 @@ impl Dynamics<'_> {
     }
 
     /// The first contact whose normal force, together with the friction it causes, accelerates the surfaces
-    /// toward each other: Painlevé's paradox. The friction coefficient is that of the present sliding velocity.
+    /// toward each other: Painlevé's paradox. The friction coefficient is that of the present sliding
+    /// velocity.
     pub fn paradoxical_contact(&mut self, t: f64, q: &[f64], v: &[f64]) -> Option<usize> {
         let phases = self.phases.clone();
         let mut a = vec![0.0; q.len()];
         let found = (0..phases.len()).find(|&index| {
-            // Accelerations are linear in the normal force, so two values of it suffice: zero and the elastic force.
+            // Accelerations are linear in the normal force, so two values of it suffice: zero and the elastic
+            // force.
             let mut response = |clipped| {
                 self.phases[index] = match phases[index] {
                     Phase::Contact { .. } => Phase::Contact { latch: Latch::ELASTIC, clipped },

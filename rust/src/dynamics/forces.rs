@@ -5,10 +5,11 @@ use crate::numerics::dual::{Dual, Scalar};
 use crate::tree::elements::{AppliedForce, Link, Torsion};
 use crate::tree::kinematics::{Vec2, perp, rotated};
 
-/// Force of a spring or damper on its second point, where `e` is the vector from the first to the second point and
-/// `rate` its rate.
+/// Force of a spring or damper on its second point, where `e` is the vector from the first to the second
+/// point and `rate` its rate.
 ///
-/// Between points that coincide, a damper or a spring with a natural length has no direction: the force is NaN.
+/// Between points that coincide, a damper or a spring with a natural length has no direction: the force is
+/// NaN.
 #[inline]
 fn force_of<S: Scalar>(link: &Link, e: [S; 2], rate: [S; 2]) -> [S; 2] {
     if link.length == 0.0 && link.damping == 0.0 {
@@ -56,8 +57,8 @@ impl Dynamics<'_> {
         }
     }
 
-    /// Deflection of a torsion spring [rad], the relative angle of its bodies less that of the unloaded spring, and its
-    /// rate [rad/s].
+    /// Deflection of a torsion spring [rad], the relative angle of its bodies less that of the unloaded
+    /// spring, and its rate [rad/s].
     pub fn torsion_motion(&self, torsion: &Torsion) -> [f64; 2] {
         let [a, b] = torsion.frames;
         let rate = self.states[b].angular_velocity - self.states[a].angular_velocity;

@@ -1,9 +1,9 @@
 //! Inertia: the mass matrix, the inertial forces, and their derivatives.
 //!
-//! For the coordinates between ground and a frame, all bodies that the frame carries move as one composite rigid body
-//! `[Featherstone2008]`. An entry of the mass matrix is then one term instead of a sum over the bodies, and
-//! the cost for a chain of n bodies grows with n² instead of n³. In the plane a composite body is described by
-//! its center of mass, the motion of that, its moment of inertia and two further scalars.
+//! For the coordinates between ground and a frame, all bodies that the frame carries move as one composite
+//! rigid body `[Featherstone2008]`. An entry of the mass matrix is then one term instead of a sum over the
+//! bodies, and the cost for a chain of n bodies grows with n² instead of n³. In the plane a composite body is
+//! described by its center of mass, the motion of that, its moment of inertia and two further scalars.
 
 use super::Dynamics;
 use crate::tree::elements::{FrameInertia, Tree};
@@ -24,8 +24,8 @@ struct Composite {
     acceleration: Vec2,
     /// Rate of the angular momentum about the center of mass [N m].
     moment: f64,
-    /// Σ m s·ṡ over the bodies [kg m²/s], where s is the center of mass of a body relative to that of all: half the
-    /// rate of Σ m s², zero for a single body.
+    /// Σ m s·ṡ over the bodies [kg m²/s], where s is the center of mass of a body relative to that of all:
+    /// half the rate of Σ m s², zero for a single body.
     spread: f64,
 }
 
@@ -112,7 +112,8 @@ impl Composites {
         let mut merges = vec![Vec::new(); count];
         let mut parts: Vec<Part> = Vec::new();
         let mut coupled = vec![false; d * d];
-        // Children are listed after their parents, so in reverse order the children of a frame are done before it.
+        // Children are listed after their parents, so in reverse order the children of a frame are done
+        // before it.
         for frame in (1..count).rev().filter(|&frame| !tree.paths[frame].free.is_empty()) {
             if masses[frame] == 0.0 {
                 continue;
@@ -152,8 +153,8 @@ impl Composites {
         Self { bodies: vec![still; parts.len()], parts, uncoupled }
     }
 
-    /// Writes the lower triangle of the mass matrix to `mass`, and the generalized inertial forces at the accelerations
-    /// of the frames to `forces`, with opposite sign.
+    /// Writes the lower triangle of the mass matrix to `mass`, and the generalized inertial forces at the
+    /// accelerations of the frames to `forces`, with opposite sign.
     #[inline]
     pub(super) fn assemble(&mut self, states: &[FrameState], mass: &mut [f64], forces: &mut [f64]) {
         let d = forces.len();
@@ -201,26 +202,27 @@ impl Dynamics<'_> {
         }
     }
 
-    /// Adds the derivative of the inertial force of the degree of freedom `i`, of column `other`, with respect to the
-    /// position and velocity of `column`.
+    /// Adds the derivative of the inertial force of the degree of freedom `i`, of column `other`, with
+    /// respect to the position and velocity of `column`.
     ///
-    /// The inertial force is Σ m B·a over the bodies of the composite plus moments, where B is column `other` of the
-    /// velocity transformation at a center of mass. With the centers at C + s, Σ m s = 0, and their accelerations
-    /// A + α, Σ m α = 0, the column of a revolute coordinate with its axis at p is perp(C + s - p), and the derivative
-    /// with respect to its position is
+    /// The inertial force is Σ m B·a over the bodies of the composite plus moments, where B is column `other`
+    /// of the velocity transformation at a center of mass. With the centers at C + s, Σ m s = 0, and their
+    /// accelerations A + α, Σ m α = 0, the column of a revolute coordinate with its axis at p is perp(C + s -
+    /// p), and the derivative with respect to its position is
     ///
     /// ```text
     /// Σ m [∂B·a + B·∂a] = m [∂B(C)·A + B(C)·∂a(C)] + Σ m [perp(perp s)·α + perp(s)·perp(α)]
     /// ```
     ///
-    /// The last sum vanishes, since perp(perp s)·α = -s·α and perp(s)·perp(α) = s·α: only the common center counts.
-    /// With respect to its velocity, ∂a/∂ż = 2 ∂ċ/∂z, a column for velocities, V(C) + perp(ṡ). Hence
+    /// The last sum vanishes, since perp(perp s)·α = -s·α and perp(s)·perp(α) = s·α: only the common center
+    /// counts. With respect to its velocity, ∂a/∂ż = 2 ∂ċ/∂z, a column for velocities, V(C) + perp(ṡ). Hence
     ///
     /// ```text
     /// Σ m B·∂a = 2 m B(C)·V(C) + 2 Σ m perp(s)·perp(ṡ),     perp(s)·perp(ṡ) = s·ṡ
     /// ```
     ///
-    /// and the last sum is twice [`Composite::spread`]. Moments depend on neither: ω̇ is linear in z̈ in the plane.
+    /// and the last sum is twice [`Composite::spread`]. Moments depend on neither: ω̇ is linear in z̈ in the
+    /// plane.
     #[inline]
     fn add_inertia_derivative(
         &mut self,

@@ -76,8 +76,8 @@ impl Dynamics<'_> {
         true
     }
 
-    /// Derivative of residual `row` with respect to the position of a column. Rows below d are force residuals, the
-    /// others relative accelerations of the closures.
+    /// Derivative of residual `row` with respect to the position of a column. Rows below d are force
+    /// residuals, the others relative accelerations of the closures.
     #[inline]
     fn residual_by_position(&self, row: usize, column: usize) -> f64 {
         self.entry(&self.residual_q, &self.loops.acceleration_q, row, column)

@@ -7,11 +7,12 @@ use crate::numerics::linear::{symmetric_factor, symmetric_solve};
 use crate::tree::elements::Scales;
 use crate::tree::kinematics::{PointState, Vec2};
 
-/// Most Newton steps of a projection. Two usually suffice; a step of a motion that drives prescribe takes up to ten.
+/// Most Newton steps of a projection. Two usually suffice; a step of a motion that drives prescribe takes up
+/// to ten.
 const PROJECTIONS: usize = 20;
-/// Largest gap relative to the positions, and gap rate relative to the velocities, that count as rounding. For
-/// comparison, steps at a tight tolerance left gaps of at most 2.5 ε times the size of a six-bar or quick return and gap
-/// rates of 1.9 ε times its speed; the medians were 0.45 ε and 0.3 ε.
+/// Largest gap relative to the positions, and gap rate relative to the velocities, that count as rounding.
+/// For comparison, steps at a tight tolerance left gaps of at most 2.5 ε times the size of a six-bar or quick
+/// return and gap rates of 1.9 ε times its speed; the medians were 0.45 ε and 0.3 ε.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Pivot of the Schur complement relative to its diagonal below which the closures count as
 /// dependent: the state is a dead center or change point to within a few hundred rounding errors.
@@ -48,8 +49,8 @@ impl Loops {
         }
     }
 
-    /// Corrects `x` to satisfy `E x + c = 0`, with the smallest change in the metric of the mass matrix. On entry
-    /// `right` holds c; on return it holds the multipliers of the correction.
+    /// Corrects `x` to satisfy `E x + c = 0`, with the smallest change in the metric of the mass matrix. On
+    /// entry `right` holds c; on return it holds the multipliers of the correction.
     pub(super) fn correct(&mut self, x: &mut [f64]) {
         let rows = self.right.len();
         let d = x.len();
@@ -65,8 +66,8 @@ impl Loops {
     }
 }
 
-/// Size of a projection onto the loop closures. Coordinates are multiplied by their levers: the largest distance that
-/// a point moves per unit of the coordinate.
+/// Size of a projection onto the loop closures. Coordinates are multiplied by their levers: the largest
+/// distance that a point moves per unit of the coordinate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Correction {
     /// Largest change of a coordinate times its lever [m].
@@ -122,7 +123,8 @@ impl Dynamics<'_> {
         if !symmetric_factor(&mut loops.s, rows) {
             return false;
         }
-        // The factor holds inverse pivots. The diagonal of S was saved in `multipliers`, which are not yet needed.
+        // The factor holds inverse pivots. The diagonal of S was saved in `multipliers`, which are not yet
+        // needed.
         let singular = |r: usize| 1.0 / loops.s[r * rows + r] < SINGULAR_PIVOT * loops.multipliers[r];
         if (0..rows).any(singular) {
             return false;
@@ -173,8 +175,8 @@ impl Dynamics<'_> {
         let largest = |of: &[f64]| {
             of.iter().zip(&scales.levers).map(|(x, lever)| (x * lever).abs()).fold(0.0, f64::max)
         };
-        // The rounding error of a large angle counts at the size of the mechanism. The velocity of a point may be a
-        // sum of much larger terms, whose rounding errors count.
+        // The rounding error of a large angle counts at the size of the mechanism. The velocity of a point
+        // may be a sum of much larger terms, whose rounding errors count.
         let (size, speed) = (scales.length + largest(q), scales.speed + largest(v));
         let meet = |a: Vec2, b: Vec2, scale: f64| (b - a).amax() <= ROUNDING * (a.amax() + b.amax() + scale);
         self.tree.closures.iter().fold([true; 2], |[closed, stays], closure| {
@@ -183,7 +185,8 @@ impl Dynamics<'_> {
         })
     }
 
-    /// One correction of `x`, positions or velocities, toward closed loops; returns the largest change times its lever.
+    /// One correction of `x`, positions or velocities, toward closed loops; returns the largest change times
+    /// its lever.
     fn close(
         &mut self,
         x: &mut [f64],
@@ -206,8 +209,8 @@ impl Dynamics<'_> {
         largest
     }
 
-    /// Adds the derivatives of Eᵀ λ with fixed λ to the residual, and computes those of the relative accelerations of the
-    /// closures.
+    /// Adds the derivatives of Eᵀ λ with fixed λ to the residual, and computes those of the relative
+    /// accelerations of the closures.
     pub(super) fn add_closure_derivatives(&mut self) {
         let tree = self.tree;
         let columns = self.coordinates.len();
@@ -236,8 +239,8 @@ impl Dynamics<'_> {
         }
     }
 
-    /// Adds the contribution of the third time derivative of a driven coordinate to the time derivative of the
-    /// relative accelerations of the closures.
+    /// Adds the contribution of the third time derivative of a driven coordinate to the time derivative of
+    /// the relative accelerations of the closures.
     pub(super) fn add_closure_jerks(&mut self, driven: usize, jerk: f64) {
         let tree = self.tree;
         let d = tree.free.len();

@@ -1,5 +1,5 @@
-//! Equations of motion in joint coordinates. In: a tree, an instant, a state; out: accelerations with their exact
-//! derivatives, what contacts and joints do, energies. Uses `tree`, `contact`, `numerics`.
+//! Equations of motion in joint coordinates. In: a tree, an instant, a state; out: accelerations with their
+//! exact derivatives, what contacts and joints do, energies. Uses `tree`, `contact`, `numerics`.
 //!
 //! With `q̇ = B ż + b` (Cartesian velocities from joint rates) the ideal joints drop out of
 //! Eq. (14) to (16) of `[Xiang2020]`:
@@ -8,10 +8,9 @@
 //! Bᵀ M B z̈ = Bᵀ (Q - M (Ḃ ż + ḃ))
 //! ```
 //!
-//! Gravity enters as an acceleration -g of ground, at no cost per body: accelerations of frames and points are therefore
-//! relative to free fall. A clearance joint between journal and bearing with
-//! `E = ∂e/∂z` and `S = ∂spin/∂ż` contributes the generalized force `Eᵀ F + S F_t`, whatever the
-//! two bodies are.
+//! Gravity enters as an acceleration -g of ground, at no cost per body: accelerations of frames and points
+//! are therefore relative to free fall. A clearance joint between journal and bearing with `E = ∂e/∂z` and `S
+//! = ∂spin/∂ż` contributes the generalized force `Eᵀ F + S F_t`, whatever the two bodies are.
 
 mod contacts;
 mod energy;
@@ -41,7 +40,8 @@ use crate::tree::kinematics::{
     Coordinate, FrameState, PointState, Vec2, accelerate_frames, frames_at_rest, move_frames,
 };
 
-/// Kinematics and dynamics of a mechanism in one state: scratch memory and the contact phase of every clearance joint.
+/// Kinematics and dynamics of a mechanism in one state: scratch memory and the contact phase of every
+/// clearance joint.
 #[derive(Clone, Debug)]
 pub struct Dynamics<'m> {
     /// The mechanism as a tree of frames.
@@ -70,7 +70,8 @@ pub struct Dynamics<'m> {
     contacts: Vec<JointContact>,
     /// Force and moment in every ideal joint, after [`Dynamics::find_reactions`].
     reactions: Vec<Wrench>,
-    /// Inertial less applied forces of every body, with those of the bodies it carries: what its joint must supply.
+    /// Inertial less applied forces of every body, with those of the bodies it carries: what its joint must
+    /// supply.
     demands: Vec<Wrench>,
 }
 
@@ -163,8 +164,8 @@ impl<'m> Dynamics<'m> {
         self.states[point.frame].point(point.offset)
     }
 
-    /// Accelerations of the degrees of freedom. Returns false where the mass matrix is singular, the loop closures
-    /// are dependent or a result is not finite.
+    /// Accelerations of the degrees of freedom. Returns false where the mass matrix is singular, the loop
+    /// closures are dependent or a result is not finite.
     pub fn acceleration(&mut self, t: impl Into<Instant>, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         self.move_to(t, q, v);
         let d = a.len();
@@ -182,8 +183,8 @@ impl<'m> Dynamics<'m> {
         self.close_accelerations(a) && a.iter().all(|a| a.is_finite())
     }
 
-    /// Column of the velocity transformation B (displacement and rotation per unit of a coordinate) for a point on the
-    /// frame of the column or on a frame that it carries.
+    /// Column of the velocity transformation B (displacement and rotation per unit of a coordinate) for a
+    /// point on the frame of the column or on a frame that it carries.
     #[inline]
     fn column(&self, column: usize, point: Vec2) -> (Vec2, f64) {
         let frame = &self.states[column + 1];

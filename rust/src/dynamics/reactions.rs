@@ -1,7 +1,8 @@
 //! Reactions of ideal joints and drives, by inverse dynamics from the leaves of the tree to its root.
 //!
-//! The joint that carries a body transmits the inertial forces of the body and of all that it carries, less the
-//! forces applied to them. The result equals the multipliers of Eq. (14) of `[Xiang2020]`, without solving for them.
+//! The joint that carries a body transmits the inertial forces of the body and of all that it carries, less
+//! the forces applied to them. The result equals the multipliers of Eq. (14) of `[Xiang2020]`, without
+//! solving for them.
 
 use super::Dynamics;
 use crate::contact::clearance::Phase;
@@ -132,7 +133,8 @@ impl Dynamics<'_> {
         let driven = &self.tree.driven[index];
         let Wrench { force, moment } = self.reaction(driven.joint);
         match self.tree.ideal_joints[driven.joint].realization {
-            // The axis of the frame is reversed if the tree passes the joint from its second body to its first.
+            // The axis of the frame is reversed if the tree passes the joint from its second body to its
+            // first.
             Realization::Tree { sign, .. } if !driven.is_angle => {
                 sign * self.states[driven.column + 1].axis.dot(&force)
             }

@@ -7,13 +7,13 @@ use crate::numerics::linear::symmetric_solve;
 use crate::tree::elements::FramePoint;
 use crate::tree::kinematics::Vec2;
 
-/// Ratio below which an accelerance is a rounding error: that with closed loops to that without them, where the loops
-/// prevent every relative motion of the two points, or that of one direction to the other. Likewise the ratio of an
-/// entry of the relative Jacobian to those of the two points.
+/// Ratio below which an accelerance is a rounding error: that with closed loops to that without them, where
+/// the loops prevent every relative motion of the two points, or that of one direction to the other. Likewise
+/// the ratio of an entry of the relative Jacobian to those of the two points.
 const ROUNDING: f64 = 1e-12;
 
-/// Accelerance of a pair of points: relative acceleration per unit force between them [1/kg], the inverse of the
-/// effective mass matrix.
+/// Accelerance of a pair of points: relative acceleration per unit force between them [1/kg], the inverse of
+/// the effective mass matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accelerance(Matrix2<f64>);
 
@@ -54,8 +54,8 @@ impl Dynamics<'_> {
         Accelerance(if prevented { Matrix2::zeros() } else { accelerance })
     }
 
-    /// Rows x and y of the Jacobian of a point relative to another, for the free coordinates. Entries of coordinates that
-    /// move both points alike are exactly zero.
+    /// Rows x and y of the Jacobian of a point relative to another, for the free coordinates. Entries of
+    /// coordinates that move both points alike are exactly zero.
     fn relative_rows(&self, [a, b]: [FramePoint; 2]) -> [Vec<f64>; 2] {
         let d = self.tree.free.len();
         let (mut relative, mut sizes) = (vec![Vec2::zeros(); d], vec![0.0_f64; d]);

@@ -1,18 +1,20 @@
 //! DOP853 and a Rosenbrock method, switched by the stiffness of the motion.
 //!
-//! The stiffness of a step is its length times the fastest rate of the motion. Free flight and sliding contacts are not
-//! stiff; there the explicit method needs the least work for an accuracy. A sticking contact is stiff: its friction
-//! damps velocities at a rate of 1e5 to 1e8 1/s, and stability limits the steps of the explicit method.
+//! The stiffness of a step is its length times the fastest rate of the motion. Free flight and sliding
+//! contacts are not stiff; there the explicit method needs the least work for an accuracy. A sticking contact
+//! is stiff: its friction damps velocities at a rate of 1e5 to 1e8 1/s, and stability limits the steps of the
+//! explicit method.
 //!
-//! At a loose tolerance the explicit method follows the oscillation of a contact with steps of several radians, where
-//! its high order gains nothing. The Rosenbrock method costs less per step and may take steps nearly as long, so it is
-//! tried and kept while its steps are long enough. At a tight tolerance steps are shorter and this case does not occur.
+//! At a loose tolerance the explicit method follows the oscillation of a contact with steps of several
+//! radians, where its high order gains nothing. The Rosenbrock method costs less per step and may take steps
+//! nearly as long, so it is tried and kept while its steps are long enough. At a tight tolerance steps are
+//! shorter and this case does not occur.
 //!
-//! In a slow, lightly loaded mechanism the penetration of a resting contact is not far above the rounding errors of
-//! the positions. The contact stiffness turns these into noise of the accelerations. The weights of the explicit method,
-//! up to 6, amplify it, so that it fills the error estimate at steps of 1 or 2 divided by the frequency. The
-//! Rosenbrock method takes steps two to five times as long, so it takes over there as well, if the Jacobian confirms
-//! that noise.
+//! In a slow, lightly loaded mechanism the penetration of a resting contact is not far above the rounding
+//! errors of the positions. The contact stiffness turns these into noise of the accelerations. The weights of
+//! the explicit method, up to 6, amplify it, so that it fills the error estimate at steps of 1 or 2 divided
+//! by the frequency. The Rosenbrock method takes steps two to five times as long, so it takes over there as
+//! well, if the Jacobian confirms that noise.
 
 use crate::integrators::dense::DenseStep;
 use crate::integrators::dop853::Dop853;
@@ -20,23 +22,23 @@ use crate::integrators::rosenbrock::Rosenbrock;
 use crate::integrators::tableaus::Tableau;
 use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
 
-/// Stiffness of a step (its length times the fastest rate of the motion) from which the Rosenbrock method is tried, and
-/// below which the explicit method returns. A Rosenbrock step takes two thirds of the evaluations, Jacobian included, so
-/// it may be two thirds as long; the explicit method is stable up to about 6. Tuned on slider-cranks, four-bar, six-bar,
-/// quick return, pendulum and journals at rtol 1e-2 to 1e-8: thresholds of 5 and 4 cost up to 46 % more at 1e-2 and 26 %
-/// at 1e-3, 2 and 1.4 up to 5 % more at 1e-5.
+/// Stiffness of a step (its length times the fastest rate of the motion) from which the Rosenbrock method is
+/// tried, and below which the explicit method returns. A Rosenbrock step takes two thirds of the evaluations,
+/// Jacobian included, so it may be two thirds as long; the explicit method is stable up to about 6. Tuned on
+/// slider-cranks, four-bar, six-bar, quick return, pendulum and journals at rtol 1e-2 to 1e-8: thresholds of
+/// 5 and 4 cost up to 46 % more at 1e-2 and 26 % at 1e-3, 2 and 1.4 up to 5 % more at 1e-5.
 const STIFF: f64 = 2.5;
 const NOT_STIFF: f64 = STIFF * 2.0 / 3.0;
-/// Change of the velocities within a step by the rounding of the positions, estimated from the Jacobian and relative to
-/// the tolerance, from which the Rosenbrock method is taken. Tuned on the paper's slider-crank at 0.003 to 3 r/min in
-/// both conventions: from 0.001 on auto takes the Rosenbrock method where that is cheaper; 0.005 misses that at
-/// 0.1 r/min, for a quarter more work.
+/// Change of the velocities within a step by the rounding of the positions, estimated from the Jacobian and
+/// relative to the tolerance, from which the Rosenbrock method is taken. Tuned on the paper's slider-crank at
+/// 0.003 to 3 r/min in both conventions: from 0.001 on auto takes the Rosenbrock method where that is
+/// cheaper; 0.005 misses that at 0.1 r/min, for a quarter more work.
 const NOISY: f64 = 0.002;
 /// Consecutive steps that must agree on a switch. With one, the methods alternate; 2 to 4 perform alike.
 const PERSISTENCE: u32 = 2;
-/// Steps without a switch to the Rosenbrock method after it was kept for no more than these, or after the Jacobian
-/// did not confirm the noise; doubled with every repetition in a phase. Without this pause, methods of equal cost
-/// alternate every few steps, at a loss of up to 80 %.
+/// Steps without a switch to the Rosenbrock method after it was kept for no more than these, or after the
+/// Jacobian did not confirm the noise; doubled with every repetition in a phase. Without this pause, methods
+/// of equal cost alternate every few steps, at a loss of up to 80 %.
 const PAUSE: u32 = 10;
 const LONGEST_PAUSE: u32 = 80;
 
@@ -98,7 +100,8 @@ impl Auto {
             self.memory.pause -= 1;
             return false;
         }
-        // The states differ by rounding alone, so the stiffness is unknown, but the error estimate is not small.
+        // The states differ by rounding alone, so the stiffness is unknown, but the error estimate is not
+        // small.
         let unmeasurable = !implicit && stiffness == 0.0 && self.explicit.error_in_tolerances() > NOISY;
         let contradicts = if implicit {
             let h = self.implicit.step().h;

@@ -8,25 +8,26 @@ use crate::integrators::{HybridSystem, Limits, Outcome, Projection, Settled, Sta
 
 /// Step-size factor of an attempt that failed (a number that is not finite, a singular W).
 const FAILURE_FACTOR: f64 = 0.1;
-/// Safety factor of the step-size controller, as in Hairer's RODAS. A step shrinks at most to a sixth and grows at most
-/// fivefold; in RODAS it shrinks to a fifth and grows sixfold.
+/// Safety factor of the step-size controller, as in Hairer's RODAS. A step shrinks at most to a sixth and
+/// grows at most fivefold; in RODAS it shrinks to a fifth and grows sixfold.
 const SAFETY: f64 = 0.9;
 const SMALLEST_FACTOR: f64 = 1.0 / 6.0;
 const LARGEST_FACTOR: f64 = 5.0;
 /// Accepted steps after a restart whose successors are chosen from the present error alone: the predictive
 /// controller would compare with a step of the previous phase.
 const UNPREDICTED_STEPS: usize = 2;
-/// Error relative to the tolerance below which a step gives no prediction for the next one, except that it may be longer.
+/// Error relative to the tolerance below which a step gives no prediction for the next one, except that it
+/// may be longer.
 const LEAST_ERROR: f64 = 1e-8;
-/// The shortest step is a few roundings of the time. Close to time zero, where the time has no rounding error, this
-/// part of the remaining duration takes its place.
+/// The shortest step is a few roundings of the time. Close to time zero, where the time has no rounding
+/// error, this part of the remaining duration takes its place.
 const EARLIEST: f64 = 1e-8;
 
-/// Largest [`DenseStep::damping`] of a step across a kink of the accelerations. With more damping, both the step and its
-/// error estimate follow the Jacobian from before the kink, and neither notices that the acceleration has changed.
-/// Tuned on contacts that change from sticking to sliding, the slider-cranks of `benchmarks/stiffness.rs`: 10 saves up
-/// to a quarter of the work of a Rosenbrock method for errors of 1e-2 and 1e-3, 100 saves nothing, 3 and 1 cost up to 9
-/// and 17 %.
+/// Largest [`DenseStep::damping`] of a step across a kink of the accelerations. With more damping, both the
+/// step and its error estimate follow the Jacobian from before the kink, and neither notices that the
+/// acceleration has changed. Tuned on contacts that change from sticking to sliding, the slider-cranks of
+/// `benchmarks/stiffness.rs`: 10 saves up to a quarter of the work of a Rosenbrock method for errors of 1e-2
+/// and 1e-3, 100 saves nothing, 3 and 1 cost up to 9 and 17 %.
 const LARGEST_DAMPING: f64 = 10.0;
 
 /// The integration in progress.
@@ -198,8 +199,9 @@ impl Run<'_> {
 
     pub(super) fn take(&mut self, h: f64) -> bool {
         self.dense = false;
-        // The length is rounded so that t + h is exact and the next step starts exactly where this one ends. While
-        // steps are longer than t, the difference is rounded as well and may miss that by one unit in the last place.
+        // The length is rounded so that t + h is exact and the next step starts exactly where this one ends.
+        // While steps are longer than t, the difference is rounded as well and may miss that by one unit in
+        // the last place.
         let h = (self.t + h) - self.t;
         self.method.attempt(self.system, h, &mut self.stats)
     }
@@ -258,10 +260,11 @@ impl Run<'_> {
         }
     }
 
-    /// Takes a step of at most `h` within the tolerance, shortened to end on its first event; returns its length, its
-    /// error and the guard. The shortened step must pass the error test too: where the motion grows at a rate r, the
-    /// error of a linearly implicit step grows as its length approaches 1/(γr), even if the step becomes shorter. A
-    /// step is also rejected if it crosses a kink with too much damping or if its projection is too large.
+    /// Takes a step of at most `h` within the tolerance, shortened to end on its first event; returns its
+    /// length, its error and the guard. The shortened step must pass the error test too: where the motion
+    /// grows at a rate r, the error of a linearly implicit step grows as its length approaches 1/(γr), even
+    /// if the step becomes shorter. A step is also rejected if it crosses a kink with too much damping or if
+    /// its projection is too large.
     fn attempt_to_event(&mut self, mut h: f64, end: f64) -> Result<(f64, f64, Option<usize>), Failure> {
         let mut was_refused = false;
         self.refusal = Status::StepUnderflow;
@@ -283,7 +286,8 @@ impl Run<'_> {
                 match self.project(end) {
                     Projection::Unneeded | Projection::Done => {
                         self.was_rejected |= was_refused;
-                        // Without an event, the second value includes what the guards found at the end of the step.
+                        // Without an event, the second value includes what the guards found at the end of the
+                        // step.
                         let error = if event.is_none() { part_error } else { error };
                         return Ok((taken, error, event));
                     }
@@ -309,8 +313,8 @@ impl Run<'_> {
         self.projection
     }
 
-    /// Instant at which the step ends; exactly `end` if they differ by rounding alone, so that no step of the length
-    /// of a rounding error is left.
+    /// Instant at which the step ends; exactly `end` if they differ by rounding alone, so that no step of the
+    /// length of a rounding error is left.
     fn end_of_step(&mut self, end: f64) -> f64 {
         let next = self.t + self.method.step().h;
         let rounding = 16.0 * f64::EPSILON * next.abs().max(end.abs());

@@ -19,8 +19,8 @@ pub struct DenseStep {
     pub end: Vec<f64>,
     /// Local error estimate of (q, v) at the end.
     pub error: Vec<f64>,
-    /// Length times the fastest rate at which the Jacobian at the start damps the velocities [-]. Far above 1, the step
-    /// is determined by the Jacobian more than by the accelerations. Zero without a Jacobian.
+    /// Length times the fastest rate at which the Jacobian at the start damps the velocities [-]. Far above
+    /// 1, the step is determined by the Jacobian more than by the accelerations. Zero without a Jacobian.
     pub damping: f64,
     /// Order of the embedded solution.
     pub embedded_order: usize,

@@ -1,12 +1,12 @@
 //! The explicit Runge-Kutta method DOP853 of Hairer, Norsett and Wanner, order 8(5,3)
 //! `[HairerNorsettWanner1993]`.
 //!
-//! The error estimate is that of the authors with a second combination of order 5 added to theirs, so that it does
-//! not vanish by chance where a step crosses a kink of the friction law or a change of contact.
+//! The error estimate is that of the authors with a second combination of order 5 added to theirs, so that it
+//! does not vanish by chance where a step crosses a kink of the friction law or a change of contact.
 //!
-//! The method needs no Jacobian and solves no linear equations. While no contact sticks it reaches the accuracy
-//! of a Rosenbrock method with a fraction of the work. Sticking friction is stiff; there stability limits the
-//! steps, which costs time but not accuracy.
+//! The method needs no Jacobian and solves no linear equations. While no contact sticks it reaches the
+//! accuracy of a Rosenbrock method with a fraction of the work. Sticking friction is stiff; there stability
+//! limits the steps, which costs time but not accuracy.
 
 use crate::integrators::dense::DenseStep;
 use crate::integrators::dop853_coefficients::{A, C, D, E3, E5, E5_OTHER, SLOPES, STAGES};
@@ -14,8 +14,8 @@ use crate::integrators::stages::Stages;
 use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
 use crate::numerics::instant::Instant;
 
-/// Stability limit of the step times the fastest rate: 6.3 on the negative real axis (damping), 5.9 on the imaginary
-/// axis (oscillation).
+/// Stability limit of the step times the fastest rate: 6.3 on the negative real axis (damping), 5.9 on the
+/// imaginary axis (oscillation).
 const STABLE: f64 = 5.9;
 
 /// Relative difference of two states that may be a rounding error.
@@ -50,7 +50,8 @@ impl Dop853 {
             slopes: Stages::new(SLOPES, n),
             argument: vec![0.0; n],
             other_error: vec![0.0; n],
-            // The estimate combines those of orders 5 and 3; it is proportional to the eighth power of the step.
+            // The estimate combines those of orders 5 and 3; it is proportional to the eighth power of the
+            // step.
             step: DenseStep::new(n, 6, 7, true),
             last_argument: vec![0.0; n],
             weights: vec![1.0; n],
@@ -65,11 +66,11 @@ impl Dop853 {
         self.end_slope_holds && self.step.instant(1.0) == t.into() && end_q == q && end_v == v
     }
 
-    /// Length of the last step times the fastest rate of the motion [-]: the square root of |Δa|/|Δq|, the differences of
-    /// accelerations and positions between the last stage and the solution. Both belong to the end of the step and
-    /// differ mainly by the fastest component, so the ratio is the frequency of an oscillation or the rate of a
-    /// damping, independent of the units. Where the positions differ by rounding alone it is |Δa|/|Δv|; zero where the
-    /// velocities do as well.
+    /// Length of the last step times the fastest rate of the motion [-]: the square root of |Δa|/|Δq|, the
+    /// differences of accelerations and positions between the last stage and the solution. Both belong to the
+    /// end of the step and differ mainly by the fastest component, so the ratio is the frequency of an
+    /// oscillation or the rate of a damping, independent of the units. Where the positions differ by rounding
+    /// alone it is |Δa|/|Δv|; zero where the velocities do as well.
     pub fn stiffness(&self) -> f64 {
         let d = self.d;
         let (mut accelerations, mut velocities, mut positions) = (0.0, 0.0, 0.0);

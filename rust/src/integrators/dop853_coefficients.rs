@@ -314,12 +314,13 @@ pub(super) const E5: [f64; STAGES + 1] = [
     0.0,
 ];
 
-/// A second error estimate of order 5, independent of the first, since one estimate alone can vanish by chance where the
-/// solution has a kink: the first falls below a twentieth of the error for one in ten positions of
-/// a kink within the step. The 13 slopes have four independent combinations that satisfy the order
-/// conditions up to order 5. Among those that make the estimate of smooth functions at most 1.5 times as large, this one
-/// keeps the ratio of error to estimate closest to 1 over kinks of t^1.5 and t² (95 % of them below 4.4). The
-/// conditions hold to rounding: a residual would add a term proportional to the step, which would limit tight tolerances.
+/// A second error estimate of order 5, independent of the first, since one estimate alone can vanish by
+/// chance where the solution has a kink: the first falls below a twentieth of the error for one in ten
+/// positions of a kink within the step. The 13 slopes have four independent combinations that satisfy the
+/// order conditions up to order 5. Among those that make the estimate of smooth functions at most 1.5 times
+/// as large, this one keeps the ratio of error to estimate closest to 1 over kinks of t^1.5 and t² (95 % of
+/// them below 4.4). The conditions hold to rounding: a residual would add a term proportional to the step,
+/// which would limit tight tolerances.
 pub(super) const E5_OTHER: [f64; STAGES + 1] = [
     -0.025232620209235834,
     0.0,

@@ -16,8 +16,8 @@ pub struct Guard {
     pub value: f64,
     /// Its rate; NaN where it is not known.
     pub rate: f64,
-    /// Where the rate is not known: values below this need a search inside the step, besides what the change of the
-    /// value over the step asks for.
+    /// Where the rate is not known: values below this need a search inside the step, besides what the change
+    /// of the value over the step asks for.
     pub margin: f64,
     /// Size of its rounding errors: closer to zero its sign is undetermined.
     pub resolution: f64,
@@ -51,14 +51,14 @@ pub struct LocationFailure {
     pub index: usize,
 }
 
-/// The guards are sampled at every PIECES-th part of the step. With the test of the rates at the samples, only two
-/// extrema within one piece can be missed.
+/// The guards are sampled at every PIECES-th part of the step. With the test of the rates at the samples,
+/// only two extrema within one piece can be missed.
 const PIECES: usize = 8;
 
 /// Ratio of the golden section.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
-/// Golden sections of the search for a minimum where the rate is unknown. They find its instant to 3e-8 of an eighth of
-/// the step, and therefore its value to rounding.
+/// Golden sections of the search for a minimum where the rate is unknown. They find its instant to 3e-8 of an
+/// eighth of the step, and therefore its value to rounding.
 const SECTIONS: usize = 36;
 
 /// Iterations of the root and minimum searches: bisection alone would need 53.
@@ -90,8 +90,8 @@ impl EventFinder {
     /// Whether an event in a step of length `h` is possible, judged by the guards at its ends.
     ///
     /// The cubic through the values and rates at the ends falls at most 4/27 h (|g'₀| + |g'₁|) below the
-    /// lower end. An event is excluded only if both values exceed h max(|g'₀|, |g'₁|), more than three times that. A
-    /// guard of unknown rate must exceed its change over the step plus its margin.
+    /// lower end. An event is excluded only if both values exceed h max(|g'₀|, |g'₁|), more than three times
+    /// that. A guard of unknown rate must exceed its change over the step plus its margin.
     pub fn may_have_event(h: f64, start: &[Guard], end: &[Guard]) -> bool {
         start.iter().zip(end).any(|(a, b)| {
             let margin = h * a.rate.abs().max(b.rate.abs());
@@ -159,8 +159,8 @@ impl EventFinder {
                 if left.rate <= 0.0 {
                     return Ok(Some(a));
                 }
-                // The guard is zero to rounding after an event, rises (or has an unknown rate), and has fallen again
-                // before b: bisect towards a until the guard is positive.
+                // The guard is zero to rounding after an event, rises (or has an unknown rate), and has
+                // fallen again before b: bisect towards a until the guard is positive.
                 let mut width = b - a;
                 for _ in 0..ITERATIONS {
                     width *= 0.5;
@@ -192,8 +192,9 @@ impl EventFinder {
         self.trial[index]
     }
 
-    /// Whether a guard may have a negative minimum inside a piece: it falls at its start and rises at its end. Where the
-    /// rate is unknown, it is that of the parabolas through neighboring samples, and their minimum must reach zero.
+    /// Whether a guard may have a negative minimum inside a piece: it falls at its start and rises at its
+    /// end. Where the rate is unknown, it is that of the parabolas through neighboring samples, and their
+    /// minimum must reach zero.
     fn may_have_minimum(&self, piece: usize, index: usize) -> bool {
         let guard = |sample: usize| self.samples[sample * self.count + index];
         let (left, right) = (guard(piece), guard(piece + 1));
@@ -213,7 +214,8 @@ impl EventFinder {
         falls <= 0.0 && rises >= 0.0 && left.value.min(right.value) <= first.max(second)
     }
 
-    /// Minimum between a falling and a rising end, by bisection on the rate; stops at the first crossed value.
+    /// Minimum between a falling and a rising end, by bisection on the rate; stops at the first crossed
+    /// value.
     fn minimum(
         &mut self,
         system: &mut dyn HybridSystem,

@@ -1,5 +1,5 @@
-//! Integration of `q̈ = a(q, q̇, t)` with events. In: a system, a method, a start; out: a state at the end and the
-//! work done. Uses `numerics` and the form of a linearization from `dynamics`.
+//! Integration of `q̈ = a(q, q̇, t)` with events. In: a system, a method, a start; out: a state at the end
+//! and the work done. Uses `numerics` and the form of a linearization from `dynamics`.
 //!
 //! The integrator knows no mechanism and no contact. A [`HybridSystem`] gives accelerations, their exact
 //! derivatives, guard functions whose zeros end the present phase, and the change of phase.
@@ -52,14 +52,16 @@ pub trait HybridSystem {
     /// Guards of the present phase.
     fn guards(&mut self, _t: Instant, _q: &[f64], _v: &[f64], _guards: &mut [Guard]) {}
 
-    /// Whether a kink of the accelerations (a jump of their derivatives) lies between the start of the step and the
-    /// state at which the guards were last evaluated. The Jacobian at the start of the step does not hold beyond it.
+    /// Whether a kink of the accelerations (a jump of their derivatives) lies between the start of the step
+    /// and the state at which the guards were last evaluated. The Jacobian at the start of the step does not
+    /// hold beyond it.
     fn is_beyond_kink(&self) -> bool {
         false
     }
 
-    /// Factor, at least 1, by which the velocity tolerances of [`HybridSystem::tolerances`] must be divided: at the
-    /// state of the last [`HybridSystem::begin`], and between it and the state at which the guards were last evaluated.
+    /// Factor, at least 1, by which the velocity tolerances of [`HybridSystem::tolerances`] must be divided:
+    /// at the state of the last [`HybridSystem::begin`], and between it and the state at which the guards
+    /// were last evaluated.
     fn velocity_refinement(&self) -> f64 {
         1.0
     }
@@ -80,8 +82,8 @@ pub trait HybridSystem {
         Projection::Unneeded
     }
 
-    /// Rewrites the positions of an accepted step as an equivalent state with smaller rounding errors, from which the
-    /// next step starts: angles without their full turns.
+    /// Rewrites the positions of an accepted step as an equivalent state with smaller rounding errors, from
+    /// which the next step starts: angles without their full turns.
     fn wrap_angles(&mut self, _q: &mut [f64]) {}
 
     /// Receives every accepted step, before any change of phase at its end; false cancels the integration.
@@ -92,9 +94,9 @@ pub trait HybridSystem {
 
 /// A one-step method.
 ///
-/// The loop over the steps calls [`Stepper::restart`] at the start of a phase, [`Stepper::begin`] once for every
-/// state, [`Stepper::attempt`] until a step is accepted, and then [`Stepper::settle`] unless the step ended a
-/// phase. All but `begin` and `restart` refer to the last step.
+/// The loop over the steps calls [`Stepper::restart`] at the start of a phase, [`Stepper::begin`] once for
+/// every state, [`Stepper::attempt`] until a step is accepted, and then [`Stepper::settle`] unless the step
+/// ended a phase. All but `begin` and `restart` refer to the last step.
 pub trait Stepper {
     /// Receives the tolerances of a new phase, by which positions and velocities are weighted.
     fn restart(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]);
@@ -116,15 +118,16 @@ pub trait Stepper {
     /// The step with its error estimate.
     fn step(&mut self) -> &mut DenseStep;
 
-    /// Approximate state at the fraction `theta` of the step, without further evaluations. It decides whether guards
-    /// must be evaluated on the dense output.
+    /// Approximate state at the fraction `theta` of the step, without further evaluations. It decides whether
+    /// guards must be evaluated on the dense output.
     fn estimate_inside(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]);
 
     /// Completes the dense output of the step; false where something is not finite.
     fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool;
 
-    /// Called when the step was accepted and led to (q, v) at `t` in the same phase. Returns the factor by which the
-    /// next step may be longer within the region of absolute stability. A pair of methods may switch here.
+    /// Called when the step was accepted and led to (q, v) at `t` in the same phase. Returns the factor by
+    /// which the next step may be longer within the region of absolute stability. A pair of methods may
+    /// switch here.
     fn settle(
         &mut self,
         system: &mut dyn HybridSystem,

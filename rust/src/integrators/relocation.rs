@@ -7,8 +7,9 @@ use crate::integrators::events::EventFinder;
 /// Changes of phase at one instant, beyond one of every guard, after which the run fails. Each shortens
 /// the next step tenfold, so that the last step is a rounding error of the first.
 const STANDING_EVENTS: usize = 16;
-/// Attempts to end on one event by Newton's or the secant method, each a step of its own; two usually suffice. After
-/// these the bracket is bisected: on a guard that is steep on one side of its zero the secant method converges slowly.
+/// Attempts to end on one event by Newton's or the secant method, each a step of its own; two usually
+/// suffice. After these the bracket is bisected: on a guard that is steep on one side of its zero the secant
+/// method converges slowly.
 const RELOCATIONS: usize = 20;
 
 impl Run<'_> {
@@ -57,8 +58,8 @@ impl Run<'_> {
             if high.0 - low.0 <= resolution || exhausted && high.1.is_nan() {
                 break;
             }
-            // Newton's method, or the secant method where the rate is unknown. The target lies behind the zero so that
-            // the sign is already that of the new phase.
+            // Newton's method, or the secant method where the rate is unknown. The target lies behind the
+            // zero so that the sign is already that of the new phase.
             let target = -0.5 * guard.overshoot;
             let rate = if guard.rate.is_nan() { (high.1 - low.1) / (high.0 - low.0) } else { guard.rate };
             let next = h - (guard.value - target) / rate;
@@ -75,8 +76,8 @@ impl Run<'_> {
         Ok(Some(event.index))
     }
 
-    /// Whether an event in the step is possible, judged by its ends and its middle. The ends alone miss a minimum
-    /// between two ends with small rates.
+    /// Whether an event in the step is possible, judged by its ends and its middle. The ends alone miss a
+    /// minimum between two ends with small rates.
     fn may_have_event(&mut self) -> bool {
         let step = self.method.step();
         let (middle, h) = (step.instant(0.5), step.h);
@@ -136,14 +137,15 @@ impl Run<'_> {
         self.velocity_refinement = self.start_refinement.max(self.system.velocity_refinement());
     }
 
-    /// Changes the phase for a guard, and for every other guard that is zero and falling at the same instant, in order.
+    /// Changes the phase for a guard, and for every other guard that is zero and falling at the same instant,
+    /// in order.
     pub(super) fn change_phase(&mut self, index: usize) -> Result<f64, Failure> {
         let mut bound = f64::INFINITY;
         for other in 0..self.start_guards.len() {
             let guard = self.start_guards[other];
             // Zero to rounding and falling; a guard that rises from zero has just been crossed. Where the
-            // rate is unknown only a clear sign counts: two guards near zero could otherwise change the phase in turn
-            // without end.
+            // rate is unknown only a clear sign counts: two guards near zero could otherwise change the phase
+            // in turn without end.
             let unknown = guard.rate.is_nan();
             let crossed = if unknown {
                 guard.value < -guard.resolution

@@ -1,5 +1,5 @@
 //! Assembly: from initial guesses of the angles to a start with every clearance joint concentric in
-//! position and velocity, and the scales by which errors are judged.
+//! position and velocity, and the scales for error control.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -12,8 +12,8 @@ use crate::scene::parts::{Scene, Start};
 use crate::tree::elements::{FramePoint, IdealKind, Realization, Scales, State, Tree};
 use crate::tree::kinematics::{FrameKind, Vec2};
 
-/// Newton steps before an assembly is given up. A rough guess needs about ten; a hundred only
-/// when it creeps along a singular pose.
+/// Newton steps after which an assembly fails. A poor initial guess needs about ten; a hundred are needed
+/// only next to a singular configuration.
 const ITERATIONS: usize = 100;
 
 /// Residual of the closures relative to the size of the mechanism that counts as assembled:
@@ -23,16 +23,16 @@ const CLOSED: f64 = 1e-13;
 /// The start of a tree and its scales.
 pub(crate) fn assemble(tree: &Tree, scene: &Scene) -> Result<(State, Scales), InputError> {
     let length = length_scale(scene);
-    let rough = rough_coordinates(tree, scene);
-    let d = rough.len();
+    let guess = initial_guess(tree, scene);
+    let d = guess.len();
     let mut dynamics = Dynamics::new(tree);
     let conditions = Conditions::new(tree, scene);
-    let mut q = rough.clone();
+    let mut q = guess.clone();
     slide_together(&mut dynamics, &conditions, &mut q, length);
     let mut residual = close_positions(&mut dynamics, &conditions, &mut q, length);
     if residual.is_nan() || residual > CLOSED * length {
-        // Slid together, a mechanism may stand where turning it does not begin to close it.
-        q = rough;
+        // From the translated position Newton's method may stall where the initial guess does not.
+        q = guess;
         residual = close_positions(&mut dynamics, &conditions, &mut q, length);
     }
     if residual.is_nan() || residual > CLOSED * length {
@@ -56,13 +56,13 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene) -> Result<(State, Scales), In
     dynamics.move_to(0.0, &q, &v);
     check_directions(tree, &dynamics)?;
     let speed = speed_scale(tree, &dynamics, length);
-    // The least-squares velocity leaves a rate only where no velocity closes the joints: the pose
-    // is singular and the drive pushes against it.
+    // The least-squares solution leaves a gap rate only where no velocity keeps the joints closed: the
+    // configuration is singular and the drive acts against it.
     if gap_rate.is_nan() || gap_rate > 1e-9 * speed {
         return Err(Subject::Scene.error(
             "bodies",
             format!(
-                "the assembled pose is singular{}: no velocity keeps the joints together \
+                "the assembled configuration is singular{}: no velocity keeps the joints together \
                  (remaining rate {gap_rate:.3e} m/s); start the drive at another angle{}",
                 if scene.start.is_empty() { "" } else { ", or the start contradicts itself or the drives" },
                 excess(tree)
@@ -81,7 +81,8 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene) -> Result<(State, Scales), In
     Ok((State { q, v }, Scales { length, speed, levers, contacts }))
 }
 
-/// A spring with a length, or a damper, has no direction between points that coincide.
+/// Checks that no spring with a natural length, and no damper, starts with its two points in one place, where
+/// it has no direction.
 fn check_directions(tree: &Tree, dynamics: &Dynamics) -> Result<(), InputError> {
     let lost = tree.links.iter().filter(|link| !dynamics.link_force(link).norm().is_finite());
     let problems: Vec<Problem> = lost
@@ -98,8 +99,8 @@ fn check_directions(tree: &Tree, dynamics: &Dynamics) -> Result<(), InputError> 
     Subject::Scene.judge((), problems)
 }
 
-/// Every closure must restrict the motion by two more equations: otherwise a joint is redundant
-/// (its forces cannot be known) or the pose is a change point. And something must be able to move.
+/// Checks that every closure adds two independent equations: otherwise a joint is redundant
+/// (its forces are undetermined) or the configuration is a change point. Also checks that something can move.
 fn check_mobility(
     tree: &Tree,
     dynamics: &Dynamics,
@@ -116,8 +117,8 @@ fn check_mobility(
             return Err(Subject::Scene.error(
                 "joints",
                 format!(
-                    "joint {:?} closes a loop that the other joints and drives already hold, in the assembled \
-                     pose: it is redundant (remove it or give it clearance), or the mechanism starts at a \
+                    "joint {:?} closes a loop that the other joints and drives already keep closed, in the assembled \
+                     configuration: it is redundant (remove it or give it clearance), or the mechanism starts at a \
                      change point with links in line (start it elsewhere){}",
                     closure.name,
                     excess(tree)
@@ -125,18 +126,18 @@ fn check_mobility(
             ));
         }
     }
-    // The closures are independent here, so a count decides.
+    // The closures are independent here, so counting decides.
     if tree.mobility() == 0 && tree.driven.is_empty() {
         return Err(Subject::Scene.error(
             "joints",
-            "the scene is a structure: its joints hold every body and nothing is driven, so nothing can move; \
+            "the scene is a structure: its joints fix every body and nothing is driven, so nothing can move; \
              remove a joint or give one clearance",
         ));
     }
     Ok(())
 }
 
-/// What to add to a problem of the assembly where the loops ask for more than can move.
+/// Addition to an error message where the loops have more equations than there are free coordinates.
 fn excess(tree: &Tree) -> String {
     let (free, equations) = (tree.free.len(), 2 * tree.closures.len());
     if equations <= free {
@@ -144,8 +145,8 @@ fn excess(tree: &Tree) -> String {
     }
     let names: Vec<String> = tree.closures.iter().map(|closure| format!("{:?}", closure.name)).collect();
     format!(
-        "; the loops closed by {} ask for {equations} equations of {free} free coordinate{}: a joint or a drive \
-         is too many",
+        "; the loops closed by {} give {equations} equations for {free} free coordinate{}: there is one joint or drive \
+         too many",
         names.join(" and "),
         if free == 1 { "" } else { "s" }
     )
@@ -153,7 +154,7 @@ fn excess(tree: &Tree) -> String {
 
 /// Free coordinates that give the bodies the guessed angles, or those that the start gives with all their
 /// is_angle: springs count them, and what follows meets them up to full turns only.
-fn rough_coordinates(tree: &Tree, scene: &Scene) -> Vec<f64> {
+fn initial_guess(tree: &Tree, scene: &Scene) -> Vec<f64> {
     let mut angles = vec![0.0; tree.frames.len()];
     let mut coordinates = vec![0.0; tree.frames.len()];
     for (index, frame) in tree.frames.iter().enumerate().skip(1) {
@@ -166,9 +167,9 @@ fn rough_coordinates(tree: &Tree, scene: &Scene) -> Vec<f64> {
             .bodies
             .iter()
             .zip(&scene.bodies)
-            // The body hung on the joint: bodies welded to it have their origin elsewhere.
+            // The body on the joint itself: bodies fixed to it have their origin elsewhere.
             .filter(|(placed, _)| placed.frame == index)
-            .min_by_key(|(placed, _)| !placed.hung)
+            .min_by_key(|(placed, _)| !placed.owns_frame)
             .map_or(angles[index], |(placed, body)| {
                 let given = scene.start.iter().find_map(|start| match start {
                     Start::Body { body: name, angle, .. } if *name == body.name => *angle,
@@ -185,7 +186,7 @@ fn rough_coordinates(tree: &Tree, scene: &Scene) -> Vec<f64> {
     tree.free.iter().map(|&column| coordinates[column + 1]).collect()
 }
 
-/// The coordinate that the start gives to the revolute joint of a column, if any.
+/// Coordinate of the revolute joint of a column in the `start` of the scene, if it is given there.
 fn given_turn(tree: &Tree, scene: &Scene, column: usize) -> Option<f64> {
     scene.start.iter().find_map(|start| {
         let Start::Joint { joint: name, position: Some(position), .. } = start else { return None };
@@ -197,8 +198,8 @@ fn given_turn(tree: &Tree, scene: &Scene, column: usize) -> Option<f64> {
     })
 }
 
-/// Unit of each free coordinate for least squares: 1 rad, and the size of the mechanism as a
-/// power of two, so that a scene in other units takes bit for bit the same steps.
+/// Unit of each free coordinate for least squares: 1 rad, or the size of the mechanism rounded to a
+/// power of two, so that a scene in other units takes the same steps to the last bit.
 fn column_units(tree: &Tree, length: f64) -> Vec<f64> {
     let unit = length.log2().ceil().exp2();
     tree.free
@@ -210,16 +211,16 @@ fn column_units(tree: &Tree, length: f64) -> Vec<f64> {
         .collect()
 }
 
-/// What must hold at the start.
+/// Equations of the start.
 struct Conditions {
-    /// Points with the second seen from the first [m] and its rate [m/s]: loop closures, then
-    /// clearance joints.
+    /// Pairs of points with the vector from the first to the second [m] and its rate [m/s]: loop closures,
+    /// then clearance joints.
     pairs: Vec<([FramePoint; 2], Vec2, Vec2)>,
-    /// Coordinates that the user gave.
+    /// Coordinates given in the scene.
     coordinates: Vec<GivenCoordinate>,
 }
 
-/// A coordinate of a joint or the angle of a body, as far as it is given.
+/// A coordinate of a joint or the angle of a body for which the scene gives a position, a velocity or both.
 struct GivenCoordinate {
     /// Its derivative with respect to the coordinate of every column.
     columns: Vec<f64>,
@@ -254,13 +255,13 @@ impl Conditions {
         }
     }
 
-    /// Rows that the pairs and the given coordinates take.
+    /// Number of equations of the pairs and the given coordinates.
     fn rows(&self, given: impl Fn(&GivenCoordinate) -> Option<f64>) -> usize {
         2 * self.pairs.len() + self.coordinates.iter().filter(|one| given(one).is_some()).count()
     }
 
-    /// What the positions are off by, one below the other, and the Jacobian with respect to the free
-    /// coordinates. Lengths are divided by `unit`, columns multiplied by the coordinates' `units`.
+    /// Residuals of the positions, and their Jacobian with respect to the free
+    /// coordinates. Lengths are divided by `unit`, columns multiplied by the `units` of the coordinates.
     fn positions(&self, dynamics: &Dynamics, units: &[f64], unit: f64) -> (DVector<f64>, DMatrix<f64>) {
         let given = |one: &GivenCoordinate| one.position;
         let mut residual = DVector::zeros(self.rows(given));
@@ -272,7 +273,7 @@ impl Conditions {
         let wanted = self.coordinates.iter().filter_map(|one| Some((one, one.position?)));
         for (row, (one, wanted)) in wanted.enumerate() {
             let off = one.zero + one.sum(|column| dynamics.coordinate(column).position) - wanted;
-            // An angle is met where it is met up to full turns.
+            // An angle is satisfied up to full turns.
             let off = if one.is_angle { unwind(off).0 } else { off / unit };
             residual[2 * self.pairs.len() + row] = off;
         }
@@ -368,8 +369,8 @@ fn given_coordinate(tree: &Tree, start: &Start) -> Option<GivenCoordinate> {
 
 /// Singular values relative to the largest below which a direction counts as immovable.
 const SINGULAR: f64 = 1e-10;
-/// The same for velocities: in a pose that just closes, positions are known to the square root of
-/// rounding only, and so is the singular value that vanishes there.
+/// The same for velocities. In a singular configuration positions are known to the square root of
+/// the machine epsilon only, and so is the singular value that vanishes there.
 const SINGULAR_VELOCITY: f64 = 1e-6;
 
 /// Least-squares solution of smallest norm; directions with a relative singular value below
@@ -377,15 +378,15 @@ const SINGULAR_VELOCITY: f64 = 1e-6;
 fn least_squares(jacobian: DMatrix<f64>, right: &DVector<f64>, cutoff: f64) -> DVector<f64> {
     let columns = jacobian.ncols();
     let largest = jacobian.amax();
-    // The decomposition panics over what is not a number; the remaining gap will tell.
+    // The decomposition panics on NaN; the remaining gap then reports the failure.
     if largest == 0.0 || right.is_empty() || !jacobian.iter().chain(right).all(|x| x.is_finite()) {
         return DVector::zeros(columns);
     }
     jacobian.svd(true, true).solve(right, cutoff * largest).unwrap_or_else(|_| DVector::zeros(columns))
 }
 
-/// Closes the gaps as far as sliding alone can: the user gave angles and no positions, so a body without
-/// ideal joints keeps its angle. Gaps are linear in the slides.
+/// Closes the gaps as far as translations alone can: the scene gives angles and no positions, so a body
+/// without ideal joints keeps its angle. Gaps are linear in the translations.
 fn slide_together(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f64], length: f64) {
     let tree = dynamics.tree;
     let units = column_units(tree, length);
@@ -403,7 +404,7 @@ fn slide_together(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f64
     }
 }
 
-/// Newton's method with halved steps on the conditions; what remains [m].
+/// Newton's method with step halving on the conditions; returns the remaining residual [m].
 fn close_positions(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f64], length: f64) -> f64 {
     let tree = dynamics.tree;
     let at_rest = vec![0.0; q.len()];
@@ -429,7 +430,7 @@ fn close_positions(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f6
                 break;
             }
             fraction *= 0.5;
-            // No shorter step helps: rounding level, or a gap that cannot be closed.
+            // No shorter step reduces the residual: it is at rounding level, or the gap cannot be closed.
             if fraction < 1e-6 {
                 return size * unit;
             }
@@ -439,7 +440,7 @@ fn close_positions(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f6
     residual.norm() * unit
 }
 
-/// Velocities of smallest norm that meet the conditions, and the largest remaining rate [m/s].
+/// Velocities of smallest norm that satisfy the conditions, and the largest remaining gap rate [m/s].
 fn close_velocities(
     dynamics: &mut Dynamics,
     conditions: &Conditions,
@@ -449,7 +450,7 @@ fn close_velocities(
     let units = column_units(dynamics.tree, length);
     let unit = length.log2().ceil().exp2();
     let mut v = vec![0.0; q.len()];
-    // The conditions are linear in v: the second pass only removes the rounding of the first.
+    // The conditions are linear in v: the second pass only removes rounding errors of the first.
     for _ in 0..2 {
         dynamics.move_to(0.0, q, &v);
         let (residual, jacobian) = conditions.velocities(dynamics, &units, unit);

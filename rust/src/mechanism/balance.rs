@@ -1,4 +1,4 @@
-//! Starts that only rounding sets in motion: at rest in a pose where all loads balance, but not stably.
+//! Starts at rest in an unstable equilibrium, which only rounding errors set in motion.
 
 use nalgebra::{DMatrix, Schur};
 
@@ -8,17 +8,23 @@ use crate::mechanism::assembly::assemble;
 use crate::scene::parts::{Joint, JointKind, Scene, Start};
 use crate::tree::elements::{Scales, State, Tree};
 
-/// Accelerations that are none, as a part of those that the loads give the mechanism elsewhere; rounding leaves 1e-15.
+/// Accelerations that count as zero, relative to the scale of accelerations of the mechanism; rounding leaves
+/// 1e-15.
 const BALANCED: f64 = 1e-9;
-/// Growth of a deviation over the time in which the mechanism crosses its own size that is an instability. A slider
-/// pushed along its dead center has 0.3 to 3; rounding of what neither grows nor shrinks leaves 1e-8.
+/// Growth rate of a deviation that counts as unstable, times the time in which the mechanism moves by its own
+/// size. A slider pushed along its dead center has 0.3 to 3; in neutral equilibrium rounding gives 1e-8.
 const UNSTABLE: f64 = 1e-3;
-/// Steps for the eigenvalues: a few a row are needed.
+/// Most iterations for the eigenvalues: a few per row are needed.
 const ITERATIONS: usize = 1000;
 
-/// A doubt about a start at rest in an unstable balance of loads. Clearances are left out: a journal in flight
-/// bears no load, but what it will bear is that of the joint without play.
-pub(crate) fn doubt_balance(tree: &Tree, start: &State, scales: &Scales, scene: &Scene) -> Option<Problem> {
+/// Warning of a start at rest in an unstable equilibrium. It is judged without clearances: a journal in free
+/// flight carries no load, but later carries that of the ideal joint.
+pub(crate) fn warning_of_equilibrium(
+    tree: &Tree,
+    start: &State,
+    scales: &Scales,
+    scene: &Scene,
+) -> Option<Problem> {
     let rests =
         start.v.iter().zip(&scales.levers).all(|(v, lever)| (v * lever).abs() <= BALANCED * scales.speed);
     if !rests || scales.speed == 0.0 {
@@ -36,14 +42,14 @@ pub(crate) fn doubt_balance(tree: &Tree, start: &State, scales: &Scales, scene: 
     Some(Problem::new(
         "start",
         format!(
-            "the mechanism starts at rest in a pose in which all loads balance, but unstably, as upright or along \
-             a dead center: a deviation grows tenfold in {tenfold:.2e} s, and rounding alone decides when and to \
-             which side it leaves; start it a little beside"
+            "the mechanism starts at rest in an unstable equilibrium, such as an upright pendulum or a crank at \
+             a dead center: a deviation grows tenfold in {tenfold:.2e} s, and rounding errors alone decide when and in \
+             which direction it leaves; start it a little beside"
         ),
     ))
 }
 
-/// Rate [1/s] at which a deviation from the start grows, if nothing accelerates there but a deviation would.
+/// Rate [1/s] at which a deviation from the start grows, if the start is an unstable equilibrium.
 fn growth(tree: &Tree, start: &State, scales: &Scales) -> Option<f64> {
     let d = tree.degrees_of_freedom();
     let State { q, v } = start;
@@ -73,7 +79,7 @@ fn growth(tree: &Tree, start: &State, scales: &Scales) -> Option<f64> {
     (growth > UNSTABLE).then_some(growth / crossing)
 }
 
-/// The scene with joints that have no play.
+/// The scene with ideal joints in place of clearance joints.
 fn without_play(scene: &Scene) -> Scene {
     let joints = scene.joints.iter().map(|joint| match joint {
         Joint::Clearance { name, bearing, journal, .. } => Joint::Ideal {

@@ -1,10 +1,10 @@
-//! The compiled mechanism: a tree of frames, its assembled start, and the sizes by which errors are judged.
+//! The compiled mechanism: a tree of frames, its assembled start, and the scales for error control.
 
 use std::ops::Deref;
 
 use crate::error::{InputError, Problem};
 use crate::mechanism::assembly::assemble;
-use crate::mechanism::balance::doubt_balance;
+use crate::mechanism::balance::warning_of_equilibrium;
 use crate::scene::parts::Scene;
 use crate::tree::elements::{Scales, State, Tree};
 
@@ -17,8 +17,8 @@ pub struct Mechanism {
     pub start: State,
     /// Scales for error control.
     pub scales: Scales,
-    /// What looks like a wrong number or unit in the scene, each with its path.
-    pub doubts: Vec<Problem>,
+    /// Numbers and units of the scene that look wrong, each with its path.
+    pub warnings: Vec<Problem>,
 }
 
 impl Mechanism {
@@ -31,13 +31,13 @@ impl Mechanism {
         scene.check()?;
         let tree = Tree::span(scene)?;
         let (start, scales) = assemble(&tree, scene)?;
-        let mut doubts = scene.doubts();
-        doubts.extend(doubt_balance(&tree, &start, &scales, scene));
-        Ok(Mechanism { tree, start, scales, doubts })
+        let mut warnings = scene.implausible();
+        warnings.extend(warning_of_equilibrium(&tree, &start, &scales, scene));
+        Ok(Mechanism { tree, start, scales, warnings })
     }
 }
 
-/// A mechanism is read as its tree: bodies, joints and forces are those of the tree.
+/// Bodies, joints and forces of a mechanism are those of its tree.
 impl Deref for Mechanism {
     type Target = Tree;
 

@@ -4,19 +4,19 @@ use crate::dynamics::Dynamics;
 use crate::error::{InputError, Subject};
 use crate::tree::elements::Tree;
 
-/// The reason, in the pose last moved to, of a mechanism whose free coordinates start with the velocities `v`.
+/// The reason, in the present configuration and with the velocities `v` of the free coordinates.
 pub(crate) fn no_acceleration(tree: &Tree, dynamics: &mut Dynamics, v: &[f64]) -> InputError {
     if !dynamics.is_regular() {
-        return Subject::Scene.error("bodies", "the mass matrix is singular in the assembled pose");
+        return Subject::Scene.error("bodies", "the mass matrix is singular in the assembled configuration");
     }
-    // Accelerations have squares of velocities.
+    // Accelerations contain squares of velocities.
     let overflows = |rate: f64| !(rate * rate).is_finite();
     for driven in &tree.driven {
         let [_, rate, ..] = driven.motion.at(0.0);
         if overflows(rate) {
             let unit = if driven.is_angle { "rad/s" } else { "m/s" };
             let message = format!(
-                "{:?} starts at {rate:.3e} [{unit}]: its accelerations are no finite numbers",
+                "{:?} starts at {rate:.3e} [{unit}]: its accelerations are not finite numbers",
                 driven.name
             );
             return Subject::Scene.error("drives", message);
@@ -24,13 +24,13 @@ pub(crate) fn no_acceleration(tree: &Tree, dynamics: &mut Dynamics, v: &[f64]) -
     }
     if let Some(rate) = v.iter().find(|rate| overflows(**rate)) {
         let message = format!(
-            "starts a coordinate at {rate:.3e} [rad/s or m/s]: its accelerations are no finite numbers"
+            "starts a coordinate at {rate:.3e} [rad/s or m/s]: its accelerations are not finite numbers"
         );
         return Subject::Scene.error("start", message);
     }
     Subject::Scene.error(
         "bodies",
-        "the start accelerations are no finite numbers: masses and lengths are too small for the forces, or these \
+        "the start accelerations are not finite numbers: masses and lengths are too small for the forces, or these \
          are too large",
     )
 }

@@ -1,5 +1,5 @@
-//! The compiled mechanism, complete when it exists. In: a scene; out: its tree, an assembled start, scales for error
-//! control, doubts. Uses `dynamics`, `tree`, `scene`, `numerics`.
+//! The compiled mechanism, complete when it exists. In: a scene; out: its tree, an assembled start, scales
+//! for error control, warnings. Uses `dynamics`, `tree`, `scene`, `numerics`.
 
 mod assembly;
 mod balance;

@@ -1,12 +1,12 @@
-//! The sizes of a mechanism by which errors are judged; all come from the scene, none is absolute.
+//! Scales of a mechanism for error control; all follow from the scene, none is absolute.
 
 use crate::dynamics::Dynamics;
 use crate::scene::parts::{Joint, Scene, extent};
 use crate::tree::elements::{ClearanceJoint, ContactScales, FrameInertia, Tree};
 use crate::tree::kinematics::{FrameKind, Vec2};
 
-/// Largest distance between two points of a body, or of ground; a joint's radius if all points
-/// coincide; 1 m in a scene without any length.
+/// Length scale [m]: the largest distance between two points of a body, or of ground; the radius of a joint
+/// if all points coincide; 1 m in a scene without any length.
 pub(crate) fn length_scale(scene: &Scene) -> f64 {
     let mut length = extent(scene.ground.iter().map(|point| point.position));
     for body in &scene.bodies {
@@ -20,9 +20,9 @@ pub(crate) fn length_scale(scene: &Scene) -> f64 {
     if length > 0.0 { length } else { 1.0 }
 }
 
-/// Fastest of: the points at the start, the drives over the size of the mechanism, a free fall over
-/// it, what the given forces and torques can do in it. A mechanism that nothing of this moves, as
-/// one that springs set off, has the speed its start accelerations give it over its size.
+/// Speed scale [m/s], the largest of: the speed of points at the start, that of the drives at the size of the
+/// mechanism, that of a free fall over this size, and those that applied forces and torques give the total
+/// mass over it. It may be zero, as in a mechanism that springs set in motion: see [`speed_from_rest`].
 pub(crate) fn speed_scale(tree: &Tree, dynamics: &Dynamics, length: f64) -> f64 {
     let mut speed = (tree.gravity.norm() * length).sqrt();
     for driven in &tree.driven {
@@ -43,13 +43,14 @@ pub(crate) fn speed_scale(tree: &Tree, dynamics: &Dynamics, length: f64) -> f64 
     }
     for applied in &tree.applied_torques {
         speed = speed.max((applied.torque.scales()[0] / mass).sqrt());
-        // As a force at the distance of the size of the mechanism.
+        // Like a force at a lever arm of the size of the mechanism.
         speed = speed.max(applied.torque.speed_in_growing(mass * length, length));
     }
     speed
 }
 
-/// The same from the accelerations that [`Dynamics::accelerate`] gave the bodies.
+/// Speed scale [m/s] of a mechanism without any of these: the speed after a distance of its size with the
+/// accelerations of the start, after [`Dynamics::accelerate`].
 pub(crate) fn speed_from_rest(tree: &Tree, dynamics: &Dynamics, length: f64) -> f64 {
     let acceleration = |body: &FrameInertia| {
         let frame = dynamics.frame(body.frame);
@@ -62,8 +63,8 @@ fn total_mass(tree: &Tree) -> f64 {
     tree.bodies.iter().map(|body| body.mass).sum()
 }
 
-/// How far [m] a unit of each degree of freedom moves the points that matter: centers of mass,
-/// clearance joints and their surfaces.
+/// Levers: the largest displacement per unit of each degree of freedom [m/rad or 1] of the centers of mass
+/// (or of points at the radius of gyration), of the clearance joints and of their surfaces.
 pub(crate) fn levers(tree: &Tree, dynamics: &Dynamics) -> Vec<f64> {
     let mut levers = vec![0.0_f64; tree.free.len()];
     let mut raise = |frame: usize, point: Vec2, radius: f64| {
@@ -86,18 +87,18 @@ pub(crate) fn levers(tree: &Tree, dynamics: &Dynamics) -> Vec<f64> {
     levers
 }
 
-/// Penetration relative to the clearance that stands for the load of a scene in which nothing
+/// Resting penetration relative to the clearance that is assumed if the scene has no load: nothing
 /// is driven, moves or falls at the start.
 const UNLOADED_PENETRATION: f64 = 1e-6;
 
-/// The contacts of all clearance joints, each resting under the load [N] that would keep it concentric in the
-/// motion that [`Dynamics::accelerate`] gave the bodies, or that moves its mass at the speed of the mechanism
-/// round a circle of its size.
+/// Scales of the contacts of all clearance joints, each resting under a load [N]: the larger of the force
+/// that keeps the joint concentric with the accelerations of the start, after [`Dynamics::accelerate`], and
+/// of the centripetal force of its mass at the speed of the mechanism on a circle of its size.
 ///
-/// Where on its circle a contact will press is not known: its mass is the harmonic mean over all directions,
-/// which hardly depends on the pose. From 0.09 to 0.09 kg in the paper's mechanism over a turn of the crank (0.06
-/// to 0.15 kg in the direction in which the joint opens), 0.110 to 0.112 (0.07 to 0.34) at the coupler of the
-/// ready-made six-bar, 0.27 to 0.28 (0.14 to 5.1) in the quick return.
+/// The direction of the load is not known in advance. The mass is therefore the harmonic mean over all
+/// directions, which hardly depends on the configuration: 0.09 kg in the paper's mechanism over a turn of the
+/// crank (0.06 to 0.15 kg in the direction in which the joint opens), 0.110 to 0.112 (0.07 to 0.34) at the
+/// coupler of the ready-made six-bar, 0.27 to 0.28 (0.14 to 5.1) in the quick return.
 pub(crate) fn contact_scales(dynamics: &mut Dynamics, speed: f64, length: f64) -> Vec<ContactScales> {
     let tree = dynamics.tree;
     let total = total_mass(tree);
@@ -105,7 +106,8 @@ pub(crate) fn contact_scales(dynamics: &mut Dynamics, speed: f64, length: f64) -
         let law = joint.law.normal;
         let opening = dynamics.joint_motion(joint).acceleration.norm();
         let mass = dynamics.accelerance([joint.bearing, joint.journal]).mean_mass();
-        // Two bodies that nothing free moves: the joint never acts, any mass will do.
+        // No degree of freedom moves the two bodies relative to each other: the joint never acts, any mass
+        // will do.
         let mass = if mass.is_finite() { mass } else { total.max(f64::MIN_POSITIVE) };
         let load = mass * opening.max(speed * speed / length);
         let weightless = law.stiffness * (UNLOADED_PENETRATION * joint.law.clearance).powf(law.exponent);

@@ -1,12 +1,11 @@
 //! Forward-mode dual numbers: exact first derivatives of the contact and friction laws.
 //!
-//! The laws are written once, over [`Scalar`], and run on `f64` in every stage and on
-//! [`Dual`] once a step, for the Jacobian. A law that is added is differentiated exactly
-//! with no further work.
+//! The laws are written once, for any [`Scalar`]. They are evaluated on `f64` in every stage and on
+//! [`Dual`] once per step, for the Jacobian, so that a new law needs no derivatives of its own.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A number the force laws can be evaluated on: `f64` or [`Dual`].
+/// A number type of the force laws: `f64` or [`Dual`].
 pub trait Scalar:
     Copy
     + Add<Output = Self>
@@ -20,7 +19,7 @@ pub trait Scalar:
 {
     /// A constant: its derivatives are zero.
     fn constant(value: f64) -> Self;
-    /// The value without derivatives; decisions (`if`) are taken on it.
+    /// The value without derivatives, on which branches depend.
     fn value(self) -> f64;
     /// Square root.
     fn sqrt(self) -> Self;

@@ -1,14 +1,14 @@
-//! The highest value of a function within a bracket.
+//! Maximum of a function within a bracket.
 
-/// Part of the bracket to which the place is found: the value, being flat there, is known to its square.
+/// Accuracy of the position of the maximum relative to the bracket: that of the value is its square.
 const PLACE: f64 = 1e-7;
 /// Most evaluations: sections alone would need 34.
 const EVALUATIONS: usize = 40;
 /// The shorter part of a golden section.
 const GOLDEN: f64 = 0.381_966_011_250_105_1;
 
-/// Place and value of the highest point between `low` and `high`, from an inner point that is no lower than
-/// either end: Brent's search by parabolas and golden sections.
+/// Position and value of the maximum between `low` and `high`, from an inner point that is no lower than
+/// either end: Brent's method of parabolas and golden sections.
 ///
 /// Source: R. P. Brent, Algorithms for Minimization without Derivatives, 1973, chapter 5.
 pub fn highest_within(
@@ -28,7 +28,7 @@ pub fn highest_within(
         let allowed = before_last;
         before_last = step;
         step = match parabola {
-            // Inside the bracket, and shrinking: else it may creep.
+            // Only inside the bracket and with shrinking steps: otherwise convergence may be slow.
             Some(step) if best.0 + step > low && best.0 + step < high && step.abs() < 0.5 * allowed.abs() => {
                 let near_end =
                     best.0 + step - low < 2.0 * tolerance || high - best.0 - step < 2.0 * tolerance;
@@ -64,7 +64,7 @@ pub fn highest_within(
     best
 }
 
-/// Where the parabola through three points is level; none if they lie on a line.
+/// Position of the extremum of the parabola through three points; `None` if they lie on a line.
 fn vertex(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
     let (to_b, to_c) = (b.0 - a.0, c.0 - a.0);
     let (p, q) = (to_b * (c.1 - a.1), to_c * (b.1 - a.1));

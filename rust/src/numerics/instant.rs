@@ -1,10 +1,10 @@
-//! Instants that lose nothing where a step is added to a long time.
+//! Instants without rounding errors, where a step is added to a long time.
 //!
-//! After 16 s a number can tell instants 3.6e-15 s apart. A drive at 200 rad/s turns by 7e-13 rad
-//! meanwhile, and stages whose instants are rounded one by one feel it as noise in the position of a contact
-//! that answers 1e-14 m: at tight tolerances steps were refused more and more often the longer a run went on.
+//! At 16 s the spacing of floating-point numbers is 3.6e-15 s, in which a drive at 200 rad/s turns by 7e-13
+//! rad. Rounding the instant of every stage would add noise of this size to the positions of contacts, whose
+//! forces respond to 1e-14 m: at tight tolerances steps were rejected more and more often as a run went on.
 
-/// An instant: the nearest number, and what lies between.
+/// An instant as an unevaluated sum: the nearest number, and the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instant {
     /// The nearest number [s].
@@ -29,7 +29,7 @@ impl From<f64> for Instant {
     }
 }
 
-/// A sum and what rounding takes from it `[Knuth1998]`.
+/// A sum and its rounding error `[Knuth1998]`.
 #[inline]
 pub fn exact_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
@@ -37,18 +37,18 @@ pub fn exact_sum(a: f64, b: f64) -> (f64, f64) {
     (sum, (a - (sum - of_b)) + (b - of_b))
 }
 
-/// A product and what rounding takes from it `[Dekker1971]`. Without a fused multiplication, which not
-/// every processor has and whose substitute costs a call.
+/// A product and its rounding error `[Dekker1971]`. It avoids fused multiply-add, which not
+/// every processor has and whose emulation costs a call.
 #[inline]
 pub fn exact_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
     let ((a_head, a_tail), (b_head, b_tail)) = (halves(a), halves(b));
     let rest = ((a_head * b_head - product) + a_head * b_tail + a_tail * b_head) + a_tail * b_tail;
-    // Numbers near the largest have no halves: then nothing is known of the rest.
+    // The splitting overflows for numbers near the largest; the rest is then unknown.
     (product, if rest.is_finite() { rest } else { 0.0 })
 }
 
-/// A number as a sum of two with half the digits each.
+/// A number as a sum of two numbers with half of the digits each.
 #[inline]
 fn halves(value: f64) -> (f64, f64) {
     let scaled = 134_217_729.0 * value;

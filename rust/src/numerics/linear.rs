@@ -1,20 +1,20 @@
-//! Small dense linear algebra in place: the step loop may not allocate.
+//! Small dense linear algebra in place, since the loop over the steps must not allocate memory.
 
 /// Factors a symmetric positive definite row-major `n` x `n` matrix as L D Lᵀ, in its lower
 /// triangle; the diagonal holds the inverse of D. Returns false where a pivot is not positive (or
 /// not a number).
 ///
-/// Without the square roots of Cholesky's form: in units of mass that differ by a factor of two
-/// they would not be the same bits.
+/// There are no square roots as in Cholesky's form, whose last bits would depend on the unit of mass even if
+/// units differ by a factor of two.
 #[inline]
 pub fn symmetric_factor(matrix: &mut [f64], n: usize) -> bool {
-    // Most mechanisms have two degrees of freedom, and loops would cost ten times the arithmetic.
+    // Most mechanisms have two degrees of freedom; the general loops cost ten times as much for them.
     match matrix {
         [first, _, lower, last] => {
             let inverse = 1.0 / *first;
             let scaled = *lower * inverse;
             let pivot = *last - *lower * scaled;
-            // Positive numbers with a finite sum are finite.
+            // If the sum of positive numbers is finite, so are both.
             let regular = *first > 0.0 && pivot > 0.0 && *first + pivot < f64::INFINITY;
             (*first, *lower, *last) = (inverse, scaled, 1.0 / pivot);
             regular
@@ -82,9 +82,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// Factors a row-major `n` x `n` matrix with partial pivoting; the diagonal of U is stored
 /// inverted. Returns false where the matrix is singular or not finite.
 ///
-/// Rows are compared after multiplication with `weights`: equations of angles and of lengths have
-/// different units, and the choice of pivots may not depend on them. The weights are permuted
-/// with the rows and restored.
+/// Rows are scaled by `weights` for the choice of pivots, which must not depend on the units of the equations
+/// (angles and lengths). The weights are permuted with the rows and restored.
 pub fn lu_factor(matrix: &mut [f64], n: usize, weights: &mut [f64], pivots: &mut [usize]) -> bool {
     let regular = eliminate(matrix, n, weights, pivots);
     for (column, &pivot) in pivots.iter().enumerate().rev() {
@@ -114,7 +113,7 @@ fn eliminate(matrix: &mut [f64], n: usize, weights: &mut [f64], pivots: &mut [us
             }
         }
         let inverse = 1.0 / matrix[column * n + column];
-        // Zero is the inverse of an infinite pivot: the step would stand still with no error.
+        // The inverse of an infinite pivot is zero: the step would have length zero and no error.
         if !inverse.is_finite() || inverse == 0.0 {
             return false;
         }

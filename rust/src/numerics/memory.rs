@@ -1,11 +1,11 @@
-//! Large arrays: memory that is not there is an error, not the end of the process.
+//! Large arrays: too little memory is an error, not the end of the process.
 
 use std::collections::TryReserveError;
 
-/// So many numbers, all the same.
+/// A vector of equal numbers.
 ///
 /// # Errors
-/// If there is no memory for them.
+/// If there is too little memory.
 pub fn filled(count: usize, value: f64) -> Result<Vec<f64>, TryReserveError> {
     let mut numbers = Vec::new();
     numbers.try_reserve_exact(count)?;

@@ -1,5 +1,5 @@
-//! Numbers that know no mechanics: dual numbers, small dense linear algebra, instants and angles that lose no
-//! digits in long runs. In: numbers; out: numbers. Uses no other room.
+//! Numerical tools without mechanics: dual numbers, small dense linear algebra, instants and angles that keep
+//! their digits in long runs. In: numbers; out: numbers. Uses no other room.
 
 pub mod dual;
 pub mod extremum;

@@ -1,7 +1,7 @@
-//! Angles of many turns, kept within half a turn with the full turns beside them.
+//! Angles of many turns, stored as an angle within half a turn and a number of full turns.
 //!
-//! A sum of large angles has the rounding errors of its largest: after 10 000 revolutions a
-//! closed loop of relative angles would gape by 1e-11 of its size.
+//! A sum of angles has the rounding error of the largest one: after 10 000 revolutions the gap of a
+//! closed loop of relative angles would be 1e-11 of its size.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,7 +10,7 @@ pub type Turns = f64;
 
 /// The leading 31 bits of 2π: their product with up to four million turns is exact.
 const TAU_HEAD: f64 = f64::from_bits(TAU.to_bits() & !0x3F_FFFF);
-/// The rest, with what 2π is larger than its nearest double.
+/// The rest of 2π, including the difference between 2π and its nearest double.
 const TAU_TAIL: f64 = TAU - TAU_HEAD + 2.449_293_598_294_706_4e-16;
 
 /// An angle [rad] as one within half a turn and full turns.
@@ -19,8 +19,7 @@ pub fn unwind(angle: f64) -> (f64, Turns) {
     unwind_sum(angle, 0.0)
 }
 
-/// The same for an angle and the rest that its rounding left: of 1000 turns only the angle within half
-/// a turn keeps it.
+/// The same for an angle and its rounding error, which the angle within half a turn can represent.
 #[inline]
 pub fn unwind_sum(angle: f64, rest: f64) -> (f64, Turns) {
     if angle.abs() <= PI {

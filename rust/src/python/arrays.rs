@@ -1,4 +1,4 @@
-//! Arrays between NumPy and the core; memory that is not there is a `MemoryError`.
+//! Arrays between NumPy and the core; too little memory is a `MemoryError`.
 
 use std::borrow::Cow;
 
@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 
 use crate::run::settings::Settings;
 
-/// Memory that must be left besides the samples [numbers]: what a run, its thread and its report need is far less,
-/// and the end of the memory in the middle of them would end the process.
+/// Memory that must remain besides the samples [numbers]. A run with its thread and report needs far less,
+/// but running out of memory there would end the process.
 const SPARE: usize = 8 << 20;
 
 pub(super) fn memory_error(count: usize) -> PyErr {
@@ -21,12 +21,12 @@ pub(super) fn require_spare_memory() -> PyResult<()> {
     spare
         .try_reserve_exact(SPARE)
         .map_err(|_| PyMemoryError::new_err(format!("less than {} MiB of memory are left", SPARE >> 17)))?;
-    // Asked for although nobody uses it.
+    // Keeps the compiler from removing the unused allocation.
     std::hint::black_box(spare);
     Ok(())
 }
 
-/// An array of numbers that do not matter yet, of NumPy: a `MemoryError` if they do not fit into the memory.
+/// An uninitialized NumPy array; a `MemoryError` if it does not fit into the memory.
 pub(super) fn new_array(py: Python<'_>, count: usize) -> PyResult<Bound<'_, PyArray1<f64>>> {
     let array = py.import("numpy")?.call_method1("empty", (count,))?;
     require_spare_memory()?;
@@ -52,7 +52,7 @@ pub(super) fn sample_times<'py>(
 pub(super) fn flat<'a>(array: &'a PyReadonlyArray2<'_, f64>) -> PyResult<(Cow<'a, [f64]>, [usize; 2])> {
     let view = array.as_array();
     let shape = [view.nrows(), view.ncols()];
-    // Not of the array itself, which would also give away its columns.
+    // Of a view: the array itself would also return a slice in column-major order.
     if let Some(slice) = view.to_slice() {
         return Ok((Cow::Borrowed(slice), shape));
     }

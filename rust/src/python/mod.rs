@@ -1,5 +1,6 @@
-//! The Python module `chebclear._core`: convert, release the interpreter, call, convert back. In: text and arrays of
-//! Python; out: dicts and arrays. Uses all rooms, and no room uses it.
+//! The Python module `chebclear._core`: converts arguments, releases the interpreter, calls the core,
+//! converts results. In: text and arrays of Python; out: dicts and arrays. Uses all rooms, and no room uses
+//! it.
 //!
 //! Functions only; nothing here computes. Exceptions are those of
 //! `chebclear.errors`, so that they can be pickled.
@@ -32,7 +33,7 @@ use crate::study::sweep::Sweep;
 use crate::study::{bounds, chebyshev};
 use crate::tree::elements::BodyPlacement;
 
-/// How often the waiting thread looks for Ctrl-C and reports progress.
+/// Interval at which the waiting thread checks for signals and reports progress.
 const WAKE: Duration = Duration::from_millis(50);
 
 fn input_error(py: Python<'_>, error: InputError) -> PyErr {
@@ -61,8 +62,8 @@ fn grid_error(error: chebyshev::GridError) -> PyErr {
     }
 }
 
-/// Runs `work` on a thread of its own while this one, without the interpreter, wakes now and then to
-/// call `report` and look for signals. On a signal or an exception of `report` it sets `cancel`,
+/// Runs `work` on a new thread while this one, without the interpreter, wakes at intervals to
+/// call `report` and check for signals. On a signal or an exception of `report` it sets `cancel`,
 /// waits for the work to end, and raises.
 fn wait_for<T: Send>(
     py: Python<'_>,
@@ -74,7 +75,7 @@ fn wait_for<T: Send>(
     let bell = Condvar::new();
     std::thread::scope(|scope| {
         let worker = std::thread::Builder::new().spawn_scoped(scope, || {
-            // Rings when the work is done, and also when it unwinds.
+            // Dropped when the work ends or panics.
             let _ring = Ring { finished: &finished, bell: &bell };
             work()
         })?;
@@ -106,7 +107,7 @@ fn wait_for<T: Send>(
     })
 }
 
-/// What nobody sees: a signal or the report has raised already where work was cancelled.
+/// Never seen by users: where work was cancelled, a signal or the report has already raised.
 fn cancelled() -> PyErr {
     PyRuntimeError::new_err("the runs were cancelled")
 }
@@ -232,8 +233,8 @@ fn simulate<'py>(
     Ok(result)
 }
 
-/// Simulates many scenes (JSON) in parallel with the same settings (JSON). The samples go into a flat array
-/// if one is given. A run is given up after `run_seconds` [s].
+/// Simulates many scenes (JSON) in parallel with the same settings (JSON). The samples are written to a flat
+/// array if one is given. A run is cancelled after `run_seconds` [s].
 #[pyfunction]
 #[pyo3(signature = (scenes, settings, threads=None, progress=None, into=None, run_seconds=None))]
 fn sweep<'py>(
@@ -290,7 +291,7 @@ fn sweep<'py>(
     Ok(result)
 }
 
-/// How each run of a sweep ended, what it cost and what it warned of.
+/// Status, work and warnings of each run of a sweep.
 fn tell_ends(result: &Bound<'_, PyDict>, runs: &[Trajectory]) -> PyResult<()> {
     let py = result.py();
     let stats = PyList::empty(py);
@@ -312,13 +313,13 @@ fn tell_ends(result: &Bound<'_, PyDict>, runs: &[Trajectory]) -> PyResult<()> {
     result.set_item("warnings", warnings)
 }
 
-/// Raises what is wrong with settings (JSON), whatever the scene.
+/// Raises the problems of settings (JSON) that do not depend on a scene.
 #[pyfunction]
 fn check_settings(py: Python<'_>, settings: &str) -> PyResult<()> {
     read_settings(settings).map(|_| ()).map_err(|error| input_error(py, error))
 }
 
-/// Compiles a scene (JSON) and says what it is, as JSON.
+/// Compiles a scene (JSON) and describes it as JSON.
 #[pyfunction]
 fn inspect(py: Python<'_>, scene: &str) -> PyResult<String> {
     let scene = read_scene(scene).map_err(|error| input_error(py, error))?;
@@ -345,7 +346,7 @@ fn inspect(py: Python<'_>, scene: &str) -> PyResult<String> {
         "poses": poses,
         "cut_joints": cut,
         "impact_velocity_floors": floors,
-        "warnings": mechanism.doubts.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "warnings": mechanism.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "columns": column_names(&mechanism),
         "further_columns": further_column_names(&mechanism),
     });

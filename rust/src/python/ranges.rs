@@ -13,7 +13,7 @@ use crate::study::chebyshev::{GridError, Polynomials};
 use crate::study::range::{self, Ranges};
 use crate::study::sweep::Monitor;
 
-/// Certified ranges of polynomials, values that they take, and where.
+/// Certified ranges of polynomials, attained extreme values, and their points.
 #[pyfunction]
 #[pyo3(signature = (coefficients, degrees, threads=None))]
 pub fn polynomial_ranges<'py>(
@@ -28,7 +28,7 @@ pub fn polynomial_ranges<'py>(
     as_dict(py, ranges, degrees.len())
 }
 
-/// The same of polynomials of total degree, with coefficients in the order of `total_degree_exponents`.
+/// The same for polynomials of total degree, with coefficients in the order of `total_degree_exponents`.
 #[pyfunction]
 pub fn total_degree_ranges<'py>(
     py: Python<'py>,
@@ -44,7 +44,7 @@ pub fn total_degree_ranges<'py>(
     as_dict(py, ranges, parameters)
 }
 
-/// What `work` finds, unless a signal stops it.
+/// The result of `work`, unless a signal stops it.
 pub fn interruptible<T: Send>(
     py: Python<'_>,
     work: impl FnOnce(Monitor) -> Result<Option<T>, GridError> + Send,

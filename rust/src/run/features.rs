@@ -1,7 +1,9 @@
-//! Features: scalar results of the continuous motion over the sampled time, or over each of equal pieces of it.
+//! Features: scalar results of the continuous motion over the sampled time, or over each of equal pieces of
+//! it.
 //!
-//! Extrema and means are taken over the dense output of every step, with accelerations and forces computed from
-//! the state as for samples; contacts are counted in the log of events. The choice of the samples does not matter.
+//! Extrema and means are taken over the dense output of every step, with accelerations and forces computed
+//! from the state as for samples; contacts are counted in the log of events. The choice of the samples does
+//! not matter.
 
 use crate::dynamics::Dynamics;
 use crate::error::{InputError, Problem, Subject, did_you_mean};

@@ -1,5 +1,5 @@
-//! One run: a mechanism through time. In: a mechanism and settings; out: a [`trajectory::Trajectory`] of samples,
-//! events and contacts. Uses `integrators`, `dynamics`, `mechanism` and the rooms below them.
+//! One run: a mechanism through time. In: a mechanism and settings; out: a [`trajectory::Trajectory`] of
+//! samples, events and contacts. Uses `integrators`, `dynamics`, `mechanism` and the rooms below them.
 
 pub mod contacts;
 pub mod features;

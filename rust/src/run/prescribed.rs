@@ -1,11 +1,12 @@
-//! Kinematic runs: in a mechanism without degrees of freedom the drives prescribe the motion; nothing is integrated.
+//! Kinematic runs: in a mechanism without degrees of freedom the drives prescribe the motion; nothing is
+//! integrated.
 
 use crate::integrators::{Outcome, Stats, Status};
 use crate::run::recorder::Recorder;
 use crate::run::work::GAUSS;
 
-/// Largest rotation of a drive [rad] in one step of the continuation of the kinematic solution. The error of the initial
-/// guess is then a few thousandths of the size of the mechanism, far from any other branch.
+/// Largest rotation of a drive [rad] in one step of the continuation of the kinematic solution. The error of
+/// the initial guess is then a few thousandths of the size of the mechanism, far from any other branch.
 const LARGEST_ROTATION: f64 = 0.05;
 
 impl Recorder<'_> {
@@ -120,7 +121,8 @@ impl Recorder<'_> {
                 step *= (0.9 * largest / moved).max(0.1);
             }
         }
-        // Where the motion is too fast for the resolution of the time, the step is one unit in the last place.
+        // Where the motion is too fast for the resolution of the time, the step is one unit in the last
+        // place.
         if t + step > t { step } else { t.next_up() - t }
     }
 

@@ -1,4 +1,5 @@
-//! The system that the integrator integrates: tolerances, guards and phases of a mechanism, and the samples of a run.
+//! The system that the integrator integrates: tolerances, guards and phases of a mechanism, and the samples
+//! of a run.
 
 use crate::contact::clearance::Phase;
 use crate::dynamics::{Dynamics, Linearization, relative_motion};
@@ -23,8 +24,8 @@ use crate::tree::kinematics::FrameKind;
 /// Largest correction of a projection relative to the tolerance of a step.
 const LARGEST_PROJECTION: f64 = 10.0;
 
-/// First step of a run relative to the time in which the mechanism moves by its own size. Rejections shorten a step that
-/// is too long; one that is too short grows fivefold per step.
+/// First step of a run relative to the time in which the mechanism moves by its own size. Rejections shorten
+/// a step that is too long; one that is too short grows fivefold per step.
 const FIRST_STEP: f64 = 1e-3;
 
 /// Guards of a clearance joint: the gap, and the sign of the normal force.
@@ -62,7 +63,8 @@ pub(crate) struct Recorder<'a> {
     pub(crate) cut_contacts: Vec<Contact>,
     /// Quantities that are tracked for features.
     pub(crate) tracking: Tracking,
-    /// Impacts in every clearance joint that were slower than the floor of the impact velocity and damped as if at it.
+    /// Impacts in every clearance joint that were slower than the floor of the impact velocity and damped as
+    /// if at it.
     pub(crate) impacts_at_floor: Vec<usize>,
     /// Largest correction that closed the loops after a step [m].
     pub(crate) largest_projection: f64,
@@ -70,10 +72,11 @@ pub(crate) struct Recorder<'a> {
     pub(crate) deepest: Vec<f64>,
     /// Time that every clearance joint slides slower than the stick velocity of its friction law.
     pub(crate) sticks: Vec<Stick>,
-    /// Sliding velocity of every clearance joint with friction at the start of the step [m/s]; `None` where there is no
-    /// normal force.
+    /// Sliding velocity of every clearance joint with friction at the start of the step [m/s]; `None` where
+    /// there is no normal force.
     pub(crate) slides: Vec<Option<f64>>,
-    /// Factor by which the velocity tolerance must be divided, up to the state at which the guards were last evaluated.
+    /// Factor by which the velocity tolerance must be divided, up to the state at which the guards were last
+    /// evaluated.
     pub(crate) velocity_refinement: f64,
     /// Whether a joint that stuck under load at the start of the step slides at the state of the last guards.
     breaks_away: bool,
@@ -173,8 +176,8 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Work and losses count from the start of the first run: they are NaN if one of the runs before did not integrate
-    /// them.
+    /// Work and losses count from the start of the first run: they are NaN if one of the runs before did not
+    /// integrate them.
     fn forget_work(&mut self) {
         self.work = Work::unknown(self.open_contacts.len());
         self.warnings.push(
@@ -212,7 +215,8 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Subtracts full turns from angles to within half a turn, so that their rounding errors do not grow with the turns.
+    /// Subtracts full turns from angles to within half a turn, so that their rounding errors do not grow with
+    /// the turns.
     pub(crate) fn unwind(&mut self, q: &mut [f64]) {
         let mechanism = self.mechanism;
         for (q, &column) in q.iter_mut().zip(&mechanism.free) {
@@ -235,8 +239,8 @@ impl<'a> Recorder<'a> {
         self.next_sample += 1;
     }
 
-    /// Sets the state to that at an instant of a step, projected onto the closures, which the dense output does not
-    /// satisfy exactly.
+    /// Sets the state to that at an instant of a step, projected onto the closures, which the dense output
+    /// does not satisfy exactly.
     pub(crate) fn move_inside(&mut self, step: &DenseStep, t: f64) {
         let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
         self.state_inside(step, t, &mut q, &mut v);

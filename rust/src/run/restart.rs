@@ -29,7 +29,8 @@ pub struct Memory {
 pub struct Restart {
     /// Time [s].
     pub time: f64,
-    /// Names of the coordinates and clearance joints of the mechanism, by which another mechanism is recognized.
+    /// Names of the coordinates and clearance joints of the mechanism, by which another mechanism is
+    /// recognized.
     pub parts: Vec<String>,
     /// Position.
     pub q: Vec<f64>,

@@ -45,9 +45,9 @@ const TIGHT: f64 = 3e-8;
 /// Default relative tolerance [-].
 pub const DEFAULT_RTOL: f64 = 1e-6;
 
-/// Exponent of the ratio of tolerances by which a companion (the tighter run of an error estimate) shortens steps that
-/// no tolerance controls. At a tenth of the tolerance they are 0.56 times as long, which divides the error of Rodas4 by
-/// 10 and that of DOP853 by 100.
+/// Exponent of the ratio of tolerances by which a companion (the tighter run of an error estimate) shortens
+/// steps that no tolerance controls. At a tenth of the tolerance they are 0.56 times as long, which divides
+/// the error of Rodas4 by 10 and that of DOP853 by 100.
 const REFINEMENT_POWER: f64 = 0.25;
 
 /// Words for the methods.
@@ -93,8 +93,8 @@ pub struct Settings {
     pub position_tolerance: Option<f64>,
     /// Local velocity error [m/s]; `None`: from `rtol` and the scene.
     pub velocity_tolerance: Option<f64>,
-    /// If this run is the companion of another (the tighter run of an error estimate), the `rtol` of that other run.
-    /// All that limits the accuracy is then tightened in the ratio of both `rtol`.
+    /// If this run is the companion of another (the tighter run of an error estimate), the `rtol` of that
+    /// other run. All that limits the accuracy is then tightened in the ratio of both `rtol`.
     pub companion_of: Option<f64>,
     /// Limits of the work.
     pub limits: Limits,
@@ -170,8 +170,8 @@ impl Settings {
         (0..self.samples).map(move |index| first + self.sample_time(index))
     }
 
-    /// Factor by which a companion shortens steps that no tolerance controls: runs with equal steps would show no
-    /// difference.
+    /// Factor by which a companion shortens steps that no tolerance controls: runs with equal steps would
+    /// show no difference.
     pub fn refinement(&self) -> f64 {
         self.companion_of.map_or(1.0, |rtol| (self.rtol / rtol).powf(REFINEMENT_POWER))
     }

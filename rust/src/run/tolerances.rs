@@ -10,31 +10,34 @@ use crate::tree::elements::{ContactScales, State};
 /// Position tolerance of a scene with clearance: `rtol` times this part of the smallest
 /// clearance. 0.5 gives the scale with which the methods were compared, 1e-5 m for a clearance of 0.02 mm.
 const CLEARANCE_PART: f64 = 0.5;
-/// Limits the tolerances in mechanisms with resting contacts. A contact that rests under the load of the start has a
-/// resting penetration and, with the contact frequency, a resting speed. Tolerances are at most a part of these:
-/// RESTING_RADIANS divided by the phase angle of the contact oscillation while the mechanism moves by its own size, within
-/// RESTING_PARTS. With larger tolerances a resting contact cannot be distinguished from free flight and chatters, the
-/// more often the longer it rests. Tuned on the paper's mechanism at 0.1 to 300 r/min, rtol 1e-2 and 1e-4, in both
-/// conventions with Rodas4, Rodas5P and auto: 60 gives as many contact changes as the smallest part (at worst 97 instead
-/// of 93, apart from scatter in one scene), 120 up to 8 % more, 360 up to 60 % more.
+/// Limits the tolerances in mechanisms with resting contacts. A contact that rests under the load of the
+/// start has a resting penetration and, with the contact frequency, a resting speed. Tolerances are at most a
+/// part of these: RESTING_RADIANS divided by the phase angle of the contact oscillation while the mechanism
+/// moves by its own size, within RESTING_PARTS. With larger tolerances a resting contact cannot be
+/// distinguished from free flight and chatters, the more often the longer it rests. Tuned on the paper's
+/// mechanism at 0.1 to 300 r/min, rtol 1e-2 and 1e-4, in both conventions with Rodas4, Rodas5P and auto: 60
+/// gives as many contact changes as the smallest part (at worst 97 instead of 93, apart from scatter in one
+/// scene), 120 up to 8 % more, 360 up to 60 % more.
 const RESTING_RADIANS: f64 = 60.0;
-/// Bounds of that part. In one revolution of the paper's mechanism at 0.1 r/min, a part of 0.1 gives 4807 contact changes,
-/// 0.01 407, 0.003 189, tight tolerances 161. At 1000 to 3000 r/min 0.1 gives no spurious ones, 0.3 up to twice as many.
-/// With the lower bound in all mechanisms, a run at 2000 r/min and rtol 1e-2 took twice the steps.
+/// Bounds of that part. In one revolution of the paper's mechanism at 0.1 r/min, a part of 0.1 gives 4807
+/// contact changes, 0.01 407, 0.003 189, tight tolerances 161. At 1000 to 3000 r/min 0.1 gives no spurious
+/// ones, 0.3 up to twice as many. With the lower bound in all mechanisms, a run at 2000 r/min and rtol 1e-2
+/// took twice the steps.
 const RESTING_PARTS: [f64; 2] = [0.003, 0.1];
 /// Velocity tolerance: `rtol` times this part of the speed of the mechanism. For the paper's
 /// crank (10.5 m/s) this gives the scale with which the methods were compared, 1 m/s.
 const SPEED_PART: f64 = 0.1;
-/// Velocity tolerance in a contact with friction, relative to the larger of its sliding velocity and the stick velocity of
-/// the friction law. With a larger tolerance a linearly implicit step crosses the kink of the law unnoticed: a sticking
-/// contact took 15 times more steps at rtol 1e-4 than at 1e-5. Over the ensembles of `benchmarks/stiffness.rs` 0.3 is as
-/// good; with 1 a loose tolerance costs more than a tight one.
+/// Velocity tolerance in a contact with friction, relative to the larger of its sliding velocity and the
+/// stick velocity of the friction law. With a larger tolerance a linearly implicit step crosses the kink of
+/// the law unnoticed: a sticking contact took 15 times more steps at rtol 1e-4 than at 1e-5. Over the
+/// ensembles of `benchmarks/stiffness.rs` 0.3 is as good; with 1 a loose tolerance costs more than a tight
+/// one.
 const STICK_PART: f64 = 0.1;
-/// Smallest velocity tolerance: this part of the size of the mechanism, a rounding error of the positions, times the
-/// frequency of a contact that rests under the load of the start. With a smaller tolerance the error estimate consists of
-/// rounding errors. Tuned on the paper's mechanism at 100 and 2000 r/min: up to 1.2 machine epsilons the results of two
-/// methods differ as much as without this bound (3e-9 m/s), beyond by more; without it DOP853 took eight times the steps at
-/// `rtol` 1e-13 and 100 r/min.
+/// Smallest velocity tolerance: this part of the size of the mechanism, a rounding error of the positions,
+/// times the frequency of a contact that rests under the load of the start. With a smaller tolerance the
+/// error estimate consists of rounding errors. Tuned on the paper's mechanism at 100 and 2000 r/min: up to
+/// 1.2 machine epsilons the results of two methods differ as much as without this bound (3e-9 m/s), beyond by
+/// more; without it DOP853 took eight times the steps at `rtol` 1e-13 and 100 r/min.
 const FINEST_PART: f64 = f64::EPSILON;
 
 /// Floor of the impact velocity of every clearance joint [m/s] in a run with the default settings.
@@ -51,15 +54,18 @@ pub fn default_impact_velocity_floors(mechanism: &Mechanism) -> Vec<f64> {
 pub(crate) struct Tolerances {
     /// Tolerance of the positions of points [m].
     pub(crate) position: f64,
-    /// Tolerance of their velocities [m/s], except where the damping of a contact or friction needs a smaller one.
+    /// Tolerance of their velocities [m/s], except where the damping of a contact or friction needs a smaller
+    /// one.
     pub(crate) velocity: f64,
-    /// Velocity tolerance in a contact relative to its sliding velocity or the stick velocity of its friction law.
+    /// Velocity tolerance in a contact relative to its sliding velocity or the stick velocity of its friction
+    /// law.
     stick_part: f64,
     /// Smallest velocity tolerance [m/s].
     finest_velocity: f64,
 }
 
-/// Length scale of the position tolerance [m]: CLEARANCE_PART of the smallest clearance, or the size of the mechanism.
+/// Length scale of the position tolerance [m]: CLEARANCE_PART of the smallest clearance, or the size of the
+/// mechanism.
 fn position_scale(mechanism: &Mechanism) -> f64 {
     let smallest = mechanism.clearance_joints.iter().map(|joint| joint.law.clearance).reduce(f64::min);
     smallest.map_or(mechanism.scales.length, |clearance| CLEARANCE_PART * clearance)
@@ -122,8 +128,8 @@ impl Tolerances {
         let finest = 4.0 * f64::EPSILON * scales.length;
         let position =
             (settings.rtol * position_scale).min(resting(|contact| contact.resting_penetration)).max(finest);
-        // If nothing moves, falls or is driven, the speed scale is the position scale over the duration. Otherwise
-        // the duration must not change the steps, since a run may be continued.
+        // If nothing moves, falls or is driven, the speed scale is the position scale over the duration.
+        // Otherwise the duration must not change the steps, since a run may be continued.
         let speed_scale = if speed > 0.0 { SPEED_PART * speed } else { position_scale / settings.duration };
         let frequencies =
             scales.contacts.iter().map(|contact| contact.resting_speed / contact.resting_penetration);
@@ -138,10 +144,11 @@ impl Tolerances {
         }
     }
 
-    /// Floor of the impact velocity of a joint [m/s], a lower bound for the damping: slower impacts are damped as if at
-    /// it. The scene may give it; the default is the velocity tolerance, multiplied by χ v₀ of the law where that is
-    /// below 1. An impact velocity is not known more accurately, so the floor changes the run no more than the tolerance
-    /// does. It never exceeds the velocity at which the contact is critically damped.
+    /// Floor of the impact velocity of a joint [m/s], a lower bound for the damping: slower impacts are
+    /// damped as if at it. The scene may give it; the default is the velocity tolerance, multiplied by χ v₀
+    /// of the law where that is below 1. An impact velocity is not known more accurately, so the floor
+    /// changes the run no more than the tolerance does. It never exceeds the velocity at which the contact is
+    /// critically damped.
     pub(crate) fn impact_velocity_floor(&self, mechanism: &Mechanism, joint: usize) -> f64 {
         let default = || {
             let law = mechanism.clearance_joints[joint].law.normal;
@@ -151,9 +158,9 @@ impl Tolerances {
         mechanism.clearance_joints[joint].impact_velocity_floor.unwrap_or_else(default)
     }
 
-    /// Velocity tolerance in a phase of a contact [m/s]. At most [`NormalLaw::damping_rate`]: an error of this size in the
-    /// penetration rate changes the force by the elastic force. That is below the tolerance of free flight only
-    /// after a slow impact with a small restitution.
+    /// Velocity tolerance in a phase of a contact [m/s]. At most [`NormalLaw::damping_rate`]: an error of
+    /// this size in the penetration rate changes the force by the elastic force. That is below the tolerance
+    /// of free flight only after a slow impact with a small restitution.
     pub(crate) fn damped(&self, law: &NormalLaw, phase: Phase) -> f64 {
         match phase {
             Phase::Contact { latch, .. } => {
@@ -163,8 +170,9 @@ impl Tolerances {
         }
     }
 
-    /// Factor, at least 1, by which the velocity tolerance in the present phases must be divided for the friction of a
-    /// loaded `joint` that slides at `start` [m/s] at the start of a step and is in `state` later.
+    /// Factor, at least 1, by which the velocity tolerance in the present phases must be divided for the
+    /// friction of a loaded `joint` that slides at `start` [m/s] at the start of a step and is in `state`
+    /// later.
     pub(crate) fn velocity_refinement(
         &self,
         mechanism: &Mechanism,

@@ -9,8 +9,8 @@ use crate::run::work::Work;
 use crate::run::work::balance::WORK_ROTATION;
 
 /// Nodes and weights of Gauss's quadrature with six points on [0, 1]. An explicit step may cover 5 rad of the
-/// oscillation of a contact, 10 rad of its square. The error of four points is then 6 % of the amplitude, of six 2e-4.
-/// Extrema are searched between the same points, at most a quarter of the step apart.
+/// oscillation of a contact, 10 rad of its square. The error of four points is then 6 % of the amplitude, of
+/// six 2e-4. Extrema are searched between the same points, at most a quarter of the step apart.
 const GAUSS: [(f64, f64); 6] = [
     (0.033_765_242_898_423_99, 0.085_662_246_189_585_17),
     (0.169_395_306_766_867_74, 0.180_380_786_524_069_3),
@@ -26,8 +26,8 @@ const EDGE: f64 = 1e-3;
 /// Changes of a value below this part of it count as rounding errors.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// Writes the state at an instant and updates the work up to it, if that is needed; false where the state does not
-/// exist.
+/// Writes the state at an instant and updates the work up to it, if that is needed; false where the state
+/// does not exist.
 pub(crate) type StateAt<'s> = dyn FnMut(&mut Recorder, f64, &mut [f64], &mut [f64]) -> bool + 's;
 
 /// Extents of the tracked quantities so far.
@@ -188,9 +188,10 @@ impl Recorder<'_> {
         defined
     }
 
-    /// The maximum of a quantity times `sign`: the one known so far, or a higher one on a part of a step.
-    /// It is searched beside values that are no lower than their neighbors, unless the differences to these are too
-    /// small: a parabola through three values exceeds the highest by at most an eighth of the larger difference.
+    /// The maximum of a quantity times `sign`: the one known so far, or a higher one on a part of a step. It
+    /// is searched beside values that are no lower than their neighbors, unless the differences to these are
+    /// too small: a parabola through three values exceeds the highest by at most an eighth of the larger
+    /// difference.
     fn raised(
         &mut self,
         mut best: (f64, f64),
@@ -214,7 +215,8 @@ impl Recorder<'_> {
             }
             let mut at = |time: f64| sign * self.tracked_value(index, time, state);
             let inside = match k {
-                // At an end that is higher than the node beside it, the quantity may still rise toward that node.
+                // At an end that is higher than the node beside it, the quantity may still rise toward that
+                // node.
                 0 | LAST => {
                     let other = if k == 0 { times[right] } else { times[left] };
                     let edge = time + EDGE * (other - time);

@@ -18,7 +18,8 @@ use crate::tree::elements::State;
 pub struct Trajectory {
     /// Instants of the samples [s]; empty if the samples were written to memory of the caller.
     pub t: Vec<f64>,
-    /// Samples, row-major: one row for each instant, one column for each output; NaN after a failure. Empty likewise.
+    /// Samples, row-major: one row for each instant, one column for each output; NaN after a failure. Empty
+    /// likewise.
     pub values: Vec<f64>,
     /// Names of the columns.
     pub columns: Vec<String>,
@@ -32,11 +33,11 @@ pub struct Trajectory {
     pub time: f64,
     /// The clearance joint whose change of contact could not be located or exceeded the allowed number.
     pub joint: Option<String>,
-    /// The clearance joint that is in Painlevé's paradox where a run failed: its normal force, with the friction that it
-    /// causes, accelerates the surfaces toward each other.
+    /// The clearance joint that is in Painlevé's paradox where a run failed: its normal force, with the
+    /// friction that it causes, accelerates the surfaces toward each other.
     pub paradox: Option<String>,
     /// Paths of the numbers of the scene that look wrong.
-    pub doubtful: Vec<String>,
+    pub suspect_paths: Vec<String>,
     /// Work done.
     pub stats: Stats,
     /// Impacts slower than the floor of the impact velocity, which were damped as if at it.
@@ -82,19 +83,19 @@ impl Trajectory {
         let paradox = self.paradox.as_ref().map_or(String::new(), |joint| {
             format!(
                 "; the friction of joint {joint:?} is so strong there that pressing harder accelerates the surfaces \
-                 towards each other (Painlevé's paradox): no contact force brings them to rest; reduce the friction \
+                 toward each other (Painlevé's paradox): no contact force brings them to rest; reduce the friction \
                  coefficient or make the masses less unequal"
             )
         });
-        let doubtful = if self.doubtful.is_empty() {
+        let suspects = if self.suspect_paths.is_empty() {
             String::new()
         } else {
             format!(
                 "; first look at {}, of which a warning says that it looks wrong",
-                self.doubtful.join(", ")
+                self.suspect_paths.join(", ")
             )
         };
-        format!("{why}{place}{doubtful}{paradox}")
+        format!("{why}{place}{suspects}{paradox}")
     }
 }
 
@@ -140,8 +141,8 @@ pub fn resume(
     })
 }
 
-/// Simulates a mechanism, from where another run ended if that is given, into `values` of the caller: a row for
-/// every sample, a column for every output.
+/// Simulates a mechanism, from where another run ended if that is given, into `values` of the caller: a row
+/// for every sample, a column for every output.
 ///
 /// # Errors
 /// What is wrong with the settings, or a restart that belongs to another mechanism.
@@ -323,7 +324,7 @@ fn finished(mut recorder: Recorder, outcome: Outcome, mut end: State) -> Traject
         time: outcome.time,
         joint: outcome.guard.map(|guard| name_of(guard / GUARDS)),
         paradox: paradox.map(name_of),
-        doubtful: mechanism.doubts.iter().map(|doubt| doubt.path.clone()).collect(),
+        suspect_paths: mechanism.warnings.iter().map(|warning| warning.path.clone()).collect(),
         stats: outcome.stats,
         impacts_at_floor: recorder.impacts_at_floor.iter().sum(),
         largest_projection: recorder.largest_projection,

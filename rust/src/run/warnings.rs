@@ -3,21 +3,22 @@
 use crate::run::contacts::{Event, EventKind};
 use crate::run::recorder::Recorder;
 
-/// Penetration relative to the journal radius beyond which contact laws, which assume a small contact area, do not
-/// hold. Impacts of the paper's mechanism reach 1e-3; a jammed mechanism exceeds 1.
+/// Penetration relative to the journal radius beyond which contact laws, which assume a small contact area,
+/// do not hold. Impacts of the paper's mechanism reach 1e-3; a jammed mechanism exceeds 1.
 const DEEP: f64 = 0.02;
 /// Resting penetration relative to the size of the mechanism below which rounding errors of the
 /// positions (1e-16) matter: the paper's mechanism reaches it at 0.02 r/min.
 const FINE_PENETRATION: f64 = 2e-12;
-/// Part of the time under load below the stick velocity beyond which a contact is taken to creep; reversals of its sliding
-/// take less. Measured: 1e-4 to 0.01 in the paper's mechanism at 100 to 5000 r/min, 0.02 and 0.03 in pendulums
-/// that swing in a bearing. Where the contact sticks: 0.11 at 10 r/min, 0.11 to 0.19 and 0.47 with friction
-/// coefficients of 0.4 and 1.
+/// Part of the time under load below the stick velocity beyond which a contact is taken to creep; reversals
+/// of its sliding take less. Measured: 1e-4 to 0.01 in the paper's mechanism at 100 to 5000 r/min, 0.02 and
+/// 0.03 in pendulums that swing in a bearing. Where the contact sticks: 0.11 at 10 r/min, 0.11 to 0.19 and
+/// 0.47 with friction coefficients of 0.4 and 1.
 const CREEPING: f64 = 0.1;
 /// Creep relative to the clearance below which there is no warning.
 const NOTICEABLE: f64 = 0.01;
 
-/// Velocity tolerance, relative to the stick-slip velocity, with which the energy balance of sticking contacts closes.
+/// Velocity tolerance, relative to the stick-slip velocity, with which the energy balance of sticking
+/// contacts closes.
 const FINE_STICKING: f64 = 1e-3;
 
 impl Recorder<'_> {
@@ -107,7 +108,7 @@ impl Recorder<'_> {
     /// Adds the warnings that are known before the first step.
     pub(crate) fn warn_of_scene(&mut self) {
         let mechanism = self.mechanism;
-        self.warnings.extend(mechanism.doubts.iter().map(ToString::to_string));
+        self.warnings.extend(mechanism.warnings.iter().map(ToString::to_string));
         for (joint, scales) in mechanism.clearance_joints.iter().zip(&mechanism.scales.contacts) {
             let caution = joint.law.normal.caution();
             self.warnings.extend(caution.map(|caution| format!("joint {:?}: {caution}", joint.name)));

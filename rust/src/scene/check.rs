@@ -1,4 +1,4 @@
-//! Whether a scene makes sense: every problem at once, each with its path.
+//! Checks of a scene: all problems at once, each with its path.
 
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::Damping;
@@ -9,7 +9,7 @@ use crate::scene::parts::{
 use crate::scene::time_function::TimeFunction;
 
 impl Scene {
-    /// Everything that is wrong with the numbers and names of the scene, in its order.
+    /// All problems with the numbers and names of the scene, in its order.
     pub fn check(&self) -> Result<(), InputError> {
         let mut checker = Checker { problems: Vec::new() };
         checker.points("ground", &self.ground);
@@ -72,7 +72,7 @@ impl Scene {
         if self.bodies.iter().any(|body| body.name == joint.name()) {
             checker.add(
                 format!("{path}.name"),
-                format!("a body is also called {:?}: outputs could not tell them apart", joint.name()),
+                format!("a body is also called {:?}: the names of outputs would be ambiguous", joint.name()),
             );
         }
         let ends = joint.references().map(|(field, reference)| {
@@ -125,7 +125,7 @@ impl Scene {
         }
     }
 
-    /// A joint without play at the same two points leaves a clearance nothing to do.
+    /// Checks that no ideal joint holds the two points of a clearance joint together.
     fn check_free_to_act(&self, checker: &mut Checker, path: &str, joint: &Joint) {
         let holds = |other: &&Joint| {
             let rigid =
@@ -136,7 +136,7 @@ impl Scene {
             checker.add(
                 path,
                 format!(
-                    "{:?} never acts: {:?} holds the same two points together without play; remove one of them",
+                    "{:?} never acts: {:?} holds the same two points together without clearance; remove one of them",
                     joint.name(),
                     other.name()
                 ),
@@ -144,8 +144,8 @@ impl Scene {
         }
     }
 
-    /// The name of a force or drive must differ from those of bodies and joints, whose outputs it
-    /// could be mistaken for, and from `earlier` names.
+    /// Checks that the name of a force or drive differs from those of bodies and joints, since names of
+    /// outputs would be ambiguous, and from `earlier` names.
     fn check_name(&self, checker: &mut Checker, path: &str, name: &str, earlier: bool) {
         let taken = self.bodies.iter().any(|body| body.name == *name)
             || self.joints.iter().any(|other| other.name() == name);
@@ -241,7 +241,7 @@ impl Scene {
                 });
                 let driven = self.drives.iter().find(|drive| drive.joint() == joint);
                 let found = found.and(driven.map_or(Ok(()), |drive| {
-                    Err(format!("joint {joint:?} starts where its drive {:?} puts it", drive.name()))
+                    Err(format!("the start of joint {joint:?} is prescribed by its drive {:?}", drive.name()))
                 }));
                 ("joint", joint, found)
             }
@@ -298,17 +298,17 @@ impl Checker {
         Subject::Scene.judge((), self.problems)
     }
 
-    /// The value, unless it is an error, which is noted.
+    /// The value, or `None` after adding its error.
     fn result<T>(&mut self, path: &str, result: Result<T, String>) -> Option<T> {
         result.map_err(|message| self.add(path, message)).ok()
     }
 
-    /// Two ends must be on different bodies.
+    /// Checks that two ends are on different bodies.
     fn apart(&mut self, path: &str, ends: [Option<Option<usize>>; 2]) {
         if let [Some(first), Some(second)] = ends
             && first == second
         {
-            self.add(path, "joins a body to itself: the two ends must be on different bodies");
+            self.add(path, "connects a body to itself: the two ends must be on different bodies");
         }
     }
 
@@ -332,7 +332,7 @@ impl Checker {
                 self.finite(&format!("{path}.angular_frequency"), "rad/s", *angular_frequency);
                 self.finite(&format!("{path}.phase"), "rad", *phase);
             }
-            // A spline is made of finite points only.
+            // The points of a spline were checked when it was made.
             TimeFunction::Table(_) => {}
         }
     }
@@ -377,7 +377,7 @@ impl Checker {
         }
     }
 
-    /// A name under which outputs are found.
+    /// Checks a name that begins names of outputs.
     fn owner(&mut self, path: &str, name: &str, taken: bool) {
         self.name(path, name, taken);
         if name == ENERGY {

@@ -1,5 +1,5 @@
-//! Reading JSON field by field: every unknown field, missing field and wrong type is noted with
-//! its path, and reading goes on. A derived reader would stop at the first error.
+//! Reading JSON field by field: every unknown field, missing field and wrong type is collected with
+//! its path. A derived reader would stop at the first error.
 
 use serde_json::{Map, Value};
 
@@ -9,18 +9,18 @@ use crate::scene::parts::Point;
 /// Problems found so far.
 pub(crate) type Problems = Vec<Problem>;
 
-/// A JSON value and where it stands.
+/// A JSON value and its path.
 pub(crate) struct Node<'a> {
     pub(crate) value: &'a Value,
     pub(crate) path: String,
 }
 
-/// An object whose fields are taken one by one; what is left over is unknown.
+/// An object whose fields are taken one by one; those that remain are unknown.
 pub(crate) struct Fields<'a> {
     object: Option<&'a Map<String, Value>>,
     path: String,
     taken: Vec<&'static str>,
-    /// The tag that says which fields there are was unreadable: nothing is missing or unknown.
+    /// Whether the tag that determines the fields was unreadable: no field is then called missing or unknown.
     unknown_kind: bool,
 }
 
@@ -33,7 +33,7 @@ impl<'a> Node<'a> {
         Fields { object, path: self.path.clone(), taken: Vec::new(), unknown_kind: false }
     }
 
-    /// A number; NaN and the infinities arrive as words, which JSON has no numbers for.
+    /// A number. NaN and the infinities arrive as words, since JSON has no numbers for them.
     pub(crate) fn number(&self, problems: &mut Problems) -> f64 {
         if let Some(number) = self.value.as_f64() {
             return number;
@@ -184,8 +184,8 @@ impl<'a> Fields<'a> {
         words[0].1
     }
 
-    /// The word that says of which kind an object is; after a problem with it, what the fields should
-    /// be is not known, and none is called missing or unknown.
+    /// The word that determines the kind of an object. After a problem with it the expected fields are not
+    /// known, and none is called missing or unknown.
     pub(crate) fn tag<T: Copy>(
         &mut self,
         name: &'static str,
@@ -234,7 +234,7 @@ impl<'a> Fields<'a> {
             .collect()
     }
 
-    /// Notes every field that nobody asked for.
+    /// Adds a problem for every field that was not taken.
     pub(crate) fn finish(self, problems: &mut Problems) {
         let Some(object) = self.object.filter(|_| !self.unknown_kind) else { return };
         for name in object.keys() {

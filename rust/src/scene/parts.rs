@@ -1,7 +1,7 @@
-//! The scene: what the user wrote, and whether it makes sense.
+//! The scene, as the user describes it.
 //!
-//! A [`Scene`] holds names and numbers only. [`Scene::check`] finds everything that is wrong
-//! with it at once; whether the parts form a mechanism that can be assembled is decided when
+//! A [`Scene`] holds names and numbers only. [`Scene::check`] finds all problems with these
+//! at once; whether the parts form a mechanism that can be assembled is found out when
 //! it is compiled, in [`crate::mechanism::compiled`].
 
 use crate::contact::clearance::SlidingVelocity;
@@ -12,10 +12,10 @@ use crate::scene::time_function::TimeFunction;
 
 /// The name of the fixed body every scene has.
 pub const GROUND: &str = "ground";
-/// The point every body has besides the user's: its center of mass.
+/// The point that every body has besides those of the user: its center of mass.
 pub const CENTER_OF_MASS: &str = "center_of_mass";
 
-/// The name under which the energies of the whole mechanism are found.
+/// First part of the names of the energies of the whole mechanism.
 pub const ENERGY: &str = "energy";
 
 /// A point with a name, in the frame of its body [m].
@@ -53,7 +53,7 @@ impl Body {
     }
 }
 
-/// How two bodies are joined without play.
+/// Kind of an ideal joint.
 #[derive(Clone, Debug, PartialEq)]
 pub enum JointKind {
     /// The points coincide; the bodies turn.
@@ -72,7 +72,7 @@ pub enum JointKind {
     },
 }
 
-/// Largest distance between two of some points [m].
+/// Largest distance between two of the points [m].
 pub(crate) fn extent(points: impl Iterator<Item = [f64; 2]>) -> f64 {
     let points: Vec<[f64; 2]> = points.collect();
     let distance = |a: &[f64; 2], b: &[f64; 2]| ((a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)).sqrt();
@@ -83,7 +83,7 @@ pub(crate) fn extent(points: impl Iterator<Item = [f64; 2]>) -> f64 {
 /// A joint between two points.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Joint {
-    /// A joint without play: a constraint.
+    /// An ideal joint, without clearance: a constraint.
     Ideal {
         /// Name, unique in the scene.
         name: String,
@@ -91,7 +91,7 @@ pub enum Joint {
         a: String,
         /// Point on the second body.
         b: String,
-        /// What the joint allows.
+        /// Relative motion that the joint allows.
         kind: JointKind,
     },
     /// A revolute joint with clearance: a contact force.
@@ -112,7 +112,7 @@ pub enum Joint {
         friction: Option<FrictionLaw>,
         /// Convention of the sliding velocity.
         sliding: SlidingVelocity,
-        /// Floor of the latched impact velocity [m/s]; `None`: from the scene's scales.
+        /// Lower bound of the impact velocity in the damping [m/s]; `None`: chosen from the tolerance.
         impact_velocity_floor: Option<f64>,
     },
 }
@@ -137,9 +137,9 @@ impl Joint {
 /// The axes along which the components of a force are given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ForceFrame {
-    /// Those of ground.
+    /// The axes of ground.
     Ground,
-    /// Those of the body the force acts on: it turns with the body.
+    /// The axes of the body the force acts on: it turns with the body.
     Body,
 }
 
@@ -151,7 +151,7 @@ pub enum Force {
         /// Acceleration of free fall [m/s²].
         acceleration: [f64; 2],
     },
-    /// A spring and a damper side by side between two points.
+    /// A spring and a damper in parallel between two points.
     Spring {
         /// Name, unique in the scene.
         name: String,
@@ -161,12 +161,12 @@ pub enum Force {
         b: String,
         /// Stiffness [N/m]; zero for a damper alone.
         stiffness: f64,
-        /// Length without force [m].
+        /// Unloaded length [m].
         length: f64,
         /// Damping along the line between the points [N s/m].
         damping: f64,
     },
-    /// A spring and a damper side by side that turn one body against another.
+    /// A torsion spring and a damper in parallel between two bodies.
     TorsionSpring {
         /// Name, unique in the scene.
         name: String,
@@ -176,31 +176,31 @@ pub enum Force {
         b: String,
         /// Stiffness [N m/rad]; zero for a damper alone.
         stiffness: f64,
-        /// Angle of body b relative to body a without torque [rad].
+        /// Angle of body b relative to body a in the unloaded spring [rad].
         angle: f64,
         /// Damping [N m s/rad].
         damping: f64,
     },
-    /// A given force at a point.
+    /// A force at a point, given as a function of time.
     Applied {
         /// Name, unique in the scene.
         name: String,
-        /// Where it acts, as `body.point`.
+        /// Point at which it acts, as `body.point`.
         point: String,
         /// First component [N].
         x: TimeFunction,
         /// Second component [N].
         y: TimeFunction,
-        /// What the components refer to.
+        /// Axes of the components.
         frame: ForceFrame,
     },
-    /// A given torque.
+    /// A torque, given as a function of time.
     Torque {
         /// Name, unique in the scene.
         name: String,
-        /// The body it turns.
+        /// The body on which it acts.
         body: String,
-        /// The body it turns the other way.
+        /// The body on which its reaction acts.
         reaction: String,
         /// The torque [N m].
         torque: TimeFunction,
@@ -269,7 +269,7 @@ impl Drive {
     }
 }
 
-/// How a part of the mechanism starts. What is not given follows from the joints, the drives and
+/// Initial conditions of a part of the mechanism. What is not given follows from the joints, the drives and
 /// the initial guesses of the angles of the bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Start {
@@ -282,7 +282,7 @@ pub enum Start {
         /// Its rate [rad/s or m/s].
         velocity: Option<f64>,
     },
-    /// Turning of a body.
+    /// Angle and angular velocity of a body.
     Body {
         /// Name of the body.
         body: String,
@@ -291,18 +291,18 @@ pub enum Start {
         /// Angular velocity [rad/s].
         angular_velocity: Option<f64>,
     },
-    /// Journal in its bearing; concentric and at relative rest where nothing is said.
+    /// Journal relative to its bearing; by default concentric and at relative rest.
     Clearance {
         /// Name of the clearance joint.
         joint: String,
-        /// Journal center seen from the bearing center, in the axes of ground [m].
+        /// Vector from the bearing center to the journal center, in the axes of ground [m].
         eccentricity: [f64; 2],
         /// Its rate [m/s].
         rate: [f64; 2],
     },
 }
 
-/// What the user wrote.
+/// The user's description of a mechanism.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// Named points fixed to ground [m]; `ground` alone is the origin.
@@ -315,7 +315,7 @@ pub struct Scene {
     pub forces: Vec<Force>,
     /// The prescribed motions.
     pub drives: Vec<Drive>,
-    /// How the run starts.
+    /// Initial conditions.
     pub start: Vec<Start>,
 }
 
@@ -362,7 +362,7 @@ impl Scene {
         })
     }
 
-    /// Moment of inertia of a body about its center of mass [kg m²] (Steiner's theorem).
+    /// Moment of inertia of a body about its center of mass [kg m²] (parallel axis theorem).
     pub fn central_inertia(&self, body: &Body) -> f64 {
         match body.points.iter().find(|point| point.name == body.inertia_about) {
             Some(point) if body.inertia_about != CENTER_OF_MASS => {

@@ -1,7 +1,8 @@
-//! Numbers of a scene that are possible but hardly meant, mostly in units other than SI and radians.
+//! Plausibility of a scene: numbers that are possible but unlikely, mostly because of units other than SI and
+//! radians.
 //!
-//! Each limit lies where no machine has been built, well away from what has: a doubt is worth reading only if it
-//! is nearly always right.
+//! Each limit lies far outside the range of machines that have been built, so that a warning is nearly always
+//! right.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -9,39 +10,41 @@ use crate::error::Problem;
 use crate::scene::parts::{Body, Drive, Force, Joint, JointKind, Scene, Start};
 use crate::scene::time_function::TimeFunction;
 
-/// Length [m] from which a body is looked at as one in millimeters: parts of watches have a few.
+/// Length [m] from which a body may be one in millimeters: parts of watches measure a few millimeters.
 const LONG: f64 = 2.0;
-/// Mass over the cube of the length [kg/m³] below which no body of that length is rigid. Blades of wind turbines
-/// have 0.04, fishing rods of carbon fiber 5e-4, booms that satellites unroll 2e-4; a bar in millimeters has 1e-7.
+/// Mass over the cube of the length [kg/m³] below which no body of that length is rigid. Blades of wind
+/// turbines have 0.04, fishing rods of carbon fiber 5e-4, booms that satellites unroll 2e-4; a bar in
+/// millimeters has 1e-7.
 const LIGHT: f64 = 1e-5;
-/// Length [m] that no rigid body has: the longest ship had 458.
+/// Length [m] above that of any rigid body: the longest ship measured 458.
 const LONGEST: f64 = 500.0;
 /// Speed [m/s] at which every rotating part has burst: flywheels of carbon fiber reach 1400.
 const FASTEST: f64 = 2000.0;
-/// Radius [m] from which a journal is looked at as one in millimeters.
+/// Radius [m] from which a journal may be one in millimeters.
 const LARGE_JOURNAL: f64 = 0.1;
-/// Radius of a journal over the reach of the bodies it joins. An eccentric is far larger than its throw, but the
-/// rod on it is longer than its radius.
+/// Implausible ratio of the radius of a journal to the reach of the bodies it joins, the distance to their
+/// points and masses. An eccentric is far larger than its throw, but the rod on it is longer than its radius.
 const JOURNAL_OVER_REACH: f64 = 10.0;
-/// Radial clearance over the radius of the journal: papers on joints with clearance go up to 0.1.
+/// Implausible ratio of the radial clearance to the radius of the journal: papers on joints with clearance go
+/// up to 0.1.
 const LOOSE: f64 = 0.3;
-/// Acceleration of free fall on Earth in millimeters [mm/s²], as it is rounded.
+/// Range of the rounded acceleration of free fall on Earth in millimeters [mm/s²].
 const FALL_IN_MILLIMETERS: [f64; 2] = [9.78e3, 9.84e3];
-/// Degrees that are told from radians: smaller ones might be angles within two turns.
+/// Range of numbers that may be degrees: smaller ones might be radians within two turns.
 const DEGREES: [f64; 2] = [10.0, 3600.0];
 
 impl Scene {
-    /// What looks like a wrong number or unit, in a scene without problems; each with its path.
-    pub fn doubts(&self) -> Vec<Problem> {
-        let mut doubts = Vec::new();
-        self.doubt_lengths(&mut doubts);
-        self.doubt_joints(&mut doubts);
-        self.doubt_angles(&mut doubts);
+    /// Warnings of numbers and units that look wrong, in a scene without problems; each with its path.
+    pub fn implausible(&self) -> Vec<Problem> {
+        let mut warnings = Vec::new();
+        self.warn_of_lengths(&mut warnings);
+        self.warn_of_joints(&mut warnings);
+        self.warn_of_angles(&mut warnings);
         for (index, force) in self.forces.iter().enumerate() {
             if let Force::Gravity { acceleration: [x, y] } = force
                 && (FALL_IN_MILLIMETERS[0]..=FALL_IN_MILLIMETERS[1]).contains(&x.hypot(*y))
             {
-                doubts.push(Problem::new(
+                warnings.push(Problem::new(
                     format!("forces[{index}].acceleration"),
                     format!(
                         "{} m/s^2 is the acceleration of free fall in mm/s^2: it is in m/s^2, {}",
@@ -51,11 +54,11 @@ impl Scene {
                 ));
             }
         }
-        doubts
+        warnings
     }
 
-    /// Bodies that are too light or too long, and drives that are too fast for their size.
-    fn doubt_lengths(&self, doubts: &mut Vec<Problem>) {
+    /// Warns of bodies that are too light or too long, and of drives that are too fast for their size.
+    fn warn_of_lengths(&self, warnings: &mut Vec<Problem>) {
         let lengths = self.bodies.iter().map(Body::extent);
         let Some((index, longest)) = lengths.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)) else {
             return;
@@ -64,7 +67,7 @@ impl Scene {
         let millimeters =
             format!("lengths are in meters, {} mm are {}", short(longest), short(longest / 1e3));
         if longest > LONGEST {
-            doubts.push(Problem::new(
+            warnings.push(Problem::new(
                 format!("bodies[{index}].points"),
                 format!(
                     "{:?} spans {} m, more than any rigid body: {millimeters}",
@@ -73,7 +76,7 @@ impl Scene {
                 ),
             ));
         } else if longest > LONG && body.mass < LIGHT * longest.powi(3) {
-            doubts.push(Problem::new(
+            warnings.push(Problem::new(
                 format!("bodies[{index}].points"),
                 format!(
                     "{:?} spans {} m and has a mass of {} kg, lighter than anything rigid of that length: {millimeters}",
@@ -83,16 +86,16 @@ impl Scene {
                 ),
             ));
         } else {
-            self.doubt_speeds(longest, doubts);
+            self.warn_of_speeds(longest, warnings);
         }
     }
 
-    fn doubt_speeds(&self, longest: f64, doubts: &mut Vec<Problem>) {
+    fn warn_of_speeds(&self, longest: f64, warnings: &mut Vec<Problem>) {
         for (index, drive) in self.drives.iter().enumerate() {
             if let Drive::Speed { speed, .. } = drive
                 && speed.abs() * longest > FASTEST
             {
-                doubts.push(Problem::new(
+                warnings.push(Problem::new(
                     format!("drives[{index}].speed"),
                     format!(
                         "{} rad/s moves a point at a distance of {} m with {} m/s, at which every rotor bursts: \
@@ -108,8 +111,9 @@ impl Scene {
         }
     }
 
-    /// Journals that are larger than what they join, clearances that hardly guide, joints that are there twice.
-    fn doubt_joints(&self, doubts: &mut Vec<Problem>) {
+    /// Warns of journals that are larger than the bodies they join, of very large clearances and of duplicate
+    /// joints.
+    fn warn_of_joints(&self, warnings: &mut Vec<Problem>) {
         for (index, joint) in self.joints.iter().enumerate() {
             let Joint::Clearance { name, journal_radius, clearance, .. } = joint else { continue };
             let radius = *journal_radius;
@@ -118,22 +122,22 @@ impl Scene {
                 && radius > LARGE_JOURNAL
                 && radius > JOURNAL_OVER_REACH * reach
             {
-                doubts.push(Problem::new(
+                warnings.push(Problem::new(
                     format!("joints[{index}].journal_radius"),
                     format!(
-                        "the journal of {name:?}, of radius {radius} m, is far larger than what it joins: {body:?} has \
-                         its mass and its points within {} m; radii are in meters, {radius} mm are {}",
+                        "the journal of {name:?}, of radius {radius} m, is far larger than the bodies it joins: {body:?} \
+                         has its mass and its points within {} m; radii are in meters, {radius} mm are {}",
                         short(reach),
                         short(radius / 1e3)
                     ),
                 ));
             }
             if *clearance > LOOSE * radius {
-                doubts.push(Problem::new(
+                warnings.push(Problem::new(
                     format!("joints[{index}].clearance"),
                     format!(
-                        "the clearance of {name:?}, {} m, is {} times the radius of its journal, {} m: the joint hardly \
-                         guides anything; clearances are radial and in meters",
+                        "the clearance of {name:?}, {} m, is {} times the radius of its journal, {} m, far more than in \
+                         any bearing; clearances are radial and in meters",
                         short(*clearance),
                         short(clearance / radius),
                         short(radius)
@@ -144,7 +148,7 @@ impl Scene {
                 .iter()
                 .find(|other| matches!(other, Joint::Clearance { .. }) && self.same_points(joint, other));
             if let Some(twin) = twin {
-                doubts.push(Problem::new(
+                warnings.push(Problem::new(
                     format!("joints[{index}]"),
                     format!(
                         "{name:?} joins the same two points as {:?}: both act, as two bearings beside each other do; \
@@ -163,8 +167,8 @@ impl Scene {
         a.is_some() && b.is_some() && (others == [a, b] || others == [b, a])
     }
 
-    /// How far from a point its body has anything [m]: its mass, by the radius of gyration, or another point.
-    /// Ground has no end.
+    /// Reach of a body from one of its points [m]: the distance to its mass, by the radius of gyration, or to
+    /// another point. Infinite for ground.
     fn reach(&self, reference: &str) -> Option<(&str, f64)> {
         let end = self.attachment(reference).ok()?;
         let body = &self.bodies[end.body?];
@@ -175,8 +179,8 @@ impl Scene {
         Some((&body.name, reach))
     }
 
-    /// Angles that are round numbers of degrees beyond a turn; each number once, at all its places.
-    fn doubt_angles(&self, doubts: &mut Vec<Problem>) {
+    /// Warns of angles beyond a turn that are round numbers in degrees; each number once, with all its paths.
+    fn warn_of_angles(&self, warnings: &mut Vec<Problem>) {
         let mut found: Vec<(f64, f64, Vec<String>)> = Vec::new();
         for (path, angle) in self.angles() {
             let Some(degrees) = in_degrees(angle) else { continue };
@@ -186,10 +190,10 @@ impl Scene {
             }
         }
         for (degrees, angle, paths) in found {
-            doubts.push(Problem::new(
+            warnings.push(Problem::new(
                 paths.join(", "),
                 format!(
-                    "{} rad is more than a turn, and round in degrees: angles are in radians, {degrees} degrees are {}",
+                    "{} rad is more than a turn, and a round number of degrees: angles are in radians, {degrees} degrees are {}",
                     short(angle),
                     short(degrees.to_radians())
                 ),
@@ -197,7 +201,7 @@ impl Scene {
         }
     }
 
-    /// All angles that are written in the scene [rad], with their paths.
+    /// All angles of the scene [rad], with their paths.
     fn angles(&self) -> Vec<(String, f64)> {
         let mut angles = Vec::new();
         let mut add = |path: String, angle: f64| angles.push((path, angle));
@@ -259,8 +263,8 @@ impl Scene {
     }
 }
 
-/// The round number of degrees that an angle in radians looks like, also where quarters of a turn were added to
-/// it, as from one vertical to another horizontal.
+/// The round number of degrees that a number given in radians may be, also after the addition of quarter
+/// turns (π/2), as for angles from a vertical instead of a horizontal.
 fn in_degrees(angle: f64) -> Option<f64> {
     (-2..=2).find_map(|quarters| {
         let degrees = angle + f64::from(quarters) * FRAC_PI_2;
@@ -270,7 +274,7 @@ fn in_degrees(angle: f64) -> Option<f64> {
     })
 }
 
-/// A number to four digits, as it is written shortest.
+/// A number to four digits in its shortest form.
 fn short(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }

@@ -1,8 +1,7 @@
 //! Reads a scene from JSON text: every unknown field, missing field and wrong type at once.
 //!
-//! A derived reader stops at the first error; here each is noted with its path and reading goes
-//! on, so that the user sees all of them together with the physical problems of
-//! [`Scene::check`].
+//! A derived reader stops at the first error. Here all are collected with their paths, so that the user sees
+//! them together with the physical problems of [`Scene::check`].
 
 use serde_json::Value;
 
@@ -16,7 +15,7 @@ use crate::scene::parts::{
 };
 use crate::scene::time_function::{Spline, TimeFunction};
 
-/// The fields that say of which kind an object is; without them it cannot be judged at all.
+/// The fields that determine the kind of an object; without them it cannot be checked.
 const TAGS: [&str; 3] = [".type", ".law", ".function"];
 
 /// Whether a problem at a path follows from a known one: at the same place, inside it, or inside an
@@ -34,7 +33,7 @@ pub fn read_scene(text: &str) -> Result<Scene, InputError> {
     let mut problems = Vec::new();
     let scene = scene(Node { value: &value, path: String::new() }, &mut problems);
     if let Err(error) = scene.check() {
-        // A field that could not be read stands in the scene as NaN or an empty name: its physical
+        // A field that could not be read is NaN or an empty name in the scene: its physical
         // check would only repeat the problem.
         for problem in error.problems {
             let known = problems.iter().any(|other: &Problem| follows(&problem.path, &other.path));
@@ -128,7 +127,7 @@ fn joint(node: Node, problems: &mut Problems) -> Joint {
     joint
 }
 
-/// Stands for a law that could not be read; the problem is noted where it happened.
+/// Placeholder of a law that could not be read, for which a problem was added.
 const UNREADABLE_LAW: NormalLaw =
     NormalLaw { stiffness: f64::NAN, exponent: f64::NAN, damping: Damping::Elastic };
 
@@ -240,7 +239,7 @@ fn force(node: Node, problems: &mut Problems) -> Force {
     force
 }
 
-/// A spring with its damper, or a damper alone: a spring without stiffness.
+/// A spring with its damper; a damper alone is a spring without stiffness.
 fn link(is_spring: bool, fields: &mut Fields, problems: &mut Problems) -> Force {
     let name = fields.text("name", problems);
     let [a, b] = ["a", "b"].map(|end| fields.text(end, problems));
@@ -277,10 +276,10 @@ enum FunctionName {
     Table,
 }
 
-/// Stands for a function that could not be read; the problem is noted where it happened.
+/// Placeholder of a function that could not be read, for which a problem was added.
 const UNREADABLE_FUNCTION: TimeFunction = TimeFunction::Polynomial(Vec::new());
 
-/// A number, or an object that says which function of time.
+/// A number, or an object for a function of time.
 fn time_function(fields: &mut Fields, name: &'static str, problems: &mut Problems) -> TimeFunction {
     let Some(node) = fields.required(name, problems) else { return TimeFunction::constant(f64::NAN) };
     if !node.value.is_object() {
@@ -300,7 +299,8 @@ fn time_function(fields: &mut Fields, name: &'static str, problems: &mut Problem
                 problems.push(Problem::new(fields.path_of("coefficients"), "must not be empty"));
             }
             if coefficients.len() == 1 {
-                // One coefficient would stand for a plain number, and be blamed at its path.
+                // A single coefficient would count as a plain number, and problems would have the path of
+                // one.
                 coefficients.push(0.0);
             }
             TimeFunction::Polynomial(coefficients)
@@ -316,7 +316,7 @@ fn time_function(fields: &mut Fields, name: &'static str, problems: &mut Problem
             let times = fields.numbers("times", problems);
             let values = fields.numbers("values", problems);
             match Spline::new(&times, &values) {
-                // What could not be read is told already.
+                // The problems have been added already.
                 Err(_) if problems.len() > before => UNREADABLE_FUNCTION,
                 Ok(spline) => TimeFunction::Table(spline),
                 Err(message) => {

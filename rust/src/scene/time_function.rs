@@ -1,8 +1,8 @@
 //! Functions of time with their first three derivatives: drives, forces and torques.
 //!
-//! A prescribed motion enters the accelerations by its second derivative and the Jacobian with
-//! respect to time by its third, so all of them are exact. Late in a long run the value is as smooth as at its
-//! start: what rounding takes from large angles and times is carried along.
+//! Accelerations depend on the second derivative of a prescribed motion and their time derivative on the
+//! third, so all derivatives are exact. Rounding errors of large angles and times are carried along, so that
+//! values late in a long run are as accurate as at its start.
 
 use crate::numerics::instant::{Instant, exact_product, exact_sum};
 use crate::numerics::turns::{Turns, unwind_sum};
@@ -28,7 +28,7 @@ pub enum TimeFunction {
 }
 
 impl TimeFunction {
-    /// A value that does not change.
+    /// A constant value.
     pub fn constant(value: f64) -> Self {
         TimeFunction::Polynomial(vec![value])
     }
@@ -40,7 +40,7 @@ impl TimeFunction {
         [value + rest, first, second, third]
     }
 
-    /// The same where the value is an angle [rad]: within half a turn, with the full turns beside it.
+    /// The same for an angle [rad], as an angle within half a turn and full turns.
     #[inline(always)]
     pub fn angle_at(&self, t: impl Into<Instant>) -> ([f64; 4], Turns) {
         let ([angle, rates @ ..], rest) = self.with_rest(t.into());
@@ -49,13 +49,13 @@ impl TimeFunction {
         ([angle, speed, acceleration, jerk], turns)
     }
 
-    /// Value and derivatives, and what rounding took from the value.
+    /// Value and derivatives, and the rounding error of the value.
     #[inline(always)]
     fn with_rest(&self, t: Instant) -> ([f64; 4], f64) {
         if let TimeFunction::Polynomial(coefficients) = self
             && let [position, speed] = coefficients[..]
         {
-            // Constant speed, the usual drive, should cost next to nothing.
+            // Constant speed is the usual drive and should be cheap.
             return line(position, speed, t);
         }
         self.with_rest_of_any(t)
@@ -87,8 +87,8 @@ impl TimeFunction {
         matches!(self, TimeFunction::Polynomial(coefficients) if coefficients.len() <= 2)
     }
 
-    /// Size of the value, and of its rate, by which tolerances are chosen: an upper bound where
-    /// there is one, what holds at time zero for a polynomial.
+    /// Scales of the value and of its rate for the choice of tolerances: upper bounds where
+    /// they exist, the values at time zero for a polynomial.
     pub fn scales(&self) -> [f64; 2] {
         match self {
             TimeFunction::Polynomial(_) => {
@@ -105,8 +105,9 @@ impl TimeFunction {
         }
     }
 
-    /// Fastest rate by which tolerances are chosen: an upper bound where there is one; for a polynomial, which has
-    /// none and may begin at rest, that while it moves by about `distance` from time zero on.
+    /// Scale of the rate for the choice of tolerances: an upper bound where it exists. A polynomial has none
+    /// and may start at rest; its scale is the largest rate until it has moved by about `distance` from time
+    /// zero.
     pub fn fastest(&self, distance: f64) -> f64 {
         let [_, mut rate] = self.scales();
         let span = self.time_to_move(distance);
@@ -118,8 +119,8 @@ impl TimeFunction {
         rate
     }
 
-    /// Speed that a force which grows from time zero on gives a mass in crossing `length` from rest [m/s]; zero if
-    /// it is no polynomial. The value at time zero does not count.
+    /// Speed of a mass after a distance of `length` from rest [m/s] under a force that grows with time from
+    /// zero, without its constant part; zero if the function is no polynomial.
     pub fn speed_in_growing(&self, mass: f64, length: f64) -> f64 {
         let TimeFunction::Polynomial(coefficients) = self else { return 0.0 };
         // After t a force c_k t^k has moved the mass by about c_k t^(k+2) / m.
@@ -128,8 +129,8 @@ impl TimeFunction {
         length / power_of_two(times.fold(f64::INFINITY, f64::min))
     }
 
-    /// Time from zero on [s] in which the value moves by about `distance` at most, as a power of two (the
-    /// same bits in scaled units); infinity if it never moves.
+    /// Time from zero [s] in which the value changes by at most about `distance`, rounded to a power of two
+    /// so that it is the same in scaled units; infinity for a constant.
     pub fn time_to_move(&self, distance: f64) -> f64 {
         let time = match self {
             TimeFunction::Polynomial(coefficients) => {
@@ -142,8 +143,8 @@ impl TimeFunction {
         power_of_two(time)
     }
 
-    /// Longest time [s] over which Gauss's quadrature with four points integrates what follows from
-    /// the function to rounding; infinity for polynomials between their breaks.
+    /// Longest time [s] over which Gauss's quadrature with four points integrates functions of this motion
+    /// to rounding; infinity for polynomials.
     pub fn pace(&self) -> f64 {
         match self {
             TimeFunction::Harmonic { angular_frequency, .. } => 0.5 / angular_frequency.abs(),
@@ -151,7 +152,7 @@ impl TimeFunction {
         }
     }
 
-    /// Where the function is defined [s]; all times, but for a table.
+    /// Interval on which the function is defined [s]: all times, except for a table.
     pub fn domain(&self) -> [f64; 2] {
         match self {
             TimeFunction::Table(spline) => [spline.times[0], spline.times[spline.times.len() - 1]],
@@ -168,12 +169,12 @@ impl TimeFunction {
     }
 }
 
-/// The largest power of two that is not above a positive value: the same bits in scaled units.
+/// The largest power of two that is not above a positive value, so that scaled units give the same bits.
 fn power_of_two(value: f64) -> f64 {
     f64::from_bits(value.to_bits() & !0xF_FFFF_FFFF_FFFF)
 }
 
-/// `start + rate t` and its derivatives, and what rounding took from the value.
+/// `start + rate t` and its derivatives, and the rounding error of the value.
 #[inline]
 fn line(start: f64, rate: f64, t: Instant) -> ([f64; 4], f64) {
     let (product, of_product) = exact_product(rate, t.time);
@@ -181,8 +182,8 @@ fn line(start: f64, rate: f64, t: Instant) -> ([f64; 4], f64) {
     ([value, rate, 0.0, 0.0], of_product + of_sum + rate * t.rest)
 }
 
-/// A polynomial and its derivatives by Horner's scheme, and what rounding took from the value: the scheme
-/// for its own errors beside it `[GraillatLangloisLouvet2009]`.
+/// A polynomial and its derivatives by Horner's scheme, and the rounding error of the value by the
+/// compensated scheme `[GraillatLangloisLouvet2009]`.
 fn polynomial(coefficients: &[f64], t: Instant) -> ([f64; 4], f64) {
     // Taylor coefficients, which are the derivatives over 1, 1, 2, 6.
     let mut value = [0.0; 4];
@@ -209,10 +210,10 @@ pub struct Spline {
     pieces: Vec<[f64; 4]>,
 }
 
-/// Distance from a knot, relative to the piece before it, within which a time counts as the knot:
-/// steps end there to rounding only.
+/// Distance from a knot, relative to the piece before it, within which a time counts as the knot, since
+/// steps end there only to rounding.
 const AT_KNOT: f64 = 1e-9;
-/// The same relative to the time: twice the shortest step, which could not lead from there to the knot.
+/// The same relative to the time: twice the shortest step, since no step could lead from there to the knot.
 const CLOSE_KNOT: f64 = 32.0 * f64::EPSILON;
 
 impl Spline {
@@ -270,7 +271,7 @@ impl Spline {
     }
 }
 
-/// Slopes of the spline at the knots: a tridiagonal system, the end conditions folded in.
+/// Slopes of the spline at the knots from a tridiagonal system that includes the end conditions.
 fn not_a_knot(times: &[f64], values: &[f64]) -> Vec<f64> {
     let n = times.len();
     let h: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();

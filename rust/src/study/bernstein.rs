@@ -7,14 +7,15 @@
 //!
 //! Source: `[Garloff1986]`.
 
-/// Largest degree on an axis: the coefficients of T_n reach 2^n / √2 with alternating signs, and the binomials of their
-/// numerators have to stay below 2^127. At degree 30 rounding takes 1e-4 of the highest coefficient.
+/// Largest degree on an axis: the coefficients of T_n reach 2^n / √2 with alternating signs, and the
+/// binomials of their numerators have to stay below 2^127. At degree 30 the rounding error is 1e-4 of the
+/// highest coefficient.
 pub(super) const MOST_DEGREE: usize = 30;
 
-/// Polynomials that are transformed together.
+/// Number of polynomials that are transformed together.
 pub(super) const LANES: usize = 8;
 
-/// One coefficient of each of them.
+/// The same coefficient of each of them.
 pub(super) type Lanes = [f64; LANES];
 
 /// The Bernstein coefficients of T_0, ..., T_n on one axis.
@@ -56,8 +57,8 @@ impl Axis {
 
     /// An array outer x (degree + 1) x `inner` from the Chebyshev basis on this axis to the Bernstein basis.
     ///
-    /// Coefficients n - i and i of T_j are the same but for the sign (-1)^j: each pair is summed over even
-    /// and odd j apart, which halves the work.
+    /// Coefficients n - i and i of T_j agree up to the sign (-1)^j: each pair is summed separately over even
+    /// and odd j, which halves the work.
     pub(super) fn transform(&self, source: &[Lanes], target: &mut [Lanes], inner: usize) {
         let size = self.degree + 1;
         for (from, to) in source.chunks_exact(size * inner).zip(target.chunks_exact_mut(size * inner)) {

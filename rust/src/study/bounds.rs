@@ -1,7 +1,7 @@
 //! Bounds of a multivariate Chebyshev polynomial over the box [-1, 1]^k.
 //!
-//! They enclose the *polynomial*. How far the response itself lies from it is another number, the
-//! error of the surrogate, which no bound here contains.
+//! They enclose the *polynomial*. The error of the surrogate, the difference between the response and the
+//! polynomial, is not included in any bound here.
 
 use crate::study::chebyshev::{GridError, Polynomials, zeros};
 
@@ -11,16 +11,16 @@ use crate::study::chebyshev::{GridError, Polynomials, zeros};
 /// lower = c_0 - Σ |c_i|,    upper = c_0 + Σ |c_i|,    sums over all terms but the constant one
 /// ```
 ///
-/// The factors (1/2)^s of the paper are inside the plain coefficients; the two results hold one bound per column, in
-/// the unit of the coefficients. Bounds of a column that holds a NaN are NaN.
+/// The factors (1/2)^s of the paper are inside the plain coefficients; the two results hold one bound per
+/// column, in the unit of the coefficients. Bounds of a column that holds a NaN are NaN.
 ///
-/// The terms are treated as independent, so the band is too wide as soon as two terms do not reach
-/// their extremes together; for a single term it is exact. Rounding is to nearest: a bound may fall
-/// short by the rounding of its sum.
+/// The terms are treated as independent, so the bounds are too wide if two terms do not reach their extremes
+/// at the same point; for a single term they are exact. Rounding is to nearest: a bound may be too narrow by
+/// the rounding error of its sum.
 ///
 /// # Errors
 ///
-/// Bounds that do not fit into the memory.
+/// If the bounds do not fit into the memory.
 pub fn interval_bounds(polynomials: &Polynomials) -> Result<(Vec<f64>, Vec<f64>), GridError> {
     let &Polynomials { coefficients, columns, .. } = polynomials;
     let (center, others) = coefficients.split_at(columns);

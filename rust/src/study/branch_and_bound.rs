@@ -1,9 +1,9 @@
-//! The largest value of a polynomial on [-1, 1]^k by subdivision of its Bernstein form.
+//! Maximum of a polynomial on [-1, 1]^k by branch and bound on its Bernstein form.
 //!
-//! A box is done when its largest coefficient does not exceed the largest value found so far by more than a
-//! tolerance. Else every axis along which all coefficients rise, or all fall, is reduced to the end where the
-//! polynomial is largest, and the box is split along the axis of the most varied differences. Comparisons of
-//! numbers are exact, so that only the transformation and the splits add rounding.
+//! A box is finished when its largest coefficient does not exceed the largest value found so far by more than
+//! a tolerance. Otherwise every axis along which all coefficients rise, or all fall, is reduced to the end
+//! where the polynomial is largest, and the box is split along the axis whose differences vary most.
+//! Comparisons of numbers are exact, so that only the transformation and the splits add rounding errors.
 
 use crate::study::bernstein::{Lanes, split};
 
@@ -11,39 +11,41 @@ use crate::study::bernstein::{Lanes, split};
 /// `benchmarks/ranges.rs` 1e-3 takes 0.3 to 0.9 times the boxes of 1e-6, and 1e-9 1.1 to 1.6 times.
 const GAP: f64 = 1e-6;
 
-/// Coefficients that the search for one end of one range may touch. Random ones without decay, in six parameters
-/// at degree 3, take half of it; beyond, what is left open counts with its certified bound.
+/// Coefficients that the search for one end of one range may process. Polynomials with random coefficients
+/// without decay, in six parameters at degree 3, take half of it. After that the remaining boxes count with
+/// their certified bounds.
 const MOST_WORK: usize = 5_000_000;
 
-/// Shortest part that a split leaves, a power of two so that fractions are exact.
+/// Shortest part of a split, a power of two so that fractions are exact.
 const SHORTEST: f64 = 1.0 / (1 << 16) as f64;
 
-/// One end of a range, for the upper one; values of the lower one have the other sign.
+/// The upper end of a range; for the lower end values are negated.
 #[derive(Clone, Debug, Default)]
 pub(super) struct End {
     /// Largest value found.
     pub(super) attained: f64,
-    /// Where, in [-1, 1]^k.
+    /// Its point in [-1, 1]^k.
     pub(super) at: Vec<f64>,
 }
 
 /// A polynomial in the Bernstein basis.
 pub(super) struct Polynomial<'a> {
     pub(super) degrees: &'a [usize],
-    /// Coefficients below one step along each axis.
+    /// Number of coefficients per step along each axis.
     pub(super) strides: &'a [usize],
     /// Its coefficients are those of one lane.
     pub(super) values: &'a [Lanes],
     pub(super) lane: usize,
-    /// 1; or -1 to turn the polynomial upside down.
+    /// 1, or -1 for the negated polynomial.
     pub(super) sign: f64,
-    /// Of each axis: 1 if all coefficients rise along it, -1 if all fall, else 0; with the sign of `values`.
+    /// For each axis: 1 if all coefficients rise along it, -1 if all fall, otherwise 0; with the sign of
+    /// `values`.
     pub(super) slopes: &'a [f64],
     /// Error of each coefficient.
     pub(super) error: f64,
     /// Error that each split adds.
     pub(super) split_error: f64,
-    /// A bound that is known already.
+    /// A bound known in advance.
     pub(super) bound: f64,
 }
 
@@ -75,7 +77,7 @@ pub(super) struct Search {
     /// Axes of the last piece that are free, the last axis first.
     free: Vec<FreeAxis>,
     offsets: Vec<usize>,
-    /// Boxes looked at since the search was made.
+    /// Boxes processed so far.
     pub(super) boxes: usize,
 }
 
@@ -91,7 +93,7 @@ impl Search {
         let (mut certified, mut deepest, mut work) = (end.attained, 0, 0);
         while let Some(piece) = self.pieces.last() {
             let tolerance = (GAP * (end.attained - opposite)).max(after(piece.splits));
-            // What is certified already needs no second look.
+            // Values up to a bound that is already certified need no further search.
             let enough = certified.max(end.attained + tolerance);
             if piece.bound > enough && enough < bound && work < MOST_WORK {
                 deepest = deepest.max(piece.splits);
@@ -199,12 +201,13 @@ impl Search {
         }
     }
 
-    /// Splits the last piece in two; the part with the larger bound comes last and is looked at first.
+    /// Splits the last piece in two; the part with the larger bound comes last and is processed first.
     fn split(&mut self, parameters: usize) {
         let Some(whole) = self.pieces.last_mut() else { return };
         let Some(cut) = self.free.iter().max_by(|a, b| a.spread.total_cmp(&b.spread)) else { return };
         let (start, middle) = (whole.start, self.values.len());
-        // With more axes a maximum along one line says little: halves took half as many boxes at six.
+        // With more axes the maximum along one line is a poor guide: halving took half as many boxes with
+        // six.
         let t = if self.free.len() > 2 {
             0.5
         } else {
@@ -242,9 +245,9 @@ impl Search {
     }
 }
 
-/// Where to split an axis: at the top of the parabola through the largest coefficient and its neighbors, which
-/// closes in on a smooth maximum much faster than halving; in the middle where there is none, and every fourth
-/// time in any case.
+/// Position at which to split an axis: the maximum of the parabola through the largest coefficient and its
+/// neighbors, which converges to a smooth maximum much faster than halving; the middle where there is none,
+/// and in every fourth split.
 fn top(values: &[f64], degree: usize, inner: usize, splits: usize) -> f64 {
     let most = values.iter().enumerate().fold((0, f64::NEG_INFINITY), |most, (index, &value)| {
         if value > most.1 { (index, value) } else { most }
@@ -254,7 +257,7 @@ fn top(values: &[f64], degree: usize, inner: usize, splits: usize) -> f64 {
         return 0.5;
     }
     let (rise, fall) = (values[index] - values[index - inner], values[index] - values[index + inner]);
-    // The slope as a polynomial of a degree less has these two coefficients at (i - 1) and i over it.
+    // The derivative, of degree n - 1, has these two coefficients at (i - 1)/(n - 1) and i/(n - 1).
     let at = (i as f64 - 1.0 + rise / (rise + fall)) / (degree as f64 - 1.0);
     (at.clamp(SHORTEST, 1.0 - SHORTEST) / SHORTEST).round() * SHORTEST
 }

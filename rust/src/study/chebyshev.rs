@@ -5,8 +5,8 @@
 //! y(x) ≈ Σ_i c_i T_{i_1}(x_1) ··· T_{i_k}(x_k),    x in [-1, 1]^k,    0 <= i_q <= degree_q
 //! ```
 //!
-//! The coefficients c are *plain*: the factors (2/m)^k and (1/2)^s of Eq. (24) to (28) are folded in.
-//! Everything here lives in the normalized variables x; the physical parameter of Eq. (26) is
+//! The coefficients c are *plain*: they include the factors (2/m)^k and (1/2)^s of Eq. (24) to (28).
+//! All variables x here are normalized; the physical parameter of Eq. (26) is
 //!
 //! ```text
 //! ξ_q = (b_q + a_q)/2 + x_q (b_q - a_q)/2
@@ -14,32 +14,32 @@
 //!
 //! *Erratum.* Eq. (28) as printed evaluates the response at x = cos θ; the runs must be made at ξ.
 //!
-//! Arrays are flat and row-major: the rows are the runs of a grid or the terms of a polynomial in C
-//! order (first parameter slowest), the columns are independent responses, such as time samples of
-//! several outputs. A column that holds a NaN (a failed run) is NaN in every result, and no other is.
+//! Arrays are flat and row-major: the rows are the runs of a grid or the terms of a polynomial in C order
+//! (first parameter slowest), the columns are independent responses, such as time samples of several outputs.
+//! A column that contains a NaN (a failed run) is NaN in every result; other columns are unaffected.
 
 use std::f64::consts::PI;
 use std::fmt;
 
 use crate::numerics::memory::filled;
 
-/// Columns treated at a time, so that the rows being summed stay in the first-level cache. Tuned on
-/// 1441 to 92224 columns of 16 and 216 terms: the time is flat from 64 to 512, up to 1.6 times as
-/// long at 8192. It changes no bit of a result.
+/// Columns processed at a time, so that the rows being summed stay in the first-level cache. Tuned on
+/// 1441 to 92224 columns of 16 and 216 terms: the time is the same from 64 to 512, and up to 1.6 times as
+/// long at 8192. Results do not depend on it.
 const COLUMN_BLOCK: usize = 256;
 
-/// Points evaluated at a time: it bounds the memory for the products of polynomials.
+/// Points evaluated at a time, which limits the memory for the products of polynomials.
 const POINT_BLOCK: usize = 64;
 
-/// Nodes per parameter that could ever be meant; far more would only exhaust the memory.
+/// Most nodes per parameter; more would only exhaust the memory.
 pub const MOST_NODES: usize = 10_000;
 
 /// A grid, polynomial or point that does not fit the other arguments.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GridError {
-    /// What is wrong, the value found and what would be accepted.
+    /// The problem, the value found and what would be accepted.
     pub message: String,
-    /// Nothing is wrong but that the result does not fit into the memory.
+    /// Whether the only problem is that the result does not fit into the memory.
     pub out_of_memory: bool,
 }
 
@@ -68,7 +68,8 @@ pub struct Polynomials<'a> {
 }
 
 impl<'a> Polynomials<'a> {
-    /// Polynomials of plain coefficients, terms x `columns` with ∏ (`degrees[q]` + 1) terms, as [`fit`] returns them.
+    /// Polynomials of plain coefficients, terms x `columns` with ∏ (`degrees[q]` + 1) terms, as [`fit`]
+    /// returns them.
     ///
     /// # Errors
     ///
@@ -172,13 +173,13 @@ pub fn fit(
 
 /// Values of polynomials at points of [-1, 1]^k.
 ///
-/// `points` is points x k [-]; the result is points x columns, in the unit of the coefficients. At the midpoint of the box, the
-/// point 0, every polynomial T_i is exactly 0, 1 or -1.
+/// `points` is points x k [-]; the result is points x columns, in the unit of the coefficients. At the
+/// midpoint of the box, the point 0, every polynomial T_i is exactly 0, 1 or -1.
 ///
 /// # Errors
 ///
-/// A number of coordinates that k does not divide, a coordinate that is not finite or outside [-1, 1]. There is
-/// no allowance for rounding: a caller who maps physical parameters clamps the ends.
+/// A number of coordinates that k does not divide, a coordinate that is not finite or outside [-1, 1]. There
+/// is no allowance for rounding: a caller who maps physical parameters clamps the ends.
 pub fn evaluate(polynomials: &Polynomials, points: &[f64]) -> Result<Vec<f64>, GridError> {
     let &Polynomials { coefficients, columns, degrees, terms } = polynomials;
     let parameters = degrees.len();
@@ -208,8 +209,8 @@ pub fn evaluate(polynomials: &Polynomials, points: &[f64]) -> Result<Vec<f64>, G
         for start in (0..columns).step_by(COLUMN_BLOCK) {
             let end = columns.min(start + COLUMN_BLOCK);
             for (factors, target) in products.chunks_exact(terms).zip(targets.chunks_exact_mut(columns)) {
-                // Highest terms first: small numbers meet before a large sum rounds them off. Measured on
-                // two smooth functions with 13³ terms: a quarter to a sixth of the rounding.
+                // Highest terms first: small numbers are added before the large ones. Measured on
+                // two smooth functions with 13³ terms: a quarter to a sixth of the rounding error.
                 for (&factor, row) in factors.iter().zip(coefficients.chunks_exact(columns)).rev() {
                     add_scaled(&mut target[start..end], factor, &row[start..end]);
                 }
@@ -248,7 +249,7 @@ pub fn derivative(polynomials: &Polynomials, axis: usize) -> Result<Vec<f64>, Gr
     let mut result = zeros(coefficients.len())?;
     let blocks = coefficients.chunks_exact((degree + 1) * inner);
     for (source, target) in blocks.zip(result.chunks_exact_mut((degree + 1) * inner)) {
-        // Not a plain zero: degree 0 would turn the NaN of a failed run into a derivative of 0.
+        // Zero times the source rather than zero: at degree 0 the NaN of a failed run must remain.
         add_scaled(&mut target[row(degree)], 0.0, &source[row(degree)]);
         for i in (1..=degree).rev() {
             if i < degree {
@@ -283,8 +284,8 @@ fn check_rows(length: usize, columns: usize, sizes: &[usize], what: &str) -> Res
 
 /// Fits along one axis: an array outer x `nodes` x `inner` becomes outer x (`degree` + 1) x `inner`.
 ///
-/// The node pairs x and -x are folded first, because cos(i θ) is even in x for even i and odd for odd
-/// i. That halves the work and keeps exact symmetries of the response exact.
+/// Sums and differences over the node pairs x and -x are formed first, because cos(i θ) is even in x for even
+/// i and odd for odd i. That halves the work and keeps exact symmetries of the response exact.
 fn fit_axis(values: &[f64], nodes: usize, degree: usize, inner: usize) -> Result<Vec<f64>, GridError> {
     let terms = degree + 1;
     let pairs = nodes.div_ceil(2);

@@ -1,5 +1,6 @@
-//! Many runs: points of the box, sweeps over parameters (with `band` and `range` the only threads), polynomials and
-//! their bounds, bands. In: mechanisms, or samples of runs; out: trajectories, coefficients, bounds. Uses `run` and `numerics`.
+//! Many runs: points of the box of parameters, sweeps over them, polynomials and their bounds, bands. Only
+//! this room uses threads. In: mechanisms, or samples of runs; out: trajectories, coefficients, bounds. Uses
+//! `run` and `numerics`.
 
 pub mod band;
 mod bernstein;

@@ -1,5 +1,5 @@
 //! Points of the cube [-1, 1]^k at which a study simulates: scrambled Sobol' points, which fill it evenly
-//! however many are taken, and independent uniform ones. In: numbers of points and parameters, a seed; out:
+//! for any number of points, and independent uniform ones. In: numbers of points and parameters, a seed; out:
 //! points, the same on every machine.
 
 /// Most parameters for which there are Sobol' points.
@@ -46,7 +46,8 @@ const DIRECTIONS: [(u32, &[u32]); MOST_PARAMETERS - 1] = [
     (213, &[1, 3, 7, 3, 13, 59, 17]),
 ];
 
-/// SplitMix64 of `[SteeleLeaFlood2014]`: a generator of three lines that gives the same numbers everywhere.
+/// Random number generator SplitMix64 of `[SteeleLeaFlood2014]`: three lines, the same numbers on every
+/// machine.
 #[derive(Clone, Debug)]
 pub struct SplitMix64(u64);
 
@@ -74,8 +75,8 @@ impl SplitMix64 {
 /// Points `first` to `first + count - 1` of a scrambled Sobol' sequence in [-1, 1]^`parameters`, row-major.
 ///
 /// Every direction number is multiplied by a random lower triangular binary matrix and the digits are
-/// shifted, `[Matousek1998]`: each point is then uniform, and the points of one sequence are as even as
-/// without. The same seed continues the same sequence. Without a seed nothing is scrambled, as in tests.
+/// shifted `[Matousek1998]`: each point is then uniformly distributed, and the sequence keeps its uniformity.
+/// The same seed continues the same sequence. Without a seed the sequence is not scrambled, for tests.
 ///
 /// The numbers of points must end below [`MOST_POINTS`] and those of parameters be 1 to
 /// [`MOST_PARAMETERS`]; otherwise there are no points.
@@ -99,7 +100,7 @@ pub fn sobol_points(parameters: usize, first: u64, count: usize, seed: Option<u6
             let digits = (0..DIGITS)
                 .filter(|&bit| gray >> bit & 1 == 1)
                 .fold(shift, |digits, bit| digits ^ directions[bit]);
-            // The middle of the cell of the last digit, so that no point is on the surface of the cube.
+            // The middle of the interval of the last digit, so that no point is on the surface of the cube.
             let unit = (f64::from(digits) + if seed.is_some() { 0.5 } else { 0.0 }) / MOST_POINTS as f64;
             points[row * parameters + axis] = 2.0 * unit - 1.0;
         }

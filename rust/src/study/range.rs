@@ -3,8 +3,8 @@
 //! Blocks of columns are transformed to the Bernstein basis together. Most columns of a smooth response are
 //! monotone in every variable there: two corners are their extremes. The others are searched one by one.
 //!
-//! Source: `[Garloff1986]`. The certificate against rounding is by the standard model of floating-point sums, with a
-//! factor of two to spare.
+//! Source: `[Garloff1986]`. Rounding errors are bounded by the standard model of floating-point arithmetic,
+//! with a margin of a factor of two.
 
 use rayon::prelude::*;
 
@@ -14,43 +14,43 @@ use crate::study::chebyshev::{GridError, Polynomials};
 use crate::study::pool::{private_pool, thread_count};
 use crate::study::sweep::Monitor;
 
-/// Coefficients that a task of one thread takes at least, and columns that it takes at most.
+/// Least number of coefficients, and largest number of columns, of a task of one thread.
 const TASK_COEFFICIENTS: usize = 8192;
 const TASK_COLUMNS: usize = 8 * LANES;
 
-/// Largest coefficient: beyond, the sums of the transformation could overflow.
+/// Largest coefficient; with larger ones the sums of the transformation could overflow.
 const LARGEST: f64 = 1e280;
 
-/// What underflow can take from a transformed coefficient, with much to spare.
+/// Bound of the error by underflow in a transformed coefficient, with a wide margin.
 const UNDERFLOW: f64 = 1e-290;
 
 /// Ranges of polynomials over the box, one for every column.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ranges {
-    /// Certified lower bounds: no value of the polynomial is below, rounding included.
+    /// Certified lower bounds of the polynomial, rounding errors included.
     pub lower: Vec<f64>,
     /// Certified upper bounds.
     pub upper: Vec<f64>,
-    /// Smallest values found; the polynomial takes them, to rounding.
+    /// Smallest values found, which the polynomial attains to rounding.
     pub attained_lower: Vec<f64>,
     /// Largest values found.
     pub attained_upper: Vec<f64>,
-    /// Where the smallest values are taken, columns x k, in [-1, 1].
+    /// Points of the smallest values, columns x k, in [-1, 1].
     pub lowest_at: Vec<f64>,
-    /// Where the largest values are taken, columns x k, in [-1, 1].
+    /// Points of the largest values, columns x k, in [-1, 1].
     pub highest_at: Vec<f64>,
-    /// Boxes looked at beyond the first of each column: a measure of the work.
+    /// Boxes processed beyond the first of each column: a measure of the work.
     pub boxes: usize,
 }
 
 /// The range of every polynomial over [-1, 1]^k.
 ///
-/// The bounds hold for the polynomial, not for the response it was fitted to. They are at most 1e-6 of the range
-/// apart from values that the polynomial takes, but for rounding and for polynomials that need too much work,
-/// and never wider than those of Eq. (31).
+/// The bounds hold for the polynomial, not for the response it was fitted to. They exceed values that the
+/// polynomial attains by at most 1e-6 of the range, apart from rounding and from polynomials that need too
+/// much work, and are never wider than those of Eq. (31).
 ///
-/// The columns are treated on `threads` threads of a private pool (default: one for every processor); the
-/// results are the same bits for any number.
+/// The columns are processed on `threads` threads of a private pool (default: one for every processor); the
+/// results do not depend on the number.
 ///
 /// ```
 /// use chebclear::study::chebyshev::Polynomials;
@@ -70,7 +70,7 @@ pub fn polynomial_ranges(polynomials: &Polynomials, threads: Option<usize>) -> R
     Ok(watched_ranges(polynomials, threads, &|| true)?.unwrap_or_default())
 }
 
-/// As [`polynomial_ranges`]; None if the monitor said no, which is asked before every few columns.
+/// As [`polynomial_ranges`], but `None` if the monitor, which is called between blocks of columns, cancels.
 ///
 /// # Errors
 ///
@@ -152,7 +152,7 @@ impl Ranges {
         self.boxes += other.boxes;
     }
 
-    /// Appends the range of one more column; a value found is inside its bounds.
+    /// Appends the range of one more column; values found are moved inside the bounds.
     pub(in crate::study) fn push(
         &mut self,
         [lower, upper]: [f64; 2],
@@ -168,15 +168,15 @@ impl Ranges {
     }
 }
 
-/// What all columns share.
+/// Data that all columns share.
 struct Form {
     degrees: Vec<usize>,
     axes: Vec<Axis>,
-    /// Numbers below one step along each axis.
+    /// Number of coefficients per step along each axis.
     strides: Vec<usize>,
-    /// Where the corners of the box are; bit q of the index is set at the upper end of axis q.
+    /// Indices of the corners of the box; bit q of the number of a corner is set at the upper end of axis q.
     corners: Vec<usize>,
-    /// Largest Bernstein coefficient of each term, in size.
+    /// Largest absolute Bernstein coefficient of each term.
     weights: Vec<f64>,
     /// Error of a transformed coefficient, relative to Σ |coefficient| x weight.
     transform_error: f64,
@@ -201,9 +201,9 @@ impl Form {
             let lower = corners.len() / 2;
             corners[lower..].iter_mut().for_each(|corner| *corner += degree * stride);
         }
-        // On an axis of degree n a coefficient is a sum of n + 1 products of factors with two roundings, and of the
-        // two parts of a pair: less than n + 6 roundings of half an epsilon, counted as whole ones.
-        // A split averages n times, with two roundings each.
+        // On an axis of degree n a coefficient is a sum of n + 1 products of factors with two roundings, and
+        // of the two parts of a pair: less than n + 6 roundings of half an epsilon, counted as whole ones. A
+        // split averages n times, with two roundings each.
         let roundings: usize = degrees.iter().map(|n| n + 6).sum();
         let averages = degrees.iter().max().copied().unwrap_or(0);
         Self {
@@ -319,7 +319,7 @@ struct Sums {
     center: Lanes,
     /// Σ |c| over all terms but the constant one.
     radius: Lanes,
-    /// What rounding has taken from the radius, at most.
+    /// Bound of the rounding error of the radius.
     lost: Lanes,
     /// Σ |c| x weight over all terms.
     weighted: Lanes,
@@ -346,7 +346,7 @@ impl Sums {
         Self { center, radius, lost, weighted }
     }
 
-    /// The bounds of Eq. (31), rounded outward; exact where nothing is rounded.
+    /// The bounds of Eq. (31), rounded outward; exact if no operation was rounded.
     fn outward(&self, lane: usize) -> (f64, f64) {
         let (center, sum, lost) = (self.center[lane], self.radius[lane], self.lost[lane]);
         // The sum of the errors is itself rounded, by far less than half of it.

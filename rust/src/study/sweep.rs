@@ -1,7 +1,7 @@
-//! Many runs in parallel: the only user of threads.
+//! Many runs in parallel.
 //!
 //! Runs are independent and collected in the order of the scenes; nothing is summed across
-//! them. The results are the same bits for any number of threads.
+//! them. The results do not depend on the number of threads, to the last bit.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -24,17 +24,17 @@ pub struct Sweep<'s> {
     pub columns: Vec<String>,
 }
 
-/// Whether work goes on. It is asked by all threads at once and must not write what they share: a counter
-/// kept there cost two threads 5 % of their time.
+/// Whether to continue; false cancels. All threads call it at once, so it should not write to shared memory:
+/// a counter there cost two threads 5 % of their time.
 pub type Monitor<'a> = &'a (dyn Fn() -> bool + Sync);
 
 impl<'s> Sweep<'s> {
     /// Compiles every scene, given as JSON text, on `threads` threads of a private pool (default: one for
-    /// every processor), on which they will also be simulated. None if the monitor said no.
+    /// every processor), on which they will also be simulated. `None` if the monitor cancels.
     ///
     /// # Errors
-    /// The problems of all scenes together, with paths below `scenes[i]`: those of the settings, such as an
-    /// unknown output, and other columns than the first scene has included.
+    /// The problems of all scenes together, with paths below `scenes[i]`, including those of the settings,
+    /// such as an unknown output, and columns that differ from those of the first scene.
     pub fn prepare(
         scenes: &[String],
         settings: &'s Settings,
@@ -59,13 +59,13 @@ impl<'s> Sweep<'s> {
         Ok(Some(Sweep { settings, pool, mechanisms, columns: names }))
     }
 
-    /// Simulates all mechanisms into `values`: runs, samples, columns. The trajectories leave their samples
-    /// there. None if the monitor said no; it is asked before every run and after every accepted step.
-    /// `finished` counts the runs as they end. A run that takes longer than `limit` is given up and has the
+    /// Simulates all mechanisms. The samples are written to `values` (runs, samples, columns) instead of the
+    /// trajectories. `None` if the monitor, which is called before every run and after every accepted step,
+    /// cancels. `finished` counts the completed runs. A run that takes longer than `limit` ends with the
     /// status [`Status::Cancelled`].
     ///
     /// # Errors
-    /// Memory of another size.
+    /// If `values` has another size.
     pub fn run(
         &self,
         values: &mut [f64],
@@ -86,14 +86,14 @@ impl<'s> Sweep<'s> {
                     record(mechanism, None, self.settings, &go_on, values)
                 }
             })?;
-            // Not by the clock, if the monitor still agrees.
+            // Cancelled by the monitor, not by the time limit.
             if run.as_ref().is_ok_and(|run| run.status == Status::Cancelled) && !monitor() {
                 return None;
             }
             finished.fetch_add(1, Ordering::Relaxed);
             Some(run)
         };
-        // Not in chunks, of which there would be none where only features are asked for.
+        // Split by hand: chunks of length zero, where only features are requested, are not allowed.
         let mut rest = values;
         let mut places = Vec::with_capacity(self.mechanisms.len());
         for _ in &self.mechanisms {
@@ -132,8 +132,8 @@ fn same_columns(first: &[String], other: &[String]) -> Result<(), InputError> {
     ))
 }
 
-/// All results in order, or the problems of all failures with the path of their scene: problems of the scenes, unless
-/// all are of one other kind.
+/// All results in order, or the problems of all failures with the paths of their scenes. They are problems of
+/// the scenes, unless all have another subject in common.
 fn gather<T>(results: Vec<Result<T, InputError>>) -> Result<Vec<T>, InputError> {
     let mut good = Vec::with_capacity(results.len());
     let mut problems = Vec::new();

@@ -1,10 +1,9 @@
-//! What a tree of frames is made of: flat and constant, holding only what the scene uses.
+//! The elements of a tree of frames: flat and constant, holding only what the scene uses.
 //!
-//! The ideal joints span a tree; clearance joints are cut, they only exert forces. Each moving
-//! frame of the tree has one coordinate. Rigidly joined bodies share a frame, a driven
-//! coordinate is a function of time, and what remains free is all that is integrated: the
-//! paper's slider-crank has 2 coordinates instead of 9 and 7 constraints. How the tree is
-//! grown stands in `span.rs`.
+//! The ideal joints span a tree; clearance joints are not part of it, they only exert forces. Each moving
+//! frame of the tree has one coordinate. Rigidly joined bodies share a frame, driven coordinates are
+//! functions of time, and only the remaining, free coordinates are integrated: the paper's slider-crank has
+//! 2 coordinates instead of 9 with 7 constraints. `span.rs` builds the tree.
 
 use crate::contact::clearance::ClearanceLaw;
 use crate::numerics::dual::Scalar;
@@ -26,13 +25,13 @@ pub struct DrivenCoordinate {
     pub motion: TimeFunction,
     /// Whether the coordinate is an angle.
     pub is_angle: bool,
-    /// -1 where the tree runs through a revolute joint from body b to body a.
+    /// -1 if the tree passes a revolute joint from body b to body a.
     pub sign: f64,
 }
 
 impl DrivenCoordinate {
-    /// Value and rates at an instant, and the third derivative. An angle is given within half a
-    /// turn, with the full turns beside it.
+    /// Value and rates at an instant, the third derivative, and the full turns that were subtracted from the
+    /// value if it is an angle.
     #[inline(always)]
     pub fn at(&self, t: Instant) -> (Coordinate, f64, Turns) {
         let (motion, turns) = if self.is_angle { self.motion.angle_at(t) } else { (self.motion.at(t), 0.0) };
@@ -41,7 +40,7 @@ impl DrivenCoordinate {
     }
 }
 
-/// A body and where it sits on its frame.
+/// A body and its position on its frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyPlacement {
     /// Name.
@@ -52,8 +51,8 @@ pub struct BodyPlacement {
     pub inertia: f64,
     /// Frame that carries the body.
     pub frame: usize,
-    /// The frame was made for this body; others are welded to it.
-    pub hung: bool,
+    /// Whether the frame was created for this body; other bodies on it are fixed to this one.
+    pub owns_frame: bool,
     /// Origin of the body frame in the frame [m].
     pub origin: Vec2,
     /// Angle of the body frame in the frame [rad].
@@ -73,7 +72,7 @@ pub struct Path {
     pub free: Vec<(usize, usize)>,
 }
 
-/// Mass of all bodies rigidly joined on one frame.
+/// Inertia of all bodies fixed to one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameInertia {
     /// The frame.
@@ -106,9 +105,9 @@ pub struct ClearanceJoint {
     pub journal: FramePoint,
     /// Indices of the bodies that carry bearing and journal; `None` is ground.
     pub bodies: [Option<usize>; 2],
-    /// Sizes and force laws.
+    /// Dimensions and force laws.
     pub law: ClearanceLaw,
-    /// Floor of the latched impact velocity [m/s], if the scene gives one.
+    /// Lower bound of the impact velocity in the damping [m/s], if the scene gives one.
     pub impact_velocity_floor: Option<f64>,
 }
 
@@ -125,39 +124,39 @@ pub struct Closure {
     pub bodies: [Option<usize>; 2],
 }
 
-/// What an ideal joint lets the bodies do.
+/// Relative motion that an ideal joint allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IdealKind {
-    /// They rotate.
+    /// Rotation.
     Revolute,
-    /// They slide.
+    /// Sliding.
     Prismatic,
-    /// Nothing.
+    /// None.
     Fixed,
 }
 
 /// How the tree satisfies an ideal joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Realization {
-    /// It carries `child`: by the coordinate of a column, or rigidly.
+    /// As an edge of the tree: it carries `child` by the coordinate of a column, or rigidly.
     Tree {
         /// The body it carries.
         child: usize,
-        /// Its coordinate; none in a fixed joint.
+        /// Column of its coordinate; `None` in a fixed joint.
         column: Option<usize>,
-        /// -1 where the tree runs through the joint from body b to body a.
+        /// -1 if the tree passes the joint from body b to body a.
         sign: f64,
     },
-    /// It is cut: the loop closure of this index.
+    /// Cut: as the loop closure with this index.
     Cut(usize),
 }
 
-/// A joint without play.
+/// An ideal joint, without clearance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IdealJoint {
     /// Name.
     pub name: String,
-    /// What it allows.
+    /// Relative motion that it allows.
     pub kind: IdealKind,
     /// Indices of the two bodies; `None` is ground.
     pub bodies: [Option<usize>; 2],
@@ -178,7 +177,7 @@ pub struct Link {
     pub bodies: [Option<usize>; 2],
     /// Stiffness [N/m].
     pub stiffness: f64,
-    /// Length without force [m].
+    /// Unloaded length [m].
     pub length: f64,
     /// Damping [N s/m].
     pub damping: f64,
@@ -192,7 +191,7 @@ impl Link {
     }
 }
 
-/// A spring and a damper that rotate two bodies against each other.
+/// A torsion spring and damper between two bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Torsion {
     /// Name.
@@ -203,18 +202,18 @@ pub struct Torsion {
     pub bodies: [Option<usize>; 2],
     /// Stiffness [N m/rad].
     pub stiffness: f64,
-    /// Angle of the second frame relative to the first without torque [rad].
+    /// Angle of the second frame relative to the first in the unloaded spring [rad].
     pub angle: f64,
     /// Damping [N m s/rad].
     pub damping: f64,
 }
 
-/// A given force at a point.
+/// An applied force: a function of time at a point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AppliedForce {
     /// Name.
     pub name: String,
-    /// Where it acts.
+    /// Point at which it acts.
     pub point: FramePoint,
     /// Index of the body it acts on; `None` is ground.
     pub body: Option<usize>,
@@ -225,12 +224,12 @@ pub struct AppliedForce {
     pub body_axes: Option<[f64; 2]>,
 }
 
-/// A given torque.
+/// An applied torque: a function of time between two bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AppliedTorque {
     /// Name.
     pub name: String,
-    /// Frame that it rotates back, frame that it rotates.
+    /// Frame on which its reaction acts, frame on which it acts.
     pub frames: [usize; 2],
     /// Indices of the bodies likewise; `None` is ground.
     pub bodies: [Option<usize>; 2],
@@ -238,7 +237,7 @@ pub struct AppliedTorque {
     pub torque: TimeFunction,
 }
 
-/// Sizes by which errors are judged; all come from the scene, none is absolute.
+/// Scales for tolerances and error measures; all follow from the scene, none is absolute.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scales {
     /// Size of the mechanism [m].
@@ -247,21 +246,21 @@ pub struct Scales {
     pub speed: f64,
     /// Largest displacement [m] of a point per unit of each degree of freedom.
     pub levers: Vec<f64>,
-    /// Of the contact of every clearance joint.
+    /// Scales of the contact of every clearance joint.
     pub contacts: Vec<ContactScales>,
 }
 
-/// Sizes of a contact that rests under the load of the scene.
+/// Scales of a contact that rests under the load of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactScales {
-    /// Mass that the contact feels [kg], the harmonic mean over all directions.
+    /// Effective mass [kg], the harmonic mean over all directions.
     pub mass: f64,
-    /// Penetration at which it carries the load [m].
+    /// Penetration at which the elastic force balances the load [m].
     pub resting_penetration: f64,
-    /// Velocity of an oscillation about it that just stays in contact [m/s].
+    /// Velocity amplitude of an oscillation about it whose displacement amplitude equals it [m/s].
     pub resting_speed: f64,
-    /// Impact velocity at which the contact is critically damped under the load [m/s]; zero for a law that
-    /// latches none.
+    /// Impact velocity at which the contact is critically damped under the load [m/s]; zero for a law whose
+    /// damping does not depend on it.
     pub resting_velocity: f64,
 }
 
@@ -274,7 +273,7 @@ pub struct State {
     pub v: Vec<f64>,
 }
 
-/// The bodies of a scene on a spanning tree of frames, with the joints that are cut and the forces that act.
+/// The bodies of a scene on a spanning tree of frames, with loop closures, clearance joints and forces.
 #[derive(Clone, Debug)]
 pub struct Tree {
     /// Frames, ground first, parents before children.
@@ -285,7 +284,7 @@ pub struct Tree {
     pub free: Vec<usize>,
     /// Coordinates that are functions of time.
     pub driven: Vec<DrivenCoordinate>,
-    /// Those of them (indices) whose speed changes.
+    /// Indices of those whose speed changes.
     pub accelerated: Vec<usize>,
     /// For every frame the columns that move it.
     pub paths: Vec<Path>,
@@ -293,13 +292,14 @@ pub struct Tree {
     pub bodies: Vec<BodyPlacement>,
     /// Inertias that the degrees of freedom move.
     pub inertias: Vec<FrameInertia>,
-    /// Inertias that only drives move: they matter for nothing but the drives' torques.
+    /// Inertias that only drives move. They affect the efforts of the drives and the energies, not the
+    /// motion.
     pub driven_inertias: Vec<FrameInertia>,
     /// Joints with clearance, in the order of the scene.
     pub clearance_joints: Vec<ClearanceJoint>,
     /// Loop closures, in the order of the scene; none in a tree.
     pub closures: Vec<Closure>,
-    /// Joints without play, in the order of the scene.
+    /// Ideal joints, in the order of the scene.
     pub ideal_joints: Vec<IdealJoint>,
     /// The joints of the tree as indices of `ideal_joints`, parents before children.
     pub tree_joints: Vec<usize>,
@@ -307,9 +307,9 @@ pub struct Tree {
     pub links: Vec<Link>,
     /// Springs and dampers between bodies.
     pub torsions: Vec<Torsion>,
-    /// Given forces.
+    /// Applied forces.
     pub applied_forces: Vec<AppliedForce>,
-    /// Given torques.
+    /// Applied torques.
     pub applied_torques: Vec<AppliedTorque>,
     /// Acceleration of free fall [m/s²].
     pub gravity: Vec2,
@@ -326,12 +326,12 @@ impl Tree {
         self.free.len().saturating_sub(2 * self.closures.len())
     }
 
-    /// The next instant after `t` [s] at which a given function of time is not smooth.
+    /// The next instant after `t` [s] at which a function of time in the scene is not smooth.
     pub fn next_break(&self, t: f64) -> f64 {
         self.time_functions().map(|(_, function)| function.next_break(t)).fold(f64::INFINITY, f64::min)
     }
 
-    /// All given functions of time: motions, forces, torques.
+    /// All functions of time in the scene: motions, forces, torques.
     pub fn time_functions(&self) -> impl Iterator<Item = (&str, &TimeFunction)> {
         let motions = self.driven.iter().map(|driven| (driven.name.as_str(), &driven.motion));
         let forces = self

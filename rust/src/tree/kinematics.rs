@@ -1,8 +1,8 @@
-//! Joint coordinates to poses, velocities and accelerations of a tree of frames.
+//! Kinematics of a tree of frames: joint coordinates to positions, velocities and accelerations.
 //!
-//! Every frame k ≥ 1 hangs on its parent by one coordinate z_k: it turns about its origin (the
+//! Every frame k ≥ 1 is connected to its parent by one coordinate z_k: it turns about its origin (the
 //! pivot) or slides along an axis fixed in the parent. Frame 0 is ground. In the plane the
-//! columns of the velocity transformation `B = ∂r/∂z` and their derivatives are closed forms:
+//! columns of the velocity transformation `B = ∂r/∂z` and their derivatives have closed forms:
 //!
 //! ```text
 //! r_k  = ∂r/∂z_k         = perp(r - p_k) for a revolute k,   u_k for a prismatic k
@@ -12,8 +12,9 @@
 //! ∂r̈/∂ż_k               = 2 ∂ṙ/∂z_k
 //! ```
 //!
-//! because all that hangs on a revolute joint is one rigid picture turned by z_k. They make the
-//! Jacobian of the dynamics exact without differences.
+//! because z_k rotates all bodies behind a revolute joint, with their velocities and accelerations relative
+//! to the pivot, as one rigid configuration. They give the exact Jacobian of the dynamics without finite
+//! differences.
 
 use nalgebra::Vector2;
 
@@ -26,7 +27,7 @@ pub fn perp(vector: Vec2) -> Vec2 {
     Vec2::new(-vector.y, vector.x)
 }
 
-/// The direction of `vector`, whose length may be any number above zero, even one whose square is not.
+/// Unit vector along `vector`, whose length may be any positive number, even one whose square underflows.
 pub fn direction(vector: Vec2) -> Vec2 {
     (vector / vector.amax()).normalize()
 }
@@ -37,7 +38,7 @@ pub fn rotated(vector: Vec2, cosine: f64, sine: f64) -> Vec2 {
     Vec2::new(cosine * vector.x - sine * vector.y, sine * vector.x + cosine * vector.y)
 }
 
-/// What the coordinate of a frame does to it.
+/// Kind of the coordinate of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FrameKind {
     /// The frame turns about its origin by z [rad].
@@ -59,14 +60,14 @@ impl FrameKind {
     }
 }
 
-/// A frame of the tree and how it hangs on its parent.
+/// A frame of the tree and its connection to its parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Index of the parent frame; parents come before their children.
     pub parent: usize,
     /// Origin at z = 0 in the parent frame [m].
     pub anchor: Vec2,
-    /// What the coordinate does.
+    /// Kind of the coordinate.
     pub kind: FrameKind,
 }
 
@@ -96,7 +97,7 @@ pub struct FrameState {
 }
 
 impl FrameState {
-    /// A frame on a parent, with its coordinate and its rates all zero.
+    /// A frame on a parent, with a coordinate of zero at rest.
     fn at_rest(frame: &Frame, parent: &FrameState) -> Self {
         let origin = parent.point(frame.anchor);
         let axis = match frame.kind {
@@ -137,10 +138,10 @@ impl FrameState {
         }
     }
 
-    /// Column of the velocity transformation of a point at or below the frame: ∂r/∂z.
+    /// Column ∂r/∂z of the velocity transformation, for a point on the frame or on a frame that it carries.
     #[inline(always)]
     pub fn column(&self, point: Vec2) -> Vec2 {
-        // Without a branch: one of the two terms is zero.
+        // One of the two terms is zero; a branch would be slower.
         self.axis + self.rotation * perp(point - self.position)
     }
 
@@ -203,8 +204,8 @@ pub fn frames_at_rest(frames: &[Frame], ground_acceleration: Vec2) -> Vec<FrameS
     states
 }
 
-/// Moves all frames to the coordinates: `coordinates[k - 1]` belongs to frame k. What never changes is
-/// left as [`frames_at_rest`] put it: kinds, and on ground pivots and axes.
+/// Moves all frames to the coordinates: `coordinates[k - 1]` belongs to frame k. Constant entries keep the
+/// values of [`frames_at_rest`]: kinds, and the pivots and axes of frames on ground.
 #[inline]
 pub fn move_frames(frames: &[Frame], coordinates: &[Coordinate], states: &mut [FrameState]) {
     for (index, (frame, coordinate)) in frames[1..].iter().zip(coordinates).enumerate() {
@@ -238,7 +239,7 @@ pub fn move_frames(frames: &[Frame], coordinates: &[Coordinate], states: &mut [F
                 *state = FrameState {
                     position: origin.position,
                     velocity: origin.velocity + velocity * axis,
-                    // Coriolis term of the sliding, and the sliding itself.
+                    // Coriolis acceleration, and acceleration along the axis.
                     acceleration: origin.acceleration
                         + 2.0 * omega * velocity * perp(axis)
                         + acceleration * axis,
@@ -251,7 +252,7 @@ pub fn move_frames(frames: &[Frame], coordinates: &[Coordinate], states: &mut [F
     }
 }
 
-/// Gives frames that have been moved other accelerations: those of the coordinates.
+/// Recomputes the accelerations of frames that have been moved, from those of the coordinates.
 pub fn accelerate_frames(frames: &[Frame], coordinates: &[Coordinate], states: &mut [FrameState]) {
     for (index, (frame, coordinate)) in frames[1..].iter().zip(coordinates).enumerate() {
         let Coordinate { velocity, acceleration, .. } = *coordinate;

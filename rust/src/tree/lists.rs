@@ -1,4 +1,5 @@
-//! The flat lists of a tree that has grown: everything a run needs of the scene, in frames instead of bodies.
+//! The flat lists of a spanning tree: everything a run needs of the scene, relative to frames instead of
+//! bodies.
 
 use crate::contact::clearance::ClearanceLaw;
 use crate::scene::parts::{Force, ForceFrame, Joint, JointKind};
@@ -13,7 +14,7 @@ use crate::tree::span::{Builder, Placement};
 struct IdealJoints {
     joints: Vec<IdealJoint>,
     closures: Vec<Closure>,
-    /// Where a joint of the scene is among them.
+    /// Index among them of each joint of the scene.
     index_of: Vec<usize>,
 }
 
@@ -70,7 +71,7 @@ impl Builder<'_> {
                     mass: body.mass,
                     inertia: self.scene.central_inertia(body),
                     frame: placement.frame,
-                    hung: placement.hung,
+                    owns_frame: placement.owns_frame,
                     origin: placement.origin,
                     angle: placement.angle,
                     center: placement.to_frame(body.center_of_mass),
@@ -211,8 +212,8 @@ fn paths(frames: &[Frame], free: &[usize]) -> Vec<Path> {
     paths
 }
 
-/// Sums the bodies of each frame (Steiner's theorem); frames that move freely, then those that
-/// only drives move. Bodies fixed to ground move nothing.
+/// Inertias of the frames, summed over their bodies (parallel axis theorem): first of frames that degrees of
+/// freedom move, then of frames that only drives move. Bodies fixed to ground are left out.
 fn frame_inertias(bodies: &[BodyPlacement], paths: &[Path]) -> (Vec<FrameInertia>, Vec<FrameInertia>) {
     let (mut free, mut driven) = (Vec::new(), Vec::new());
     for (frame, path) in paths.iter().enumerate().skip(1) {
@@ -222,7 +223,7 @@ fn frame_inertias(bodies: &[BodyPlacement], paths: &[Path]) -> (Vec<FrameInertia
             continue;
         }
         let center = match on_frame().collect::<Vec<_>>()[..] {
-            // A lone body keeps its center of mass to the last bit.
+            // The center of mass of a single body is kept to the last bit.
             [body] => body.center,
             _ => on_frame().map(|body| body.mass * body.center).sum::<Vec2>() / mass,
         };

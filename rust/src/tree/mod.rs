@@ -1,5 +1,5 @@
-//! The bodies of a scene on a spanning tree of frames. In: a scene; out: frames, cut joints, inertias, forces, all flat
-//! and constant, and how frames move. Uses `scene`, `contact`, `numerics`.
+//! The bodies of a scene on a spanning tree of frames. In: a scene; out: frames, cut joints, inertias,
+//! forces, all flat and constant, and how frames move. Uses `scene`, `contact`, `numerics`.
 
 pub mod elements;
 pub mod kinematics;

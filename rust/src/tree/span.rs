@@ -1,7 +1,7 @@
-//! From a scene to its tree of frames.
+//! Spanning tree of frames for a scene.
 //!
 //! Joints enter the tree in an order that leaves only revolute joints to be cut; clearance joints
-//! never enter it. A part that only clearance joints hold gets three coordinates of its own.
+//! never enter it. A group of bodies without ideal joints to the rest gets three coordinates of its own.
 
 use std::collections::VecDeque;
 
@@ -20,18 +20,18 @@ impl Tree {
     }
 }
 
-/// Where a body ended up while the tree grows.
+/// Position of a body on its frame while the tree is built.
 #[derive(Clone, Copy)]
 pub(super) struct Placement {
     pub(super) frame: usize,
-    pub(super) hung: bool,
+    pub(super) owns_frame: bool,
     pub(super) origin: Vec2,
     pub(super) angle: f64,
 }
 
 impl Placement {
     pub(super) const GROUND: Placement =
-        Placement { frame: 0, hung: false, origin: Vec2::new(0.0, 0.0), angle: 0.0 };
+        Placement { frame: 0, owns_frame: false, origin: Vec2::new(0.0, 0.0), angle: 0.0 };
 
     /// A point of the body in the coordinates of its frame.
     pub(super) fn to_frame(self, point: [f64; 2]) -> Vec2 {
@@ -44,7 +44,7 @@ fn rotated_by(vector: Vec2, angle: f64) -> Vec2 {
     rotated(vector, cosine, sine)
 }
 
-/// A tree as it grows.
+/// A tree while it is built.
 pub(super) struct Builder<'a> {
     pub(super) scene: &'a Scene,
     pub(super) placements: Vec<Option<Placement>>,
@@ -53,7 +53,7 @@ pub(super) struct Builder<'a> {
     pub(super) frames: Vec<Frame>,
     pub(super) coordinate_names: Vec<String>,
     pub(super) driven: Vec<DrivenCoordinate>,
-    /// How the tree satisfies each joint of the scene, and the joints in the order of its growth.
+    /// How the tree satisfies each joint of the scene, and the joints in the order in which they entered it.
     pub(super) realizations: Vec<Option<Realization>>,
     pub(super) order: Vec<usize>,
 }
@@ -73,7 +73,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Ends of a joint; names were checked before.
+    /// Ends of a joint, whose names have been checked before.
     pub(super) fn ends(&self, joint: &Joint) -> [Attachment; 2] {
         joint.references().map(|(_, reference)| self.end(reference))
     }
@@ -89,8 +89,8 @@ impl<'a> Builder<'a> {
         self.frames.len() - 1
     }
 
-    /// Chooses the joints of the tree, grows it from ground, breadth first, then from the first
-    /// body of every part that only clearance joints hold.
+    /// Chooses the joints of the tree and builds it breadth first from ground, then from the first
+    /// body of every group without ideal joints to the rest.
     fn span(&mut self) -> Result<(), InputError> {
         self.check_connected()?;
         self.choose_cuts()?;
@@ -104,8 +104,8 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// Joins the bodies by prismatic, fixed and driven joints first; a revolute joint that then
-    /// closes a loop is cut, and becomes a closure.
+    /// Connects the bodies by prismatic, fixed and driven joints first. A revolute joint that then
+    /// closes a loop is cut and becomes a closure.
     fn choose_cuts(&mut self) -> Result<(), InputError> {
         let mut group: Vec<usize> = (0..=self.scene.bodies.len()).collect();
         let mut problems = Vec::new();
@@ -149,7 +149,7 @@ impl<'a> Builder<'a> {
                 }
                 let reversed = a.body != body;
                 let (parent_end, child_end) = if reversed { (b, a) } else { (a, b) };
-                // Without the cut joints the graph has no loops: a body met again is where we come from.
+                // Without the cut joints the graph has no loops, so a body with a placement is the parent.
                 if let Some(child) = child_end.body.filter(|&child| self.placements[child].is_none()) {
                     self.hang(index, name, kind, [parent_end, child_end], child, reversed);
                     queue.push_back(Some(child));
@@ -158,7 +158,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Hangs `child` on the tree through an ideal joint.
+    /// Adds `child` to the tree by an ideal joint.
     fn hang(
         &mut self,
         joint: usize,
@@ -177,7 +177,8 @@ impl<'a> Builder<'a> {
                 (frame, parent.angle, Vec2::zeros())
             }
             JointKind::Prismatic { axis, angle } => {
-                // The line is fixed in body a; both bodies turn together, so it is fixed in either frame.
+                // The sliding axis is fixed in body a; both bodies turn together, so it is fixed in either
+                // frame.
                 let child_angle = parent.angle + sign * angle;
                 let angle_a = if reversed { child_angle } else { parent.angle };
                 let axis = sign * rotated_by(direction(Vec2::from(axis)), angle_a);
@@ -188,9 +189,9 @@ impl<'a> Builder<'a> {
             JointKind::Fixed { angle } => (parent.frame, parent.angle + sign * angle, anchor),
         };
         let origin = pivot - rotated_by(Vec2::from(child_end.position), angle);
-        let hung = !matches!(kind, JointKind::Fixed { .. });
-        self.placements[child] = Some(Placement { frame, hung, origin, angle });
-        let column = hung.then(|| frame - 1);
+        let owns_frame = !matches!(kind, JointKind::Fixed { .. });
+        self.placements[child] = Some(Placement { frame, owns_frame, origin, angle });
+        let column = owns_frame.then(|| frame - 1);
         self.realizations[joint] = Some(Realization::Tree { child, column, sign });
         self.order.push(joint);
         for drive in self.scene.drives.iter().filter(|drive| drive.joint() == name) {
@@ -200,13 +201,13 @@ impl<'a> Builder<'a> {
                 column: frame - 1,
                 motion: drive.motion(),
                 is_angle: *kind == JointKind::Revolute,
-                // The axis of a frame already has the sign of its joint.
+                // The axis of a prismatic frame already includes the sign.
                 sign: if *kind == JointKind::Revolute { sign } else { 1.0 },
             });
         }
     }
 
-    /// Gives a body that no ideal joint holds its three coordinates, about its center of mass.
+    /// Gives a body without ideal joints its three coordinates: its center of mass and its angle.
     fn float(&mut self, body: usize) {
         let name = &self.scene.bodies[body].name;
         let mut frame = 0;
@@ -218,10 +219,10 @@ impl<'a> Builder<'a> {
             frame = self.add_frame(frame, Vec2::zeros(), kind, format!("{name}.{suffix}"));
         }
         let origin = -Vec2::from(self.scene.bodies[body].center_of_mass);
-        self.placements[body] = Some(Placement { frame, hung: true, origin, angle: 0.0 });
+        self.placements[body] = Some(Placement { frame, owns_frame: true, origin, angle: 0.0 });
     }
 
-    /// All bodies must hang together; with ground, unless the scene does not use ground at all.
+    /// Checks that all bodies are connected, also to ground unless the scene does not use it.
     fn check_connected(&self) -> Result<(), InputError> {
         let count = self.scene.bodies.len();
         let node = |end: Attachment| end.body.unwrap_or(count);
@@ -253,7 +254,7 @@ impl<'a> Builder<'a> {
         Subject::Scene.judge((), problems)
     }
 
-    /// A joint with clearance acts only between bodies that move against each other.
+    /// Checks that the bodies of a joint with clearance can move relative to each other.
     fn check_clearances(&self) -> Result<(), InputError> {
         let joints = self.scene.joints.iter().enumerate();
         let problems: Vec<Problem> = joints
@@ -266,7 +267,7 @@ impl<'a> Builder<'a> {
                 Problem::new(
                     format!("joints[{index}]"),
                     format!(
-                        "{:?} never acts: fixed joints hold its two bodies to each other; remove it",
+                        "{:?} never acts: fixed joints connect its two bodies rigidly; remove it",
                         joint.name()
                     ),
                 )

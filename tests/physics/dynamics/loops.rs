@@ -196,8 +196,8 @@ fn loop_jacobian_agrees_with_differences() {
     }
 }
 
-/// Largest gap [m] and gap rate [m/s] of the joints that close the loop, one of which is cut, over the samples
-/// of a run.
+/// Largest gap [m] and gap rate [m/s] of the joints that close the loop, one of which is cut, over the
+/// samples of a run.
 fn residuals(mechanism: &Mechanism, duration: f64, rtol: f64) -> (f64, f64, Trajectory) {
     let ends = ["crank.Q", "coupler.P", "coupler.Q", "rocker.Q", "rocker.P"];
     let outputs = ends.iter().flat_map(|end| ["x", "y", "vx", "vy"].map(|name| format!("{end}.{name}")));

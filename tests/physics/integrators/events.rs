@@ -434,8 +434,8 @@ fn a_guard_that_only_the_dense_output_crosses_hides_no_event_of_another() {
 
 #[test]
 fn a_landing_on_a_guard_that_draws_the_secant_to_one_side_is_not_given_up() {
-    // Of an oscillator's long step the dense output is a poor one, so that the landing is found by bracketing;
-    // beyond its zero the guard falls like exp(k q).
+    // Of an oscillator's long step the dense output is a poor one, so that the landing is found by
+    // bracketing; beyond its zero the guard falls like exp(k q).
     for steepness in [20.0, 60.0, 200.0] {
         for place in [-0.6, -0.3, 0.1, 0.4] {
             let cliff: GuardLaw = Box::new(move |_, q, _| (1.0 - (steepness * (place - q)).exp(), f64::NAN));

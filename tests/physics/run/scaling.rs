@@ -361,7 +361,8 @@ fn gate_10_results_in_decimal_units_differ_by_rounding_only() {
         assert_eq!((base.status, base.events.len()), (scaled.status, scaled.events.len()));
         let width = base.columns.len();
         for (k, column) in base.columns.iter().enumerate() {
-            // A pin transmits no torque, a guide no force along it, and energies balance: what is left is rounding.
+            // A pin transmits no torque, a guide no force along it, and energies balance: what is left is
+            // rounding.
             let zeros = ["crank_pin.reaction_torque", "guide.reaction_x", "energy.balance"];
             if zeros.contains(&column.as_str()) {
                 continue;

@@ -177,7 +177,7 @@ fn names_references_words_and_functions_are_checked() {
         (
             "\"b\": \"cart\", \"stiffness\"",
             "\"b\": \"ground.O\", \"stiffness\"",
-            "forces[0]: joins a body to itself",
+            "forces[0]: connects a body to itself",
         ),
         (
             "\"b\": \"arm\", \"stiffness\"",
@@ -187,15 +187,15 @@ fn names_references_words_and_functions_are_checked() {
         (
             "\"b\": \"arm\", \"stiffness\"",
             "\"b\": \"cart\", \"stiffness\"",
-            "forces[2]: joins a body to itself",
+            "forces[2]: connects a body to itself",
         ),
         (
             "\"b\": \"hand\", \"damping\"",
             "\"b\": \"ground\", \"damping\"",
-            "forces[3]: joins a body to itself",
+            "forces[3]: connects a body to itself",
         ),
         ("\"point\": \"arm.B\"", "\"point\": \"arm.D\"", "forces[4].point: unknown point \"D\" of \"arm\""),
-        ("\"reaction\": \"arm\"", "\"reaction\": \"hand\"", "forces[5]: joins a body to itself"),
+        ("\"reaction\": \"arm\"", "\"reaction\": \"hand\"", "forces[5]: connects a body to itself"),
         (
             "\"body\": \"hand\", \"reaction\"",
             "\"body\": \"hnd\", \"reaction\"",
@@ -341,7 +341,7 @@ fn names_references_words_and_functions_are_checked() {
         (
             "\"joint\": \"pivot\", \"position\"",
             "\"joint\": \"rail\", \"position\"",
-            "start[0].joint: joint \"rail\" starts where its drive \"shaker\" puts it",
+            "start[0].joint: the start of joint \"rail\" is prescribed by its drive \"shaker\"",
         ),
         (
             "\"body\": \"hand\", \"angle\"",
@@ -386,7 +386,8 @@ fn names_references_words_and_functions_are_checked() {
             problems.iter().any(|problem| problem.starts_with(expected)),
             "{expected:?} in {problems:#?}"
         );
-        // A missing field under another name, or a body that others refer to, is two problems; all else is one.
+        // A missing field under another name, or a body that others refer to, is two problems; all else is
+        // one.
         let two = replacement.starts_with("\"coefficient\"") || expected.starts_with("bodies");
         let told = if two { 2 } else { 1 };
         assert_eq!(problems.len(), told, "{problems:#?}");

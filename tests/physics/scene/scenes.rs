@@ -219,7 +219,7 @@ fn names_must_be_unique_and_usable() {
     });
     assert_eq!(only_problem(&driven_twice), "drives[1].joint: joint \"crank_bearing\" is driven twice");
     let to_itself = with_wrist!(journal = "rod.B".to_owned());
-    assert!(only_problem(&to_itself).starts_with("joints[3]: joins a body to itself"));
+    assert!(only_problem(&to_itself).starts_with("joints[3]: connects a body to itself"));
     assert!(refusal(&Scene::default()).to_string().starts_with("bodies: a scene needs at least one body"));
 }
 

@@ -1,4 +1,5 @@
-//! Bands from runs: windows and leave-one-out against brute force, coverage of processes of known distribution.
+//! Bands from runs: windows and leave-one-out against brute force, coverage of processes of known
+//! distribution.
 
 use chebclear::study::band::calibrate::{Demand, Excess, HeldOut, inflation};
 use chebclear::study::band::certify::least_runs;

@@ -12,8 +12,8 @@ pub struct Case {
     pub response: fn(&[f64], f64) -> f64,
 }
 
-/// Time from 0 to 1. The first is the paper's mechanism without clearance over a revolution, the others range from
-/// monotone to oscillating in the parameters.
+/// Time from 0 to 1. The first is the paper's mechanism without clearance over a revolution, the others range
+/// from monotone to oscillating in the parameters.
 pub const CASES: [Case; 7] = [
     Case { name: "crank position", parameters: 2, degree: 3, samples: 1440, response: crank_position },
     Case { name: "crank velocity", parameters: 2, degree: 3, samples: 1440, response: crank_velocity },
@@ -74,7 +74,8 @@ fn six_parameters(x: &[f64], t: f64) -> f64 {
     coupled(x, t)
 }
 
-/// First of two masses between three springs, two periods; masses and springs known to 5 %, first start to 10 %.
+/// First of two masses between three springs, two periods; masses and springs known to 5 %, first start to 10
+/// %.
 fn coupled(x: &[f64], t: f64) -> f64 {
     let known = |x: f64| 1.0 + 0.05 * x;
     let (m1, m2, k1, k2, k3) = (known(x[0]), known(x[1]), known(x[2]), known(x[3]), known(x[4]));

@@ -25,7 +25,8 @@ fn extremes(values: &[f64], columns: usize, column: usize) -> (f64, f64) {
     (of_column().fold(f64::INFINITY, |a, &b| a.min(b)), of_column().fold(f64::NEG_INFINITY, |a, &b| a.max(b)))
 }
 
-/// Grid <= attained <= certified <= Eq. (31), the attained values where they are said to be, and a gap of 1e-6.
+/// Grid <= attained <= certified <= Eq. (31), the attained values where they are said to be, and a gap of
+/// 1e-6.
 fn check_order(coefficients: &[f64], columns: usize, degrees: &[usize], points: &[f64]) -> Ranges {
     let ranges = ranges_of(coefficients, columns, degrees);
     let (low, high) = interval_bounds(coefficients, columns, degrees).unwrap();

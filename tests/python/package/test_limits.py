@@ -183,7 +183,7 @@ def test_a_drive_too_fast_for_numbers_is_named():
 
 
 def test_forces_too_large_for_numbers_are_no_singular_mass_matrix():
-    with pytest.raises(cc.SceneError, match="start accelerations are no finite numbers"):
+    with pytest.raises(cc.SceneError, match="start accelerations are not finite numbers"):
         cc.mechanisms.slider_crank(gravity=1.7e308).check()
 
 

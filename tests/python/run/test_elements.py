@@ -496,7 +496,7 @@ class TestStarts:
 
     def test_a_driven_joint_starts_where_its_drive_is(self):
         scene = four_bar(drives=[cc.Speed("drive", "A", 3.0, 0.4)], start=[cc.JointStart("A", 0.5)])
-        with pytest.raises(cc.SceneError, match='joint "A" starts where its drive "drive" puts it'):
+        with pytest.raises(cc.SceneError, match='the start of joint "A" is prescribed by its drive "drive"'):
             scene.check()
 
     @pytest.mark.parametrize("method", METHODS)

@@ -173,8 +173,8 @@ def test_redundant_joints_and_structures_are_named():
     cranks = [bar(name, 0.5) for name in "abc"]
     drive = [cc.Speed("drive", "A", 10.0, angle=1.0)]
     text = cc.Scene([*cranks, plate], pins, (), drive, ground).describe()
-    assert 'joint "F" closes a loop that the other joints and drives already hold' in text
-    assert 'the loops closed by "E" and "F" ask for 4 equations of 3 free coordinates' in text
+    assert 'joint "F" closes a loop that the other joints and drives already keep closed' in text
+    assert 'the loops closed by "E" and "F" give 4 equations for 3 free coordinates' in text
     # As a parallelogram of two cranks it is fine, and as a frame on three welded feet it is a structure.
     two = cc.Scene([*cranks[:2], plate], [*pins[:2], *pins[3:5]], (), drive, ground)
     assert "degrees of freedom: 0" in two.describe()

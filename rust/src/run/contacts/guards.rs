@@ -4,10 +4,10 @@ use crate::contact::clearance::{ContactState, Phase};
 use crate::integrators::events::Guard;
 use crate::run::recorder::Recorder;
 
-/// Error of the penetration rate, relative to the velocity tolerance, within which the sign of the normal force is
-/// undetermined. Tuned on overdamped contacts under explicit steps, which are clipped and released by errors of the
-/// velocity: with 1e-3 a scene got half as far in 300 000 steps as with 0.1; with 1 a shaken bearing at rtol 1e-3 missed
-/// clippings that runs with a smaller rtol have.
+/// Error of the penetration rate, relative to the velocity tolerance, within which the sign of the normal
+/// force is undetermined. Tuned on overdamped contacts under explicit steps, which are clipped and released
+/// by errors of the velocity: with 1e-3 a scene got half as far in 300 000 steps as with 0.1; with 1 a shaken
+/// bearing at rtol 1e-3 missed clippings that runs with a smaller rtol have.
 const RATIO_PART: f64 = 0.1;
 /// Ratio of normal to elastic force, of order one, below which the guard is searched inside a step.
 const RATIO_MARGIN: f64 = 0.25;
@@ -40,7 +40,8 @@ impl Recorder<'_> {
         }
     }
 
-    /// Guard of the sign of the normal force: zero where the damping would make it tensile, or no longer does.
+    /// Guard of the sign of the normal force: zero where the damping would make it tensile, or no longer
+    /// does.
     pub(crate) fn tension_guard(&self, index: usize, state: &ContactState<f64>) -> Guard {
         let Phase::Contact { latch, clipped } = self.dynamics.phases[index] else {
             return Guard::INACTIVE;
@@ -75,7 +76,8 @@ impl Recorder<'_> {
         self.slides[index].zip(steep).is_some_and(|(sliding, steep)| sliding.abs() < steep)
     }
 
-    /// Raises the velocity refinement to what the friction of a contact needs between the start of the step and a state.
+    /// Raises the velocity refinement to what the friction of a contact needs between the start of the step
+    /// and a state.
     pub(crate) fn refine_velocity(&mut self, index: usize, state: &ContactState<f64>) {
         if let Some(start) = self.slides[index] {
             let phases = &self.dynamics.phases;

@@ -1,6 +1,6 @@
-//! Changes of contact, and the contacts of a run from onset to separation with the peak of the normal force. In: steps
-//! and states of the recorder; out: guards for the integrator, phases, a log of events and contacts. Uses `dynamics`,
-//! `contact`, `integrators`, `numerics`.
+//! Changes of contact, and the contacts of a run from onset to separation with the peak of the normal force.
+//! In: steps and states of the recorder; out: guards for the integrator, phases, a log of events and
+//! contacts. Uses `dynamics`, `contact`, `integrators`, `numerics`.
 
 mod guards;
 mod log;
@@ -108,9 +108,9 @@ impl OpenContact {
             self.last.map_or((self.contact.onset, 0.0), |last| (last.time, last.force.max(0.0)));
     }
 
-    /// Records the force at the start of a step or at the end of the last one. If the force rose at the record before and
-    /// falls now, its peak is searched on the quintic through both relative motions, without dense output; `force`
-    /// gives the normal force of a relative motion.
+    /// Records the force at the start of a step or at the end of the last one. If the force rose at the
+    /// record before and falls now, its peak is searched on the quintic through both relative motions,
+    /// without dense output; `force` gives the normal force of a relative motion.
     pub fn watch(&mut self, sample: ForceSample, force: impl Fn(&RelativeMotion<f64>) -> f64) {
         let mut peak = (sample.time, sample.force);
         if let Some(last) = self.last.filter(|last| last.rate > 0.0 && sample.rate < 0.0) {
@@ -137,8 +137,8 @@ fn highest_between(
     (a.time + theta * (b.time - a.time), force)
 }
 
-/// The motion at a fraction of the time from one sample to the next, on the quintic Hermite interpolant of their
-/// eccentricities, rates and accelerations.
+/// The motion at a fraction of the time from one sample to the next, on the quintic Hermite interpolant of
+/// their eccentricities, rates and accelerations.
 fn between(a: &ForceSample, b: &ForceSample, theta: f64) -> RelativeMotion<f64> {
     let h = b.time - a.time;
     let (t, t2) = (theta, theta * theta);

@@ -5,9 +5,8 @@ use crate::run::contacts::OpenContact;
 use crate::run::recorder::Recorder;
 
 /// First step after an onset: this times `rtol`^(1/(n + 1)) times the time scale of the impact. The force
-/// grows as δ^n, which limits the order to n + 1 in the steps next to the onset.
-/// Measured for n = 1.5 on the paper's mechanism and the ensembles of `benchmarks/stiffness.rs`: factors of 0.3 to 3 need
-/// the same work.
+/// grows as δ^n, which limits the order to n + 1 in the steps next to the onset. Measured for n = 1.5 on the
+/// paper's mechanism and the ensembles of `benchmarks/stiffness.rs`: factors of 0.3 to 3 need the same work.
 const ONSET_STEP: f64 = 1.0;
 
 /// The onset of a contact.
@@ -41,8 +40,8 @@ impl Recorder<'_> {
     }
 
     /// Penetration rate [m/s] at zero penetration, extrapolated with the present acceleration; called after
-    /// [`Recorder::contact_mass`]. A located onset has a penetration of up to a part of the position tolerance. Over
-    /// this distance a load can make a slow approach several times faster.
+    /// [`Recorder::contact_mass`]. A located onset has a penetration of up to a part of the position
+    /// tolerance. Over this distance a load can make a slow approach several times faster.
     fn surface_velocity(&mut self, index: usize) -> f64 {
         self.dynamics.accelerate(&self.a);
         let state = self.dynamics.contact_state(index);

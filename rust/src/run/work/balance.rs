@@ -1,10 +1,11 @@
 //! The error of the energy balance of a run.
 //!
-//! The gap of a step is the change of the stored energy less the work plus the losses: an error of the integration. It
-//! needs the powers at four instants inside the step, half of the work of a run. Unless outputs ask for energies, only a
-//! random sample of the steps is therefore checked: each is drawn with a known probability p, and its gap is weighted
-//! with 1/p. Nearly all of the error arises in steps in which the sliding velocity of a contact changes where its
-//! friction law is steep (docs/decisions.md), so p depends on that change, and on the last gaps.
+//! The gap of a step is the change of the stored energy less the work plus the losses: an error of the
+//! integration. It needs the powers at four instants inside the step, half of the work of a run. Unless
+//! outputs ask for energies, only a random sample of the steps is therefore checked: each is drawn with a
+//! known probability p, and its gap is weighted with 1/p. Nearly all of the error arises in steps in which
+//! the sliding velocity of a contact changes where its friction law is steep (docs/decisions.md), so p
+//! depends on that change, and on the last gaps.
 
 use crate::contact::clearance::{ContactState, Phase, SlidingVelocity};
 use crate::integrators::dense::DenseStep;
@@ -18,12 +19,13 @@ pub(crate) const WORK_ROTATION: f64 = 0.5;
 const LARGEST_GAP: f64 = 1e-3;
 /// Least probability with which a step is checked: without and with stiff friction.
 const LEAST: [f64; 2] = [1.0 / 64.0, 1.0 / 16.0];
-/// Recent gap, relative to the largest energy, from which every step is checked: without and with stiff friction.
+/// Recent gap, relative to the largest energy, from which every step is checked: without and with stiff
+/// friction.
 const TELLING_GAP: [f64; 2] = [1e-5, 4e-6];
 /// Friction is stiff in a step if its length times the rate at which friction damps the sliding exceeds this.
 const STIFF: f64 = 1.0;
-/// Change of the sliding velocity over a step with stiff friction from which the step is always checked, relative to the
-/// velocity above which friction is constant.
+/// Change of the sliding velocity over a step with stiff friction from which the step is always checked,
+/// relative to the velocity above which friction is constant.
 const TELLING_CHANGE: f64 = 0.1;
 /// Factor by which the recent gap decays from one checked step to the next.
 const MEMORY: f64 = 0.9;
@@ -31,7 +33,8 @@ const MEMORY: f64 = 0.9;
 const LUCK: f64 = 1.0;
 /// Rounding error of the energies, relative to their size.
 const ROUNDING: f64 = 1e-12;
-/// Multiples of the golden ratio modulo 1 fill the unit interval evenly, without resonance with periodic steps.
+/// Multiples of the golden ratio modulo 1 fill the unit interval evenly, without resonance with periodic
+/// steps.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// Error of the energy balance over the steps of a run.
@@ -65,7 +68,8 @@ pub(crate) struct Balance {
 /// Sliding of a contact.
 #[derive(Clone, Copy, Debug)]
 struct Slide {
-    /// Sliding velocity relative to that above which friction is constant, limited to ±1; 1 without a normal force.
+    /// Sliding velocity relative to that above which friction is constant, limited to ±1; 1 without a normal
+    /// force.
     velocity: f64,
     /// Largest rate at which friction damps the sliding [1/s].
     rate: f64,
@@ -179,8 +183,8 @@ impl Recorder<'_> {
         self.work.add(&self.dynamics, dt);
     }
 
-    /// Adds the work from the start of a step to the instant `to` in it, in pieces that resolve the drives: the step
-    /// resolves the free motion only, and a crank may turn many times in it.
+    /// Adds the work from the start of a step to the instant `to` in it, in pieces that resolve the drives:
+    /// the step resolves the free motion only, and a crank may turn many times in it.
     pub(crate) fn add_work_of(&mut self, step: &DenseStep, to: f64) {
         let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
         let mut from = step.t;

@@ -1,12 +1,13 @@
-//! Integrals of powers over a run: input of drives and forces, losses in dampers and contacts, and the error of the energy
-//! balance. In: states of the recorder; out: work, losses, a warning. Uses `dynamics`, `contact`, `integrators`.
+//! Integrals of powers over a run: input of drives and forces, losses in dampers and contacts, and the error
+//! of the energy balance. In: states of the recorder; out: work, losses, a warning. Uses `dynamics`,
+//! `contact`, `integrators`.
 
 pub(crate) mod balance;
 
 use crate::dynamics::{ContactLoss, Dynamics};
 
-/// Nodes and weights of Gauss's quadrature with four points on [0, 1], of order 8: higher than the order of any
-/// dense output.
+/// Nodes and weights of Gauss's quadrature with four points on [0, 1], of order 8: higher than the order of
+/// any dense output.
 pub(crate) const GAUSS: [(f64, f64); 4] = [
     (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
     (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
