@@ -1,6 +1,6 @@
-//! Many runs: points of the box of parameters, sweeps over them, polynomials and their bounds, bands. Only
-//! this room uses threads. In: mechanisms, or samples of runs; out: trajectories, coefficients, bounds. Uses
-//! `run` and `numerics`.
+//! Many runs: points of the box of parameters, sweeps over them, polynomials and their bounds, bands. The
+//! only room that computes in parallel. In: mechanisms, or samples of runs; out: trajectories, coefficients,
+//! bounds. Uses `run` and `numerics`.
 
 pub mod band;
 mod bernstein;
