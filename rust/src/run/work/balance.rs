@@ -2,14 +2,16 @@
 //!
 //! The gap of a step is the change of the stored energy less the work plus the losses: an error of the
 //! integration. It needs the powers at four instants inside the step, half of the work of a run. Unless
-//! outputs ask for energies, only a random sample of the steps is therefore checked: each is drawn with a
-//! known probability p, and its gap is weighted with 1/p. Nearly all of the error arises in steps in which
-//! the sliding velocity of a contact changes where its friction law is steep (docs/decisions.md), so p
-//! depends on that change, and on the last gaps.
+//! outputs ask for energies, only a random sample of the steps is therefore checked: each is drawn with
+//! a known probability p, and its gap is weighted with 1/p. At tight tolerances nearly all of the error
+//! arises in steps in which the sliding velocity of a contact changes where its friction law is steep
+//! (docs/decisions.md), so p depends on that change, and on the last gaps; elsewhere p is as small as
+//! the sampling error of the sum allows.
 
 use crate::contact::clearance::{ContactState, Phase, SlidingVelocity};
 use crate::integrators::dense::DenseStep;
 use crate::run::recorder::Recorder;
+use crate::run::settings::Settings;
 use crate::run::work::GAUSS;
 
 /// Rotation of a drive [rad] over which Gauss's quadrature with four points integrates its power to rounding.
@@ -19,18 +21,22 @@ pub(crate) const WORK_ROTATION: f64 = 0.5;
 const LARGEST_GAP: f64 = 1e-3;
 /// Least probability with which a step is checked: without and with stiff friction.
 const LEAST: [f64; 2] = [1.0 / 64.0, 1.0 / 16.0];
-/// Recent gap, relative to the largest energy, from which every step is checked: without and with stiff
-/// friction.
-const TELLING_GAP: [f64; 2] = [1e-5, 4e-6];
+/// Without stiff friction: standard deviation that the sampled sum may have, relative to the largest
+/// error without a warning, and to the sum itself.
+const ALLOWED_LUCK: [f64; 2] = [0.3, 0.5];
+/// With stiff friction, where gaps are too uneven for a variance: recent gap, relative to the largest
+/// energy, from which every step is checked.
+const TELLING_GAP: f64 = 4e-6;
 /// Friction is stiff in a step if its length times the rate at which friction damps the sliding exceeds this.
 const STIFF: f64 = 1.0;
 /// Change of the sliding velocity over a step with stiff friction from which the step is always checked,
 /// relative to the velocity above which friction is constant.
 const TELLING_CHANGE: f64 = 0.1;
-/// Factor by which the recent gap decays from one checked step to the next.
-const MEMORY: f64 = 0.9;
+/// Factors by which the recent gap with stiff friction, and the recent variance without, decay from one
+/// checked step to the next.
+const MEMORY: [f64; 2] = [0.9, 0.8];
 /// Standard deviations of the sampled sum that are subtracted as sampling error.
-const LUCK: f64 = 1.0;
+const LUCK: f64 = 1.5;
 /// Rounding error of the energies, relative to their size.
 const ROUNDING: f64 = 1e-12;
 /// Multiples of the golden ratio modulo 1 fill the unit interval evenly, without resonance with periodic
@@ -42,14 +48,20 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 pub(crate) struct Balance {
     /// Steps so far.
     steps: usize,
+    /// Part of the run that has passed.
+    passed: f64,
     /// Whether every step is checked, because outputs need its work anyway.
     always: bool,
     /// Start of the present step [s].
     time: f64,
     /// Friction of the joints there.
     slides: Vec<Slide>,
-    /// Recent gap of a step [J]: without and with stiff friction.
-    lately: [f64; 2],
+    /// Recent gap of a step with stiff friction [J].
+    lately: f64,
+    /// Without: last gap [J], and recent half square of its changes [J²]. Neighboring gaps are alike, so
+    /// this is their variance in the sampled sum.
+    last: f64,
+    change: f64,
     /// Potential energy before the first checked step [J].
     potential: Option<f64>,
     /// Sums over the steps: of their gaps, and of input and losses.
@@ -85,11 +97,11 @@ struct Estimate {
 }
 
 impl Estimate {
-    /// Adds a step that was drawn with a probability.
-    fn add(&mut self, value: f64, probability: f64) {
+    /// Adds a step that was drawn with a probability; `square` is its variance among its neighbors.
+    fn add(&mut self, value: f64, square: f64, probability: f64) {
         let times = 1.0 / probability;
         self.sum += times * value;
-        self.variance += times * (times - 1.0) * value * value;
+        self.variance += times * (times - 1.0) * square;
     }
 
     /// Absolute value of the sum, less its sampling error.
@@ -115,13 +127,17 @@ impl Balance {
 
     /// Probability with which a step is checked, from the gaps before it.
     fn probability(&self, stiff: bool) -> f64 {
-        let class = usize::from(stiff);
-        let telling = TELLING_GAP[class] * self.largest;
-        if self.lately[class] < telling && !self.always {
-            (self.lately[class] / telling).max(LEAST[class])
+        let [of_limit, of_sum] = ALLOWED_LUCK;
+        let needed = if stiff {
+            self.lately / (TELLING_GAP * self.largest)
         } else {
-            1.0
-        }
+            let allowed = (of_limit * LARGEST_GAP * self.largest).max(of_sum * self.gap.sum.abs());
+            // The n steps of the whole run, if they go on like this, add n c / p to the variance of the sum.
+            let variance = self.steps as f64 / self.passed * self.change;
+            variance / (allowed * allowed)
+        };
+        // Not a number before anything is known: then every step.
+        if needed < 1.0 && !self.always { needed.max(LEAST[usize::from(stiff)]) } else { 1.0 }
     }
 
     /// Whether the present step is drawn with a probability.
@@ -152,17 +168,24 @@ impl Balance {
         if !gap.is_finite() {
             return;
         }
-        self.gap.add(gap, probability);
+        let [memory_of_gaps, memory_of_changes] = MEMORY;
+        let mut square = gap * gap;
+        if stiff {
+            self.lately = gap.abs().max(memory_of_gaps * self.lately);
+        } else {
+            square = 0.5 * (gap - self.last).powi(2);
+            self.change = square.max(memory_of_changes * self.change);
+            self.last = gap;
+        }
+        self.gap.add(gap, square, probability);
         self.sizes[usize::from(stiff)] += gap.abs() / probability;
-        let lately = &mut self.lately[usize::from(stiff)];
-        *lately = gap.abs().max(MEMORY * *lately);
         let potential = *self.potential.get_or_insert(start.potential);
         for account in [start, end] {
             let kinds = [account.kinetic, account.potential - potential, account.contact];
             self.largest = kinds.into_iter().map(f64::abs).fold(self.largest, f64::max);
         }
         for (sum, work) in self.works.iter_mut().zip(works) {
-            sum.add(work, probability);
+            sum.add(work, work * work, probability);
             self.largest = self.largest.max(sum.surely());
         }
         let surely = self.gap.surely() - ROUNDING * (end.kinetic + end.potential.abs());
@@ -206,6 +229,8 @@ impl Recorder<'_> {
 
     /// Records the state at the start `t` of a step.
     pub(crate) fn watch_energy(&mut self, t: f64) {
+        let Settings { skip, duration, .. } = self.settings;
+        self.balance.passed = (t + skip - self.from) / (skip + duration);
         self.balance.steps += 1;
         self.balance.always = self.needs.work;
         self.balance.time = t;
