@@ -202,7 +202,7 @@ def kind_of(path: str | os.PathLike[str]) -> str:
 @contextmanager
 def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[np.lib.npyio.NpzFile, dict[str, Any]]]:
     """The archive and the facts in a file that `save` wrote."""
-    stranger = ValueError(f"{os.fspath(path)} was not written by chebclear")
+    stranger = ArgumentError(f"{os.fspath(path)} was not written by chebclear")
     # Opened here, since numpy leaves a file open that turns out to be no archive.
     with Path(path).open("rb") as file, ExitStack() as closing:
         try:

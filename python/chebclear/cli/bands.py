@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 
 from ..base.files import complete_folder
+from ..execution.plan import Plan
 from ..scene.columns import column_unit
 from ..study.results import StudyResult
 from .figures import draw_bands
@@ -40,7 +42,7 @@ def verdicts(result: StudyResult) -> Rows:
     return rows
 
 
-def finish(result: StudyResult, options: argparse.Namespace, title: str) -> int:
+def finish(result: StudyResult, options: argparse.Namespace, title: str, plan: Plan | None) -> int:
     """Write what was asked for under this title, print the table of verdicts, and judge it."""
     table = verdicts(result)
     rankings = _rankings(result)
@@ -57,6 +59,8 @@ def finish(result: StudyResult, options: argparse.Namespace, title: str) -> int:
         print_json(
             {
                 "kind": result.kind,
+                "status": result.status,
+                "plan": None if plan is None else dataclasses.asdict(plan),
                 "runs": len(result.parameters),
                 "intervals": {name: [side.lower, side.upper] for name, side in result.intervals.items()},
                 "verdicts": table,

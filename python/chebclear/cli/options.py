@@ -115,6 +115,32 @@ def add_threads(command: Command) -> None:
     )
 
 
+def add_means(command: Command) -> None:
+    """Where the runs of a study are made, how long they may take, and what keeps them."""
+    add_threads(command)
+    command.add_argument(
+        "--store",
+        type=directory,
+        metavar="DIR",
+        help="folder that keeps every finished run: a study that was interrupted goes on from there "
+        "(default: none)",
+    )
+    command.add_argument(
+        "--run-seconds", type=positive, metavar="T", help="time after which a run is given up as failed [s]"
+    )
+    command.add_argument(
+        "--max-seconds",
+        type=positive,
+        metavar="T",
+        help="time after which no further runs are begun [s]; the result is made from those that are done",
+    )
+    command.add_argument(
+        "--plan",
+        action="store_true",
+        help="only say how many runs, how long and how much memory and disk it takes, from a few runs",
+    )
+
+
 def directory(text: str) -> Path:
     """A directory, or what may become one."""
     if not text:

@@ -2,13 +2,14 @@
 
 Exit codes: 0 done; 1 failed, as a run that gave up or a file that cannot be written; 2 wrong arguments or a
 wrong scene; 3 done, but not as good as ``--require`` demands; 70 a defect of this program, with a traceback;
-130 interrupted by Ctrl-C; 141 nobody reads what is printed.
+130 interrupted by Ctrl-C; 143 ended by SIGTERM; 141 nobody reads what is printed.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import shlex
 import sys
 import traceback
 from collections.abc import Sequence
@@ -16,6 +17,7 @@ from collections.abc import Sequence
 from ..base.files import package_version
 from ..errors import ArgumentError, ChebclearError, InputError
 from .commands import animate, check, completion, new, paper, report, run, scan, study, tradeoff
+from .ending import Terminated, terminable
 from .output import plain_warnings
 from .words import at_the_command_line
 
@@ -24,6 +26,7 @@ EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2  # also what argparse uses for bad arguments
 EXIT_DEFECT = 70  # "internal software error" of sysexits.h
 EXIT_INTERRUPTED = 130  # 128 + SIGINT, as shells report it
+EXIT_TERMINATED = 143  # 128 + SIGTERM, likewise
 EXIT_UNREAD = 141  # 128 + SIGPIPE, likewise
 
 # In the order of the help: as one needs them.
@@ -43,10 +46,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         The exit code; see this module.
     """
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    options = None
     try:
         try:
-            options = parser().parse_args(arguments)
-            with plain_warnings(options.quiet):
+            options = parser().parse_args(given)
+            with terminable(), plain_warnings(options.quiet):
                 return int(options.run(options))
         finally:
             # Not left to the end of the process, which could only complain of a closed pipe.
@@ -63,9 +68,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (ChebclearError, OSError, MemoryError) as error:
         print(f"chebclear: {str(error) or 'there is not enough memory'}", file=sys.stderr)
         return EXIT_FAILED
-    except KeyboardInterrupt:
-        print("chebclear: interrupted", file=sys.stderr)
-        return EXIT_INTERRUPTED
+    except KeyboardInterrupt as interrupt:
+        ended = isinstance(interrupt, Terminated)
+        print(f"chebclear: {'ended' if ended else 'interrupted'}{_resumed(options, given)}", file=sys.stderr)
+        return EXIT_TERMINATED if ended else EXIT_INTERRUPTED
     except Exception:
         traceback.print_exc()
         print(
@@ -74,6 +80,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
             file=sys.stderr,
         )
         return EXIT_DEFECT
+
+
+def _resumed(options: argparse.Namespace | None, given: Sequence[str]) -> str:
+    """How to go on where the runs of a study are kept."""
+    if not hasattr(options, "store"):
+        return ""
+    if options is None or options.store is None:
+        return "; no runs were kept, --store DIR keeps them"
+    return f"; resume with: {shlex.join(['chebclear', *given])}"
 
 
 def parser() -> argparse.ArgumentParser:

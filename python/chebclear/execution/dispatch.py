@@ -341,12 +341,13 @@ class _Sent:
 
     @contextmanager
     def ready(self) -> Iterator[None]:
-        with self._folder:
-            try:
-                yield
-            finally:
-                for one in self._own:
-                    one.shutdown(wait=True, cancel_futures=True)
+        try:
+            yield
+        finally:
+            for one in self._own:
+                one.shutdown(wait=True, cancel_futures=True)
+            if not self._stop.exists():
+                self._folder.cleanup()
 
     def capacity(self, measured: bool) -> int:
         return _QUEUED * self.count if measured else self.count
@@ -377,7 +378,27 @@ class _Sent:
     def stop(self, pending: Iterable[Future[Any]]) -> None:
         # Pieces that wait are taken back; those that have begun look for the file.
         self._stop.touch()
-        wait([future for future in pending if not future.cancel()], timeout=_LAST_WAIT)
+        begun = [future for future in pending if not future.cancel()]
+        wait(begun, timeout=_LAST_WAIT)
+        # The file stays until the last of them is over, however busy the machine is, or this process ends.
+        _cleaned_after(begun, self._folder)
+
+
+def _cleaned_after(futures: Iterable[Future[Any]], folder: TemporaryDirectory[str]) -> None:
+    """Remove a folder when all futures are done."""
+    left = {future for future in futures if not future.done()}
+    lock = threading.Lock()
+
+    def done(future: Future[Any]) -> None:
+        with lock:
+            left.discard(future)
+            if not left:
+                folder.cleanup()
+
+    if not left:
+        folder.cleanup()
+    for future in tuple(left):
+        future.add_done_callback(done)
 
 
 def worker_count(executor: Executor) -> int:

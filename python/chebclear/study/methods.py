@@ -366,16 +366,16 @@ class Methods(Runner):
 class _Planned(Exception):
     """What a method was about to simulate."""
 
-    def __init__(self, points: Array, settings: Settings) -> None:
+    def __init__(self, points: Array, settings: Settings | None) -> None:
         super().__init__()
         self.points = points
         self.settings = settings
 
 
-def plan_of(study: Methods, method: str, arguments: Mapping[str, Any]) -> Plan:
+def plan_of(study: Methods, method: str, probes: int | None, arguments: Mapping[str, Any]) -> Plan:
     """What a method will cost; see `Study.plan`."""
 
-    def made(points: Array, settings: Settings, *, midpoint: bool = True) -> Runs:
+    def made(points: Array, settings: Settings | None, *, midpoint: bool = True) -> Runs:
         raise _Planned(points, settings)
 
     probe = copy.copy(study)
@@ -391,9 +391,9 @@ def plan_of(study: Methods, method: str, arguments: Mapping[str, Any]) -> Plan:
     if probe.means.executor is not None:
         workers = worker_count(probe.means.executor)
         probe.made(points[:workers], settings, midpoint=False)  # workers start with their first piece
-    count = min(len(points), max(_PROBES, _PROBES_OF_WORKER * workers))
+    count = min(len(points), probes or max(_PROBES, _PROBES_OF_WORKER * workers))
     rows = np.linspace(0, len(points) - 1, count).round().astype(int)
     runs = probe.made(points[rows], settings, midpoint=False)
-    samples = settings.samples * len(runs.outputs)
-    features = settings.cycles * len(settings.features)
+    samples = len(runs.t) * len(runs.outputs)
+    features = len(runs.feature_names) * (1 if runs.features is None else runs.features.shape[1])
     return planned(len(points) + 1, samples, features, count, runs.seconds)

@@ -162,13 +162,16 @@ class Study(Methods):
         checks.finish()
         self.model = OwnModel(build, self.intervals, self.fixed, names, self.features, cycles)
 
-    def plan(self, method: str = "band", **arguments: Any) -> Plan:
+    def plan(self, method: str = "band", *, probes: int | None = None, **arguments: Any) -> Plan:
         """What a method of this study will cost, from a few of its runs.
 
         Parameters
         ----------
         method : {"band", "certify", "chebyshev", "scan", "sample"}
             The method.
+        probes : int, optional
+            Runs that are made to find out [-]; 12, and at least 4 for each worker, if not given. Times of
+            single runs scatter by a third or so.
         **arguments
             Its arguments.
 
@@ -179,7 +182,7 @@ class Study(Methods):
         Raises
         ------
         ValueError, TypeError
-            If the study is not one of simulations, or an argument is wrong.
+            If the study is one of finished runs, or an argument is wrong.
 
         Examples
         --------
@@ -191,10 +194,12 @@ class Study(Methods):
         """
         checks = Checks()
         checks.word("method", method, ("band", "certify", "chebyshev", "scan", "sample"))
-        if self.settings is None:
-            checks.add("only a study of simulations can be planned")
+        if isinstance(self.model, FinishedRuns):
+            checks.add("a table of finished runs costs no further ones: there is nothing to be planned")
+        if probes is not None:
+            probes = checks.whole("probes", probes, least=1)
         checks.finish()
-        return plan_of(self, method, arguments)
+        return plan_of(self, method, probes, arguments)
 
     @classmethod
     def from_runs(

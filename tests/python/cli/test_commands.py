@@ -4,15 +4,18 @@ import csv
 import json
 import os
 import re
+import shlex
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import chebclear as cc
 import numpy as np
 import pytest
 from chebclear import cli
-from chebclear.cli import program
+from chebclear.cli import plans, program
+from chebclear.cli.words import at_the_command_line
 
 ROOT = Path(__file__).parents[3]
 CRANK = str(ROOT / "examples" / "slider_crank.toml")
@@ -61,7 +64,7 @@ def test_check_describes_and_draws(tmp_path, capsys):
     assert cli.main(["check", CRANK, "--out", str(tmp_path)]) == 0
     printed = capsys.readouterr().out
     scene = cc.load(CRANK)()
-    assert scene.describe() in printed
+    assert at_the_command_line(scene.describe()) in printed
     assert "rod_length = 120 mm, from 108 mm to 132 mm" in printed
     assert f"chebclear study {CRANK}" in printed
     assert "wrist 20 um radial, 40 um between the diameters" in printed
@@ -103,7 +106,8 @@ def test_study_writes_what_its_table_says(tmp_path, capsys):
     result = cc.StudyResult.load(out / "study.npz")
     direct = cc.load(CRANK).study(duration=1e-3, skip=0.0, samples=11, outputs=["slider.x", "slider.vx"])
     assert result == direct.band(5)
-    assert str(result).partition("\n")[2] in printed  # the first line has the time it took
+    told = at_the_command_line(str(result)).partition("\n")[2]  # the first line has the time it took
+    assert told in printed
     assert all(re.search(rf"^{name} .*{result[name].verdict}", printed, re.MULTILINE) for name in result)
     assert {path.name for path in out.iterdir()} == {
         "band_slider.vx.png",
@@ -256,7 +260,7 @@ INTERRUPTED = """
 import signal, sys, threading
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a child of a background job would ignore it
 from chebclear import cli
-from chebclear.cli import program
+from chebclear.cli import plans, program
 threading.Timer(0.5, lambda: signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)).start()
 sys.exit(cli.main(sys.argv[1:]))
 """
@@ -268,5 +272,47 @@ def test_ctrl_c_is_one_line(tmp_path):
     words = ["study", CRANK, "--runs", "20000", "--outputs", "slider.x", "--out", str(tmp_path / "results")]
     command = [sys.executable, "-c", INTERRUPTED, *words]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=600)
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", "chebclear: interrupted\n")
+    told = "chebclear: interrupted; no runs were kept, --store DIR keeps them\n"
+    assert (done.returncode, done.stdout, done.stderr.splitlines()[-1:]) == (130, "", [told.rstrip()])
+    assert [line.startswith("plan: 20001 runs in about") for line in done.stderr.splitlines()[:-1]] in (
+        [],
+        [True],
+    )
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(os.name == "nt", reason="SIGTERM")
+def test_a_study_that_was_ended_says_how_to_resume(tmp_path):
+    words = ["study", CRANK, "--runs", "60", "--outputs", "slider.x", "--store", "kept runs"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "chebclear", *words], cwd=tmp_path, stderr=subprocess.PIPE, text=True
+    )
+    while len(list((tmp_path / "kept runs").glob("piece-*.npz"))) < 3 and process.poll() is None:
+        time.sleep(0.005)
+    process.terminate()
+    _, told = process.communicate(timeout=600)
+    assert process.returncode == 143
+    command = f"chebclear study {CRANK} --runs 60 --outputs slider.x --store 'kept runs'"
+    assert told.splitlines()[-1] == f"chebclear: ended; resume with: {command}"
+    kept = set((tmp_path / "kept runs").glob("piece-*.npz"))
+    program = [sys.executable, "-m", *shlex.split(told.partition("resume with: ")[2])]
+    subprocess.run(program, cwd=tmp_path, check=True, capture_output=True, timeout=600)
+    assert kept < set((tmp_path / "kept runs").glob("piece-*.npz"))
+
+
+def test_a_plan_is_printed_without_the_study(capsys):
+    words = ["study", CRANK, *BRIEF, "--outputs", "slider.x", "--runs", "1000", "--plan"]
+    values, _ = answer(capsys, *words)
+    assert values["plan"]["runs"] == 1001 and values["plan"]["seconds"] > 0.0
+    assert cli.main(words) == 0
+    assert capsys.readouterr().out.startswith("1001 runs in about")
+
+
+def test_what_takes_long_is_announced(capsys, monkeypatch):
+    words = ["scan", CRANK, *BRIEF, "--outputs", "slider.x", "--points", "2"]
+    assert answer(capsys, *words)[0]["plan"] is None
+    monkeypatch.setattr(plans, "_LONG", 0.0)
+    assert cli.main(words) == 0
+    assert capsys.readouterr().err.startswith("plan: ")
+    values, _ = answer(capsys, *words)
+    assert values["plan"]["runs"] == values["runs"] + 1 and values["status"] == "done"

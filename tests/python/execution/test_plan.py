@@ -28,8 +28,10 @@ def test_a_plan_counts_what_a_method_will_simulate():
     assert 1001 * 51 * 8 < plan.disk < 1.5 * 1001 * 51 * 8
     with pytest.raises(ValueError, match="method must be"):
         small.plan("guess")
-    with pytest.raises(ValueError, match="only a study of simulations"):
-        cc.Study(lambda a: {"x": a}, {"a": cc.interval(1.0, 2.0)}).plan()
+    own = cc.Study(lambda a: {"t": [0.0, 1.0], "x": [a, 0.0]}, {"a": cc.interval(1.0, 2.0)})
+    assert own.plan("sample", runs=1000).runs == 1001 and own.plan(runs=9, probes=2).probes == 2
+    with pytest.raises(ValueError, match="nothing to be planned"):
+        cc.Study.from_runs({"a": [1.0, 2.0, 3.0]}, None, {"x": [1.0, 2.0, 3.0]}).plan()
 
 
 def test_the_time_of_a_plan_is_that_of_its_probes():

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from ..bands import finish
-from ..options import Commands, add_out, add_scene, add_settings, add_threads, count, new_command
-from .study import STUDY_FILES, study_of
+from ..options import Commands, add_means, add_out, add_scene, add_settings, count, new_command
+from .study import STUDY_FILES, carry_out, study_of
 
 
 def add(commands: Commands) -> None:
@@ -30,11 +29,11 @@ def add(commands: Commands) -> None:
     )
     add_settings(command)
     add_out(command, STUDY_FILES)
-    add_threads(command)
-    command.set_defaults(require=None)
+    add_means(command)
+    command.set_defaults(require=None, check=False)
 
 
 def scan(options: argparse.Namespace) -> int:
     """Run the command."""
     made, title = study_of(options)
-    return finish(made.scan(options.points), options, title)
+    return carry_out(made, "scan", {"points": options.points}, options, title)

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import argparse
 import sys
+from typing import Any
 
 from ...study.results import StudyResult
 from ...study.study import Study
 from ..bands import DEMANDS, finish
 from ..options import (
     Commands,
+    add_means,
     add_out,
     add_scene,
     add_settings,
-    add_threads,
     count,
     new_command,
     positive,
 )
 from ..output import require_writable
+from ..plans import plan_of
 from ..scenes import progress_of, settings_of, template_of
 
 # Which options each kind of study takes besides those of every one.
@@ -84,7 +86,7 @@ def add(commands: Commands) -> None:
     )
     add_settings(command)
     add_out(command, STUDY_FILES)
-    add_threads(command)
+    add_means(command)
 
 
 def study(options: argparse.Namespace) -> int:
@@ -103,11 +105,21 @@ def study(options: argparse.Namespace) -> int:
     if options.rtol is not None and options.kind in ("band", "certify"):
         # These take one of their own in place of that of the study.
         given["rtol"] = options.rtol
-    result: StudyResult = getattr(made, options.kind)(**given)
+    return carry_out(made, options.kind, given, options, title)
+
+
+def carry_out(
+    made: Study, method: str, given: dict[str, Any], options: argparse.Namespace, title: str
+) -> int:
+    """Say what a method of a study will cost if that is much, or if no more is wanted, and run it."""
+    plan = plan_of(made, method, given, options)
+    if options.plan:
+        return 0
+    result: StudyResult = getattr(made, method)(**given)
     followed = any(band.verdict == "resolved" and band.surrogate is not None for band in result.values())
     if options.check and not followed:
         print("warning: no output is resolved by a polynomial: --check finds no worst case", file=sys.stderr)
-    return finish(result.check() if options.check and followed else result, options, title)
+    return finish(result.check() if options.check and followed else result, options, title, plan)
 
 
 def study_of(options: argparse.Namespace) -> tuple[Study, str]:
@@ -120,5 +132,12 @@ def study_of(options: argparse.Namespace) -> tuple[Study, str]:
         )
     keywords = settings_of(template, options)
     require_writable(options.out)
-    study = template.study(**keywords, threads=options.threads, progress=progress_of(options))
+    study = template.study(
+        **keywords,
+        threads=options.threads,
+        store=options.store,
+        run_seconds=options.run_seconds,
+        max_seconds=options.max_seconds,
+        progress=progress_of(options),
+    )
     return study, template.title or options.scene.name

@@ -51,7 +51,7 @@ function _shtab_chebclear_using
 end
 
 set -g _shtab_chebclear_commands new check run study scan tradeoff report animate paper completion
-set -g _shtab_chebclear_opts_with_value --accuracy --cost --coverage --cycles --degree --discard --duration --frames --joint --kind --method --methods --out --output --outputs --paper --points --require --rtol --rtols --runs --samples --seed --set --skip --threads --title --to --until
+set -g _shtab_chebclear_opts_with_value --accuracy --cost --coverage --cycles --degree --discard --duration --frames --joint --kind --max-seconds --method --methods --out --output --outputs --paper --points --require --rtol --rtols --run-seconds --runs --samples --seed --set --skip --store --threads --title --to --until
 
 complete -c chebclear -e
 complete -c chebclear -f
@@ -109,6 +109,10 @@ complete -c chebclear -n '_shtab_chebclear_using study' -l method -xka "auto rod
 complete -c chebclear -n '_shtab_chebclear_using study' -l rtol -x -d 'relative tolerance of the integrator, 1e-13 to 0.1 (default: the file'"'"'s, or 1e-6; for kinds band and certify of a study 1e-4)'
 complete -c chebclear -n '_shtab_chebclear_using study' -l out -xka "(__fish_complete_directories)" -d 'directory for report.html, study.npz, the table of verdicts (md, csv, json) and a PNG for every output (default: no files)'
 complete -c chebclear -n '_shtab_chebclear_using study' -l threads -x -d 'threads for the simulations (default: all processors)'
+complete -c chebclear -n '_shtab_chebclear_using study' -l store -xka "(__fish_complete_directories)" -d 'folder that keeps every finished run: a study that was interrupted goes on from there (default: none)'
+complete -c chebclear -n '_shtab_chebclear_using study' -l run-seconds -x -d 'time after which a run is given up as failed [s]'
+complete -c chebclear -n '_shtab_chebclear_using study' -l max-seconds -x -d 'time after which no further runs are begun [s]; the result is made from those that are done'
+complete -c chebclear -n '_shtab_chebclear_using study' -l plan -d 'only say how many runs, how long and how much memory and disk it takes, from a few runs'
 complete -c chebclear -n '_shtab_chebclear_using study; and test $_shtab_chebclear_npos -eq 0' -ka "(__fish_complete_path (commandline -ct))" -d 'scene file: TOML, or JSON as Scene.to_json writes it'
 complete -c chebclear -n '_shtab_chebclear_using; and test $_shtab_chebclear_npos -eq 0' -a scan -d 'simulate on a grid of the parameters: inner bounds of the outputs'
 complete -c chebclear -n '_shtab_chebclear_using scan' -s h -l help -d 'show this help message and exit'
@@ -124,6 +128,10 @@ complete -c chebclear -n '_shtab_chebclear_using scan' -l method -xka "auto roda
 complete -c chebclear -n '_shtab_chebclear_using scan' -l rtol -x -d 'relative tolerance of the integrator, 1e-13 to 0.1 (default: the file'"'"'s, or 1e-6; for kinds band and certify of a study 1e-4)'
 complete -c chebclear -n '_shtab_chebclear_using scan' -l out -xka "(__fish_complete_directories)" -d 'directory for report.html, study.npz, the table of verdicts (md, csv, json) and a PNG for every output (default: no files)'
 complete -c chebclear -n '_shtab_chebclear_using scan' -l threads -x -d 'threads for the simulations (default: all processors)'
+complete -c chebclear -n '_shtab_chebclear_using scan' -l store -xka "(__fish_complete_directories)" -d 'folder that keeps every finished run: a study that was interrupted goes on from there (default: none)'
+complete -c chebclear -n '_shtab_chebclear_using scan' -l run-seconds -x -d 'time after which a run is given up as failed [s]'
+complete -c chebclear -n '_shtab_chebclear_using scan' -l max-seconds -x -d 'time after which no further runs are begun [s]; the result is made from those that are done'
+complete -c chebclear -n '_shtab_chebclear_using scan' -l plan -d 'only say how many runs, how long and how much memory and disk it takes, from a few runs'
 complete -c chebclear -n '_shtab_chebclear_using scan; and test $_shtab_chebclear_npos -eq 0' -ka "(__fish_complete_path (commandline -ct))" -d 'scene file: TOML, or JSON as Scene.to_json writes it'
 complete -c chebclear -n '_shtab_chebclear_using; and test $_shtab_chebclear_npos -eq 0' -a tradeoff -d 'measure accuracy against cost on a scene and recommend a setting'
 complete -c chebclear -n '_shtab_chebclear_using tradeoff' -s h -l help -d 'show this help message and exit'

@@ -148,6 +148,10 @@ _shtab_chebclear_scan_options=(
   "--rtol[relative tolerance of the integrator, 1e-13 to 0.1 (default\: the file\'s, or 1e-6\; for kinds band and certify of a study 1e-4)]:X:"
   "--out[directory for report.html, study.npz, the table of verdicts (md, csv, json) and a PNG for every output (default\: no files)]:DIR:_files -/"
   "--threads[threads for the simulations (default\: all processors)]:N:"
+  "--store[folder that keeps every finished run\: a study that was interrupted goes on from there (default\: none)]:DIR:_files -/"
+  "--run-seconds[time after which a run is given up as failed \[s\]]:T:"
+  "--max-seconds[time after which no further runs are begun \[s\]\; the result is made from those that are done]:T:"
+  "--plan[only say how many runs, how long and how much memory and disk it takes, from a few runs]"
   ":scene file\: TOML, or JSON as Scene.to_json writes it:_files"
 )
 
@@ -176,6 +180,10 @@ _shtab_chebclear_study_options=(
   "--rtol[relative tolerance of the integrator, 1e-13 to 0.1 (default\: the file\'s, or 1e-6\; for kinds band and certify of a study 1e-4)]:X:"
   "--out[directory for report.html, study.npz, the table of verdicts (md, csv, json) and a PNG for every output (default\: no files)]:DIR:_files -/"
   "--threads[threads for the simulations (default\: all processors)]:N:"
+  "--store[folder that keeps every finished run\: a study that was interrupted goes on from there (default\: none)]:DIR:_files -/"
+  "--run-seconds[time after which a run is given up as failed \[s\]]:T:"
+  "--max-seconds[time after which no further runs are begun \[s\]\; the result is made from those that are done]:T:"
+  "--plan[only say how many runs, how long and how much memory and disk it takes, from a few runs]"
   ":scene file\: TOML, or JSON as Scene.to_json writes it:_files"
 )
 
