@@ -71,12 +71,9 @@ class _Runs(TypedDict):
     values: NDArray[np.float64]
     columns: list[str]
     features: NDArray[np.float64]
-    status: list[str]
-    message: list[str]
-    time: list[float]
-    joint: list[str | None]
-    stats: list[dict[str, Any]]
-    warnings: list[list[str]]
+    stats: dict[str, NDArray[np.float64]]
+    ends: dict[int, tuple[str, str, float, str | None]]
+    warnings: dict[int, list[str]]
 
 @type_check_only
 class _Ranges(TypedDict):
@@ -106,7 +103,7 @@ def simulate(
     start: str | None = None,
 ) -> _Run: ...
 def sweep(
-    scenes: list[str],
+    scenes: Sequence[tuple[str, bytes]],
     settings: str,
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,

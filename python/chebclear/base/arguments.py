@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 import math
 import numbers
-import operator
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -105,25 +104,22 @@ class Checks:
         most: float | None = None,
     ) -> float:
         """A finite number, NaN if it is none; `above` and `below` are open limits, the others closed."""
-        limits = [
-            (f"{sign} {limit:g}", passes, limit)
-            for sign, passes, limit in (
-                (">", operator.gt, above),
-                (">=", operator.ge, least),
-                ("<", operator.lt, below),
-                ("<=", operator.le, most),
-            )
-            if limit is not None
-        ]
-        accepted = " ".join(["a finite number", " and ".join(words for words, _, _ in limits)]).strip()
-        problem = f"must be {accepted} [{unit}], got {value!r}"
         number = as_number(value)
-        if number is None:
-            self.add_at(name, problem, wrong_type=True)
-            return math.nan
-        if not (math.isfinite(number) and all(passes(number, limit) for _, passes, limit in limits)):
-            self.add_at(name, problem)
-        return number
+        # First what is nearly always so, without words: a study asks this of thousands of scenes.
+        if (
+            number is not None
+            and math.isfinite(number)
+            and (above is None or number > above)
+            and (least is None or number >= least)
+            and (below is None or number < below)
+            and (most is None or number <= most)
+        ):
+            return number
+        limits = ((">", above), (">=", least), ("<", below), ("<=", most))
+        words = " and ".join(f"{sign} {limit:g}" for sign, limit in limits if limit is not None)
+        accepted = f"a finite number {words}".strip()
+        self.add_at(name, f"must be {accepted} [{unit}], got {value!r}", wrong_type=number is None)
+        return math.nan if number is None else number
 
     def whole(self, name: str, value: object, *, least: int, most: int | None = None) -> int:
         """A whole number from `least` to `most`; `least` if it is none."""

@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from ..base.progress import Progress
 from ..errors import ChebclearError
 from ..run.settings import Settings
+from ..scene.structure import FlatScene
+from .counts import STATS
 from .dispatch import Task, dispatch
-from .pieces import DONE, NOT_BEGUN, STATS, End, Order, Piece, code_version
+from .pieces import DONE, NOT_BEGUN, End, Order, Piece, code_version
 from .store import Store, run_key
 
 Array = NDArray[np.float64]
@@ -32,14 +34,14 @@ _MOST_BYTES = 16_000_000
 class Built:
     """A scene that is to be simulated."""
 
-    text: str
-    """As JSON."""
+    flat: FlatScene
+    """Its structure and its numbers."""
     warnings: tuple[str, ...] = ()
     """What was warned of when it was built."""
 
 
-Build = Callable[[int], Built | End]
-"""The scene of a run by its number, or how the run ended before it began."""
+Build = Callable[[Sequence[int]], Sequence[Built | End]]
+"""The scenes of some runs by their numbers, or how those ended before they began."""
 
 
 class Batch:
@@ -48,7 +50,7 @@ class Batch:
     Parameters
     ----------
     build : callable
-        Makes the scene of a run.
+        Makes the scenes of some runs.
     numbers : sequence of int
         The runs, in the order in which they are begun.
     settings : Settings
@@ -124,32 +126,32 @@ class Batch:
     def take(self, count: int) -> Task | None:
         """The next runs that no store keeps, at most so many; None if there are no more."""
         runs: list[int] = []
-        texts: list[str] = []
+        scenes: list[FlatScene] = []
         count = min(count, max(1, _MOST_BYTES // max(1, self.values[:1].nbytes)))
         while len(runs) < count and self._taken < self.total:
-            number = self._numbers[self._taken]
-            self._taken += 1
-            built = self._built(number, first=True)
-            if built is None:
-                continue
-            if self._store is not None:
-                key = run_key(built.text, self._settings)
-                if key in self._store:
-                    self._kept.append((number, key))
+            numbers = self._numbers[self._taken : self._taken + count - len(runs)]
+            self._taken += len(numbers)
+            for number, built in zip(numbers, self._build(numbers), strict=True):
+                if isinstance(built, End):
+                    self.end(number, built)
+                    self.done += 1
                     continue
-                self._keys[number] = key
-            runs.append(number)
-            texts.append(built.text)
-        return self._task(runs, texts) if runs else None
+                self.told.add(number, built.warnings)
+                if self._store is not None:
+                    key = run_key(built.flat, self._settings)
+                    if key in self._store:
+                        self._kept.append((number, key))
+                        continue
+                    self._keys[number] = key
+                runs.append(number)
+                scenes.append(built.flat)
+        return self._task(runs, scenes) if runs else None
 
     def again(self, runs: Sequence[int]) -> Task:
         """Runs that must be simulated once more."""
-        texts = []
-        for number in runs:
-            built = self._built(number, first=False)
-            assert built is not None, "it was built before"
-            texts.append(built.text)
-        return self._task(runs, texts)
+        scenes = [built.flat for built in self._build(runs) if isinstance(built, Built)]
+        assert len(scenes) == len(runs), "they were built before"
+        return self._task(runs, scenes)
 
     def place(self, task: Task, piece: Piece) -> None:
         """Keep finished runs."""
@@ -178,18 +180,8 @@ class Batch:
         """Number and end of every run that failed."""
         return ((number, end) for number, end in enumerate(self.ends) if end.status != DONE)
 
-    def _built(self, number: int, first: bool) -> Built | None:
-        built = self._build(number)
-        if isinstance(built, End):
-            self.end(number, built)
-            self.done += 1
-            return None
-        if first:
-            self.told.add(number, built.warnings)
-        return built
-
-    def _task(self, runs: Sequence[int], texts: Sequence[str]) -> Task:
-        order = Order(texts, self._settings, self._threads, self._retried, self._run_seconds)
+    def _task(self, runs: Sequence[int], scenes: Sequence[FlatScene]) -> Task:
+        order = Order(scenes, self._settings, self._threads, self._retried, self._run_seconds)
         following = runs[-1] - runs[0] + 1 == len(runs) and sorted(runs) == list(runs)
         return Task(runs, order, self.values[runs[0] : runs[-1] + 1] if following else None)
 

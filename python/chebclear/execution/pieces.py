@@ -24,7 +24,8 @@ from .. import _core
 from ..base.units import unit
 from ..errors import InputError, Problem, SettingsError
 from ..run.settings import LEAST_RTOL, Settings
-from ..run.trajectory import Stats
+from ..scene.structure import FlatScene
+from .counts import STATS
 
 if TYPE_CHECKING:
     from .._core import _Runs
@@ -41,10 +42,6 @@ NOT_FINITE, TIME_LIMIT, NOT_BEGUN = "not_finite", "time_limit", "not_begun"
 _RETRIED = frozenset({"step_underflow", "non_finite", "singular_mechanism", "event_location", "projection"})
 # By what a failed run is repeated more tightly.
 _TIGHTER = 10.0
-
-STATS = tuple(item.name for item in dataclasses.fields(Stats))
-"""Names of the counts of a run."""
-_WHOLE = tuple(item.type == "int" for item in dataclasses.fields(Stats))
 
 
 @dataclass(frozen=True)
@@ -67,8 +64,8 @@ class End:
 class Order:
     """What a worker is asked to simulate."""
 
-    scenes: Sequence[str]
-    """Scenes as JSON text."""
+    scenes: Sequence[FlatScene]
+    """Structure and numbers of each scene."""
     settings: Settings
     """How; the outputs are given by name."""
     threads: int
@@ -106,12 +103,6 @@ def code_version() -> str:
     """Fingerprint of the numerical core: another one may compute other bits."""
     with Path(_core.__file__).open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()[:16]
-
-
-def stats_of(row: Sequence[float]) -> Stats:
-    """The counts of one run."""
-    numbers: list[Any] = [int(value) if whole else value for value, whole in zip(row, _WHOLE, strict=True)]
-    return Stats(*numbers)
 
 
 def simulate_order(
@@ -223,14 +214,27 @@ class _Rows:
         else:
             return
         self.t = runs["t"]
-        for position, index in enumerate(good):
-            row = rows[index]
-            self.features[row] = runs["features"][position]
-            self.counts[row] = [runs["stats"][position][name] for name in STATS]
-            self.warnings[row] = tuple(runs["warnings"][position])
-            self.ends[row] = self._end(runs, position, values[index], settings)
+        made = [rows[index] for index in good]
+        self.features[made] = runs["features"]
+        for column, name in enumerate(STATS):
+            self.counts[made, column] = runs["stats"][name]
+        for row in made:
+            self.ends[row], self.warnings[row] = End(), ()
+        for position, told in runs["warnings"].items():
+            self.warnings[made[position]] = tuple(told)
+        finite = np.all(np.isfinite(values if len(good) == len(values) else values[good]), axis=1)
+        for position in np.flatnonzero(~np.all(finite, axis=1)).tolist():
+            columns = np.flatnonzero(~finite[position]).tolist()
+            names = ", ".join((settings.outputs or ())[column] for column in columns)
+            when = settings.skip + settings.duration
+            self.ends[made[position]] = End(NOT_FINITE, f"{names}: not finite in every sample", when)
+        for position, (status, message, when, joint) in runs["ends"].items():
+            if status == "cancelled":
+                message = f"the run was given up after {self.order.run_seconds:g} s, at t = {when:.9g} s"
+                status, joint = TIME_LIMIT, None
+            self.ends[made[position]] = End(status, message, when, joint)
 
-    def _sweep(self, scenes: list[str], settings: Settings, values: Array, good: list[int]) -> _Runs:
+    def _sweep(self, scenes: list[FlatScene], settings: Settings, values: Array, good: list[int]) -> _Runs:
         whole = len(good) == len(values)
         place = values if whole else np.empty((len(good), *values.shape[1:]))
         runs = _core.sweep(
@@ -244,20 +248,6 @@ class _Rows:
         if not whole:
             values[good] = place
         return runs
-
-    def _end(self, runs: _Runs, position: int, values: Array, settings: Settings) -> End:
-        status, message = runs["status"][position], runs["message"][position]
-        when, joint = runs["time"][position], runs["joint"][position]
-        if status == "cancelled":
-            limit = f"the run was given up after {self.order.run_seconds:g} s, at t = {when:.9g} s"
-            return End(TIME_LIMIT, limit, when)
-        if status != DONE:
-            return End(status, message, when, joint)
-        unknown = np.flatnonzero(~np.isfinite(values).all(axis=0))
-        if len(unknown):
-            names = ", ".join((settings.outputs or ())[column] for column in unknown.tolist())
-            return End(NOT_FINITE, f"{names}: not finite in every sample", when)
-        return End()
 
 
 # The core says which scene of a sweep has a problem by this start of the path; a problem of the settings

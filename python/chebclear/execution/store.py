@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import functools
 import hashlib
 import io
 import json
@@ -25,6 +26,7 @@ from numpy.typing import NDArray
 from ..base.files import DAMAGE, package_version, replaced
 from ..errors import StoreError
 from ..run.settings import Settings
+from ..scene.structure import FlatScene
 from .pieces import Piece, as_text, code_version, from_text
 
 Array = NDArray[np.float64]
@@ -75,9 +77,15 @@ class Identity:
         }
 
 
-def run_key(scene: str, settings: Settings) -> bytes:
+def run_key(scene: FlatScene, settings: Settings) -> bytes:
     """What tells a run from all others with the same identity: its scene and its tolerance."""
-    return hashlib.sha256(f"{settings.rtol!r}\n{scene}".encode()).digest()[:KEY_BYTES]
+    told = f"{settings.rtol!r}\n".encode() + _digest(scene.structure) + scene.numbers
+    return hashlib.sha256(told).digest()[:KEY_BYTES]
+
+
+@functools.lru_cache(maxsize=100)
+def _digest(structure: str) -> bytes:
+    return hashlib.sha256(structure.encode()).digest()
 
 
 class Store:

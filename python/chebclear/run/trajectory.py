@@ -103,7 +103,12 @@ class Stats(Shown):
     @classmethod
     def from_dict(cls, plain: Mapping[str, Any]) -> Stats:
         """The counts as the core tells them, or a file, which may have names of earlier versions."""
-        return cls(**{_EARLIER_NAMES.get(name, name): value for name, value in plain.items()})
+        given = {_EARLIER_NAMES.get(name, name): value for name, value in plain.items()}
+        # The core has floats for all.
+        return cls(**{name: int(n) if name in _WHOLE else n for name, n in given.items()})
+
+
+_WHOLE = frozenset(item.name for item in dataclasses.fields(Stats) if item.type == "int")
 
 
 @dataclass(frozen=True, repr=False)

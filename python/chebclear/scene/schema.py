@@ -8,8 +8,9 @@ the record is written.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, ValuesView
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -55,6 +56,9 @@ class Points(Mapping[str, Vector]):
     def __len__(self) -> int:
         return len(self._points)
 
+    def values(self) -> ValuesView[Vector]:
+        return self._points.values()
+
     def __hash__(self) -> int:
         return hash(frozenset(self._points.items()))
 
@@ -74,12 +78,23 @@ class Part:
     """For each field that holds other records, or a sequence of them, their classes."""
 
     def __post_init__(self) -> None:
-        for item in _fields(type(self)):
-            object.__setattr__(self, item.name, _settle(getattr(self, item.name), str(item.type)))
+        # Nearly all values are as they should be; studies make thousands of scenes.
+        values = vars(self)
+        for name, settle in _settling(type(self)):  # type: ignore[arg-type]  # a class has another hash
+            value = values[name]
+            if type(value) is not float and (settled := settle(value)) is not value:
+                object.__setattr__(self, name, settled)
 
 
 def _fields(part: type[Part]) -> tuple[dataclasses.Field[Any], ...]:
     return dataclasses.fields(part)  # type: ignore[arg-type]
+
+
+@functools.cache
+def _settling(part: Any) -> tuple[tuple[str, Callable[[Any], Any]], ...]:
+    """The fields of a record that may need it, with what puts a value into the type of the annotation."""
+    found = ((item.name, _settle_of(str(item.type))) for item in _fields(part))
+    return tuple((name, settle) for name, settle in found if settle is not None)
 
 
 def _is_flat(value: Any) -> bool:
@@ -90,24 +105,43 @@ def _is_flat(value: Any) -> bool:
 
 
 def _as_vector(value: Any) -> Any:
+    if type(value) is tuple:
+        for item in value:
+            if type(item) is not float:
+                break
+        else:  # nearly always
+            return value
     if not isinstance(value, (list, tuple, range, np.ndarray)) or not _is_flat(value):
         return value
     numbers = [as_number(item) for item in value]
     return tuple(item if number is None else number for item, number in zip(value, numbers, strict=True))
 
 
-def _settle(value: Any, annotation: str) -> Any:
-    """The value in the type that the annotation asks for; as it is if it cannot be."""
+def _as_float(value: Any) -> Any:
+    number = as_number(value)
+    return value if number is None else number
+
+
+def _as_points(value: Any) -> Any:
+    # Asked of an abstract class alone, it costs a microsecond.
+    return Points(value) if type(value) is not Points and isinstance(value, (dict, Mapping)) else value
+
+
+def _as_tuple(value: Any) -> Any:
+    if isinstance(value, (tuple, list)):
+        return tuple(value)
+    return tuple(value) if isinstance(value, Iterable) and not isinstance(value, (str, Mapping)) else value
+
+
+def _settle_of(annotation: str) -> Callable[[Any], Any] | None:
+    """What gives a value the type that the annotation asks for, or leaves it if it cannot be."""
     if annotation in _NUMBERS or annotation.startswith(_EITHER):
-        number = as_number(value)
-        return value if number is None else number
+        return _as_float
     if annotation in (_VECTOR, _LIST):
-        return _as_vector(value)
-    if annotation == _POINTS and isinstance(value, Mapping):
-        return Points(value)
-    if annotation.startswith("Sequence") and isinstance(value, Iterable):
-        return value if isinstance(value, (str, Mapping)) else tuple(value)
-    return value
+        return _as_vector
+    if annotation == _POINTS:
+        return _as_points
+    return _as_tuple if annotation.startswith("Sequence") else None
 
 
 def write(part: Any, accepted: tuple[type[Part], ...], path: str, problems: list[Problem]) -> Any:

@@ -21,6 +21,7 @@ from ..base.units import unit
 from ..data.dataset import Dataset
 from ..data.exports import Exports
 from ..errors import ArgumentError
+from ..execution.counts import Costs
 from ..execution.failures import FailedRun, count_failed
 from ..report import html
 from ..run.dataset import common_facts
@@ -74,7 +75,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         Number of nodes or scan points on each parameter [-]; empty for a calibrated study.
     bounds : BoundKind
         How polynomials are bounded: ``"range"``, certified, or ``"eq31"``, by Eq. (31) of the paper.
-    stats : tuple[Stats, ...]
+    stats : Sequence[Stats]
         What each run cost; the last one is the nominal run.
     warnings : tuple[str, ...]
         What the user was warned of, each text once.
@@ -103,7 +104,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     degrees: tuple[int, ...] | None
     nodes: tuple[int, ...]
     bounds: BoundKind
-    stats: tuple[Stats, ...]
+    stats: Sequence[Stats]
     warnings: tuple[str, ...]
     settings: Settings | None
     scene: Scene | None
@@ -488,7 +489,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             nodes=tuple(facts["nodes"]),
             bounds=facts.get("bounds", "eq31"),  # files before it was written
             demand=None if facts.get("demand") is None else Demand.from_dict(facts["demand"]),
-            stats=tuple(Stats.from_dict(stats) for stats in facts["stats"]),
+            stats=Costs.joined([[Stats.from_dict(stats) for stats in facts["stats"]]]),
             warnings=tuple(facts["warnings"]),
             settings=None if facts["settings"] is None else Settings.from_dict(facts["settings"]),
             scene=None if facts["scene"] is None else Scene.from_json(json.dumps(facts["scene"])),

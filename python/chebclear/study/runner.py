@@ -17,6 +17,7 @@ from ..execution.means import Means
 from ..run.settings import Settings
 from ..run.tracking import settling_time
 from ..scene.scene import Interval, Scene
+from ..scene.structure import ManyScenes
 from .band.hybrid import Normal, Uniform
 from .band.judgment import doubts, early_widths, told_holes
 from .features.features import Asked, FeatureTable, units_of
@@ -25,7 +26,7 @@ from .models.own import OwnModel
 from .polynomials.holes import fit_holes
 from .polynomials.surrogate import BoundKind
 from .results import StudyResult
-from .runs import Making, Runs
+from .runs import Making, Many, Runs
 
 Array = NDArray[np.float64]
 
@@ -153,10 +154,25 @@ class Runner:
         """The runs at the points and, if asked for, last at the midpoint; does not pass on warnings."""
         rtol = settings.rtol if self.settings is None else self.settings.rtol
         making = Making(
-            self.scene, self.intervals, points, settings, self.features, self.means, rtol, midpoint
+            self.scene,
+            self._many,
+            self.intervals,
+            points,
+            settings,
+            self.features,
+            self.means,
+            rtol,
+            midpoint,
         )
         with reporter(self.progress, "study") as report:
             return making.run(report)
+
+    @property
+    def _many(self) -> Many | None:
+        build = self.build
+        if not isinstance(build, ManyScenes):
+            return None
+        return lambda structure, like, values: build.scene_numbers(structure, like, values, self.fixed)
 
     def scene(self, parameters: dict[str, float]) -> Scene:
         """The scene at these values of the parameters [SI units]; errors name them."""
@@ -167,11 +183,11 @@ class Runner:
         except Exception as error:
             error.add_note(f"in build with {describe(parameters)}")
             raise
+        if isinstance(scene, Scene):
+            return scene
         if isinstance(scene, Mapping):
             raise TypeError(
                 "build returned a mapping instead of a Scene: a model of your own has its own time axis, so "
                 "leave out duration, samples and all else that says how to simulate"
             )
-        if not isinstance(scene, Scene):
-            raise TypeError(f"build must return a Scene, got {scene!r} for {describe(parameters)}")
-        return scene
+        raise TypeError(f"build must return a Scene, got {scene!r} for {describe(parameters)}")

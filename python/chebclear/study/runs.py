@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any, overload
 
@@ -17,6 +16,7 @@ from ..base.progress import Progress
 from ..base.units import unit
 from ..errors import ChebclearWarning, InputError, Problem, SceneError, SettingsError, SimulationError
 from ..execution.batch import Batch, Built
+from ..execution.counts import Costs
 from ..execution.failures import (
     BUILD,
     FEATURE,
@@ -28,15 +28,18 @@ from ..execution.failures import (
 )
 from ..execution.limited import LimitedCalls
 from ..execution.means import Means
-from ..execution.pieces import NOT_BEGUN, SCENE, SETTINGS, End, stats_of
+from ..execution.pieces import NOT_BEGUN, SCENE, SETTINGS, End
 from ..execution.store import Identity, Store
 from ..run.settings import Settings
 from ..run.trajectory import Stats
-from ..scene.scene import ClearanceRevolute, Interval, Scene
+from ..scene.scene import Interval, Scene
+from ..scene.structure import FlatScene, Structure, Structures, packed
 from .features.features import Asked, feature_values, settling_warnings
 from .features.swept import SweptRun
 
 Array = NDArray[np.float64]
+Many = Callable[[Structure, Sequence[float], Mapping[str, Array]], tuple[Array, NDArray[np.bool_]]]
+"""Numbers of the scenes of many runs from one of them and the parameters that change; see `ManyScenes`."""
 
 MOST_NODES = 10_000
 """Nodes or points of one parameter [-]."""
@@ -56,7 +59,7 @@ class Runs:
     """All outputs of all runs in their units, shape (runs + 1, samples, outputs)."""
     kept: NDArray[np.intp]
     """Numbers of the points whose runs these are, without the nominal one."""
-    stats: tuple[Stats, ...]
+    stats: Sequence[Stats]
     """What each run cost."""
     warnings: tuple[str, ...]
     """What the user should be warned of, each text once."""
@@ -128,6 +131,8 @@ class Making:
     ----------
     scene : callable
         Makes the scene from parameters by name; its errors name them.
+    many : callable or None
+        What makes the numbers of many scenes at once from their parameters, if anything does.
     intervals : mapping of str to Interval
         Interval of each parameter [SI units].
     points : ndarray, shape (runs, parameters)
@@ -147,6 +152,7 @@ class Making:
     def __init__(
         self,
         scene: Callable[[dict[str, float]], Scene],
+        many: Many | None,
         intervals: Mapping[str, Interval],
         points: Array,
         settings: Settings,
@@ -156,8 +162,12 @@ class Making:
         midpoint: bool,
     ) -> None:
         self._scene = scene
+        self._many = many
         self._intervals = intervals
-        self._points = points
+        middle = {name: side.midpoint for name, side in intervals.items()}
+        self._middle = len(points)
+        """Number of the nominal run."""
+        self._points = np.vstack([points, list(middle.values())])
         self._asked = features
         self._means = means
         self._midpoint = midpoint
@@ -166,10 +176,11 @@ class Making:
         self._raised: dict[int, BaseException] = {}
         self._seen: set[Any] = set()  # so that a place in `build` warns once, not in every run
         self._clearances: dict[str, float] = {}
+        self._structures = Structures()
         self.count = len(points) + midpoint
-        middle = {name: side.midpoint for name, side in intervals.items()}
-        self._nominal, self._nominal_told = self._built(middle)
-        self._note_clearances(self._nominal)
+        with self._watched():
+            self._nominal = self._limited(self._scene, middle)
+        self._like = self._flat(self._nominal, middle)
         try:
             facts = self._nominal.check()
             self.settings = settings.for_scene(self._nominal, runs=self.count)
@@ -181,9 +192,7 @@ class Making:
 
     def parameters(self, number: int) -> dict[str, float]:
         """Parameters of a run by its number; the nominal one comes last [SI units]."""
-        if number == len(self._points):
-            return {name: side.midpoint for name, side in self._intervals.items()}
-        return dict(zip(self._intervals, map(float, self._points[number]), strict=True))
+        return dict(zip(self._intervals, self._points[number].tolist(), strict=True))
 
     def run(self, report: Progress | None) -> Runs:
         """Simulate."""
@@ -191,12 +200,12 @@ class Making:
         store = None
         settings = replace(self.settings, outputs=self.columns)
         if means.store is not None:
-            identity = Identity(settings, topology(self._nominal), self._rtol)
+            identity = Identity(settings, self._like[0].fingerprint, self._rtol)
             store = Store(means.store, identity)
         try:
-            numbers = list(range(self.count))
+            numbers = list(range(self._middle))
             if self._midpoint:  # first, since nothing can be made of a study without it
-                numbers = [numbers[-1], *numbers[:-1]]
+                numbers = [self._middle, *numbers]
             batch = Batch(
                 self._build,
                 numbers,
@@ -213,39 +222,61 @@ class Making:
                 store.close()
         return self._sorted(batch, [] if store is None else store.remarks)
 
-    def _build(self, number: int) -> Built | End:
-        """The scene of a run for the core."""
-        parameters = self.parameters(number)
-        try:
-            scene, told = self._built(parameters)
-            self._note_clearances(scene)
-            try:
-                return Built(scene.to_json(), told)
-            except SceneError as error:
-                raise SceneError(located(parameters, error.problems)) from None
-        except Exception as error:
-            if self._means.on_failure == "raise":
-                raise
-            self._raised.setdefault(number, error)
-            return end_of(error, BUILD)
+    def _build(self, numbers: Sequence[int]) -> Sequence[Built | End]:
+        """The scenes of some runs for the core."""
+        if self._many is None:
+            return self._build_each(numbers)
+        structure, like = self._like
+        values = dict(zip(self._intervals, self._points[numbers].T, strict=True))
+        table, refused = self._many(structure, like, values)
+        for name, index in structure.clearances.items():
+            self._note_clearance(name, float(np.max(table[~refused, index], initial=0.0)))
+        built: list[Built | End] = [Built(FlatScene(structure.text, row.tobytes())) for row in table]
+        for row in np.flatnonzero(refused).tolist():
+            built[row] = self._build_each([numbers[row]])[0]
+        return built
 
-    def _built(self, parameters: dict[str, float]) -> tuple[Scene, tuple[str, ...]]:
-        """A scene, and what `build` warned of; other warnings take their usual way."""
+    def _build_each(self, numbers: Sequence[int]) -> list[Built | End]:
+        """The same, one after the other."""
+        built: list[Built | End] = []
+        with self._watched() as caught:
+            for number in numbers:
+                parameters, before = self.parameters(number), len(caught)
+                try:
+                    structure, values = self._flat(self._limited(self._scene, parameters), parameters)
+                except Exception as error:
+                    if self._means.on_failure == "raise":
+                        raise
+                    self._raised.setdefault(number, error)
+                    built.append(end_of(error, BUILD))
+                    continue
+                for name, index in structure.clearances.items():
+                    self._note_clearance(name, values[index])
+                told = tuple(str(one.message) for one in caught[before:] if one.category is ChebclearWarning)
+                built.append(Built(FlatScene(structure.text, packed(values)), told))
+        return built
+
+    def _flat(self, scene: Scene, parameters: Mapping[str, float]) -> tuple[Structure, list[float]]:
+        try:
+            return self._structures.flat(scene)
+        except SceneError as error:
+            raise SceneError(located(parameters, error.problems)) from None
+
+    @contextmanager
+    def _watched(self) -> Iterator[list[warnings.WarningMessage]]:
+        """What is warned of in the block; other warnings than those of this package take their usual way."""
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            scene = self._limited(self._scene, parameters)
+            yield caught
         for one in caught:
             place = (str(one.message), one.category, one.filename, one.lineno)
             if one.category is not ChebclearWarning and place not in self._seen:
                 self._seen.add(place)
                 warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
-        return scene, tuple(str(one.message) for one in caught if one.category is ChebclearWarning)
 
-    def _note_clearances(self, scene: Scene) -> None:
-        for joint in scene.joints:
-            if isinstance(joint, ClearanceRevolute):
-                known = self._clearances.get(joint.name, 0.0)
-                self._clearances[joint.name] = max(known, joint.clearance)
+    def _note_clearance(self, name: str, clearance: float) -> None:
+        if clearance > self._clearances.get(name, 0.0):
+            self._clearances[name] = clearance
 
     def _require_ends(self, middle: dict[str, float]) -> None:
         """Raise if there is no mechanism at an end of an interval: bounds are those of the whole interval.
@@ -257,7 +288,8 @@ class Making:
             for end in (side.lower, side.upper):
                 at_end = middle | {name: end}
                 try:
-                    scene, _ = self._built(at_end)
+                    with self._watched():
+                        scene = self._limited(self._scene, at_end)
                     try:
                         facts = scene.check()
                         known = facts.columns + facts.further_columns
@@ -304,7 +336,7 @@ class Making:
             scene=self._nominal,
             clearances=self._clearances,
             scenes=Scenes(kept, lambda number: self._scene(self.parameters(number))),
-            stats=tuple(stats_of(row) for row in batch.counts[kept].tolist()),
+            stats=Costs(batch.counts[kept]),
             warnings=messages,
             settings=self.settings,
             features=features,
@@ -324,7 +356,7 @@ class Making:
         def swept(number: int) -> SweptRun:
             samples = batch.values[number].view()
             samples.flags.writeable = False
-            scene, stats = self._scene(self.parameters(number)), stats_of(batch.counts[number].tolist())
+            scene, stats = self._scene(self.parameters(number)), Costs(batch.counts)[number]
             assert batch.t is not None, "a run succeeded"
             return SweptRun(scene, self.settings, batch.t, self.columns, samples, stats)
 
@@ -342,7 +374,7 @@ class Making:
     def _require_success(self, batch: Batch) -> None:
         """Raise for the first failed run if it is to be, if the nominal run is lost, or most are."""
         failed = {number: end for number, end in batch.failed() if end.status != NOT_BEGUN}
-        first = run_to_raise(failed, self.count, len(self._points), self._means.on_failure)
+        first = run_to_raise(failed, self.count, self._middle, self._means.on_failure)
         if first is None:
             return
         end, parameters = failed[first], self.parameters(first)
@@ -356,20 +388,6 @@ class Making:
             raise (SceneError if end.status == SCENE else SettingsError)(problems)
         counted = f"({len(failed)} of {self.count} runs of the study failed)"
         raise SimulationError(end.status, end.time, end.joint, parameters, f"{end.message} {counted}")
-
-
-def topology(scene: Scene) -> str:
-    """Fingerprint of a scene without its numbers: its parts, their names and how they are connected."""
-
-    def shape(plain: Any) -> Any:
-        if isinstance(plain, dict):
-            return {name: shape(value) for name, value in plain.items()}
-        if isinstance(plain, list):
-            return [shape(value) for value in plain]
-        return None if isinstance(plain, int | float) else plain
-
-    text = json.dumps(shape(json.loads(scene.to_json())), sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def _moved_up(values: Array, kept: NDArray[np.intp]) -> Array:

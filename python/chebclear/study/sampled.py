@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..errors import ArgumentError
+from ..execution.counts import Costs
 from ..execution.failures import count_failed, is_failure_warning, told_failures
 from ..run.settings import Settings, checked_settings
 from ..run.tracking import settling_time
@@ -50,7 +51,7 @@ class Table:
     values: Array
     """Outputs in their units, shape (runs, samples, outputs); by crank angle (runs, revolutions, samples,
     outputs)."""
-    stats: tuple[Stats, ...]
+    stats: Sequence[Stats]
     """What each run cost."""
     features: Array | None
     """Features, shape (runs, cycles, features); None if none were asked for."""
@@ -298,7 +299,7 @@ def _result(
         nodes=(),
         demand=demand,
         threads=study.means.threads,
-        stats=tuple(stats for table in [*tables, nominal] for stats in table.stats),
+        stats=Costs.joined(table.stats for table in [*tables, nominal]),
         warnings=tuple(warnings),
         features=features,
         **facts,

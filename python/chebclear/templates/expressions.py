@@ -11,10 +11,16 @@ import ast
 import math
 import operator
 import string
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ..base.arguments import did_you_mean
+
+Array = NDArray[np.float64]
 
 # What a formula of a mechanism needs, with much room: the inertia of a rod with two holes has 90 characters,
 # 40 nodes and depth 8. The limits keep hostile texts from costing time or stack.
@@ -45,14 +51,14 @@ CONSTANTS = {"pi": math.pi}
 # Neither quotes, brackets of lists, comments nor anything that looks like a letter and is none.
 _LETTERS = frozenset(string.ascii_letters + string.digits + "_ .,+-*/()")
 _ARGUMENTS = {"atan2": (2, 2), "hypot": (1, 8), "max": (2, 8), "min": (2, 8)}
-_BINARY: dict[type[ast.operator], Callable[[float, float], float]] = {
+_BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
     ast.Div: operator.truediv,
     ast.Pow: operator.pow,
 }
-_UNARY: dict[type[ast.unaryop], Callable[[float], float]] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
+_UNARY: dict[type[ast.unaryop], Callable[[Any], Any]] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
 _ALLOWED = "numbers, names of parameters, + - * / **, parentheses and " + ", ".join(FUNCTIONS)
 
 
@@ -97,6 +103,22 @@ class Expression:
             If a name is unknown, or some step of the calculation has no finite real value.
         """
         return _evaluate(self._tree, {**CONSTANTS, **values})
+
+    def column(self, values: Mapping[str, float | Array], runs: int) -> Array:
+        """The values for many runs, shape (runs,), to the same bits; NaN where `evaluate` raises.
+
+        Parameters
+        ----------
+        values : mapping of str to float or ndarray of shape (runs,)
+            Values for every one of `names` [SI units].
+        runs : int
+            Number of runs [-].
+        """
+        lost = np.zeros(runs, dtype=bool)
+        with np.errstate(all="ignore"):
+            found = _column(self._tree, values, lost)
+        found[lost] = math.nan
+        return found
 
 
 def parse(text: str) -> Expression:
@@ -197,6 +219,57 @@ def _evaluate(node: ast.expr, values: Mapping[str, float]) -> float:
     except ValueError:  # the root or logarithm of a negative number
         raise ExpressionError("has no real value", column) from None
     return _finite(result, column)
+
+
+def _column(node: ast.expr, values: Mapping[str, float | Array], lost: NDArray[np.bool_]) -> Array:
+    """The values of a part of an expression; notes the runs in which it has none.
+
+    Sums, products and quotients are those of IEEE 754 everywhere. All else is computed one by one with the
+    functions that a single run uses, whose last bits are not those of NumPy.
+    """
+    match node:
+        case ast.Constant():
+            found = np.full(len(lost), _as_float(node.value))
+        case ast.Name():
+            found = np.full(len(lost), values[node.id] if node.id in values else CONSTANTS[node.id])
+        case ast.BinOp(op=ast.Add() | ast.Sub() | ast.Mult() | ast.Div()):
+            found = _BINARY[type(node.op)](
+                _column(node.left, values, lost), _column(node.right, values, lost)
+            )
+        case ast.BinOp():
+            found = _one_by_one(_BINARY[type(node.op)], [node.left, node.right], values, lost)
+        case ast.UnaryOp():
+            found = _UNARY[type(node.op)](_column(node.operand, values, lost))
+        case ast.Call(func=ast.Name(id=name)):
+            found = _one_by_one(FUNCTIONS[name], node.args, values, lost)
+        case _:
+            raise AssertionError(node)
+    lost |= ~np.isfinite(found)
+    return found
+
+
+def _one_by_one(
+    function: Callable[..., float],
+    nodes: Sequence[ast.expr],
+    values: Mapping[str, float | Array],
+    lost: NDArray[np.bool_],
+) -> Array:
+    arguments = [_column(node, values, lost).tolist() for node in nodes]
+    try:
+        return np.fromiter(map(function, *arguments), float, len(lost))
+    except (
+        ArithmeticError,
+        ValueError,
+        TypeError,
+    ):  # of some run, which is TypeError where the value is complex
+        return np.array([_value(function, each) for each in zip(*arguments, strict=True)])
+
+
+def _value(function: Callable[..., float], arguments: Sequence[float]) -> float:
+    try:
+        return float(function(*arguments))
+    except (ArithmeticError, ValueError, TypeError):
+        return math.nan
 
 
 def _as_float(value: object) -> float:

@@ -11,6 +11,9 @@ from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..base.arguments import did_you_mean
 from ..base.files import replaced
 from ..base.quantities import Interval
@@ -20,9 +23,12 @@ from ..run.simulation import simulate
 from ..run.trajectory import Trajectory
 from ..scene.scene import Scene
 from ..scene.schema import read
+from ..scene.structure import Structure
 from ..study.study import Study
 from .expressions import Expression, ExpressionError
 from .toml_text import Path, write_toml
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -185,6 +191,57 @@ class Template:
             raise SceneError(problems)
         assert isinstance(scene, Scene)
         return scene
+
+    def scene_numbers(
+        self,
+        structure: Structure,
+        like: Sequence[float],
+        values: Mapping[str, Array],
+        fixed: Mapping[str, float],
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """The numbers of many scenes at once, to the same bits as those of `scene`.
+
+        Parameters
+        ----------
+        structure : Structure
+            What the scenes have in common.
+        like : sequence of float
+            Numbers of one of the scenes, for those that do not change.
+        values : mapping of str to ndarray of shape (runs,)
+            Parameters that change [SI units].
+        fixed : mapping of str to float
+            Parameters that do not, and are not at their nominal values [SI units].
+
+        Returns
+        -------
+        ndarray of shape (runs, numbers), ndarray of bool of shape (runs,)
+            The numbers, and the scenes that `scene` refuses.
+        """
+        runs = len(next(iter(values.values())))
+        known: dict[str, float | Array] = dict(values)
+
+        def value(name: str) -> float | Array:
+            if name not in known:
+                known[name] = found(fixed.get(name, self.parameters[name].nominal))
+            return known[name]
+
+        def found(one: float | Expression) -> float | Array:
+            if not isinstance(one, Expression):
+                return float(one)
+            given = {name: value(name) for name in one.names}
+            if any(isinstance(column, np.ndarray) for column in given.values()):
+                return one.column(given, runs)
+            return one.evaluate({name: float(each) for name, each in given.items()})
+
+        refused = np.zeros(runs, dtype=bool)
+        for name in self.parameters:
+            refused |= np.isnan(value(name))
+        numbers = np.tile(like, (runs, 1))
+        for path, expression in self._expressions:
+            if any(isinstance(known[name], np.ndarray) for name in expression.names):
+                column = numbers[:, structure.index(path)] = found(expression)
+                refused |= np.isnan(column)
+        return numbers, refused
 
     def simulate(self, **options: Any) -> Trajectory:
         """One run of the scene at the nominal values, with the settings of the file.

@@ -9,27 +9,31 @@ mod arrays;
 mod bands;
 mod ranges;
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Condvar, Mutex};
+use std::sync::{Arc, Condvar, Mutex};
 use std::time::Duration;
 
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
+use pyo3::ffi::PyObject;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{PyBytes, PyDict, PyString};
 
 use self::arrays::{flat, matrix, new_array, require_spare_memory, sample_times};
 use crate::dynamics::Dynamics;
 use crate::error::{InputError, Subject};
+use crate::integrators::Status;
 use crate::mechanism::compiled::Mechanism;
 use crate::run::outputs::{column_names, further_column_names};
 use crate::run::restart::Restart;
 use crate::run::settings::{METHOD_WORDS, RTOL_RANGE, SAMPLES_RANGE, read_settings};
 use crate::run::tolerances::default_impact_velocity_floors;
 use crate::run::trajectory::{Contact, Event, Trajectory, columns, record};
-use crate::scene::reader::read_scene;
+use crate::scene::reader::{Structure, read_scene};
 use crate::study::chebyshev::{MOST_NODES, Polynomials};
-use crate::study::sweep::Sweep;
+use crate::study::sweep::{FlatScene, Sweep};
 use crate::study::{bounds, chebyshev};
 use crate::tree::elements::BodyPlacement;
 
@@ -124,16 +128,11 @@ impl Drop for Ring<'_> {
     }
 }
 
-fn stats_dict<'py>(py: Python<'py>, run: &Trajectory) -> PyResult<Bound<'py, PyDict>> {
-    let stats = PyDict::new(py);
-    for (name, count) in run.stats.counts().into_iter().chain([("impacts_at_floor", run.impacts_at_floor)]) {
-        stats.set_item(name, count)?;
-    }
-    for (name, size) in run.stats.sizes().into_iter().chain([("largest_projection", run.largest_projection)])
-    {
-        stats.set_item(name, size)?;
-    }
-    Ok(stats)
+/// What a run cost, by name.
+fn stats(run: &Trajectory) -> impl IntoIterator<Item = (&'static str, f64)> {
+    let counts = run.stats.counts().into_iter().chain([("impacts_at_floor", run.impacts_at_floor)]);
+    let sizes = run.stats.sizes().into_iter().chain([("largest_projection", run.largest_projection)]);
+    counts.map(|(name, count)| (name, count as f64)).chain(sizes)
 }
 
 fn events_dict<'py>(
@@ -213,7 +212,7 @@ fn simulate<'py>(
     )?
     .map_err(|error| input_error(py, error))?;
     let result = PyDict::new(py);
-    result.set_item("stats", stats_dict(py, &run)?)?;
+    result.set_item("stats", stats(&run).into_iter().collect::<HashMap<_, _>>())?;
     result.set_item("status", run.status.word())?;
     result.set_item("message", run.message())?;
     result.set_item("time", run.time)?;
@@ -233,13 +232,14 @@ fn simulate<'py>(
     Ok(result)
 }
 
-/// Simulates many scenes (JSON) in parallel with the same settings (JSON). The samples are written to a flat
-/// array if one is given. A run is cancelled after `run_seconds` [s].
+/// Simulates many scenes in parallel with the same settings (JSON). A scene is its structure (JSON with the index of
+/// each number in its place) and the bytes of its numbers. The samples are written to a flat array if one is given. A
+/// run is cancelled after `run_seconds` [s].
 #[pyfunction]
 #[pyo3(signature = (scenes, settings, threads=None, progress=None, into=None, run_seconds=None))]
 fn sweep<'py>(
     py: Python<'py>,
-    scenes: Vec<String>,
+    scenes: Vec<(Bound<'py, PyString>, Bound<'py, PyBytes>)>,
     settings: &str,
     threads: Option<usize>,
     progress: Option<Py<PyAny>>,
@@ -257,6 +257,7 @@ fn sweep<'py>(
     let cancel = AtomicBool::new(false);
     let finished = AtomicUsize::new(0);
     let monitor = || !cancel.load(Ordering::Relaxed);
+    let scenes = flat_scenes(&scenes).map_err(|error| input_error(py, error))?;
     let total = scenes.len();
     let tell = |py: Python<'_>, count: usize| match &progress {
         Some(callback) => callback.call1(py, (count, total)).map(|_| ()),
@@ -291,25 +292,45 @@ fn sweep<'py>(
     Ok(result)
 }
 
-/// Status, work and warnings of each run of a sweep.
+/// Scenes with their numbers; a structure that some share, as the same object, is parsed once.
+fn flat_scenes(scenes: &[(Bound<'_, PyString>, Bound<'_, PyBytes>)]) -> Result<Vec<FlatScene>, InputError> {
+    let mut structures: HashMap<*mut PyObject, Arc<Structure>> = HashMap::new();
+    let flat = |(text, bytes): &(Bound<'_, PyString>, Bound<'_, PyBytes>)| {
+        let structure = match structures.entry(text.as_ptr()) {
+            Entry::Occupied(known) => known.get().clone(),
+            Entry::Vacant(place) => place.insert(Arc::new(Structure::read(&text.to_string_lossy())?)).clone(),
+        };
+        let (numbers, _) = bytes.as_bytes().as_chunks();
+        Ok(FlatScene { structure, numbers: numbers.iter().map(|bytes| f64::from_ne_bytes(*bytes)).collect() })
+    };
+    scenes.iter().map(flat).collect()
+}
+
+/// Work of each run of a sweep; status and warnings, by its row, of those that are not done or warn.
 fn tell_ends(result: &Bound<'_, PyDict>, runs: &[Trajectory]) -> PyResult<()> {
     let py = result.py();
-    let stats = PyList::empty(py);
-    let (mut status, mut message, mut time, mut joint, mut warnings) =
-        (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for run in runs {
-        stats.append(stats_dict(py, run)?)?;
-        status.push(run.status.word());
-        message.push(run.message());
-        time.push(run.time);
-        joint.push(run.joint.clone());
-        warnings.push(run.warnings.clone());
+    let mut counts: Vec<(&str, Vec<f64>)> = Vec::new();
+    let (ends, warnings) = (PyDict::new(py), PyDict::new(py));
+    for (row, run) in runs.iter().enumerate() {
+        for (index, (name, count)) in stats(run).into_iter().enumerate() {
+            if row == 0 {
+                counts.push((name, Vec::with_capacity(runs.len())));
+            }
+            counts[index].1.push(count);
+        }
+        if run.status != Status::Done {
+            ends.set_item(row, (run.status.word(), run.message(), run.time, &run.joint))?;
+        }
+        if !run.warnings.is_empty() {
+            warnings.set_item(row, &run.warnings)?;
+        }
     }
-    result.set_item("status", status)?;
-    result.set_item("message", message)?;
-    result.set_item("time", time)?;
-    result.set_item("joint", joint)?;
+    let stats = PyDict::new(py);
+    for (name, column) in counts {
+        stats.set_item(name, column.into_pyarray(py))?;
+    }
     result.set_item("stats", stats)?;
+    result.set_item("ends", ends)?;
     result.set_item("warnings", warnings)
 }
 

@@ -74,7 +74,7 @@ impl Restart {
         let value: Value = serde_json::from_str(text)
             .map_err(|error| Subject::Start.error("start", format!("is not valid JSON: {error}")))?;
         let mut problems = Vec::new();
-        let restart = read(Node { value: &value, path: "start".to_owned() }, &mut problems);
+        let restart = read(Node::root(&value, "start"), &mut problems);
         Subject::Start.judge(restart, problems)
     }
 }

@@ -194,7 +194,7 @@ pub fn read_settings(text: &str) -> Result<Settings, InputError> {
     let value: Value = serde_json::from_str(text)
         .map_err(|error| Subject::Settings.error("settings", format!("is not valid JSON: {error}")))?;
     let mut problems = Vec::new();
-    let mut fields = Node { value: &value, path: "settings".to_owned() }.fields(&mut problems);
+    let mut fields = Node::root(&value, "settings").fields(&mut problems);
     let limits = Limits::default();
     let settings = Settings {
         duration: fields.number("duration", &mut problems),

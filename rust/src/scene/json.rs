@@ -13,28 +13,60 @@ pub(crate) type Problems = Vec<Problem>;
 pub(crate) struct Node<'a> {
     pub(crate) value: &'a Value,
     pub(crate) path: String,
+    /// Where the value has indices in the place of numbers: the numbers.
+    numbers: Option<&'a [f64]>,
 }
 
 /// An object whose fields are taken one by one; those that remain are unknown.
 pub(crate) struct Fields<'a> {
     object: Option<&'a Map<String, Value>>,
     path: String,
+    numbers: Option<&'a [f64]>,
     taken: Vec<&'static str>,
     /// Whether the tag that determines the fields was unreadable: no field is then called missing or unknown.
     unknown_kind: bool,
 }
 
 impl<'a> Node<'a> {
+    /// The outermost value.
+    pub(crate) fn root(value: &'a Value, path: &str) -> Self {
+        Node { value, path: path.to_owned(), numbers: None }
+    }
+
+    /// The same of a value that has the index of each number in its place.
+    pub(crate) fn with_numbers(self, numbers: &'a [f64]) -> Self {
+        Node { numbers: Some(numbers), ..self }
+    }
+
+    fn item(&self, index: usize, value: &'a Value) -> Self {
+        Node { value, path: format!("{}[{index}]", self.path), numbers: self.numbers }
+    }
+
     pub(crate) fn fields(&self, problems: &mut Problems) -> Fields<'a> {
         let object = self.value.as_object();
         if object.is_none() {
             problems.push(Problem::new(&self.path, format!("must be an object, got {}", self.value)));
         }
-        Fields { object, path: self.path.clone(), taken: Vec::new(), unknown_kind: false }
+        Fields {
+            object,
+            path: self.path.clone(),
+            numbers: self.numbers,
+            taken: Vec::new(),
+            unknown_kind: false,
+        }
     }
 
     /// A number. NaN and the infinities arrive as words, since JSON has no numbers for them.
     pub(crate) fn number(&self, problems: &mut Problems) -> f64 {
+        if let Some(numbers) = self.numbers {
+            let index = self.value.as_u64().and_then(|index| usize::try_from(index).ok());
+            return index.and_then(|index| numbers.get(index)).copied().unwrap_or_else(|| {
+                let message =
+                    format!("must be the index of one of {} numbers, got {}", numbers.len(), self.value);
+                problems.push(Problem::new(&self.path, message));
+                f64::NAN
+            });
+        }
         if let Some(number) = self.value.as_f64() {
             return number;
         }
@@ -51,9 +83,9 @@ impl<'a> Node<'a> {
 
     pub(crate) fn pair(&self, problems: &mut Problems) -> [f64; 2] {
         match self.value.as_array().map(Vec::as_slice) {
-            Some([first, second]) => [(0, first), (1, second)].map(|(index, value)| {
-                Node { value, path: format!("{}[{index}]", self.path) }.number(problems)
-            }),
+            Some([first, second]) => {
+                [(0, first), (1, second)].map(|(index, value)| self.item(index, value).number(problems))
+            }
             _ => {
                 problems.push(Problem::new(
                     &self.path,
@@ -79,8 +111,7 @@ impl<'a> Node<'a> {
             problems.push(Problem::new(&self.path, format!("must be a list of {what}, got {}", self.value)));
             return Vec::new();
         };
-        let item = |(index, value)| Node { value, path: format!("{}[{index}]", self.path) };
-        values.iter().enumerate().map(item).collect()
+        values.iter().enumerate().map(|(index, value)| self.item(index, value)).collect()
     }
 
     pub(crate) fn text(&self, problems: &mut Problems) -> String {
@@ -103,7 +134,7 @@ impl<'a> Fields<'a> {
     pub(crate) fn optional(&mut self, name: &'static str) -> Option<Node<'a>> {
         self.taken.push(name);
         let value = self.object?.get(name).filter(|value| !value.is_null())?;
-        Some(Node { value, path: self.path_of(name) })
+        Some(Node { value, path: self.path_of(name), numbers: self.numbers })
     }
 
     pub(crate) fn required(&mut self, name: &'static str, problems: &mut Problems) -> Option<Node<'a>> {
@@ -209,11 +240,7 @@ impl<'a> Fields<'a> {
             problems.push(Problem::new(&node.path, format!("must be a list, got {}", node.value)));
             return Vec::new();
         };
-        values
-            .iter()
-            .enumerate()
-            .map(|(index, value)| read(Node { value, path: format!("{}[{index}]", node.path) }, problems))
-            .collect()
+        values.iter().enumerate().map(|(index, value)| read(node.item(index, value), problems)).collect()
     }
 
     pub(crate) fn points(&mut self, name: &'static str, problems: &mut Problems) -> Vec<Point> {
@@ -229,7 +256,8 @@ impl<'a> Fields<'a> {
             .iter()
             .map(|(name, value)| Point {
                 name: name.clone(),
-                position: Node { value, path: format!("{}.{name}", node.path) }.pair(problems),
+                position: Node { value, path: format!("{}.{name}", node.path), numbers: node.numbers }
+                    .pair(problems),
             })
             .collect()
     }

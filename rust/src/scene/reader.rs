@@ -28,10 +28,41 @@ fn follows(path: &str, known: &str) -> bool {
 
 /// The scene written in `text`, checked.
 pub fn read_scene(text: &str) -> Result<Scene, InputError> {
-    let value: Value = serde_json::from_str(text)
-        .map_err(|error| Subject::Scene.error("scene", format!("is not valid JSON: {error}")))?;
+    checked(Node::root(&parse(text)?, ""))
+}
+
+/// What scenes of one structure share: parts, names and connections. It is parsed once for all of them.
+#[derive(Debug)]
+pub struct Structure {
+    value: Value,
+}
+
+impl Structure {
+    /// Reads a scene that has, in the place of each number, its index in the numbers of a scene.
+    ///
+    /// # Errors
+    /// Text that is no JSON.
+    pub fn read(text: &str) -> Result<Structure, InputError> {
+        Ok(Structure { value: parse(text)? })
+    }
+
+    /// The scene with these numbers, checked.
+    ///
+    /// # Errors
+    /// As [`read_scene`].
+    pub fn scene(&self, numbers: &[f64]) -> Result<Scene, InputError> {
+        checked(Node::root(&self.value, "").with_numbers(numbers))
+    }
+}
+
+fn parse(text: &str) -> Result<Value, InputError> {
+    serde_json::from_str(text)
+        .map_err(|error| Subject::Scene.error("scene", format!("is not valid JSON: {error}")))
+}
+
+fn checked(node: Node) -> Result<Scene, InputError> {
     let mut problems = Vec::new();
-    let scene = scene(Node { value: &value, path: String::new() }, &mut problems);
+    let scene = scene(node, &mut problems);
     if let Err(error) = scene.check() {
         // A field that could not be read is NaN or an empty name in the scene: its physical
         // check would only repeat the problem.

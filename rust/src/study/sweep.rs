@@ -3,6 +3,7 @@
 //! Runs are independent and collected in the order of the scenes; nothing is summed across
 //! them. The results do not depend on the number of threads, to the last bit.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
@@ -12,8 +13,17 @@ use crate::error::{InputError, Problem, Subject};
 use crate::integrators::Status;
 use crate::mechanism::compiled::Mechanism;
 use crate::run::trajectory::{Settings, Trajectory, check, columns, record};
-use crate::scene::reader::read_scene;
+use crate::scene::reader::Structure;
 use crate::study::pool::{private_pool, thread_count};
+
+/// A scene as its structure, which many share, and its numbers.
+#[derive(Clone, Debug)]
+pub struct FlatScene {
+    /// Everything that is no number.
+    pub structure: Arc<Structure>,
+    /// The numbers, in the order of the structure.
+    pub numbers: Vec<f64>,
+}
 
 /// Mechanisms that are simulated with the same settings.
 pub struct Sweep<'s> {
@@ -29,14 +39,14 @@ pub struct Sweep<'s> {
 pub type Monitor<'a> = &'a (dyn Fn() -> bool + Sync);
 
 impl<'s> Sweep<'s> {
-    /// Compiles every scene, given as JSON text, on `threads` threads of a private pool (default: one for
-    /// every processor), on which they will also be simulated. `None` if the monitor cancels.
+    /// Compiles every scene on `threads` threads of a private pool (default: one for every processor), on which they
+    /// will also be simulated. `None` if the monitor cancels.
     ///
     /// # Errors
     /// The problems of all scenes together, with paths below `scenes[i]`, including those of the settings,
     /// such as an unknown output, and columns that differ from those of the first scene.
     pub fn prepare(
-        scenes: &[String],
+        scenes: &[FlatScene],
         settings: &'s Settings,
         threads: Option<usize>,
         monitor: Monitor,
@@ -44,12 +54,12 @@ impl<'s> Sweep<'s> {
         settings.check()?;
         let pool = private_pool(thread_count(threads, scenes.len()))
             .map_err(|error| Subject::Settings.error("threads", format!("cannot be started: {error}")))?;
-        let checked = |text: &String| {
-            let mechanism = Mechanism::compile(&read_scene(text)?)?;
+        let checked = |scene: &FlatScene| {
+            let mechanism = Mechanism::compile(&scene.structure.scene(&scene.numbers)?)?;
             check(&mechanism, settings)?;
             Ok(mechanism)
         };
-        let compile = |text| monitor().then(|| checked(text));
+        let compile = |scene| monitor().then(|| checked(scene));
         let compiled: Option<Vec<_>> = pool.install(|| scenes.par_iter().map(compile).collect());
         let Some(compiled) = compiled else { return Ok(None) };
         let mechanisms = gather(compiled)?;

@@ -13,6 +13,7 @@ import chebclear as cc
 import pytest
 from chebclear.execution import dispatch
 from chebclear.execution.pieces import simulate_order
+from chebclear.scene.structure import Structures, packed
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
@@ -76,15 +77,16 @@ def test_pieces_of_a_lost_worker_are_sent_again(whole):
 
 
 def test_a_run_that_kills_every_worker_is_named_and_costs_no_other(whole):
-    victim = cc.mechanisms.slider_crank(crank_length=float(whole.parameters[2, 0])).to_json()
-    executor = Failing(lambda order: victim in order.scenes)
+    scene = cc.mechanisms.slider_crank(crank_length=float(whole.parameters[2, 0]))
+    victim = packed(Structures().flat(scene)[1])
+    executor = Failing(lambda order: victim in [scene.numbers for scene in order.scenes])
     result = study(executor).scan(9)
     (failure,) = result.failures
     assert failure.reason == "worker_lost" and failure.index == 2
     assert failure.parameters["crank_length"] == whole.parameters[2, 0]
     assert (result.values("slider.x") == whole.values("slider.x")[[0, 1, 3, 4, 5, 6, 7, 8]]).all()
     with pytest.raises(cc.SimulationError, match="its worker was lost"):
-        study(Failing(lambda order: victim in order.scenes), on_failure="raise").scan(9)
+        study(executor, on_failure="raise").scan(9)
 
 
 def suicidal(order, stop):

@@ -10,7 +10,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.execution import batch, store
-from chebclear.study.runs import topology
+from chebclear.scene.structure import Structure
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
@@ -166,7 +166,7 @@ def identity():
     runs = study(None)
     settings = runs.settings.for_scene(runs.scene({"crank_length": 0.05, "rod_length": 0.12}))
     scene = cc.mechanisms.slider_crank(crank_length=0.05, rod_length=0.12)
-    return store.Identity(settings, topology(scene), 1e-6)
+    return store.Identity(settings, Structure(scene).fingerprint, 1e-6)
 
 
 @pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="the superuser may write everywhere")

@@ -9,7 +9,9 @@ from pathlib import Path
 
 import chebclear as cc
 import jsonschema
+import numpy as np
 import pytest
+from chebclear.scene.structure import Structures
 from chebclear.templates.expressions import ExpressionError, parse
 from chebclear.templates.json_schema import scene_file_schema
 from chebclear.templates.toml_text import read_toml, write_toml
@@ -426,3 +428,53 @@ def test_the_scene_files_of_the_examples_run(path):
     jsonschema.Draft4Validator(scene_file_schema()).validate(tomllib.loads(path.read_text(encoding="utf-8")))
     run = template.simulate(duration=1e-3, skip=0.0, samples=3)
     assert run.success and template.study().intervals
+
+
+ALL_FUNCTIONS = """
+format = 1
+parameters.a = 0.7
+parameters.b = { nominal = 0.4, limits = [0.1, 0.9] }
+parameters.c = "a ** b + hypot(a, b, 1)"
+parameters.d = "2 * a"
+ground.O = ["abs(-b) + acos(b) - asin(b) / atan(b)", "atan2(b, d) * cos(b) ** 3 - -exp(b)"]
+joints = [{ type = "revolute", name = "pin", a = "ground.O", b = "bob.A" }]
+drives = [{ type = "speed", name = "drive", joint = "pin", speed = "tan(b) + pi", angle = "d * 1e-3" }]
+[[bodies]]
+name = "bob"
+mass = "c + log(b + 2)"
+inertia = "max(b, 0.3) * min(b, c, 5)"
+points.A = ["sin(b)", "+sqrt(b)"]
+"""
+
+
+@pytest.mark.parametrize("fixed", [{}, {"a": 0.3}, {"d": 0.2}])
+def test_the_numbers_of_many_scenes_are_those_of_each_to_the_last_bit(fixed):
+    template = cc.loads(ALL_FUNCTIONS)
+    structure, like = Structures().flat(template(b=0.5, **fixed))
+    rng = random.Random(11)
+    values = np.array([rng.uniform(0.1, 0.9) for _ in range(300)])
+    numbers, refused = template.scene_numbers(structure, like, {"b": values}, fixed)
+    assert not refused.any()
+    for row, b in zip(numbers, values.tolist(), strict=True):
+        assert row.tolist() == Structures().flat(template(b=b, **fixed))[1]
+
+
+def test_scenes_without_a_value_among_many_are_those_that_are_refused_alone():
+    # No logarithm, no root, no quotient, or a step beyond all numbers whose result would be one again.
+    speed = "1 / (b - 0.71) + log(b - 0.3) * (b - 0.7) ** 0.5 + exp(b * 980) ** 0"
+    template = cc.loads(
+        ALL_FUNCTIONS.replace("tan(b) + pi", speed).replace("nominal = 0.4", "nominal = 0.72")
+    )
+    values = np.array([0.1, 0.3, 0.5, 0.65, 0.7, 0.71, 0.72, 0.73, 0.8, 2.0])
+    nominal = template(b=0.72)
+    structure, like = Structures().flat(nominal)
+    _, refused = template.scene_numbers(structure, like, {"b": values}, {})
+    alone = []
+    for b in values.tolist():
+        try:
+            template(b=b)
+            alone.append(False)
+        except cc.SceneError:
+            alone.append(True)
+    assert refused.tolist() == alone
+    assert True in alone and False in alone

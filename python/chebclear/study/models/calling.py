@@ -14,10 +14,11 @@ from ...base.progress import Progress
 from ...errors import SimulationError, describe
 from ...execution.batch import WORKER_LOST
 from ...execution.calls import Answers, Calls
+from ...execution.counts import STATS
 from ...execution.dispatch import Task, dispatch
 from ...execution.failures import FEATURE, MODEL, FailedRun, end_of, run_to_raise
 from ...execution.means import Means
-from ...execution.pieces import DONE, NOT_BEGUN, STATS, End, Piece, code_version
+from ...execution.pieces import DONE, NOT_BEGUN, End, Piece, code_version
 from ...execution.store import KEY_BYTES, Store
 from .returned import ReturnedRun, read_run, require_same
 

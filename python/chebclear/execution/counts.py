@@ -1,0 +1,68 @@
+"""What the runs of a study cost, as one table."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.files import same
+from ..run.trajectory import Stats
+
+Array = NDArray[np.float64]
+
+STATS = tuple(item.name for item in dataclasses.fields(Stats))
+"""Names of the counts of a run."""
+
+
+class Costs(Sequence[Stats]):
+    """What each run cost: a sequence of `Stats`, kept as numbers since a study may have 100 000 runs.
+
+    Parameters
+    ----------
+    counts : ndarray, shape (runs, counts)
+        In the order of `STATS`.
+    """
+
+    def __init__(self, counts: Array) -> None:
+        self.counts = counts
+
+    @classmethod
+    def joined(cls, parts: Iterable[Sequence[Stats]]) -> Costs:
+        """Those of some runs and then of others."""
+        return cls(np.concatenate([np.empty((0, len(STATS))), *map(_as_counts, parts)]))
+
+    def __len__(self) -> int:
+        return len(self.counts)
+
+    def __iter__(self) -> Iterator[Stats]:
+        return (Stats.from_dict(dict(zip(STATS, row.tolist(), strict=True))) for row in self.counts)
+
+    @overload
+    def __getitem__(self, index: int) -> Stats: ...
+    @overload
+    def __getitem__(self, index: slice) -> Costs: ...
+    def __getitem__(self, index: int | slice) -> Stats | Costs:
+        if isinstance(index, slice):
+            return Costs(self.counts[index])
+        return Stats.from_dict(dict(zip(STATS, self.counts[index].tolist(), strict=True)))
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, Costs):
+            return same(self.counts, other.counts)
+        return tuple(self) == other if isinstance(other, tuple) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return f"<what {len(self)} runs cost>"
+
+
+def _as_counts(costs: Sequence[Stats]) -> Array:
+    if isinstance(costs, Costs):
+        return costs.counts
+    rows: list[tuple[Any, ...]] = [dataclasses.astuple(one) for one in costs]
+    return np.array(rows, dtype=float).reshape(len(rows), len(STATS))
