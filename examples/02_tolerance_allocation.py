@@ -28,6 +28,7 @@ def stroke_over(tolerances):
         duration=0.03,
         samples=2,
         skip=0.03,
+        outputs=[],
         features={"stroke": cc.peak_to_peak("slider.x"), "mean_force": cc.mean("wrist.normal_force")},
     )
     return study.sample(40)
@@ -53,5 +54,5 @@ cc.plot_tornado(before.feature("stroke"), ax=axes[0, 0], unit="mm")
 cc.plot_ranking(ranking, ax=axes[0, 1])
 cc.plot_shares(before.feature("mean_force"), ax=axes[1, 0])
 cc.plot_tornado(after.feature("stroke"), ax=axes[1, 1], unit="mm")
-axes[1, 1].set_title(f"{best} halved, {last} doubled", fontsize="medium")
+axes[1, 1].set_title(f"{best} halved, {last} doubled".replace("_", " "), fontsize="medium")
 figure.savefig(folder / "tolerance_allocation.png")

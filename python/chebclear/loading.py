@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 import os
+from typing import TypeAlias
 
 from .base.files import kind_of
 from .errors import ArgumentError
 from .run.trajectory import Trajectory
+from .study.bifurcation import Bifurcation
 from .study.results import StudyResult
 from .tradeoffs.result import Tradeoff
 
-_CLASSES: dict[str, type[Trajectory | StudyResult | Tradeoff]] = {
+Saved: TypeAlias = Trajectory | StudyResult | Tradeoff | Bifurcation
+
+_CLASSES: dict[str, type[Saved]] = {
+    "bifurcation": Bifurcation,
     "trajectory": Trajectory,
     "study": StudyResult,
     "tradeoff": Tradeoff,
 }
 
 
-def load_result(path: str | os.PathLike[str]) -> Trajectory | StudyResult | Tradeoff:
-    """Read what `Trajectory.save`, `StudyResult.save` or `Tradeoff.save` wrote.
+def load_result(path: str | os.PathLike[str]) -> Saved:
+    """Read what ``save`` of a `Trajectory`, `StudyResult`, `Tradeoff` or `Bifurcation` wrote.
 
     Parameters
     ----------
@@ -27,7 +32,7 @@ def load_result(path: str | os.PathLike[str]) -> Trajectory | StudyResult | Trad
 
     Returns
     -------
-    Trajectory, StudyResult or Tradeoff
+    Trajectory, StudyResult, Tradeoff or Bifurcation
         What was saved.
 
     Raises

@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import ArgumentError
 from ..scene.columns import column_unit, column_words
 from .axes import COLORS, MARKERS, line_style, new_axes
-from .labels import set_x_label, set_y_label, with_unit
+from .labels import set_x_label, set_y_label, typeset, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -212,5 +212,7 @@ def _plain_ticks(axis: Axis) -> None:
 
 def _legend_above(ax: Axes, title: str | None = None, columns: int = 1) -> None:
     """A legend above the axes, where it can cover no point."""
-    style = {"fontsize": "small", "frameon": False, "title_fontsize": "small", "borderaxespad": 0.0}
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.01), title=title, ncols=columns, **style)
+    style: dict[str, Any] = {"fontsize": "small", "frameon": False, "title_fontsize": "small"}
+    handles, labels = ax.get_legend_handles_labels()
+    style |= {"loc": "lower center", "bbox_to_anchor": (0.5, 1.01), "borderaxespad": 0.0}
+    ax.legend(handles, list(map(typeset, labels)), title=title, ncols=columns, **style)

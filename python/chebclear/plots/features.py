@@ -22,6 +22,10 @@ Array = NDArray[np.float64]
 LOW, HIGH, TOGETHER, SCATTER = COLORS[0], COLORS[1], "0.6", "0.8"
 
 
+# Part of the width of a figure for labels of axes that have names of rows beside them.
+_BESIDE_NAMES = 0.55
+
+
 def plot_tornado(
     feature: FeatureLike, *, ax: Axes | None = None, unit: str | None = None, most: int = 10, **bars: Any
 ) -> Axes:
@@ -181,7 +185,9 @@ def plot_shares(
     rows += [("parameters together", found.interactions, TOGETHER), ("scatter", found.scatter, SCATTER)]
     ax = new_axes(ax)
     _bars_with_whiskers(ax, rows, bars)
-    set_x_label(ax, "share of the variance [%]")
+    feature = getattr(effects, "feature", None) or getattr(effects, "name", None)
+    of = f" of {plain_words(feature)}" if feature else ""
+    set_x_label(ax, f"share of the variance{of} [%]", _BESIDE_NAMES)
     return ax
 
 
@@ -222,7 +228,9 @@ def plot_ranking(ranking: RankingLike, *, ax: Axes | None = None, **bars: Any) -
     rows = [(plain_words(row.parameter), row.narrowing, COLORS[0]) for row in ranking.rows]
     _bars_with_whiskers(ax, rows, bars)
     ax.axvline(0.0, color="0.2", linewidth=0.8)
-    set_x_label(ax, f"{plain_words(ranking.feature)} narrows when the tolerance is halved, by [%]")
+    set_x_label(
+        ax, f"{plain_words(ranking.feature)} narrows when the tolerance is halved, by [%]", _BESIDE_NAMES
+    )
     return ax
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+import unicodedata
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,7 +28,11 @@ _LATEX = {
     "_": r"\_",
     "&": r"\&",
     "#": r"\#",
-    "^": r"\^{}",
+    "$": r"\$",
+    "{": r"\{",
+    "}": r"\}",
+    "^": r"\textasciicircum{}",
+    "~": r"\textasciitilde{}",
     "µ": r"$\mu$",
     "²": "$^2$",
     "³": "$^3$",
@@ -35,11 +40,23 @@ _LATEX = {
     "±": r"$\pm$",
     "∂": r"$\partial$",
     "·": r"$\cdot$",
+    "×": r"$\times$",
     "≤": r"$\leq$",
+    "≥": r"$\geq$",
     "<": "$<$",
     ">": "$>$",
     "−": "$-$",
+    "–": "--",
 }
+# Greek letters whose names Unicode and LaTeX spell differently, and capitals that are those of Latin.
+_GREEK = {"LAMDA": "lambda", "FINAL SIGMA": "varsigma", "OMICRON": "mathrm{o}"}
+_CAPITALS = dict(
+    zip(
+        "ALPHA BETA EPSILON ZETA ETA IOTA KAPPA MU NU OMICRON RHO TAU CHI".split(),
+        "ABEZHIKMNOPTX",
+        strict=True,
+    )
+)
 
 
 def typeset(text: str) -> str:
@@ -49,9 +66,23 @@ def typeset(text: str) -> str:
     """
     import matplotlib as mpl
 
-    if not mpl.rcParams["text.usetex"] or "$" in text:
+    if not mpl.rcParams["text.usetex"] or (text.count("$") >= 2 and text.count("$") % 2 == 0):
         return text
-    return "".join(_LATEX.get(letter, letter) for letter in text)
+    return "".join(_latex(letter) for letter in text)
+
+
+def _latex(letter: str) -> str:
+    """One letter for LaTeX; a question mark for one of a script that it does not have."""
+    if letter in _LATEX or letter.isascii():
+        return _LATEX.get(letter, letter)
+    kind, found, name = unicodedata.name(letter, "").partition(" LETTER ")
+    if kind == "GREEK CAPITAL" and name in _CAPITALS:
+        return _CAPITALS[name]
+    if kind in ("GREEK CAPITAL", "GREEK SMALL") and " WITH " not in name:
+        word = _GREEK.get(name, name.lower())
+        return f"${chr(92)}{word.capitalize() if kind == 'GREEK CAPITAL' else word}$"
+    # LaTeX reads the accented letters of western Europe as they are.
+    return letter if found and kind.startswith("LATIN") and ord(letter) < 0x180 else "?"
 
 
 def with_unit(name: str, unit: str) -> str:
@@ -74,9 +105,14 @@ def words_in_common(names: list[str]) -> str:
     return quantities.pop() if len(quantities) == 1 else ""
 
 
-def set_x_label(ax: Axes, text: str) -> None:
-    """A label below the axes."""
-    ax.set_xlabel(typeset(text))
+def set_x_label(ax: Axes, text: str, share: float = 0.8) -> None:
+    """A label below the axes, in as many lines as it needs to be no wider than a share of the figure."""
+    label = ax.set_xlabel("")
+    # Beside other axes a label has the width of its own and of their numbers.
+    figure = ax.figure
+    alone = share * figure.bbox.width / figure.dpi * 72.0
+    width = 1.15 * size_of(ax)[0] if len(figure.axes) > 1 else alone
+    label.set_text(_in_lines(text, width, float(label.get_fontsize())))
 
 
 def set_y_label(ax: Axes, text: str) -> None:
@@ -85,18 +121,18 @@ def set_y_label(ax: Axes, text: str) -> None:
     # Beside other axes a label has the height of its own, alone that of the figure.
     figure = ax.figure
     height = size_of(ax)[1] if len(figure.axes) > 1 else figure.bbox.height / figure.dpi * 72.0
-    label.set_text(_upright(text, height, float(label.get_fontsize())))
+    label.set_text(_in_lines(text, height, float(label.get_fontsize())))
 
 
 def add_color_bar(ax: Axes, shades: ScalarMappable, text: str, **bar: Any) -> None:
     """A color bar beside the axes, with a label in as many lines as their height needs."""
     size = float(ax.yaxis.label.get_fontsize())
-    ax.figure.colorbar(shades, ax=ax, label=_upright(text, size_of(ax)[1], size), **bar)
+    ax.figure.colorbar(shades, ax=ax, label=_in_lines(text, size_of(ax)[1], size), **bar)
 
 
-def _upright(text: str, height: float, size: float) -> str:
-    """A text for an upright label, in lines that the height [points] holds at a size of the font [points]."""
-    width = max(8, int(height / (_LETTER * size)))
+def _in_lines(text: str, length: float, size: float) -> str:
+    """A text in lines that a length [points] holds at a size of the font [points]."""
+    width = max(8, int(length / (_LETTER * size)))
     return typeset(textwrap.fill(text, width, break_long_words=False, break_on_hyphens=False))
 
 
@@ -112,13 +148,17 @@ def legend_above_the_data(ax: Axes, title: str | None = None) -> None:
     legend = ax.legend(handles, list(map(typeset, labels)), title=title, loc="upper center", fontsize="small")
     font = float(legend.get_texts()[0].get_fontsize())
     columns = legend_columns(ax, labels)
-    lines = -(-len(labels) // columns) + (title is not None)
+    # Alone in its row an entry is as wide as the axes at most.
+    wide = size_of(ax)[0] - (_LEGEND_HANDLE * _LETTER + _LEGEND_FRAME) * font
+    told = [_in_lines(label, wide, font) if columns == 1 else typeset(label) for label in labels]
+    rows = sum(1 + text.count("\n") for text in told) if columns == 1 else -(-len(labels) // columns)
+    lines = rows + (title is not None)
     share = min(0.5, (_LEGEND_LINE * lines + _LEGEND_FRAME) * font / height)
     limits = _drawn_limits(ax)
     free = ax.get_autoscaley_on() and limits is not None
     ax.legend(
         handles,
-        list(map(typeset, labels)),
+        told,
         title=title,
         title_fontsize="small",
         loc="upper center" if free else "best",

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import threading
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 import numpy as np
@@ -33,6 +35,7 @@ Array = NDArray[np.float64]
 MOST_VALUES = 100_000
 MOST_PERIODS = 1_000_000
 MOST_THREADS = 1024
+_ARRAYS = ("values", "samples", "period")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -90,6 +93,45 @@ class Bifurcation(Exports, records.ArrayRecord):
         jumps = np.diff(np.sort(self.samples, axis=1), axis=1) > gap
         known = np.isfinite(self.samples).all(axis=1)
         return np.where(known, 1 + jumps.sum(axis=1), 0)
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write everything to one compressed ``.npz`` file.
+
+        Parameters
+        ----------
+        path : path
+            Where to; ``.npz`` is appended if it is missing.
+
+        Returns
+        -------
+        Path
+            The file written.
+        """
+        arrays = {name: getattr(self, name) for name in _ARRAYS}
+        facts = {"parameter": self.parameter, "output": self.output, "skipped": self.skipped}
+        return records.save(path, "bifurcation", arrays, facts)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Bifurcation:
+        """Read what `save` wrote.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+
+        Returns
+        -------
+        Bifurcation
+
+        Raises
+        ------
+        ValueError
+            If the file holds something else, is damaged, or was written by a later version.
+        """
+        arrays, facts = records.load(path, "bifurcation")
+        told = {name: facts[name] for name in ("parameter", "output", "skipped")}
+        return cls(**told | {name: arrays[name] for name in _ARRAYS})
 
     def plot(self, *, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw the diagram; see `plot_bifurcation` for the options."""

@@ -162,7 +162,11 @@ def test_a_missing_library_is_named(run, monkeypatch):
 
 
 def test_any_result_is_loaded_by_one_function(run, result, costs, tmp_path):
-    for number, saved in enumerate((run, result, costs)):
+    clearances = [1e-5, 3e-5]
+    diagram = cc.bifurcation(
+        cc.mechanisms.slider_crank, "clearance", clearances, periods=2, skip=0, rtol=1e-4
+    )
+    for number, saved in enumerate((run, result, costs, diagram)):
         assert cc.load_result(saved.save(tmp_path / str(number))) == saved
     strange = tmp_path / "strange.npz"
     np.savez(strange, a=np.zeros(3))

@@ -1,12 +1,13 @@
 """The picture of a scene: what is drawn where, and that any scene can be drawn."""
 
 import math
+from pathlib import Path
 
 import chebclear as cc
 import matplotlib as mpl
 import numpy as np
 import pytest
-from chebclear.plots.drawing.plane import Clutter
+from chebclear.plots.drawing.plane import Clutter, around
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
@@ -90,34 +91,59 @@ def test_the_arrow_of_a_drive_turns_the_way_of_its_speed(ax, speed):
 def test_labels_name_bodies_and_joints_and_can_be_left_out(ax):
     scene = cc.mechanisms.quick_return(gravity=9.81)
     cc.plot_scene(scene, ax=ax)
-    found = {name for text in texts(ax) for name in text.split(", ")}
-    assert {body.name for body in scene.bodies} | {joint.name for joint in scene.joints} <= found
+    found = {name for text in texts(ax) for name in text.replace("\n", " ").split(", ")}
+    parts = [*scene.bodies, *scene.joints]
+    assert {part.name.replace("_", " ") for part in parts} <= found
     assert "9.81 m/s²" in found
     assert texts(cc.plot_scene(scene, labels=False)) == ["9.81 m/s²"]
+
+
+PRESS = cc.load(Path(__file__).parents[3] / "examples" / "toggle_press.toml").scene()
+SCENES = {
+    name: getattr(cc.mechanisms, name)() for name in ("four_bar", "six_bar", "quick_return", "slider_crank")
+}
+
+
+@pytest.mark.parametrize("size", [(2.4, 2.4), (3.5, 2.45), (6.4, 4.8)])
+@pytest.mark.parametrize("scene", [PRESS, *SCENES.values()], ids=["press", *SCENES])
+def test_labels_lie_apart_and_within_the_axes(scene, size):
+    figure = Figure(figsize=size, layout="constrained")
+    with mpl.rc_context({"font.size": 8.0}):
+        ax = cc.plot_scene(scene, ax=figure.subplots(), exaggerate=20.0)
+    figure.draw_without_rendering()
+    boxes = [text.get_tightbbox() for text in ax.texts if text.get_text()]
+    held = ax.get_window_extent()
+    for index, one in enumerate(boxes):
+        assert held.padded(2.0).containsx(one.x0) and held.padded(2.0).containsx(one.x1)
+        assert held.padded(2.0).containsy(one.y0) and held.padded(2.0).containsy(one.y1)
+        for other in boxes[:index]:
+            across = min(one.x1, other.x1) - max(one.x0, other.x0)
+            up = min(one.y1, other.y1) - max(one.y0, other.y0)
+            # Boxes are a little larger than the letters in them.
+            assert min(across, up) < 0.25 * min(one.height, other.height)
 
 
 def test_labels_find_room():
     clutter = Clutter()
     point, size = np.zeros(2), (4.0, 1.0)
     # A bar to the right and one upwards: the label goes the other way, and the next one elsewhere.
-    clutter.add(point, np.array([10.0, 0.0]), 0.5)
-    clutter.add(point, np.array([0.0, 10.0]), 0.5)
-    anchor, across, up = clutter.place(point, 1.0, size, np.array([0.6, 0.8]))
-    assert anchor[0] < 0.0 or anchor[1] < 0.0
-    assert (across, up) != ("left", "bottom")
-    again, *_ = clutter.place(point, 1.0, size, np.array([0.6, 0.8]))
-    assert np.hypot(*(again - anchor)) > 0.5
+    clutter.add(point, np.array([10.0, 0.0]), 1.0)
+    clutter.add(point, np.array([0.0, 10.0]), 1.0)
+    spots = around(point, 1.0, size, 1.0, np.array([0.6, 0.8]))
+    first = clutter.place(spots, size, 1.0).middle
+    assert first[0] < 0.0 or first[1] < 0.0
+    again = clutter.place(spots, size, 1.0).middle
+    assert (np.abs(again - first) >= (0.0, 0.9)).all() or abs(again - first)[0] > 3.0
     # Where nothing is in the way it goes outward.
-    anchor, across, up = Clutter().place(point, 1.0, size, np.array([0.0, 1.0]))
-    np.testing.assert_allclose(anchor, [0.0, 1.0], atol=1e-15)
-    assert (across, up) == ("center", "bottom")
+    spots = around(point, 1.0, size, 1.0, np.array([0.0, 1.0]))
+    np.testing.assert_allclose(Clutter().place(spots, size, 1.0).middle, [0.0, 1.5], atol=1e-15)
 
 
 def test_labels_of_pins_lie_on_no_bar():
     scene = cc.mechanisms.six_bar(crank_angle=0.9, clearance_at=())
     ax = cc.plot_scene(scene)
     bars = [patch.get_path() for patch in ax.patches if isinstance(patch, Polygon) and len(patch.xy) > 10]
-    names = {joint.name for joint in scene.joints}
+    names = {joint.name.replace("_", " ") for joint in scene.joints}
     anchors = [text.get_position() for text in ax.texts if text.get_text() in names]
     assert len(anchors) == len(names)
     assert not any(bar.contains_point(anchor) for bar in bars for anchor in anchors)

@@ -232,6 +232,38 @@ def test_labels_are_latex_on_request(run):
     assert labels.typeset("50 % of µm/s²_x") == "50 % of µm/s²_x"
 
 
+def test_legends_and_labels_stay_within_a_column_of_print(run):
+    study = cc.Study(
+        cc.mechanisms.slider_crank,
+        {"rod_length": cc.interval(0.12, rel=0.01)},
+        outputs=["slider.ax"],
+        features={"largest force in the wrist": cc.peak("wrist.normal_force")},
+        duration=0.003,
+        samples=31,
+        skip=0.03,
+    )
+    result = study.band(runs=16)
+    band, ranking = result["slider.ax"], result.ranking("largest force in the wrist")
+    with cc.print_style(columns=1):
+        for draw in (
+            lambda ax: band.plot(ax=ax, runs=3),
+            lambda ax: cc.plot_ranking(ranking, ax=ax),
+            lambda ax: cc.plot_shares(ranking, ax=ax),
+        ):
+            figure = Figure(layout="constrained")
+            ax = figure.subplots()
+            draw(ax)
+            figure.draw_without_rendering()
+            legend = ax.get_legend()
+            inner, outer = ax.get_window_extent().padded(1.0), figure.bbox.padded(1.0)
+            if legend is not None:
+                box = legend.get_window_extent()
+                assert inner.containsx(box.x0) and inner.containsx(box.x1)
+            box = ax.xaxis.label.get_window_extent()
+            assert outer.containsx(box.x0) and outer.containsx(box.x1)
+    assert "largest force in the wrist" in ax.get_xlabel().replace("\n", " ")
+
+
 class TestPrint:
     def test_figures_have_the_size_and_files_the_format(self, scene, tmp_path):
         before = dict(mpl.rcParams)

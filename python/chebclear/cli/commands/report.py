@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from ...errors import ArgumentError
 from ...loading import load_result
+from ...study.bifurcation import Bifurcation
 from ..options import Commands, directory, file, new_command
 from ..output import print_json, require_writable
 
@@ -35,7 +37,10 @@ def report(options: argparse.Namespace) -> int:
     """Run the command."""
     path = options.to or (options.out or options.result.parent) / f"{options.result.stem}.html"
     require_writable(path.parent)
-    written = load_result(options.result).report(path, title=options.title)
+    result = load_result(options.result)
+    if isinstance(result, Bifurcation):
+        raise ArgumentError(f"{options.result} holds a bifurcation diagram, which has no report")
+    written = result.report(path, title=options.title)
     if options.json:
         print_json({"file": str(written)})
     else:

@@ -127,7 +127,7 @@ class Pen:
         discs = [(point, radius) for point in points]
         self._area(hull(discs), body.name, color, 2, alpha=0.35)
         for first, second in itertools.combinations_with_replacement(points, 2):
-            self.clutter.add(first, second, radius)
+            self.clutter.add(first, second, radius, body.name)
         for center, bearing in self.lugs.get(body.name, []):
             lug = 1.25 * bearing + 0.3 * radius
             self._area(hull([(center, lug)]), body.name, color, 2, alpha=0.35)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,66 +40,145 @@ def hull(discs: Sequence[tuple[Array, float]]) -> Array:
     return np.array(chain(points) + chain(points[::-1]))
 
 
+@dataclass(frozen=True)
+class Spot:
+    """Where a label may stand.
+
+    Attributes
+    ----------
+    middle : ndarray, shape (2,)
+        Its middle.
+    cost : float
+        What speaks against it, in heights of a line.
+    on_body : bool
+        Whether it names the body that it stands on.
+    """
+
+    middle: Array
+    cost: float = 0.0
+    on_body: bool = False
+
+
 class Clutter:
     """What labels must keep clear of: bars, discs and other labels, as segments with a radius."""
 
     def __init__(self) -> None:
-        self._segments: list[tuple[Array, Array, float]] = []
+        self._segments: list[tuple[Array, Array, float, str]] = []
 
-    def add(self, start: Array, end: Array, radius: float) -> None:
-        """Note a segment."""
-        self._segments.append((start, end, radius))
+    def add(self, start: Array, end: Array, radius: float, owner: str = "") -> None:
+        """Note a segment, and the body it is part of if a name may stand on it."""
+        self._segments.append((start, end, radius, owner))
 
-    def room(self, points: Array) -> float:
-        """Least distance of the points from everything noted, negative where they lie on it."""
-        least = np.inf
-        for start, end, radius in self._segments:
-            way = end - start
-            length = float(way @ way)
-            share = (
-                np.clip((points - start) @ way / length, 0.0, 1.0) if length > 0.0 else np.zeros(len(points))
-            )
-            nearest = start + share[:, None] * way
-            least = min(least, float(np.hypot(*(points - nearest).T).min()) - radius)
-        return least
+    def copy(self) -> Clutter:
+        """The same, to be filled on its own."""
+        twin = Clutter()
+        twin._segments = list(self._segments)
+        return twin
 
-    def place(
-        self, point: Array, keep: float, size: tuple[float, float], outward: Array
-    ) -> tuple[Array, str, str]:
-        """Where a label of a point has most room, of eight directions; the place is then taken.
+    def room(self, points: Array, on: str = "") -> Array:
+        """Distance of each point from all but one body, negative where it lies on something."""
+        kept = [segment for segment in self._segments if not (on and segment[3] == on)]
+        if not kept:
+            return np.full(len(points), np.inf)
+        starts = np.array([start for start, _, _, _ in kept])
+        ways = np.array([end for _, end, _, _ in kept]) - starts
+        squares = (ways**2).sum(axis=1)
+        off = points[:, None, :] - starts
+        along = (off * ways).sum(axis=2) / np.where(squares > 0.0, squares, 1.0)
+        apart = off - np.clip(along, 0.0, 1.0)[:, :, None] * ways
+        radii = np.array([radius for _, _, radius, _ in kept])
+        nearest: Array = (np.hypot(apart[..., 0], apart[..., 1]) - radii).min(axis=1)
+        return nearest
+
+    def place(self, spots: Iterable[Spot], size: tuple[float, float], line: float, on: str = "") -> Spot:
+        """The best of the spots that a label may have: room counts, less what a spot costs; it is then taken.
 
         Parameters
         ----------
-        point : ndarray, shape (2,)
-            What is labeled.
-        keep : float
-            Distance of the label from it.
+        spots : iterable of Spot
+            Where it may stand.
         size : (float, float)
             Width and height of the label.
-        outward : ndarray, shape (2,)
-            Unit vector of the direction to prefer where there is room enough.
+        line : float
+            Height of a line of it.
+        on : str
+            The body on which it may stand where a spot says so.
 
         Returns
         -------
-        ndarray, str, str
-            Anchor of the label, and its horizontal and vertical alignment.
+        Spot
         """
-        width, height = size
-        best, chosen = -np.inf, (point, "center", "center")
-        taken = point, point
-        for turn in np.arange(8) * 0.25 * np.pi:
-            way = np.array([np.cos(turn), np.sin(turn)])
-            anchor = point + keep * way
-            across = 0 if abs(way[0]) < 0.1 else int(np.sign(way[0]))
-            up = 0 if abs(way[1]) < 0.1 else int(np.sign(way[1]))
-            middle = anchor + 0.5 * np.array([across * width, up * height])
-            left, right = middle - np.array([0.5 * width, 0.0]), middle + np.array([0.5 * width, 0.0])
-            along = left + np.linspace(0.0, 1.0, 9)[:, None] * (right - left)
-            # Beyond the height of the label more room is no better.
-            room = min(self.room(along) - 0.5 * height, height)
-            score = room + 0.3 * height * float(way @ outward)
-            if score > best:
-                best, taken = score, (left, right)
-                chosen = anchor, ("right", "center", "left")[across + 1], ("top", "center", "bottom")[up + 1]
-        self.add(*taken, 0.5 * height)
+        sides = np.array(size)
+        thin = 0.5 * float(sides.min())
+        half = 0.5 * sides - thin
+        every = list(spots)
+        steps = np.linspace(-1.0, 1.0, 9)[:, None] * half
+        points = np.concatenate([spot.middle + steps for spot in every])
+        free = np.array([self.room(points), self.room(points, on)]).reshape(2, len(every), 9).min(axis=2)
+        room = np.where([spot.on_body for spot in every], free[1], free[0]) - thin
+        # Beyond a quarter of a line more room is no better.
+        scores = np.minimum(room / line, 0.25) - [spot.cost for spot in every]
+        chosen = every[int(np.argmax(scores))]
+        self.add(chosen.middle - half, chosen.middle + half, thin)
         return chosen
+
+
+# How far from its point a label may stand, in lines of it, and what that costs. Chosen by eye on the
+# ready-made mechanisms, the toggle press and their pictures in a column of print.
+_REACHES = ((0.0, 0.0), (1.2, 0.5), (2.6, 0.8), (4.2, 1.1))
+_DIRECTIONS = 16
+_OUTWARD = 0.15
+
+
+def around(point: Array, keep: float, size: tuple[float, float], line: float, outward: Array) -> list[Spot]:
+    """Spots around a point, beside a disc about it.
+
+    Parameters
+    ----------
+    point : ndarray, shape (2,)
+        What is named.
+    keep : float
+        Radius of the disc.
+    size : (float, float)
+        Width and height of the label.
+    line : float
+        Height of a line of it.
+    outward : ndarray, shape (2,)
+        Unit vector of the direction to prefer.
+
+    Returns
+    -------
+    list of Spot
+    """
+    spots = []
+    for reach, cost in _REACHES:
+        for turn in np.arange(_DIRECTIONS) * 2.0 * np.pi / _DIRECTIONS:
+            way = np.array([np.cos(turn), np.sin(turn)])
+            # The label touches the disc with the side or the corner that looks at it.
+            lean = np.clip(way / 0.4, -1.0, 1.0)
+            middle = point + (keep + reach * line) * way + 0.5 * lean * np.array(size)
+            spots.append(Spot(middle, cost - _OUTWARD * float(way @ outward)))
+    return spots
+
+
+def along_body(corners: Array, size: tuple[float, float], line: float, outward: Array) -> list[Spot]:
+    """Spots on a body, the middle of its corners first, then on its bars, then beside it.
+
+    Parameters
+    ----------
+    corners : ndarray, shape (corners, 2)
+        The points of the body.
+    size, line, outward
+        As of `around`.
+
+    Returns
+    -------
+    list of Spot
+    """
+    middle = corners.mean(axis=0)
+    spots = [Spot(middle, 0.0, on_body=True)]
+    for first, second in itertools.combinations(corners, 2):
+        for share in (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8):
+            cost = 0.1 + 0.4 * abs(share - 0.5)
+            spots.append(Spot(first + share * (second - first), cost, on_body=True))
+    return spots + [Spot(spot.middle, spot.cost + 0.6) for spot in around(middle, 0.0, size, line, outward)]

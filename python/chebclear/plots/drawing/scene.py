@@ -5,18 +5,22 @@ All sizes are in meters of the drawing and scale with the mechanism, so the pict
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...base.arguments import Checks
 from ...errors import ArgumentError
+from ...scene.columns import plain_words
 from ...scene.scene import ClearanceRevolute, Gravity, Scene
 from ..axes import new_axes
 from ..labels import size_of, typeset
 from .pen import Pen, strokes_of
+from .plane import along_body, around
 from .pose import Pose, simulated_poses
 from .strokes import put_on
 
@@ -27,8 +31,17 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Width and height of a letter of a name, relative to the size of the axes' labels.
-_LETTER = (0.52, 1.0)
+# Mean width of a letter of the names of bodies and of joints, relative to the size of the axes' labels: in
+# matplotlib's own font, bold and small, or italic and very small.
+_BOLD, _ITALIC = 0.58, 0.44
+_OF_BODIES = {"fontsize": 0.83, "weight": "bold"}
+_BESIDE = {"fontsize": 0.69, "style": "italic"}
+# Letters of a line of names of joints.
+_LONGEST = 16
+_ROUNDS = 4
+# Type is made smaller where the labels would leave the mechanism less than this share of the axes.
+_SCALES, _LEAST_SHARE = (1.0, 0.85, 0.7), 0.7
+_LABELED_MARGIN = 0.05
 
 
 def plot_scene(
@@ -102,16 +115,17 @@ def plot_scene(
     pen = strokes_of(pose, float(exaggerate))
     put_on(ax, pen.strokes)
     _frame(ax)
-    if labels:
-        _label_parts(ax, pen)
     notes = [] if instant is None else [f"t = {instant:.6g} s"]
     loose = any(isinstance(joint, ClearanceRevolute) for joint in pose.scene.joints)
     if loose and exaggerate != 1.0:
         notes.append(f"clearances drawn {exaggerate:g} times larger")
     if notes:
         note = ", ".join(notes)
+        _room(ax, below=1.2)
         ax.text(0.02, 0.02, note, transform=ax.transAxes, fontsize="small", color="0.3", zorder=10)
     draw_gravity(ax, pose.scene)
+    if labels:
+        _label_parts(ax, pen)
     return ax
 
 
@@ -142,6 +156,7 @@ def draw_gravity(ax: Axes, scene: Scene) -> None:
     strength = float(np.hypot(*gravity))
     if not strength:
         return
+    _room(ax, above=2.5)
     tail = (0.94, 0.90)
     ax.annotate(
         "",
@@ -162,55 +177,110 @@ def draw_gravity(ax: Axes, scene: Scene) -> None:
     )
 
 
+@dataclass(frozen=True)
+class _Label:
+    """A name in the picture."""
+
+    text: str
+    place: Array  # what it names
+    keep: float  # radius about that place which the label keeps clear of
+    middle: Array
+    size: tuple[float, float]
+    line: float  # height of a line
+    body: str = ""  # the body it names, if any
+
+    @property
+    def half(self) -> Array:
+        """Half its width and height."""
+        return 0.5 * np.array(self.size)
+
+
+def _room(ax: Axes, below: float = 0.0, above: float = 0.0) -> None:
+    """Room for lines of text under and over all that is drawn."""
+    held = np.array(ax.dataLim.extents).reshape(2, 2)
+    line = float(ax.xaxis.label.get_fontsize()) * _span_of_a_point(ax, held)
+    ax.update_datalim([(held[0, 0], held[0, 1] - below * line), (held[1, 0], held[1, 1] + above * line)])
+    ax.autoscale_view()
+
+
 def _label_parts(ax: Axes, pen: Pen) -> None:
     """Names of bodies on them, and names of joints and forces beside them."""
-    pose = pen.pose
+    drawn = np.array(ax.dataLim.extents).reshape(2, 2)
+    font = float(ax.xaxis.label.get_fontsize())
+    for scale in _SCALES:
+        held = drawn
+        # Labels widen the limits, so that a letter takes more of them: after a few rounds the sizes hold.
+        for _ in range(_ROUNDS):
+            labels = _placed(pen, scale * font * _span_of_a_point(ax, held))
+            ends = [
+                label.middle + 0.5 * side * np.array(label.size) for label in labels for side in (-1.0, 1.0)
+            ]
+            held = np.array([*drawn, *ends])
+        if _span_of_a_point(ax, drawn) > _LEAST_SHARE * _span_of_a_point(ax, held):
+            break
     style = {"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.7}
-    # What a letter takes of the axes as they are now; the labels may narrow them a little.
-    left, right = ax.get_xlim()
-    font = float(ax.xaxis.label.get_fontsize()) * (right - left) / size_of(ax)[0]
-    width, height = _LETTER[0] * font, _LETTER[1] * font
-    for body in pose.scene.bodies:
-        spot: Array = np.mean(pose.points[body.name], axis=0)
-        half = np.array([0.5 * width * len(body.name), 0.0])
-        pen.clutter.add(spot - half, spot + half, 0.5 * height)
+    for label in labels:
+        color = pen.pose.colors[label.body] if label.body else "0.25"
+        _lead(ax, label, color)
+        kind: dict[str, Any] = _OF_BODIES if label.body else _BESIDE
         ax.text(
-            spot[0],
-            spot[1],
-            typeset(body.name),
-            fontsize="small",
-            weight="bold",
-            color=pose.colors[body.name],
+            float(label.middle[0]),
+            float(label.middle[1]),
+            typeset(label.text),
+            color=color,
             ha="center",
             va="center",
             bbox=style,
             zorder=9,
+            **kind | {"fontsize": kind["fontsize"] * scale * font},
         )
-    for place, names, radius in _named_by_place(pen):
-        text = ", ".join(names)
-        away = place - pose.center
-        outward = away / (np.hypot(*away) or 1.0)
-        size = (width * len(text), height)
-        anchor, across, up = pen.clutter.place(place, radius + 0.012 * pen.unit, size, outward)
-        ax.text(
-            anchor[0],
-            anchor[1],
-            typeset(text),
-            fontsize="x-small",
-            style="italic",
-            color="0.25",
-            ha=across,
-            va=up,
-            bbox=style,
-            zorder=9,
-        )
-        # The axes hold the labels too.
-        wide = size[0]
-        shifts = {"left": (0.0, wide), "center": (-0.5 * wide, 0.5 * wide), "right": (-wide, 0.0)}[across]
-        ax.update_datalim([anchor + np.array([shift, 0.0]) for shift in shifts])
+    ax.update_datalim(held)
     # What the margins were for lies within the limits now.
-    ax.margins(0.08)
+    ax.margins(_LABELED_MARGIN)
     ax.autoscale_view()
+
+
+def _lead(ax: Axes, label: _Label, color: str) -> None:
+    """A thin line from what a label names to the label, where it stands apart."""
+    away = label.middle - label.place
+    edge = label.middle + np.clip(-away, -label.half, label.half)
+    gap = float(np.hypot(*(edge - label.place))) - label.keep
+    if gap > 0.8 * label.line:
+        foot = label.place + label.keep * away / np.hypot(*away)
+        ax.plot(*zip(foot, edge, strict=True), color=color, linewidth=0.5, zorder=8.5)
+
+
+def _span_of_a_point(ax: Axes, held: Array) -> float:
+    """What a typographic point takes of the axes when they hold these places at equal scales [m]."""
+    width, height = (1.0 + 2.0 * _LABELED_MARGIN) * np.ptp(held, axis=0)
+    return max(float(width) / size_of(ax)[0], float(height) / size_of(ax)[1])
+
+
+def _placed(pen: Pen, letter: float) -> list[_Label]:
+    """Names of bodies, joints and forces where they have room, for a size of the font [m]."""
+    pose, clutter, labels = pen.pose, pen.clutter.copy(), []
+    for body in pose.scene.bodies:
+        text, corners = plain_words(body.name), np.array(pose.points[body.name])
+        size = (_BOLD * letter * len(text) + 0.2 * letter, letter)
+        place = corners.mean(axis=0)
+        spots = along_body(corners, size, letter, _outward(pose, place))
+        spot = clutter.place(spots, size, letter, body.name)
+        shown = spot.middle if spot.on_body else place
+        labels.append(_Label(text, shown, 0.0, spot.middle, size, letter, body.name))
+    for place, names, radius in _named_by_place(pen):
+        words = textwrap.wrap(", ".join(map(plain_words, names)), _LONGEST, break_long_words=False)
+        line = 0.85 * letter
+        size = (_ITALIC * letter * max(map(len, words)) + 0.2 * letter, line * len(words))
+        keep = radius + 0.012 * pen.unit
+        spot = clutter.place(around(place, keep, size, line, _outward(pose, place)), size, line)
+        labels.append(_Label("\n".join(words), place, keep, spot.middle, size, line))
+    return labels
+
+
+def _outward(pose: Pose, place: Array) -> Array:
+    """Unit vector from the middle of the mechanism to a place, or nothing in the middle."""
+    away = place - pose.center
+    return away / (np.hypot(*away) or 1.0)
 
 
 def _named_by_place(pen: Pen) -> Iterator[tuple[Array, list[str], float]]:

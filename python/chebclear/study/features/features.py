@@ -444,7 +444,7 @@ def feature_values(
         unknown = np.flatnonzero(~np.all(np.isfinite(values[:, :, index]), axis=1))
         for row in [row for row in unknown.tolist() if row in good]:
             del good[row]
-            fail(row, ValueError(f'feature "{name}" is not finite with {describe(parameters(row))}'))
+            fail(row, ArgumentError(f'feature "{name}" is not finite with {describe(parameters(row))}'))
     for row in good if functions else ():
         name = ""
         try:
