@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypedDict
@@ -181,7 +182,9 @@ class Settings(Shown):
         ordered = {name: values[name] for name in known if name in values}
         kept = checked_settings(checks, ordered, outputs_needed=outputs_needed and not ordered["features"])
         checks.finish()
-        return cls(**kept)
+        made = object.__new__(cls)  # what was checked is not checked again
+        vars(made).update(kept)
+        return made
 
     def to_json(self) -> str:
         """The settings as the core reads them."""
@@ -303,7 +306,9 @@ def checked_settings(
             found[name] = checked_features(own, value)
     readable = {name: found[name] for name in names if not own.noted(names[name])}
     for problem in _judged(_EXAMPLE | readable):
-        own.add_at(names[problem.path.removeprefix("settings.")], problem.message)
+        path = problem.path.removeprefix("settings.")
+        name = re.split(r"[.\[]", path)[0]
+        own.add_at(names[name] + path.removeprefix(name), problem.message)
     checks.include(own, list(names.values()))
     return found
 

@@ -25,7 +25,6 @@ from .trajectory import EndState, Stats, Trajectory
 # another method: one companion, or two of one method, too often share the error of the run
 # (docs/decisions.md).
 _TIGHTER = (10.0, 100.0)
-_OTHER_METHOD = {"auto": "rodas5p", "rodas5p": "auto", "rodas4": "auto", "dop853": "auto"}
 # Where the work of the run itself and of its first companion ends, of all three: they cost 1.4 and 1.9 times
 # as much as the run, in the median over the scenes of `benchmarks/claims.py`.
 _OWN_SHARE, _FIRST_SHARE = 0.23, 0.56
@@ -197,7 +196,7 @@ def _companions(
     run: Trajectory, start: EndState | None, reports: Sequence[Callable[[float], None] | None]
 ) -> list[Trajectory]:
     """The runs at tighter tolerances that a run is compared with."""
-    methods = (run.settings.method, _OTHER_METHOD[run.settings.method])
+    methods = (run.settings.method, "rodas5p" if run.settings.method == "auto" else "auto")
     return [
         run_scene(run.scene, _tightened(run.settings, factor, method), report, start)
         for factor, method, report in zip(_TIGHTER, methods, reports, strict=True)

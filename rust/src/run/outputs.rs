@@ -281,13 +281,15 @@ fn body_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
 
 fn coordinate_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
     let joint = &dynamics.tree.ideal_joints[index];
-    if let (IdealKind::Prismatic, Realization::Tree { column: Some(column), .. }) =
-        (joint.kind, joint.realization)
-    {
-        let coordinate = dynamics.coordinate(column);
-        return [coordinate.position, coordinate.velocity, coordinate.acceleration][quantity];
+    match (joint.kind, joint.realization) {
+        (IdealKind::Prismatic, Realization::Tree { column: Some(column), .. }) => {
+            let coordinate = dynamics.coordinate(column);
+            [coordinate.position, coordinate.velocity, coordinate.acceleration][quantity]
+        }
+        (IdealKind::Revolute | IdealKind::Prismatic | IdealKind::Fixed, _) => {
+            relative_rotation(dynamics, joint.bodies, quantity)
+        }
     }
-    relative_rotation(dynamics, joint.bodies, quantity)
 }
 
 fn energy_value(dynamics: &Dynamics, work: &Work, quantity: usize) -> f64 {

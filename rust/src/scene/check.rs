@@ -1,7 +1,7 @@
 //! Checks of a scene: all problems at once, each with its path.
 
 use crate::contact::friction::FrictionLaw;
-use crate::contact::normal::Damping;
+use crate::contact::normal::{Damping, NormalLaw};
 use crate::error::{InputError, Problem, Subject, did_you_mean};
 use crate::scene::parts::{
     Body, CENTER_OF_MASS, Drive, ENERGY, Force, GROUND, Joint, JointKind, Point, Scene, Start,
@@ -103,18 +103,7 @@ impl Scene {
                 self.check_free_to_act(checker, path, joint);
                 checker.positive(&format!("{path}.journal_radius"), "m", *journal_radius);
                 checker.positive(&format!("{path}.clearance"), "m", *clearance);
-                checker.positive(&format!("{path}.contact.stiffness"), "N/m^exponent", contact.stiffness);
-                checker.at_least(&format!("{path}.contact.exponent"), "-", contact.exponent, 1.0);
-                match contact.damping {
-                    Damping::Elastic => {}
-                    Damping::LankaraniNikravesh { restitution } | Damping::Flores { restitution } => {
-                        checker.fraction(&format!("{path}.contact.restitution"), restitution);
-                    }
-                    Damping::HuntCrossley { hysteresis_factor } => {
-                        let path = format!("{path}.contact.hysteresis_factor");
-                        checker.at_least(&path, "s/m", hysteresis_factor, 0.0);
-                    }
-                }
+                checker.normal_law(&format!("{path}.contact"), contact);
                 if let Some(law) = friction {
                     checker.friction(&format!("{path}.friction"), law);
                 }
@@ -390,6 +379,20 @@ impl Checker {
             let path = format!("{path}.{}", point.name);
             self.name(&path, &point.name, points[..index].iter().any(|other| other.name == point.name));
             self.finite_pair(&path, "m", &point.position);
+        }
+    }
+
+    fn normal_law(&mut self, path: &str, law: &NormalLaw) {
+        self.positive(&format!("{path}.stiffness"), "N/m^exponent", law.stiffness);
+        self.at_least(&format!("{path}.exponent"), "-", law.exponent, 1.0);
+        match law.damping {
+            Damping::Elastic => {}
+            Damping::LankaraniNikravesh { restitution } | Damping::Flores { restitution } => {
+                self.fraction(&format!("{path}.restitution"), restitution);
+            }
+            Damping::HuntCrossley { hysteresis_factor } => {
+                self.at_least(&format!("{path}.hysteresis_factor"), "s/m", hysteresis_factor, 0.0);
+            }
         }
     }
 

@@ -93,8 +93,10 @@ def sampled_feature(feature: Feature, t: Array, values: Array, cycles: int) -> A
                 found.append(times[piece.argmin(axis=-1)])
             case "mean":
                 found.append(_integral(times, piece) / span)
-            case _:
+            case "rms":
                 found.append(np.sqrt(_integral(times, piece**2) / span))
+            case kind:
+                raise NotImplementedError(f"{kind} of samples")
     return np.stack(found, axis=-1)
 
 
