@@ -6,8 +6,9 @@
 //! described by its center of mass, the motion of that, its moment of inertia and two further scalars.
 
 use super::Dynamics;
+use crate::numerics::linear::{symmetric_factor, symmetric_solve};
 use crate::tree::elements::{FrameInertia, Tree};
-use crate::tree::kinematics::{FrameState, Vec2};
+use crate::tree::kinematics::{FrameKind, FrameState, Vec2};
 
 /// The composite body of a frame, all bodies that the frame carries, in one state.
 #[derive(Clone, Copy, Debug)]
@@ -49,8 +50,10 @@ struct Part {
 impl Part {
     /// The composite body in the present state; `bodies` are those of the preceding parts, among them
     /// all that the frame carries.
+    ///
+    /// Without `RATES` its velocity and spread are not computed: accelerations do not need them.
     #[inline(always)]
-    fn compose(&self, frame: &FrameState, bodies: &[Composite]) -> Composite {
+    fn compose<const RATES: bool>(&self, frame: &FrameState, bodies: &[Composite]) -> Composite {
         // Sliders and floating bodies have their center of mass at the origin.
         let center = if self.centered { frame.origin() } else { frame.point(self.own.center) };
         let mut body = Composite {
@@ -65,14 +68,16 @@ impl Part {
         for merge in &self.merges {
             let child = &bodies[merge.child];
             let arm = child.center - body.center;
-            let (rate, acceleration) =
-                (child.velocity - body.velocity, child.acceleration - body.acceleration);
+            let acceleration = child.acceleration - body.acceleration;
             body.inertia += child.inertia + merge.reduced_mass * arm.norm_squared();
             body.moment += child.moment + merge.reduced_mass * arm.perp(&acceleration);
-            body.spread += child.spread + merge.reduced_mass * arm.dot(&rate);
             body.center += merge.fraction * arm;
-            body.velocity += merge.fraction * rate;
             body.acceleration += merge.fraction * acceleration;
+            if RATES {
+                let rate = child.velocity - body.velocity;
+                body.spread += child.spread + merge.reduced_mass * arm.dot(&rate);
+                body.velocity += merge.fraction * rate;
+            }
         }
         body
     }
@@ -89,6 +94,111 @@ struct Merge {
     reduced_mass: f64,
 }
 
+/// A single body that turns about a point which drives alone move: its moment of inertia about that point is
+/// constant, and the centripetal acceleration has no moment about it.
+#[derive(Clone, Copy, Debug)]
+struct Hinge {
+    frame: usize,
+    freedom: usize,
+    /// Mass times center of mass, in the frame [kg m].
+    moment: Vec2,
+    /// Moment of inertia about the point [kg m²].
+    inertia: f64,
+}
+
+/// What never changes of the mass matrix and the inertial forces, and what follows from little.
+#[derive(Clone, Debug, Default)]
+struct Steady {
+    /// Single bodies on hinges.
+    hinges: Vec<Hinge>,
+    /// Inertial forces, with opposite sign: of what slides on ground or floats.
+    forces: Vec<(usize, f64)>,
+    /// Entries of the lower triangle of the mass matrix, row-major.
+    entries: Vec<(usize, f64)>,
+}
+
+impl Steady {
+    /// The parts (see `Composites`) whose entries of the mass matrix are constant, and what these are.
+    fn new(tree: &Tree, parts: &[Part]) -> (Self, Vec<bool>) {
+        let d = tree.free.len();
+        let kind = |part: &Part| tree.frames[part.own.frame].kind;
+        let is_hinge = |part: &Part| {
+            part.freedom.is_some()
+                && part.above.is_empty()
+                && part.merges.is_empty()
+                && kind(part) == FrameKind::Revolute
+        };
+        // What slides on ground, maybe on a slider of another direction, does not turn. Children come first.
+        let mut translates = Vec::with_capacity(parts.len());
+        let mut carrier = vec![None; parts.len()];
+        for (place, part) in parts.iter().enumerate() {
+            let alone = match kind(part) {
+                FrameKind::Prismatic { .. } => true,
+                FrameKind::Revolute => part.centered && part.merges.is_empty(),
+            };
+            let carries = part.merges.iter().all(|merge| translates[merge.child]);
+            translates.push(part.freedom.is_some() && alone && carries && slides_on_ground(tree, part));
+            part.merges.iter().for_each(|merge| carrier[merge.child] = Some(place));
+        }
+        let mut steady = Self::default();
+        let mut is_steady = vec![false; parts.len()];
+        for (place, part) in parts.iter().enumerate().rev() {
+            let carried = carrier[place].is_none_or(|carrier: usize| is_steady[carrier]);
+            let Some(i) = part.freedom.filter(|_| carried && (translates[place] || is_hinge(part))) else {
+                continue;
+            };
+            is_steady[place] = true;
+            let FrameInertia { frame, mass, center, inertia } = part.own;
+            match kind(part) {
+                FrameKind::Prismatic { axis } => {
+                    steady.forces.push((i, part.mass * axis.dot(&tree.gravity)));
+                    steady.entries.push((i * d + i, part.mass * axis.norm_squared()));
+                    for &(other, j) in &part.above {
+                        if let FrameKind::Prismatic { axis: other } = tree.frames[other].kind {
+                            steady.entries.push((i * d + j, part.mass * axis.dot(&other)));
+                        }
+                    }
+                }
+                FrameKind::Revolute => {
+                    let inertia = inertia + mass * center.norm_squared();
+                    steady.entries.push((i * d + i, inertia));
+                    steady.entries.extend(part.above.iter().map(|&(_, j)| (i * d + j, 0.0)));
+                    if translates[place] {
+                        steady.forces.push((i, 0.0));
+                    } else {
+                        steady.hinges.push(Hinge { frame, freedom: i, moment: mass * center, inertia });
+                    }
+                }
+            }
+        }
+        (steady, is_steady)
+    }
+
+    /// Writes the inertial forces, with opposite sign.
+    #[inline(always)]
+    fn add(&self, states: &[FrameState], mass: &mut [f64], forces: &mut [f64]) {
+        for &(i, force) in &self.forces {
+            forces[i] = force;
+        }
+        for hinge in &self.hinges {
+            let frame = &states[hinge.frame];
+            let moment = frame.to_world(hinge.moment).perp(&frame.acceleration);
+            forces[hinge.freedom] = -(moment + hinge.inertia * frame.angular_acceleration);
+        }
+        for &(entry, value) in &self.entries {
+            mass[entry] = value;
+        }
+    }
+}
+
+/// Whether all that is between ground and the frame of a part slides freely.
+fn slides_on_ground(tree: &Tree, part: &Part) -> bool {
+    let slides = |&(frame, _): &(usize, usize)| tree.frames[frame].kind != FrameKind::Revolute;
+    let own = usize::from(part.freedom.is_some());
+    // No drive between them.
+    tree.paths[part.own.frame].columns.len() == part.above.len() + own && part.above.iter().all(slides)
+}
+
 /// The composite bodies of a mechanism.
 #[derive(Clone, Debug)]
 pub(super) struct Composites {
@@ -96,8 +206,12 @@ pub(super) struct Composites {
     parts: Vec<Part>,
     /// One for each part.
     bodies: Vec<Composite>,
-    /// Entries of the lower triangle of the mass matrix, row-major, that are always zero.
-    uncoupled: Vec<usize>,
+    /// Places of the parts whose entries of the mass matrix change.
+    changing: Vec<usize>,
+    /// What does not change.
+    steady: Steady,
+    /// Inverse masses of all coordinates where the mass matrix is diagonal and constant, else empty.
+    inverse_masses: Vec<f64>,
 }
 
 impl Composites {
@@ -149,18 +263,54 @@ impl Composites {
             spread: 0.0,
         };
         let lower = (0..d).flat_map(|i| (0..=i).map(move |j| i * d + j));
-        let uncoupled = lower.filter(|&entry| !coupled[entry]).collect();
-        Self { bodies: vec![still; parts.len()], parts, uncoupled }
+        let (mut steady, is_steady) = Steady::new(tree, &parts);
+        steady.entries.extend(lower.filter(|&entry| !coupled[entry]).map(|entry| (entry, 0.0)));
+        let changing: Vec<usize> = (0..parts.len()).filter(|&place| !is_steady[place]).collect();
+        let inverse_masses =
+            if changing.is_empty() { inverse_masses(&steady.entries, d) } else { Vec::new() };
+        if !inverse_masses.is_empty() {
+            steady.entries.clear();
+        }
+        Self { bodies: vec![still; parts.len()], parts, changing, steady, inverse_masses }
     }
 
-    /// Writes the lower triangle of the mass matrix to `mass`, and the generalized inertial forces at the
+    /// Memory for the mass matrix of `d` coordinates, which holds its factor where it is constant.
+    pub(super) fn matrix(&self, d: usize) -> Vec<f64> {
+        let mut mass = vec![0.0; d * d];
+        for (i, inverse) in self.inverse_masses.iter().enumerate() {
+            mass[i * d + i] = *inverse;
+        }
+        mass
+    }
+
+    /// Factors the mass matrix; false where it is singular.
+    #[inline(always)]
+    pub(super) fn factor(&self, mass: &mut [f64], d: usize) -> bool {
+        !self.inverse_masses.is_empty() || symmetric_factor(mass, d)
+    }
+
+    /// Makes accelerations of forces, with the factor of the mass matrix.
+    #[inline(always)]
+    pub(super) fn solve(&self, mass: &[f64], forces: &mut [f64]) {
+        if self.inverse_masses.is_empty() {
+            symmetric_solve(mass, forces.len(), forces);
+        } else {
+            for (force, inverse) in forces.iter_mut().zip(&self.inverse_masses) {
+                *force *= inverse;
+            }
+        }
+    }
+
+    /// Writes the lower triangle of the mass matrix, where it changes, to `mass`, and the generalized inertial forces at the
     /// accelerations of the frames to `forces`, with opposite sign.
     #[inline]
     pub(super) fn assemble(&mut self, states: &[FrameState], mass: &mut [f64], forces: &mut [f64]) {
         let d = forces.len();
-        for (place, part) in self.parts.iter().enumerate() {
+        self.steady.add(states, mass, forces);
+        for &place in &self.changing {
+            let part = &self.parts[place];
             let frame = &states[part.own.frame];
-            let body = part.compose(frame, &self.bodies);
+            let body = part.compose::<false>(frame, &self.bodies);
             self.bodies[place] = body;
             let Some(i) = part.freedom else { continue };
             let by = frame.column(body.center);
@@ -172,10 +322,21 @@ impl Composites {
                     + frame.rotation * other.rotation * body.inertia;
             }
         }
-        for &entry in &self.uncoupled {
-            mass[entry] = 0.0;
+    }
+}
+
+/// The inverse of each coordinate's mass, if no entry of the lower triangle couples two of them; else nothing.
+fn inverse_masses(entries: &[(usize, f64)], d: usize) -> Vec<f64> {
+    let mut inverse = vec![f64::NAN; d];
+    for &(entry, value) in entries {
+        if entry / d == entry % d {
+            inverse[entry / d] = 1.0 / value;
+        } else if value != 0.0 {
+            return Vec::new();
         }
     }
+    let regular = |inverse: &f64| *inverse > 0.0 && inverse.is_finite();
+    if inverse.iter().all(regular) { inverse } else { Vec::new() }
 }
 
 impl Dynamics<'_> {
@@ -186,7 +347,7 @@ impl Dynamics<'_> {
         for place in 0..self.composites.parts.len() {
             let part = &self.composites.parts[place];
             let Part { own, freedom, .. } = *part;
-            let body = part.compose(&self.states[own.frame], &self.composites.bodies);
+            let body = part.compose::<true>(&self.states[own.frame], &self.composites.bodies);
             self.composites.bodies[place] = body;
             let path = &tree.paths[own.frame];
             let lower = own.frame - 1;

@@ -33,12 +33,9 @@ pub use response::Accelerance;
 
 use crate::contact::clearance::Phase;
 use crate::numerics::instant::Instant;
-use crate::numerics::linear::{symmetric_factor, symmetric_solve};
 use crate::numerics::turns::{Turns, rewind};
 use crate::tree::elements::{FramePoint, Tree};
-use crate::tree::kinematics::{
-    Coordinate, FrameState, PointState, Vec2, accelerate_frames, frames_at_rest, move_frames,
-};
+use crate::tree::kinematics::{Coordinate, FrameMotions, FrameState, PointState, Vec2, frames_at_rest};
 
 /// Kinematics and dynamics of a mechanism in one state: scratch memory and the contact phase of every
 /// clearance joint.
@@ -54,6 +51,7 @@ pub struct Dynamics<'m> {
     coordinates: Vec<Coordinate>,
     /// Third derivatives of the driven coordinates.
     jerks: Vec<f64>,
+    motions: FrameMotions,
     states: Vec<FrameState>,
     composites: Composites,
     mass: Vec<f64>,
@@ -80,6 +78,7 @@ impl<'m> Dynamics<'m> {
     pub fn new(tree: &'m Tree) -> Self {
         let d = tree.degrees_of_freedom();
         let columns = tree.frames.len() - 1;
+        let composites = Composites::new(tree);
         Self {
             tree,
             phases: vec![Phase::Free; tree.clearance_joints.len()],
@@ -88,9 +87,10 @@ impl<'m> Dynamics<'m> {
             t: f64::NAN.into(),
             jerks: vec![0.0; tree.driven.len()],
             coordinates: vec![Coordinate::default(); columns],
+            motions: FrameMotions::new(&tree.frames, &tree.free),
             states: frames_at_rest(&tree.frames, -tree.gravity),
-            composites: Composites::new(tree),
-            mass: vec![0.0; d * d],
+            mass: composites.matrix(d),
+            composites,
             residual_q: vec![0.0; d * columns],
             residual_v: vec![0.0; d * columns],
             residual_t: vec![0.0; d + 2 * tree.closures.len()],
@@ -107,14 +107,17 @@ impl<'m> Dynamics<'m> {
     pub fn move_to(&mut self, t: impl Into<Instant>, q: &[f64], v: &[f64]) {
         let tree = self.tree;
         let t = t.into();
-        self.t = t;
         for (&column, (&position, &velocity)) in tree.free.iter().zip(q.iter().zip(v)) {
             self.coordinates[column] = Coordinate { position, velocity, acceleration: 0.0 };
         }
-        for (driven, jerk) in tree.driven.iter().zip(&mut self.jerks) {
-            (self.coordinates[driven.column], *jerk, self.turns[driven.column]) = driven.at(t);
+        if self.t != t {
+            self.t = t;
+            for (driven, jerk) in tree.driven.iter().zip(&mut self.jerks) {
+                (self.coordinates[driven.column], *jerk, self.turns[driven.column]) = driven.at(t);
+            }
+            self.motions.place_driven(&self.coordinates, &mut self.states);
         }
-        move_frames(&tree.frames, &self.coordinates, &mut self.states);
+        self.motions.place_free(&self.coordinates, &mut self.states);
     }
 
     /// Whether the frames have the positions and velocities of this state.
@@ -132,7 +135,7 @@ impl<'m> Dynamics<'m> {
         for (&column, &acceleration) in self.tree.free.iter().zip(a) {
             self.coordinates[column].acceleration = acceleration;
         }
-        accelerate_frames(&self.tree.frames, &self.coordinates, &mut self.states);
+        self.motions.accelerate(&self.coordinates, &mut self.states);
     }
 
     /// Motion of a frame after [`Dynamics::move_to`]; accelerations are relative to free fall.
@@ -176,10 +179,10 @@ impl<'m> Dynamics<'m> {
             }
         }
         self.add_forces(a);
-        if !symmetric_factor(&mut self.mass, d) {
+        if !self.composites.factor(&mut self.mass, d) {
             return false;
         }
-        symmetric_solve(&self.mass, d, a);
+        self.composites.solve(&self.mass, a);
         self.close_accelerations(a) && a.iter().all(|a| a.is_finite())
     }
 
@@ -228,6 +231,6 @@ impl<'m> Dynamics<'m> {
     pub fn is_regular(&mut self) -> bool {
         let d = self.scratch.len();
         self.composites.assemble(&self.states, &mut self.mass, &mut self.scratch);
-        symmetric_factor(&mut self.mass, d)
+        self.composites.factor(&mut self.mass, d)
     }
 }

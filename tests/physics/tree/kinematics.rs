@@ -1,7 +1,7 @@
 //! Frames on ground take a shorter way than others: it must lead to the same place.
 
 use chebclear::tree::kinematics::{
-    Coordinate, Frame, FrameKind, FrameState, Vec2, accelerate_frames, frames_at_rest, move_frames,
+    Coordinate, Frame, FrameKind, FrameMotions, FrameState, Vec2, frames_at_rest,
 };
 
 const GROUND_ACCELERATION: Vec2 = Vec2::new(0.3, 9.81);
@@ -25,10 +25,13 @@ fn on_rest_and_on_ground(kind: FrameKind, motion: Coordinate, then: f64) -> [Fra
     let before = coordinate(0.7, -3.0, 11.0);
     let moved = |frames: &[Frame], before: &[Coordinate], motion: &[Coordinate], then: &[Coordinate]| {
         let mut states = frames_at_rest(frames, GROUND_ACCELERATION);
-        move_frames(frames, before, &mut states);
-        accelerate_frames(frames, before, &mut states);
-        move_frames(frames, motion, &mut states);
-        accelerate_frames(frames, then, &mut states);
+        let free: Vec<usize> = (0..frames.len() - 1).collect();
+        let motions = FrameMotions::new(frames, &free);
+        for [motion, accelerations] in [[before, before], [motion, then]] {
+            motions.place_driven(motion, &mut states);
+            motions.place_free(motion, &mut states);
+            motions.accelerate(accelerations, &mut states);
+        }
         states[frames.len() - 1]
     };
     let then = Coordinate { acceleration: then, ..motion };
