@@ -1,7 +1,7 @@
 """Exceptions and warnings of the package; all of them pickle and copy.
 
-``ChebclearError`` is the one root to catch. A wrong argument of a function is an ``ArgumentError``, which is
-a ``ValueError`` too, or a plain ``TypeError`` if it is of a wrong type.
+``ChebclearError`` is the base of all exceptions. A wrong argument of a function is an ``ArgumentError``,
+which is also a ``ValueError``, or a plain ``TypeError`` if it has a wrong type.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 
 
 class Problem(NamedTuple):
-    """One thing that is wrong with an input."""
+    """One problem of an input."""
 
     path: str
-    """Where: the path of the field, such as ``joints[2].clearance``."""
+    """Path of the field, such as ``joints[2].clearance``."""
     message: str
     """What is wrong and what would be accepted."""
 
@@ -23,7 +23,7 @@ class Problem(NamedTuple):
 
 
 class ChebclearError(Exception):
-    """Root of all exceptions of this package."""
+    """Base of all exceptions of this package."""
 
 
 class ArgumentError(ChebclearError, ValueError):
@@ -31,7 +31,7 @@ class ArgumentError(ChebclearError, ValueError):
 
 
 class InputError(ChebclearError, ValueError):
-    """What was given cannot be simulated: a scene, settings, or the end of an earlier run.
+    """An input that cannot be simulated: a scene, settings, or the end of an earlier run.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class SettingsError(InputError):
 
 
 class StartError(InputError):
-    """The end of an earlier run from which a scene cannot go on; see `InputError`."""
+    """The end of an earlier run from which a scene cannot continue; see `InputError`."""
 
 
 class SimulationError(ChebclearError, RuntimeError):
@@ -74,7 +74,7 @@ class SimulationError(ChebclearError, RuntimeError):
     reason : str
         The status word of the run, such as ``"step_underflow"``.
     time : float
-        Where it ended [s].
+        Time at which it ended [s].
     joint : str, optional
         Name of the clearance joint at fault, if it is known to be one.
     parameters : mapping of str to float, optional
@@ -103,7 +103,7 @@ class SimulationError(ChebclearError, RuntimeError):
         self.joint = joint
         self.parameters = None if parameters is None else dict(parameters)
         self.message = message
-        # A Trajectory; typed by those who know it, since an error uses no other room.
+        # A Trajectory; not typed as one, since errors import no other room.
         self.trajectory: Any = None
         super().__init__(reason, time, joint, self.parameters, message)
 
@@ -123,11 +123,11 @@ class StoreError(ChebclearError, OSError):
 
 
 class ChebclearWarning(UserWarning):
-    """Something that deserves a look but did not stop the computation."""
+    """Something that should be checked but did not stop the computation."""
 
 
 class HorizonWarning(ChebclearWarning):
-    """A run goes on where it can no longer be predicted: what to call instead is said."""
+    """A run that continues where single values are not predictable; the text says what to call instead."""
 
 
 HORIZON = "past the chaos horizon: "

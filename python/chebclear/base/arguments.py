@@ -14,15 +14,15 @@ from ..errors import ArgumentError, InputError
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
     """``'; did you mean "..."?'`` with the known name nearest to a wrong one, or nothing."""
-    # A wrong case is the smallest of mistakes: "Slider.X" means "slider.x" rather than "slider.y".
+    # Upper and lower case count least: "Slider.X" is closer to "slider.x" than to "slider.y".
     same = {other.lower(): other for other in known}
     nearest = difflib.get_close_matches(str(name).lower(), list(same), n=1)
     return f'; did you mean "{same[nearest[0]]}"?' if nearest else ""
 
 
 def as_number(value: object) -> float | None:
-    """A Python or NumPy number as a float; None for anything else, truth values included."""
-    if type(value) is float:  # nearly always; the questions below take a microsecond
+    """A Python or NumPy number as a float; None for anything else, bool included."""
+    if type(value) is float:  # the usual case; the tests below take a microsecond
         return value
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
@@ -35,19 +35,20 @@ def as_number(value: object) -> float | None:
 
 
 def as_whole(value: object) -> int | None:
-    """A Python or NumPy integer as an int; None for anything else, truth values and 3.0 included."""
+    """A Python or NumPy integer as an int; None for anything else, bool and 3.0 included."""
     if isinstance(value, bool) or not isinstance(value, numbers.Integral):
         return None
     return int(value)
 
 
 class Checks:
-    """Collects what is wrong with the arguments of a call and raises it together.
+    """Collects the problems of the arguments of a call and raises them together.
 
     Parameters
     ----------
     error : type of InputError, optional
-        What to raise, with the names of the arguments as paths; ArgumentError or TypeError if not given.
+        The exception to raise, with the names of the arguments as paths; ArgumentError or TypeError if not
+        given.
 
     Examples
     --------
@@ -68,16 +69,16 @@ class Checks:
         self._wrong_types = 0
 
     def add(self, problem: str, *, wrong_type: bool = False) -> None:
-        """Note a problem, said in a sentence that begins with the name of the argument."""
+        """Add a problem as a sentence that begins with the name of the argument."""
         self.add_at(*problem.partition(" ")[::2], wrong_type=wrong_type)
 
     def add_at(self, name: str, message: str, *, wrong_type: bool = False) -> None:
-        """Note a problem of the argument of this name."""
+        """Add a problem of the argument of this name."""
         self._problems.append((name, message))
         self._wrong_types += wrong_type
 
     def number(self, name: str, value: object, unit: str) -> float:
-        """A number, NaN if it is none; whether it is in range is for the core to judge."""
+        """A number, or NaN after adding a problem; the core checks its range."""
         number = as_number(value)
         if number is None:
             self.add_at(name, f"must be a number [{unit}], got {value!r}", wrong_type=True)
@@ -85,7 +86,7 @@ class Checks:
         return number
 
     def integer(self, name: str, value: object) -> int:
-        """A whole number, 0 if it is none; whether it is in range is for the core to judge."""
+        """A whole number, or 0 after adding a problem; the core checks its range."""
         number = as_whole(value)
         if number is None:
             self.add_at(name, f"must be a whole number, got {value!r}", wrong_type=True)
@@ -122,7 +123,7 @@ class Checks:
         return math.nan if number is None else number
 
     def whole(self, name: str, value: object, *, least: int, most: int | None = None) -> int:
-        """A whole number from `least` to `most`; `least` if it is none."""
+        """A whole number from `least` to `most`, or `least` after adding a problem."""
         number = as_whole(value)
         problem = f"must be a whole number >= {least}"
         if number is None:
@@ -149,7 +150,7 @@ class Checks:
         return any(name == known for known, _ in self._problems)
 
     def include(self, other: Checks, names: Sequence[str]) -> None:
-        """Note the problems of other checks in the order of the names of the arguments."""
+        """Add the problems of other checks in the order of the names of the arguments."""
         place = {name: index for index, name in enumerate(names)}
         # A name may be that of an entry, as in features[1].
         own = [(name if name in place else name.partition("[")[0]) for name, _ in other._problems]

@@ -24,7 +24,7 @@ from ..errors import ArgumentError
 from .shown import Shown
 
 FORMAT = 1
-"""Number of the file format; raised when a file can no longer be read the old way."""
+"""Number of the file format; increased when older versions cannot read new files."""
 
 
 def package_version() -> str:
@@ -45,13 +45,13 @@ def save(
     Parameters
     ----------
     path : path
-        Where to; ``.npz`` is appended if it is missing.
+        The file; ``.npz`` is appended if it is missing.
     kind : str
-        What the file holds.
+        Kind of the content.
     arrays : mapping of str to ndarray
         The arrays.
     facts : mapping
-        What JSON can hold. Format number and versions are added.
+        Values that JSON can represent. Format number and versions are added.
 
     Returns
     -------
@@ -77,7 +77,7 @@ def save(
 
 
 def with_default_suffix(path: str | os.PathLike[str], suffix: str) -> Path:
-    """A path as it is given, with a suffix where it has none.
+    """A path with a default suffix if it has none.
 
     Examples
     --------
@@ -90,14 +90,14 @@ def with_default_suffix(path: str | os.PathLike[str], suffix: str) -> Path:
 
 @contextmanager
 def replaced(path: Path) -> Iterator[Path]:
-    """A new file that takes the place of a path when the block ends without an exception.
+    """A new file that replaces a path when the block ends without an exception.
 
-    Whatever interrupts the writing, the path holds the old file or the new one as a whole.
+    If the writing is interrupted, the path still holds the complete old file.
 
     Parameters
     ----------
     path : Path
-        What is to be replaced; need not exist. The target of a link, not the link.
+        The file to replace; it need not exist. Of a link, the target is replaced.
 
     Yields
     ------
@@ -113,7 +113,7 @@ def replaced(path: Path) -> Iterator[Path]:
         beside.unlink(missing_ok=True)
 
 
-# Key of the object that stands for a number which JSON does not have.
+# Key of the object that represents a number which JSON does not have.
 _NOT_FINITE = "not_finite"
 
 
@@ -129,12 +129,12 @@ def _as_json(value: Any) -> Any:
 
 
 def _from_json(plain: dict[str, Any]) -> Any:
-    """What an object of the metadata stands for."""
+    """The value that an object of the metadata represents."""
     return float(plain[_NOT_FINITE]) if plain.keys() == {_NOT_FINITE} else plain
 
 
 DAMAGE = (ValueError, EOFError, OSError, RuntimeError, SyntaxError, TokenError, BadZipFile, ZlibError)
-"""What numpy and zipfile raise for bytes that they cannot make sense of; the file itself is open."""
+"""Exceptions of numpy and zipfile for unreadable content of a file that is open."""
 
 
 def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
@@ -152,32 +152,32 @@ def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any
             arrays = {name: archive[name] for name in archive.files if name != "metadata"}
         except DAMAGE as error:
             raise ArgumentError(f"{os.fspath(path)} is damaged: {error}") from None
-    # Older files do not say what they hold, or only by name: what lacks is noticed when it is asked for.
+    # Older files do not list their members, or only by name: a missing one is noticed when it is read.
     members = facts.get("members", sorted(arrays))
     differing = sorted(set(members) ^ set(arrays))
     if differing:
-        raise ArgumentError(f"{os.fspath(path)} is damaged: {', '.join(differing)} lacks or has a wrong name")
+        raise ArgumentError(f"{os.fspath(path)} is damaged: {', '.join(differing)} is missing or misnamed")
     if isinstance(members, dict):
-        # What is no array any more comes as bytes.
+        # A member that is no longer an array is returned as bytes.
         wrong = [
             name
             for name, array in arrays.items()
             if not isinstance(array, np.ndarray) or members[name] != _digest(array)
         ]
         if wrong:
-            raise ArgumentError(f"{os.fspath(path)} is damaged: {', '.join(wrong)} is not what was written")
+            raise ArgumentError(f"{os.fspath(path)} is damaged: {', '.join(wrong)} has changed")
     return _Members(path, arrays), _Members(path, facts)
 
 
 def _digest(array: NDArray[Any]) -> str:
-    """A fingerprint of an array with its type and shape, which tells it from any other."""
+    """A checksum of an array with its type and shape."""
     content = hashlib.blake2b(f"{array.dtype.str}{array.shape}".encode(), digest_size=16)
     content.update(np.ascontiguousarray(array).data if array.size else b"")
     return content.hexdigest()
 
 
 class _Members(dict[str, Any]):
-    """What a file holds; what lacks in it is told as damage."""
+    """The members of a file; a missing one is reported as damage."""
 
     def __init__(self, path: str | os.PathLike[str], members: Mapping[str, Any]) -> None:
         super().__init__(members)
@@ -188,7 +188,7 @@ class _Members(dict[str, Any]):
 
 
 def kind_of(path: str | os.PathLike[str]) -> str:
-    """What a file that `save` wrote holds.
+    """The kind of content of a file that `save` wrote.
 
     Raises
     ------
@@ -203,7 +203,7 @@ def kind_of(path: str | os.PathLike[str]) -> str:
 def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[np.lib.npyio.NpzFile, dict[str, Any]]]:
     """The archive and the facts in a file that `save` wrote."""
     stranger = ArgumentError(f"{os.fspath(path)} was not written by chebclear")
-    # Opened here, since numpy leaves a file open that turns out to be no archive.
+    # Opened here, because numpy leaves a file open if it is not an archive.
     with Path(path).open("rb") as file, ExitStack() as closing:
         try:
             archive = np.load(file, allow_pickle=False)
@@ -226,12 +226,12 @@ def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[np.lib.npyio.NpzFile
 def complete_folder(directory: Path) -> Iterator[Path]:
     """A temporary folder whose files move into a directory when the block ends without an exception.
 
-    An interrupted job leaves no half-written file; other files of the directory are left alone.
+    An interrupted job leaves no incomplete file; other files of the directory are not changed.
 
     Parameters
     ----------
     directory : Path
-        Where to; made if it does not exist, as are its parents, and all removed again if nothing gets in.
+        The destination; created with its parents if it does not exist, and removed again if it stays empty.
 
     Yields
     ------
@@ -241,7 +241,7 @@ def complete_folder(directory: Path) -> Iterator[Path]:
     made = [each for each in (directory, *directory.parents) if not each.exists()]
     directory.mkdir(parents=True, exist_ok=True)
     try:
-        # Inside the directory, not beside it: surely writable and on the same file system.
+        # Inside the directory, which is writable and on the same file system.
         with TemporaryDirectory(prefix=".partial-", dir=directory) as folder:
             yield Path(folder)
             for source in sorted(Path(folder).rglob("*.*")):
@@ -281,14 +281,14 @@ class ArrayRecord(Shown):
         self._freeze()
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        # Copies and pickles make no call of __init__, and their arrays are new ones.
+        # Copies and pickles do not call __init__, and their arrays are new ones.
         self.__dict__.update(state)
         self._freeze()
 
     def _freeze(self) -> None:
         for name, value in vars(self).items():
             if isinstance(value, np.ndarray) and value.flags.writeable:
-                # A view: what the caller holds stays as it is.
+                # A view, so that the array of the caller stays writeable.
                 view = value.view()
                 view.flags.writeable = False
                 object.__setattr__(self, name, view)

@@ -13,12 +13,12 @@ Entry = TypeVar("Entry")
 
 
 def is_pattern(name: object) -> bool:
-    """Whether a name may stand for several: ``"*"``, ``"?"`` and ``"[...]"`` are those of a shell."""
+    """Whether a name is a pattern: with ``"*"``, ``"?"`` or ``"[...]"`` as in a shell."""
     return isinstance(name, str) and any(sign in name for sign in "*?[")
 
 
 def matching(names: Iterable[str], pattern: str) -> list[str]:
-    """Names that a pattern stands for; ``fnmatch.filter`` would be blind to case on Windows.
+    """Names that match a pattern; ``fnmatch.filter`` would ignore case on Windows.
 
     Examples
     --------
@@ -43,11 +43,11 @@ class Named(Mapping[str, Entry], Generic[Entry]):
 
     @abstractmethod
     def _entry(self, name: str) -> Entry:
-        """The entry of a name; KeyError, with the name that was meant, if there is none."""
+        """The entry of a name; a KeyError that suggests a similar name if there is none."""
 
     def __getitem__(self, name: str) -> Entry:
         if is_pattern(name) and name not in self._names:
-            # Type checkers cannot tell a pattern from a name: for them `matching` is there.
+            # Type checkers cannot distinguish a pattern from a name; `matching` has the right type.
             return self.matching(name)  # type: ignore[return-value]
         return self._entry(name)
 

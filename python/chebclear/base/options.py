@@ -23,9 +23,9 @@ def with_fields(
     options : type
         A TypedDict: those of its fields that are accepted as keywords.
     marker : str
-        Line of the docstring that the documentation of the fields takes the place of.
+        Line of the docstring that is replaced by the documentation of the fields.
     further : collection of str
-        Fields that the function names itself, to be documented as well.
+        Fields that are parameters of the function itself, to be documented as well.
 
     Returns
     -------

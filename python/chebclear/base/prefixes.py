@@ -1,4 +1,4 @@
-"""Quantities as a person writes them: ``"25.0 µm"``, ``"2.31 kN"``."""
+"""Quantities as text with unit prefixes: ``"25.0 µm"``, ``"2.31 kN"``."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from .tables import format_number
 
 _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
-# Units that a prefix may stand before, and the largest power of ten it may mean: nobody writes km/s².
-# Powers of a unit, as in m², would take the power of the prefix too.
+# Units that take a prefix, with the largest power of ten in use: km/s² is not. Powers of a unit, as in m²,
+# are left out, since the prefix is raised to the power as well.
 _LARGEST = {"m": 3, "m/s": 0, "m/s²": 0, "s": 0, "N": 9, "J": 9, "W": 9, "N m": 9, "N/m": 9, "Pa": 9, "Hz": 9}
 _LEAST = -12
 
@@ -22,12 +22,12 @@ def prefix_of(size: float, unit: str) -> tuple[float, str]:
     size : float
         Size of the quantity in the unit.
     unit : str
-        SI unit; one that takes no prefix stays as it is.
+        SI unit; one that takes no prefix is returned unchanged.
 
     Returns
     -------
     tuple of float and str
-        What to multiply with, and the unit of the product.
+        The factor, and the unit of the product.
 
     Examples
     --------
@@ -67,7 +67,7 @@ def format_quantity(value: float, unit: str, digits: int = 3) -> str:
 
 
 def format_range(values: tuple[float, ...], unit: str, digits: int = 3) -> str:
-    """Numbers with one unit, the prefix being that of the largest: ``"-1.20 .. 2.31 kN"``.
+    """Numbers with one unit, with the prefix of the largest: ``"-1.20 .. 2.31 kN"``.
 
     Examples
     --------

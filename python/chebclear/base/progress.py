@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 Report = Callable[[float, float], None]
-"""Takes what is done and what there is to do in all, in the same unit."""
+"""Function of the work done and the total work, in the same unit."""
 
 Progress = Callable[[int, int], None]
-"""Takes the runs done and the runs in all: what users give as ``progress=`` where there are many runs."""
+"""Function of the number of runs done and of all runs, which users may pass as ``progress=`` to studies."""
 
 # What tqdm fills in: before the first report; where something is counted; where the part done is known.
 _BEFORE = "{desc}: started"
@@ -20,7 +20,7 @@ _COUNTED = "{desc}: {percentage:3.0f}% |{bar}| {n:.0f}/{total:.0f} {unit}, " + _
 _SHARE = "{desc}: {percentage:3.0f}% |{bar}| " + _TIMES
 
 PAUSE = 10.0
-"""Time between two lines of a log [s]; what takes less leaves none."""
+"""Time between two lines of a log [s]; shorter work writes none."""
 
 
 def is_request(progress: object) -> bool:
@@ -30,7 +30,7 @@ def is_request(progress: object) -> bool:
 
 @contextmanager
 def bar(label: str, unit: str) -> Iterator[Report]:
-    """Show what is done while the block runs: as a bar, or as lines where standard error is no terminal."""
+    """Show progress while the block runs: as a bar, or as lines where standard error is not a terminal."""
     if not (sys.stderr.isatty() or "ipykernel" in sys.modules):
         yield _Lines(label, unit)
         return
@@ -47,7 +47,7 @@ def bar(label: str, unit: str) -> Iterator[Report]:
 
 @contextmanager
 def reporter(progress: bool | Progress | None, label: str, unit: str = "runs") -> Iterator[Progress | None]:
-    """What to call with the runs done and the runs in all while the block runs, if anything."""
+    """The function to call with the runs done and all runs while the block runs, or None."""
     if callable(progress):
         yield progress
     elif progress:
@@ -58,7 +58,7 @@ def reporter(progress: bool | Progress | None, label: str, unit: str = "runs") -
 
 
 class _Lines:
-    """A line in a log now and then, with the time that is left if all goes on as it went."""
+    """Lines in a log at intervals, with the remaining time extrapolated from that passed."""
 
     def __init__(self, label: str, unit: str) -> None:
         self._label, self._unit = label, unit

@@ -88,7 +88,7 @@ def interval(
         if math.isfinite(part) and part > 1.0:
             checks.add(
                 f"rel must be a part of the midpoint, <= 1 [-], got {rel!r}: {rel!r} % is "
-                f"rel={part / 100.0:g}; an interval in which the sign is open takes half_width, or both ends"
+                f"rel={part / 100.0:g}; for an interval that contains zero give half_width, or both ends"
             )
         half = part * abs(middle)
         if middle == 0.0:
@@ -115,7 +115,7 @@ def rpm(revolutions_per_minute: float) -> float:
     Raises
     ------
     ValueError, TypeError
-        If the speed is no finite number.
+        If the speed is not a finite number.
 
     Examples
     --------

@@ -42,7 +42,7 @@ class Rows(ArrayRecord, Sequence[Row], Generic[Row]):
         return entry
 
     def __iter__(self) -> Iterator[Row]:
-        # Lists first: they hold plain numbers and words, not those of NumPy.
+        # Converted to lists first, for numbers and strings of Python instead of NumPy.
         return map(self.row, *(column.tolist() for column in self._columns()))
 
     def _columns(self) -> list[NDArray[Any]]:

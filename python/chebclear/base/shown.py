@@ -1,4 +1,4 @@
-"""How records show themselves at a prompt: what matters, in a dozen lines at most."""
+"""The ``repr`` of records: the most important facts, in at most twelve lines."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 MOST_LINES = 12
-"""Lines that a ``repr`` has at most [-]."""
+"""Most lines of a ``repr`` [-]."""
 WIDTH = 100
-"""Characters of a line of a ``repr`` [-], unless a single field is longer."""
+"""Most characters of a line of a ``repr`` [-], unless a single field is longer."""
 
 
 def listed(names: Iterable[str], most: int = 8) -> str:
-    """Names with commas, of many only the first ones and how many more there are.
+    """Names with commas; of many, the first ones and the number of the others.
 
     Examples
     --------
@@ -29,7 +29,7 @@ def listed(names: Iterable[str], most: int = 8) -> str:
 
 
 def shortened(lines: Sequence[str], most: int = MOST_LINES) -> list[str]:
-    """Lines without the middle ones where there are too many.
+    """Lines, without the middle ones if there are too many.
 
     Examples
     --------
@@ -43,7 +43,7 @@ def shortened(lines: Sequence[str], most: int = MOST_LINES) -> list[str]:
 
 
 def spoken(record: object) -> str:
-    """A ``repr`` from the words that a record has for itself, in lines of a prompt."""
+    """A ``repr`` from the ``str`` of a record, in lines of limited length."""
     lines = f"<{type(record).__name__}: {record}>".splitlines()
     return "\n".join(shortened([piece for line in lines for piece in textwrap.wrap(line, WIDTH)]))
 

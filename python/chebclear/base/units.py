@@ -1,4 +1,4 @@
-"""The unit of a field of a record: said once, beside the field, where code can read it.
+"""The unit of a field of a record, declared once with the field, where code can read it.
 
 Docstrings name the units for the reader; a test holds them to the metadata.
 """

@@ -1,8 +1,8 @@
-"""How far two runs of one scene differ, and until when they agree.
+"""Difference of two runs of one scene, and the time until which they agree.
 
-Impacts amplify errors until two runs have nothing in common but their size. A difference says something of
+Impacts amplify errors until two runs are uncorrelated. Their difference measures
 accuracy only up to the *chaos horizon*: the first instant at which the runs differ by more than 1 % of the
-range that the output has in the whole run.
+range of the output in the whole run. From then on the runs have diverged.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from .names import output_meant
 Array = NDArray[np.float64]
 
 HORIZON_PART = 0.01
-"""Difference at which runs have parted, as a part of the range of the output [-]."""
+"""Difference at which runs have diverged, relative to the range of the output [-]."""
 SAFETY = 2.0
-"""What is claimed of an error, over the difference from the companion runs [-].
+"""Ratio of the claimed error to the difference from the companion runs [-].
 
-Measured with ``benchmarks/claims.py`` on 300 drawn scenes: without it 1.7 % of the outputs at rtol 1e-9 were
-off by more than two claims, and one run of 1842 by more than ten."""
+Measured with ``benchmarks/claims.py`` on 300 random scenes: without it the errors of 1.7 % of the outputs at
+rtol 1e-9 exceeded twice the claim, and one run of 1842 ten times the claim."""
 ROUNDING_PART = 1e-10
-"""An output that moves by less than this part of the largest output of its kind is constant [-].
+"""An output whose range is less than this part of the largest output of its kind is constant [-].
 
-Sums of some 1e6 rounded steps leave 1e-13; an output of interest is far above."""
+The rounding errors of some 1e6 steps add up to 1e-13; an output of interest is far above."""
 
 
 def output_ranges(columns: Sequence[str], values: Array) -> tuple[Array, Array]:
-    """Range of every output, and the difference at which two runs of it have parted.
+    """Range of every output, and the difference at which two runs have diverged.
 
     Parameters
     ----------
@@ -49,10 +49,11 @@ def output_ranges(columns: Sequence[str], values: Array) -> tuple[Array, Array]:
     Returns
     -------
     ranges : ndarray, shape (columns,)
-        Largest minus smallest value in the unit of the output; 0 for one that is constant but for rounding,
-        seen from the largest value among the outputs of its kind (``"slider.y"`` beside ``"crank.x"``).
+        Largest minus smallest value in the unit of the output; 0 for one that is constant to rounding,
+        relative to the largest value among the outputs of its kind (such as ``"slider.y"`` and
+        ``"crank.x"``).
     thresholds : ndarray, shape (columns,)
-        1 % of the range, or what is rounding if that is more, in the unit of the output.
+        1 % of the range, or the rounding error if that is larger, in the unit of the output.
     """
     finite = np.where(np.isfinite(values), values, np.nan)
     known = ~np.all(np.isnan(finite), axis=0)
@@ -69,12 +70,12 @@ def output_ranges(columns: Sequence[str], values: Array) -> tuple[Array, Array]:
 
 
 def _kind(column: str) -> str:
-    """What a column is, whatever its body and direction: the same for ``"rod.vx"`` and ``"slider.vy"``."""
+    """The kind of a column without body and direction: the same for ``"rod.vx"`` and ``"slider.vy"``."""
     return column.rpartition(".")[2].rstrip("xy").rstrip("_")
 
 
 def chaos_horizon(t: Array, difference: Array, threshold: Array | float) -> Array:
-    """First instant at which two runs have parted.
+    """First instant at which two runs have diverged.
 
     Parameters
     ----------
@@ -95,19 +96,19 @@ def chaos_horizon(t: Array, difference: Array, threshold: Array | float) -> Arra
     >>> chaos_horizon(np.array([0.0, 0.1, 0.2]), np.array([0.0, -0.02, 0.005]), 0.01)
     array(0.1)
     """
-    parted = np.abs(difference) > threshold
-    return np.where(parted.any(axis=0), t[np.argmax(parted, axis=0)], math.inf)
+    diverged = np.abs(difference) > threshold
+    return np.where(diverged.any(axis=0), t[np.argmax(diverged, axis=0)], math.inf)
 
 
 BY_ANGLE = (
-    "single values there mean nothing, only how they are distributed, which Study.band(cycles=10, discard=1) "
-    "bounds by crank angle"
+    "single values there are not predictable, only their distribution, which "
+    "Study.band(cycles=10, discard=1) bounds by crank angle"
 )
-"""What to do beyond the chaos horizon of a mechanism that revolves."""
+"""Advice beyond the chaos horizon of a mechanism with a revolving drive."""
 
 
 def past_horizon(errors: Mapping[str, OutputError], period: float, end: float) -> tuple[str, ...]:
-    """A warning where outputs go on for more than a revolution beyond their horizon.
+    """A warning if outputs continue for more than a revolution beyond their horizon.
 
     Parameters
     ----------
@@ -116,16 +117,18 @@ def past_horizon(errors: Mapping[str, OutputError], period: float, end: float) -
     period : float
         Time of a revolution [s]; minus infinity if nothing revolves.
     end : float
-        Where the run ended [s].
+        Time at which the run ended [s].
     """
     lost = {
-        name: error.horizon for name, error in errors.items() if error.parted and error.horizon + period < end
+        name: error.horizon
+        for name, error in errors.items()
+        if error.diverged and error.horizon + period < end
     }
     if period < 0.0 or not lost:
         return ()
     first = min(lost.values())
     return (
-        f"{HORIZON}runs at tighter tolerances part from this one at t = {first:.4g} s, over a revolution "
+        f"{HORIZON}runs at tighter tolerances diverge from this one at t = {first:.4g} s, over a revolution "
         f"before its end ({', '.join(lost)}): {BY_ANGLE}",
     )
 
@@ -138,17 +141,17 @@ class OutputError(NamedTuple):
     range: float
     """Range of the output in its unit; 0 if it is constant."""
     horizon: float
-    """Instant from which the estimate holds no longer [s]; infinity if it holds to the end."""
-    parted: bool
+    """Instant from which the estimate no longer holds [s]; infinity if it holds to the end."""
+    diverged: bool
     """Whether the runs differ there by more than 1 % of the range; otherwise a companion run ended there."""
 
     @property
     def claim(self) -> float:
-        """What may be claimed of the error up to the horizon, in the unit of the output.
+        """Claimed bound of the error up to the horizon, in the unit of the output.
 
-        It is twice the largest difference, or 2 % of the range where the runs part.
+        It is twice the largest difference, or 2 % of the range if the runs diverge.
         """
-        most = HORIZON_PART * self.range if self.parted else math.inf
+        most = HORIZON_PART * self.range if self.diverged else math.inf
         return SAFETY * min(self.max_difference, most)
 
     @property
@@ -157,24 +160,24 @@ class OutputError(NamedTuple):
         return self.max_difference / self.range if self.range > 0.0 else math.nan
 
     def in_words(self) -> str:
-        """Whether and when the runs parted, such as ``"parted at 0.0125 s"``."""
+        """Whether and when the runs diverged, such as ``"diverged at 0.0125 s"``."""
         if math.isnan(self.max_difference):
             return "not known"
         if math.isinf(self.horizon):
-            return "did not part"
-        if self.parted:
-            return f"parted at {self.horizon:.4g} s"
-        return f"did not part until {self.horizon:.4g} s, where a companion run ended"
+            return "did not diverge"
+        if self.diverged:
+            return f"diverged at {self.horizon:.4g} s"
+        return f"did not diverge until {self.horizon:.4g} s, where a companion run ended"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ErrorEstimate(records.ArrayRecord, Named[OutputError]):
-    """What two companion runs tell of the errors of a run.
+    """The errors of a run, estimated by two companion runs at tighter tolerances.
 
     One has a tenth of its tolerances, the other a hundredth and another method. ``estimate["slider.vx"]`` is
-    the `OutputError` of that output. Its `claim` is twice the largest difference; how often true errors
-    exceed it stands in ``benchmarks/README.md``. Beyond the horizon the difference is the distance of
-    unrelated motions and no longer estimates an error.
+    the `OutputError` of that output. Its `claim` is twice the largest difference; ``benchmarks/README.md``
+    says how often true errors exceed it. Beyond the horizon the runs are uncorrelated, and their difference
+    no longer estimates an error.
 
     Attributes
     ----------
@@ -189,7 +192,7 @@ class ErrorEstimate(records.ArrayRecord, Named[OutputError]):
         First sample that differs by more than 1 % of the range, or where a companion run ended before the
         run if that is earlier [s], shape (columns,); infinity if none does.
     rtol : float
-        Relative tolerance of the tighter companion run [-]: a hundredth of the run's.
+        Relative tolerance of the tighter companion run [-], a hundredth of that of the run.
     status : str
         ``"done"``, or the word for why a companion run ended early.
     compared_until : float
@@ -213,7 +216,7 @@ class ErrorEstimate(records.ArrayRecord, Named[OutputError]):
             raise KeyError(f'unknown column "{name}"{output_meant(name, self.columns)}')
         index = self.columns.index(name)
         horizon = float(self.horizon[index])
-        # Of two companions that are done none ended before the run.
+        # If both companions are done, neither ended before the run.
         ended = self.status != "done" and horizon == self.compared_until
         return OutputError(
             float(self.max_difference[index]),
@@ -230,7 +233,7 @@ class ErrorEstimate(records.ArrayRecord, Named[OutputError]):
             return f"{head}>"
         worst = int(np.nanargmax(relative))
         told = f"largest difference {relative[worst]:.2g} of the range, in {self.columns[worst]}"
-        return f"{head}:\n  {told}; {sum(error.parted for error in errors)} outputs parted>"
+        return f"{head}:\n  {told}; {sum(error.diverged for error in errors)} outputs diverged>"
 
     @classmethod
     def between(
@@ -260,10 +263,10 @@ class ErrorEstimate(records.ArrayRecord, Named[OutputError]):
         rtol, status
             The fields of those names.
         end_time, companions_end : float
-            When the run and the first of the companions ended [s].
+            End of the run, and of the companion that ended first [s].
         """
         ranges, thresholds = output_ranges(columns, companions[-1])
-        # fmax passes over the NaN of a companion that ended.
+        # fmax ignores the NaN of a companion that ended early.
         difference = np.abs(values - companions[0])
         for companion in companions[1:]:
             difference = np.fmax(difference, np.abs(values - companion))

@@ -1,4 +1,4 @@
-"""What happens in the clearance joints of a run: changes of contact, and contacts as a whole."""
+"""Changes of contact in the clearance joints of a run, and whole contacts."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Event(records.ArrayRecord):
     Attributes
     ----------
     time : float
-        When [s].
+        Time [s].
     joint : str
         Name of the clearance joint.
     kind : str
@@ -47,7 +47,7 @@ class Events(Rows[Event]):
     Attributes
     ----------
     time : Array
-        When [s].
+        Time [s].
     joint : ndarray of str
         Name of the clearance joint.
     kind : ndarray of str
@@ -65,7 +65,7 @@ class Events(Rows[Event]):
 
     @classmethod
     def of(cls, table: _Events) -> Events:
-        """The events as the core tells them."""
+        """The events as the core returns them."""
         return cls(
             time=table["time"],
             joint=np.array(table["joint"], dtype=np.str_),
@@ -85,13 +85,13 @@ class Contact(records.ArrayRecord):
     onset : float
         When journal and bearing touched [s].
     separation : float
-        When they parted [s]; NaN if the run, or the skipped time, ended in contact.
+        When they separated [s]; NaN if the run, or the skipped time, ended in contact.
     impact_velocity : float
         Penetration rate at the onset [m/s]; NaN if the run began in contact.
     peak_force : float
-        Largest normal force [N]; if the contact lasts from the skipped into the sampled time, that of each.
+        Largest normal force [N]; if the contact lasts from the skipped into the sampled time, that in each.
     peak_time : float
-        When it acted [s].
+        Time of that force [s].
     """
 
     joint: str
@@ -118,13 +118,13 @@ class Contacts(Rows[Contact]):
     onset : Array
         When journal and bearing touched [s].
     separation : Array
-        When they parted [s]; NaN if the run, or the skipped time, ended in contact.
+        When they separated [s]; NaN if the run, or the skipped time, ended in contact.
     impact_velocity : Array
         Penetration rate at the onset [m/s]; NaN if the run began in contact.
     peak_force : Array
-        Largest normal force [N]; if the contact lasts from the skipped into the sampled time, that of each.
+        Largest normal force [N]; if the contact lasts from the skipped into the sampled time, that in each.
     peak_time : Array
-        When it acted [s].
+        Time of that force [s].
     """
 
     row: ClassVar = Contact
@@ -138,7 +138,7 @@ class Contacts(Rows[Contact]):
 
     @classmethod
     def of(cls, table: _Contacts) -> Contacts:
-        """The contacts as the core tells them."""
+        """The contacts as the core returns them."""
         return cls(
             joint=np.array(table["joint"], dtype=np.str_),
             onset=table["onset"],

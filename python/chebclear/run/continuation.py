@@ -1,4 +1,4 @@
-"""Going on with a scene that is not the one an earlier run ended with: what changed, and whether it may."""
+"""Continuing a run with a changed scene: which changes are allowed, and a warning that names them."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ if TYPE_CHECKING:
 
 # Changes named one by one in a warning.
 _NAMED = 5
-# Largest jump of a driven joint that is rounding, relative to one radian or meter and to its position.
+# Largest jump of a driven joint that counts as rounding, relative to one radian or meter and to its position.
 _JUMP = 1e-9
-# Simulated time of the look at the state from which a run goes on, over the time of that state: nothing
-# moves in it, and it is far above the rounding of times.
+# Simulated time for a test of the state from which a run continues, relative to the time of that state:
+# nothing moves in it, and it is far above rounding errors of times.
 _INSTANT = 1e-9
 
 
 def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[str, ...]:
-    """What changes where a scene takes over the state in which a run ended, perhaps of another scene.
+    """Check and describe the changes between a scene and that of the run whose end state it continues from.
 
-    The state is that of the joints: coordinates and velocities. Masses, laws and loads may change; lengths,
-    drives and clearances only as far as no joint is torn apart.
+    The state consists of the coordinates and velocities of the joints. Masses, laws and loads may change;
+    lengths, drives and clearances only as far as all joints stay closed.
 
     Parameters
     ----------
     scene : Scene
-        What is to be simulated.
+        The scene to simulate.
     start : EndState
         The end of the earlier run.
     settings : Settings
-        How it is to be simulated.
+        The settings of the run.
 
     Returns
     -------
@@ -56,7 +56,7 @@ def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[str
         return ()
     before, after = (json.loads(each.to_json()) for each in (start.scene, scene))
     for plain in (before, after):
-        plain.pop("start", None)  # where a mechanism starts says nothing of how it goes on
+        plain.pop("start", None)  # the first start does not matter for a continuation
     changes = list(_changes("", before, after))
     if not changes:
         return ()
@@ -66,14 +66,14 @@ def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[str
     if len(changes) > _NAMED:
         named += f"; and {len(changes) - _NAMED} more"
     warning = (
-        f"the run goes on with another scene than it ended with: {named}. Coordinates and velocities of the "
-        "joints are kept, but for what drives prescribe; energy.balance has a step"
+        f"the run continues with another scene than it ended with: {named}. Coordinates and velocities of "
+        "the joints are kept, except those that drives prescribe; energy.balance has a step"
     )
     return (warning,)
 
 
 def _require_kinds(before: Scene, after: Scene) -> None:
-    """Refuse joints that kept their names only: the angle of a pin is no displacement of a guide."""
+    """Refuse joints that have the same name but another kind, such as a pin that has become a guide."""
     kinds = {joint.name: type(joint).__name__ for joint in before.joints}
     problems = []
     for joint in after.joints:
@@ -88,7 +88,7 @@ def _require_kinds(before: Scene, after: Scene) -> None:
 
 
 def _require_whole(scene: Scene, start: EndState, settings: Settings) -> None:
-    """Refuse a scene whose joints do not fit together in the state it is to take over."""
+    """Refuse a scene whose joints are not closed in the state from which it continues."""
     assert start.scene is not None
     facts = scene.check()
     driven = {drive.joint for drive in scene.drives}
@@ -100,7 +100,7 @@ def _require_whole(scene: Scene, start: EndState, settings: Settings) -> None:
         for name in facts.further_columns
         if name.rpartition(".")[0] in moved and name.endswith((".angle", ".displacement"))
     ]
-    # Drives first: what they make jump follows from them.
+    # Drives first, since jumps of other joints follow from them.
     columns.sort(key=lambda name: name.rpartition(".")[0] not in driven)
     columns += [f"{joint.name}.penetration" for joint in joints]
     if not columns and not facts.cut_joints:
@@ -127,13 +127,13 @@ def _require_whole(scene: Scene, start: EndState, settings: Settings) -> None:
             if owner in driven:
                 message = (
                     f'the drive of joint "{owner}" would make it {jump}: drives are functions of the time '
-                    "since the first start; choose one that goes on from there"
+                    "since the first start; choose one that continues from there"
                 )
                 problems.append(Problem("start", message))
             elif not problems:
                 message = (
-                    f'joint "{owner}" would {jump}: lengths do not fit the pose in which the run ended, and '
-                    "the drives prescribe every other"
+                    f'joint "{owner}" would {jump}: lengths do not fit the configuration in which the run '
+                    "ended, and the drives prescribe every other"
                 )
                 problems.append(Problem("start", message))
     if problems:
@@ -162,7 +162,7 @@ def _prolonged(scene: Scene, until: float) -> Scene:
 
 
 def _look(scene: Scene, start: EndState, settings: Settings, columns: list[str]) -> _Run:
-    """A scene in the state from which the run goes on; NaN if not even a step is possible."""
+    """A short run of a scene from the state in which the earlier run ended; NaN if no step is possible."""
     instant = _INSTANT * start.time
     outputs = tuple(columns) or None
     short = dataclasses.replace(settings, duration=instant, skip=0.0, samples=2, outputs=outputs, features=())
@@ -170,7 +170,7 @@ def _look(scene: Scene, start: EndState, settings: Settings, columns: list[str])
 
 
 def _changes(path: str, before: Any, after: Any) -> Iterator[str]:
-    """What differs between two scenes as JSON has them, such as ``"drives[0].speed: 3.0, now 4.0"``."""
+    """Differences of two scenes in JSON form, such as ``"drives[0].speed: 3.0, now 4.0"``."""
     if isinstance(before, dict) and isinstance(after, dict):
         for key in dict.fromkeys([*before, *after]):
             yield from _changes(f"{path}.{key}" if path else key, before.get(key), after.get(key))
@@ -182,7 +182,7 @@ def _changes(path: str, before: Any, after: Any) -> Iterator[str]:
 
 
 def _short(value: Any) -> str:
-    """A number or word; how many entries a list has."""
+    """A number or word; of a list, the number of entries."""
     if isinstance(value, float):
         return f"{value:.6g}"
     return f"{len(value)} entries" if isinstance(value, dict | list) else json.dumps(value)

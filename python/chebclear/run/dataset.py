@@ -35,7 +35,7 @@ def run_dataset(
     tables : mapping of str to records
         Records of equally long columns: ``events``, ``contacts``, ...
     facts : mapping
-        What else is known.
+        Further facts.
 
     Returns
     -------
@@ -54,7 +54,7 @@ def run_dataset(
 def common_facts(
     settings: Settings | None, scene: Scene | None, warnings: Sequence[str]
 ) -> dict[str, str | int | float]:
-    """Facts that every result can tell: versions, settings, warnings and the scene, those that there are."""
+    """Facts common to all results: versions, settings, warnings and the scene, if a result has them."""
     told: dict[str, str | int | float] = {"chebclear": package_version(), "warnings": "\n".join(warnings)}
     if settings is not None:
         plain = dataclasses.asdict(settings)

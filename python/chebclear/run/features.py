@@ -1,4 +1,4 @@
-"""Features: single numbers of a run, taken from its continuous motion rather than from its samples."""
+"""Features: scalar results of a run, taken from its continuous motion rather than from its samples."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ JOINT_KINDS = ("impacts", "contact_share", "impulse", "wear", "loss")
 KINDS = ("peak", "lowest", "peak_to_peak", "time_of_peak", "time_of_lowest", "mean", "rms", *JOINT_KINDS)
 """The words for all features."""
 EXTREMA = ("peak", "time_of_peak", "lowest", "time_of_lowest")
-"""What `Extremum` is made of."""
+"""Kinds of features that an `Extremum` needs."""
 
 # Units of the features that are not in the unit of an output.
 _UNITS = {
@@ -30,7 +30,7 @@ _UNITS = {
 
 @dataclass(frozen=True)
 class Feature:
-    """One number of a run: what `peak`, `mean`, `impacts` and their like return.
+    """A scalar result of a run, as `peak`, `mean`, `impacts` and similar functions define it.
 
     Attributes
     ----------
@@ -197,7 +197,7 @@ def wear(joint: str) -> Feature:
 
 
 def loss(joint: str) -> Feature:
-    """Energy that impacts and friction take in a clearance joint [J].
+    """Energy that impacts and friction dissipate in a clearance joint [J].
 
     Examples
     --------
@@ -217,11 +217,10 @@ class Extremum:
     value : float
         The value in the unit of the output.
     time : float
-        When [s].
+        Time [s].
     in_transient : bool
-        Whether it lies in the first revolution after the start, in which a mechanism with clearance settles
-        from its assembled position. False where no drive turns at constant speed: there is no revolution
-        then.
+        Whether it lies in the first revolution after the start, the transient of a mechanism with clearance
+        after its assembled position. False if no drive turns at constant speed.
     """
 
     value: float
@@ -230,11 +229,11 @@ class Extremum:
 
     def __str__(self) -> str:
         place = f"{self.value:.6g} at t = {self.time:.6g} s"
-        return f"{place}, while the start settles" if self.in_transient else place
+        return f"{place}, in the starting transient" if self.in_transient else place
 
 
 def checked_features(checks: Checks, given: object) -> tuple[Feature, ...]:
-    """Features from what the user gave; what is wrong with them is noted in `checks`."""
+    """Features from the argument of the user; problems are added to `checks`."""
     if given is None:
         return ()
     if isinstance(given, str) or not isinstance(given, Sequence):

@@ -1,4 +1,4 @@
-"""Names of outputs that do not exist, and the ones that were meant."""
+"""Suggestions for names of outputs that do not exist."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ _VELOCITIES = (
     ("penetration_rate", "sliding_velocity"),
 )
 _FORCES = (("normal_force", "friction_force"), ("reaction_x", "reaction_y"))
-# What other programs and textbooks call an output: the first group of which the part has one is meant.
+# Names of outputs in other programs and textbooks, with the groups that they may mean; the first group of
+# which a part has an output is suggested.
 _MEANT: dict[str, tuple[tuple[str, ...], ...]] = {
     "position": (("x", "y"), ("displacement",), ("angle",)),
     "velocity": _VELOCITIES,
@@ -37,9 +38,9 @@ _MEANT: dict[str, tuple[tuple[str, ...], ...]] = {
 
 
 def output_meant(name: object, columns: Sequence[str]) -> str:
-    """``'; did you mean "..."?'`` with what an unknown name of an output stands for, or nothing.
+    """``'; did you mean "..."?'`` for an unknown name of an output, or nothing.
 
-    A quantity of the part that was named comes before a similar name of another part.
+    Quantities of the named part come before similar names of other parts.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What a report says of one run."""
+"""The report of one run."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 MOST_PICTURES = 6
-"""Outputs that are drawn if the user does not say which [-]."""
+"""Most outputs that are drawn by default [-]."""
 
 
 class ReportedRun(RunLike, Protocol):
-    """What is asked of a `Trajectory`, which has the report as a method and so may not be imported."""
+    """What this file needs of a `Trajectory`, which has the report as a method and cannot be imported."""
 
     @property
     def contacts(self) -> Any: ...
@@ -74,11 +74,11 @@ def run_document(run: ReportedRun, outputs: Sequence[str] | None, title: str | N
         early = [word for word, one in (("lowest", low), ("highest", high)) if one.in_transient]
         if early:
             doubts.append(
-                f"{name} is {' and '.join(early)} in the first revolution, where the start settles: "
-                "skip=... looks later."
+                f"{name} is {' and '.join(early)} in the first revolution, in the starting transient: "
+                "skip=... leaves it out."
             )
     if run.error is None:
-        doubts.append('The error of the run was not estimated: simulate(..., error="estimate") does it.')
+        doubts.append('The error of the run was not estimated; simulate(..., error="estimate") does so.')
     return Document(
         title=title or f"How do {', '.join(shown)} move?",
         facts=[run.status, f"{run.stats.steps} steps", f"{run.stats.events} contact changes", version_fact()],
@@ -86,9 +86,9 @@ def run_document(run: ReportedRun, outputs: Sequence[str] | None, title: str | N
         doubts=doubts,
         sections=[
             Section("The mechanism", [mechanism_picture(run.scene)]),
-            Section("How it moves", blocks),
+            Section("Motion", blocks),
             *([Section("Contacts", [_contacts_table(run)])] if len(run.contacts.onset) else []),
-            Section("What it cost", [costs_table([run.stats])]),
+            Section("Work", [costs_table([run.stats])]),
             reproduction(
                 run.settings, run.scene, run_script(run.settings, shown), "A script that simulates it again"
             ),
@@ -97,7 +97,7 @@ def run_document(run: ReportedRun, outputs: Sequence[str] | None, title: str | N
 
 
 def outputs_to_show(scene: Scene, columns: Sequence[str]) -> list[str]:
-    """The outputs to draw: all of few; of many the forces in the bearings, the drives and the last body."""
+    """The outputs to draw: all of few, otherwise forces in the bearings, the drives and the last body."""
     if len(columns) <= MOST_PICTURES:
         return list(columns)
     joints = [joint.name for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
@@ -144,11 +144,11 @@ def columns_table(run: ReportedRun) -> Table:
         values = run[name][np.isfinite(run[name])]
         reach = (float(values.min()), float(values.max())) if len(values) else (math.nan, math.nan)
         rows.append([name, format_range(reach, column_unit(name))])
-    return Table("Ranges of the samples; run.peak looks between them", ["output", "range"], rows)
+    return Table("Ranges of the samples; run.peak finds extrema between them", ["output", "range"], rows)
 
 
 def _contacts_table(run: ReportedRun) -> Table:
-    """How often each joint was in contact and how hard."""
+    """Number and strength of the contacts of each joint."""
     contacts, rows = run.contacts, []
     for joint in dict.fromkeys(contacts.joint.tolist()):
         chosen = contacts.joint == joint
@@ -169,15 +169,15 @@ def _contacts_table(run: ReportedRun) -> Table:
 
 
 def mechanism_picture(scene: Scene) -> Picture:
-    """The mechanism as it starts."""
+    """The mechanism at its start."""
     loose = [joint.name for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
     bodies = f"{len(scene.bodies)} {'body' if len(scene.bodies) == 1 else 'bodies'}"
-    play = f"play at {', '.join(loose)}" if loose else "no play"
+    play = f"clearance at {', '.join(loose)}" if loose else "no clearance"
     return Picture(
         f"Drawing of the mechanism with {bodies} and {play}.",
         partial(_mechanism, scene),
         height=2.8,
-        caption="The mechanism as it starts.",
+        caption="The mechanism at its start.",
     )
 
 
@@ -186,7 +186,7 @@ def _mechanism(scene: Scene, ax: Axes) -> None:
 
 
 def costs_table(stats: Sequence[Any]) -> Table:
-    """What some runs cost, in counts that do not depend on the machine."""
+    """Work of some runs, in counts that do not depend on the machine."""
     names = ("steps", "rejected", "stages", "evaluations", "jacobians", "events")
     rows = []
     for name in names:
@@ -198,14 +198,14 @@ def costs_table(stats: Sequence[Any]) -> Table:
 
 
 def version_fact() -> str:
-    """The version that made the report."""
+    """The version that wrote the report."""
     return f"chebclear {package_version()}"
 
 
 def reproduction(
     settings: Settings, scene: Scene, script: Listing | None, meaning: str, more: Sequence[Listing] = ()
 ) -> Section:
-    """How to make the result again: settings, versions, scene and script."""
+    """How to reproduce the result: settings, versions, scene and script."""
     import platform
 
     known = units(Settings)
@@ -254,7 +254,7 @@ def run_script(settings: Settings, outputs: Sequence[str]) -> Listing:
 
 
 def settings_in_script(settings: Settings) -> dict[str, Any]:
-    """Keywords of `simulate` and `Study` that differ from what they are without being said."""
+    """Keywords of `simulate` and `Study` that differ from their defaults."""
     names = (
         "duration samples skip rtol method outputs max_steps max_events position_tolerance velocity_tolerance"
     )
@@ -265,5 +265,5 @@ def settings_in_script(settings: Settings) -> dict[str, Any]:
 
 
 def warnings_section(warnings: Sequence[str]) -> list[Section]:
-    """What the user was warned of, if anything."""
+    """The warnings, if there are any."""
     return [Section("Warnings", [Items(list(warnings))])] if warnings else []

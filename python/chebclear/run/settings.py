@@ -31,14 +31,14 @@ MOST_SAMPLES = _core.MOST_SAMPLES
 MAX_STEPS = 10_000_000
 MAX_EVENTS = 1_000_000
 
-# Stand for fields that are missing or of a wrong type, so that the core can judge the others.
+# Placeholders for fields that are missing or of a wrong type, so that the core can check the others.
 _EXAMPLE: dict[str, Any] = {"duration": 1.0, "samples": 2}
-# Samples of all columns that surely fit into the memory: for fewer the columns need not be counted.
+# Samples of all columns that certainly fit into the memory: for fewer the columns need not be counted.
 _MANY_SAMPLES = 1_000_000
 
 
 class SpanOptions(TypedDict, total=False):
-    """Fields of `Settings` that say what time is simulated, as keywords."""
+    """Fields of `Settings` for the simulated time, as keywords."""
 
     duration: float
     samples: int
@@ -46,7 +46,7 @@ class SpanOptions(TypedDict, total=False):
 
 
 class StepOptions(TypedDict, total=False):
-    """Fields of `Settings` that say how it is integrated, as keywords."""
+    """Fields of `Settings` for the integration, as keywords."""
 
     rtol: float
     method: str
@@ -57,17 +57,17 @@ class StepOptions(TypedDict, total=False):
 
 
 class RunOptions(SpanOptions, StepOptions, total=False):
-    """Fields of `Settings` that say how a run is simulated, as keywords."""
+    """Fields of `Settings` for a run, as keywords."""
 
     cycles: int
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
 class Settings(Shown):
-    """How a simulation is run: all options of a run, declared here and nowhere else.
+    """All options of a run.
 
-    `simulate`, `Study`, `tradeoff` and `bifurcation` take one as ``settings=``, and the fields that they do
-    not find themselves as keywords besides, which go before it.
+    `simulate`, `Study`, `tradeoff` and `bifurcation` take an instance as ``settings=``. They also take the
+    fields as keywords, which take precedence, except those that they determine themselves.
 
     Parameters
     ----------
@@ -81,14 +81,14 @@ class Settings(Shown):
     rtol : float
         Relative tolerance of the integrator [-], from 1e-13 to 0.1.
     method : {"auto", "rodas5p", "rodas4", "dop853"}
-        The explicit method of order 8 (DOP853) and a Rosenbrock method (Rodas4, Rodas5P at an rtol below
-        3e-8), changing places with the stiffness of the motion; or one of them throughout. DOP853 alone is
-        much dearer, though no less accurate, where a contact sticks.
+        ``"auto"`` switches between the explicit method of order 8 (DOP853) and a Rosenbrock method (Rodas4,
+        or Rodas5P at an rtol below 3e-8) with the stiffness of the motion; the others use one method
+        throughout. DOP853 alone is much more expensive, though not less accurate, where a contact sticks.
     outputs : sequence of str, optional
         Names of the columns to return, or patterns such as ``"energy.*"``; all quantities of bodies,
         clearance joints and drives if not given. ``scene.check()`` lists them, and further ones.
     max_steps, max_events : int
-        Attempted steps, accepted or refused, and changes of contact after which a run is given up [-].
+        Attempted steps, accepted or rejected, and changes of contact after which a run fails [-].
     position_tolerance : float, optional
         Absolute tolerance of positions [m], at most half the smallest clearance, or the size of a scene
         without one; from `rtol` and this scale if not given.
@@ -96,12 +96,12 @@ class Settings(Shown):
         Absolute tolerance of velocities [m/s], at most the speed of the scene; from `rtol` and this scale if
         not given.
     features : sequence of Feature, optional
-        What to find on the way, such as ``[cc.peak("slider.ax"), cc.impacts("wrist")]``: then
-        `Trajectory.peak` and `Trajectory.feature` answer at once. Without, they simulate once more.
+        Features to compute during the run, such as ``[cc.peak("slider.ax"), cc.impacts("wrist")]``.
+        `Trajectory.peak` and `Trajectory.feature` then return them without a second simulation.
     cycles : int
         Equal pieces of the sampled time, each with features of its own [-].
     companion_of : float, optional
-        `rtol` of the run that this one is the companion of [-]; set for the runs of an error estimate.
+        Set for the companion runs of an error estimate: `rtol` of the run whose error is estimated [-].
 
     Raises
     ------
@@ -146,20 +146,20 @@ class Settings(Shown):
         found: Mapping[str, object] | None = None,
         outputs_needed: bool = True,
     ) -> Settings:
-        """Settings from those given as a whole and from keywords, which go before them.
+        """Settings from a `Settings` and from keywords, which take precedence.
 
         Parameters
         ----------
         checks : Checks
-            What is wrong so far; raised here with what is wrong with the settings.
+            Problems so far; raised here together with those of the settings.
         settings : Settings or None
-            What the user gave as ``settings=``.
+            The argument ``settings=``.
         options : mapping of str to object
-            Fields by name; `outputs` and `features` that are None are not given.
+            Fields by name; None for `outputs` and `features` means not given.
         accepted : iterable of str, optional
             Names of the keywords; those of `RunOptions`, `outputs` and `features` if not given.
         found : mapping of str to object, optional
-            Fields that the function finds itself and nobody gives it.
+            Fields that the function determines itself.
         outputs_needed : bool
             Whether there must be an output.
         """
@@ -192,12 +192,12 @@ class Settings(Shown):
 
     @classmethod
     def from_dict(cls, plain: Mapping[str, Any]) -> Settings:
-        """The settings from what JSON made of them."""
+        """The settings from their JSON form."""
         features = tuple(Feature(**feature) for feature in plain.get("features", ()))
         return cls(**{**plain, "features": features})
 
     def for_scene(self, scene: Scene, runs: int = 1) -> Settings:
-        """The settings of runs of a scene, as `fitted` has them; asks the scene only if there is a need."""
+        """The settings of runs of a scene, as `fitted` returns them; checks the scene only if needed."""
         if not self.features and self.outputs is None and runs * self.samples <= _MANY_SAMPLES:
             return self
         return self.fitted(scene.check(), runs)
@@ -208,14 +208,14 @@ class Settings(Shown):
         Parameters
         ----------
         facts : Inspection
-            What `Scene.check` says of the scene.
+            Result of `Scene.check`.
         runs : int
             Runs whose samples must fit into the memory [-].
 
         Raises
         ------
         ValueError
-            If an output is no column of the scene, a feature names none or no clearance joint, or the samples
+            If an output or a feature names no column or clearance joint of the scene, or the samples
             of so many runs would fill the memory.
         """
         require_features(facts, self.features)
@@ -236,7 +236,7 @@ class Settings(Shown):
 
 
 def require_features(facts: Inspection, features: Iterable[Feature]) -> None:
-    """Refuse features of outputs and clearance joints that the scene has not."""
+    """Refuse features of outputs and clearance joints that the scene does not have."""
     checks = Checks()
     columns = facts.columns + facts.further_columns
     for feature in features:
@@ -250,10 +250,10 @@ def require_features(facts: Inspection, features: Iterable[Feature]) -> None:
 
 
 def _require_room(runs: int, samples: int, columns: int) -> None:
-    """Refuse results that fill more than half of the memory: what is made of them needs room as well."""
+    """Refuse results that fill more than half of the memory: processing them needs memory as well."""
     try:
         memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (AttributeError, ValueError, OSError):  # a system that does not tell
+    except (AttributeError, ValueError, OSError):  # unknown on this system
         return
     needed = 8 * runs * samples * columns
     if needed > memory // 2:
@@ -270,20 +270,20 @@ def checked_settings(
     *,
     outputs_needed: bool = False,
 ) -> dict[str, Any]:
-    """Some fields of `Settings` as they are kept; what is wrong with them is noted.
+    """Some fields of `Settings`, converted; problems are added to `checks`.
 
-    Types are judged here, since JSON has fewer; ranges and words by the core.
+    Types are checked here, since JSON has fewer; ranges and words by the core.
 
     Parameters
     ----------
     checks : Checks
-        What is wrong so far.
+        Problems so far.
     values : mapping of str to object
         Fields by name.
     called : mapping of str to str, optional
-        Names under which the user gave fields, if they are others.
+        Names of the arguments, where they differ from those of the fields.
     outputs_needed : bool
-        Whether no outputs at all are a mistake.
+        Whether there must be an output.
     """
     fields = [item for item in dataclasses.fields(Settings) if item.name in values]
     names = {item.name: (called or {}).get(item.name, item.name) for item in fields}
@@ -314,7 +314,7 @@ def checked_settings(
 
 
 def _judged(values: Mapping[str, Any]) -> list[Problem]:
-    """What the core finds wrong with fields of the right type."""
+    """Problems that the core finds in fields of the right type."""
     plain = {name: as_json_number(value) for name, value in values.items()}
     try:
         _core.check_settings(json.dumps({"method": METHODS[0]} | plain, default=dataclasses.asdict))
@@ -331,13 +331,13 @@ def with_settings(options: type, *further: str) -> Callable[[Documented], Docume
     options : type
         `RunOptions`, `SpanOptions` or `StepOptions`: what it accepts as keywords.
     *further : str
-        Fields that it names itself, to be documented as well.
+        Fields that are parameters of its own, to be documented as well.
     """
     return with_fields(Settings, options, "{settings}", further)
 
 
 def checked_names(checks: Checks, outputs: object) -> tuple[str, ...] | None:
-    """Names of outputs as the user gave them; what is wrong with them is noted."""
+    """Names of outputs from the argument of the user; problems are added to `checks`."""
     if outputs is None:
         return None
     if isinstance(outputs, str) or not isinstance(outputs, Iterable):

@@ -21,8 +21,8 @@ from .settings import LEAST_RTOL, RunOptions, Settings, with_settings
 from .tracking import settling_time
 from .trajectory import EndState, Stats, Trajectory
 
-# The companion runs of an error estimate have the tolerances of the run divided by these. The second takes
-# another method: one companion, or two of one method, too often share the error of the run
+# The tolerances of the companion runs of an error estimate are those of the run divided by these. The second
+# companion uses another method: one companion, or two of one method, too often have the same error as the run
 # (docs/decisions.md).
 _TIGHTER = (10.0, 100.0)
 # Where the work of the run itself and of its first companion ends, of all three: they cost 1.4 and 1.9 times
@@ -45,30 +45,31 @@ def simulate(
 ) -> Trajectory:
     """Simulate a scene from its assembled position.
 
-    Contacts make trajectories chaotic: the error doubles every few changes of contact, so a tolerance buys
-    accuracy over a limited time only. ``error="estimate"`` tells how much and how long.
+    Contacts make trajectories chaotic: errors double every few changes of contact, so a tolerance ensures
+    accuracy for a limited time only. ``error="estimate"`` estimates both the error and that time.
 
     Parameters
     ----------
     scene : Scene
-        What to simulate.
+        The mechanism.
     settings : Settings, optional
-        How to simulate; each of the fields that follow may be given as a keyword as well, or instead.
+        Settings of the run; each of the following fields may also be given as a keyword.
     {settings}
     start : EndState, optional
         The end of an earlier run of the scene, `Trajectory.end`, to continue from: time, turns, contacts and
-        work go on, with a first step of its own; the result is that of a single run within its error. A scene
-        whose numbers differ takes over the coordinates and velocities of the joints, and a warning names the
-        differences; one that this would tear apart is refused.
+        work are continued. The step size is chosen anew, so the result agrees with that of a single run
+        within its error. A scene with other numbers takes over the coordinates and velocities of the joints,
+        and a warning names the differences; a scene whose joints would then not be closed is refused.
     progress : True or callable, optional
-        True shows a bar, or lines where standard error is no terminal; a callable gets the share that is
-        done, from 0 to 1.
+        True shows a bar, or lines where standard error is not a terminal; a callable gets the completed
+        part, from 0 to 1.
     on_failure : {"raise", "return"}
-        Whether a run that fails raises or returns what it has, with its `Trajectory.status`.
+        Whether a run that fails raises an exception or returns its incomplete result, with its
+        `Trajectory.status`.
     error : {"estimate"}, optional
-        Simulate twice more, at a tenth of all tolerances and at a hundredth by another method, and say in
-        `Trajectory.error` how far each output differs, and from when on by more than 1 % of its range. Costs
-        3 to 5 times the run itself.
+        Simulate twice more, at a tenth of all tolerances and at a hundredth by another method.
+        `Trajectory.error` then has the difference of each output, and the time from which it exceeds 1 % of
+        its range. This takes 3 to 5 times the work of the run itself.
 
     Returns
     -------
@@ -77,10 +78,10 @@ def simulate(
     Raises
     ------
     SceneError, SettingsError, StartError
-        If the scene is wrong, asked for what it does not have, or cannot go on from `start`; all problems
-        are listed.
+        If the scene is wrong, lacks something that the settings name, or cannot continue from `start`; all
+        problems are listed.
     SimulationError
-        If the run fails; the exception has what was computed as `SimulationError.trajectory`.
+        If the run fails; the exception has the incomplete result as `SimulationError.trajectory`.
     ValueError, TypeError
         If another argument is wrong; all problems are listed.
     MemoryError
@@ -114,7 +115,7 @@ def simulate(
         checks.finish()
     facts = scene.check()
     settings = settings.fitted(facts)
-    # Told before the run: what looks wrong in a scene may make it long.
+    # Warned of before the run: wrong numbers in a scene may make it long.
     warn_once(facts.warnings, stacklevel=3)
     changes: tuple[str, ...] = ()
     if start is not None:
@@ -146,16 +147,16 @@ def run_scene(
     report: Callable[[float], None] | None = None,
     start: EndState | None = None,
 ) -> Trajectory:
-    """Simulate with settings that were checked; neither warns nor raises when the run fails.
+    """Simulate with checked settings; neither warns nor raises when the run fails.
 
     Parameters
     ----------
     scene : Scene
-        What to simulate.
+        The mechanism.
     settings : Settings
-        How.
+        Settings of the run.
     report : callable, optional
-        Gets the share that is done, from 0 to 1.
+        Gets the completed part, from 0 to 1.
     start : EndState, optional
         The end of another run, to continue from.
 
@@ -204,7 +205,7 @@ def _companions(
 
 
 def _tightened(settings: Settings, factor: float, method: str) -> Settings:
-    """The settings of a companion run: all tolerances divided by a factor, the core's own included."""
+    """The settings of a companion run: all tolerances divided by a factor, with those of the core."""
 
     def tighter(tolerance: float | None) -> float | None:
         return None if tolerance is None else tolerance / factor
@@ -237,12 +238,12 @@ def _estimate(run: Trajectory, companions: Sequence[Trajectory]) -> ErrorEstimat
 def _share(
     report: Callable[[float], None] | None, start: float, end: float
 ) -> Callable[[float], None] | None:
-    """A report of the part of the work that goes from one share of all to another."""
+    """A progress function for the part of the work between two shares of the total."""
     return None if report is None else lambda share: report(start + (end - start) * share)
 
 
 def warn_once(messages: Iterable[str], stacklevel: int) -> None:
-    """Pass on the warnings of the core, each text once; for `stacklevel`, this function is level 1."""
+    """Issue the warnings of the core, each text once; for `stacklevel`, this function is level 1."""
     for message in dict.fromkeys(messages):
         category = HorizonWarning if message.startswith(HORIZON) else ChebclearWarning
         warnings.warn(message, category, stacklevel=stacklevel)

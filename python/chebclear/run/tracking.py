@@ -1,4 +1,4 @@
-"""Features of a run that did not track them: the same run once more."""
+"""Features of a run that did not compute them, from a repetition of the run."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from .settings import Settings
 def simulate_features(
     scene: Scene, settings: Settings, start: str | None, features: Sequence[Feature], cycles: int
 ) -> NDArray[np.float64]:
-    """The features of a run, simulated once more by the very same steps.
+    """The features of a run, from a repetition with exactly the same steps.
 
     Parameters
     ----------
     scene : Scene
-        What was simulated.
+        The mechanism.
     settings : Settings
-        How.
+        Settings of the run.
     start : str or None
-        What the run went on from, as JSON.
+        The state from which the run continued, as JSON.
     features : sequence of Feature
-        What to find; the scene must have what they name.
+        Features to compute, whose outputs and joints the scene must have.
     cycles : int
         Equal pieces of the sampled time [-].
 
@@ -44,7 +44,7 @@ def simulate_features(
 
 
 def settling_time(scene: Scene) -> float:
-    """How long the start of a mechanism with clearance is taken to settle [s]: the slowest revolution.
+    """Assumed length of the starting transient of a mechanism with clearance [s]: the slowest revolution.
 
     A little less than that, so that rounding puts nothing of the second revolution before it. Minus
     infinity without clearance or a drive at constant speed.

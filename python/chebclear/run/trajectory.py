@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# How the fields of an error estimate are written to a file.
+# Fields of an error estimate in a file.
 _ERROR_ARRAYS = ("max_difference", "ranges", "horizon")
 _ERROR_FACTS = ("rtol", "status", "compared_until")
 
@@ -51,14 +51,14 @@ _EARLIER_NAMES = {
 
 @dataclass(frozen=True, repr=False)
 class Stats(Shown):
-    """What a simulation cost, in counts that do not depend on the machine.
+    """The work of a simulation, in counts that do not depend on the machine.
 
     Attributes
     ----------
     steps : int
         Accepted steps [-].
     explicit_steps : int
-        Those that the explicit method took [-]: all with ``"dop853"``, none with Rosenbrock methods.
+        Accepted steps of the explicit method [-]: all with ``"dop853"``, none with Rosenbrock methods.
     switches : int
         Changes between the explicit and the Rosenbrock method by ``"auto"`` [-].
     rejected : int
@@ -76,13 +76,13 @@ class Stats(Shown):
     relocations : int
         Attempts to end a step on a contact change [-].
     impacts_at_floor : int
-        Contacts whose impact velocity was raised to the floor [-].
+        Impacts slower than the floor of the impact velocity, which were damped as if at it [-].
     largest_projection : float
-        Largest correction that closed the loops after a step [m]; zero in a tree.
+        Largest correction of a projection onto closed loops [m]; zero without loops.
     smallest_step : float
         Smallest accepted step that was not cut by a contact change or the end [s].
     smallest_step_time : float
-        When it was taken [s].
+        Start of that step [s].
     """
 
     steps: int
@@ -113,14 +113,14 @@ _WHOLE = frozenset(item.name for item in dataclasses.fields(Stats) if item.type 
 
 @dataclass(frozen=True, repr=False)
 class EndState:
-    """Where a simulation ended, for another one to start from: `simulate(scene, ..., start=run.end)`.
+    """The end of a simulation, from which another one can continue: `simulate(scene, ..., start=run.end)`.
 
     Attributes
     ----------
     memory : str
-        What the core must know to go on, as JSON.
+        The state that the core needs to continue, as JSON.
     scene : Scene | None
-        What was simulated, to tell another scene by; None if that is not known.
+        The simulated scene, with which another one is compared; None if it is not known.
     """
 
     memory: str
@@ -131,7 +131,7 @@ class EndState:
 
     @property
     def time(self) -> float:
-        """When it ended [s]."""
+        """Time at which the simulation ended [s]."""
         return float(json.loads(self.memory)["time"])
 
 
@@ -142,8 +142,8 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
     A mapping from the names of the columns to views of shape (samples,): ``in``, ``len``, ``keys()``,
     ``items()`` and ``dict(run)`` work; ``run.values`` is the array of all columns, as in pandas.
 
-    Trajectories compare (NaN equals NaN), copy, pickle, save and load. Their arrays are read-only: change a
-    copy.
+    Trajectories can be compared (NaN equals NaN), copied, pickled, saved and loaded. Their arrays are
+    read-only; copy them to change them.
 
     Attributes
     ----------
@@ -158,32 +158,32 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
     contacts : Contacts
         Contacts in the sampled time with their durations and peak forces.
     end : EndState | None
-        Where it ended, for another simulation to start from; None after a failure.
+        The end, from which another simulation can continue; None after a failure.
     stats : Stats
-        What the simulation cost.
+        The work of the simulation.
     status : str
         ``"done"``, or the word for why it ended early.
     message : str
         How the run ended, in words: that the end was reached, or why it ended early, when and where.
     end_time : float
-        Where the simulation ended [s].
+        Time at which the simulation ended [s].
     joint : str | None
-        The clearance joint whose change of contact could not be located or was one too many.
+        The clearance joint whose change of contact could not be located or exceeded the allowed number.
     warnings : tuple[str, ...]
-        What the user was warned of.
+        Warnings of the run.
     settings : Settings
-        How the simulation was run.
+        Settings of the simulation.
     scene : Scene
-        What was simulated.
+        The simulated mechanism.
     skipped_events : Events
         Changes of contact in the time skipped before the first sample.
     skipped_contacts : Contacts
         Contacts in the skipped time; one that lasts into the sampled time is in both tables.
     features : Array
-        What was found on the way, shape (cycles, features): those of the settings in their order. NaN where
+        Features of the settings in their order, shape (cycles, features). NaN where
         the run did not finish a cycle.
     start : str | None
-        What the run went on from, the `EndState.memory` of another one; None for a first start.
+        The `EndState.memory` of the run that this one continues; None if it continues none.
     error : ErrorEstimate | None
         Errors estimated by companion runs; None unless asked for.
     """
@@ -250,14 +250,14 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
     def peak(self, output: str) -> Extremum:
         """Largest value of an output in the sampled time: of the continuous motion, not of the samples.
 
-        Found on the way if `simulate` was told ``features=[cc.peak(output), cc.time_of_peak(output)]``. Else
-        the run is simulated once more, step by step the same, and the extrema of all its columns are kept:
-        the first question costs some three runs, further ones nothing.
+        Available at once if `simulate` was called with ``features=[cc.peak(output),
+        cc.time_of_peak(output)]``. Otherwise the run is repeated with the same steps, and the extrema of all
+        its columns are kept: the first call takes about as long as three runs, further ones no time.
 
         Parameters
         ----------
         output : str
-            Name of an output; not only of a column of this run.
+            Name of an output of the scene; it need not be a column of this run.
 
         Returns
         -------
@@ -280,22 +280,22 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
     @overload
     def feature(self, feature: Feature, *, cycles: int) -> Array: ...
     def feature(self, feature: Feature, *, cycles: int | None = None) -> float | Array:
-        """A number of the continuous motion over the sampled time: ``run.feature(cc.rms("slider.ax"))``.
+        """A feature of the continuous motion over the sampled time: ``run.feature(cc.rms("slider.ax"))``.
 
-        Found on the way if it was among the ``features`` asked for, with as many ``cycles``; else the run is
-        simulated once more, step by step the same.
+        Available at once if it was among the ``features`` of the settings, with as many ``cycles``; otherwise
+        the run is repeated with the same steps.
 
         Parameters
         ----------
         feature : Feature
-            What to find: `peak`, `mean`, `impacts` and their like.
+            The feature: `peak`, `mean`, `impacts` and similar.
         cycles : int, optional
             Divide the sampled time into so many equal pieces [-] and find the feature of each.
 
         Returns
         -------
         float, or ndarray of shape (cycles,) if cycles are given
-            In the unit of the feature; NaN where the run did not get that far.
+            In the unit of the feature; NaN where the run ended before.
 
         Raises
         ------
@@ -365,10 +365,10 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
         Parameters
         ----------
         path : path
-            Where to; ``.html`` is appended if there is no suffix. An existing file is replaced.
+            The file; ``.html`` is appended if there is no suffix. An existing file is replaced.
         outputs : sequence of str, optional
-            Names of the columns to show; if not given, all of at most six, else the forces in the joints with
-            play, the drives and the last body.
+            Names of the columns to show. By default all if there are at most six, otherwise the forces in the
+            joints with clearance, the drives and the last body.
         title : str, optional
             The heading.
 
@@ -393,7 +393,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
         Parameters
         ----------
         path : path
-            Where to; ``.npz`` is appended if it is missing.
+            The file; ``.npz`` is appended if it is missing.
 
         Returns
         -------
@@ -451,7 +451,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
 
         def table(kind: type, prefix: str) -> Any:
             names = [item.name for item in dataclasses.fields(kind)]
-            if f"{prefix}_{names[0]}" not in arrays:  # a file that knows no tables of the skipped time
+            if f"{prefix}_{names[0]}" not in arrays:  # an older file, without tables of the skipped time
                 return kind(
                     **{name: arrays[f"{prefix.removeprefix('skipped_')}_{name}"][:0] for name in names}
                 )
@@ -481,7 +481,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
 
 
 def column_index(columns: Sequence[str], name: str, scene: Scene | None = None) -> int:
-    """Where a column stands; KeyError if it is not there, with the nearest name that the scene has."""
+    """Index of a column; a KeyError that suggests the nearest name of the scene if there is none."""
     if name in columns:
         return columns.index(name)
     known = () if scene is None else scene.check().columns + scene.check().further_columns

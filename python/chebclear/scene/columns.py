@@ -1,8 +1,8 @@
-"""Units of the outputs of runs, and what they are in words, by the names of their columns."""
+"""Units of the outputs of runs, and their meaning in words, by the names of their columns."""
 
 from __future__ import annotations
 
-# SI unit of a column and what it is in words, before the name of its owner, by the last part of its name.
+# SI unit of a column, and its meaning in words before the name of its owner, by the last part of its name.
 _COLUMNS = {
     "x": ("m", "x position of"),
     "y": ("m", "y position of"),
@@ -50,7 +50,7 @@ def column_unit(name: str) -> str:
     Returns
     -------
     str
-        The unit, ``"-"`` for a number without one and ``""`` for a column that is not known here.
+        The unit, ``"-"`` for a number without one and ``""`` for an unknown column.
 
     Examples
     --------
@@ -71,12 +71,12 @@ _ENERGIES = {
     "impact_loss": "energy lost in impacts",
     "friction_loss": "energy lost in friction",
     "damping_loss": "energy lost in dampers",
-    "balance": "energy that does not balance",
+    "balance": "error of the energy balance",
 }
 
 
 def column_words(name: str) -> str:
-    """What an output column is, in words for an axis.
+    """The meaning of an output column, in words for an axis.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def column_words(name: str) -> str:
     Returns
     -------
     str
-        The words; of a column that is not known here the name itself.
+        The words; for an unknown column the name itself.
 
     Examples
     --------

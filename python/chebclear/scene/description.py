@@ -1,6 +1,7 @@
-"""A scene in words: what it is made of, in which units, what can move, and what is cut and why.
+"""A scene in words: its parts with units, its degrees of freedom, and the joints that are cut, with the
+reason.
 
-The units are those of the fields of the records: a new kind of part is described without a line here.
+The units are those of the fields of the records, so that a new kind of part needs no code here.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ _LONG = 8
 
 
 class Described(Protocol):
-    """What is asked of a `Scene`, which offers its description as a method and so may not be imported."""
+    """What this file needs of a `Scene`, which has the description as a method and cannot be imported."""
 
     @property
     def _choices(self) -> Mapping[str, tuple[type[Part], ...]]: ...
@@ -35,7 +36,7 @@ class Described(Protocol):
 
 
 def summarize_scene(scene: Described) -> str:
-    """The text of ``repr(scene)``: how many parts there are and their names, of many only the first ones."""
+    """The text of ``repr(scene)``: numbers and names of the parts; of many, the first ones."""
     parts = {name: _parts(getattr(scene, name)) for name in scene._choices}
     lines = [f"<Scene: {_counts(parts)}"]
     for name, found in parts.items():
@@ -83,7 +84,7 @@ def describe_scene(scene: Described) -> str:
     else:
         lines += _mobility(scene, facts)
         if facts.warnings:
-            lines += ["numbers to look at", *(f"  {warning}" for warning in facts.warnings)]
+            lines += ["numbers to check", *(f"  {warning}" for warning in facts.warnings)]
     return "\n".join(lines)
 
 
@@ -92,7 +93,7 @@ def _parts(value: Any) -> tuple[Any, ...]:
 
 
 def _counts(parts: Mapping[str, Sequence[Any]]) -> str:
-    # A scene need not say how it starts.
+    # Initial conditions are optional.
     counted = {name: found for name, found in parts.items() if found or name != "start"}
     return ", ".join(f"{len(found)} {_plural(name, len(found))}" for name, found in counted.items())
 
@@ -158,26 +159,26 @@ def _bodies(bodies: Iterable[Any], facts: Inspection | None) -> list[str]:
         row += [_vector(body.center_of_mass), points or "-"]
         if facts is not None:
             x, y, angle = facts.poses[index]
-            # Rounding errors of the assembly would look like positions.
+            # Without the rounding errors of the assembly.
             row += [_vector((round(x / size, 12) * size, round(y / size, 12) * size)), _number(angle)]
         rows.append(row)
     return _table(rows) + odd
 
 
 def _floors(joints: Iterable[Any], facts: Inspection | None) -> dict[str, str]:
-    """For each clearance joint that leaves it to the scene, the least impact velocity that was chosen."""
+    """The default floor of the impact velocity of each clearance joint for which the scene gives none."""
     if facts is None:
         return {}
     clearance = [joint for joint in joints if isinstance(joint, ClearanceRevolute)]
     return {
-        joint.name: f"{floor:.3g} m/s at the default rtol, which it follows"
+        joint.name: f"{floor:.3g} m/s at the default rtol, in proportion to rtol"
         for joint, floor in zip(clearance, facts.impact_velocity_floors, strict=True)
         if joint.impact_velocity_floor is None
     }
 
 
 def _records(records: Iterable[Any], floors: dict[str, str], slides: Collection[str]) -> list[str]:
-    """One line a record, and one more for each record that it holds; `slides` names the prismatic joints."""
+    """One line for each record, and one for each record inside it; `slides` names the prismatic joints."""
     rows: list[list[str]] = []
     inner: list[list[str]] = []
     for record in records:
@@ -205,7 +206,7 @@ def _records(records: Iterable[Any], floors: dict[str, str], slides: Collection[
 
 
 def _units_at(record: Part, slides: Collection[str]) -> dict[str, str]:
-    """Units of a record; of what depends on its joint, such as ``"rad or m"``, the one that applies."""
+    """Units of a record; where they depend on its joint, as in ``"rad or m"``, the one that applies."""
     choice = -1 if getattr(record, "joint", None) in slides else 0
     return {name: unit.split(" or ")[choice] for name, unit in units(type(record)).items()}
 
@@ -254,7 +255,9 @@ def _mobility(scene: Described, facts: Inspection) -> list[str]:
         reason += "of ideal joints"
     lines = [f"degrees of freedom: {freedom} ({reason})"]
     if freedom == 0:
-        lines.append("  the drives prescribe the whole motion: it is solved at each instant, not integrated")
+        lines.append(
+            "  the drives prescribe the whole motion: it is solved for at each instant, not integrated"
+        )
     if facts.coordinates:
         named = ", ".join(f"{name} [{_coordinate_unit(name, joints)}]" for name in facts.coordinates)
         lines.append(f"coordinates: {named}")
@@ -262,10 +265,8 @@ def _mobility(scene: Described, facts: Inspection) -> list[str]:
     loops = len(scene.joints) - len(facts.bodies) + (0 if _GROUND in ends else 1)
     lines.append(f"independent loops: {loops}")
     lines += ["cut joints" if facts.cut_joints else "cut joints: none"]
-    lines += [f"  {name}: it has clearance, and acts by a contact force" for name in clearance]
-    lines += [
-        f"  {name}: it closes a loop of ideal joints, and is held by two multipliers" for name in closures
-    ]
+    lines += [f"  {name}: it has clearance and acts by a contact force" for name in clearance]
+    lines += [f"  {name}: it closes a loop of ideal joints, by two Lagrange multipliers" for name in closures]
     if closures:
         lines.append("redundant constraints: none, the loop equations are independent at the start")
     lines.append(
@@ -281,7 +282,7 @@ def _ends(joint: Any) -> tuple[str, str]:
 
 
 def _coordinate_unit(name: str, joints: dict[str, Any]) -> str:
-    """A coordinate is named by its joint, or by a floating body and its direction."""
+    """Unit of a coordinate, which is named by its joint, or by a floating body and its direction."""
     if name in joints:
         return "m" if isinstance(joints[name], Prismatic) else "rad"
     return "rad" if name.endswith(".angle") else "m"

@@ -1,4 +1,4 @@
-"""Forces on the bodies: gravity, springs, dampers, given forces and torques."""
+"""Forces on the bodies: gravity, springs, dampers, applied forces and torques."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ class Gravity(Part):
 
 @dataclass(frozen=True)
 class Spring(Part):
-    """A spring, with a damper beside it, between two points.
+    """A spring and a damper in parallel between two points.
 
-    It pulls with stiffness (distance - length) + damping (rate of the distance).
+    Its tension is stiffness (distance - length) + damping (rate of the distance).
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Spring(Part):
     stiffness : float
         Stiffness [N/m].
     length : float
-        Distance of the points without force [m].
+        Distance of the points when unloaded [m].
     damping : float
         Damping [N s/m].
     """
@@ -81,7 +81,7 @@ class Damper(Part):
 
 @dataclass(frozen=True)
 class TorsionSpring(Part):
-    """A torsion spring, with a damper beside it, between two bodies.
+    """A torsion spring and a damper in parallel between two bodies.
 
     The torque on body b is -stiffness (angle of b relative to a - `angle`) - damping (its rate).
 
@@ -94,7 +94,7 @@ class TorsionSpring(Part):
     stiffness : float
         Stiffness [N m/rad].
     angle : float
-        Angle of body b relative to body a without torque [rad]; full turns count.
+        Angle of body b relative to body a when unloaded [rad]; full turns count.
     damping : float
         Damping [N m s/rad].
     """
@@ -111,7 +111,7 @@ class TorsionSpring(Part):
 
 @dataclass(frozen=True)
 class TorsionDamper(Part):
-    """A damper that slows the turning of two bodies against each other.
+    """A torsion damper between two bodies.
 
     Parameters
     ----------
@@ -133,14 +133,14 @@ class TorsionDamper(Part):
 
 @dataclass(frozen=True)
 class Force(Part):
-    """A given force at a point.
+    """A force at a point, given as a function of time.
 
     Parameters
     ----------
     name : str
         Name, unique in the scene.
     point : str
-        Where it acts, as ``"body.point"``.
+        Point at which it acts, as ``"body.point"``.
     x, y : float, Polynomial, Harmonic or Table
         Its components [N], constant or functions of time.
     frame : {"ground", "body"}
@@ -159,18 +159,18 @@ class Force(Part):
 
 @dataclass(frozen=True)
 class Torque(Part):
-    """A given torque on a body.
+    """A torque on a body, given as a function of time.
 
     Parameters
     ----------
     name : str
         Name, unique in the scene.
     body : str
-        The body it turns.
+        The body on which it acts.
     torque : float, Polynomial, Harmonic or Table
         The torque [N m], constant or a function of time.
     reaction : str
-        The body it turns the other way, as a motor turns its frame.
+        The body on which its reaction acts, such as the frame of a motor.
     """
 
     _tag = ("type", "torque")

@@ -52,8 +52,8 @@ class Harmonic(Part):
 class Table(Part):
     """The cubic spline through points, twice continuously differentiable.
 
-    Its ends are those of SciPy's ``CubicSpline`` (not-a-knot). A run must lie within the table; steps of the
-    integrator end at its points.
+    The end conditions are not-a-knot, as in SciPy's ``CubicSpline``. A run must lie within the table; steps
+    of the integrator end at its points.
 
     Parameters
     ----------

@@ -11,12 +11,12 @@ from .schema import Part
 
 @dataclass(frozen=True)
 class LankaraniNikravesh(Part):
-    """Hertz contact with hysteresis damping, F = K δⁿ (1 + χ δ̇), never pulling.
+    """Hertz contact with hysteresis damping, F = K δⁿ (1 + χ δ̇), never tensile.
 
-    χ = 3 (1 - restitution²) / (4 v₀) with the impact velocity v₀ latched at the start of each contact.
-    Derived for small losses: the law rebounds with 0.913 for 0.9, 0.725 for 0.5 and still 0.66 toward 0,
-    so it is meant for values above 0.85. Otherwise as `Hertz`. Source: Lankarani and Nikravesh (1990), Eq.
-    (10) of the paper.
+    χ = 3 (1 - restitution²) / (4 v₀) with the impact velocity v₀ at the onset of the contact, for which χ is
+    fixed (latched). Derived for small losses: the rebound ratio is 0.913 for a restitution of 0.9, 0.725 for
+    0.5 and still 0.66 toward 0, so the law is intended for values above 0.85. Otherwise as `Hertz`. Source:
+    Lankarani and Nikravesh (1990), Eq. (10) of the paper.
 
     Parameters
     ----------
@@ -39,9 +39,9 @@ class LankaraniNikravesh(Part):
 class Hertz(Part):
     """Elastic contact, F = K δⁿ.
 
-    Holds for dry contacts that are small against the radii and impacts that are slow against elastic waves
-    and below yield; of two cylinders with nearly equal radii it is an approximation, and n = 1.5 is that of
-    spheres. Source: Hertz (1882).
+    Valid for dry contacts that are small compared with the radii, and for impacts that are slow compared with
+    elastic waves and below yield. For two cylinders with nearly equal radii it is an approximation, with the
+    exponent n = 1.5 of spheres. Source: Hertz (1882).
 
     Parameters
     ----------
@@ -59,11 +59,11 @@ class Hertz(Part):
 
 @dataclass(frozen=True)
 class Flores(Part):
-    """Dry contact with hysteresis damping, F = K δⁿ (1 + χ δ̇), never pulling.
+    """Dry contact with hysteresis damping, F = K δⁿ (1 + χ δ̇), never tensile.
 
-    χ = 8 (1 - c) / (5 c v₀) with the latched impact velocity v₀. Made for the whole range of restitution; the
-    rebound ratio is 0.894 for c = 0.9, 0.470 for 0.5 and 0.069 for 0.1. Otherwise as `Hertz`. Source: Flores
-    et al. (2011).
+    χ = 8 (1 - c) / (5 c v₀) with the impact velocity v₀ at the onset of the contact. Intended for the whole
+    range of restitution; the rebound ratio is 0.894 for c = 0.9, 0.470 for 0.5 and 0.069 for 0.1. Otherwise
+    as `Hertz`. Source: Flores et al. (2011).
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ class Flores(Part):
 
 @dataclass(frozen=True)
 class HuntCrossley(Part):
-    """Dry contact with a fixed hysteresis factor, F = K δⁿ (1 + χ δ̇), never pulling.
+    """Dry contact with a fixed hysteresis factor, F = K δⁿ (1 + χ δ̇), never tensile.
 
     The rebound ratio falls with the impact velocity v₀, at first as 1 - 2 χ v₀ / 3; the factor is a
     property of the materials. Otherwise as `Hertz`. Source: Hunt and Crossley (1975).
@@ -110,9 +110,8 @@ class HuntCrossley(Part):
 class SmoothedCoulomb(Part):
     """Coulomb friction smoothed by a hyperbolic tangent, μ tanh(v / V).
 
-    For dry contacts that slide faster than V most of the time: slower it creeps under load and never
-    sticks, and it knows no static friction. Source: a regularization in common use, e.g. Andersson et al.
-    (2007).
+    For dry contacts that slide faster than V most of the time: below V a loaded contact creeps instead of
+    sticking. There is no static friction. Source: a common regularization, e.g. Andersson et al. (2007).
 
     Parameters
     ----------
@@ -133,9 +132,9 @@ class ModifiedCoulomb(Part):
     """Friction with a smooth rise to the static and a smooth fall to the sliding coefficient.
 
     The coefficient follows a quarter sine up to `stick_slip_velocity`, half a cosine wave from there to
-    `static_sliding_velocity`, and is constant above. The contact creeps under load and never truly sticks:
-    for contacts that slide faster than `stick_slip_velocity` most of the time. Source: Eq. (11) of the
-    paper.
+    `static_sliding_velocity`, and is constant above. For contacts that slide faster than
+    `stick_slip_velocity` most of the time: below it a loaded contact creeps instead of sticking. Source: Eq.
+    (11) of the paper.
 
     Parameters
     ----------

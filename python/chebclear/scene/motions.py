@@ -1,4 +1,4 @@
-"""Prescribed motions, and how a scene starts."""
+"""Prescribed motions and initial conditions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .schema import Part, Vector
 
 @dataclass(frozen=True)
 class Speed(Part):
-    """A revolute joint that is turned at constant speed.
+    """A revolute joint driven at constant speed.
 
     Parameters
     ----------
@@ -37,10 +37,10 @@ class Speed(Part):
 
 @dataclass(frozen=True)
 class Motion(Part):
-    """A revolute or prismatic joint that moves as a function of time says.
+    """A revolute or prismatic joint whose coordinate is a given function of time.
 
-    The function gives the motion with its derivatives, so it should start as the mechanism is meant to start:
-    ``Harmonic`` and ``Polynomial`` have a speed at time zero, which the other bodies then have to follow.
+    The mechanism starts with the value and the speed of the function at time zero: ``Harmonic`` and
+    ``Polynomial`` may have a speed there, with which the other bodies then start.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class Motion(Part):
     joint : str
         Name of the joint.
     motion : float, Polynomial, Harmonic or Table
-        Angle or displacement of body b relative to body a [rad or m]; a number holds the joint.
+        Angle or displacement of body b relative to body a [rad or m]; a number fixes the joint.
     """
 
     _tag = ("type", "motion")
@@ -62,9 +62,10 @@ class Motion(Part):
 
 @dataclass(frozen=True)
 class JointStart(Part):
-    """Where an ideal joint starts, and how fast.
+    """Initial position and velocity of an ideal joint.
 
-    What is not given follows from the other joints, the drives and the rough angles of the bodies.
+    What is not given follows from the other joints, the drives and the initial guesses of the angles of the
+    bodies.
 
     Parameters
     ----------
@@ -77,8 +78,8 @@ class JointStart(Part):
 
     Notes
     -----
-    Full turns of the position count for torsion springs, but at a joint where a loop is cut
-    (``scene.check().cut_joints``): there give the turns to a body, with `BodyStart`.
+    Full turns of the position count for torsion springs, except at a joint where a loop is cut
+    (``scene.check().cut_joints``): give the turns to a body there, with `BodyStart`.
     """
 
     _tag = ("type", "joint")
@@ -90,7 +91,7 @@ class JointStart(Part):
 
 @dataclass(frozen=True)
 class BodyStart(Part):
-    """The angle at which a body starts, and how fast it turns.
+    """Initial angle and angular velocity of a body.
 
     Parameters
     ----------
@@ -111,14 +112,14 @@ class BodyStart(Part):
 
 @dataclass(frozen=True)
 class ClearanceStart(Part):
-    """Where the journal of a clearance joint starts; concentric and at relative rest if nothing is said.
+    """Initial position and velocity of a journal in its bearing; by default concentric and at relative rest.
 
     Parameters
     ----------
     joint : str
         Name of the clearance joint.
     eccentricity : (float, float)
-        Center of the journal seen from that of the bearing, along the axes of ground [m].
+        Vector from the center of the bearing to that of the journal, along the axes of ground [m].
     rate : (float, float)
         Its rate [m/s].
     """

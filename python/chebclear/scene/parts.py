@@ -1,4 +1,4 @@
-"""Bodies and joints, and what the core makes of a scene of them."""
+"""Bodies and joints, and the facts about a scene that the core finds."""
 
 from __future__ import annotations
 
@@ -42,7 +42,8 @@ class Body(Part):
     points : mapping of str to (float, float)
         Named points in the frame of the body [m].
     angle : float
-        Rough angle of the body's frame at the start [rad]; chooses between the ways to assemble a mechanism.
+        Initial guess of the angle of the body's frame at the start [rad], which selects one of several
+        possible assemblies of a mechanism.
     """
 
     name: str
@@ -56,7 +57,7 @@ class Body(Part):
 
 @dataclass(frozen=True)
 class Revolute(Part):
-    """A pin without play: the points coincide, the bodies turn.
+    """A pin joint without clearance: the points coincide, the bodies turn.
 
     Parameters
     ----------
@@ -75,7 +76,7 @@ class Revolute(Part):
 
 @dataclass(frozen=True)
 class Prismatic(Part):
-    """A guide without play: point b slides along the line through point a, the bodies do not turn.
+    """A guide without clearance: point b slides along the line through point a, the bodies do not turn.
 
     Parameters
     ----------
@@ -122,7 +123,7 @@ class Fixed(Part):
 
 @dataclass(frozen=True)
 class ClearanceRevolute(Part):
-    """A pin with play: a journal moves freely in a larger bearing until it touches.
+    """A revolute joint with clearance: a journal moves freely in a larger bearing until it touches.
 
     Parameters
     ----------
@@ -139,19 +140,20 @@ class ClearanceRevolute(Part):
     friction : ModifiedCoulomb or SmoothedCoulomb, optional
         Law of the friction force; none if not given.
     sliding : {"surface", "contact_point"}
-        Sliding velocity that friction sees: of the two material surfaces, or of the geometric contact point
-        as in the paper's Eqs. (5) and (6), which misses the rotation of the bodies.
+        Sliding velocity in the friction law: of the two material surfaces, or of the geometric contact point
+        as in the paper's Eqs. (5) and (6), which omits the rotation of the bodies.
     impact_velocity_floor : float, optional
-        Least impact velocity that the contact law latches [m/s]. If not given it follows the velocity
-        tolerance of a run, and so moves its results no more than the tolerance does.
+        Lower bound of the impact velocity in the contact law [m/s]: slower impacts are damped as if at it. If
+        not given it is proportional to the velocity tolerance of a run, and changes results no more than the
+        tolerance does.
 
     Notes
     -----
-    Both forces act at the contact points of journal and bearing, Eq. (3) of Xiang et al. (2020), which lie
-    apart by the penetration. Normal forces there are in line; friction forces are not and leave a couple,
-    penetration times friction force: a free pair drifts by somewhat less of the angular momentum that
-    friction exchanges than the deepest penetration is of the journal radius. Measured: 0.4 % at 0.4 %, 18 %
-    at 22 %; 2e-4 in the mechanism of the paper.
+    Both forces act at the contact points of journal and bearing, Eq. (3) of Xiang et al. (2020), whose
+    distance is the penetration. The normal forces there are collinear; the friction forces are not and form a
+    couple of penetration times friction force. The angular momentum of a free pair of bodies therefore
+    drifts: by a part of that exchanged by friction which is at most about the ratio of penetration to journal
+    radius. Measured: 0.4 % at a ratio of 0.4 %, 18 % at 22 %; 2e-4 in the mechanism of the paper.
     """
 
     _tag = ("type", "clearance_revolute")
@@ -179,7 +181,7 @@ Start: TypeAlias = JointStart | BodyStart | ClearanceStart
 
 @dataclass(frozen=True, repr=False)
 class Inspection(Shown):
-    """What the core made of a scene; see `Scene.check`.
+    """Facts about a scene; see `Scene.check`.
 
     Attributes
     ----------
@@ -188,9 +190,9 @@ class Inspection(Shown):
     coordinates : tuple[str, ...]
         Names of those coordinates.
     columns : tuple[str, ...]
-        Names of the outputs of a simulation that does not choose: bodies, clearance joints, drives.
+        Names of the default outputs of a simulation: of bodies, clearance joints and drives.
     further_columns : tuple[str, ...]
-        Names of the outputs that it can choose besides: points, joint coordinates, reactions, energies.
+        Names of outputs on request: of points, joint coordinates, reactions and energies.
     bodies : tuple[str, ...]
         Names of the bodies.
     poses : tuple[tuple[float, float, float], ...]
@@ -198,10 +200,10 @@ class Inspection(Shown):
     cut_joints : tuple[str, ...]
         Names of the joints at which loops were cut.
     impact_velocity_floors : tuple[float, ...]
-        Least impact velocity that the contact law latches at each clearance joint [m/s]; at the default
-        rtol if the scene gives none.
+        Lower bound of the impact velocity in the contact law of each clearance joint [m/s]; that at the
+        default rtol if the scene gives none.
     warnings : tuple[str, ...]
-        Numbers that look wrong or in another unit, each with its path; a simulation warns of them.
+        Numbers that look wrong or seem to be in another unit, each with its path; a simulation warns of them.
     """
 
     degrees_of_freedom: int

@@ -1,8 +1,8 @@
 """The scene: bodies, joints, forces and drives as the user writes them.
 
-Everything here is an immutable record of names and numbers: scenes compare, hash, copy, pickle and make the
-round trip through JSON without losing a bit. Whether a scene makes sense is decided by the core when it is
-checked or simulated; every problem is then reported at once, with its path.
+Everything here is an immutable record of names and numbers: scenes can be compared, hashed, copied, pickled
+and written to JSON and back without losing a bit. The core checks the content of a scene when it is checked
+or simulated; all problems are then reported at once, with their paths.
 
 Units are SI with angles in radians. Positions are in the frame of the body they belong to. A point of a body
 is written ``"body.point"``; ``"body"`` alone is the origin of its frame and ``"body.center_of_mass"`` always
@@ -81,7 +81,8 @@ class Scene(Part):
     ground : mapping of str to (float, float)
         Named points of the fixed body ``"ground"`` [m].
     start : sequence of JointStart, BodyStart or ClearanceStart
-        How a run starts, where that is not left to the joints, the drives and the rough angles of the bodies.
+        Initial conditions that do not follow from the joints, the drives and the initial guesses of the
+        angles of the bodies.
 
     Examples
     --------
@@ -138,12 +139,12 @@ class Scene(Part):
         return self._line if indent is None else json.dumps(json.loads(self._line), indent=indent)
 
     def __getstate__(self) -> dict[str, Any]:
-        # What is kept is no part of the scene: its pickle must not tell whether it was simulated.
+        # Cached values are no part of the scene: its pickle must not depend on whether it was simulated.
         return {item.name: getattr(self, item.name) for item in dataclasses.fields(self)}
 
     @functools.cached_property
     def _line(self) -> str:
-        # Kept: nothing in a scene changes, and every simulation wants the text, some of them twice.
+        # Cached: a scene is immutable, and every simulation needs the text, some of them twice.
         problems: list[Problem] = []
         text = json.dumps(write(self, (Scene,), "", problems), allow_nan=False)
         if problems:
@@ -166,7 +167,7 @@ class Scene(Part):
         Raises
         ------
         SceneError
-            If the text is no JSON, or names unknown or misses fields.
+            If the text is not valid JSON, or has unknown or missing fields.
         """
         problems: list[Problem] = []
         try:
@@ -175,7 +176,7 @@ class Scene(Part):
         except ValueError as error:
             raise SceneError([("scene", f"is not valid JSON: {error}")]) from None
         except RecursionError:
-            raise SceneError([("scene", "is no scene: it is nested more deeply than any scene is")]) from None
+            raise SceneError([("scene", "is not a scene: it is nested too deeply")]) from None
         if problems:
             raise SceneError(problems)
         assert isinstance(scene, Scene)
@@ -222,18 +223,19 @@ class Scene(Part):
         return Inspection(**fields)
 
     def describe(self) -> str:
-        """The scene in words: its parts with the units of all numbers, what can move, what is cut and why.
+        """The scene in words: its parts with units, its degrees of freedom, and the cut joints with the
+        reason.
 
         Returns
         -------
         str
-            Text to print. A scene that cannot be simulated is described too, with all its problems.
+            Text to print. A scene that cannot be simulated is described as well, with all its problems.
         """
         return describe_scene(self)
 
 
 def _further_problems(text: str, known: Sequence[Problem]) -> list[Problem]:
-    """What else is wrong with a scene in which stand-ins were written for fields of wrong type."""
+    """Further problems of a scene whose fields of wrong type were replaced by placeholders."""
     from .. import _core
 
     try:
@@ -247,6 +249,6 @@ def _within(problem: Problem, known: Problem) -> bool:
     """Whether a problem follows from a known one."""
     if at_or_below(problem.path, known.path):
         return True
-    # The points of a table are judged together, at its times.
+    # The points of a table are checked together, with the path of its times.
     table = re.fullmatch(r"(.*)\.(times|values)(\[\d+\])?", known.path)
     return table is not None and problem.path == f"{table[1]}.times"

@@ -1,7 +1,7 @@
 """Records of the scene and their JSON: the annotations of a record's fields are its schema.
 
-A record settles its fields when it is made (numbers become floats, pairs and lists become tuples) and never
-complains: what has a wrong type is kept and reported, with its path and together with everything else, when
+A record converts its fields when it is made (numbers become floats, pairs and lists become tuples) and never
+raises: values of a wrong type are kept and reported together with all other problems, with their paths, when
 the record is written.
 """
 
@@ -21,7 +21,7 @@ from ..errors import Problem
 Vector: TypeAlias = tuple[float, float]
 Numbers: TypeAlias = Sequence[float]
 
-# Annotations that stand for plain values, as they are written in the records.
+# Annotations of plain values, as they are written in the records.
 _NUMBERS = ("float", "float | None")
 _TEXT = "str"
 _VECTOR = "Vector"
@@ -34,7 +34,7 @@ _NOT_FINITE = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 
 
 class Points(Mapping[str, Vector]):
-    """Named points: a mapping that cannot be changed, so that what holds it can be hashed.
+    """Named points: an immutable mapping, so that records that contain it can be hashed.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class Part:
     """Base of the records; a subclass is a frozen dataclass."""
 
     _tag: ClassVar[tuple[str, str] | None] = None
-    """The JSON key and word that tell this class from its alternatives."""
+    """The JSON key and word that distinguish this class from its alternatives."""
     _choices: ClassVar[Mapping[str, tuple[type[Part], ...]]] = {}
     """For each field that holds other records, or a sequence of them, their classes."""
 
@@ -145,7 +145,7 @@ def _settle_of(annotation: str) -> Callable[[Any], Any] | None:
 
 
 def write(part: Any, accepted: tuple[type[Part], ...], path: str, problems: list[Problem]) -> Any:
-    """A record as JSON allows it.
+    """A record as JSON values.
 
     Parameters
     ----------
@@ -154,9 +154,9 @@ def write(part: Any, accepted: tuple[type[Part], ...], path: str, problems: list
     accepted : tuple of type
         Classes it may have.
     path : str
-        Where it stands, empty for the outermost one.
+        Its path, empty for the outermost one.
     problems : list of Problem
-        Where wrong types are noted; something readable is written in their place.
+        Wrong types are added here; placeholders are written for them.
     """
     if not isinstance(part, accepted):
         names = " or ".join(choice.__name__ for choice in accepted)
@@ -230,7 +230,7 @@ def _write_number(value: Any, path: str, problems: list[Problem], wanted: str = 
 
 
 def as_json_number(value: Any) -> Any:
-    """A value for the core: JSON has no numbers that are not finite, which become words."""
+    """A value for the core, with words for numbers that are not finite, which JSON does not have."""
     if not isinstance(value, float) or math.isfinite(value):
         return value
     return "NaN" if math.isnan(value) else "Infinity" if value > 0.0 else "-Infinity"
@@ -239,8 +239,8 @@ def as_json_number(value: Any) -> Any:
 def read(plain: Any, accepted: tuple[type[Part], ...], path: str, problems: list[Problem]) -> Any:
     """The record that `write` wrote.
 
-    Missing and unknown fields are noted; values of wrong type are left for `write` to report. Parameters are
-    those of `write`.
+    Missing and unknown fields are added to `problems`; values of wrong type are reported by `write`. The
+    parameters are those of `write`.
     """
     if not isinstance(plain, dict):
         problems.append(Problem(path or "scene", f"must be an object, got {plain!r}"))

@@ -183,9 +183,9 @@ def recommendation(
             f"rtol {power(best.rtol)} with {best.method}: {_shown_amounts(result, errors(best), bound)} over "
             f"{_span(result, span)}, {_price(best, cost)} a run"
         )
-        parted = float(best.horizon[np.isfinite(bound)].min(initial=math.inf))
-        if parted <= span:
-            text += f", but off by more than 1 % of a range from {in_words(parted)} on"
+        diverged = float(best.horizon[np.isfinite(bound)].min(initial=math.inf))
+        if diverged <= span:
+            text += f", but with errors above 1 % of a range from {in_words(diverged)} on"
         if len(good) == len(result.points) > 1:
             text += "; all settings measured are accurate enough, cheaper ones may be too"
         if until is None and span < result.end:

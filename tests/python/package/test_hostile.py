@@ -19,5 +19,5 @@ def test_members_that_were_exchanged_are_told(tmp_path):
     with np.load(path) as archive:
         members = dict(archive)
     np.savez(path, metadata=members["metadata"], first=members["second"], second=members["first"])
-    with pytest.raises(ValueError, match="is damaged: first, second is not what was written"):
+    with pytest.raises(ValueError, match="is damaged: first, second has changed"):
         files.load(path, "pair")

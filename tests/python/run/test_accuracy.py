@@ -75,7 +75,7 @@ def test_the_estimate_of_a_chaotic_run_has_a_horizon(tmp_path):
     error = np.abs(run["wrist.normal_force"] - true)
     assert 0.5 * error.max() < force.max_difference < 2.0 * error.max()
     first = np.flatnonzero(error > 0.01 * np.ptp(true))[0]
-    assert 0.5 * run.t[first] < force.horizon < 2.0 * run.t[first] and force.parted
+    assert 0.5 * run.t[first] < force.horizon < 2.0 * run.t[first] and force.diverged
     assert force.claim == 0.02 * force.range and error[run.t < force.horizon].max() < force.claim
     assert run.error["slider.y"].range == 0.0 and math.isnan(run.error["slider.y"].relative)
     for twin in (
@@ -171,9 +171,9 @@ def test_a_companion_that_fails_ends_what_is_estimated():
     run = cc.simulate(scene, duration=0.004, samples=41, max_steps=limit, **given)
     assert run.success and run.error.status == "max_steps"
     estimate = run.error["slider.vx"]
-    assert 0.0 < estimate.horizon == run.error.compared_until < 0.004 and not estimate.parted
+    assert 0.0 < estimate.horizon == run.error.compared_until < 0.004 and not estimate.diverged
     assert estimate.in_words() == (
-        f"did not part until {estimate.horizon:.4g} s, where a companion run ended"
+        f"did not diverge until {estimate.horizon:.4g} s, where a companion run ended"
     )
 
 

@@ -247,7 +247,7 @@ class TestClearance:
     def test_start_transient_is_told(self, runs):
         rough, _ = runs
         peak = rough.peak("wrist.normal_force")
-        assert peak.in_transient and "while the start settles" in str(peak)
+        assert peak.in_transient and "in the starting transient" in str(peak)
         later = cc.simulate(self.SCENE, duration=1e-3, samples=2, skip=self.SCENE.period)
         assert not later.peak("wrist.normal_force").in_transient
 

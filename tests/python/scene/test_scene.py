@@ -215,8 +215,8 @@ def test_a_mechanism_that_cannot_be_assembled_is_refused():
         ('{"bodies": [], "joints": [{"type": "revolut"}]}', "joints[0].type", 'did you mean "revolute"'),
         ('{"bodies": [], "joints": [4]}', "joints[0]", "must be an object"),
         ('{"bodies": [], "joints": [{"type": []}]}', "joints[0].type", "must be one of"),
-        ("[" * 100_000, "scene", "nested more deeply"),
-        ('{"bodies":' * 100_000, "scene", "nested more deeply"),
+        ("[" * 100_000, "scene", "nested too deeply"),
+        ('{"bodies":' * 100_000, "scene", "nested too deeply"),
     ],
 )
 def test_bad_json_is_refused_with_a_path(text, path, words):
@@ -250,7 +250,7 @@ def test_intervals():
         (lambda: cc.interval(1.0, rel=-0.1), "rel must be"),
         (
             lambda: cc.interval(0.05, rel=10),
-            r"<= 1 \[-\], got 10: 10 % is rel=0.1; an interval .* half_width",
+            r"<= 1 \[-\], got 10: 10 % is rel=0.1; for an interval .* half_width",
         ),
         (lambda: cc.interval(0.0, rel=0.1), "half_width"),
         (lambda: cc.interval(1.0, half_width=0.0), "half_width must be"),

@@ -302,7 +302,7 @@ def test_a_certified_band_says_what_is_proved():
     assert band.verdict == "certified" and band.margin.method == "runs" and band.surrogate is None
     assert 0.97 <= band.coverage < 1.0
     assert "independently and uniformly from the box" in result.statement and "97 %" in result.statement
-    assert "estimated" in study.band(15).statement and study.scan(2).statement is None
+    assert "an estimate" in study.band(15).statement and study.scan(2).statement is None
     # Nothing is evened out: the points are those of a plain generator.
     assert not np.array_equal(result.parameters, study.certify(0.97, seed=1).parameters)
     with pytest.raises(ValueError, match="takes 1500 runs, more than max_runs = 100"):

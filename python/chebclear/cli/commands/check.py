@@ -62,7 +62,7 @@ def check(options: argparse.Namespace) -> int:
     for line in [*_play(scene), *(_outputs(scene) if options.list_outputs else []), *_parameters(template)]:
         print(line)
     warnings = scene.check().warnings
-    print(f"plausible: {'see the numbers to look at above' if warnings else 'yes'}")
+    print(f"plausible: {'see the numbers to check above' if warnings else 'yes'}")
     if picture is not None:
         print(f"wrote    {picture}")
     hint(options, "chebclear study FILE --out results" if template.intervals else "chebclear run FILE")
