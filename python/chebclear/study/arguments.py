@@ -1,4 +1,4 @@
-"""Checks of what a study is made from, and the progress that it shows."""
+"""Checks of the arguments of a study, and its progress reports."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .band.hybrid import Normal, Uniform
 from .runs import MOST_NODES, MOST_RUNS
 
 MAX_RUNS = 20_000
-"""Runs that a call starts without being asked for more [-]: a minute or two of the paper's mechanism."""
+"""Default limit of the runs of one call [-]: a minute or two for the paper's mechanism."""
 
 
 def checked_intervals(checks: Checks, parameters: object) -> dict[str, Interval]:
@@ -72,7 +72,7 @@ def per_parameter(
 
 
 def check_runs(counts: Sequence[int], max_runs: int, fewer: str) -> None:
-    """Refuse what would fill the memory or take hours before the first run."""
+    """Refuse numbers of runs that would fill the memory or take hours, before the first run."""
     runs = math.prod(counts)
     grid = " x ".join(map(str, counts))
     if runs > MOST_RUNS:
@@ -85,7 +85,7 @@ def check_runs(counts: Sequence[int], max_runs: int, fewer: str) -> None:
 
 
 def check_keywords(checks: Checks, build: object, intervals: Iterable[str], fixed: Iterable[str]) -> None:
-    """Whether `build` can be called with these keywords, as far as its signature tells."""
+    """Check that `build` can be called with these keywords, as far as its signature is known."""
     for name in sorted(set(intervals) & set(fixed)):
         checks.add(f'"{name}" is both a parameter and fixed')
     if not callable(build):
@@ -93,7 +93,7 @@ def check_keywords(checks: Checks, build: object, intervals: Iterable[str], fixe
         return
     try:
         signature = inspect.signature(build).parameters.values()
-    except (TypeError, ValueError):  # a callable that does not tell, as some compiled ones
+    except (TypeError, ValueError):  # a callable without a signature, such as some compiled ones
         return
     by_keyword = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
     known = [item.name for item in signature if item.kind in by_keyword]

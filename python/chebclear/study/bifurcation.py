@@ -1,4 +1,4 @@
-"""How the settled motion of a mechanism changes with one parameter: samples once a period."""
+"""Bifurcation diagrams: the steady motion of a mechanism over one parameter, sampled once per period."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _ARRAYS = ("values", "samples", "period")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Bifurcation(Exports, records.ArrayRecord):
-    """Samples of an output once a period, for every value of a parameter: a bifurcation diagram.
+    """A bifurcation diagram: an output sampled once per period, for every value of a parameter.
 
     Attributes
     ----------
@@ -51,9 +51,9 @@ class Bifurcation(Exports, records.ArrayRecord):
     output : str
         Name of the output.
     samples : Array
-        The output once a period in its unit, shape (values, periods); NaN where a run failed.
+        The output once per period in its unit, shape (values, periods); NaN where a run failed.
     period : Array
-        Time from sample to sample [s], shape (values,).
+        Time between samples [s], shape (values,).
     skipped : int
         Periods before the first sample [-].
     """
@@ -70,12 +70,13 @@ class Bifurcation(Exports, records.ArrayRecord):
         return f"<Bifurcation of {self.output} over {self.parameter}: {count} values, {periods} periods each>"
 
     def points(self, tolerance: float) -> NDArray[np.int64]:
-        """How many different points the samples of each value make: if few, the periods until it comes back.
+        """Number of distinct points of each value of the parameter: of a periodic motion, its length in
+        periods.
 
         Parameters
         ----------
         tolerance : float
-            Samples nearer to each other than this are one point; in the unit of the output, above 0.
+            Samples closer to each other than this count as one point; in the unit of the output, above 0.
 
         Returns
         -------
@@ -85,7 +86,7 @@ class Bifurcation(Exports, records.ArrayRecord):
         Raises
         ------
         ValueError, TypeError
-            If the tolerance is no number above 0.
+            If the tolerance is not a number above 0.
         """
         checks = Checks()
         gap = checks.real("tolerance", tolerance, column_unit(self.output), above=0.0)
@@ -170,10 +171,10 @@ def bifurcation(
     progress: bool | Progress | None = None,
     **options: Unpack[StepOptions],
 ) -> Bifurcation:
-    """Simulate a mechanism at many values of one parameter and sample its settled motion once a period.
+    """Simulate a mechanism at many values of one parameter and sample its steady motion once per period.
 
-    Where the motion repeats itself every period, all samples of a value are one point; after a doubling of
-    the period two; in chaos a cloud. The runs are simulated in parallel, each from its assembled start.
+    If the motion has the period of the drive, all samples of a value coincide; after a period doubling there
+    are two points, in chaos a cloud. The runs are simulated in parallel, each from its assembled start.
 
     Parameters
     ----------
@@ -189,9 +190,9 @@ def bifurcation(
         A sample for each revolution of the slowest drive, ``scene.period``; or the time between two samples
         [s].
     periods : int
-        Samples of each run less one [-].
+        Number of samples of each run, minus one [-].
     skip : int
-        Periods before the first sample, in which the start settles [-].
+        Periods before the first sample, for the starting transient to decay [-].
     settings : Settings, optional
         How to simulate; each of the fields that follow may be given as a keyword as well, or instead. Its
         other fields are those of the periods and of the output.
@@ -199,15 +200,15 @@ def bifurcation(
     fixed : mapping of str to object, optional
         Further keywords of `build`, the same for all runs.
     threads : int, optional
-        Runs that are simulated at a time [-]; as many as there are processors if not given.
+        Number of simultaneous runs [-]; one for each processor if not given.
     progress : True or callable, optional
-        True shows a bar, or lines where standard error is no terminal; a callable gets the runs done and the
-        runs in all.
+        True shows a bar, or lines where standard error is not a terminal; a callable gets the number of
+        completed runs and that of all runs.
 
     Returns
     -------
     Bifurcation
-        A run that failed is NaN, and a warning says so.
+        Runs that failed are NaN, and a warning counts them.
 
     Raises
     ------
@@ -282,7 +283,7 @@ def _simulated(
     threads: int | None,
     progress: bool | Progress | None,
 ) -> Array:
-    """The output of all runs, shape (runs, samples); the core runs beside the others while it computes."""
+    """The output of all runs, shape (runs, samples), simulated in threads."""
     stop = threading.Event()
 
     def go_on(share: float) -> None:

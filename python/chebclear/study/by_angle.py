@@ -1,4 +1,4 @@
-"""Bands by crank angle: which revolutions are simulated, and the runs cut into revolutions."""
+"""Bands by crank angle: the simulated revolutions, and the runs divided into them."""
 
 from __future__ import annotations
 
@@ -24,36 +24,36 @@ from .runs import Runs
 
 Array = NDArray[np.float64]
 
-# What only grows: no two revolutions are alike.
+# Integrals over time, which grow from revolution to revolution.
 _SUMS = ("impact_loss", "friction_loss", "damping_loss", "wear", "input", "balance")
 # Samples in time for one step of the crank angle where the angle is measured, at the largest speed.
 _OVERSAMPLING = 2
-# A crank that turns by less in the whole run rests, but for rounding [rad].
+# A crank that turns by less in the whole run counts as at rest [rad].
 _LEAST_TURN = 1e-6
-# Runs that differ by this part of the spread over the box are beyond prediction; two revolutions hardly
-# ever are, so that shorter runs are not simulated twice.
+# Runs that differ by this part of the spread over the box are not predictable. Within two revolutions that
+# hardly ever occurs, so that shorter runs are not simulated twice.
 _APART = 0.1
 _PREDICTABLE = 2.5
-# Samples from which the largest speed of a driven crank is taken.
+# Samples for the largest speed of a driven crank.
 _LOOK = 2001
 
 
 def turning(
     study: Runner, settings: Settings | None, cycles: int, discard: int, joint: str | None
 ) -> tuple[Settings, Revolutions]:
-    """How to simulate so that samples are known at the same crank angles in every revolution.
+    """Settings with which samples can be taken at the same crank angles in every revolution.
 
     Parameters
     ----------
     study : Runner
-        What to simulate.
+        The study.
     settings : Settings or None
-        How; `samples` are those of a revolution, and a drive at constant speed needs neither `skip` nor
-        `duration`. None if the runs are not simulated here.
+        Its settings; `samples` are those of a revolution, and a drive at constant speed needs neither `skip`
+        nor `duration`. None if the runs are not simulated here.
     cycles : int
         Revolutions of every run [-].
     discard : int
-        How many of them, the first ones, are not pooled [-].
+        Number of first revolutions that are not pooled [-].
     joint : str or None
         Joint whose angle is the crank angle; that of the only drive at constant speed if None.
 
@@ -86,7 +86,7 @@ def turning(
 
 
 def _constant(settings: Settings, drive: Speed, cycles: int, discard: int) -> tuple[Settings, Revolutions]:
-    """All runs turn at one speed: equal steps of time are equal steps of the angle."""
+    """For runs that all turn at one constant speed: equal steps of time are equal steps of the angle."""
     kept, period = cycles - discard, 2.0 * math.pi / abs(drive.speed)
     sense = 1 if drive.speed > 0.0 else -1
     turns = Revolutions(drive.joint, kept, discard, drive.angle, sense, settings.samples)
@@ -108,7 +108,7 @@ def _measured(
     cycles: int,
     discard: int,
 ) -> tuple[Settings, Revolutions]:
-    """Every run turns as it does: its angle is one more output."""
+    """For other runs: the measured angle is an additional output."""
     if study.features:
         raise ArgumentError(
             "features of each revolution need one constant speed of the drive in the whole box: make the "
@@ -120,7 +120,7 @@ def _measured(
     driven = [found.get(crank) for found in map(_driven, [scene, *ends])]
     speeds = [abs(drive.speed) for drive in driven if drive is not None]
     if len(speeds) == len(driven):
-        # One revolution more, since a start on the way to the first angle is skipped.
+        # One revolution more, since the motion up to the first angle is skipped.
         duration = 2.0 * math.pi * (cycles + 1) / min(speeds)
     look = dataclasses.replace(settings, skip=0.0, duration=duration, samples=_LOOK, outputs=(column,))
     run = run_scene(scene, look)
@@ -149,10 +149,11 @@ def _measured(
 
 
 def unpredictable(runs: Runs) -> tuple[str, ...]:
-    """A warning where the last revolution of runs is beyond prediction.
+    """A warning if single values in the last revolution are not predictable.
 
-    The midpoint run and two others are simulated once more at a tenth of the tolerance. Where two differ by
-    more than a tenth of what the runs of the box differ by, the parameters no longer decide what a run does.
+    The midpoint run and two others are simulated once more at a tenth of the tolerance. Where two such runs
+    differ by more than a tenth of the spread of all runs over the box, a run is no longer determined by its
+    parameters.
     """
     settings, period = runs.settings, settling_time(runs.scenes[-1]) if runs.scenes else -math.inf
     if settings is None or period < 0.0 or runs.t[-1] < _PREDICTABLE * period:
@@ -170,8 +171,8 @@ def unpredictable(runs: Runs) -> tuple[str, ...]:
     if not lost:
         return ()
     return (
-        f"{HORIZON}in the last revolution a run changes by more than {100.0 * _APART:g} % of what the runs "
-        f"of the box differ by when only its tolerances change ({', '.join(lost)}): {BY_ANGLE}",
+        f"{HORIZON}in the last revolution a run changes by more than {100.0 * _APART:g} % of the spread of "
+        f"the runs over the box when only its tolerances change ({', '.join(lost)}): {BY_ANGLE}",
     )
 
 
@@ -184,7 +185,7 @@ def _affordable(samples: int) -> int:
 def cut(runs: Runs, revolutions: Revolutions) -> Runs:
     """The runs by revolution: values of shape (runs, revolutions, samples, outputs).
 
-    Angles of outputs lose their full turns since the first sample.
+    The full turns since the first sample are subtracted from output angles.
 
     Raises
     ------
@@ -194,8 +195,8 @@ def cut(runs: Runs, revolutions: Revolutions) -> Runs:
     sums = [name for name in runs.outputs if name.rpartition(".")[2] in _SUMS]
     if sums:
         raise ArgumentError(
-            f"no band by crank angle for {', '.join(sums)}: they grow from revolution to revolution; ask for "
-            "features, such as the wear of each cycle, instead"
+            f"no band by crank angle for {', '.join(sums)}: they grow from revolution to revolution; use "
+            "features instead, such as the wear of each cycle"
         )
     if revolutions.column is None:
         drive = _driven(runs.scenes[-1])[revolutions.joint]
@@ -216,7 +217,7 @@ def cut(runs: Runs, revolutions: Revolutions) -> Runs:
 
 
 def _at_the_angles(runs: Runs, revolutions: Revolutions, column: str) -> Runs:
-    """The runs at the angles that are kept, between their samples in time; instants are those of the last."""
+    """The runs interpolated at the angles that are kept; the instants are those of the last run."""
     place = runs.outputs.index(column)
     shown = [index for index in range(len(runs.outputs)) if revolutions.shown or index != place]
     steps = revolutions.kept * (revolutions.samples - 1) + 1

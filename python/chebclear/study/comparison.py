@@ -1,4 +1,4 @@
-"""Comparison of the bounds of two studies, as Table 3 of the paper does it."""
+"""Comparison of the bounds of two studies, as in Table 3 of the paper."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, repr=False)
 class BoundErrors(Shown):
-    """How the bounds of one output differ from reference bounds, over a span of time.
+    """Differences between the bounds of one output and reference bounds, over a span of time.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class BoundErrors(Shown):
     reference_width : float
         Largest width of the reference band in the unit of the output.
     slack : float
-        How much wider the band is at its widest than the reference at its, relative to the reference [-].
+        Largest width of the band minus that of the reference, relative to the latter [-].
     """
 
     lower: float
@@ -101,10 +101,10 @@ class Comparison(Named[BoundErrors]):
 def compare(
     result: StudyResult, reference: StudyResult, start: float | None = None, end: float | None = None
 ) -> Comparison:
-    """Compare the bounds of two studies as the paper's Table 3 does.
+    """Compare the bounds of two studies as in the paper's Table 3.
 
     The relative error of a bound is ``|RMS(bound) - RMS(reference)| / RMS(reference)`` with the root mean
-    square over time. It says nothing of where in time the bounds differ.
+    square over time. It does not show at which times the bounds differ.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def compare(
     Returns
     -------
     Comparison
-        For the outputs that both have. A relative number is NaN where the reference is zero throughout.
+        For the outputs of both studies. A relative number is NaN if the reference is zero at all times.
 
     Raises
     ------
@@ -153,7 +153,7 @@ def compare(
     last = float(t[-1]) if end is None else checks.real("end", end, "s")
     if first > last:
         checks.add(f"start must be <= end, got start = {first!r} and end = {last!r}")
-    # Samples at the ends of the span must not be lost to rounding.
+    # A margin, so that rounding does not exclude samples at the ends of the span.
     margin = 1e-9 * float(t[-1] - t[0])
     span = (t >= first - margin) & (t <= last + margin)
     if not span.any():

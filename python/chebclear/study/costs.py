@@ -1,4 +1,4 @@
-"""What bounds of a study cost and deliver: a table, and the cheapest that are good enough."""
+"""Cost and quality of the bounds of a study: a table, and the cheapest bounds that are good enough."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StudyTradeoffPoint(records.ArrayRecord):
-    """What one way of bounding costs and delivers; widths are relative to those of the reference.
+    """Cost and quality of one method of bounding; widths are relative to those of the reference.
 
     Attributes
     ----------
@@ -97,25 +97,25 @@ class StudyRecommendation(records.ArrayRecord):
 class StudyTradeoff(records.ArrayRecord, Exports):
     """Accuracy against cost of the bounds of a study.
 
-    The reference is what all runs together reach: an inner bound, which `reference_change` judges.
+    The reference is the hull of all runs together: an inner bound, whose quality `reference_change` shows.
 
     Attributes
     ----------
     outputs : tuple[str, ...]
         Names of the outputs.
     points : tuple[StudyTradeoffPoint, ...]
-        What was measured; settings that failed are in it.
+        The measured settings, including those that failed.
     holdout : int
         Number of hold-out runs: random points and corners [-].
     reference_runs : int
-        Number of runs behind the reference [-].
+        Number of runs of the reference [-].
     reference_width : Array
         Mean width of the reference over time in the unit of each output, shape (outputs,).
     reference_change : Array
-        How much narrower half of these runs is, drawn at random [-], shape (outputs,): large if the runs
-        are too few to know the range.
+        Relative reduction of the width with a random half of these runs [-], shape (outputs,): large if there
+        are too few runs for the range.
     warnings : tuple[str, ...]
-        What the user was warned of in the hold-out runs.
+        Warnings of the hold-out runs.
     """
 
     outputs: tuple[str, ...]
@@ -162,7 +162,7 @@ class StudyTradeoff(records.ArrayRecord, Exports):
             point
             for point in self.points
             if point.status == "done"
-            # An output that does not change has no width to be wrong: its error is NaN.
+            # A constant output has no width, and its error is NaN.
             and not np.any(np.abs(point.width_error) > width_error)
             and np.all(point.containment >= containment)
         ]
@@ -173,7 +173,7 @@ class StudyTradeoff(records.ArrayRecord, Exports):
             if done:
 
                 def excess(point: StudyTradeoffPoint) -> float:
-                    """How many times one of the limits is missed."""
+                    """Largest ratio by which a limit is exceeded."""
                     outside = 1.0 - float(np.min(point.containment))
                     allowed = max(1.0 - containment, 1.0 / self.holdout)
                     return max(float(np.max(_sizes(point.width_error))) / width_error, outside / allowed)
@@ -184,7 +184,7 @@ class StudyTradeoff(records.ArrayRecord, Exports):
         return StudyRecommendation(best, self._in_words(best))
 
     def _in_words(self, point: StudyTradeoffPoint) -> str:
-        """Bounds with their price and what they deliver for the output that they bound worst."""
+        """Bounds with their cost, and their quality for the output that they bound worst."""
         worst = int(np.argmax(_sizes(point.width_error)))
         kind = "narrow" if point.width_error[worst] < 0.0 else "wide"
         error = 100.0 * float(_sizes(point.width_error)[worst])
@@ -195,7 +195,7 @@ class StudyTradeoff(records.ArrayRecord, Exports):
         )
 
     def table(self) -> str:
-        """The results as a Markdown table: one row a setting.
+        """The results as a Markdown table, with one row for each setting.
 
         Returns
         -------
@@ -210,8 +210,8 @@ class StudyTradeoff(records.ArrayRecord, Exports):
             for name, change in zip(self.outputs, self.reference_change, strict=True)
         )
         head = (
-            f"Reference: what {self.reference_runs} runs reach, an inner bound; half of them reach less by "
-            f"{changes}. Hold-out: {self.holdout} runs."
+            f"Reference: hull of {self.reference_runs} runs, an inner bound; the hull of half of them is narrower "
+            f"by {changes}. Hold-out: {self.holdout} runs."
         )
         return f"{head}\n{format_table(*self._cells())}\nRecommended: {self.recommendation()}"
 
@@ -247,12 +247,13 @@ class StudyTradeoff(records.ArrayRecord, Exports):
         return numbered("setting", self.to_dict(), {"seconds": "s"})
 
     def to_dict(self) -> dict[str, list[Any]]:
-        """The table as columns of plain numbers and words, as a data frame wants them.
+        """The table as columns of plain numbers and words, for a data frame.
 
         Returns
         -------
         dict of str to list
-            The fields of the points; those with one number an output as ``"width_error NAME"`` and so on [-].
+            The fields of the points; those with one number for each output as ``"width_error NAME"`` and so
+            on [-].
         """
         plain = ("bounds", "degree", "points", "runs", "stages", "seconds", "status")
         columns: dict[str, list[Any]] = {
@@ -287,5 +288,5 @@ class StudyTradeoff(records.ArrayRecord, Exports):
 
 
 def _sizes(errors: Array) -> Array:
-    """Absolute values; 0 for what has none."""
+    """Absolute values; 0 for NaN."""
     return np.nan_to_num(np.abs(errors), nan=0.0)

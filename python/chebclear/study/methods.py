@@ -1,4 +1,4 @@
-"""What can be asked of a study: ways to choose the points, and what is made of the runs."""
+"""The methods of a study: choices of the points, and results from the runs."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ from .tradeoff import Asked, measure
 
 Array = NDArray[np.float64]
 
-# Runs that are simulated for a plan: the times of single runs scatter by a third or so.
+# Runs that are simulated for a plan; the times of single runs scatter by about a third.
 _PROBES, _PROBES_OF_WORKER = 12, 4
 
 
 class Methods(Runner):
-    """The questions that a `Study` answers."""
+    """The methods of `Study` that simulate."""
 
     def chebyshev(
         self,
@@ -52,8 +52,8 @@ class Methods(Runner):
     ) -> StudyResult:
         """The paper's method: simulate on Chebyshev roots, fit polynomials, bound them.
 
-        The verdict of every band says whether its polynomial follows the response, by predicting left-out
-        runs; a warning names the outputs that are not resolved.
+        The verdict of every band says whether its polynomial follows the response, judged by its prediction
+        of left-out runs; a warning names the outputs that are not resolved.
 
         Parameters
         ----------
@@ -65,7 +65,8 @@ class Methods(Runner):
         bounds : {"range", "eq31"}
             The certified range of each polynomial, up to degree 30; or Eq. (31) of the paper, which is wider.
         max_runs : int
-            Runs on the roots above which nothing is started [-]: five parameters may mean 100 000.
+            Largest number of runs on the roots; with more, no run is started [-]. Five parameters may need
+            100 000.
 
         Returns
         -------
@@ -76,14 +77,14 @@ class Methods(Runner):
         SceneError
             If a scene is wrong; the parameters of the run are in the path of each problem.
         SimulationError
-            If a run fails; names its parameters. No result is made from the others.
+            If a run fails; it names the parameters, and there is no result.
         MemoryError
             If the samples do not fit into the memory.
         ValueError, TypeError
             If an argument is wrong; all problems are listed.
         """
         checks = Checks()
-        # One node more than the degree must be possible.
+        # One node more than the degree is needed.
         degrees = per_parameter(
             checks, "degree", degree, self.intervals, [1] * len(self.intervals), MOST_NODES - 1
         )
@@ -111,7 +112,8 @@ class Methods(Runner):
             runs is their product, at most 1 000 000, and one at the midpoint that does not count for the
             bounds.
         max_runs : int
-            Runs on the grid above which nothing is started [-]: ten points of five parameters are 100 000.
+            Largest number of runs on the grid; with more, no run is started [-]. Ten points of five
+            parameters are 100 000.
 
         Returns
         -------
@@ -149,44 +151,44 @@ class Methods(Runner):
         discard: int = 1,
         angle: str | None = None,
     ) -> StudyResult:
-        """Bands that a further run keeps, with what runs that took no part in them say of it.
+        """Bands that should contain further runs, calibrated on held-out runs.
 
         Simulates at the points of a scrambled Sobol' sequence and at the midpoint. Where a polynomial in the
-        parameters follows an output, the band is its range with its largest error at runs that it was not
-        fitted to. Elsewhere no number of runs that one can afford resolves the single run, but its
-        distribution over the box changes slowly in time: the band then is a mean of running extremes of the
+        parameters follows an output, the band is its range, widened by its largest error at runs that it was
+        not fitted to. Elsewhere no affordable number of runs resolves single runs, but the distribution of
+        the output over the box changes slowly in time. The band then is a mean of running extremes of the
         runs over windows in time, widened until held-out runs are inside.
 
-        With `cycles` the bands are **by crank angle**: all revolutions of all runs are pooled, which needs
-        fewer runs and still means something where a run is so long that impacts have made it unpredictable.
+        With `cycles` the bands are **by crank angle**: all revolutions of all runs are pooled. This needs
+        fewer runs, and remains valid when impacts have made long runs unpredictable.
 
         Parameters
         ----------
         runs : int, optional
-            Number of runs at Sobol' points [-], at least 3; one at the midpoint comes on top. 81 if not
-            given. Of a table of finished runs the first so many, or all.
+            Number of runs at Sobol' points [-], at least 3, in addition to one at the midpoint; 81 if not
+            given. Of a table of finished runs, the number of first runs to use; all if not given.
         coverage : float
             Share of the samples of a further run that should be inside [-], between 0 and 1.
         rtol : float, optional
-            Relative tolerance of the integrator [-], in place of that of the study; 1e-4 if not given, since
-            bands need no better runs, although single ones change. Velocities of impacting mechanisms are
-            resolved more often at 1e-5.
+            Relative tolerance of the integrator [-], in place of that of the study; 1e-4 if not given. Bands
+            need no smaller one, although single runs change. Velocities of impacting mechanisms are resolved
+            more often at 1e-5.
         seed : int
-            Seed of the points [-], 0 to 2**64 - 1. The same seed gives the same bits on any number of
-            threads.
+            Seed of the points [-], 0 to 2**64 - 1. The same seed gives exactly the same result on any number
+            of threads.
         include : StudyResult or sequence of StudyResult, optional
-            Results of the same study whose runs are taken as well. They take part in all bands but are not
+            Results of the same study whose runs are included. They take part in all bands but are not
             held out, since their points may lie on a grid.
         max_runs : int
-            Runs above which nothing is started [-].
+            Largest number of runs; with more, no run is started [-].
         cycles : int, optional
             Revolutions of every run [-] for bands by crank angle; the `samples` of the study are then those
-            of one revolution. A drive at constant speed turns as long as it takes, in place of `skip` and
-            `duration` of the study. Where the speed is a parameter, or a torque drives, the angle of every
-            run is measured: outputs are interpolated between samples about half a step apart, and a torque
-            needs a `duration` in which every run makes all `cycles`.
+            of one revolution. With a drive at constant speed the duration follows from `cycles`, in place of
+            `skip` and `duration` of the study. If the speed is a parameter, or a torque drives the crank, the
+            angle of every run is measured: outputs are interpolated between samples about half a step apart.
+            A torque drive needs a `duration` in which every run completes all `cycles`.
         discard : int
-            How many of the `cycles`, the first ones, are not pooled because the start settles in them [-].
+            Number of first cycles that are not pooled, for the starting transient to decay [-].
         angle : str, optional
             Name of the revolute joint whose angle is the crank angle; that of the only drive at constant
             speed if not given.
@@ -194,7 +196,7 @@ class Methods(Runner):
         Returns
         -------
         StudyResult
-            Its `extend` adds runs. The bands have a polynomial where they are ``"resolved"``.
+            `StudyResult.extend` adds runs. Bands that are ``"resolved"`` have a polynomial.
 
         Raises
         ------
@@ -207,15 +209,15 @@ class Methods(Runner):
     def certify(
         self, coverage: float = 0.999, *, rtol: float | None = None, seed: int = 0, max_runs: int = MAX_RUNS
     ) -> StudyResult:
-        """Bands with a proof: a further run is inside with the coverage in the mean, for every mechanism.
+        """Bands whose mean coverage of further runs is proved, for every mechanism.
 
-        The one assumption is that parameters are drawn independently and uniformly from the box. The bands
-        are hulls of independent runs at random points, widened as leave-one-out hulls demand.
+        The only assumption is that parameters are drawn independently and uniformly from the box. The bands
+        are hulls of independent runs at random points, widened as leave-one-out hulls require.
 
         Parameters
         ----------
         coverage : float
-            Expected share of the samples of a further run inside [-], between 0 and 1. It takes
+            Expected share of the samples of a further run inside [-], between 0 and 1. It needs
             1.5 / (1 - coverage) runs, 1500 for 0.999.
         rtol, seed, max_runs : optional
             As of `band` [-].
@@ -223,7 +225,7 @@ class Methods(Runner):
         Returns
         -------
         StudyResult
-            Its `statement` says in words what is proved.
+            `StudyResult.statement` says in words what is proved.
 
         Raises
         ------
@@ -239,13 +241,13 @@ class Methods(Runner):
         return self._told(sampled.extended(self, result, runs, include), stacklevel=5)
 
     def sample(self, runs: int = 81, *, seed: int = 0) -> StudyResult:
-        """Simulate at random points of the box, uniform and independent: what features want.
+        """Simulate at independent, uniformly distributed random points of the box, as for features.
 
         Parameters
         ----------
         runs : int
-            Number of runs [-], at least 2 and at most 1 000 000; one at the midpoint comes on top. All of a
-            table of finished runs, whatever is given.
+            Number of runs [-], at least 2 and at most 1 000 000, in addition to one at the midpoint. Ignored
+            for a table of finished runs, of which all are used.
         seed : int
             Seed of the random points [-].
 
@@ -285,10 +287,10 @@ class Methods(Runner):
         seed: int = 0,
         max_runs: int = MAX_RUNS,
     ) -> StudyTradeoff:
-        """Measure accuracy against cost of the bounds: degrees, scan points, runs and ways of bounding.
+        """Measure accuracy against cost of the bounds: degrees, scan points, runs and methods of bounding.
 
-        All bounds are compared with what all runs together reach, hold-out runs at random points and at the
-        corners of the box included. That is an inner bound of the response: a true enclosure is at least as
+        All bounds are compared with the hull of all runs, including hold-out runs at random points and at the
+        corners of the box. It is an inner bound of the response: a true enclosure is at least as
         wide.
 
         Parameters
@@ -298,27 +300,27 @@ class Methods(Runner):
         points : sequence of int
             Points of scans, the same for every parameter [-].
         runs : sequence of int
-            Runs of calibrated bands [-]; smaller ones are made from the first runs of the largest.
+            Numbers of runs of calibrated bands [-]; smaller bands use the first runs of the largest.
         certify : float or None
             Coverage of a certified band [-]; None for none.
         holdout : int
-            Number of random points [-], at least 2; the corners come on top, of up to 8 parameters.
+            Number of random points [-], at least 2, in addition to the corners of up to 8 parameters.
         seed : int
             Seed of the random points [-].
         max_runs : int
-            Runs of all settings and hold-out runs together above which nothing is started [-].
+            Largest number of runs of all settings and hold-out runs; with more, no run is started [-].
 
         Returns
         -------
         StudyTradeoff
-            Settings of which a run failed are in it with their status.
+            Settings with failed runs are included with their status.
 
         Raises
         ------
         SceneError
             If a scene is wrong.
         SimulationError
-            If a hold-out run fails: there is nothing to compare with.
+            If a hold-out run fails, since there is no reference then.
         ValueError, TypeError
             If an argument is wrong; all problems are listed.
         """
@@ -358,13 +360,13 @@ class Methods(Runner):
         )
 
     def _told(self, result: StudyResult, stacklevel: int = 4) -> StudyResult:
-        """The result of this study, with its warnings passed on to whoever called the caller."""
+        """The result of this study, after issuing its warnings to the caller of the calling method."""
         warn_once(result.warnings, stacklevel=stacklevel)
         return replace(result, study=self)
 
 
 class _Planned(Exception):
-    """What a method was about to simulate."""
+    """Carries the points and settings that a method was about to simulate."""
 
     def __init__(self, points: Array, settings: Settings | None) -> None:
         super().__init__()
@@ -373,7 +375,7 @@ class _Planned(Exception):
 
 
 def plan_of(study: Methods, method: str, probes: int | None, arguments: Mapping[str, Any]) -> Plan:
-    """What a method will cost; see `Study.plan`."""
+    """The cost of a method; see `Study.plan`."""
 
     def made(points: Array, settings: Settings | None, *, midpoint: bool = True) -> Runs:
         raise _Planned(points, settings)

@@ -61,7 +61,8 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     A mapping from the names of the outputs to their bands: ``in``, ``len``, ``keys()``, ``items()`` and
     ``values()`` work, and ``result["slider.*"]`` is a dict of bands.
 
-    Results compare (NaN equals NaN), copy, pickle, save and load. Their arrays are read-only: change a copy.
+    Results can be compared (NaN equals NaN), copied, pickled, saved and loaded. Their arrays are read-only;
+    copy them to change them.
 
     Attributes
     ----------
@@ -70,7 +71,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     bands : dict[str, Band]
         Band of each output by name.
     degrees : tuple[int, ...] | None
-        Degree of the polynomials in each parameter [-]; None but for a Chebyshev study.
+        Degree of the polynomials in each parameter [-]; None except for a Chebyshev study.
     nodes : tuple[int, ...]
         Number of nodes or scan points on each parameter [-]; empty for a calibrated study.
     bounds : BoundKind
@@ -78,23 +79,23 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     stats : Sequence[Stats]
         What each run cost; the last one is the nominal run.
     warnings : tuple[str, ...]
-        What the user was warned of, each text once.
+        Warnings, each text once.
     settings : Settings | None
-        How the runs were simulated; None if they are those of a model of your own.
+        Settings of the runs; None for a model of your own.
     scene : Scene | None
         The scene at the midpoint of all intervals; None without scenes.
     demand : Demand | None
-        What was asked of a calibrated study; None for the others.
+        Required coverage and seed of a calibrated study; None for the others.
     study : Extendable | None
-        The study this is the result of; None once it was copied, pickled or loaded.
+        The study that made this result; None after copying, pickling or loading.
     features : FeatureTable | None
         The features of all runs; None if there are none.
     nominal_parameters : Array | None
-        Parameters of the run that stands for the nominal one, if a table of runs has none at the midpoint.
+        Parameters of the run that is used as the nominal one, if a table of runs has none at the midpoint.
     failures : tuple[FailedRun, ...]
-        The runs that failed and take no part; `parameters` and all values are without them.
+        The failed runs, which `parameters` and all values leave out.
     seconds : float
-        Time that the runs took on the machine where they were made [s].
+        Time of the runs on the machine where they were made [s].
     worst_cases : tuple[WorstCase, ...]
         Runs at the worst cases that the polynomials predict; none before `check`.
     """
@@ -112,7 +113,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     study: Extendable | None = field(default=None, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
-        # What builds the scenes need not survive a pickle, and need not for the result to be whole.
+        # The function that builds the scenes may not be picklable, and the result is complete without it.
         return {name: value for name, value in vars(self).items() if name != "study"}
 
     features: FeatureTable | None = None
@@ -125,20 +126,20 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         return summary(self)
 
     def check(self) -> StudyResult:
-        """Simulate the worst cases that the polynomials predict: those of the highest and the lowest bound.
+        """Simulate the worst cases that the polynomials predict: at the highest and the lowest bound.
 
         Returns
         -------
         StudyResult
-            The same with `worst_cases`, which ``print`` shows beside what was predicted.
+            The same with `worst_cases`, which ``print`` shows with the predictions.
 
         Raises
         ------
         ValueError
-            If the result does not know its study any more, or no output is resolved by a polynomial.
+            If the result has lost its study by copying or loading, or no output is resolved by a polynomial.
         """
         if self.study is None:
-            raise ArgumentError("a result that was copied or loaded does not know its study: make it again")
+            raise ArgumentError("a result that was copied or loaded has lost its study: make it again")
         return dataclasses.replace(self, worst_cases=self.study.worst_cases(self))
 
     @property
@@ -147,12 +148,12 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         return "stopped" if len(self.failures) > count_failed(self.failures) else "done"
 
     def feature(self, name: str) -> FeatureResult:
-        """One feature over the box: its interval, quantiles, and what it hangs on.
+        """One feature over the box: its interval, quantiles, and the effects of the parameters on it.
 
         Parameters
         ----------
         name : str
-            The name it was asked for by.
+            Its name in the study.
 
         Returns
         -------
@@ -168,7 +169,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         return self.features[name]
 
     def ranking(self, feature: str) -> Ranking:
-        """Which tolerance to tighten: what halving each interval would do to that of a feature.
+        """Which tolerance to tighten: the predicted effect of halving each interval on that of a feature.
 
         Parameters
         ----------
@@ -182,7 +183,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         Raises
         ------
         KeyError, ValueError
-            If there is no such feature, or there are too few runs to tell.
+            If there is no such feature, or there are too few runs.
         """
         return self.feature(feature).ranking()
 
@@ -238,7 +239,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
 
     @property
     def statement(self) -> str | None:
-        """What a calibrated or certified study promises, in words; None for the others."""
+        """The estimated or proved coverage of a calibrated or certified study, in words; None for others."""
         return None if self.demand is None else statement(self.demand)
 
     def extend(self, runs: int, *, include: StudyResult | Sequence[StudyResult] = ()) -> StudyResult:
@@ -247,24 +248,24 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         Parameters
         ----------
         runs : int
-            Number of further runs [-], at least 0; the sequence of points goes on.
+            Number of further runs [-], at least 0; the sequence of points is continued.
         include : StudyResult or sequence of StudyResult, optional
-            Results of the same study whose runs are taken as well, as for `Study.band`.
+            Results of the same study whose runs are included, as for `Study.band`.
 
         Returns
         -------
         StudyResult
-            The same bits as if all runs had been asked for at once.
+            Exactly the same as with all runs in one call.
 
         Raises
         ------
         ValueError
-            If this is no result of `Study.band`, or does not know its study any more.
+            If this is not a result of `Study.band`, or has lost its study by copying or loading.
         SceneError, SimulationError, TypeError
             As `Study.band`.
         """
         if self.study is None:
-            raise ArgumentError("a result that was copied or loaded does not know its study: make it again")
+            raise ArgumentError("a result that was copied or loaded has lost its study: make it again")
         return self.study.extended(self, runs, include)
 
     @overload
@@ -272,7 +273,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     @overload
     def values(self, output: str) -> Array: ...
     def values(self, output: str | None = None) -> ValuesView[Band] | Array:
-        """The bands, as of any mapping; of one output its values in every run, without the nominal run.
+        """The bands, as in any mapping; or, given an output, its values in all runs but the nominal one.
 
         Parameters
         ----------
@@ -303,7 +304,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
 
     @property
     def _any(self) -> Band | FeatureTable:
-        """What knows the runs; a study without outputs has features."""
+        """A band or, in a study without outputs, the features: both have the parameters of the runs."""
         for band in self.bands.values():
             return band
         assert self.features is not None
@@ -348,11 +349,11 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         nodes : tuple of int
             Number of nodes or points of each parameter [-].
         bounds : {"range", "eq31"}
-            How polynomials are bounded, see `Surrogate.bounds`.
+            Bounds of polynomials, see `Surrogate.bounds`.
         kind : str, optional
-            What the runs are; ``"chebyshev"`` or ``"scan"`` by the degrees if not given.
+            Kind of the result; ``"chebyshev"`` or ``"scan"`` by the degrees if not given.
         demand : Demand, optional
-            What is asked of a calibrated study; the runs at Sobol' points come first then.
+            Required coverage and seed of a calibrated study, in which the runs at Sobol' points come first.
         threads : int, optional
             Threads for bands and ranges of polynomials [-]; all processors if not given.
         nominal_parameters : ndarray, optional
@@ -402,7 +403,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         Parameters
         ----------
         path : path
-            Where to; ``.html`` is appended if there is no suffix. An existing file is replaced.
+            The file; ``.html`` is appended if there is no suffix. An existing file is replaced.
         title : str, optional
             The heading: the question in words.
 
@@ -419,7 +420,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         Parameters
         ----------
         path : path
-            Where to; ``.npz`` is appended if it is missing.
+            The file; ``.npz`` is appended if it is missing.
 
         Returns
         -------

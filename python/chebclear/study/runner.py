@@ -1,4 +1,4 @@
-"""What runs the points of a study: scenes are built, simulated and checked, and become a result."""
+"""Execution of a study: scenes are built, simulated and checked, and become a result."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ Array = NDArray[np.float64]
 
 
 class Runner:
-    """A mechanism in a box of parameters, and how it is simulated; `Study` checks what it is made from."""
+    """A mechanism in a box of parameters, with its settings; `Study` checks the arguments."""
 
     build: Callable[..., Any]
-    """Makes the scene, or what a model of the user's own returns, from the parameters and what is fixed."""
+    """Function of the parameters and fixed keywords that returns the scene or a user's model's result."""
     intervals: dict[str, Interval]
     """Interval of each parameter by name [SI units]."""
     random: dict[str, Normal | Uniform]
@@ -43,15 +43,15 @@ class Runner:
     fixed: Mapping[str, Any]
     """Keywords of `build` that are the same for all runs."""
     settings: Settings | None
-    """How a run is simulated; None if the runs are those of a model of the user's own."""
+    """Settings of a run; None for a user's model."""
     model: OwnModel | FinishedRuns | None
-    """Such a model, or a table of runs; None if `build` returns scenes."""
+    """The user's model or table of runs; None if `build` returns scenes."""
     features: dict[str, Asked]
-    """What is found of every run besides its outputs, by name."""
+    """Features of every run by name."""
     means: Means
-    """Where it is simulated, and what becomes of runs that fail."""
+    """Where runs are simulated, and how failed runs are treated."""
     progress: bool | Progress | None
-    """How the runs are counted for the user."""
+    """Progress reports."""
 
     def run_points(
         self,
@@ -63,7 +63,7 @@ class Runner:
         random: bool = False,
         kind: str | None = None,
     ) -> StudyResult:
-        """Simulate at the points and, last, at the midpoint; does not pass on warnings.
+        """Simulate at the points and, last, at the midpoint; issues no warnings.
 
         Parameters
         ----------
@@ -74,11 +74,11 @@ class Runner:
         degrees : tuple of int or None
             Degrees to fit [-]; None takes the extremes of the runs as bounds.
         bounds : {"range", "eq31"}
-            How polynomials are bounded, see `chebyshev`.
+            Bounds of polynomials, see `chebyshev`.
         random : bool
             Whether the points are spread at random over the box.
         kind : str, optional
-            What the runs are; ``"chebyshev"`` or ``"scan"`` by the degrees if not given.
+            Kind of the result; ``"chebyshev"`` or ``"scan"`` by the degrees if not given.
 
         Returns
         -------
@@ -119,7 +119,7 @@ class Runner:
             features=table,
             **runs.facts,
         )
-        # A result that is read back from a file has these warnings already.
+        # A result that is read from a file already has these warnings.
         found = doubts(result.bands)
         if result.scene is not None:
             found += early_widths(result.bands, settling_time(result.scene))
@@ -133,7 +133,7 @@ class Runner:
         return tuple(name for name, given in self.random.items() if isinstance(given, Normal))
 
     def made(self, points: Array, settings: Settings | None, *, midpoint: bool = True) -> Runs:
-        """The runs at the points and, if asked for, last the nominal one, whatever they come from."""
+        """The runs at the points and, if requested, last the nominal one, from any source."""
         start = time.perf_counter()
         if settings is not None:
             runs = self.simulated(points, settings, midpoint=midpoint)
@@ -151,7 +151,7 @@ class Runner:
         return Runs(stats=(), settings=None, seconds=seconds, **facts)
 
     def simulated(self, points: Array, settings: Settings, *, midpoint: bool = True) -> Runs:
-        """The runs at the points and, if asked for, last at the midpoint; does not pass on warnings."""
+        """The simulated runs at the points and, if requested, last at the midpoint; issues no warnings."""
         rtol = settings.rtol if self.settings is None else self.settings.rtol
         making = Making(
             self.scene,
@@ -188,6 +188,6 @@ class Runner:
         if isinstance(scene, Mapping):
             raise TypeError(
                 "build returned a mapping instead of a Scene: a model of your own has its own time axis, so "
-                "leave out duration, samples and all else that says how to simulate"
+                "leave out duration, samples and all other settings of a simulation"
             )
         raise TypeError(f"build must return a Scene, got {scene!r} for {describe(parameters)}")

@@ -1,4 +1,4 @@
-"""The runs of a study: scenes built, simulated wherever that is, and those sorted out that failed."""
+"""The runs of a study: scenes are built and simulated, and failed runs are separated."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ MOST_RUNS = 1_000_000
 
 @dataclass(frozen=True)
 class Runs:
-    """Runs of a study that succeeded, the nominal one last if it was asked for."""
+    """Successful runs of a study, the nominal one last if it was requested."""
 
     t: Array = field(metadata=unit("s"))
     """Instants [s], shape (samples,)."""
@@ -62,9 +62,9 @@ class Runs:
     stats: Sequence[Stats]
     """What each run cost."""
     warnings: tuple[str, ...]
-    """What the user should be warned of, each text once."""
+    """Warnings, each text once."""
     settings: Settings | None
-    """How the runs were simulated; None if they were not."""
+    """Settings of the runs; None if they were not simulated."""
     features: Array | None
     """Features of all runs, shape (runs + 1, cycles, features); None if there are none."""
     feature_names: tuple[str, ...]
@@ -72,19 +72,19 @@ class Runs:
     seconds: float = field(default=math.nan, metadata=unit("s"))
     """Time they took [s]."""
     nominal_parameters: Array | None = None
-    """Parameters of the run that stands for the nominal one, shape (parameters,); None at the midpoint."""
+    """Parameters of the run that is used as the nominal one, shape (parameters,); None at the midpoint."""
     scene: Scene | None = None
     """The scene at the midpoint of all intervals; None if the runs were not simulated."""
     clearances: dict[str, float] = field(default_factory=dict, metadata=unit("m"))
     """Largest clearance of each joint in all scenes [m]."""
     scenes: Sequence[Scene] = ()
-    """What was simulated, built anew when it is asked for: thousands of scenes fill the memory."""
+    """The scenes, built again on request, because thousands of scenes would fill the memory."""
     failures: tuple[FailedRun, ...] = ()
     """The runs that failed."""
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What a `StudyResult` says of its runs besides their values."""
+        """Facts of a `StudyResult` about its runs besides their values."""
         return {
             "stats": self.stats,
             "warnings": self.warnings,
@@ -97,7 +97,7 @@ class Runs:
 
 
 class Scenes(Sequence[Scene]):
-    """The scenes of runs, each built when it is asked for.
+    """The scenes of runs, each built on request.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ class Scenes(Sequence[Scene]):
 
 
 class Making:
-    """The runs at some points while they are made.
+    """Simulation of the runs at some points.
 
     Parameters
     ----------
@@ -138,11 +138,11 @@ class Making:
     points : ndarray, shape (runs, parameters)
         Parameters of the runs [SI units].
     settings : Settings
-        How a run is simulated; outputs may be patterns.
+        Settings of a run; outputs may be patterns.
     features : mapping of str to Feature or callable
-        What is found of every run.
+        Features of every run by name.
     means : Means
-        Where and how.
+        Where runs are simulated, and how failed runs are treated.
     rtol : float
         Relative tolerance of the study [-], which single analyses replace.
     midpoint : bool
@@ -279,10 +279,10 @@ class Making:
             self._clearances[name] = clearance
 
     def _require_ends(self, middle: dict[str, float]) -> None:
-        """Raise if there is no mechanism at an end of an interval: bounds are those of the whole interval.
+        """Raise if there is no mechanism at an end of an interval, since bounds hold for the whole interval.
 
-        Chebyshev roots lie inside, and would not notice a length that reaches down to zero; and the others
-        should be told before the runs are paid for.
+        Chebyshev roots lie inside, and would not reveal a length that reaches down to zero; for other points
+        the problem is reported before the runs are simulated.
         """
         for name, side in self._intervals.items():
             for end in (side.lower, side.upper):
@@ -311,7 +311,7 @@ class Making:
                         raise
 
     def _sorted(self, batch: Batch, remarks: list[str]) -> Runs:
-        """What succeeded, and what did not."""
+        """Successful and failed runs."""
         self._require_success(batch)
         features = None
         if self._asked:
@@ -344,7 +344,7 @@ class Making:
         )
 
     def _features(self, batch: Batch) -> Array:
-        """The features of all runs; a run without one is noted as failed."""
+        """The features of all runs; a run without one counts as failed."""
         failed = dict(batch.failed())
 
         def fail(number: int, error: Exception) -> None:
@@ -372,7 +372,7 @@ class Making:
         )
 
     def _require_success(self, batch: Batch) -> None:
-        """Raise for the first failed run if it is to be, if the nominal run is lost, or most are."""
+        """Raise for the first failure if the study says so, or if the nominal run or most runs failed."""
         failed = {number: end for number, end in batch.failed() if end.status != NOT_BEGUN}
         first = run_to_raise(failed, self.count, self._middle, self._means.on_failure)
         if first is None:
@@ -391,7 +391,7 @@ class Making:
 
 
 def _moved_up(values: Array, kept: NDArray[np.intp]) -> Array:
-    """The rows that are kept, without room for a second copy of all."""
+    """The rows that are kept, moved in place to save memory."""
     for new, old in enumerate(kept):
         if new != old:
             values[new] = values[old]

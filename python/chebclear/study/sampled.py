@@ -1,4 +1,4 @@
-"""Calibrated studies: runs at points that fill the box evenly, and what is made of them."""
+"""Calibrated studies: runs at points that fill the box evenly, and their bands."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ Array = NDArray[np.float64]
 
 LEAST_RUNS = 3
 BAND_RUNS = 81
-"""Runs of a band that is not told how many [-]."""
+"""Default number of runs of a band [-]."""
 BAND_RTOL = 1e-4
-"""Relative tolerance of the runs of a band that is not told another [-]."""
+"""Default relative tolerance of the runs of a band [-]."""
 MOST_SEED = 2**64 - 1
 MOST_PARAMETERS = 32
 """Parameters for which there are Sobol' points [-]."""
@@ -70,7 +70,7 @@ class Table:
     @classmethod
     def new(cls, points: Array, runs: Runs) -> Table:
         """The runs at the points and, if it is among them, the nominal one."""
-        # The nominal run may stand in the last row; nothing asks for its parameters here.
+        # The last row may be the nominal run, whose parameters are not needed here.
         parameters = np.resize(points[runs.kept], (len(runs.values), points.shape[1]))
         return cls(parameters, runs.values, runs.stats, runs.features)
 
@@ -87,7 +87,7 @@ def band(
     discard: int = 1,
     angle: str | None = None,
 ) -> StudyResult:
-    """What `Study.band` returns; see there."""
+    """The result of `Study.band`; see there."""
     checks = Checks()
     count = BAND_RUNS if runs is None else checks.whole("runs", runs, least=LEAST_RUNS, most=max_runs)
     checks.real("coverage", coverage, "-", above=0.0, below=1.0)
@@ -116,7 +116,7 @@ def band(
 
 
 def certify(study: Runner, coverage: float, rtol: float | None, seed: int, max_runs: int) -> StudyResult:
-    """What `Study.certify` returns; see there."""
+    """The result of `Study.certify`; see there."""
     checks = Checks()
     checks.real("coverage", coverage, "-", above=0.0, below=1.0)
     _check_rtol(checks, study, rtol)
@@ -144,7 +144,7 @@ def certify(study: Runner, coverage: float, rtol: float | None, seed: int, max_r
 
 def _check_rtol(checks: Checks, study: Runner, rtol: float | None) -> None:
     if rtol is not None and study.model is not None:
-        checks.add("rtol is that of a simulation: a model of your own does not know it")
+        checks.add("rtol is a setting of simulations: a model of your own does not use it")
     elif rtol is not None:
         checked_settings(checks, {"rtol": rtol})
 
@@ -162,7 +162,7 @@ def _finished_points(table: FinishedRuns, runs: int | None, least: int) -> Array
 
 
 def _settings(study: Runner, rtol: float | None) -> Settings | None:
-    """How the runs of a band are simulated; None where they are not."""
+    """Settings of the runs of a band; None if they are not simulated."""
     if study.settings is None:
         return None
     return dataclasses.replace(study.settings, rtol=BAND_RTOL if rtol is None else float(rtol))
@@ -171,7 +171,7 @@ def _settings(study: Runner, rtol: float | None) -> Settings | None:
 def _runs(
     study: Runner, demand: Demand, points: Array, settings: Settings | None, *, midpoint: bool = True
 ) -> Runs:
-    """The runs at the points, cut into the revolutions that are pooled."""
+    """The runs at the points, divided into the revolutions that are pooled."""
     new = study.made(points, settings, midpoint=midpoint)
     return new if demand.revolutions is None else cut(new, demand.revolutions)
 
@@ -203,7 +203,7 @@ def _made(
 def extended(
     study: Runner, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult]
 ) -> StudyResult:
-    """What `StudyResult.extend` returns; see there."""
+    """The result of `StudyResult.extend`; see there."""
     checks = Checks()
     checks.whole("runs", runs, least=0, most=MOST_RUNS)
     others = _results(checks, include)
@@ -239,7 +239,7 @@ def extended(
 
 
 def shortened(study: Runner, result: StudyResult, runs: int) -> StudyResult:
-    """The result of `Study.band` that the first so many runs of another one give."""
+    """The result of `Study.band` from the first runs of another one."""
     outputs, demand = result.outputs, result.demand
     assert demand is not None, "a result of Study.band"
     nominal_values = np.stack([result.table(name)[-1] for name in outputs], axis=-1)[None]
@@ -251,7 +251,7 @@ def shortened(study: Runner, result: StudyResult, runs: int) -> StudyResult:
 
 
 def _facts(result: StudyResult) -> dict[str, Any]:
-    """What a result made of other runs of the same study has in common with it."""
+    """Facts that results of the same study from other runs have in common."""
     return {
         "t": result.t,
         "outputs": result.outputs,
@@ -304,7 +304,7 @@ def _result(
         features=features,
         **facts,
     )
-    # What the bands lack is known only now.
+    # Shortcomings of the bands are known only now.
     told = remarks(result.bands, demand)
     if result.scene is not None:
         told += early_widths(result.bands, settling_time(result.scene))
@@ -317,7 +317,7 @@ def _lasting(warnings: Sequence[str]) -> list[str]:
 
 
 def _results(checks: Checks, include: object) -> list[StudyResult]:
-    """The results whose runs are to be taken as well."""
+    """The results whose runs are to be included."""
     given = [include] if isinstance(include, StudyResult) else include
     if not isinstance(given, Sequence) or not all(isinstance(one, StudyResult) for one in given):
         checks.add(f"include must be results of studies, got {include!r}", wrong_type=True)
@@ -355,7 +355,7 @@ def _others(
 
 
 def _in_box(study: Runner, points: Array) -> bool:
-    """Whether points are in the box, but for rounding of its ends."""
+    """Whether points are in the box, up to rounding of its ends."""
     sides = list(study.intervals.values())
     slack = np.array([1e-9 * side.half_width for side in sides])
     lower, upper = np.array([side.lower for side in sides]), np.array([side.upper for side in sides])
@@ -365,8 +365,8 @@ def _in_box(study: Runner, points: Array) -> bool:
 def _largest_clearances(study: Runner, scene: Scene, found: Mapping[str, float]) -> dict[str, float]:
     """Largest clearance of each joint in the box, where it depends on one parameter at a time [m].
 
-    Those of the scene at the midpoint and those `found` in the runs are among them. Joints of which the ends
-    of the box do not tell are left out.
+    It includes those of the scene at the midpoint and those `found` in the runs. Joints whose clearances at
+    the ends of the box are unknown are left out.
     """
     middle = {name: side.midpoint for name, side in study.intervals.items()}
     nominal, largest = _clearances(scene), _clearances(scene)

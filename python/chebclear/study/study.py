@@ -39,9 +39,9 @@ class Study(Methods):
         and `samples` it is a model of your own and returns a mapping: equally spaced instants as ``"t"``,
         arrays of as many values for outputs, numbers for features. Such a model may return numbers alone.
     parameters : mapping of str to Interval, Normal or Uniform
-        Interval of each uncertain parameter [SI units]. A `normal` distribution is run over three standard
-        deviations to either side, a `uniform` one over all of it; ``band.quantiles(study.random)`` then gives
-        quantiles at the worst of the intervals.
+        Interval of each uncertain parameter [SI units]. The interval of a `normal` distribution is three
+        standard deviations to either side of its mean, that of a `uniform` one its range;
+        ``band.quantiles(study.random)`` then gives quantiles for the worst case of the other intervals.
     outputs : sequence of str, optional
         Names of the outputs of interest, or patterns such as ``"wrist.*"``; all quantities of bodies,
         clearance joints and drives if not given, or all that a model of your own returns.
@@ -58,31 +58,32 @@ class Study(Methods):
         True shows a bar, or lines where standard error is no terminal; a callable gets the runs done and the
         runs in all.
     executor : concurrent.futures.Executor, optional
-        Where to simulate instead of on threads of this process; where to call a model of your own instead
-        of one run after the other.
+        Runs are simulated there instead of on threads of this process; a model of your own is called there
+        instead of one run after the other.
     features : mapping of str to Feature or callable, optional
-        Numbers of every run by name, such as ``{"peak force": cc.peak("wrist.normal_force")}``: of the
-        continuous motion, so that `outputs` may then be empty; for a model of your own, of the samples. A
-        callable gets every run, as `simulate` returns it, and returns a number, or one for each cycle. The
-        samples are there at once; contacts, peaks and what else only the motion knows cost that run again.
-        For a model of your own it gets a dictionary of the instants ``"t"``, arrays and numbers that the
-        model returned.
+        Scalar results of every run by name, such as ``{"peak force": cc.peak("wrist.normal_force")}``. They
+        are taken from the continuous motion, so that `outputs` may be empty; for a model of your own, from
+        the samples. A callable gets every run, as `simulate` returns it, and returns a number, or one for
+        each cycle. Samples are available to it at once; contacts, peaks and other results of the continuous
+        motion need the run to be repeated. For a model of your own it gets a dictionary of the instants
+        ``"t"``, arrays and numbers that the model returned.
     store : path, optional
-        Folder that keeps every finished run; made if it does not exist. An interrupted study goes on from
-        there to the same bits, and a later study of the mechanism simulates only the runs that are new. Of a
-        model of your own, text and surroundings of the function are compared, not what it reads from files.
+        Folder that keeps every finished run; created if it does not exist. An interrupted study continues
+        from there with exactly the same result, and a later study of the mechanism simulates only new runs.
+        For a model of your own, the source and the variables of the function are compared, not files that it
+        reads.
     on_failure : {"collect", "raise"}
-        What becomes of runs that fail. Simulations are repeated once with tighter tolerances, then all are
-        collected in `StudyResult.failures`; results are made without them, and their verdicts account for the
-        hole. Or the first one raises and there is no result. The nominal run, and more than half of all,
-        always raise.
+        Treatment of failed runs. ``"collect"`` repeats simulations once with tighter tolerances, then
+        collects failed runs in `StudyResult.failures`; results are made without them, and their verdicts
+        account for the gaps. ``"raise"`` raises for the first failure. A failure of the nominal run, or of
+        more than half of the runs, always raises.
     run_seconds : float, optional
-        Time after which a simulation is given up as failed [s], as is a call of `build`, of a feature, or of
-        a model of your own. A call that holds the interpreter, as compiled code may, ends only with the
-        worker of a process pool that makes it.
+        Time limit of a simulation [s], also of a call of `build`, of a feature, or of
+        a model of your own; beyond it the run has failed. A call that does not release the interpreter, as in
+        compiled code, ends only with its worker in a process pool.
     max_seconds : float, optional
-        Time after which no further runs are begun [s]. The result is made from those that are done;
-        its `status` is then ``"stopped"``, and its verdicts are those of the runs that there are.
+        Time after which no further runs are started [s]. The result is made from the finished runs;
+        its `status` is then ``"stopped"``, and its verdicts hold for these runs.
 
     Raises
     ------
@@ -132,7 +133,7 @@ class Study(Methods):
         **options: Unpack[RunOptions],
     ) -> None:
         checks = Checks()
-        # What is simulated has a duration; a model of your own returns its instants.
+        # Simulations have a duration; a model of your own returns its instants.
         simulated = settings is not None or not options.keys().isdisjoint(("duration", "samples"))
         self.features = checked_features(checks, features)
         if features is None and isinstance(settings, Settings):
@@ -163,7 +164,7 @@ class Study(Methods):
         self.model = OwnModel(build, self.intervals, self.fixed, names, self.features, cycles)
 
     def plan(self, method: str = "band", *, probes: int | None = None, **arguments: Any) -> Plan:
-        """What a method of this study will cost, from a few of its runs.
+        """Estimate the cost of a method of this study from a few of its runs.
 
         Parameters
         ----------
@@ -214,11 +215,11 @@ class Study(Methods):
         independent: bool = False,
         threads: int | None = None,
     ) -> Study:
-        """A study of a table of finished runs, whoever has made them.
+        """A study of a table of finished runs from any source.
 
-        `band` and `sample` take the runs as they are, `chebyshev` and `scan` if the table holds all points of
-        their grid, `certify` if the runs are independent. If no run is at the midpoint of all intervals the
-        nearest one stands for the nominal run, and a warning says so.
+        `band` and `sample` use the runs as they are. `chebyshev` and `scan` need all points of
+        their grid in the table, `certify` independent runs. If no run is at the midpoint of all intervals the
+        nearest one is used as the nominal run, with a warning.
 
         Parameters
         ----------
@@ -230,14 +231,14 @@ class Study(Methods):
             Outputs by name in their units: time series of shape (runs, samples), numbers of shape (runs,),
             which become features.
         intervals : mapping of str to Interval, optional
-            Interval of each parameter; what the runs span for those that are not named.
+            Interval of each parameter; by default the span of its values in the runs.
         features : mapping of str to Feature, optional
             Features of the samples, such as ``{"peak": cc.peak("force")}``.
         cycles : int
             Equal pieces of the time, each with features of its own [-].
         independent : bool
-            Whether the runs were drawn independently and uniformly from the box. Only then one may speak of
-            the probability that a further run stays inside.
+            Whether the runs were drawn independently and uniformly from the box. Only then the
+            probability that a further run stays inside is defined.
         threads : int, optional
             Threads for the bands [-], at most 1024; all processors if not given.
 

@@ -1,4 +1,4 @@
-"""Measures accuracy against cost of the bounds of a study: degrees, points, runs and ways of bounding."""
+"""Measures accuracy against cost of the bounds of a study: degrees, points, runs and methods of bounding."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .runs import MOST_NODES, MOST_RUNS
 Array = NDArray[np.float64]
 
 _MOST_CORNERS = 8  # parameters: 256 corners
-# A run on the bound itself must not lie outside by rounding; part of the largest width.
+# Margin for rounding of runs on the bound itself, relative to the largest width.
 _SLACK = 1e-9
 
 
@@ -49,7 +49,7 @@ class _Setting:
 
 @dataclass(frozen=True)
 class Asked:
-    """What `measure` compares."""
+    """Settings that `measure` compares."""
 
     degrees: Iterable[int]
     """Degrees of Chebyshev studies."""
@@ -64,7 +64,7 @@ class Asked:
     seed: int
     """Seed of these points and of those of bands."""
     max_runs: int
-    """Runs above which nothing is started."""
+    """Largest number of runs; with more, no run is started."""
 
 
 def measure(study: Runner, asked: Asked) -> StudyTradeoff:
@@ -82,7 +82,7 @@ def measure(study: Runner, asked: Asked) -> StudyTradeoff:
     outputs = probes.outputs
     runs = {
         name: np.concatenate(
-            # Bands of fewer runs are made of the same.
+            # Bands of fewer runs use the same ones.
             [probes[name].runs, *(s.result[name].runs for s in _distinct(settings) if s.result is not None)]
         )
         for name in outputs
@@ -187,7 +187,7 @@ def _run(study: Runner, degree: int | None, count: int) -> _Setting:
 
 
 def _bands(study: Runner, budgets: Sequence[int], seed: int) -> list[_Setting]:
-    """Calibrated bands of so many runs; those of fewer runs are made from the first runs of the largest."""
+    """Calibrated bands of these numbers of runs; smaller ones use the first runs of the largest."""
     if not budgets:
         return []
     most = budgets[-1]
@@ -216,7 +216,7 @@ def _certified(study: Runner, coverage: float, seed: int) -> _Setting:
 def _points(
     setting: _Setting, probes: StudyResult, reference: dict[str, tuple[Array, Array]], study: Runner
 ) -> Iterator[StudyTradeoffPoint]:
-    """What each way of bounding makes of the same runs."""
+    """The points of all methods of bounding with the same runs."""
     if setting.degree is None:
         ways: dict[str, Callable[[Band], tuple[Array, Array]]] = {setting.kind: _limits}
     else:
@@ -260,7 +260,7 @@ def _sampled_limits(band: Band) -> tuple[Array, Array]:
 
 
 def _polynomial_limits(band: Band) -> tuple[Array, Array]:
-    """The certified range of the polynomial; NaN above the degree to which there is one."""
+    """The certified range of the polynomial; NaN above the largest degree for which it is available."""
     surrogate = band.surrogate
     if surrogate is None or max(surrogate.degrees) > MOST_RANGE_DEGREE:
         return np.full(len(band.t), math.nan), np.full(len(band.t), math.nan)

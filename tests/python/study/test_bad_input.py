@@ -25,7 +25,7 @@ def test_too_few_runs_say_which_statement_falls():
     with pytest.raises(ValueError, match="runs must be a whole number >= 3, got 2"):
         study.band(2)
     with pytest.warns(
-        cc.ChebclearWarning, match=r"3 runs cannot tell whether 99.9 % .* at least 12 are needed"
+        cc.ChebclearWarning, match=r"3 runs cannot verify that 99.9 % .* at least 12 are needed"
     ):
         few = study.band(3)
     assert few["x"].verdict == "undersampled"

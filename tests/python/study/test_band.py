@@ -210,14 +210,14 @@ def test_results_are_values(wrist, tmp_path):
     assert pickled == wrist and pickled.study is None
     loaded = cc.StudyResult.load(wrist.save(tmp_path / "wrist"))
     assert loaded == wrist and loaded.demand == wrist.demand
-    with pytest.raises(ValueError, match="does not know its study"):
+    with pytest.raises(ValueError, match="has lost its study"):
         loaded.extend(3)
     assert repr(wrist).startswith("<StudyResult: band, 41 runs, slider.x")
 
 
 def test_too_few_runs_are_told():
     study = wrist_study(samples=61)
-    with pytest.warns(cc.ChebclearWarning, match="undersampled: 5 runs cannot tell whether 99.9 %"):
+    with pytest.warns(cc.ChebclearWarning, match="undersampled: 5 runs cannot verify that 99.9 %"):
         result = study.band(5)
     assert result["wrist.normal_force"].verdict == "undersampled"
     with pytest.warns(cc.ChebclearWarning, match="undersampled"):

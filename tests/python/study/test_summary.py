@@ -51,7 +51,7 @@ def test_predicted_worst_cases_are_simulated(study, tmp_path):
     assert cc.StudyResult.load(result.save(tmp_path / "checked")) == result
     with pytest.raises(ValueError, match="no output is resolved"):
         study.scan(3).check()
-    with pytest.raises(ValueError, match="does not know its study"):
+    with pytest.raises(ValueError, match="has lost its study"):
         cc.StudyResult.load(tmp_path / "checked.npz").check()
 
 

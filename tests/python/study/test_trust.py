@@ -249,7 +249,7 @@ def test_quantiles_at_the_worst_of_the_intervals():
     both = {"a": cc.uniform(2.0, 6.0), "b": cc.uniform(-1e-3, 3e-3)}
     alone = band.quantiles(both, probability=0.95, draws=20_000)
     assert alone.upper[0] == pytest.approx(3.0 - np.sqrt(0.4), abs=2.5e-2)
-    assert "at least 0.95 over a, whatever b is in its interval" in str(bell) and "whatever" not in str(alone)
+    assert "at least 0.95 over a, wherever b is in its interval" in str(bell) and "wherever" not in str(alone)
     assert bell == band.quantiles({"a": cc.normal(4.0, 0.5)}, draws=4000)
     with pytest.raises(ValueError) as caught:
         band.quantiles({"a": cc.normal(4.0, 1.0), "c": cc.uniform(0, 1)}, probability=1.0, draws=5)

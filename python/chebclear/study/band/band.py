@@ -1,4 +1,4 @@
-"""The band of an output over time or crank angle: how far it reaches over a box, and how sure that is."""
+"""The band of an output over time or crank angle: its range over a box, and its reliability."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Verdict = Literal["resolved", "not resolved", "calibrated", "certified", "undersampled", "sampled"]
 
-# Largest error of a polynomial that is trusted, over the width of the hull of the runs.
+# Largest error of a polynomial whose band is "resolved", over the width of the hull of the runs.
 RESOLVED = 0.05
 
 
 @dataclass(frozen=True)
 class Margin:
-    """What a band was made from, and how far it goes beyond its runs.
+    """Method of a band, and the margin by which it exceeds its runs.
 
     Attributes
     ----------
@@ -45,9 +45,9 @@ class Margin:
         Largest error of the polynomial at runs it was not fitted to, over the width of the hull, both
         averaged over time [-]; NaN without such a run.
     window : float
-        How far the running extremes reach to either side [s]; the mean where several were averaged.
+        Half-length of the window of the running extremes [s]; the mean if several were averaged.
     inflation : float
-        By how many local spreads of the runs the band was then widened to either side [-].
+        Widening of the band to either side, in local spreads of the runs [-].
     """
 
     method: Literal["polynomial", "envelope", "runs"]
@@ -61,10 +61,10 @@ class Margin:
 class Band(records.ArrayRecord):
     """The range of one output over a box of parameters, for every instant.
 
-    From `Study.band`, `lower` and `upper` were widened until runs that took no part in them were inside. In a
-    Chebyshev study they bound the fitted polynomial, by its certified range or, with slack, by Eq. (31), and
-    the response only as far as the polynomial follows it, which `verdict` says. In a scan they are the
-    smallest and largest of the runs, which is an inner bound: the response may reach further between them.
+    From `Study.band`, `lower` and `upper` were widened until held-out runs were inside. In a
+    Chebyshev study they bound the fitted polynomial, by its certified range or by the wider Eq. (31), and
+    the response only if the polynomial follows it, which `verdict` says. In a scan they are the
+    smallest and largest values of the runs, an inner bound: the response may exceed them between the runs.
 
     Attributes
     ----------
@@ -94,18 +94,17 @@ class Band(records.ArrayRecord):
         The polynomial behind the bounds; None without one.
     verdict : Verdict
         ``"resolved"``: a polynomial follows the response, so that its sensitivities and worst cases are
-        those of the response. ``"not resolved"``: it does not, or nothing tells. ``"calibrated"``: the band
-        is bounded as a whole, with the coverage below, but no derivative in the parameters exists at this
-        number of runs. ``"certified"``: its mean coverage is proved. ``"undersampled"``: the coverage asked
-        for was not reached. ``"sampled"``: the extremes of the runs, an inner bound.
+        those of the response. ``"not resolved"``: it does not, or that is unknown. ``"calibrated"``: the band
+        has the coverage below, but derivatives with respect to the parameters are not available at this
+        number of runs. ``"certified"``: its mean coverage is proved. ``"undersampled"``: the required
+        coverage was not reached. ``"sampled"``: the extremes of the runs, an inner bound.
     margin : Margin
-        What the band was made from.
+        Method and margin of the band.
     coverage : float
-        Share of the samples of a run that is in the band made without it, mean over the runs [-]; of a
-        certified band what is proved; NaN where it was not measured.
+        Share of the samples of a run that are in the band made without it, mean over the runs [-]; the proved
+        coverage of a certified band; NaN if it was not measured.
     whole_run : float
-        Probability that a further run at random parameters is in the band throughout [-]; NaN where nothing
-        may be promised.
+        Probability that a further run at random parameters is entirely in the band [-]; NaN if it is unknown.
     angle : Array | None
         Crank angle of the samples [rad], shape (samples,); None for a band over time.
     """
@@ -143,7 +142,7 @@ class Band(records.ArrayRecord):
     def coefficients(self) -> Array:
         """Chebyshev coefficients in the unit of the output.
 
-        The shape is (degree + 1 of each parameter, ..., samples); the factors 1/2 of Eq. (27) are in them.
+        The shape is (degree + 1 of each parameter, ..., samples); they include the factors 1/2 of Eq. (27).
         """
         return self._polynomial().coefficients
 
@@ -174,7 +173,7 @@ class Band(records.ArrayRecord):
     ) -> Array:
         """Derivative of the fitted polynomial with respect to one parameter, Eqs. (32) and (33).
 
-        Where the verdict is ``"not resolved"`` it is not the derivative of the response: a warning says so.
+        If the verdict is ``"not resolved"`` it is not the derivative of the response, and a warning says so.
 
         Eq. (33) is printed without the factor 2 / (upper - lower) of the physical derivative and, away from
         the midpoint, without 1 / sin θ; both are in the result.
@@ -208,7 +207,7 @@ class Band(records.ArrayRecord):
     def polynomial_slope(
         self, parameter: str, *, normalized: bool = False, at: Mapping[str, ArrayLike] | None = None
     ) -> Array:
-        """What `sensitivity` returns, as a fact of the polynomial: without a warning.
+        """The derivative of the polynomial, as `sensitivity` returns it, without a warning.
 
         Parameters
         ----------
@@ -250,7 +249,7 @@ class Band(records.ArrayRecord):
         return surrogate.slope(parameter).bounds()
 
     def monotone(self, parameter: str) -> NDArray[np.int8]:
-        """Where the output certainly rises, or falls, with a parameter, whatever the others are.
+        """Where the output certainly rises or falls with a parameter, for all values of the others.
 
         Parameters
         ----------
@@ -272,7 +271,7 @@ class Band(records.ArrayRecord):
         return rises.astype(np.int8) - falls.astype(np.int8)
 
     def interval_share(self, parameter: str) -> Array:
-        """Share of the width that would be lost if a parameter were exactly at its midpoint.
+        """Relative reduction of the width if a parameter were exactly at its midpoint.
 
         The shares of all parameters need not add up to one.
 
@@ -302,8 +301,8 @@ class Band(records.ArrayRecord):
     def variance_shares(self) -> VarianceShares:
         """Shares of the parameters in the variance (Sobol'), **if they were uniformly distributed**.
 
-        An interval says nothing of a distribution; these shares assume a uniform one, all parameters
-        independent. `interval_share` needs no such assumption.
+        An interval implies no distribution; these shares assume independent, uniform ones. `interval_share`
+        needs no such assumption.
 
         Returns
         -------
@@ -326,7 +325,7 @@ class Band(records.ArrayRecord):
         draws: int = 1000,
         seed: int = 0,
     ) -> QuantileBand:
-        """Quantiles over parameters that are random, at the worst of those that are only intervals.
+        """Quantiles over random parameters, for the worst case of parameters that are only intervals.
 
         Each draw of the random parameters is inserted into the polynomial, whose range over the others is
         certified; the quantiles are those of these ends.
@@ -334,21 +333,21 @@ class Band(records.ArrayRecord):
         Parameters
         ----------
         random : mapping of str to Normal or Uniform
-            Distributions of some or all parameters, as `normal` and `uniform` make them. The interval of the
-            runs must hold three standard deviations to either side, beyond which a normal distribution is
-            cut off, or all of a uniform one.
+            Distributions of some or all parameters, made by `normal` and `uniform`. The interval of the
+            runs must contain three standard deviations to either side, where a normal distribution is
+            truncated, or the whole range of a uniform one.
         probability : float
             Least probability of the output to be in the band at an instant [-]; half of the rest on either
             side.
         draws : int
-            Number of draws, stratified [-]; both tails must hold one.
+            Number of stratified draws [-]; at least one must lie in each tail.
         seed : int
             Seed of the draws [-].
 
         Returns
         -------
         QuantileBand
-            Its ``str`` is what it promises.
+            Its ``str`` is its statement in words.
 
         Raises
         ------
@@ -365,9 +364,9 @@ class Band(records.ArrayRecord):
     def worst(self, side: Literal["lower", "upper"]) -> dict[str, Array]:
         """Parameters at which the output is largest or smallest, for every instant.
 
-        In a Chebyshev study the place where the range of the polynomial ends; where the verdict is ``"not
-        resolved"`` that is not the worst case of the response, and a warning says so. In a scan the run that
-        attains the bound.
+        In a Chebyshev study the point where the polynomial attains the end of its range; if the verdict is
+        ``"not resolved"`` that is not the worst case of the response, and a warning says so. In a scan, the
+        run that attains the bound.
 
         Parameters
         ----------
@@ -397,27 +396,27 @@ class Band(records.ArrayRecord):
         return dict(zip(self.intervals, self.parameters[extreme].T, strict=True))
 
     def envelope(self, window: float) -> Band:
-        """Running envelope in time: what the bounds reach within a window around each instant.
+        """Running envelope in time: the extremes of the bounds within a window around each instant.
 
         Parameters
         ----------
         window : float
-            Length of the window [s], at least two samples; centered, and cut off at both ends of the band.
+            Length of the centered window [s], at least two samples; it is truncated at both ends of the band.
 
         Returns
         -------
         Band
-            With the running largest of the upper and smallest of the lower bounds. It has neither runs nor a
+            With the running maximum of the upper and minimum of the lower bounds. It has neither runs nor a
             polynomial.
 
         Raises
         ------
         ValueError, TypeError
-            If the window is no number or too short.
+            If the window is not a number or too short.
         """
         number = as_number(window)
         spacing = float(self.t[-1] - self.t[0]) / (len(self.t) - 1)
-        # An exact number of samples must not lose one to rounding.
+        # A tolerance, so that rounding does not remove one of an exact number of samples.
         half = 0 if number is None or not math.isfinite(number) else int(0.5 * number / spacing + 1e-6)
         if half < 1:
             kind = TypeError if number is None else ValueError
@@ -459,7 +458,7 @@ class Band(records.ArrayRecord):
         """Warn where the polynomial is not the response."""
         if self.verdict == "not resolved":
             warnings.warn(
-                f"{self.name} is not resolved: {what} of its polynomial is not one of the response. Use "
+                f"{self.name} is not resolved: {what} of its polynomial is not that of the response. Use "
                 "features of the runs, or Study.band, instead",
                 ChebclearWarning,
                 stacklevel=3,
@@ -472,7 +471,7 @@ class Band(records.ArrayRecord):
 
 
 def running_maximum(values: Array, half: int) -> Array:
-    """Largest value within `half` samples to both sides; windows are cut short at the ends."""
+    """Largest value within `half` samples to both sides; windows are truncated at the ends."""
     # Maxima over spans of 1, 2, 4, ... samples; two overlapping ones of the longest span cover the window.
     size, width, span = len(values), 2 * half + 1, 1
     reach = np.pad(values, half, constant_values=-np.inf)

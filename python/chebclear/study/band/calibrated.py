@@ -1,4 +1,4 @@
-"""Bands that are calibrated on held-out runs: what was asked of them, and what the core makes of the runs."""
+"""Bands that are calibrated on held-out runs by the core: required coverage, verdicts and warnings."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from .revolutions import Revolutions
 
 Array = NDArray[np.float64]
 
-# Fewer held-out runs cannot tell of a share of 0.1 %; see `needed_runs`.
+# Related to the least number of held-out runs that can verify a share of 0.1 %; see `needed_runs`.
 _UNSEEN = 0.0112
 LEAST_CERTIFYING = 10
-# Revolutions of a run from which on it tells more than one.
+# Number of revolutions from which a run counts as more than one.
 _SEVERAL = 4
 
 
 @dataclass(frozen=True)
 class Demand:
-    """What was asked of a calibrated study."""
+    """Requirements of a calibrated study."""
 
     coverage: float
     """Share of the samples of a further run that should be in the band [-]."""
@@ -36,11 +36,11 @@ class Demand:
     seed: int
     """Seed of the points [-]."""
     limits: dict[str, tuple[float, float]]
-    """What no value of an output can be beyond, by name, in its unit."""
+    """Physical limits of the outputs by name, in their units."""
     certified: bool = False
     """Whether the band is to be proved, from independent runs at random points."""
     finished: bool = False
-    """Whether the runs came as a table, at points that someone else chose."""
+    """Whether the runs came as a table, at points of unknown origin."""
     revolutions: Revolutions | None = None
     """The revolutions of every run that are pooled by crank angle; None for bands over time."""
     failed: int = 0
@@ -53,7 +53,7 @@ class Demand:
 
     @classmethod
     def from_dict(cls, plain: Mapping[str, object]) -> Demand:
-        """What JSON made of a demand."""
+        """The requirements from their JSON form."""
         limits = {name: tuple(ends) for name, ends in dict(plain["limits"]).items()}  # type: ignore[call-overload]
         turns = plain.get("revolutions")
         revolutions = None if turns is None else Revolutions(**turns)  # type: ignore[arg-type]
@@ -61,10 +61,10 @@ class Demand:
 
 
 def needed_runs(demand: Demand) -> int:
-    """Least number of held-out runs that can speak of a coverage: that many may hide one run far outside.
+    """Least number of held-out runs that can verify a coverage, if one run may be far outside.
 
-    Runs of several revolutions tell more: nine, of nine revolutions each, kept 99.9 % of fresh ones on three
-    mechanisms.
+    Fewer runs of several revolutions suffice: with nine runs of nine revolutions each, 99.9 % of the samples
+    of new runs were inside on three mechanisms.
     """
     runs = _UNSEEN / (1.0 - demand.coverage)
     if demand.revolutions is not None and demand.revolutions.kept >= _SEVERAL:
@@ -98,7 +98,7 @@ def calibrated_bands(
     parameters : ndarray, shape (runs, parameters)
         Parameters of the runs [SI units].
     demand : Demand
-        What is asked.
+        Requirements.
     threads : int, optional
         Threads to work on [-]; all processors if not given.
     nominal_parameters : ndarray, optional
@@ -170,7 +170,7 @@ def _verdict(resolved: bool, coverage: float, demand: Demand) -> Verdict:
 
 
 def doubling_narrows(runs: int) -> float:
-    """By what part as many runs again narrow a calibrated band, on average [-].
+    """Average relative reduction of the width of a calibrated band when the number of runs is doubled [-].
 
     Measured for accelerations, normal forces and penetrations of nine mechanisms with clearance: 11 % on
     average from 41 to 81 runs, with -1 to 32 % in single ones, and 3.4 % for each doubling from 81 to 321.
@@ -179,18 +179,16 @@ def doubling_narrows(runs: int) -> float:
 
 
 def certifying_runs(coverage: float) -> int:
-    """Runs that certify a coverage: half as many again as one run outside throughout would need."""
+    """Runs that certify a coverage: 1.5 times as many as needed if one run may be entirely outside."""
     return max(LEAST_CERTIFYING, int(np.ceil(1.5 / (1.0 - coverage) * (1.0 - 1e-12))))
 
 
 def statement(demand: Demand) -> str:
-    """What a study promises, in words."""
+    """The coverage that a study estimates or proves, in words."""
     share = f"{100.0 * demand.coverage:g} %"
     if demand.failed:
         plain = statement(dataclasses.replace(demand, failed=0))
-        return (
-            f"{plain} All this is said of runs that succeed: {demand.failed} others failed and took no part."
-        )
+        return f"{plain} This holds for runs that succeed: {demand.failed} others failed and were left out."
     if demand.certified:
         return (
             f"If parameters are drawn independently and uniformly from the box, the samples of a further run "
@@ -199,8 +197,8 @@ def statement(demand: Demand) -> str:
         )
     spread = "given, taken as spread evenly over the box" if demand.finished else "spread evenly over the box"
     return (
-        f"The bands were widened until {share} of the samples of runs that took no part in them were inside, "
-        f"on {demand.runs} runs {spread}. What a further run does was estimated from them, "
+        f"The bands were widened until {share} of the samples of held-out runs were inside, "
+        f"with {demand.runs} runs {spread}. The coverage of further runs is an estimate, "
         "not proved; Study.certify proves it with more runs."
     )
 
@@ -211,7 +209,7 @@ def is_remark(text: str) -> bool:
 
 
 def remarks(bands: Mapping[str, Band], demand: Demand) -> list[str]:
-    """What the user should be warned of."""
+    """Warnings of the bands."""
     short = [name for name, band in bands.items() if band.verdict == "undersampled"]
     if not short:
         return []
@@ -225,7 +223,7 @@ def remarks(bands: Mapping[str, Band], demand: Demand) -> list[str]:
         ]
     if demand.runs < least:
         return [
-            f"undersampled: {demand.runs} runs cannot tell whether {asked} of a further run are in the band "
+            f"undersampled: {demand.runs} runs cannot verify that {asked} of a further run are in the band "
             f"of {names}; at least {least} are needed"
         ]
     worst = min(bands[name].coverage for name in short)
@@ -233,5 +231,5 @@ def remarks(bands: Mapping[str, Band], demand: Demand) -> list[str]:
     more = max(1, int(np.ceil(demand.runs * (1.0 - worst) / (1.0 - demand.coverage))) - demand.runs)
     return [
         f"undersampled: only {100.0 * worst:.4g} % of the samples of held-out runs are in the band of "
-        f"{names}, {asked} were asked for; about {more} more runs would do: result.extend({more})"
+        f"{names}, {asked} were required; about {more} more runs would suffice: result.extend({more})"
     ]

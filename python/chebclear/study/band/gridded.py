@@ -50,7 +50,7 @@ def grid_bands(
     nodes : tuple of int
         Number of nodes or points of each parameter [-].
     bounds : {"range", "eq31"}
-        How polynomials are bounded, see `Surrogate.bounds`.
+        Bounds of polynomials, see `Surrogate.bounds`.
     threads : int or None
         Threads for the ranges [-]; all processors if None.
     at : ndarray or None

@@ -1,4 +1,4 @@
-"""Some parameters random, the others only known as intervals: quantiles at the worst of the intervals."""
+"""Quantiles over random parameters, for the worst case of parameters that are only known as intervals."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..polynomials.surrogate import Surrogate
 
 Array = NDArray[np.float64]
 
-# Values of a polynomial with the random parameters inserted that are bounded at once: 64 MB at 16 terms.
+# Number of polynomials in the interval parameters that are bounded at once: 64 MB at 16 terms.
 _AT_ONCE = 500_000
 
 
@@ -39,7 +39,7 @@ class Normal:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """What an interval has to hold: three standard deviations to either side."""
+        """The range that an interval must contain: three standard deviations to either side."""
         return self.mean - 3.0 * self.standard_deviation, self.mean + 3.0 * self.standard_deviation
 
 
@@ -56,7 +56,7 @@ class Uniform:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """What an interval has to hold: all of it."""
+        """The range that an interval must contain: all of it."""
         return self.lower, self.upper
 
 
@@ -77,7 +77,7 @@ def normal(mean: float, standard_deviation: float) -> Normal:
     Raises
     ------
     ValueError, TypeError
-        If an argument is no finite number or the standard deviation not above 0.
+        If an argument is not a finite number or the standard deviation is not above 0.
 
     Examples
     --------
@@ -121,7 +121,7 @@ def uniform(lower: float, upper: float) -> Uniform:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class QuantileBand(records.ArrayRecord):
-    """A band that holds an output with a probability, whatever the parameters known as intervals are.
+    """A band that contains an output with a probability, for all values of the interval parameters.
 
     Attributes
     ----------
@@ -134,7 +134,7 @@ class QuantileBand(records.ArrayRecord):
     probability : float
         Least probability of the output to be between them, at each instant [-].
     statement : str
-        What the band promises, in words.
+        Meaning of the band in words.
     """
 
     t: Array = field(metadata=unit("s"))
@@ -179,7 +179,7 @@ def quantile_bounds(
                     f"[{side.lower!r}, {side.upper!r}] of the runs"
                 )
     share = checks.real("probability", probability, "-", above=0.0, below=1.0)
-    # Each tail must hold a draw.
+    # Each tail must contain a draw.
     count = checks.whole("draws", draws, least=math.ceil(2.0 / (1.0 - share)) if share < 1.0 else 1)
     start = checks.whole("seed", seed, least=0)
     checks.finish()
@@ -190,7 +190,7 @@ def quantile_bounds(
     upper = np.quantile(highs, 1.0 - tail, axis=0, method="higher")
     rest = [name for name in surrogate.intervals if name not in random]
     are = "is in its interval" if len(rest) == 1 else "are in their intervals"
-    whatever = f", whatever {' and '.join(rest)} {are}" if rest else ""
+    whatever = f", wherever {' and '.join(rest)} {are}" if rest else ""
     statement = (
         f"At each instant the output is between the bounds with a probability of at least {share:g} over "
         f"{' and '.join(random)}{whatever}; estimated with {count} draws from the fitted polynomial, all "

@@ -1,4 +1,4 @@
-"""How far a polynomial follows the response it was fitted to, from the runs of the fit alone."""
+"""Error estimate of a polynomial from the runs of its fit alone, and the verdict on its band."""
 
 from __future__ import annotations
 
@@ -21,16 +21,17 @@ def fit_error(
     """Estimated error of a polynomial that was fitted on Chebyshev roots, for every instant.
 
     Along each axis in turn, the node of every line is predicted from the others of the line by the polynomial
-    of the highest degree that they determine, one less than the fitted one if that interpolates. A whole
-    line at a time: other lines at the same value of the parameter would give the node away. The largest miss
-    counts; half of that with a degree less again counts too, because the highest coefficient of a kink may
-    vanish by chance; and the miss of the nominal run, if it is not a node. Two nodes cannot tell a line from
-    a curve: what changes along such an axis counts as missed.
+    of the highest degree that they determine, one less than the fitted one if that interpolates. The fit is
+    made for each line separately, because other lines at the same value of the parameter contain information
+    about the node. The estimate is the largest of: the prediction errors; half of those with one degree less
+    again, because the highest coefficient of a response with a kink may vanish by chance; and the error at
+    the nominal run, if it is not a node. With two nodes a line cannot be distinguished from a curve: all
+    changes along such an axis count as error.
 
-    Against 160 random runs and the corners, on slider-cranks, a four-bar and a toggle press with and without
-    clearance at degrees 2 to 16, the time mean of this estimate was never below the largest error and 1.1 to
-    15 times as large where that was above 1e-3 of the width, the more so at high degrees: the outermost
-    nodes are predicted from one side.
+    Compared with 160 random runs and the corners, on slider-cranks, a four-bar and a toggle press with and
+    without clearance at degrees 2 to 16, the time mean of this estimate was never below the largest error.
+    Where that was above 1e-3 of the width it was 1.1 to 15 times as large, with the larger factors at high
+    degrees, since the outermost nodes are extrapolated.
 
     Parameters
     ----------
@@ -39,7 +40,7 @@ def fit_error(
     nodes : sequence of int
         Number of roots of each parameter [-].
     runs : ndarray, shape (runs, samples)
-        What it was fitted to.
+        Values to which it was fitted.
     nominal : ndarray, shape (samples,)
         The run at the midpoint, or `at` these parameters [SI units].
 
@@ -63,7 +64,7 @@ def fit_error(
 
 
 def _left_out(count: int, degree: int) -> Array:
-    """Matrix from the values at `count` roots to their misses by the fit of `degree` to the others."""
+    """Matrix from values at `count` roots to their prediction errors by fits of `degree` to the others."""
     angles = (2 * np.arange(count) + 1) * math.pi / (2 * count)
     basis = np.cos(np.outer(angles, np.arange(degree + 1))) * math.sqrt(2.0 / count)
     basis[:, 0] *= math.sqrt(0.5)
@@ -81,10 +82,10 @@ def judged(
     at: Array | None = None,
     holes: HoleFit | None = None,
 ) -> tuple[Verdict, Margin]:
-    """Verdict on a band from its runs, of a mean `width` of their hull, and what it was made from.
+    """Verdict on a band from its runs, with a mean `width` of their hull, and its margin.
 
-    Where runs are missing, values that follow from the others stand in their place; the error at them is
-    taken to be as many times larger as the condition number of the least squares says.
+    Missing runs are replaced by values that follow from the others; the error there is
+    assumed to be larger by the condition number of the least squares.
     """
     if surrogate is None:
         return "sampled", Margin("runs")
@@ -93,7 +94,7 @@ def judged(
         residual = np.abs(left_by(surrogate, nodes, runs))[holes.known].max(axis=0)
         errors = holes.condition * np.maximum(errors, residual)
     miss = float(np.mean(errors))
-    # Rounding of the runs must not count where an output does not change.
+    # Rounding errors of the runs must not count for a constant output.
     noise = 1e-12 * float(np.max(np.abs(runs), initial=0.0))
     error = 0.0 if miss <= noise else miss / width if width > 0.0 else math.inf
     verdict: Verdict = "resolved" if error <= RESOLVED else "not resolved"
@@ -101,7 +102,7 @@ def judged(
 
 
 def left_by(surrogate: Surrogate, nodes: Sequence[int], runs: Array) -> Array:
-    """What a polynomial leaves of the runs on the roots, shape (runs, samples)."""
+    """Residuals of a polynomial at the runs on the roots, shape (runs, samples)."""
     grid = chebyshev_grid(list(surrogate.intervals.values()), nodes)
     at = dict(zip(surrogate.intervals, grid.T, strict=True))
     left: Array = runs - surrogate.evaluate(at)
@@ -109,20 +110,21 @@ def left_by(surrogate: Surrogate, nodes: Sequence[int], runs: Array) -> Array:
 
 
 def told_holes(holes: HoleFit) -> list[str]:
-    """What the user is warned of when polynomials were fitted to fewer runs than the grid has."""
+    """Warning that polynomials were fitted to fewer runs than the grid has."""
     count = len(holes.missing) + len(holes.known)
     without = f"without {holes.dropped.sum()} of {len(holes.dropped)} terms, those of the highest degree, "
     return [
         f"holes: the polynomials are fitted by least squares to {len(holes.known)} of {count} runs, "
-        f"{without if holes.dropped.any() else ''}with the condition number {holes.condition:.3g}: where the "
-        "others are missing nothing checks them"
+        f"{without if holes.dropped.any() else ''}with the condition number {holes.condition:.3g}: at the "
+        "missing runs they are not checked"
     ]
 
 
 def early_widths(bands: Mapping[str, Band], settled: float) -> list[str]:
-    """One warning for all bands that are widest before an instant [s] by which the start has settled.
+    """One warning for all bands that are widest before an instant [s] by which the starting transient has
+    decayed.
 
-    Bands that end before it say nothing of a settled motion, and nothing was asked of it.
+    Bands that end before it are left out.
     """
     early = [
         name
@@ -132,8 +134,8 @@ def early_widths(bands: Mapping[str, Band], settled: float) -> list[str]:
     if not early:
         return []
     return [
-        f"settling: {', '.join(early)}: the band is widest in the first revolution, where the start settles; "
-        f"skip={settled:.4g} looks later"
+        f"settling: {', '.join(early)}: the band is widest in the first revolution, in the starting "
+        f"transient; skip={settled:.4g} leaves it out"
     ]
 
 
@@ -150,8 +152,8 @@ def doubts(bands: Mapping[str, Band]) -> list[str]:
     least, most = f"{min(errors):.3g}", f"{max(errors):.3g}"
     size = f"{most} %" if least == most else f"{least} to {most} %"
     return [
-        f"not resolved: {', '.join(lost)}: the polynomial misses left-out runs by {size} of the width of the "
-        "band, so that the response may leave its bounds and neither worst case nor sensitivity is that of "
-        "the response. A higher degree helps where the response is smooth; where impacts scatter, use bands "
+        f"not resolved: {', '.join(lost)}: the error of the polynomial at left-out runs is {size} of the width "
+        "of the band. The response may leave its bounds, and neither worst case nor sensitivity is that "
+        "of the response. A higher degree helps where the response is smooth; where impacts scatter, use bands "
         "that are calibrated on all runs (Study.band) and features of the runs instead"
     ]

@@ -1,11 +1,11 @@
-"""What no value of an output can be beyond, whatever the parameters."""
+"""Physical limits of outputs, for all values of the parameters."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 
-# By the last part of the name of an output. No part of a name of the user's can end an output's name.
+# By the last part of the name of an output, which is never part of a name given by the user.
 _LIMITS = {
     "normal_force": (0.0, math.inf),
     "contact": (0.0, 1.0),
@@ -16,7 +16,7 @@ _LIMITS = {
     "wear": (0.0, math.inf),
     "length": (0.0, math.inf),
 }
-# Of the whole mechanism; "energy" is no name of a part. The contact energy is no contact state.
+# Outputs of the whole mechanism; "energy" cannot be the name of a part.
 _ENERGIES = {"energy.kinetic": (0.0, math.inf), "energy.contact": (0.0, math.inf)}
 _NONE = (-math.inf, math.inf)
 
@@ -31,8 +31,8 @@ def physical_limits(
     outputs : sequence of str
         Names of the outputs.
     clearances : mapping of str to float
-        Largest clearance of each joint in the box [m]. A journal in the middle of its bearing is that far
-        from touching, so no penetration is below its negative.
+        Largest clearance of each joint in the box [m]: the distance to contact of a concentric journal, so
+        that no penetration is below its negative.
 
     Examples
     --------

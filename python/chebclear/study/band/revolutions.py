@@ -1,4 +1,4 @@
-"""Which revolutions of a run are pooled, and at which crank angles they are sampled."""
+"""The revolutions of a run that are pooled, and the crank angles of their samples."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Revolutions:
     kept: int
     """Revolutions of each run that are pooled [-]."""
     discarded: int
-    """Revolutions before them, in which the start settles [-]."""
+    """Revolutions before them, for the starting transient to decay [-]."""
     start: float = field(metadata=unit("rad"))
     """Angle at which each revolution starts [rad]."""
     sense: int
@@ -30,7 +30,7 @@ class Revolutions:
     column: str | None = None
     """Output that measures the angle of each run; None where all turn at the same constant speed."""
     shown: bool = False
-    """Whether that output was asked for itself."""
+    """Whether the user requested that output as well."""
 
     @property
     def angle(self) -> NDArray[np.float64]:
@@ -56,23 +56,23 @@ class Revolutions:
         return values[:, starts[:, None] + np.arange(steps + 1)]
 
     def instants(self, t: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64] | float:
-        """When a run is at the angles of all samples that are kept.
+        """Instants at which a run passes the angles of all samples that are kept.
 
         Parameters
         ----------
         t : ndarray, shape (n,)
             Instants [s].
         angle : ndarray, shape (n,)
-            Crank angle of the run then, full turns included [rad].
+            Crank angle of the run at these, full turns included [rad].
 
         Returns
         -------
         ndarray, shape (kept * (samples - 1) + 1,), or float
             Instants [s]; the revolutions made [-] where they are too few.
         """
-        # A crank that swings back passes an angle again: the first time counts.
+        # If a crank swings back and passes an angle again, the first time counts.
         passed = np.maximum.accumulate(self.sense * (angle - self.start)) / (2.0 * math.pi)
-        # Rounding of the start must not cost a revolution.
+        # A tolerance, so that rounding of the start does not remove a revolution.
         first = math.ceil(passed[0] - 1e-9) + self.discarded
         if passed[-1] < first + self.kept:
             return float(passed[-1] - passed[0])

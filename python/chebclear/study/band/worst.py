@@ -1,4 +1,4 @@
-"""Where the polynomial of a band says that the output is highest and lowest, and what a run says there."""
+"""Points of the extremes that the polynomial of a band predicts, and simulated values there."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ from .band import Band
 
 Array = NDArray[np.float64]
 
-# Points at which a polynomial is looked at, and the parameters up to which all corners are among them.
+# Number of points at which a polynomial is evaluated, and of parameters up to which these include all
+# corners.
 _POINTS, _MOST_CORNERS = 2048, 10
 
 
 @dataclass(frozen=True)
 class WorstCase:
-    """A run where a polynomial says that an output is highest or lowest."""
+    """A run at the parameters for which a polynomial predicts the largest or smallest value of an output."""
 
     output: str
     """Name of the output."""
@@ -33,9 +34,9 @@ class WorstCase:
     parameters: dict[str, float]
     """Parameters of the run [SI units]."""
     predicted: float
-    """What the polynomial says, in the unit of the output."""
+    """Value of the polynomial, in the unit of the output."""
     simulated: float
-    """What the run says there and then; NaN if it failed."""
+    """Value of the run at that instant; NaN if it failed."""
 
     def __str__(self) -> str:
         word = "highest" if self.side == "upper" else "lowest"
@@ -48,15 +49,15 @@ class WorstCase:
 def predicted_extremes(band: Band) -> list[tuple[Literal["lower", "upper"], int, Array, float]]:
     """Side, sample, parameters and value of the highest and lowest prediction of a band with a polynomial.
 
-    The corners of the box and points between them are looked at, at the instant where the bound is furthest
-    out.
+    The polynomial is evaluated at the corners of the box and at points between them, at the instant of the
+    extreme bound.
     """
     sides = band.intervals
     points = sobol_points(sides, 0, _POINTS, 0)
     if len(sides) <= _MOST_CORNERS:
         corners = np.array(list(itertools.product((-1.0, 1.0), repeat=len(sides))))
         points = np.concatenate([on_box(sides, corners), points])
-    # Rounding must take no corner out of the box.
+    # The given ends, since rounding might move a corner out of the box.
     ends = np.array([[side.lower, side.upper] for side in sides.values()]).T
     points = np.clip(points, *ends)
     values = band.evaluate(**dict(zip(sides, points.T, strict=True)))

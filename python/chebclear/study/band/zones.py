@@ -1,4 +1,4 @@
-"""Spans of time in which clearance hardly disturbs a sensitivity."""
+"""Spans of time in which clearance hardly affects a sensitivity."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RestraintZones(records.ArrayRecord):
-    """Where clearance hardly moves a sensitivity: the paper's clearance effect restraint zones.
+    """Spans in which clearance hardly affects a sensitivity: the paper's clearance effect restraint zones.
 
     Attributes
     ----------
@@ -25,10 +25,10 @@ class RestraintZones(records.ArrayRecord):
     envelope : Array
         Running maximum of the absolute deviation, shape (samples,).
     threshold : float
-        What the envelope is compared with.
+        Threshold of the envelope.
     spans : list[tuple[float, float]]
-        First and last abscissa of every stretch on which the envelope is under the threshold; seconds, or
-        whatever the zones were made over.
+        First and last abscissa of every span on which the envelope is below the threshold; in seconds, or in
+        the unit of the abscissa of the zones.
     """
 
     deviation: Array
@@ -43,9 +43,9 @@ class RestraintZones(records.ArrayRecord):
 def restraint_zones(
     band: Band, ideal: Band, parameter: str, *, window: float, threshold: float = 0.5
 ) -> RestraintZones:
-    """Zones in which clearance hardly disturbs the sensitivity of an output to a parameter.
+    """Zones in which clearance hardly affects the sensitivity of an output to a parameter.
 
-    The paper reads them off its Figs. 10 and 11: there the sensitivity oscillates less about that of the
+    The paper identifies them in its Figs. 10 and 11: there the sensitivity oscillates less about that of the
     mechanism without clearance, and the interval of the output is widened less. Here the running maximum of
     the difference of both is compared with a share of its largest value.
 
@@ -94,20 +94,20 @@ def restraint_zones(
         checks.add("band and ideal must have the same instants")
     checks.finish()
     deviation = band.sensitivity(parameter) - ideal.sensitivity(parameter)
-    # An exact number of samples must not lose one to rounding.
+    # A tolerance, so that rounding does not remove one of an exact number of samples.
     half = min(int(0.5 * length / spacing + 1e-6), len(band.t) - 1)
     return zones_of(deviation, band.t, half, share)
 
 
 def zones_of(deviation: Array, abscissa: Array, half: int, share: float = 0.5) -> RestraintZones:
-    """Zones of a deviation that is known already.
+    """Zones of a given deviation.
 
     Parameters
     ----------
     deviation, abscissa : ndarray, shape (samples,)
-        The deviation of a sensitivity, and where.
+        The deviation of a sensitivity, and its abscissa.
     half : int
-        Samples that the running maximum reaches to either side [-].
+        Half-length of the window of the running maximum in samples [-].
     share : float
         Share of the largest deviation [-].
 
@@ -121,19 +121,19 @@ def zones_of(deviation: Array, abscissa: Array, half: int, share: float = 0.5) -
 
 
 def spans_below(abscissa: Array, values: Array, threshold: float) -> list[tuple[float, float]]:
-    """Stretches of `abscissa` on which `values` stay under the threshold.
+    """Spans of `abscissa` on which `values` stay below the threshold.
 
     Parameters
     ----------
     abscissa, values : ndarray, shape (samples,)
-        Abscissa, in any unit, and what is compared.
+        Abscissa, in any unit, and the values to compare.
     threshold : float
         In the unit of `values`.
 
     Returns
     -------
     list of (float, float)
-        First and last sample of each stretch, in the unit of `abscissa`.
+        First and last sample of each span, in the unit of `abscissa`.
     """
     below = np.concatenate([[False], values < threshold, [False]])
     edges = np.flatnonzero(below[1:] != below[:-1])

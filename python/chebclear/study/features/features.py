@@ -460,7 +460,7 @@ def feature_values(
 def settling_warnings(
     asked: Mapping[str, Asked], settings: Settings, scene: Scene, tracked: Array
 ) -> tuple[str, ...]:
-    """Which extrema lie where the start settles, in at least half of the runs."""
+    """Features whose extrema lie in the starting transient in at least half of the runs."""
     settled, messages = settling_time(scene), []
     for name, feature in asked.items():
         if not isinstance(feature, Feature) or feature.kind not in _TIMES:
@@ -471,8 +471,8 @@ def settling_warnings(
         early = np.any([time < settled for time in times], axis=0)
         if 2 * early.sum() >= len(early):
             messages.append(
-                f'feature "{name}": its extremum lies in the first revolution, where the start settles, in '
-                f"{early.sum()} of {len(early)} runs; skip={settled:.4g} looks later"
+                f'feature "{name}": its extremum lies in the first revolution, the starting transient, in '
+                f"{early.sum()} of {len(early)} runs; skip={settled:.4g} leaves it out"
             )
     return tuple(messages)
 

@@ -13,20 +13,20 @@ from ...errors import ArgumentError
 Array = NDArray[np.float64]
 
 # Largest condition number of the least squares. The error of the polynomial at the missing runs is about this
-# often the error at the others: at 10, an error that was 0.5 % of the width is at the limit of "resolved".
+# many times the error at the others: at 10, an error of 0.5 % of the width is at the limit of "resolved".
 MOST_CONDITION = 10.0
 
 
 @dataclass(frozen=True)
 class HoleFit:
-    """How the missing values follow from the others, for any output."""
+    """Linear map from the known values on the grid to the missing ones, for any output."""
 
     missing: NDArray[np.intp]
     """Numbers of the missing runs on the grid."""
     known: NDArray[np.intp]
-    """Numbers of the others."""
+    """Numbers of the known runs."""
     dropped: NDArray[np.bool_]
-    """Which terms of the polynomial the others do not determine, the last parameter fastest."""
+    """Mask of the terms that the known runs do not determine, the last parameter fastest."""
     condition: float
     """Condition number of the least squares [-]."""
     matrix: Array
@@ -47,9 +47,9 @@ class HoleFit:
 def fit_holes(nodes: Sequence[int], degrees: Sequence[int], missing: Sequence[int]) -> HoleFit:
     """Find the terms that the runs determine, and the missing values for them.
 
-    The roots make the basis orthonormal on the whole grid. Of all values at the missing runs, those are taken
-    for which the terms that are left out are smallest in the mean square. Terms of the highest total degree,
-    relative to the degree in each parameter, are left out until the known runs determine the others well.
+    The basis is orthonormal on the whole grid of roots. The missing values are chosen to minimize the mean
+    square of the terms that are left out. Terms of the highest total degree, relative to the degree in each
+    parameter, are left out until the known runs determine the others well.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 def sobol_points(intervals: Mapping[str, Interval], first: int, count: int, seed: int) -> Array:
-    """Points of a scrambled Sobol' sequence, which fills the box evenly however many are taken.
+    """Points of a scrambled Sobol' sequence, which fills the box evenly for any number of points.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def on_box(intervals: Mapping[str, Interval], cube: Array) -> Array:
 
 
 def on_cube(intervals: Mapping[str, Interval], points: Array) -> Array:
-    """Where points of the box are in the cube [-1, 1]; rounding takes none outside."""
+    """Points of the box in the coordinates of the cube [-1, 1], clipped to it against rounding."""
     sides = list(intervals.values())
     middle = np.array([side.midpoint for side in sides])
     cube: Array = (points - middle) / np.array([side.half_width for side in sides])

@@ -1,4 +1,4 @@
-"""Which parameter moves an output: shares in its variance."""
+"""Variance-based sensitivity: shares of the parameters in the variance of an output."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class VarianceShares(records.ArrayRecord):
     variance : Array
         Variance in the squared unit of the output, shape (samples,).
     main : dict[str, Array]
-        Share of each parameter on its own [-], shape (samples,); 0 where nothing varies.
+        First-order share of each parameter [-], shape (samples,); 0 where nothing varies.
     total : dict[str, Array]
-        Share of each parameter with all its interactions [-], shape (samples,).
+        Total share of each parameter, with all its interactions [-], shape (samples,).
     """
 
     variance: Array
@@ -68,7 +68,7 @@ def variance_shares(surrogate: Surrogate) -> VarianceShares:
         weighted = left
         centered = left
         for place, axis in enumerate(sorted(kept)):
-            # The moment without the product of means leaves the variance once all parameters are through.
+            # After all parameters, subtracting the product of the means from the moments gives the variance.
             weighted = np.moveaxis(np.tensordot(weighted, moments[axis], axes=(place + 1, 0)), -1, place + 1)
             outer = np.outer(means[axis], means[axis])
             centered = np.moveaxis(np.tensordot(centered, outer, axes=(place + 1, 0)), -1, place + 1)

@@ -1,6 +1,6 @@
 """Polynomials in the uncertain parameters.
 
-Nothing here knows of mechanisms: a surrogate is made from values on a grid, whatever gave them. Parameters
+A surrogate is made from values on a grid, which need not come from a mechanism. Parameters
 are keywords with physical values; arrays have time on their last axis.
 """
 
@@ -56,7 +56,7 @@ def tensor_grid(sides: Sequence[Array]) -> Array:
 BoundKind = Literal["range", "eq31"]
 
 MOST_RANGE_DEGREE = 30
-"""Highest degree of which the core certifies a range [-]."""
+"""Highest degree for which the core certifies a range [-]."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,13 +70,13 @@ class PolynomialRange(records.ArrayRecord):
     upper : Array
         Certified upper bound in the unit of the output.
     attained_lower : Array
-        Smallest value found in the unit of the output; the polynomial takes it, to rounding.
+        Smallest value found in the unit of the output, which the polynomial attains to rounding.
     attained_upper : Array
         Largest value found in the unit of the output.
     lowest_at : dict[str, Array]
-        Where the smallest value is taken: values of each parameter [SI units].
+        Point of the smallest value: values of each parameter [SI units].
     highest_at : dict[str, Array]
-        Where the largest value is taken: values of each parameter [SI units].
+        Point of the largest value: values of each parameter [SI units].
     """
 
     lower: Array
@@ -94,7 +94,7 @@ class PolynomialRange(records.ArrayRecord):
 class Surrogate(records.ArrayRecord):
     """A Chebyshev polynomial in the parameters for every instant.
 
-    It is fitted to values at the nodes and stands for the response only as far as the response is smooth in
+    It is fitted to values at the nodes and approximates the response only if the response is smooth in
     the parameters.
 
     Attributes
@@ -142,7 +142,7 @@ class Surrogate(records.ArrayRecord):
 
     @property
     def rounding(self) -> Array:
-        """What rounding of the runs may leave in it, in the unit of the output, shape (samples,)."""
+        """Bound of its rounding error from the runs, in the unit of the output, shape (samples,)."""
         left: Array = 1e-14 * np.abs(self.terms).sum(axis=0)
         return left
 
@@ -154,8 +154,8 @@ class Surrogate(records.ArrayRecord):
         Parameters
         ----------
         kind : {"range", "eq31"}
-            The certified range, see `range`; or Eq. (31), with some slack: it bounds every term of the sum on
-            its own.
+            The certified range, see `range`; or Eq. (31), which is wider because it bounds every term of the
+            sum separately.
         threads : int, optional
             As of `range` [-].
 
@@ -175,15 +175,15 @@ class Surrogate(records.ArrayRecord):
         return found.lower, found.upper
 
     def range(self, threads: int | None = None) -> PolynomialRange:
-        """The certified range of the polynomial over the box, and where its ends are taken.
+        """The certified range of the polynomial over the box, and the points of its ends.
 
-        Branch and bound in the Bernstein basis, rounded outward: the bounds are at most 1e-6 of the width
-        apart from values that the polynomial takes, and never wider than those of Eq. (31).
+        Branch and bound in the Bernstein basis, rounded outward: the bounds exceed values that the polynomial
+        attains by at most 1e-6 of the width, and are never wider than those of Eq. (31).
 
         Parameters
         ----------
         threads : int, optional
-            Threads [-]; all processors if not given. The results are the same bits for any number.
+            Threads [-]; all processors if not given. The results do not depend on the number.
 
         Returns
         -------
@@ -197,10 +197,10 @@ class Surrogate(records.ArrayRecord):
         return self._physical_range(_core.polynomial_ranges(self.terms, list(self.degrees), threads))
 
     def _physical_range(self, found: _Ranges) -> PolynomialRange:
-        """What the core found, at physical values of the parameters."""
+        """The range from the core, with physical values of the parameters."""
 
         def physical(points: Array) -> dict[str, Array]:
-            # Midpoint and half-width may miss the ends by rounding.
+            # Clipped, since midpoint and half-width give the ends only to rounding.
             return {
                 name: np.select(
                     [column == -1.0, column == 1.0],
@@ -284,7 +284,7 @@ class Surrogate(records.ArrayRecord):
         if at is None:
             at = {name: side.midpoint for name, side in self.intervals.items()}
         slope = self._at(self._slopes(axis), *self._normalized(at))
-        # Eq. (33) is the slope in the normalized variable; Eq. (32) needs it per physical unit.
+        # Eq. (33) is the derivative in the normalized variable; Eq. (32) needs that per physical unit.
         return slope if normalized else slope / self.intervals[parameter].half_width
 
     def _slopes(self, axis: int) -> Array:
@@ -313,8 +313,8 @@ class Surrogate(records.ArrayRecord):
                     f"{name} must be a number or an array of numbers, got {values[name]!r}", wrong_type=True
                 )
                 continue
-            # An end as it is typed may miss the end that was computed from midpoint and width by rounding,
-            # which may also carry it past the end of the cube.
+            # A given end may differ by rounding from that computed from midpoint and width, and may lie
+            # outside the cube by rounding.
             slack = 4.0 * np.finfo(float).eps * max(abs(side.lower), abs(side.upper))
             if not np.all((given >= side.lower - slack) & (given <= side.upper + slack)):
                 checks.add(f"{name} must be in [{side.lower!r}, {side.upper!r}], got {values[name]!r}")

@@ -14,7 +14,8 @@ from .surrogate import BoundKind, PolynomialRange, Surrogate
 
 Array = NDArray[np.float64]
 
-# Up to here a polynomial is kept as a tensor, of which more is known; 1441 samples then take 15 MB.
+# Largest number of terms of a polynomial that is kept as a tensor, for which more methods exist; 1441 samples
+# then take 15 MB.
 _MOST_TENSOR = 1296
 
 
@@ -55,7 +56,7 @@ class TotalDegree(Surrogate):
 
     @property
     def coefficients(self) -> Array:
-        """Not kept as an array over the degrees of all parameters: always a ValueError."""
+        """Not available as an array over the degrees of all parameters: always raises ValueError."""
         raise self._missing("array of coefficients")
 
     def bounds(self, kind: BoundKind = "range", threads: int | None = None) -> tuple[Array, Array]:
@@ -66,16 +67,16 @@ class TotalDegree(Surrogate):
         return self.terms[0] - radius, self.terms[0] + radius
 
     def range(self, threads: int | None = None) -> PolynomialRange:
-        """The certified range of the polynomial over the box, and where its ends are taken.
+        """The certified range of the polynomial over the box, and the points of its ends.
 
-        Branch and bound on the coefficients, with monotone parameters fixed. The bounds are at most 1e-6 of
-        the sum of the coefficients apart from values that are taken where that takes no more than 1000 boxes;
-        where it does they are further apart, but hold.
+        Branch and bound on the coefficients, with monotone parameters fixed. The bounds exceed attained
+        values by at most 1e-6 of the sum of the coefficients, unless that needs more than 1000 boxes; then
+        they are wider, but still hold.
 
         Parameters
         ----------
         threads : int, optional
-            Threads [-]; all processors if not given. The results are the same bits for any number.
+            Threads [-]; all processors if not given. The results do not depend on the number.
 
         Returns
         -------
