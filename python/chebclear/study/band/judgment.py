@@ -152,8 +152,8 @@ def doubts(bands: Mapping[str, Band]) -> list[str]:
     least, most = f"{min(errors):.3g}", f"{max(errors):.3g}"
     size = f"{most} %" if least == most else f"{least} to {most} %"
     return [
-        f"not resolved: {', '.join(lost)}: the error of the polynomial at left-out runs is {size} of the width "
-        "of the band. The response may leave its bounds, and neither worst case nor sensitivity is that "
-        "of the response. A higher degree helps where the response is smooth; where impacts scatter, use bands "
-        "that are calibrated on all runs (Study.band) and features of the runs instead"
+        f"not resolved: {', '.join(lost)}: the error of the polynomial at left-out runs is {size} of the "
+        "width of the band. The response may leave its bounds, and neither worst case nor sensitivity is "
+        "that of the response. A higher degree helps where the response is smooth; where impacts scatter, "
+        "use bands that are calibrated on all runs (Study.band) and features of the runs instead"
     ]
