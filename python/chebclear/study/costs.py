@@ -210,8 +210,8 @@ class StudyTradeoff(records.ArrayRecord, Exports):
             for name, change in zip(self.outputs, self.reference_change, strict=True)
         )
         head = (
-            f"Reference: hull of {self.reference_runs} runs, an inner bound; the hull of half of them is narrower "
-            f"by {changes}. Hold-out: {self.holdout} runs."
+            f"Reference: hull of {self.reference_runs} runs, an inner bound; that of half of them is "
+            f"narrower by {changes}. Hold-out: {self.holdout} runs."
         )
         return f"{head}\n{format_table(*self._cells())}\nRecommended: {self.recommendation()}"
 
