@@ -104,7 +104,7 @@ class Checks:
         least: float | None = None,
         most: float | None = None,
     ) -> float:
-        """A finite number, NaN if it is none; `above` and `below` are open limits, the others closed."""
+        """A finite number, or NaN after adding a problem; `above` and `below` are open limits."""
         number = as_number(value)
         # First what is nearly always so, without words: a study asks this of thousands of scenes.
         if (

@@ -102,7 +102,7 @@ class Stats(Shown):
 
     @classmethod
     def from_dict(cls, plain: Mapping[str, Any]) -> Stats:
-        """The counts as the core tells them, or a file, which may have names of earlier versions."""
+        """The counts from the core or from a file, which may have names of earlier versions."""
         given = {_EARLIER_NAMES.get(name, name): value for name, value in plain.items()}
         # The core has floats for all.
         return cls(**{name: int(n) if name in _WHOLE else n for name, n in given.items()})

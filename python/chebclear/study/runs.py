@@ -204,7 +204,7 @@ class Making:
             store = Store(means.store, identity)
         try:
             numbers = list(range(self._middle))
-            if self._midpoint:  # first, since nothing can be made of a study without it
+            if self._midpoint:  # first, since a study needs it
                 numbers = [self._middle, *numbers]
             batch = Batch(
                 self._build,
