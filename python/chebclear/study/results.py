@@ -61,8 +61,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     A mapping from the names of the outputs to their bands: ``in``, ``len``, ``keys()``, ``items()`` and
     ``values()`` work, and ``result["slider.*"]`` is a dict of bands.
 
-    Results can be compared (NaN equals NaN), copied, pickled, saved and loaded. Their arrays are read-only;
-    copy them to change them.
+    Results can be compared (NaN equals NaN), copied, pickled, saved and loaded; their arrays are read-only.
 
     Attributes
     ----------
@@ -490,7 +489,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             nodes=tuple(facts["nodes"]),
             bounds=facts.get("bounds", "eq31"),  # files before it was written
             demand=None if facts.get("demand") is None else Demand.from_dict(facts["demand"]),
-            stats=Costs.joined([[Stats.from_dict(stats) for stats in facts["stats"]]]),
+            stats=Costs.joined([[Stats.from_dict(one) for one in facts["stats"]]]) if facts["stats"] else (),
             warnings=tuple(facts["warnings"]),
             settings=None if facts["settings"] is None else Settings.from_dict(facts["settings"]),
             scene=None if facts["scene"] is None else Scene.from_json(json.dumps(facts["scene"])),

@@ -200,7 +200,7 @@ def test_a_directory_that_cannot_be_written_is_found_before_the_runs(command, tm
         cli.main([*command, "--out", ""])
     assert "empty name" in capsys.readouterr().err
     # What is tried leaves nothing behind.
-    assert cli.main([*command, "--out", str(tmp_path / "new" / "results")]) == cli.EXIT_DEFECT
+    assert cli.main([*command, "--out", str(tmp_path / "new" / "results")]) == cli.program.EXIT_DEFECT
     assert "computed in vain" in capsys.readouterr().err
     assert [entry.name for entry in tmp_path.iterdir()] == ["file"]
 
