@@ -227,7 +227,8 @@ def test_figures_show_the_outputs_that_are_hard(tmp_path):
     result = cc.tradeoff(MECHANISMS.four_bar(), duration=5e-3, samples=101, rtols=[1e-4, 1e-6], repeats=1)
     figure = tradeoff_output.figure(result)
     named = {column_words(name): name for name in result.outputs}
-    shown = [named[ax.get_xlabel().split(" of ", 1)[1].split(" to ")[0]] for ax in figure.axes]
+    labels = [" ".join(ax.get_xlabel().split()) for ax in figure.axes]  # in one or two lines
+    shown = [named[label.split(" of ", 1)[1].split(" to ")[0]] for label in labels]
     errors = {
         name: max(result.error(point, name) / scale for point in result)
         for name, scale in zip(result.outputs, result.ranges, strict=True)
