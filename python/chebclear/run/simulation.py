@@ -25,8 +25,8 @@ from .trajectory import EndState, Stats, Trajectory
 # companion uses another method: one companion, or two of one method, too often have the same error as the run
 # (docs/decisions.md).
 _TIGHTER = (10.0, 100.0)
-# Where the work of the run itself and of its first companion ends, of all three: they cost 1.4 and 1.9 times
-# as much as the run, in the median over the scenes of `benchmarks/claims.py`.
+# Parts of the total work that are done after the run itself and after its first companion. The companions
+# cost 1.4 and 1.9 times as much as the run, in the median over the scenes of `benchmarks/claims.py`.
 _OWN_SHARE, _FIRST_SHARE = 0.23, 0.56
 
 
@@ -196,7 +196,7 @@ def run_scene(
 def _companions(
     run: Trajectory, start: EndState | None, reports: Sequence[Callable[[float], None] | None]
 ) -> list[Trajectory]:
-    """The runs at tighter tolerances that a run is compared with."""
+    """The runs at tighter tolerances with which a run is compared."""
     methods = (run.settings.method, "rodas5p" if run.settings.method == "auto" else "auto")
     return [
         run_scene(run.scene, _tightened(run.settings, factor, method), report, start)
