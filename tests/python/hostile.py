@@ -1,4 +1,4 @@
-"""Damaged and hostile input: scene files, scenes as JSON, expressions and result files.
+"""Damaged and hostile input: scene files, scenes as JSON, expressions, result files and stores of runs.
 
 Valid input is mutated: values are replaced by nasty ones, keys renamed, dropped and doubled, texts cut, bytes
 flipped. What is read must be refused with a typed error or be sound; every other exception, an abort, or an
@@ -12,10 +12,13 @@ from __future__ import annotations
 
 import argparse
 import collections
+import contextlib
 import copy
+import hashlib
 import io
 import json
 import random
+import shutil
 import sys
 import time
 import warnings
@@ -26,6 +29,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import chebclear as cc
+import numpy as np
+from chebclear.execution.store import Store
 from chebclear.templates.expressions import ExpressionError, parse
 
 SLOWEST = 5.0
@@ -164,6 +169,95 @@ def read_result(chance: random.Random, known: list[bytes], folder: Path) -> Call
     return read
 
 
+class AnyRuns:
+    """An identity whose facts are those of the store."""
+
+    def __init__(self, facts: dict[str, Any]) -> None:
+        self._facts = facts
+
+    def facts(self) -> dict[str, Any]:
+        return copy.deepcopy(self._facts)
+
+
+def read_store(chance: random.Random, known: list[dict[str, bytes]], folder: Path) -> Callable[[], object]:
+    """A store with one file that is another, under a name that fits its bytes."""
+    files = dict(chance.choice(known))
+    facts = json.loads(files["store.json"])
+    victim = chance.choice(sorted(files))
+    data = files.pop(victim)
+    if victim == "store.json":
+        text = json.dumps(mutated(json.loads(data), chance))
+        data = (torn(text, chance) if chance.random() < 0.3 else text).encode("utf-8", "surrogatepass")
+        files[victim] = data
+    else:
+        data = other_piece(data, chance)
+        files[f"piece-{hashlib.sha256(data).hexdigest()[:32]}.npz"] = data
+    place = folder / "store"
+
+    def read() -> object:
+        shutil.rmtree(place, ignore_errors=True)
+        place.mkdir()
+        for name, content in files.items():
+            (place / name).write_bytes(content)
+        with Store(place, AnyRuns(facts)) as store:
+            found = list(store.read([(0, key) for key in store.keys()]))
+        for numbers, piece in found:
+            assert len(numbers) == len(piece.values) == len(piece.ends)
+        return found
+
+    return read
+
+
+def other_piece(data: bytes, chance: random.Random) -> bytes:
+    """A piece of a store with other bytes, members, texts or arrays."""
+    act = chance.randrange(4)
+    if act == 0:
+        changed = bytearray(data)
+        for _ in range(chance.choice([1, 3, 30])):
+            changed[chance.randrange(len(changed))] = chance.randrange(256)
+        return bytes(changed)
+    if act == 1:
+        return other_members(data, chance)
+    with np.load(io.BytesIO(data)) as archive:
+        arrays = dict(archive)
+    if act == 2:
+        name = chance.choice(["head", "ends"])
+        text = json.dumps(mutated(json.loads(str(arrays[name])), chance))
+        arrays[name] = np.array(torn(text, chance) if chance.random() < 0.3 else text)
+    else:
+        name = chance.choice(sorted(arrays))
+        array = arrays[name]
+        others = [array[..., None], array.ravel(), array.astype("f4" if array.dtype.kind == "f" else "U9")]
+        others += [array.T, array[:0]] if array.ndim else [np.array(3.0)]
+        others += [np.full_like(array, np.nan)] if array.dtype.kind == "f" else []
+        arrays[name] = chance.choice(others)
+    out = io.BytesIO()
+    (np.savez_compressed if chance.random() < 0.1 else np.savez)(out, **arrays)
+    return out.getvalue()
+
+
+def stores(folder: Path) -> list[dict[str, bytes]]:
+    """Files of stores of a study with a feature, of one whose runs failed, and of a model."""
+    box = {"rod_length": cc.interval(0.12, rel=0.01)}
+    features = {"peak": cc.peak("slider.x")}
+    options = {"duration": 0.001, "samples": 5, "features": features}
+    cc.Study(cc.mechanisms.slider_crank, box, ["slider.x"], store=folder / "a", **options).scan(4)
+    cc.Study(line, {"a": cc.interval(1.0, rel=0.1)}, store=folder / "b").scan(4)
+    with contextlib.suppress(cc.SimulationError):
+        short = cc.Study(cc.mechanisms.slider_crank, box, store=folder / "c", max_steps=60, **options)
+        short.scan(4)
+    found = []
+    for name in "abc":
+        paths = [path for path in (folder / name).iterdir() if path.name != "lock"]
+        found.append({path.name: path.read_bytes() for path in paths})
+    return found
+
+
+def line(a: float) -> dict[str, Any]:
+    """A model of one's own."""
+    return {"t": [0.0, 1.0, 2.0], "x": [a, 2.0 * a, 3.0 * a], "slope": a}
+
+
 def other_members(data: bytes, chance: random.Random) -> bytes:
     """An archive with a member dropped, renamed, cut or exchanged for another."""
     out = io.BytesIO()
@@ -204,12 +298,13 @@ def faults(inputs: int, seed: int) -> tuple[list[str], collections.Counter[str]]
     with TemporaryDirectory() as name, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         folder = Path(name)
-        known_results = results(folder)
+        known_results, known_stores = results(folder), stores(folder)
         kinds = {
             "scene": (lambda: read_json(chance, known_scenes), (cc.SceneError,)),
             "file": (lambda: read_file(chance, known_files), (cc.SceneError,)),
             "expression": (lambda: read_expression(chance), (ExpressionError,)),
             "result": (lambda: read_result(chance, known_results, folder), (ValueError,)),
+            "store": (lambda: read_store(chance, known_stores, folder), (cc.StoreError,)),
         }
         for number in range(inputs):
             kind = list(kinds)[number % len(kinds)]

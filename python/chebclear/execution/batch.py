@@ -153,6 +153,16 @@ class Batch:
         assert len(scenes) == len(runs), "they were built before"
         return self._task(runs, scenes)
 
+    @property
+    def keeps(self) -> bool:
+        return self._store is not None
+
+    def keep(self, task: Task, piece: Piece) -> None:
+        """Put finished runs into the store, if they are not there yet."""
+        if self._store is not None and not task.kept:
+            self._store.write([self._keys.pop(number) for number in task.runs], piece)
+            task.kept = True
+
     def place(self, task: Task, piece: Piece) -> None:
         """Keep finished runs."""
         if piece.code != code_version():
@@ -160,8 +170,7 @@ class Batch:
                 "a worker has another build of chebclear than this process, so that its results would not be "
                 "the same bits: install the same one everywhere"
             )
-        if self._store is not None:
-            self._store.write([self._keys.pop(number) for number in task.runs], piece)
+        self.keep(task, piece)
         self._fill(task.runs, piece, placed=piece.values is task.into)
 
     def lost(self, runs: Sequence[int], error: BaseException) -> None:

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from ..base.progress import Progress
 from ..errors import ChebclearError
 from .calls import Answers, Calls, call_order
-from .pieces import Order, simulate_order
+from .pieces import Order, Piece, simulate_order
 
 # Time that a piece should take [s]: long against sending it, which takes a few milliseconds, and short enough
 # that little is lost with a worker and all stop soon after an interrupt. It grows to one part in 200 of the
@@ -57,6 +57,13 @@ class Source(Protocol):
 
     def again(self, runs: Sequence[int]) -> Task:
         """Runs that must be simulated once more."""
+
+    @property
+    def keeps(self) -> bool:
+        """Whether runs go to a store: no worker then begins a piece before its last one is safe."""
+
+    def keep(self, task: Task, piece: Piece) -> None:
+        """Put finished runs into the store, on whatever thread."""
 
     def place(self, task: Task, piece: Any) -> None:
         """Keep finished runs: a `Piece` of an `Order`, or `Answers` to `Calls`."""
@@ -89,6 +96,8 @@ class Task:
     """Where the samples of a worker of this process go."""
     losses: int = 0
     """How often its worker was lost."""
+    kept: bool = False
+    """Whether its runs are in the store."""
     finished: int = 0
     """Runs that the worker has finished, as far as one knows."""
 
@@ -123,7 +132,7 @@ def dispatch(
     """
     workers: _Workers
     if executor is not None:
-        workers = _Sent(executor)
+        workers = _Sent(executor, 1 if source.keeps else _QUEUED)
     else:
         workers = _Asking() if threads == 0 else _Here(threads, source)
     with workers.ready():
@@ -300,6 +309,7 @@ class _Here:
 
     def __init__(self, threads: int | None, source: Source) -> None:
         self.count = max(1, min(threads or os.cpu_count() or 1, source.total))
+        self._source = source
         self._stop = threading.Event()
         self._pool = ThreadPoolExecutor(self.count, thread_name_prefix="chebclear")
 
@@ -317,8 +327,15 @@ class _Here:
         def count(finished: int) -> None:
             task.finished = finished
 
-        assert not isinstance(task.order, Calls), "the thread that asks makes calls"
-        return self._pool.submit(simulate_order, task.order, self._stop, task.into, count)
+        order = task.order
+        assert not isinstance(order, Calls), "the thread that asks makes calls"
+
+        def work() -> Piece:
+            piece = simulate_order(order, self._stop, task.into, count)
+            self._source.keep(task, piece)
+            return piece
+
+        return self._pool.submit(work)
 
     def renew(self, error: BrokenExecutor) -> None:
         raise error
@@ -332,7 +349,8 @@ class _Sent:
 
     seconds = _SECONDS_SENT
 
-    def __init__(self, executor: Executor) -> None:
+    def __init__(self, executor: Executor, queued: int) -> None:
+        self._queued = queued
         self._executor = executor
         self._own: list[Executor] = []
         self._folder = TemporaryDirectory(prefix="chebclear-", ignore_cleanup_errors=True)
@@ -350,7 +368,7 @@ class _Sent:
                 self._folder.cleanup()
 
     def capacity(self, measured: bool) -> int:
-        return _QUEUED * self.count if measured else self.count
+        return self._queued * self.count if measured else self.count
 
     def submit(self, task: Task) -> Future[Any]:
         if isinstance(task.order, Calls):

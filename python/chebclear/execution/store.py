@@ -11,7 +11,6 @@ import contextlib
 import dataclasses
 import functools
 import hashlib
-import io
 import json
 import os
 import re
@@ -23,24 +22,19 @@ from typing import IO, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.files import DAMAGE, package_version, replaced
+from ..base.files import package_version, replaced
 from ..errors import StoreError
 from ..run.settings import Settings
 from ..scene.structure import FlatScene
-from .pieces import Piece, as_text, code_version, from_text
+from .archive import FORMAT, KEY_BYTES, KIND, WRONG, UnfitError, looked_at, packed, unpacked
+from .pieces import Piece, code_version
 
 Array = NDArray[np.float64]
-
-FORMAT = 1
-"""Number of the format of stores; raised when a store can no longer be read the old way."""
-KIND = "runs of a study"
 
 _HEAD, _LOCK, _SET_ASIDE = "store.json", "lock", ".damaged"
 _PIECE = re.compile(r"piece-([0-9a-f]{32})\.npz")
 # A head is a few kilobytes of names and numbers.
 _MOST_HEAD_BYTES = 10_000_000
-KEY_BYTES = 16
-"""Length of the key of a run [-]."""
 # What may differ between the studies of one store: outputs and features are compared by name.
 _NAMED = ("outputs", "features")
 
@@ -134,14 +128,18 @@ class Store:
     def __len__(self) -> int:
         return len(self._where)
 
+    def keys(self) -> tuple[bytes, ...]:
+        """Keys of all runs."""
+        return tuple(self._where)
+
     def __contains__(self, key: bytes) -> bool:
         return key in self._where
 
     def names(self, key: bytes) -> tuple[list[str], list[str]]:
         """Names of the outputs and of the features that are kept of a run."""
-        with self._errors(), np.load(self.path / self._where[key][0], allow_pickle=False) as file:
-            head = json.loads(str(file["head"]))
-            return head["outputs"], head["features"]
+        with self._errors(), (self.path / self._where[key][0]).open("rb") as file:
+            head, _ = looked_at(file)
+        return head["outputs"], head["features"]
 
     def name(self, outputs: Sequence[str], features: Sequence[str]) -> None:
         """Say what the runs have that are asked for, if that was not known when the store was opened."""
@@ -160,19 +158,7 @@ class Store:
         StoreError
             If that is not possible, on a full disk for one.
         """
-        head = {**self._facts, "format": FORMAT, "kind": KIND}
-        memory = io.BytesIO()
-        np.savez(
-            memory,
-            head=np.array(json.dumps(head)),
-            keys=np.frombuffer(b"".join(keys), dtype=np.uint8).reshape(len(keys), KEY_BYTES),
-            t=piece.t,
-            values=piece.values,
-            features=piece.features,
-            counts=piece.counts,
-            ends=np.array(as_text(piece.ends, piece.warnings)),
-        )
-        content = memory.getbuffer()
+        content = packed(self._facts, keys, piece)
         name = f"piece-{hashlib.sha256(content).hexdigest()[:32]}.npz"
         with self._errors(), replaced(self.path / name) as beside:
             beside.write_bytes(content)
@@ -198,24 +184,13 @@ class Store:
                 by_file.setdefault(name, []).append((number, row))
         for name, found in by_file.items():
             rows = [row for _, row in found]
-            yield [number for number, _ in found], self._rows(name, rows)
-
-    def _rows(self, name: str, rows: list[int]) -> Piece:
-        with self._errors(), np.load(self.path / name, allow_pickle=False) as file:
-            head = json.loads(str(file["head"]))
-            columns = [head["outputs"].index(output) for output in self._facts["outputs"]]
-            features = [head["features"].index(feature) for feature in self._facts["features"]]
-            ends, warnings = from_text(str(file["ends"]), len(file["keys"]))
-            return Piece(
-                t=file["t"],
-                values=file["values"][rows][:, :, columns],
-                features=file["features"][rows][:, :, features],
-                counts=file["counts"][rows],
-                ends=tuple(ends[row] for row in rows),
-                warnings=tuple(warnings[row] for row in rows),
-                code=code_version(),
-                seconds=0.0,
-            )
+            path, facts = self.path / name, self._facts
+            try:
+                with self._errors():
+                    piece = unpacked(path, rows, facts["outputs"], facts["features"])
+            except WRONG as error:
+                raise StoreError(f"{path} was changed since it was looked at: {error}") from error
+            yield [number for number, _ in found], piece
 
     def _check_head(self) -> None:
         """Refuse a store of something else; a new one is described."""
@@ -274,7 +249,7 @@ class Store:
                 continue
             try:
                 keys = self._keys(path, named[1])
-            except _Unfit as error:
+            except UnfitError as error:
                 self.remarks.append(f"{path} {error}; its runs are simulated again")
                 if error.damaged:
                     path.replace(path.with_name(path.name + _SET_ASIDE))
@@ -283,28 +258,17 @@ class Store:
                 self._where[key.tobytes()] = (path.name, row)
 
     def _keys(self, path: Path, digest: str) -> NDArray[np.uint8]:
-        """Keys of the runs of a piece; raises `_Unfit` if it cannot be used."""
+        """Keys of the runs of a piece; raises `UnfitError` if it cannot be used."""
         with path.open("rb") as file:
             found = hashlib.file_digest(file, "sha256").hexdigest()[: len(digest)]
             if found != digest:
-                raise _Unfit("is damaged: its checksum is another one", damaged=True)
+                raise UnfitError("is damaged: its checksum is another one", damaged=True)
             file.seek(0)
-            try:
-                with np.load(file, allow_pickle=False) as archive:
-                    head = json.loads(str(archive["head"]))
-                    if not isinstance(head, dict) or head.get("kind") != KIND:
-                        raise _Unfit("is no piece of a store")
-                    if not isinstance(head.get("format"), int) or head["format"] > FORMAT:
-                        raise _Unfit(f"has format {head.get('format')}, this version reads up to {FORMAT}")
-                    different = differences(head, self._facts)
-                    if different:
-                        raise _Unfit(f"is of another study ({'; '.join(different)})")
-                    keys: NDArray[np.uint8] = archive["keys"]
-                    if keys.dtype != np.uint8 or keys.ndim != 2 or keys.shape[1] != KEY_BYTES:
-                        raise _Unfit("is no piece of a store")
-                    return keys
-            except (KeyError, *DAMAGE):
-                raise _Unfit("is no piece of a store") from None
+            head, keys = looked_at(file)
+        different = differences(head, self._facts)
+        if different:
+            raise UnfitError(f"is of another study ({'; '.join(different)})")
+        return keys
 
     def _locked(self) -> IO[str]:
         """The lock of the store, held until it is closed or its process ends, however that ends."""
@@ -334,14 +298,6 @@ class Store:
         except OSError as error:
             kept = f"; it keeps {len(self)} runs, and the study goes on from there" if len(self) else ""
             raise StoreError(f"the store {self.path}: {error.strerror or error}{kept}") from error
-
-
-class _Unfit(Exception):
-    """A piece that cannot be used."""
-
-    def __init__(self, message: str, damaged: bool = False) -> None:
-        super().__init__(message)
-        self.damaged = damaged
 
 
 def differences(kept: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str]:

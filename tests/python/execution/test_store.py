@@ -1,5 +1,7 @@
 """Stores: what was finished is never simulated again, what cannot be trusted is, and others are refused."""
 
+import hashlib
+import io
 import os
 import random
 import subprocess
@@ -10,7 +12,6 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.execution import batch, store
-from chebclear.scene.structure import Structure
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
@@ -117,6 +118,50 @@ def test_foreign_and_newer_pieces_are_left_alone_and_named(tmp_path, simulated):
     assert (tmp_path / "notes.txt").exists() and (tmp_path / foreign.name).exists()
 
 
+@pytest.mark.parametrize(
+    ("member", "change"),
+    [
+        ("values", lambda array: array[:, :-1]),
+        ("values", lambda array: array.astype(np.float32)),
+        ("counts", lambda array: array[:, 1:]),
+        ("keys", lambda array: array[:0]),
+        ("features", lambda array: array.reshape(-1)),
+        ("ends", lambda array: np.array('{"ends": {"99": ["done", "", 0, null, []]}, "warnings": {}}')),
+        ("ends", lambda array: np.array("[" * 100_000)),
+        ("head", lambda array: np.array('["no head"]')),
+        ("head", lambda array: np.array(str(array).replace('"format": 1', '"format": 2'))),
+    ],
+)
+def test_pieces_with_a_checksum_that_fits_and_other_content_are_refused(tmp_path, simulated, member, change):
+    whole = study(tmp_path).scan(2)
+    victim = pieces(tmp_path)[0]
+    with np.load(victim) as archive:
+        arrays = dict(archive)
+    victim.unlink()
+    arrays[member] = change(arrays[member])
+    memory = io.BytesIO()
+    np.savez(memory, **arrays)
+    name = f"piece-{hashlib.sha256(memory.getbuffer()).hexdigest()[:32]}.npz"
+    (tmp_path / name).write_bytes(memory.getbuffer())
+    del simulated[:]
+    again = study(tmp_path).scan(2)
+    assert again["slider.x"] == whole["slider.x"] and simulated
+    assert any(f"{name} is no piece of a store" in told or "has format 2" in told for told in again.warnings)
+
+
+def test_packed_pieces_are_refused(tmp_path, simulated):
+    """A few bytes may become a memory full of zeros."""
+    study(tmp_path).scan(2)
+    (victim,) = pieces(tmp_path)[:1]
+    with np.load(victim) as archive:
+        arrays = dict(archive)
+    memory = io.BytesIO()
+    np.savez_compressed(memory, **arrays)
+    name = f"piece-{hashlib.sha256(memory.getbuffer()).hexdigest()[:32]}.npz"
+    (tmp_path / name).write_bytes(memory.getbuffer())
+    assert any(f"{name} is no piece of a store" in told for told in study(tmp_path).scan(2).warnings)
+
+
 def test_another_study_is_refused_with_the_difference(tmp_path, monkeypatch):
     study(tmp_path).scan(2)
     with pytest.raises(cc.StoreError, match=r"duration: the store has 0\.003, this study 0\.005"):
@@ -153,27 +198,68 @@ def test_a_folder_of_other_files_is_no_store(tmp_path):
     assert not (tmp_path / "store.json").exists()
 
 
+HOLDER = """
+import sys
+from chebclear.execution import store
+class Known:
+    def facts(self):
+        return {"code": "", "topology": "", "settings": {}, "outputs": [], "features": []}
+with store.Store(sys.argv[1], Known()):
+    print("open", flush=True)
+    sys.stdin.read()
+"""
+
+
 def test_one_process_at_a_time(tmp_path):
-    with (
-        store.Store(tmp_path, identity()),
-        pytest.raises(cc.StoreError, match=rf"in use by process {os.getpid()}"),
-    ):
-        study(tmp_path).scan(2)
-    study(tmp_path).scan(2)
+    (tmp_path / "store.json").write_text("damaged")
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLDER, str(tmp_path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as other:
+        assert other.stdout.readline() == b"open\n"
+        with pytest.raises(cc.StoreError, match=rf"in use by process {other.pid}"):
+            study(tmp_path).scan(2)
+    (tmp_path / "store.json").unlink()
+    assert study(tmp_path).scan(2) == study(None).scan(2)
 
 
-def identity():
-    runs = study(None)
-    settings = runs.settings.for_scene(runs.scene({"crank_length": 0.05, "rod_length": 0.12}))
-    scene = cc.mechanisms.slider_crank(crank_length=0.05, rod_length=0.12)
-    return store.Identity(settings, Structure(scene).fingerprint, 1e-6)
-
-
-@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="the superuser may write everywhere")
+@pytest.mark.skipif(os.name != "posix", reason="rights of a folder")
 def test_a_read_only_folder_is_refused(tmp_path):
     tmp_path.chmod(0o500)
-    with pytest.raises(cc.StoreError, match="Permission denied"):
-        study(tmp_path / "runs").scan(2)
+    made, user = study(tmp_path / "runs"), os.geteuid()
+    if user == 0:  # the superuser may write everywhere
+        os.seteuid(65534)
+    try:
+        with pytest.raises(cc.StoreError, match="Permission denied"):
+            made.scan(2)
+    finally:
+        os.seteuid(user)
+
+
+LIMITED = """
+import resource, signal, sys, warnings
+import chebclear as cc
+warnings.simplefilter("ignore")
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))
+box = {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.05)}
+study = cc.Study(cc.mechanisms.slider_crank, box, ["slider.x", "slider.vx"], duration=0.003, samples=31,
+                 threads=1, store=sys.argv[1])
+try:
+    study.scan(8)
+except cc.StoreError as error:
+    print(error)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits of a process")
+def test_a_file_system_that_takes_no_more_loses_nothing(tmp_path):
+    program = [sys.executable, "-c", LIMITED, str(tmp_path), "6000"]  # pieces of some runs are larger
+    told = subprocess.run(program, capture_output=True, text=True, check=True, timeout=600).stdout
+    assert "File too large; it keeps" in told
+    kept = pieces(tmp_path)
+    assert kept and all(path.stat().st_size <= 6000 for path in kept)
+    assert {path.name for path in tmp_path.iterdir()} == {"lock", "store.json"} | {one.name for one in kept}
+    assert study(tmp_path).scan(8) == study(None).scan(8)
 
 
 def test_a_full_disk_is_an_error_and_nothing_is_lost(tmp_path, monkeypatch, simulated):

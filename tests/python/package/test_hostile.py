@@ -7,9 +7,11 @@ from chebclear.base import files
 
 
 def test_mutated_input_is_read_or_refused():
-    wrong, counts = hostile.faults(inputs=240, seed=20261122)
+    wrong, counts = hostile.faults(inputs=300, seed=20261122)
     assert not wrong
     assert all(counts[f"{kind} refused"] > 10 for kind in ("scene", "file", "expression", "result"))
+    # A piece that cannot be used is named and left out.
+    assert counts["store read"] > 10 and counts["store refused"] > 3
 
 
 def test_members_that_were_exchanged_are_told(tmp_path):

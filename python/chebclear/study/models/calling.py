@@ -12,6 +12,7 @@ import numpy as np
 
 from ...base.progress import Progress
 from ...errors import SimulationError, describe
+from ...execution.archive import KEY_BYTES
 from ...execution.batch import WORKER_LOST
 from ...execution.calls import Answers, Calls
 from ...execution.counts import STATS
@@ -19,7 +20,7 @@ from ...execution.dispatch import Task, dispatch
 from ...execution.failures import FEATURE, MODEL, FailedRun, end_of, run_to_raise
 from ...execution.means import Means
 from ...execution.pieces import DONE, NOT_BEGUN, End, Piece, code_version
-from ...execution.store import KEY_BYTES, Store
+from ...execution.store import Store
 from .returned import ReturnedRun, read_run, require_same
 
 # Values of a piece at most [bytes]: workers hold some pieces at a time.
@@ -136,6 +137,13 @@ class Calling:
         """Runs that must be made once more."""
         order = Calls(self.call, [self.given[number] for number in runs], self.means.run_seconds)
         return Task(runs, order, None)
+
+    @property
+    def keeps(self) -> bool:
+        return self.store is not None
+
+    def keep(self, task: Task, piece: Piece) -> None:
+        """Nothing: what a model returned is looked at before it is kept."""
 
     def place(self, task: Task, answers: Answers) -> None:
         """Keep finished runs."""
