@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +19,9 @@ from ..base.tables import format_number, format_table, markdown_table
 from ..base.units import unit
 from ..data.dataset import Dataset, numbered
 from ..data.exports import Exports
+from ..report import html
 from ..run.trajectory import column_index
+from .report.tradeoff import costs_document
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -202,7 +206,7 @@ class StudyTradeoff(records.ArrayRecord, Exports):
         str
             Without a final line break.
         """
-        return markdown_table(*self._cells())
+        return markdown_table(*self.cells())
 
     def __str__(self) -> str:
         changes = ", ".join(
@@ -213,9 +217,15 @@ class StudyTradeoff(records.ArrayRecord, Exports):
             f"Reference: hull of {self.reference_runs} runs, an inner bound; that of half of them is "
             f"narrower by {changes}. Hold-out: {self.holdout} runs."
         )
-        return f"{head}\n{format_table(*self._cells())}\nRecommended: {self.recommendation()}"
+        return f"{head}\n{format_table(*self.cells())}\nRecommended: {self.recommendation()}"
 
-    def _cells(self) -> tuple[list[str], list[list[str]]]:
+    def cells(self) -> tuple[list[str], list[list[str]]]:
+        """Head and rows of the table, in words.
+
+        Returns
+        -------
+        list of str, list of list of str
+        """
         head = ["bounds", "degree", "points", "runs", "stages", "time [s]"]
         for name in self.outputs:
             head += [f"{name} width error [%]", "inside [%]", "escape [%]", "fit error [%]"]
@@ -263,6 +273,23 @@ class StudyTradeoff(records.ArrayRecord, Exports):
             for name in ("width_error", "containment", "escape", "fit_error"):
                 columns[f"{name} {output}"] = [float(getattr(point, name)[index]) for point in self.points]
         return columns
+
+    def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
+        """Write a report: one HTML file that needs no network and runs no scripts.
+
+        Parameters
+        ----------
+        path : path
+            Where to; ``.html`` is appended if there is no suffix. An existing file is replaced.
+        title : str, optional
+            The heading: the question in words.
+
+        Returns
+        -------
+        Path
+            The file written.
+        """
+        return html.write(costs_document(self, title), path)
 
     def plot(self, output: str | None = None, *, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw width errors against runs; see `plot_study_tradeoff`.

@@ -101,14 +101,41 @@ def reports(scene, result, tmp_path_factory):
         "run": run.report(folder / "run"),
         "study": result.report(folder / "study.html"),
         "costs": costs.report(folder / "costs.html"),
+        "bounds": result.study.tradeoff(degrees=[1, 2], points=[3], runs=[8]).report(folder / "bounds"),
     }
 
 
-@pytest.mark.parametrize("kind", ["run", "study", "costs"])
+@pytest.mark.parametrize("kind", ["run", "study", "costs", "bounds"])
 def test_a_report_is_one_file_without_network_and_scripts(reports, kind):
     path = reports[kind]
     assert path.suffix == ".html" and path.stat().st_size < 3e6
     check(path.read_text(encoding="utf-8"))
+
+
+def test_the_report_of_bounds_recommends_and_says_what_the_reference_is(reports):
+    page = Page(reports["bounds"].read_text(encoding="utf-8"))
+    assert "Widths within 25 %: " in page.text and "an inner bound" in page.text
+    assert "polynomial" in page.text and "scan" in page.text and len(page.all("img")) == 2
+
+
+def test_the_report_of_a_study_says_what_other_settings_would_give(reports, result):
+    """Half the runs are those of a study of half as many; the errors are those of the run."""
+    page = Page(reports["study"].read_text(encoding="utf-8"))
+    assert "What a tighter or a cheaper setting would give" in page.text
+    half = result.study.band(10)
+    for name, band in half.items():
+        wider = 100.0 * (band.width.mean() / result[name].width.mean() - 1.0)
+        inside = ((result[name].runs[10:] >= band.lower) & (result[name].runs[10:] <= band.upper)).mean()
+        (row,) = re.findall(rf"{re.escape(name)} \S+ \S+ \S+ \S+ ([+-][\d.]+) % ([\d.]+) %", page.text)
+        assert float(row[0]) == pytest.approx(wider, abs=0.06)
+        assert float(row[1]) == pytest.approx(100.0 * inside, abs=0.02)
+    run = cc.simulate(result.scene, settings=result.settings, error="estimate")
+    share = 100.0 * run.error["slider.x"].claim / result["slider.x"].max_width
+    assert f"rtol {result.settings.rtol:g} (this study) {run.stats.stages} {share:.2g} %" in page.text
+    assert (
+        f"rtol {10 * result.settings.rtol:g} " in page.text
+        and f"rtol {result.settings.rtol / 10:g} " in page.text
+    )
 
 
 def test_the_report_of_a_study_says_what_the_result_says(reports, result):

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from ...base.prefixes import format_quantity, format_range
 from ...base.tables import format_number
-from ...report.document import Block, Cell, Document, Items, Judgment, Picture, Section, Table, Text, Verdict
+from ...report.document import Block, Cell, Document, Items, Judgment, Picture, Section, Table, Verdict
 from ...run.report import costs_table, mechanism_picture, reproduction, version_fact, warnings_section
 from ...run.settings import Settings
 from ...scene.columns import column_unit
 from ...scene.scene import Interval, Scene
 from ..band.band import Band
+from .alternatives import alternatives
 from .ranking import feature_section
 from .script import study_listings
 
@@ -79,6 +80,10 @@ class ReportedStudy(Protocol):
     def statement(self) -> str | None: ...
     @property
     def study(self) -> Any: ...
+    @property
+    def seconds(self) -> float: ...
+    @property
+    def nominal_parameters(self) -> Array | None: ...
 
 
 def study_document(result: ReportedStudy, title: str | None) -> Document:
@@ -91,6 +96,7 @@ def study_document(result: ReportedStudy, title: str | None) -> Document:
     answer = [sentence for _, sentences in features for sentence in sentences]
     answer += [_reach(band) for band in bands.values()]
     counted = f"{len(result.parameters)} runs and the one at the midpoint"
+    more = alternatives(result)
     return Document(
         title=title or f"How far do {_listed(names)} move over the tolerances?",
         facts=[_method(result), counted, version_fact()],
@@ -102,6 +108,7 @@ def study_document(result: ReportedStudy, title: str | None) -> Document:
             *(section for section, _ in features),
             *([Section("Worst cases", [_worst_cases(result)])] if bands else []),
             *([Section("What the accuracy cost", costs)] if (costs := _costs(result)) else []),
+            *([Section("What a tighter or a cheaper setting would give", more)] if more else []),
             *warnings_section(result.warnings),
             *_again(result),
         ],
@@ -273,8 +280,4 @@ def _costs(result: ReportedStudy) -> list[Block]:
         rows = [[name, f"{100.0 * error:.2g} %"] for name, error in errors.items()]
         caption = "Error of the polynomials at runs they were not fitted to, over the width of the runs"
         blocks.append(Table(caption, ["output", "error"], rows))
-    if result.kind == "band":
-        blocks.append(
-            Text("More runs narrow a calibrated band: result.extend(runs) adds them and repeats none.")
-        )
     return blocks
