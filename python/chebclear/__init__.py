@@ -4,6 +4,7 @@ A `Scene` says what the mechanism is, `simulate` gives its `Trajectory`, and a `
 every output when parameters are only known to lie in intervals. Units are SI with angles in radians.
 """
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from . import mechanisms
@@ -23,9 +24,6 @@ from .errors import (
     StartError,
     StoreError,
 )
-from .execution.failures import FailedRun
-from .execution.plan import Plan
-from .loading import load_result
 from .mechanisms import hertz_stiffness
 from .run.accuracy import ErrorEstimate
 from .run.contacts import Contact, Contacts, Event, Events
@@ -78,27 +76,11 @@ from .scene.scene import (
     TorsionDamper,
     TorsionSpring,
 )
-from .study.band.band import Band, Margin
-from .study.band.hybrid import Normal, QuantileBand, Uniform, normal, uniform
-from .study.band.zones import RestraintZones, restraint_zones
-from .study.bifurcation import Bifurcation, bifurcation
-from .study.comparison import BoundErrors, Comparison, compare
-from .study.costs import StudyTradeoff, StudyTradeoffPoint
-from .study.features.effects import Effects, Estimate, Swing
-from .study.features.features import FeatureInterval, FeatureResult, FeatureTable
-from .study.features.ranking import Rank, Ranking
-from .study.polynomials.sensitivity import VarianceShares
-from .study.polynomials.surrogate import PolynomialRange, Surrogate
-from .study.results import StudyResult
-from .study.study import Study
-from .templates.reader import load, loads
-from .templates.template import Parameter, Template
-from .tradeoffs.of_scene import tradeoff
-from .tradeoffs.point import TradeoffPoint
-from .tradeoffs.recommendation import Recommendation
-from .tradeoffs.result import Tradeoff
 
 if TYPE_CHECKING:
+    from .execution.failures import FailedRun
+    from .execution.plan import Plan
+    from .loading import load_result
     from .plots.public import (
         Animation,
         animate,
@@ -120,6 +102,25 @@ if TYPE_CHECKING:
         plot_trajectory,
         print_style,
     )
+    from .study.band.band import Band, Margin
+    from .study.band.hybrid import Normal, QuantileBand, Uniform, normal, uniform
+    from .study.band.zones import RestraintZones, restraint_zones
+    from .study.bifurcation import Bifurcation, bifurcation
+    from .study.comparison import BoundErrors, Comparison, compare
+    from .study.costs import StudyTradeoff, StudyTradeoffPoint
+    from .study.features.effects import Effects, Estimate, Swing
+    from .study.features.features import FeatureInterval, FeatureResult, FeatureTable
+    from .study.features.ranking import Rank, Ranking
+    from .study.polynomials.sensitivity import VarianceShares
+    from .study.polynomials.surrogate import PolynomialRange, Surrogate
+    from .study.results import StudyResult
+    from .study.study import Study
+    from .templates.reader import load, loads
+    from .templates.template import Parameter, Template
+    from .tradeoffs.of_scene import tradeoff
+    from .tradeoffs.point import TradeoffPoint
+    from .tradeoffs.recommendation import Recommendation
+    from .tradeoffs.result import Tradeoff
 
     __version__: str
 
@@ -255,6 +256,54 @@ __all__ = [
     "wear",
 ]
 
+# Where public names come from that are imported when they are asked for: half the time of an import.
+_LATE = {
+    "execution.failures": ["FailedRun"],
+    "execution.plan": ["Plan"],
+    "loading": ["load_result"],
+    "study.band.band": ["Band", "Margin"],
+    "study.band.hybrid": ["Normal", "QuantileBand", "Uniform", "normal", "uniform"],
+    "study.band.zones": ["RestraintZones", "restraint_zones"],
+    "study.bifurcation": ["Bifurcation", "bifurcation"],
+    "study.comparison": ["BoundErrors", "Comparison", "compare"],
+    "study.costs": ["StudyTradeoff", "StudyTradeoffPoint"],
+    "study.features.effects": ["Effects", "Estimate", "Swing"],
+    "study.features.features": ["FeatureInterval", "FeatureResult", "FeatureTable"],
+    "study.features.ranking": ["Rank", "Ranking"],
+    "study.polynomials.sensitivity": ["VarianceShares"],
+    "study.polynomials.surrogate": ["PolynomialRange", "Surrogate"],
+    "study.results": ["StudyResult"],
+    "study.study": ["Study"],
+    "templates.reader": ["load", "loads"],
+    "templates.template": ["Parameter", "Template"],
+    "tradeoffs.of_scene": ["tradeoff"],
+    "tradeoffs.point": ["TradeoffPoint"],
+    "tradeoffs.recommendation": ["Recommendation"],
+    "tradeoffs.result": ["Tradeoff"],
+    "plots.public": [
+        "Animation",
+        "animate",
+        "plot_band",
+        "plot_bifurcation",
+        "plot_coefficients",
+        "plot_contacts",
+        "plot_orbit",
+        "plot_poincare",
+        "plot_prediction",
+        "plot_ranking",
+        "plot_scene",
+        "plot_sensitivity",
+        "plot_shares",
+        "plot_spectrogram",
+        "plot_study_tradeoff",
+        "plot_tornado",
+        "plot_tradeoff",
+        "plot_trajectory",
+        "print_style",
+    ],
+}
+_ROOMS = {name: room for room, names in _LATE.items() for name in names}
+
 
 def __dir__() -> list[str]:
     # The rooms of the package are reachable, but only public names are listed.
@@ -262,11 +311,8 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> Any:
-    # Pictures, and the version that is read from a file, are a fifth of the time that an import takes.
     if name == "__version__":
         return package_version()
-    if name in __all__:
-        from .plots import public
-
-        return getattr(public, name)
+    if name in _ROOMS:
+        return getattr(import_module(f".{_ROOMS[name]}", __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

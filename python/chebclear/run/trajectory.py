@@ -21,14 +21,12 @@ from ..base.shown import Shown
 from ..base.units import unit
 from ..data.dataset import Dataset
 from ..data.exports import Exports
-from ..report import html
 from ..scene.scene import Scene
 from .accuracy import ErrorEstimate
 from .contacts import Contacts, Events
 from .dataset import common_facts, run_dataset
 from .features import EXTREMA, Extremum, Feature
 from .names import output_meant
-from .report import columns_table, run_document
 from .settings import Settings, checked_settings, require_features
 from .tracking import settling_time, simulate_features
 
@@ -214,6 +212,10 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
         return self.status == "done"
 
     def _repr_html_(self) -> str:
+        # Here and below: what reports and drawings import is a tenth of the time of an import.
+        from ..report import html
+        from .report import columns_table
+
         return html.fragment(repr(self)[1:-1], [columns_table(self)])
 
     def __repr__(self) -> str:
@@ -385,6 +387,9 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
         if outputs is not None:
             for name in outputs:
                 column_index(self.columns, name, self.scene)
+        from ..report import html
+        from .report import run_document
+
         return html.write(run_document(self, outputs, title), path)
 
     def save(self, path: str | os.PathLike[str]) -> Path:

@@ -138,7 +138,10 @@ def parse(text: str) -> Expression:
         raise ExpressionError(f"has {len(text)} characters; at most {MOST_CHARACTERS} are accepted")
     column = next((index for index, letter in enumerate(text) if letter not in _LETTERS), None)
     if column is not None:
-        raise ExpressionError(f"{text[column]!r} is not accepted; an expression holds {_ALLOWED}", column)
+        power = "; a power is written **" if text[column] == "^" else ""
+        raise ExpressionError(
+            f"{text[column]!r} is not accepted{power}; an expression holds {_ALLOWED}", column
+        )
     if not text.strip():
         raise ExpressionError("is empty")
     before = len(text) - len(text.lstrip())
