@@ -155,6 +155,12 @@ impl ClearanceLaw {
         ContactState { penetration, penetration_rate, sliding_velocity, normal_force, friction_force, force }
     }
 
+    /// Penetration and velocities alone: the state of the joint without its forces.
+    #[inline]
+    pub fn without_forces(&self, motion: &RelativeMotion<f64>) -> ContactState<f64> {
+        ClearanceLaw { friction: None, ..*self }.evaluate(motion, Phase::Free)
+    }
+
     /// Force on the journal and friction, with their derivatives with respect to
     /// (e_x, e_y, ė_x, ė_y, spin): `[force_x, force_y, friction_force]`.
     pub fn force_gradient(&self, motion: &RelativeMotion<f64>, phase: Phase) -> [Dual<5>; 3] {

@@ -94,6 +94,13 @@ impl Dynamics<'_> {
         joint.law.evaluate(&self.contact_motion(joint), self.phases[index])
     }
 
+    /// The same without its forces, for those who ask only how the surfaces move.
+    #[inline]
+    pub fn contact_without_forces(&self, index: usize) -> ContactState<f64> {
+        let joint = &self.tree.clearance_joints[index];
+        joint.law.without_forces(&self.contact_motion(joint))
+    }
+
     /// Adds the generalized force of a contact.
     #[inline]
     pub(super) fn add_contact(&self, joint: &ClearanceJoint, phase: Phase, forces: &mut [f64]) {

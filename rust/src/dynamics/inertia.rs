@@ -60,7 +60,7 @@ impl Part {
             mass: self.mass,
             inertia: self.own.inertia,
             center: center.position,
-            velocity: center.velocity,
+            velocity: if RATES { center.velocity } else { Vec2::zeros() },
             acceleration: center.acceleration,
             moment: self.own.inertia * frame.angular_acceleration,
             spread: 0.0,

@@ -35,7 +35,8 @@ use crate::contact::clearance::Phase;
 use crate::numerics::instant::Instant;
 use crate::numerics::turns::{Turns, rewind};
 use crate::tree::elements::{FramePoint, Tree};
-use crate::tree::kinematics::{Coordinate, FrameMotions, FrameState, PointState, Vec2, frames_at_rest};
+use crate::tree::kinematics::{Coordinate, FrameState, PointState, Vec2, frames_at_rest};
+use crate::tree::motions::FrameMotions;
 
 /// Kinematics and dynamics of a mechanism in one state: scratch memory and the contact phase of every
 /// clearance joint.
@@ -87,7 +88,7 @@ impl<'m> Dynamics<'m> {
             t: f64::NAN.into(),
             jerks: vec![0.0; tree.driven.len()],
             coordinates: vec![Coordinate::default(); columns],
-            motions: FrameMotions::new(&tree.frames, &tree.free),
+            motions: FrameMotions::new(&tree.frames, &tree.free, &tree.driven),
             states: frames_at_rest(&tree.frames, -tree.gravity),
             mass: composites.matrix(d),
             composites,
@@ -112,10 +113,8 @@ impl<'m> Dynamics<'m> {
         }
         if self.t != t {
             self.t = t;
-            for (driven, jerk) in tree.driven.iter().zip(&mut self.jerks) {
-                (self.coordinates[driven.column], *jerk, self.turns[driven.column]) = driven.at(t);
-            }
-            self.motions.place_driven(&self.coordinates, &mut self.states);
+            let Self { coordinates, jerks, turns, states, .. } = self;
+            self.motions.place_driven(t, &tree.driven, coordinates, jerks, turns, states);
         }
         self.motions.place_free(&self.coordinates, &mut self.states);
     }

@@ -112,8 +112,7 @@ impl Dop853 {
     fn evaluate(&mut self, system: &mut dyn HybridSystem, stage: usize, stats: &mut Stats) -> bool {
         let d = self.d;
         let h = self.step.h;
-        let start = &self.step.start[..];
-        self.slopes.combine(&A[stage][..stage], &mut self.argument, |k, sum| start[k] + h * sum);
+        self.slopes.advance(&self.step.start, h, &A[stage][..stage], &mut self.argument);
         stats.evaluations += 1;
         let (q, v) = self.argument.split_at(d);
         let (slope_q, slope_v) = self.slopes.row_mut(stage).split_at_mut(d);

@@ -36,6 +36,23 @@ impl Stages {
         self.rows[stage * self.width + component / BLOCK][component % BLOCK]
     }
 
+    /// `start + h Σ w_j k_j` over the first stages, one for each weight.
+    #[inline]
+    pub(super) fn advance(&self, start: &[f64], h: f64, weights: &[f64], out: &mut [f64]) {
+        let (starts, start_of_rest) = start.as_chunks::<BLOCK>();
+        let (blocks, rest) = out.as_chunks_mut::<BLOCK>();
+        for (block, (out, start)) in blocks.iter_mut().zip(starts).enumerate() {
+            let sum = self.sum_of_block(block, weights, [0.0; BLOCK]);
+            *out = std::array::from_fn(|k| start[k] + h * sum[k]);
+        }
+        if !rest.is_empty() {
+            let sum = self.sum_of_block(starts.len(), weights, [0.0; BLOCK]);
+            for ((out, start), sum) in rest.iter_mut().zip(start_of_rest).zip(sum) {
+                *out = start + h * sum;
+            }
+        }
+    }
+
     /// Adds Σ w_j k_j over the first stages, one for each weight, in their order.
     #[inline]
     pub(super) fn add(&self, weights: &[f64], out: &mut [f64]) {

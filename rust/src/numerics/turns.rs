@@ -5,6 +5,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::numerics::instant::exact_sum;
+
 /// Full turns [-], a whole number.
 pub type Turns = f64;
 
@@ -22,11 +24,25 @@ pub fn unwind(angle: f64) -> (f64, Turns) {
 /// The same for an angle and its rounding error, which the angle within half a turn can represent.
 #[inline]
 pub fn unwind_sum(angle: f64, rest: f64) -> (f64, Turns) {
+    let ([angle, rest], turns) = parts(angle, rest);
+    (angle + rest, turns)
+}
+
+/// The same with the rounding error of the angle within half a turn.
+#[inline]
+pub fn unwind_exactly(angle: f64, rest: f64) -> ([f64; 2], Turns) {
+    let ([angle, rest], turns) = parts(angle, rest);
+    (exact_sum(angle, rest).into(), turns)
+}
+
+/// An angle within half a turn as a sum of two numbers, and full turns.
+#[inline]
+fn parts(angle: f64, rest: f64) -> ([f64; 2], Turns) {
     if angle.abs() <= PI {
-        return (angle + rest, 0.0);
+        return ([angle, rest], 0.0);
     }
     let turns = (angle / TAU).round();
-    (angle - turns * TAU_HEAD - (turns * TAU_TAIL - rest), turns)
+    ([angle - turns * TAU_HEAD, -(turns * TAU_TAIL - rest)], turns)
 }
 
 /// The angle [rad] with its full turns.

@@ -291,7 +291,7 @@ impl<'a> Recorder<'a> {
             self.slides[index] = None;
             if presses && joint.law.friction.is_some() {
                 // In the free phase no force is computed: only the sliding velocity is needed.
-                let state = joint.law.evaluate(&relative_motion(&motion), Phase::Free);
+                let state = joint.law.without_forces(&relative_motion(&motion));
                 self.slides[index] = Some(state.sliding_velocity);
                 self.refine_velocity(index, &state);
             }
@@ -356,7 +356,7 @@ impl HybridSystem for Recorder<'_> {
         self.breaks_away = false;
         self.velocity_refinement = 1.0;
         for index in 0..self.dynamics.phases.len() {
-            let state = self.dynamics.contact_state(index);
+            let state = self.dynamics.contact_without_forces(index);
             let steep = self.mechanism.clearance_joints[index].law.stick_velocity();
             self.breaks_away |= self.sticks_at_start(index)
                 && steep.is_some_and(|steep| state.sliding_velocity.abs() > steep);

@@ -5,7 +5,7 @@
 //! values late in a long run are as accurate as at its start.
 
 use crate::numerics::instant::{Instant, exact_product, exact_sum};
-use crate::numerics::turns::{Turns, unwind_sum};
+use crate::numerics::turns::{Turns, unwind_exactly, unwind_sum};
 
 /// A function of time.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +47,13 @@ impl TimeFunction {
         let (angle, turns) = unwind_sum(angle, rest);
         let [speed, acceleration, jerk] = rates;
         ([angle, speed, acceleration, jerk], turns)
+    }
+
+    /// The value where it is an angle [rad], within half a turn with its rounding error, and the full turns that
+    /// were subtracted.
+    pub fn exact_angle_at(&self, t: impl Into<Instant>) -> ([f64; 2], Turns) {
+        let ([angle, ..], rest) = self.with_rest(t.into());
+        unwind_exactly(angle, rest)
     }
 
     /// Value and derivatives, and the rounding error of the value.
@@ -170,7 +177,7 @@ impl TimeFunction {
 }
 
 /// The largest power of two that is not above a positive value, so that scaled units give the same bits.
-fn power_of_two(value: f64) -> f64 {
+pub(crate) fn power_of_two(value: f64) -> f64 {
     f64::from_bits(value.to_bits() & !0xF_FFFF_FFFF_FFFF)
 }
 

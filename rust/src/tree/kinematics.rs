@@ -116,7 +116,7 @@ impl FrameState {
 
     /// Turns the frame against its parent.
     #[inline(always)]
-    fn turn(&mut self, parent: &FrameState, z: f64, velocity: f64, acceleration: f64) {
+    pub(super) fn turn(&mut self, parent: &FrameState, z: f64, velocity: f64, acceleration: f64) {
         self.angle = parent.angle + z;
         (self.sine, self.cosine) = self.angle.sin_cos();
         self.angular_velocity = parent.angular_velocity + velocity;
@@ -125,7 +125,7 @@ impl FrameState {
 
     /// Moves the origin.
     #[inline(always)]
-    fn hang(&mut self, origin: PointState) {
+    pub(super) fn hang(&mut self, origin: PointState) {
         self.position = origin.position;
         self.velocity = origin.velocity;
         self.acceleration = origin.acceleration;
@@ -219,151 +219,4 @@ pub fn frames_at_rest(frames: &[Frame], ground_acceleration: Vec2) -> Vec<FrameS
         states.push(FrameState::at_rest(frame, &states[frame.parent]));
     }
     states
-}
-
-/// How a frame is moved, decided once: the less its parent moves, the less is left to do.
-#[derive(Clone, Copy, Debug)]
-enum Move {
-    /// It turns about a point that is in place already: on ground, or moved by drives alone.
-    Turn,
-    /// It slides on ground.
-    Slide(Vec2),
-    /// It turns about a point of a moving frame.
-    TurnOn,
-    /// It slides on a moving frame.
-    SlideOn(Vec2),
-}
-
-/// A frame, where it hangs, and how it is moved.
-#[derive(Clone, Copy, Debug)]
-struct MovedFrame {
-    index: usize,
-    parent: usize,
-    anchor: Vec2,
-    how: Move,
-}
-
-impl MovedFrame {
-    /// Moves the frame to its coordinate. Constant entries keep the values of [`frames_at_rest`].
-    #[inline(always)]
-    fn place(&self, coordinates: &[Coordinate], states: &mut [FrameState]) {
-        let Coordinate { position: z, velocity, acceleration } = coordinates[self.index - 1];
-        let (placed, rest) = states.split_at_mut(self.index);
-        let (parent, state) = (&placed[self.parent], &mut rest[0]);
-        match self.how {
-            Move::Turn => state.turn(parent, z, velocity, acceleration),
-            Move::Slide(axis) => {
-                state.position = self.anchor + z * axis;
-                state.velocity = velocity * axis;
-                state.acceleration = parent.acceleration + acceleration * axis;
-            }
-            Move::TurnOn => {
-                state.hang(parent.point(self.anchor));
-                state.turn(parent, z, velocity, acceleration);
-            }
-            Move::SlideOn(axis) => {
-                let origin = parent.point(self.anchor + z * axis);
-                let (omega, axis) = (parent.angular_velocity, parent.to_world(axis));
-                *state = FrameState {
-                    position: origin.position,
-                    velocity: origin.velocity + velocity * axis,
-                    // Coriolis acceleration, and acceleration along the axis.
-                    acceleration: origin.acceleration
-                        + 2.0 * omega * velocity * perp(axis)
-                        + acceleration * axis,
-                    axis,
-                    rotation: 0.0,
-                    ..*parent
-                };
-            }
-        }
-    }
-
-    /// Gives the frame, in place, another acceleration of its coordinate.
-    #[inline(always)]
-    fn accelerate(&self, coordinates: &[Coordinate], states: &mut [FrameState]) {
-        let Coordinate { velocity, acceleration, .. } = coordinates[self.index - 1];
-        let (placed, rest) = states.split_at_mut(self.index);
-        let (parent, state) = (&placed[self.parent], &mut rest[0]);
-        let (omega, alpha) = (parent.angular_velocity, parent.angular_acceleration);
-        let carried = || {
-            let arm = state.position - parent.position;
-            parent.acceleration + alpha * perp(arm) - omega * omega * arm
-        };
-        match self.how {
-            Move::Turn => state.angular_acceleration = alpha + acceleration,
-            Move::Slide(axis) => state.acceleration = parent.acceleration + acceleration * axis,
-            Move::TurnOn => {
-                state.acceleration = carried();
-                state.angular_acceleration = alpha + acceleration;
-            }
-            Move::SlideOn(_) => {
-                state.acceleration =
-                    carried() + 2.0 * omega * velocity * perp(state.axis) + acceleration * state.axis;
-                state.angular_acceleration = alpha;
-            }
-        }
-    }
-}
-
-/// The frames of a tree in the order in which they are moved: what drives alone move once an instant, the rest in
-/// every state.
-#[derive(Clone, Debug)]
-pub struct FrameMotions {
-    /// Frames that drives alone move.
-    driven: Vec<MovedFrame>,
-    /// Pivots on them of frames that move freely.
-    pivots: Vec<MovedFrame>,
-    /// Frames that free coordinates move.
-    free: Vec<MovedFrame>,
-}
-
-impl FrameMotions {
-    /// The plan for frames whose `free` columns (ascending) are not driven.
-    pub fn new(frames: &[Frame], free: &[usize]) -> Self {
-        let mut plan = Self { driven: Vec::new(), pivots: Vec::new(), free: Vec::new() };
-        let mut moves_freely = vec![false; frames.len()];
-        for (index, &Frame { parent, anchor, kind }) in frames.iter().enumerate().skip(1) {
-            moves_freely[index] = moves_freely[parent] || free.binary_search(&(index - 1)).is_ok();
-            let pivot_is_placed = parent == 0 || (moves_freely[index] && !moves_freely[parent]);
-            let how = match kind {
-                FrameKind::Revolute if pivot_is_placed => Move::Turn,
-                FrameKind::Revolute => Move::TurnOn,
-                FrameKind::Prismatic { axis } if parent == 0 => Move::Slide(axis),
-                FrameKind::Prismatic { axis } => Move::SlideOn(axis),
-            };
-            let frame = MovedFrame { index, parent, anchor, how };
-            if matches!(how, Move::Turn) && parent != 0 {
-                plan.pivots.push(frame);
-            }
-            if moves_freely[index] { plan.free.push(frame) } else { plan.driven.push(frame) }
-        }
-        plan
-    }
-
-    /// Moves what drives alone move: `coordinates[k - 1]` belongs to frame k.
-    pub fn place_driven(&self, coordinates: &[Coordinate], states: &mut [FrameState]) {
-        for frame in &self.driven {
-            frame.place(coordinates, states);
-        }
-        for frame in &self.pivots {
-            let pivot = states[frame.parent].point(frame.anchor);
-            states[frame.index].hang(pivot);
-        }
-    }
-
-    /// Moves the rest, after [`FrameMotions::place_driven`].
-    #[inline]
-    pub fn place_free(&self, coordinates: &[Coordinate], states: &mut [FrameState]) {
-        for frame in &self.free {
-            frame.place(coordinates, states);
-        }
-    }
-
-    /// Recomputes the accelerations of frames in place from those of the free coordinates.
-    pub fn accelerate(&self, coordinates: &[Coordinate], states: &mut [FrameState]) {
-        for frame in &self.free {
-            frame.accelerate(coordinates, states);
-        }
-    }
 }

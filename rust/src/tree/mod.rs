@@ -4,4 +4,5 @@
 pub mod elements;
 pub mod kinematics;
 mod lists;
+pub mod motions;
 mod span;
