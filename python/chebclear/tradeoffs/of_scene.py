@@ -83,7 +83,7 @@ def tradeoff(
     repeats : int
         How often each setting is run to find its least time [-].
     max_steps, max_events : int
-        Attempted steps, accepted or refused, and changes of contact after which a measured run is given up
+        Attempted steps, accepted or rejected, and changes of contact after which a measured run is given up
         [-]; the two tight runs have the usual limits.
     progress : True or callable, optional
         True shows a bar, or lines where standard error is no terminal; a callable gets the runs done and the

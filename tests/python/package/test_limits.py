@@ -205,4 +205,4 @@ def test_refused_steps_count_as_the_documentation_says():
     assert run.status == "max_steps" and run.stats.rejected > 0
     assert run.stats.steps + run.stats.rejected == 500
     for function in (cc.simulate, cc.tradeoff, cc.Study):
-        assert "Attempted steps, accepted or refused" in " ".join(function.__doc__.split())
+        assert "Attempted steps, accepted or rejected" in " ".join(function.__doc__.split())
