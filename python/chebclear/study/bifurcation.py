@@ -162,10 +162,10 @@ def bifurcation(
     values: ArrayLike,
     output: str | None = None,
     *,
+    settings: Settings | None = None,
     sample_per: Literal["period"] | float = "period",
     periods: int = 60,
     skip: int = 60,
-    settings: Settings | None = None,
     fixed: Mapping[str, Any] | None = None,
     threads: int | None = None,
     progress: bool | Progress | None = None,
@@ -186,6 +186,10 @@ def bifurcation(
         Its values [SI unit].
     output : str, optional
         Name of the output to sample; the x eccentricity of the first clearance joint if not given.
+    settings : Settings, optional
+        How to simulate; each of the fields that follow may be given as a keyword as well, or instead. Its
+        other fields are those of the periods and of the output.
+    {settings}
     sample_per : "period" or float
         A sample for each revolution of the slowest drive, ``scene.period``; or the time between two samples
         [s].
@@ -193,10 +197,6 @@ def bifurcation(
         Number of samples of each run, minus one [-].
     skip : int
         Periods before the first sample, for the starting transient to decay [-].
-    settings : Settings, optional
-        How to simulate; each of the fields that follow may be given as a keyword as well, or instead. Its
-        other fields are those of the periods and of the output.
-    {settings}
     fixed : mapping of str to object, optional
         Further keywords of `build`, the same for all runs.
     threads : int, optional

@@ -134,14 +134,6 @@ impl Dynamics<'_> {
         true
     }
 
-    /// Largest gap [m] and gap rate [m/s] of the loop closures, after [`Dynamics::move_to`].
-    pub fn closure_residual(&self) -> (f64, f64) {
-        self.tree.closures.iter().fold((0.0, 0.0), |(gap, rate), closure| {
-            let (a, b) = (self.point(closure.a), self.point(closure.b));
-            ((b.position - a.position).norm().max(gap), (b.velocity - a.velocity).norm().max(rate))
-        })
-    }
-
     /// Projects a state that nearly closes the loops onto the closures, in the metric of the mass matrix:
     /// positions by Newton's method, then velocities. Returns the size of the correction, or `None` in
     /// a singular configuration or where Newton's method does not converge.
