@@ -83,3 +83,23 @@ def test_the_map_of_the_code_names_files_that_exist() -> None:
         for room, files in rows:
             for file in re.findall(r"`([\w.]+)`", files):
                 assert (ROOT / root / room / file).exists(), f"{root}/{room}/{file}"
+
+
+def test_names_in_the_path_of_a_force_and_the_ways_to_add_something_exist() -> None:
+    text = (ROOT / "docs" / "developing.md").read_text(encoding="utf-8")
+    told = text[text.index("## One contact force") : text.index("## Work\n")]
+    folders = (("rust/src", "*.rs"), ("python/chebclear", "*.py"))
+    files = [path for root, kind in folders for path in (ROOT / root).rglob(kind)]
+    files += [*(ROOT / "tests").rglob("*.*"), *(ROOT / "docs").glob("*.*")]
+    paths = ["/" + path.relative_to(ROOT).as_posix() for path in files]
+    code = "\n".join(path.read_text(encoding="utf-8") for path in files if path.suffix in (".rs", ".py"))
+    words = set(re.findall(r"`([\w./:]+)`", told))
+    assert len(words) > 60
+    wrong = []
+    for word in words:
+        if word.endswith((".rs", ".py", ".md")):
+            wrong += [word] * (not any(path.endswith("/" + word) for path in paths))
+        elif not word.startswith("."):
+            names = re.findall(r"\w{3,}", word)
+            wrong += [word] * (not all(re.search(rf"\b{name}\b", code) for name in names))
+    assert not wrong
