@@ -103,7 +103,7 @@ def simulate(
     start: str | None = None,
 ) -> _Run: ...
 def sweep(
-    scenes: Sequence[tuple[str, bytes]],
+    scenes: Sequence[tuple[str, bytes, tuple[int, ...]]],
     settings: str,
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,

@@ -8,13 +8,13 @@ import json
 import math
 import os
 import platform
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from tokenize import TokenError
 from typing import Any
-from zipfile import BadZipFile
+from zipfile import ZIP_DEFLATED, BadZipFile, ZipFile
 from zlib import error as ZlibError
 
 import numpy as np
@@ -37,8 +37,39 @@ def package_version() -> str:
         return "unknown"
 
 
+class Stacked:
+    """Arrays that are written as one without making it: some after each other, each of some side by side.
+
+    Parameters
+    ----------
+    parts : sequence of sequence of ndarray
+        The parts follow each other along the first axis; the arrays of a part, of one shape, stand side by
+        side on a new last axis.
+    """
+
+    def __init__(self, parts: Sequence[Sequence[NDArray[np.float64]]]) -> None:
+        self._parts = parts
+        rows = sum(len(part[0]) for part in parts)
+        self.shape = (rows, *parts[0][0].shape[1:], len(parts[0]))
+        self.dtype = np.dtype(float)
+
+    def blocks(self) -> Iterator[NDArray[np.float64]]:
+        """The rows, some at a time."""
+        count = max(1, _BLOCK // max(1, 8 * math.prod(self.shape[1:])))
+        for part in self._parts:
+            for first in range(0, len(part[0]), count):
+                yield np.stack([array[first : first + count] for array in part], axis=-1)
+
+
+# Of an array that is written a block at a time [bytes].
+_BLOCK = 1_000_000
+
+
 def save(
-    path: str | os.PathLike[str], kind: str, arrays: Mapping[str, NDArray[Any]], facts: Mapping[str, Any]
+    path: str | os.PathLike[str],
+    kind: str,
+    arrays: Mapping[str, NDArray[Any] | Stacked],
+    facts: Mapping[str, Any],
 ) -> Path:
     """Write arrays and facts to one compressed file.
 
@@ -48,7 +79,7 @@ def save(
         The file; ``.npz`` is appended if it is missing.
     kind : str
         Kind of the content.
-    arrays : mapping of str to ndarray
+    arrays : mapping of str to ndarray or Stacked
         The arrays.
     facts : mapping
         Values that JSON can represent. Format number and versions are added.
@@ -67,13 +98,27 @@ def save(
         "python": platform.python_version(),
         "platform": platform.platform(),
     }
-    members = {name: _digest(np.asarray(array)) for name, array in arrays.items()}
-    told = {"format": FORMAT, "kind": kind, "versions": versions, "members": members, **facts}
-    metadata = json.dumps(_as_json(told), allow_nan=False)
-    everything: dict[str, Any] = {"metadata": np.array(metadata), **arrays}
-    with replaced(path) as beside, beside.open("wb") as file:
-        np.savez_compressed(file, **everything)
+    with replaced(path) as beside, ZipFile(beside, "w", ZIP_DEFLATED) as archive:
+        members = {name: _write_member(archive, name, array) for name, array in arrays.items()}
+        told = {"format": FORMAT, "kind": kind, "versions": versions, "members": members, **facts}
+        _write_member(archive, "metadata", np.array(json.dumps(_as_json(told), allow_nan=False)))
     return path
+
+
+def _write_member(archive: ZipFile, name: str, array: NDArray[Any] | Stacked) -> str:
+    """Write an array as `numpy.savez` does; its fingerprint."""
+    with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+        if not isinstance(array, Stacked):
+            array = np.asarray(array)
+            np.lib.format.write_array(member, array, allow_pickle=False)
+            return _digest(array)
+        header = {"descr": array.dtype.str, "fortran_order": False, "shape": array.shape}
+        np.lib.format.write_array_header_1_0(member, header)
+        content = _begun_digest(array)
+        for block in array.blocks():
+            member.write(block.data)
+            content.update(block.data)
+        return content.hexdigest()
 
 
 def with_default_suffix(path: str | os.PathLike[str], suffix: str) -> Path:
@@ -171,9 +216,13 @@ def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any
 
 def _digest(array: NDArray[Any]) -> str:
     """A checksum of an array with its type and shape."""
-    content = hashlib.blake2b(f"{array.dtype.str}{array.shape}".encode(), digest_size=16)
+    content = _begun_digest(array)
     content.update(np.ascontiguousarray(array).data if array.size else b"")
     return content.hexdigest()
+
+
+def _begun_digest(array: NDArray[Any] | Stacked) -> hashlib.blake2b:
+    return hashlib.blake2b(f"{array.dtype.str}{array.shape}".encode(), digest_size=16)
 
 
 class _Members(dict[str, Any]):

@@ -16,7 +16,7 @@ from ..run.settings import Settings
 from ..scene.structure import FlatScene
 from .counts import STATS
 from .dispatch import Task, dispatch
-from .pieces import DONE, NOT_BEGUN, End, Order, Piece, code_version
+from .pieces import BRANCH, DONE, NOT_BEGUN, End, Order, Piece, code_version
 from .store import Store, run_key
 
 Array = NDArray[np.float64]
@@ -42,6 +42,15 @@ class Built:
 
 Build = Callable[[Sequence[int]], Sequence[Built | End]]
 """The scenes of some runs by their numbers, or how those ended before they began."""
+
+
+class RefusedRunError(Exception):
+    """A run with which the study makes no sense: its number and its end."""
+
+    def __init__(self, number: int, end: End) -> None:
+        super().__init__(end.message)
+        self.number = number
+        self.end = end
 
 
 class Batch:
@@ -112,7 +121,13 @@ class Batch:
         report: Progress | None,
         max_seconds: float | None = None,
     ) -> None:
-        """Simulate all runs, or those for which there is time; see `dispatch`."""
+        """Simulate all runs, or those for which there is time; see `dispatch`.
+
+        Raises
+        ------
+        RefusedRunError
+            If the runs are of more than one branch.
+        """
         dispatch(self, executor, threads, report, max_seconds)
         for number in self._numbers[self._taken :]:
             self.end(number, End(NOT_BEGUN, f"there was no time for it within {max_seconds:g} s"))
@@ -202,6 +217,8 @@ class Batch:
         self.features[rows] = piece.features
         self.counts[rows] = piece.counts
         for number, end, warnings in zip(numbers, piece.ends, piece.warnings, strict=True):
+            if end.status == BRANCH:
+                raise RefusedRunError(number, end)
             if end.status != DONE:
                 self.end(number, end)
             self.told.add(number, warnings, after=_MOST_BUILT)

@@ -35,6 +35,8 @@ Array = NDArray[np.float64]
 DONE = "done"
 SCENE, SETTINGS = "scene", "settings"
 """Why a run failed that the core did not begin: there is no such mechanism, or the settings do not fit it."""
+BRANCH = "branch"
+"""Why a run is refused, and with it the study: its loops are closed on another side than elsewhere."""
 NOT_FINITE, TIME_LIMIT, NOT_BEGUN = "not_finite", "time_limit", "not_begun"
 """Why a run failed that has outputs without a value, that took too long, or for which there was no time."""
 
@@ -208,6 +210,8 @@ class _Rows:
                 for position, problems in wrong.items():
                     text = "; ".join(map(str, problems))
                     status = SETTINGS if isinstance(error, SettingsError) else SCENE
+                    if any(problem.path == BRANCH for problem in problems):
+                        status = BRANCH
                     self.ends[rows[good[position]]] = End(status, text, problems=tuple(problems))
                     values[good[position]] = np.nan
                 good = [index for position, index in enumerate(good) if position not in wrong]

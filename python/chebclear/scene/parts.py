@@ -202,6 +202,11 @@ class Inspection(Shown):
     impact_velocity_floors : tuple[float, ...]
         Lower bound of the impact velocity in the contact law of each clearance joint [m/s]; that at the
         default rtol if the scene gives none.
+    branch : tuple[int, ...]
+        On which side each loop was closed, as signs -1 and 1 that change only where two ways to close it
+        meet, and 0 near there [-]. Clearance joints close loops too. Loops that only close together have one
+        sign, which tells not all their ways apart; those that neither a drive nor a given position holds have
+        none.
     warnings : tuple[str, ...]
         Numbers that look wrong or seem to be in another unit, each with its path; a simulation warns of them.
     """
@@ -214,6 +219,7 @@ class Inspection(Shown):
     poses: tuple[tuple[float, float, float], ...]
     cut_joints: tuple[str, ...]
     impact_velocity_floors: tuple[float, ...] = field(metadata=unit("m/s"))
+    branch: tuple[int, ...]
     warnings: tuple[str, ...]
 
     @property

@@ -31,6 +31,8 @@ class FlatScene(NamedTuple):
     """JSON of the scene with the index of each number in its place."""
     numbers: bytes
     """The numbers as floats of this machine, one after the other."""
+    branch: tuple[int, ...] = ()
+    """Signs of the branch on which it must be assembled, see `Inspection`; empty if any will do."""
 
 
 class Structure:

@@ -290,10 +290,15 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
 
     def table(self, output: str) -> Array:
         """Values of an output in every run as `values` returns them, with the nominal run last."""
+        tables = self._tables(output)
+        return tables[0] if len(tables) == 1 else np.vstack(tables)
+
+    def _tables(self, output: str) -> list[Array]:
+        """The parts of `table`, without a copy."""
         band = self._entry(output)
         if self._kept is None:
-            return np.vstack([band.runs, band.nominal])
-        return band.runs.reshape(-1, self._kept, len(band.t))
+            return [band.runs, band.nominal[None]]
+        return [band.runs.reshape(-1, self._kept, len(band.t))]
 
     @property
     def _kept(self) -> int | None:
@@ -426,10 +431,11 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         Path
             The file written.
         """
-        runs = [self.table(name) for name in self.bands]
-        shape = (len(self.parameters) + 1, len(self.t), len(runs))
-        values = np.stack(runs, axis=-1) if runs else np.empty(shape)
-        arrays = {"t": self.t, "values": values, "parameters": self.parameters}
+        values: Array | records.Stacked = np.empty((len(self.parameters) + 1, len(self.t), 0))
+        if self.bands:
+            parts = [self._tables(name) for name in self.bands]
+            values = records.Stacked(list(zip(*parts, strict=True)))
+        arrays: dict[str, Any] = {"t": self.t, "values": values, "parameters": self.parameters}
         facts: dict[str, Any] = {
             "kind_of_study": self.kind,
             "outputs": self.outputs,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..base.progress import Progress
 from ..base.units import unit
 from ..errors import ChebclearWarning, InputError, Problem, SceneError, SettingsError, SimulationError
-from ..execution.batch import Batch, Built
+from ..execution.batch import Batch, Built, RefusedRunError
 from ..execution.counts import Costs
 from ..execution.failures import (
     BUILD,
@@ -184,6 +184,7 @@ class Making:
         try:
             facts = self._nominal.check()
             self.settings = settings.for_scene(self._nominal, runs=self.count)
+            self._branch = facts.branch
         except InputError as error:
             raise type(error)(located(middle, error.problems)) from None
         outputs = self.settings.outputs
@@ -216,6 +217,8 @@ class Making:
                 store=store,
             )
             batch.run(means.executor, means.threads, report, means.max_seconds)
+        except RefusedRunError as error:
+            raise SceneError(located(self.parameters(error.number), error.end.problems)) from None
         finally:
             self._limited.close()
             if store is not None:
@@ -231,7 +234,9 @@ class Making:
         table, refused = self._many(structure, like, values)
         for name, index in structure.clearances.items():
             self._note_clearance(name, float(np.max(table[~refused, index], initial=0.0)))
-        built: list[Built | End] = [Built(FlatScene(structure.text, row.tobytes())) for row in table]
+        built: list[Built | End] = [
+            Built(FlatScene(structure.text, row.tobytes(), self._branch)) for row in table
+        ]
         for row in np.flatnonzero(refused).tolist():
             built[row] = self._build_each([numbers[row]])[0]
         return built
@@ -253,7 +258,8 @@ class Making:
                 for name, index in structure.clearances.items():
                     self._note_clearance(name, values[index])
                 told = tuple(str(one.message) for one in caught[before:] if one.category is ChebclearWarning)
-                built.append(Built(FlatScene(structure.text, packed(values)), told))
+                branch = self._branch if structure is self._like[0] else ()
+                built.append(Built(FlatScene(structure.text, packed(values), branch), told))
         return built
 
     def _flat(self, scene: Scene, parameters: Mapping[str, float]) -> tuple[Structure, list[float]]:
@@ -297,6 +303,11 @@ class Making:
                         if lacking:
                             message = f'has no "{lacking[0]}" as at the midpoint: all scenes of a study need '
                             raise SceneError([("outputs", message + "the outputs of interest")])
+                        same = self._flat(scene, at_end)[0] is self._like[0]
+                        if same and any(a * b < 0 for a, b in zip(facts.branch, self._branch, strict=True)):
+                            raise SceneError(
+                                [("branch", "closes its loops on another side than at the midpoint")]
+                            )
                     except SceneError as error:
                         raise SceneError(located(at_end, error.problems)) from None
                 except SceneError as error:

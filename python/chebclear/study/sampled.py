@@ -197,7 +197,8 @@ def _made(
     kept = _others(study, others, demand, new.t, new.outputs, facts["scene"])
     del facts["stats"], facts["warnings"]
     told = new.warnings if demand.revolutions is not None else (*new.warnings, *unpredictable(new))
-    return _result(study, demand, [scored], kept, nominal, told, facts)
+    whole = None if kept else table.values
+    return _result(study, demand, [scored], kept, nominal, told, facts, whole)
 
 
 def extended(
@@ -270,7 +271,9 @@ def _result(
     nominal: Table,
     warnings: Sequence[str],
     facts: dict[str, Any],
+    whole: Array | None = None,
 ) -> StudyResult:
+    """The result of the runs of all tables; `whole` has their values if they are one array already."""
     tables = [*scored, *kept]
     parameters = np.concatenate([table.parameters for table in tables])
     # Runs of another result may not know the features.
@@ -294,7 +297,7 @@ def _result(
     result = StudyResult.from_runs(
         intervals=study.intervals,
         parameters=parameters,
-        values=np.concatenate([table.values for table in [*tables, nominal]]),
+        values=np.concatenate([one.values for one in [*tables, nominal]]) if whole is None else whole,
         degrees=None,
         nodes=(),
         demand=demand,

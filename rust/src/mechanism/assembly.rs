@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::dynamics::Dynamics;
 use crate::error::{InputError, Problem, Subject};
+use crate::mechanism::branch::{Group, branch};
 use crate::mechanism::immovable::no_acceleration;
 use crate::mechanism::scales::{contact_scales, length_scale, levers, speed_from_rest, speed_scale};
 use crate::numerics::turns::unwind;
@@ -20,8 +21,8 @@ const ITERATIONS: usize = 100;
 /// a few hundred rounding errors, far below any clearance that could be simulated.
 const CLOSED: f64 = 1e-13;
 
-/// The start of a tree and its scales.
-pub(crate) fn assemble(tree: &Tree, scene: &Scene) -> Result<(State, Scales), InputError> {
+/// The start of a tree, its scales, and the signs of its branch.
+pub(crate) fn assemble(tree: &Tree, scene: &Scene) -> Result<(State, Scales, Vec<i8>), InputError> {
     let length = length_scale(scene);
     let guess = initial_guess(tree, scene);
     let d = guess.len();
@@ -78,7 +79,8 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene) -> Result<(State, Scales), In
     dynamics.accelerate(&accelerations);
     let speed = if speed > 0.0 { speed } else { speed_from_rest(tree, &dynamics, length) };
     let contacts = contact_scales(&mut dynamics, speed, length);
-    Ok((State { q, v }, Scales { length, speed, levers, contacts }))
+    let branch = conditions.branch(&dynamics, length);
+    Ok((State { q, v }, Scales { length, speed, levers, contacts }, branch))
 }
 
 /// Checks that no spring with a natural length, and no damper, starts with its two points in one place, where
@@ -295,6 +297,26 @@ impl Conditions {
             residual[2 * self.pairs.len() + row] = if one.is_angle { off } else { off / unit };
         }
         (residual, self.jacobian(dynamics, units, unit, given))
+    }
+
+    /// The signs of the branch in the pose last moved to.
+    fn branch(&self, dynamics: &Dynamics, length: f64) -> Vec<i8> {
+        let tree = dynamics.tree;
+        let (_, jacobian) =
+            self.positions(dynamics, &column_units(tree, length), length.log2().ceil().exp2());
+        let pairs = self.pairs.iter().enumerate().map(|(index, ([a, b], ..))| {
+            let moves = |frame: usize, freedom: usize| {
+                tree.paths[frame].free.iter().any(|&(_, other)| other == freedom)
+            };
+            let columns = (0..tree.free.len()).filter(|&k| moves(a.frame, k) != moves(b.frame, k)).collect();
+            Group { rows: vec![2 * index, 2 * index + 1], columns }
+        });
+        let given =
+            self.coordinates.iter().filter(|one| one.position.is_some()).enumerate().map(|(row, one)| {
+                let columns = (0..tree.free.len()).filter(|&k| one.columns[tree.free[k]] != 0.0).collect();
+                Group { rows: vec![2 * self.pairs.len() + row], columns }
+            });
+        branch(&jacobian, pairs.chain(given).collect())
     }
 
     fn jacobian(

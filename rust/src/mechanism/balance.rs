@@ -35,7 +35,7 @@ pub(crate) fn warning_of_equilibrium(
     } else {
         let scene = without_play(scene);
         let ideal = Tree::span(&scene).ok()?;
-        let (start, scales) = assemble(&ideal, &scene).ok()?;
+        let (start, scales, _) = assemble(&ideal, &scene).ok()?;
         growth(&ideal, &start, &scales)?
     };
     let tenfold = std::f64::consts::LN_10 / growth;

@@ -17,6 +17,8 @@ pub struct Mechanism {
     pub start: State,
     /// Scales for error control.
     pub scales: Scales,
+    /// Signs that tell on which branch it is assembled.
+    pub branch: Vec<i8>,
     /// Numbers and units of the scene that look wrong, each with its path.
     pub warnings: Vec<Problem>,
 }
@@ -30,10 +32,10 @@ impl Mechanism {
     pub fn compile(scene: &Scene) -> Result<Mechanism, InputError> {
         scene.check()?;
         let tree = Tree::span(scene)?;
-        let (start, scales) = assemble(&tree, scene)?;
+        let (start, scales, branch) = assemble(&tree, scene)?;
         let mut warnings = scene.implausible();
         warnings.extend(warning_of_equilibrium(&tree, &start, &scales, scene));
-        Ok(Mechanism { tree, start, scales, warnings })
+        Ok(Mechanism { tree, start, scales, branch, warnings })
     }
 }
 

@@ -3,6 +3,7 @@
 
 mod assembly;
 mod balance;
+pub mod branch;
 pub mod compiled;
 mod immovable;
 mod scales;

@@ -232,14 +232,17 @@ fn simulate<'py>(
     Ok(result)
 }
 
-/// Simulates many scenes in parallel with the same settings (JSON). A scene is its structure (JSON with the index of
-/// each number in its place) and the bytes of its numbers. The samples are written to a flat array if one is given. A
-/// run is cancelled after `run_seconds` [s].
+/// Structure (JSON with the index of each number in its place), bytes of the numbers, and signs of the branch, of a
+/// scene.
+type SceneParts<'py> = (Bound<'py, PyString>, Bound<'py, PyBytes>, Vec<i8>);
+
+/// Simulates many scenes in parallel with the same settings (JSON). The samples are written to a flat array if one is
+/// given. A run is cancelled after `run_seconds` [s].
 #[pyfunction]
 #[pyo3(signature = (scenes, settings, threads=None, progress=None, into=None, run_seconds=None))]
 fn sweep<'py>(
     py: Python<'py>,
-    scenes: Vec<(Bound<'py, PyString>, Bound<'py, PyBytes>)>,
+    scenes: Vec<SceneParts<'py>>,
     settings: &str,
     threads: Option<usize>,
     progress: Option<Py<PyAny>>,
@@ -293,15 +296,19 @@ fn sweep<'py>(
 }
 
 /// Scenes with their numbers; a structure that some share, as the same object, is parsed once.
-fn flat_scenes(scenes: &[(Bound<'_, PyString>, Bound<'_, PyBytes>)]) -> Result<Vec<FlatScene>, InputError> {
+fn flat_scenes(scenes: &[SceneParts<'_>]) -> Result<Vec<FlatScene>, InputError> {
     let mut structures: HashMap<*mut PyObject, Arc<Structure>> = HashMap::new();
-    let flat = |(text, bytes): &(Bound<'_, PyString>, Bound<'_, PyBytes>)| {
+    let flat = |(text, bytes, branch): &SceneParts<'_>| {
         let structure = match structures.entry(text.as_ptr()) {
             Entry::Occupied(known) => known.get().clone(),
             Entry::Vacant(place) => place.insert(Arc::new(Structure::read(&text.to_string_lossy())?)).clone(),
         };
         let (numbers, _) = bytes.as_bytes().as_chunks();
-        Ok(FlatScene { structure, numbers: numbers.iter().map(|bytes| f64::from_ne_bytes(*bytes)).collect() })
+        Ok(FlatScene {
+            structure,
+            numbers: numbers.iter().map(|bytes| f64::from_ne_bytes(*bytes)).collect(),
+            branch: branch.clone(),
+        })
     };
     scenes.iter().map(flat).collect()
 }
@@ -370,6 +377,7 @@ fn inspect(py: Python<'_>, scene: &str) -> PyResult<String> {
         "warnings": mechanism.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "columns": column_names(&mechanism),
         "further_columns": further_column_names(&mechanism),
+        "branch": mechanism.branch,
     });
     Ok(description.to_string())
 }

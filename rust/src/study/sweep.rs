@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use crate::error::{InputError, Problem, Subject};
 use crate::integrators::Status;
+use crate::mechanism::branch::differs;
 use crate::mechanism::compiled::Mechanism;
 use crate::run::trajectory::{Settings, Trajectory, check, columns, record};
 use crate::scene::reader::Structure;
@@ -23,6 +24,8 @@ pub struct FlatScene {
     pub structure: Arc<Structure>,
     /// The numbers, in the order of the structure.
     pub numbers: Vec<f64>,
+    /// Signs of the branch on which it must be assembled; none if any will do.
+    pub branch: Vec<i8>,
 }
 
 /// Mechanisms that are simulated with the same settings.
@@ -56,6 +59,12 @@ impl<'s> Sweep<'s> {
             .map_err(|error| Subject::Settings.error("threads", format!("cannot be started: {error}")))?;
         let checked = |scene: &FlatScene| {
             let mechanism = Mechanism::compile(&scene.structure.scene(&scene.numbers)?)?;
+            if differs(&scene.branch, &mechanism.branch) {
+                let message = "closes its loops on another side than the scene at the midpoint: values on two branches are \
+                               those of two mechanisms; set the angles of the bodies for all scenes to one side, give a \
+                               start, or take smaller intervals";
+                return Err(Subject::Scene.error("branch", message));
+            }
             check(&mechanism, settings)?;
             Ok(mechanism)
         };

@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 # Related to the least number of held-out runs that can verify a share of 0.1 %; see `needed_runs`.
 _UNSEEN = 0.0112
 LEAST_CERTIFYING = 10
+# Values of a study [bytes] above which the bands of its outputs are made one after the other: each takes
+# about three copies of its values meanwhile.
+_MOST_COPIED = 64_000_000
 # Number of revolutions from which a run counts as more than one.
 _SEVERAL = 4
 
@@ -121,6 +124,8 @@ def calibrated_bands(
         parameters = np.repeat(np.vstack([parameters, middle]), kept, axis=0)
         nominal, rows = values[-1, 0], values.reshape(-1, *values.shape[2:])
         values = rows
+    if values.nbytes > _MOST_COPIED:
+        threads = 1
     found = _core.calibrated_bands(
         values, points, demand.runs, limits, demand.coverage, demand.certified, kept, threads
     )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..polynomials.holes import HoleFit
-from ..polynomials.surrogate import Surrogate, chebyshev_grid
+from ..polynomials.surrogate import Surrogate, chebyshev_grid, time_blocks
 from .band import RESOLVED, Band, Margin, Verdict
 
 Array = NDArray[np.float64]
@@ -51,8 +51,16 @@ def fit_error(
     """
     middle = [side.midpoint for side in surrogate.intervals.values()] if at is None else at
     error: Array = np.abs(surrogate.evaluate(dict(zip(surrogate.intervals, middle, strict=True))) - nominal)
+    for block in time_blocks(*runs.shape):
+        error[block] = np.maximum(error[block], _left_out_error(surrogate.degrees, nodes, runs[:, block]))
+    return error
+
+
+def _left_out_error(degrees: Sequence[int], nodes: Sequence[int], runs: Array) -> Array:
+    """The part of it that the nodes tell, of some of the samples."""
+    error: Array = np.zeros(runs.shape[1])
     grid = runs.reshape(*nodes, -1)
-    for axis, (count, degree) in enumerate(zip(nodes, surrogate.degrees, strict=True)):
+    for axis, (count, degree) in enumerate(zip(nodes, degrees, strict=True)):
         highest = min(degree, count - 2)
         for tried, weight in ((highest, 1.0), (highest - 1, 0.5)):
             if tried < (0 if tried == highest else 1):
@@ -95,7 +103,7 @@ def judged(
         errors = holes.condition * np.maximum(errors, residual)
     miss = float(np.mean(errors))
     # Rounding errors of the runs must not count for a constant output.
-    noise = 1e-12 * float(np.max(np.abs(runs), initial=0.0))
+    noise = 1e-12 * float(max(np.max(runs, initial=0.0), -np.min(runs, initial=0.0)))
     error = 0.0 if miss <= noise else miss / width if width > 0.0 else math.inf
     verdict: Verdict = "resolved" if error <= RESOLVED else "not resolved"
     return verdict, Margin("polynomial", degree=max(surrogate.degrees), error=error)

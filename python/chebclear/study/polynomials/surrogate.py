@@ -6,7 +6,7 @@ are keywords with physical values; arrays have time on their last axis.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
@@ -57,6 +57,16 @@ BoundKind = Literal["range", "eq31"]
 
 MOST_RANGE_DEGREE = 30
 """Highest degree for which the core certifies a range [-]."""
+
+
+# Of the runs that are worked on at a time, where every instant is by itself [bytes].
+_BLOCK = 8_000_000
+
+
+def time_blocks(runs: int, samples: int) -> Iterator[slice]:
+    """Instants of so many runs, some at a time, so that no copy of all runs is needed."""
+    count = max(1, _BLOCK // max(1, 8 * runs))
+    return (slice(first, first + count) for first in range(0, samples, count))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -132,7 +142,13 @@ class Surrogate(records.ArrayRecord):
         -------
         Surrogate
         """
-        terms = _core.chebyshev_fit(np.ascontiguousarray(values, dtype=float), list(nodes), list(degrees))
+        terms: Array | None = None
+        for block in time_blocks(*values.shape):
+            part = np.ascontiguousarray(values[:, block], dtype=float)
+            fitted = _core.chebyshev_fit(part, list(nodes), list(degrees))
+            terms = np.empty((len(fitted), values.shape[1])) if terms is None else terms
+            terms[:, block] = fitted
+        assert terms is not None, "there are samples"
         return cls(dict(intervals), tuple(degrees), terms)
 
     @property
