@@ -118,6 +118,10 @@ class MissingProgramError(ChebclearError, RuntimeError):
     """Something was asked for that needs a program which is not installed, as LaTeX or ffmpeg."""
 
 
+class MemoryLimitError(ChebclearError, MemoryError):
+    """A study that does not fit into the memory that this process may take; nothing was simulated."""
+
+
 class StoreError(ChebclearError, OSError):
     """A store of runs that cannot be used: it is another study's, in use, read-only or on a full disk."""
 

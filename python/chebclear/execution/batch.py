@@ -16,6 +16,7 @@ from ..run.settings import Settings
 from ..scene.structure import FlatScene
 from .counts import STATS
 from .dispatch import Task, dispatch
+from .memory import sample_array
 from .pieces import BRANCH, DONE, NOT_BEGUN, End, Order, Piece, code_version
 from .store import Store, run_key
 
@@ -72,11 +73,13 @@ class Batch:
         Time after which a run is given up [s].
     store : Store or None
         Where finished runs are kept.
+    in_memory : bool
+        Whether the samples of all runs are in the memory, and not in a file beside the store.
 
     Raises
     ------
-    MemoryError
-        If the samples do not fit into the memory.
+    MemoryLimitError, StoreError
+        If the samples do not fit there.
     """
 
     def __init__(
@@ -89,6 +92,7 @@ class Batch:
         retried: bool = True,
         run_seconds: float | None = None,
         store: Store | None = None,
+        in_memory: bool = True,
     ) -> None:
         self._build = build
         self._numbers = numbers
@@ -104,7 +108,8 @@ class Batch:
         self.total = count
         self.done = 0
         self.t: Array | None = None
-        self.values = np.empty((count, settings.samples, columns))
+        folder = None if in_memory or store is None else store.path
+        self.values = sample_array((count, settings.samples, columns), folder)
         self.features = np.full((count, settings.cycles, len(settings.features)), np.nan)
         self.counts = np.zeros((count, len(STATS)))
         self.ends: list[End] = [End()] * count

@@ -31,6 +31,8 @@ class Means:
     """Time after which a run, or a call for it, is given up [s]."""
     max_seconds: float | None = field(default=None, metadata=unit("s"))
     """Time after which no further runs are begun [s]."""
+    in_memory: bool = True
+    """Whether the samples of all runs are in the memory, and not in a file beside the store."""
 
 
 def checked_means(
@@ -41,6 +43,7 @@ def checked_means(
     on_failure: OnFailure,
     run_seconds: float | None,
     max_seconds: float | None,
+    in_memory: bool,
 ) -> Means:
     """Means from what the user gave; what is wrong with it is noted in `checks`."""
     if threads is not None:
@@ -54,4 +57,8 @@ def checked_means(
         max_seconds = checks.real("max_seconds", max_seconds, "s", above=0.0)
     if store is not None and not isinstance(store, str | os.PathLike):
         checks.add(f"store must be the path of a folder, got {store!r}", wrong_type=True)
-    return Means(threads, executor, store, on_failure, run_seconds, max_seconds)
+    if not isinstance(in_memory, bool):
+        checks.add(f"in_memory must be True or False, got {in_memory!r}", wrong_type=True)
+    elif not in_memory and store is None:
+        checks.add("in_memory may only be False with a store, in whose folder the samples then are")
+    return Means(threads, executor, store, on_failure, run_seconds, max_seconds, bool(in_memory))

@@ -215,6 +215,7 @@ class Making:
                 retried=means.on_failure == "collect",
                 run_seconds=means.run_seconds,
                 store=store,
+                in_memory=means.in_memory,
             )
             batch.run(means.executor, means.threads, report, means.max_seconds)
         except RefusedRunError as error:

@@ -84,6 +84,10 @@ class Study(Methods):
     max_seconds : float, optional
         Time after which no further runs are started [s]. The result is made from the finished runs;
         its `status` is then ``"stopped"``, and its verdicts hold for these runs.
+    in_memory : bool
+        If False, the samples of all runs are in a file in the folder of the store, which the system reads as
+        they are needed; for more runs than fit into the memory. The file disappears with the result. Not for
+        a model of your own.
 
     Raises
     ------
@@ -130,6 +134,7 @@ class Study(Methods):
         on_failure: OnFailure = "collect",
         run_seconds: float | None = None,
         max_seconds: float | None = None,
+        in_memory: bool = True,
         **options: Unpack[RunOptions],
     ) -> None:
         checks = Checks()
@@ -150,7 +155,11 @@ class Study(Methods):
         if not is_request(progress):
             checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
         self.progress = progress
-        self.means = checked_means(checks, threads, executor, store, on_failure, run_seconds, max_seconds)
+        self.means = checked_means(
+            checks, threads, executor, store, on_failure, run_seconds, max_seconds, in_memory
+        )
+        if not simulated and in_memory is False:
+            checks.add("in_memory may not be False for a model of your own: what it returns is in the memory")
         self.settings, self.model = None, None
         if simulated:
             given = {"outputs": outputs, "features": tracked_features(self.features.values()), **options}

@@ -1,0 +1,121 @@
+"""Memory of studies: refused before the first run, in a file beside the store, and no copy of all samples."""
+
+import errno
+import os
+import subprocess
+import sys
+import tracemalloc
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear.execution import memory
+from falling import PLANET, TIME, faller, planet_study
+
+pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+
+
+def test_the_samples_may_be_in_a_file_beside_the_store(tmp_path):
+    expected = planet_study().chebyshev(3)
+    result = planet_study(store=tmp_path, in_memory=False).chebyshev(3)
+    assert result == expected
+    again = planet_study(store=tmp_path, in_memory=False).chebyshev(3)
+    assert again == expected
+    if os.name == "posix":
+        assert not [path for path in tmp_path.iterdir() if "values" in path.name]
+
+
+def test_only_simulations_with_a_store_are_in_a_file(tmp_path):
+    with pytest.raises(ValueError, match="in_memory may only be False with a store"):
+        planet_study(in_memory=False)
+    with pytest.raises(ValueError, match="in_memory may not be False for a model of your own"):
+        cc.Study(lambda x: {"y": x}, {"x": cc.interval(0.0, 1.0)}, store=tmp_path, in_memory=False)
+    with pytest.raises(TypeError, match="in_memory must be True or False"):
+        planet_study(in_memory="no")
+
+
+@pytest.mark.skipif(not hasattr(os, "posix_fallocate"), reason="the system does not reserve files")
+def test_a_full_disk_is_told_before_the_first_run(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "posix_fallocate", full)
+    with pytest.raises(cc.StoreError, match=r"the samples of all runs take .*No space left on device"):
+        planet_study(store=tmp_path, in_memory=False).scan(3)
+    assert not [path for path in tmp_path.iterdir() if "values" in path.name]
+
+
+def large():
+    return cc.Study(faller, PLANET, ["block.x", "block.y"], **(TIME | {"samples": 100_001}))
+
+
+def test_a_study_beyond_its_control_group_is_refused(tmp_path, monkeypatch):
+    (tmp_path / "cgroup").write_text("0::/batch/job\n")
+    (tmp_path / "statm").write_text("1000 500 10 1 0 10 0\n")
+    group = tmp_path / "batch"
+    (group / "job").mkdir(parents=True)
+    (group / "job" / "memory.max").write_text("max\n")
+    (group / "memory.max").write_text("300000000\n")
+    (group / "memory.current").write_text("250000000\n")
+    (group / "memory.stat").write_text("anon 100000000\ninactive_file 90000000\n")
+    monkeypatch.setattr(memory, "_PROCESS", tmp_path)
+    monkeypatch.setattr(memory, "_CGROUPS", tmp_path)
+    with pytest.raises(cc.MemoryLimitError, match=r"about 141 MB.* control group .* leaves 140 MB"):
+        large().scan(4)  # 17 runs of 1.6 MB, the nominal one included
+    (group / "memory.stat").write_text("anon 100000000\ninactive_file 91000000\n")
+    memory._require(141e6 - 1e5)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the limit of the memory is that of Linux")
+def test_a_study_beyond_the_limit_of_its_process_is_refused():
+    code = """
+import resource
+import chebclear as cc
+from chebclear import _core
+from falling import PLANET, TIME, faller
+with open("/proc/self/statm") as file:
+    used = int(file.read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (used + 200_000_000,) * 2)
+study = cc.Study(faller, PLANET, ["block.x", "block.y"], **(TIME | {"samples": 100_001}))
+_core.sweep = None
+try:
+    study.scan(10)
+except cc.MemoryLimitError as error:
+    print(isinstance(error, MemoryError), error)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env=os.environ | {"PYTHONPATH": os.path.dirname(os.path.dirname(__file__))},
+    )
+    assert done.stdout.startswith("True the study takes about 342 MB, and the limit of this process leaves")
+
+
+def peak(call):
+    """Memory that a call takes at most [bytes], as far as Python and NumPy ask for it."""
+    tracemalloc.start()
+    try:
+        kept = call()
+        return tracemalloc.get_traced_memory()[1], kept
+    finally:
+        tracemalloc.stop()
+
+
+def test_no_step_copies_all_samples(tmp_path):
+    def study():
+        return cc.Study(
+            faller, PLANET, ["block.x", "block.y", "block.vx", "block.vy"], **(TIME | {"samples": 1441})
+        )
+
+    size = 577 * 1441 * 4 * 8  # 27 MB
+    fitted, result = peak(lambda: study().chebyshev(3, nodes=24))
+    saved, path = peak(lambda: result.save(tmp_path / "result"))
+    calibrated, _ = peak(lambda: study().band(576))
+    # The polynomials have 16 terms for 576 runs; blocks of 8 MB are transposed.
+    assert fitted < 1.3 * size + 25e6
+    assert saved < 0.1 * size + 4e6
+    assert calibrated < 1.1 * size + 8e6
+    assert cc.load_result(path) == result
+    assert np.isfinite(result["block.x"].upper).all()
