@@ -232,9 +232,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     def parameters(self) -> Array:
         """Parameters of every run [SI units], shape (runs, parameters); without the nominal run."""
         known = self._any.parameters
-        if self._kept is None or not self.bands:
-            return known
-        return known[: -self._kept : self._kept]
+        return known if self._kept is None or not self.bands else known[: -self._kept : self._kept]
 
     @property
     def statement(self) -> str | None:
@@ -289,16 +287,13 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         return self.table(output)[:-1] if self._kept else self._entry(output).runs
 
     def table(self, output: str) -> Array:
-        """Values of an output in every run as `values` returns them, with the nominal run last."""
-        tables = self._tables(output)
-        return tables[0] if len(tables) == 1 else np.vstack(tables)
+        """Values of an output in every run, as `values` returns them, and of the nominal run."""
+        return np.concatenate(self._tables(output))
 
     def _tables(self, output: str) -> list[Array]:
         """The parts of `table`, without a copy."""
-        band = self._entry(output)
-        if self._kept is None:
-            return [band.runs, band.nominal[None]]
-        return [band.runs.reshape(-1, self._kept, len(band.t))]
+        band, kept = self._entry(output), self._kept
+        return [band.runs.reshape(-1, kept, len(self.t))] if kept else [band.runs, band.nominal[None]]
 
     @property
     def _kept(self) -> int | None:
@@ -431,11 +426,10 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         Path
             The file written.
         """
-        values: Array | records.Stacked = np.empty((len(self.parameters) + 1, len(self.t), 0))
-        if self.bands:
-            parts = [self._tables(name) for name in self.bands]
-            values = records.Stacked(list(zip(*parts, strict=True)))
-        arrays: dict[str, Any] = {"t": self.t, "values": values, "parameters": self.parameters}
+        empty = np.empty((len(self.parameters) + 1, len(self.t), 0))
+        parts = list(zip(*map(self._tables, self.bands), strict=True))
+        values = records.Stacked(parts) if self.bands else empty
+        arrays = {"t": self.t, "values": values, "parameters": self.parameters}
         facts: dict[str, Any] = {
             "kind_of_study": self.kind,
             "outputs": self.outputs,

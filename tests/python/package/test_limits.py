@@ -198,7 +198,7 @@ def test_max_steps_holds_where_drives_prescribe_the_motion():
     ).success
 
 
-def test_refused_steps_count_as_the_documentation_says():
+def test_rejected_steps_count_as_the_documentation_says():
     run = cc.simulate(
         cc.mechanisms.quick_return(), duration=0.03, samples=3, max_steps=500, on_failure="return"
     )
