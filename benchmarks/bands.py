@@ -11,6 +11,7 @@ promised of it, the verdicts, and the time of the bands over that of the runs.
 from __future__ import annotations
 
 import argparse
+import math
 import time
 import warnings
 from collections import Counter
@@ -48,6 +49,28 @@ def rubbing_slider_crank(friction_coefficient: float, **options: Any) -> cc.Scen
         static_coefficient=factor * FRICTION.static_coefficient,
     )
     return mechanisms.slider_crank(friction=friction, **options)
+
+
+def chain(length: float = 0.1, mass: float = 0.2, clearance: float = 1e-4) -> cc.Scene:
+    """Three links that swing from a zigzag, with clearance in the second joint."""
+    law = cc.LankaraniNikravesh(stiffness=1e9, restitution=0.7)
+    ends = ["ground", "link0.B", "link1.B"]
+    links = [
+        cc.Body(
+            f"link{k}",
+            mass=mass,
+            inertia=mass * length**2 / 12,
+            center_of_mass=(length / 2, 0.0),
+            points={"A": (0.0, 0.0), "B": (length, 0.0)},
+            angle=-0.5 * math.pi + 0.5 * (-1) ** k,
+        )
+        for k in range(3)
+    ]
+    loose = cc.ClearanceRevolute(
+        "joint1", bearing=ends[1], journal="link1.A", journal_radius=0.01, clearance=clearance, contact=law
+    )
+    joints = [cc.Revolute("joint0", ends[0], "link0.A"), loose, cc.Revolute("joint2", ends[2], "link2.A")]
+    return cc.Scene(bodies=links, joints=joints, forces=[cc.Gravity((0.0, -9.81))])
 
 
 EIGHT = {
@@ -107,6 +130,17 @@ PROBLEMS: dict[str, tuple[Any, dict[str, cc.Interval], dict[str, Any], list[str]
         {"clearance": 5e-5, "crank_speed": cc.rpm(600.0)},
         of("output", True, "output_pin"),
         {"skip": 0.05, "duration": 0.05},
+    ),
+    "chain": (
+        chain,
+        {
+            "length": interval(0.1, rel=0.05),
+            "mass": interval(0.2, rel=0.1),
+            "clearance": interval(1e-4, rel=0.2),
+        },
+        {},
+        of("link2", True, "joint1"),
+        {"skip": 0.0, "duration": 0.3},
     ),
     "pendulum": (
         mechanisms.pendulum_in_bearing,

@@ -222,8 +222,8 @@ fn excesses(scores: &[(u32, f64)]) -> Vec<Excess> {
 
 #[test]
 fn a_band_that_all_runs_keep_is_not_widened() {
-    let demand = Demand { coverage: 0.999, runs: 41, block: 1, samples: 721 };
-    assert_eq!(inflation(&[], &demand), 0.0);
+    let demand = Demand { coverage: 0.999, runs: 41, block: 1, samples: 721, parameters: 2 };
+    assert_eq!(inflation(&[], &demand, 1.0), 0.0);
     let held_out = HeldOut::of(&[], &demand);
     assert_eq!(held_out.coverage, 1.0);
     assert!((held_out.whole_run - 40.0 / 42.0).abs() < 1e-15);
@@ -231,7 +231,7 @@ fn a_band_that_all_runs_keep_is_not_widened() {
 
 #[test]
 fn held_out_runs_are_counted_whole_and_by_samples() {
-    let demand = Demand { coverage: 0.5, runs: 49, block: 1, samples: 1000 };
+    let demand = Demand { coverage: 0.5, runs: 49, block: 1, samples: 1000, parameters: 2 };
     let left = HeldOut::of(&excesses(&[(47, 2.0), (48, 1.0), (48, 3.0)]), &demand);
     // 47 runs are inside throughout, one of which is given up.
     assert!((left.whole_run - 46.0 / 50.0).abs() < 1e-15);
@@ -245,27 +245,40 @@ fn exponential_scores(runs: usize, samples: usize) -> Vec<(u32, f64)> {
 }
 
 #[test]
-fn exponential_scores_are_met_at_the_share_aimed_at() {
-    let (runs, samples) = (100, 1000);
-    let scores = exponential_scores(runs, samples);
-    for coverage in [0.9, 0.99, 0.999] {
-        let demand = Demand { coverage, runs, block: 1, samples };
-        let level = inflation(&excesses(&scores), &demand);
-        let beyond = (-0.5 * level).exp();
-        // 0.38 x 100 / 155 of what is allowed, to which one run in a hundred is added for the worst.
-        let aim = 0.38 * 100.0 / 155.0 * (1.0 - coverage);
+fn exponential_scores_of_the_usual_size_are_met_at_the_share_aimed_at() {
+    let (runs, samples, usual) = (90, 1000, 0.065);
+    let mut scores = exponential_scores(runs, samples);
+    scores.iter_mut().for_each(|score| score.1 *= 0.5 * usual);
+    for (coverage, parameters) in [(0.9, 2), (0.99, 2), (0.999, 2), (0.999, 8)] {
+        let demand = Demand { coverage, runs, block: 1, samples, parameters };
+        let level = inflation(&excesses(&scores), &demand, 1.0);
+        let beyond = (-level / usual).exp();
+        // 90 / 180 of what is allowed with two parameters, half of that at either side; half as much with eight.
+        let aim = 0.25 * (1.0 - coverage) * (2.0 / parameters as f64).sqrt();
         assert!((0.9..1.1).contains(&(beyond / aim)), "{coverage}: {beyond} {aim}");
     }
 }
 
 #[test]
+fn one_run_far_outside_does_not_decide_alone() {
+    let demand = Demand { coverage: 0.999, runs: 41, block: 1, samples: 721, parameters: 2 };
+    let mut scores: Vec<(u32, f64)> = exponential_scores(1, 2000);
+    scores.iter_mut().for_each(|score| score.1 *= 0.5 * 0.065);
+    let usual = inflation(&excesses(&scores), &demand, 1.0);
+    scores.iter_mut().for_each(|score| score.1 *= 32.0);
+    let far = inflation(&excesses(&scores), &demand, 1.0);
+    // The power 0.6 of 32 is 8.
+    assert!((far / usual - 8.0).abs() < 1e-9, "{far} {usual}");
+}
+
+#[test]
 fn the_level_does_not_grow_with_the_number_of_samples() {
     let level = |samples: usize| {
-        let demand = Demand { coverage: 0.999, runs: 60, block: 1, samples };
-        inflation(&excesses(&exponential_scores(60, samples)), &demand)
+        let demand = Demand { coverage: 0.999, runs: 60, block: 1, samples, parameters: 2 };
+        inflation(&excesses(&exponential_scores(60, samples)), &demand, 1.0)
     };
-    // The largest score of a run grows by 2 ln 4 = 2.8 in the mean; the levels themselves differ by 0.3.
-    assert!((level(4000) - level(1000)).abs() < 1.0, "{} {}", level(4000), level(1000));
+    // The largest score of a run grows by 2 ln 4 = 2.8 in the mean.
+    assert!((level(4000) - level(1000)).abs() < 0.3, "{} {}", level(4000), level(1000));
 }
 
 fn table<'a>(

@@ -226,13 +226,15 @@ class Band(records.ArrayRecord):
         """
         return self._polynomial().derivative(parameter, normalized=normalized, at=at)
 
-    def sensitivity_range(self, parameter: str) -> tuple[Array, Array]:
+    def sensitivity_range(self, parameter: str, *, threads: int | None = None) -> tuple[Array, Array]:
         """Certified range of the derivative with respect to one parameter over the whole box.
 
         Parameters
         ----------
         parameter : str
             Name of the parameter.
+        threads : int, optional
+            Threads to work on [-]; all processors if not given.
 
         Returns
         -------
@@ -242,19 +244,21 @@ class Band(records.ArrayRecord):
         Raises
         ------
         ValueError
-            If the parameter is unknown, or the band has no polynomial.
+            If the parameter or the number of threads is wrong, or the band has no polynomial.
         """
         surrogate = self._polynomial()
         self._doubt("a range of a sensitivity")
-        return surrogate.slope(parameter).bounds()
+        return surrogate.slope(parameter).bounds(threads=threads)
 
-    def monotone(self, parameter: str) -> NDArray[np.int8]:
+    def monotone(self, parameter: str, *, threads: int | None = None) -> NDArray[np.int8]:
         """Where the output certainly rises or falls with a parameter, for all values of the others.
 
         Parameters
         ----------
         parameter : str
             Name of the parameter.
+        threads : int, optional
+            Threads to work on [-]; all processors if not given.
 
         Returns
         -------
@@ -266,11 +270,11 @@ class Band(records.ArrayRecord):
         ValueError
             As `sensitivity_range`.
         """
-        lower, upper = self.sensitivity_range(parameter)
+        lower, upper = self.sensitivity_range(parameter, threads=threads)
         rises, falls = (lower >= 0.0) & (upper > 0.0), (upper <= 0.0) & (lower < 0.0)
         return rises.astype(np.int8) - falls.astype(np.int8)
 
-    def interval_share(self, parameter: str) -> Array:
+    def interval_share(self, parameter: str, *, threads: int | None = None) -> Array:
         """Relative reduction of the width if a parameter were exactly at its midpoint.
 
         The shares of all parameters need not add up to one.
@@ -279,6 +283,8 @@ class Band(records.ArrayRecord):
         ----------
         parameter : str
             Name of the parameter.
+        threads : int, optional
+            Threads to work on [-]; all processors if not given.
 
         Returns
         -------
@@ -292,7 +298,7 @@ class Band(records.ArrayRecord):
         """
         surrogate = self._polynomial()
         self._doubt("an interval share")
-        whole, rest = surrogate.range(), surrogate.frozen(parameter).range()
+        whole, rest = surrogate.range(threads), surrogate.frozen(parameter).range(threads)
         width = whole.attained_upper - whole.attained_lower
         left = rest.attained_upper - rest.attained_lower
         share: Array = 1.0 - np.divide(left, width, out=np.ones_like(width), where=width > surrogate.rounding)
@@ -361,7 +367,7 @@ class Band(records.ArrayRecord):
         )
         return QuantileBand(self.t, lower, upper, float(probability), statement)
 
-    def worst(self, side: Literal["lower", "upper"]) -> dict[str, Array]:
+    def worst(self, side: Literal["lower", "upper"], *, threads: int | None = None) -> dict[str, Array]:
         """Parameters at which the output is largest or smallest, for every instant.
 
         In a Chebyshev study the point where the polynomial attains the end of its range; if the verdict is
@@ -372,6 +378,8 @@ class Band(records.ArrayRecord):
         ----------
         side : {"lower", "upper"}
             Which bound.
+        threads : int, optional
+            Threads to work on [-]; all processors if not given.
 
         Returns
         -------
@@ -381,7 +389,7 @@ class Band(records.ArrayRecord):
         Raises
         ------
         ValueError, TypeError
-            If the side is unknown, or the band is an envelope.
+            If the side or the number of threads is wrong, or the band is an envelope.
         """
         checks = Checks()
         checks.word("side", side, ("lower", "upper"))
@@ -390,7 +398,7 @@ class Band(records.ArrayRecord):
         checks.finish()
         if self.surrogate is not None:
             self._doubt("a worst case")
-            found = self.surrogate.range()
+            found = self.surrogate.range(threads)
             return found.lowest_at if side == "lower" else found.highest_at
         extreme = np.argmin(self.runs, axis=0) if side == "lower" else np.argmax(self.runs, axis=0)
         return dict(zip(self.intervals, self.parameters[extreme].T, strict=True))

@@ -17,6 +17,7 @@ from ... import _core
 from ...base import files as records
 from ...base.arguments import Checks, did_you_mean
 from ...errors import ArgumentError
+from ...execution.means import MOST_THREADS
 from ...scene.scene import Interval
 
 if TYPE_CHECKING:
@@ -51,6 +52,16 @@ def chebyshev_grid(intervals: Sequence[Interval], nodes: Sequence[int]) -> Array
 def tensor_grid(sides: Sequence[Array]) -> Array:
     """All combinations of the values of every side, shape (runs, sides); the first side changes slowest."""
     return np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, len(sides))
+
+
+def checked_threads(threads: int | None) -> int | None:
+    """A number of threads as a whole number; None stays None."""
+    if threads is None:
+        return None
+    checks = Checks()
+    threads = checks.whole("threads", threads, least=1, most=MOST_THREADS)
+    checks.finish()
+    return threads
 
 
 BoundKind = Literal["range", "eq31"]
@@ -210,6 +221,7 @@ class Surrogate(records.ArrayRecord):
         ValueError
             If a degree is above 30 or a coefficient not finite.
         """
+        threads = checked_threads(threads)
         return self._physical_range(_core.polynomial_ranges(self.terms, list(self.degrees), threads))
 
     def _physical_range(self, found: _Ranges) -> PolynomialRange:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ... import _core
 from ...scene.scene import Interval
-from .surrogate import BoundKind, PolynomialRange, Surrogate
+from .surrogate import BoundKind, PolynomialRange, Surrogate, checked_threads
 
 Array = NDArray[np.float64]
 
@@ -87,6 +87,7 @@ class TotalDegree(Surrogate):
         ValueError
             If a coefficient is not finite.
         """
+        threads = checked_threads(threads)
         found = _core.total_degree_ranges(self.terms, len(self.degrees), self.degrees[0], threads)
         return self._physical_range(found)
 

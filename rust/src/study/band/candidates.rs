@@ -5,6 +5,8 @@
 //! extremes over windows of falling length: what is near counts more. Some lengths are tried, with the
 //! extremes of the runs and with those of their deviations from the mean run; the narrowest bands are averaged.
 
+use rayon::prelude::*;
+
 use super::calibrate::{Demand, Excess, HeldOut, inflation};
 use super::extremes::{ALWAYS, Bound, Growing, Top, tops};
 use super::running::{Ends, Window, running_mean};
@@ -23,14 +25,19 @@ const MEMBERS: usize = 7;
 /// with every halving of the sampling step. All other constants were tuned at this number.
 const WINDOW_STEPS: usize = 720;
 
-/// The local spread is averaged over this part of the duration to either side; its mean over all time is
-/// added by the second factor, for what happens where no run has shown it yet.
+/// The local spread is averaged over this part of the duration to either side; half to double of it gives the same
+/// bands. Its mean over all time is added, for what happens where no run has shown it yet.
 const SPREAD_WINDOW: f64 = 1.0 / 18.0;
-const SPREAD_FLOOR: f64 = 0.3;
 
-/// Bands up to this many times as wide as the narrowest are averaged with it. A single one would be chosen
-/// for its luck, and the choice would jump when a sample is added.
-const AVERAGED: f64 = 1.05;
+/// Bands up to this many times as wide as the narrowest are averaged with it. A single one would be chosen for its
+/// luck, and the choice would jump when a sample is added. At equal coverage 1.05 is as wide where windows matter
+/// little and leaves the quick return and the pendulum short by 0.05 %.
+const AVERAGED: f64 = 1.25;
+
+/// A bound that ends nearer to a limit than this many local spreads, over the number of runs, is put at the
+/// limit if a run reaches it somewhere: contact that is lost at some instants may be lost at others. Chosen on the
+/// forces of P2 and P3b (4 % wider, a fifth of the samples that were outside).
+const NEAR_LIMIT: f64 = 30.0;
 
 /// The runs of one output.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +65,7 @@ pub struct Calibrated {
     pub upper: Vec<f64>,
     /// Longest window to either side, in samples; mean of the bands that were averaged.
     pub window: f64,
-    /// Local spreads by which the band was widened, mean of the bands that were averaged.
+    /// Local spreads by which the band was widened, mean of both sides and of the bands that were averaged.
     pub inflation: f64,
     /// What held-out runs did.
     pub held_out: HeldOut,
@@ -75,6 +82,12 @@ struct Side<'a> {
     runs: Vec<u32>,
     /// Local spread.
     spread: Vec<f64>,
+    /// Root mean square over mean of the reach of the runs beyond the mean run, over time.
+    unevenness: f64,
+    /// What no value can be beyond, and how near to it bounds are put at it; infinite and 0 where no run reaches
+    /// it.
+    limit: f64,
+    near: f64,
     /// Bounds of every window, from the shortest; the extremes of the runs, then those of their deviations.
     families: [Vec<Bound>; 2],
 }
@@ -89,7 +102,8 @@ struct Shape {
 struct Candidate {
     shapes: [Shape; 2],
     window: f64,
-    inflation: f64,
+    /// Local spreads by which each side is widened.
+    inflation: [f64; 2],
     width: f64,
 }
 
@@ -100,20 +114,22 @@ pub fn calibrated(runs: &Runs<'_>, demand: &Demand) -> Calibrated {
     let mean = mean_run(runs);
     let opposite: Vec<f64> = runs.values.iter().map(|value| -value).collect();
     let opposite_mean: Vec<f64> = mean.iter().map(|value| -value).collect();
-    let sides =
-        [Side::new(&opposite, &opposite_mean, runs, &windows), Side::new(runs.values, &mean, runs, &windows)];
-    let mut candidates = Vec::new();
-    for family in 0..2 {
-        for longest in 0..=windows.len() {
-            // Windows below a stride serve in the means of longer ones only.
-            if longest > 0 && windows[longest - 1] < 0.5 {
-                continue;
-            }
-            let shapes = [sides[0].shape(family, longest), sides[1].shape(family, longest)];
-            let window = if longest == 0 { 0.0 } else { windows[longest - 1] };
-            candidates.push(Candidate::new(shapes, &sides, runs.limits, window, demand));
-        }
-    }
+    let (lower, upper) = rayon::join(
+        || Side::new(&opposite, &opposite_mean, -runs.limits[0], runs, &windows),
+        || Side::new(runs.values, &mean, runs.limits[1], runs, &windows),
+    );
+    let sides = [lower, upper];
+    // Windows below a stride serve in the means of longer ones only.
+    let told = |longest: &usize| *longest == 0 || windows[*longest - 1] >= 0.5;
+    let kinds: Vec<(usize, usize)> = (0..2)
+        .flat_map(|family| (0..=windows.len()).filter(told).map(move |longest| (family, longest)))
+        .collect();
+    let candidate = |&(family, longest): &(usize, usize)| {
+        let shapes = [sides[0].shape(family, longest), sides[1].shape(family, longest)];
+        let window = if longest == 0 { 0.0 } else { windows[longest - 1] };
+        Candidate::new(shapes, &sides, window, demand)
+    };
+    let candidates: Vec<Candidate> = kinds.par_iter().map(candidate).collect();
     averaged(&candidates, &sides, runs, demand)
 }
 
@@ -147,13 +163,15 @@ fn mean_run(runs: &Runs<'_>) -> Vec<f64> {
 }
 
 impl<'a> Side<'a> {
-    fn new(values: &'a [f64], mean: &[f64], runs: &Runs<'_>, windows: &[f64]) -> Self {
+    fn new(values: &'a [f64], mean: &[f64], limit: f64, runs: &Runs<'_>, windows: &[f64]) -> Self {
         let samples = runs.samples;
         let largest = tops(values, samples, runs.scored, runs.block);
         let hull: Vec<f64> = largest.iter().map(|top| top.first).collect();
         let labels: Vec<u32> = largest.iter().map(|top| top.run).collect();
         let reach: Vec<f64> = hull.iter().zip(mean).map(|(hull, mean)| (hull - mean).max(0.0)).collect();
-        let floor = SPREAD_FLOOR * reach.iter().sum::<f64>() / samples as f64;
+        let floor = reach.iter().sum::<f64>() / samples as f64;
+        let square = reach.iter().map(|reach| reach * reach).sum::<f64>() / samples as f64;
+        let unevenness = if floor > 0.0 { square.sqrt() / floor } else { 1.0 };
         let window = Window::new(SPREAD_WINDOW * (samples - 1) as f64);
         let mut spread = runs.ends.over(&reach, window, running_mean);
         spread.iter_mut().for_each(|spread| *spread += floor);
@@ -174,8 +192,12 @@ impl<'a> Side<'a> {
             }
             bounds
         };
-        let families = [family(largest, None), family(deviations, Some(mean))];
-        Self { values, block: runs.block, hull, runs: labels, spread, families }
+        let (extremes, of_deviations) =
+            rayon::join(|| family(largest, None), || family(deviations, Some(mean)));
+        let families = [extremes, of_deviations];
+        let reached = hull.iter().any(|&largest| largest >= limit);
+        let near = if reached { NEAR_LIMIT / runs.scored as f64 } else { 0.0 };
+        Self { values, block: runs.block, hull, runs: labels, spread, unevenness, limit, near, families }
     }
 
     /// The mean of the bounds over the `longest`-th window, the next shorter ones and the instant itself.
@@ -220,29 +242,28 @@ impl<'a> Side<'a> {
 }
 
 impl Candidate {
-    fn new(
-        shapes: [Shape; 2],
-        sides: &[Side<'_>; 2],
-        limits: [f64; 2],
-        window: f64,
-        demand: &Demand,
-    ) -> Self {
-        let excesses: Vec<Excess> =
-            shapes.iter().flat_map(|shape| shape.excesses.iter().map(|(_, excess)| *excess)).collect();
-        let inflation = inflation(&excesses, demand);
+    fn new(shapes: [Shape; 2], sides: &[Side<'_>; 2], window: f64, demand: &Demand) -> Self {
+        let level = |side: usize| {
+            let excesses: Vec<Excess> = shapes[side].excesses.iter().map(|(_, excess)| *excess).collect();
+            inflation(&excesses, demand, sides[side].unevenness)
+        };
+        let inflation = [level(0), level(1)];
         let mut candidate = Self { shapes, window, inflation, width: 0.0 };
-        for (side, limit) in [(0, -limits[0]), (1, limits[1])] {
-            candidate.width += candidate.widened(side, &sides[side], limit).iter().sum::<f64>();
+        for (side, of) in sides.iter().enumerate() {
+            candidate.width += candidate.widened(side, of).iter().sum::<f64>();
         }
         candidate
     }
 
-    /// The bound of a side, widened and cut at what no value can be beyond.
-    fn widened(&self, side: usize, of: &Side<'_>, limit: f64) -> Vec<f64> {
+    /// The bound of a side, widened, and cut at what no value can be beyond or put there.
+    fn widened(&self, side: usize, of: &Side<'_>) -> Vec<f64> {
         (0..of.hull.len())
             .map(|at| {
-                let wide = self.shapes[side].bound[at] + self.inflation * of.spread[at];
-                wide.min(limit.max(of.hull[at]))
+                let wide = self.shapes[side].bound[at] + self.inflation[side] * of.spread[at];
+                if of.limit - wide < of.near * of.spread[at] {
+                    return of.limit.max(of.hull[at]);
+                }
+                wide.min(of.limit.max(of.hull[at]))
             })
             .collect()
     }
@@ -255,15 +276,15 @@ fn averaged(candidates: &[Candidate], sides: &[Side<'_>; 2], runs: &Runs<'_>, de
         candidates.iter().filter(|candidate| candidate.width <= AVERAGED * narrowest).collect();
     let share = 1.0 / chosen.len() as f64;
     let mut bounds = [vec![0.0; runs.samples], vec![0.0; runs.samples]];
-    let inflation = chosen.iter().map(|candidate| candidate.inflation).sum::<f64>() * share;
+    let inflation =
+        [0, 1].map(|side| chosen.iter().map(|candidate| candidate.inflation[side]).sum::<f64>() * share);
     let mut excesses = Vec::new();
-    for (side, limit) in [(0, -runs.limits[0]), (1, runs.limits[1])] {
-        let of = &sides[side];
+    for (side, of) in sides.iter().enumerate() {
         // How far the rows of the largest run are outside of the mean of the bounds that were made without it. Where it
         // keeps one of them before that is widened, the distance was not kept: the sum is at most too large.
-        let mut outside = vec![-inflation; runs.samples * runs.block];
+        let mut outside = vec![-inflation[side]; runs.samples * runs.block];
         for candidate in &chosen {
-            for (bound, wide) in bounds[side].iter_mut().zip(candidate.widened(side, of, limit)) {
+            for (bound, wide) in bounds[side].iter_mut().zip(candidate.widened(side, of)) {
                 *bound += share * wide;
             }
             for (at, excess) in &candidate.shapes[side].excesses {
@@ -279,7 +300,7 @@ fn averaged(candidates: &[Candidate], sides: &[Side<'_>; 2], runs: &Runs<'_>, de
         );
         // Sums of shares are rounded.
         for (bound, &hull) in bounds[side].iter_mut().zip(&of.hull) {
-            *bound = bound.max(hull).min(limit.max(hull));
+            *bound = bound.max(hull).min(of.limit.max(hull));
         }
     }
     let [opposite, upper] = bounds;
@@ -289,7 +310,7 @@ fn averaged(candidates: &[Candidate], sides: &[Side<'_>; 2], runs: &Runs<'_>, de
         window: chosen.iter().map(|candidate| candidate.window).sum::<f64>()
             * share
             * stride(runs.samples) as f64,
-        inflation,
+        inflation: 0.5 * (inflation[0] + inflation[1]),
         held_out: HeldOut::of(&excesses, demand),
     }
 }

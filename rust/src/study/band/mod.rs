@@ -20,7 +20,7 @@ use calibrate::{Demand, HeldOut};
 use candidates::{Calibrated, Runs, calibrated};
 use certify::certified;
 use regression::Regression;
-use resolve::{MOST_DEGREE, MOST_TERMS, Resolved, resolved};
+use resolve::{MOST_DEGREE, MOST_TERMS, ROUNDING, Resolved, resolved};
 use running::Ends;
 
 /// Runs at points of the box, of all outputs.
@@ -87,7 +87,7 @@ pub enum Method {
 /// The bands of all outputs so that `coverage` of the samples of further runs are inside.
 ///
 /// `limits` are what no value of an output can be beyond. The work is done on `threads` threads of a private pool
-/// (default: one for every processor); every output is one piece of it, so the results are the same bits
+/// (default: one for every processor); its pieces are put together in order, so the results are the same bits
 /// for any number.
 ///
 /// # Errors
@@ -137,20 +137,23 @@ pub fn watched_bands(
         let column = gather(table, rows * block, output);
         let Table { samples, scored, .. } = *table;
         let runs = Runs { values: &column, samples, block, ends, scored, limits: limits[output] };
-        let demand = Demand { coverage, runs: scored, block, samples };
+        let demand = Demand { coverage, runs: scored, block, samples, parameters: table.parameters };
         match method {
             Method::Calibrated => band(&runs, &regression, &demand),
             Method::Certified => certified(&runs, &demand).into(),
         }
     };
-    in_parallel(table.outputs, threads, |output| monitor().then(|| one(output)))
+    // Outputs, and in each of them sides, windows and blocks of time.
+    let pool = private_pool(thread_count(threads, usize::MAX))?;
+    let outputs = || (0..table.outputs).into_par_iter().with_max_len(1);
+    Ok(pool.install(|| outputs().map(|output| monitor().then(|| one(output))).collect()))
 }
 
 /// The band of one output.
 fn band(runs: &Runs<'_>, regression: &Regression, demand: &Demand) -> OutputBand {
     let calibrated = calibrated(runs, demand);
     // Of an output that does not vary the calibrated band has no width, the other that of rounding.
-    let rounding: f64 = calibrated.upper.iter().map(|upper| 1e-12 * upper.abs()).sum();
+    let rounding: f64 = calibrated.upper.iter().map(|upper| ROUNDING * upper.abs()).sum();
     let most = MOST_EXCESS * width(&calibrated.lower, &calibrated.upper) + rounding;
     match resolved(runs, regression, demand) {
         Some(resolved) if width(&resolved.lower, &resolved.upper) <= most => resolved.into(),
