@@ -14,7 +14,7 @@ copyright = f"2026, {author}"
 version = release = chebclear.__version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-extensions += ["sphinx.ext.mathjax"]
+extensions += ["mathml"]
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
 # Included in other pages.
@@ -31,6 +31,7 @@ napoleon_use_param = True
 html_theme = "furo"
 html_title = f"chebclear {release}"
 html_static_path: list[str] = []
+html_math_renderer = "mathml"
 # Files of the repository that pages point to are not pages; short names of fields may mean several classes.
 suppress_warnings = ["myst.xref_missing", "ref.python"]
 
