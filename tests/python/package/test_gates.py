@@ -16,6 +16,8 @@ from pathlib import Path
 import chebclear as cc
 import numpy as np
 import pytest
+from chebclear import _core
+from chebclear.scene.structure import FlatScene, Structures, packed
 from interrupts import work_after_interrupt
 
 ROOT = Path(__file__).parents[3]
@@ -147,8 +149,11 @@ SWEEP = {
 
 
 def swept(scenes, threads):
-    runs = cc.run.simulation._core.sweep([scene.to_json() for scene in scenes], json.dumps(SWEEP), threads)
-    return [fingerprint(values) for values in runs["values"]], [stats["steps"] for stats in runs["stats"]]
+    structures = Structures()
+    flat = [structures.flat(scene) for scene in scenes]
+    given = [FlatScene(structure.text, packed(numbers)) for structure, numbers in flat]
+    runs = _core.sweep(given, json.dumps(SWEEP), threads)
+    return [fingerprint(values) for values in runs["values"]], list(runs["stats"]["steps"])
 
 
 def test_gate_11_threads_and_order_do_not_change_a_bit():
