@@ -35,7 +35,7 @@ GRAVITY = 9.81
 
 # Energy that a passive scene may gain: this many tolerances per onset, of the largest kinetic energy.
 ENERGY_PER_ONSET = 10.0
-# Part of the energy at play that the books may leave unexplained. A velocity known to a tenth of the
+# Largest error of the energy balance relative to the exchanged energy. A velocity known to a tenth of the
 # stick-slip velocity leaves a tenth of the friction that sticks unknown, and drives work against it, so a
 # run beyond it is repeated with a velocity tolerance of this part of the stick-slip velocity.
 IMBALANCE = 0.02
@@ -227,8 +227,8 @@ def _chain(case: Case) -> cc.Scene:
 # One case
 
 
-def energy_at_play(run: cc.Trajectory) -> float:
-    """Energy that moves about in a run [J]."""
+def exchanged_energy(run: cc.Trajectory) -> float:
+    """Scale of the energy exchanged in a run [J]."""
     reached = run.t <= run.end_time
     losses = (run["energy.impact_loss"] + run["energy.friction_loss"])[reached]
     given = run["energy.input"][reached]
@@ -247,17 +247,17 @@ def rounding(run: cc.Trajectory) -> float:
 
 
 def energy_gain(run: cc.Trajectory) -> float:
-    """Largest rise of the energy above any value before, in tolerances per onset of the energy at play."""
+    """Largest rise of the energy above any value before, in tolerances per onset of the exchanged energy."""
     total = run["energy.total"][run.t <= run.end_time]
     rise = float(np.max(total - np.minimum.accumulate(total), initial=0.0)) - rounding(run)
     onsets = int(np.sum(run.events.kind == "onset"))
-    return rise / (energy_at_play(run) * run.settings.rtol * (1 + onsets)) if rise > 0.0 else 0.0
+    return rise / (exchanged_energy(run) * run.settings.rtol * (1 + onsets)) if rise > 0.0 else 0.0
 
 
 def imbalance(run: cc.Trajectory) -> float:
-    """What the books of energy do not explain, as a part of the energy at play."""
+    """Error of the energy balance relative to the exchanged energy."""
     gap = float(np.nanmax(np.abs(run["energy.balance"]))) - rounding(run)
-    return gap / energy_at_play(run) if gap > 0.0 else 0.0
+    return gap / exchanged_energy(run) if gap > 0.0 else 0.0
 
 
 def simulate(case: Case, **changes: Any) -> cc.Trajectory:
@@ -513,7 +513,7 @@ def summary(rows: list[dict[str, str]]) -> str:
         f"{sum(row['paradox'] == '1' for row in rows)} fail in Painlevé's paradox.",
         f"Energy of {len(gains)} passive scenes: gains up to {gain:.3g} tolerances per onset, "
         f"{sum(gain > 0.1 for gain in gains)} above 0.1.",
-        f"Books of energy: off by up to {max(gaps):.3g} of what is at play, {np.median(gaps):.3g} in the "
+        f"Energy balance: error of up to {max(gaps):.3g} of the exchanged energy, {np.median(gaps):.3g} in the "
         f"median, {sum(gap > 1e-3 for gap in gaps)} above 1e-3.",
         f"{len(ratios)} converged peaks: the third run moved them by up to {ratio:.3g} claims.",
     ]

@@ -164,7 +164,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="directory for the figure; none is drawn if not given")
     parser.add_argument("--revolutions", type=int, default=100, help="of the long runs")
     options = parser.parse_args()
-    warnings.simplefilter("ignore", cc.ChebclearWarning)  # floored latches: a handful of slow impacts
+    warnings.simplefilter("ignore", cc.ChebclearWarning)  # a handful of impacts below the velocity floor
     print_scatter()
     print_distribution(options.revolutions)
     if options.out is not None:

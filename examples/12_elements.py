@@ -51,7 +51,7 @@ for flywheel in (0.005, 0.02, 0.08):
     cc.plot_trajectory(run, "crank.angular_velocity", ax=below, label=label)
 figure.savefig(folder / "elements.png")
 
-# Where the energy went, and how well the books balance; and half a second more from the last state.
+# Where the energy went, and the error of its balance; then half a second more from the last state.
 for name in ("input", "damping_loss", "impact_loss", "friction_loss", "total", "balance"):
     print(f"energy.{name:14s}{run[f'energy.{name}'][-1]:12.4g} J")
 more = cc.simulate(press(0.08), duration=0.5, samples=501, rtol=1e-7, method="dop853", start=run.end)

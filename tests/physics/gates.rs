@@ -236,7 +236,7 @@ fn gate_17_the_counters_add_up() {
         let run = simulate(&mechanism, &settings, &|_| true).unwrap();
         let stats = run.stats;
         let attempts = stats.steps + stats.rejected + stats.relocations;
-        // A landing is an attempt taken again: the first of it was a step that passed.
+        // A relocation is a repeated attempt: the first one was a step that passed.
         assert!(stats.relocations >= stats.events && stats.events == run.events.len());
         assert_eq!(stats.factorizations, attempts, "{stats:?}");
         assert_eq!(stats.stages, stages * attempts, "{stats:?}");

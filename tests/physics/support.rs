@@ -11,7 +11,7 @@ pub fn point(name: &str, x: f64, y: f64) -> Point {
     Point { name: name.to_owned(), position: [x, y] }
 }
 
-/// A body with its moment of inertia about its center of mass and a rough angle of zero.
+/// A body with its moment of inertia about its center of mass and an initial guess of zero for its angle.
 pub fn body(name: &str, mass: f64, inertia: f64, center_of_mass: [f64; 2], points: Vec<Point>) -> Body {
     Body {
         name: name.to_owned(),

@@ -145,13 +145,13 @@ def _introduction(study: CaseStudy) -> str:
     settings = f"({paper.DURATION:g} s, {paper.SAMPLES} samples)"
     fit = f"degree {paper.DEGREE} on {paper.DEGREE + 1} nodes a parameter"
     stats = [stats for convention in study.conventions.values() for stats in convention.stats]
-    floored, changes = (sum(getattr(run, name) for run in stats) for name in ("impacts_at_floor", "events"))
+    slow, changes = (sum(getattr(run, name) for run in stats) for name in ("impacts_at_floor", "events"))
     return f"""# The case study: paper and chebclear
 
 Slider-crank with one clearance joint between rod and slider; crank at 2000 r/min, no gravity. Two
 revolutions {settings}, numbers over the second one. Chebyshev: {fit},
 bounds by Eq. (31). Scan: {paper.SCAN_POINTS} equispaced points a parameter, ends included.
-{study.runs} simulations at rtol {study.rtol:g} with {changes} changes of contact; {floored} impacts began
+{study.runs} simulations at rtol {study.rtol:g} with {changes} changes of contact; {slow} impacts began
 slower than the floor of the impact velocity and were damped as if at the floor.
 
 - `as_printed`: the paper's equations to the letter: stiffness with pi in Eq. (9) only, rod inertia m l²/3

@@ -160,7 +160,7 @@ impl EventFinder {
                     return Ok(Some(a));
                 }
                 // The guard is zero to rounding after an event, rises (or has an unknown rate), and has
-                // fallen again before b: bisect towards a until the guard is positive.
+                // fallen again before b: bisect toward a until the guard is positive.
                 let mut width = b - a;
                 for _ in 0..ITERATIONS {
                     width *= 0.5;

@@ -50,7 +50,7 @@ fn lankarani_nikravesh_damping_follows_from_restitution_and_impact_velocity() {
     // χ = 3 (1 - 0.81) / (4 * 0.5 m/s) = 0.285 s/m.
     let latch = law.latch(0.5);
     close(latch.numbers()[0], 0.285, 1e-14);
-    // 1e4 N (1 + 0.285 * 0.2), approaching; (1 - 0.285 * 0.2), parting.
+    // 1e4 N (1 + 0.285 * 0.2), approaching; (1 - 0.285 * 0.2), separating.
     close(law.normal_force(1e-4, 0.2, latch), 1.057e4, 1e-14);
     close(law.normal_force(1e-4, -0.2, latch), 0.943e4, 1e-14);
     // The continuation beyond the clip: 1 - 0.285 * 10 = -1.85.

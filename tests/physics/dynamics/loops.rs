@@ -272,7 +272,7 @@ fn redundant_joints_are_named() {
 }
 
 #[test]
-fn gate_04_a_drive_through_a_dead_centre_is_a_typed_error() {
+fn gate_04_a_drive_through_a_dead_center_is_a_typed_error() {
     // Crank longer than the rod: the slider-crank jams where the rod stands on the guide.
     let mut scene = ideal_slider_crank();
     scene.bodies[1].points[1] = point("C", 0.03, 0.0);

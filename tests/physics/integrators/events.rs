@@ -179,7 +179,7 @@ fn an_oscillator_crosses_zero_at_the_odd_multiples_of_a_quarter_period() {
 }
 
 #[test]
-fn every_landing_ends_behind_the_event_by_no_more_than_allowed() {
+fn every_relocation_ends_behind_the_event_by_no_more_than_allowed() {
     for tableau in [RODAS4, RODAS5P] {
         for rates_known in [true, false] {
             for overshoot in [1e-2, 1e-5, 1e-9, 1e-13] {
@@ -433,8 +433,8 @@ fn a_guard_that_only_the_dense_output_crosses_hides_no_event_of_another() {
 }
 
 #[test]
-fn a_landing_on_a_guard_that_draws_the_secant_to_one_side_is_not_given_up() {
-    // Of an oscillator's long step the dense output is a poor one, so that the landing is found by
+fn a_relocation_on_a_guard_that_draws_the_secant_to_one_side_is_not_given_up() {
+    // In a long step of an oscillator the dense output is inaccurate, so that the relocation is found by
     // bracketing; beyond its zero the guard falls like exp(k q).
     for steepness in [20.0, 60.0, 200.0] {
         for place in [-0.6, -0.3, 0.1, 0.4] {
@@ -451,7 +451,7 @@ fn a_landing_on_a_guard_that_draws_the_secant_to_one_side_is_not_given_up() {
 }
 
 #[test]
-fn a_landing_is_a_step_like_any_other() {
+fn a_relocation_is_a_step_like_any_other() {
     // Every accepted step joins the one before, events included, and ends where the state is.
     struct Seen(Switching, Vec<DenseStep>);
     impl HybridSystem for Seen {
@@ -474,7 +474,7 @@ fn a_landing_is_a_step_like_any_other() {
             self.0.guards(t, q, v, guards);
         }
         fn cross(&mut self, index: usize, t: f64, q: &[f64], v: &[f64]) -> f64 {
-            let last = self.1.last().expect("a landing");
+            let last = self.1.last().expect("a relocation");
             assert_eq!((last.end_time(), &last.end[..]), (t, &[q[0], v[0]][..]));
             self.0.cross(index, t, q, v)
         }
@@ -489,7 +489,7 @@ fn a_landing_is_a_step_like_any_other() {
     for pair in system.1.windows(2) {
         assert_eq!((pair[0].end_time(), &pair[0].end), (pair[1].t, &pair[1].start));
     }
-    // The dense output of a landing is that of the shortened step.
+    // The dense output after a relocation is that of the shortened step.
     for step in system.1.iter().filter(|step| step.h > 1e-3) {
         let (mut q, mut v) = ([0.0], [0.0]);
         step.at(0.5, &mut q, &mut v);
@@ -509,7 +509,7 @@ fn gate_07_events_do_not_depend_on_the_time_at_which_the_clock_starts() {
             .map(|k| (0, start + 0.5 + f64::from(k / 2) * 5.0 + if k % 2 == 1 { 4.0 } else { 0.0 }))
             .filter(|(_, t)| *t < start + 24.0)
             .collect();
-        // Each of ten landings ends within the shortest step, 16 roundings of the clock; being late
+        // Each of ten relocations ends within the shortest step, 16 roundings of the clock; being late
         // makes it faster, and all later flights longer.
         system.expect(&instants, 1e-10 + 30.0 * 16.0 * f64::EPSILON * start);
     }
@@ -531,8 +531,8 @@ fn gate_05_a_step_cut_by_an_event_is_as_accurate_as_any_other() {
 }
 
 #[test]
-fn a_landing_whose_equations_are_singular_is_refused_and_not_the_end() {
-    // As above, with landings of RODAS4 where its linear equations, those of hγ = 1, have no solution at all.
+fn a_relocation_whose_equations_are_singular_is_refused_and_not_the_end() {
+    // As above, with relocations of RODAS4 where its linear equations, those of hγ = 1, have no solution at all.
     let (small, end) = (1e-15, 6.0);
     for ulps in -8..=8 {
         let instant = 4.0 + f64::from(ulps) * 2.0 * f64::EPSILON;

@@ -49,7 +49,7 @@ fn start_that_no_velocity_satisfies_is_refused_as_singular() {
 }
 
 #[test]
-fn rough_angle_of_a_welded_body_counts_for_what_it_is_welded_to() {
+fn initial_angle_of_a_welded_body_counts_for_what_it_is_welded_to() {
     let bar = |name: &str, angle: f64| Body { angle, ..body(name, 1.0, 1.0, [0.1, 0.0], Vec::new()) };
     for order in [["plate", "arm"], ["arm", "plate"]] {
         let scene = Scene {
@@ -89,7 +89,7 @@ fn four_bar(crank_angle: f64, coupler_angle: f64, rocker_angle: f64) -> Scene {
 }
 
 #[test]
-fn four_bar_starts_on_the_branch_of_its_rough_angles_with_the_closed_form_pose_and_velocity() {
+fn four_bar_starts_on_the_branch_of_its_initial_angles_with_the_closed_form_pose_and_velocity() {
     let perp = |v: Vec2| Vec2::new(-v.y, v.x);
     let mut random = Random(3);
     for step in 0..24 {
@@ -103,8 +103,8 @@ fn four_bar_starts_on_the_branch_of_its_rough_angles_with_the_closed_form_pose_a
             let c = b + along * base.normalize() + branch * across * perp(base.normalize());
             let angle_of = |arm: Vec2| arm.y.atan2(arm.x);
             let angles = [angle_of(c - b), angle_of(c - d)];
-            let rough = angles.map(|angle| angle + random.within(-0.3, 0.3));
-            let mechanism = compile(&four_bar(crank_angle, rough[0], rough[1]));
+            let guess = angles.map(|angle| angle + random.within(-0.3, 0.3));
+            let mechanism = compile(&four_bar(crank_angle, guess[0], guess[1]));
 
             let pin = 30.0 * perp(b);
             let rates = [

@@ -194,7 +194,7 @@ fn clips_and_unclips_alternate_in_a_strongly_damped_contact() {
         println!("{method:?}, rtol {rtol:e}: {clipped} clips among {} events", run.events.len());
         counts.push((clipped, run.events.len()));
         assert!(column(&run, "bearing.normal_force").iter().all(|force| *force >= 0.0));
-        // The phase that is reported is that of the geometry, to the accuracy of a landing.
+        // The phase that is reported is that of the geometry, to the accuracy of a relocation.
         let slack = 1e-2 * rtol * 5e-4;
         let contact = column(&run, "bearing.contact");
         for (penetration, contact) in column(&run, "bearing.penetration").iter().zip(contact) {
@@ -258,7 +258,7 @@ fn named_events(scene: &Scene, settings: &Settings) -> Vec<(f64, String, EventKi
 
 #[test]
 fn gate_08_the_result_does_not_depend_on_the_numbers_of_joints_and_bodies() {
-    // A landing may end anywhere within its overshoot. In flight the explicit method's error estimate is
+    // A relocation may end anywhere within its overshoot. In flight the explicit method's error estimate is
     // rounding alone, so the lengths of its steps depend on it, and the ends on them within the tolerance,
     // which impacts multiply.
     for (method, rtol, slack) in [
@@ -296,10 +296,10 @@ fn both_ends_of_a_symmetric_bar_land_at_the_instant_of_free_fall() {
         let scene = bar(joints, false, 0.0, 0.8);
         let events = named_events(&scene, &settings);
         // 5e-5 m in free fall; the bob falls along, without touching.
-        let landing = (2.0 * 5e-5 / 9.81_f64).sqrt();
+        let fall = (2.0 * 5e-5 / 9.81_f64).sqrt();
         for event in &events[..2] {
             assert_eq!(event.2, EventKind::Onset);
-            assert!((event.0 - landing).abs() < 1e-9 * landing, "{events:?}");
+            assert!((event.0 - fall).abs() < 1e-9 * fall, "{events:?}");
         }
         assert_ne!(events[0].1, events[1].1);
         assert!(events[..2].iter().all(|event| event.1 != "middle"), "{events:?}");
@@ -310,7 +310,7 @@ fn both_ends_of_a_symmetric_bar_land_at_the_instant_of_free_fall() {
 fn a_failure_in_painleves_paradox_says_so() {
     // One body, its journal's center at (0.19, 0.1) from its center of mass, presses to the right and slides
     // upwards: a normal force F with its friction moves the journal along the normal by
-    // F (-1/m - y²/I + μ y (x + R) / I), which is towards the bearing from μ = 0.55 on.
+    // F (-1/m - y²/I + μ y (x + R) / I), which is toward the bearing from μ = 0.55 on.
     for (coefficient, paradox) in [(0.54, false), (0.56, true)] {
         let mut scene = journal(1e-5, Damping::Elastic);
         scene.bodies = vec![body("journal", 1.0, 1e-3, [0.0, 0.0], vec![point("pin", 0.19, 0.1)])];

@@ -239,7 +239,7 @@ fn a_force_that_turns_with_a_body_moves_it_in_a_circle() {
 }
 
 #[test]
-fn a_follower_force_off_the_centre_turns_a_body_evenly() {
+fn a_follower_force_off_the_center_turns_a_body_evenly() {
     // Arm (0.3, 0) and force (1, 2) in the body: torque 0.6 N m about the center.
     let thrust = Force::Applied {
         name: "thrust".into(),

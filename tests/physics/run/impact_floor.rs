@@ -1,4 +1,4 @@
-//! The least impact velocity that a contact law latches, and what it may do to a run.
+//! The floor of the impact velocity in contact laws, and its effect on a run.
 
 use chebclear::contact::clearance::SlidingVelocity;
 use chebclear::contact::normal::{Damping, NormalLaw};
@@ -82,7 +82,7 @@ fn the_default_floor_moves_a_run_no_more_than_its_tolerance() {
 
 #[test]
 fn an_impact_is_latched_as_fast_as_it_passed_the_surface() {
-    // A landing ends up to a part of the position tolerance too deep: at 1e-3 it is 30 times as fast there.
+    // A relocation ends at a penetration of up to a part of the position tolerance: at 1e-3 it is 30 times as fast there.
     for (gap, velocity) in [(1e-13, 0.0), (1e-12, 1e-6), (1e-8, 1e-3)] {
         let expected = (2.0 * GRAVITY * gap + velocity * velocity).sqrt();
         for rtol in [1e-3, 1e-4, 1e-6] {

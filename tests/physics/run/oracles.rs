@@ -167,9 +167,9 @@ fn impact_below_the_velocity_floor_is_damped_as_one_at_the_floor_and_counted() {
         let run = launch(&scene, speed, CLEARANCE / speed + 6.0 * peak / speed, 2, 1e-10);
         let ratio = -run.events[1].normal_velocity / run.events[0].normal_velocity;
         close(ratio, rebound_ratio_of(0.75 * 0.75 * speed / floor.max(speed)), 1e-6);
-        let floored = speed < floor;
-        assert_eq!(run.impacts_at_floor, usize::from(floored));
-        assert_eq!(run.warnings.iter().any(|warning| warning.contains("1 of 1 impacts")), floored);
+        let slow = speed < floor;
+        assert_eq!(run.impacts_at_floor, usize::from(slow));
+        assert_eq!(run.warnings.iter().any(|warning| warning.contains("1 of 1 impacts")), slow);
     }
 }
 

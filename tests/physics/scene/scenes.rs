@@ -126,7 +126,7 @@ fn rail(axis: [f64; 2]) -> JointKind {
 }
 
 #[test]
-fn moment_of_inertia_about_a_point_must_leave_a_positive_one_about_the_mass_centre() {
+fn moment_of_inertia_about_a_point_must_leave_a_positive_one_about_the_center_of_mass() {
     // 0.21 kg at 0.06 m from the end: Steiner's part alone is 7.56e-4 kg m².
     let about_end = |inertia: f64| {
         changed(|scene| {

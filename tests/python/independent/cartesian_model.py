@@ -146,7 +146,7 @@ class Model:
         return np.concatenate([split(y)[1], self.accelerations(t, y, phases)[0]])
 
     def start(self):
-        """Assembled from the rough angles and what the scene says of its start.
+        """Assembled from the initial guesses of the angles and the start that the scene gives.
 
         What is left open changes as little as possible: no translation is known, so these give way first.
         """

@@ -20,7 +20,7 @@ def test_horizon_is_the_first_sample_beyond_the_threshold():
     difference = np.zeros((11, 4))
     difference[3, 0], difference[4, 0] = -0.02, 0.0  # parts for one sample only
     difference[:, 1] = 0.01  # just at the threshold
-    difference[7:, 2] = np.nan  # a run that failed has not parted
+    difference[7:, 2] = np.nan  # a run that failed has not diverged
     difference[10, 3] = 1.0
     np.testing.assert_array_equal(chaos_horizon(t, difference, 0.01), [t[3], math.inf, math.inf, 1.0])
 
@@ -36,7 +36,7 @@ def test_ranges_tell_rounding_from_motion():
     columns = ("slider.x", "slider.y", "crank.angular_velocity", "wrist.normal_force")
     ranges, thresholds = output_ranges(columns, values)
     np.testing.assert_allclose(ranges, [0.10, 0.0, 0.0, 2e-3], rtol=1e-12)
-    # What is constant has parted when it differs by more than the rounding of its kind.
+    # A constant output has diverged when it differs by more than the rounding of its kind.
     np.testing.assert_allclose(thresholds, [1e-3, 1e-10 * 0.17, 1e-10 * 5.0, 2e-5], rtol=1e-12)
 
 

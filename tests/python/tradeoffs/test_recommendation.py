@@ -188,7 +188,7 @@ def test_errors_below_the_uncertainty_are_bounds():
 def test_the_table_shows_the_time_that_the_reference_knows():
     result = made_up({("rodas4", 1e-4): [0.0, 0.002, 0.03, 4.0]}, uncertainty=[0.0, 1e-6, 1e-3, 5.0])
     assert "up to 30 ms: no error is known beyond" in str(result)
-    # Parted at 30 ms: errors are also shown up to the sample before if that is not the end.
+    # Diverged at 30 ms: errors are also shown up to the sample before if that is not the end.
     longer = replace(
         result,
         t=np.append(TIMES, 0.04),
