@@ -513,7 +513,7 @@ def summary(rows: list[dict[str, str]]) -> str:
         f"{sum(row['paradox'] == '1' for row in rows)} fail in Painlevé's paradox.",
         f"Energy of {len(gains)} passive scenes: gains up to {gain:.3g} tolerances per onset, "
         f"{sum(gain > 0.1 for gain in gains)} above 0.1.",
-        f"Energy balance: error of up to {max(gaps):.3g} of the exchanged energy, {np.median(gaps):.3g} in the "
+        f"Energy balance: error up to {max(gaps):.3g} of the exchanged energy, {np.median(gaps):.3g} in the "
         f"median, {sum(gap > 1e-3 for gap in gaps)} above 1e-3.",
         f"{len(ratios)} converged peaks: the third run moved them by up to {ratio:.3g} claims.",
     ]

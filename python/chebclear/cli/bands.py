@@ -1,4 +1,4 @@
-"""What studies print and write: the table of verdicts, features, pictures, the whole result."""
+"""Output of studies: the table of verdicts, features, pictures, the whole result."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ DEMANDS = {
 
 
 def verdicts(result: StudyResult) -> Rows:
-    """A row for every output: how far it reaches over the box, and how sure that is."""
+    """A row for every output: its range over the box, and its verdict."""
     rows = []
     for name in result:
         band = result[name]
@@ -85,7 +85,7 @@ def finish(result: StudyResult, options: argparse.Namespace, title: str, plan: P
 
 
 def _rankings(result: StudyResult) -> list[str]:
-    """Which tolerance to tighten for every feature, in words."""
+    """The ranking of the tolerances for every feature, in words."""
     texts = []
     for name in () if result.features is None else result.features.names:
         try:

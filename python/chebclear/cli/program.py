@@ -1,4 +1,4 @@
-"""The program: which commands there are, and what their ends are called.
+"""The program: its commands and exit codes.
 
 Exit codes: 0 done; 1 failed, as a run that gave up or a file that cannot be written; 2 wrong arguments or a
 wrong scene; 3 done, but not as good as ``--require`` demands; 70 a defect of this program, with a traceback;

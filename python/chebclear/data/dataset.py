@@ -1,4 +1,4 @@
-"""Named arrays with units: what a result hands to other programs, whatever the result is."""
+"""Named arrays with units: the common form of all results for other programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ways out of a result, the same for all of them."""
+"""Export functions, the same for all results."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Exports(ABC):
         return self.dataset().table()
 
     def to_csv(self, path: str | os.PathLike[str]) -> Path:
-        """Write the table to a CSV file: a line of names with units in brackets, then a line a sample.
+        """Write the table to a CSV file: a line of names with units in brackets, then a line for each sample.
 
         Numbers are written so that they are read back to the last bit. An existing file is replaced, as a
         whole or not at all.

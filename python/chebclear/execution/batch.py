@@ -1,4 +1,4 @@
-"""The runs of one study while they are made: which are left, which are kept in a store, what came of each."""
+"""Execution of the runs of one study: remaining runs, those in a store, and the end of each."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from .store import Store, run_key
 Array = NDArray[np.float64]
 
 WORKER_LOST = "worker_lost"
-"""Why a run failed whose worker ended whenever it was tried."""
+"""Reason of a run whose worker ended in every attempt."""
 
 # Warnings of one run of `build` that keep their order before those of the simulation.
 _MOST_BUILT = 1_000_000
-# Samples of a piece at most [bytes]: workers hold some pieces at a time.
+# Largest size of the samples of a piece [bytes]; workers hold some pieces at a time.
 _MOST_BYTES = 16_000_000
 
 
@@ -55,14 +55,14 @@ class RefusedRunError(Exception):
 
 
 class Batch:
-    """A source of pieces, and the table of what comes back.
+    """A source of pieces, and the table of their results.
 
     Parameters
     ----------
     build : callable
         Makes the scenes of some runs.
     numbers : sequence of int
-        The runs, in the order in which they are begun.
+        The runs, in the order in which they are started.
     settings : Settings
         How they are simulated; the outputs are given by name.
     threads : int
@@ -70,7 +70,7 @@ class Batch:
     retried : bool
         Whether runs that fail are repeated once with tighter tolerances.
     run_seconds : float or None
-        Time after which a run is given up [s].
+        Time after which a run has failed [s].
     store : Store or None
         Where finished runs are kept.
     in_memory : bool
@@ -194,14 +194,14 @@ class Batch:
         self._fill(task.runs, piece, placed=piece.values is task.into)
 
     def lost(self, runs: Sequence[int], error: BaseException) -> None:
-        """Note runs whose worker ended whenever they were tried."""
+        """Record runs whose worker ended in every attempt."""
         for number in runs:
             self._keys.pop(number, None)
             self.end(number, End(WORKER_LOST, f"its worker was lost whenever it was tried: {error}"))
         self.done += len(runs)
 
     def end(self, number: int, end: End) -> None:
-        """Note how a run ended that gives no values."""
+        """Record the end of a run without values."""
         self.ends[number] = end
         self.values[number] = np.nan
 
@@ -232,7 +232,7 @@ class Batch:
         self.done += len(numbers)
 
 
-# A name in quotes, a path or a word with digits, which tell warnings apart; or a number, which does not.
+# A name in quotes, a path or a word with digits, which distinguish warnings; or a number, which does not.
 _KEPT_OR_NUMBER = re.compile(
     r'"(?:[^"\\]|\\.)*"|[A-Za-z_][\w.\[\]]*|(?P<number>[+-]?\d+(\.\d+)?(e[+-]?\d+)?)'
 )

@@ -1,4 +1,4 @@
-"""A piece of a study of a model of the user's own: some of its calls, made by one worker."""
+"""A piece of a study of a user's model: some of its calls, made by one worker."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from .pieces import end_with_parent, is_missing
 
 @dataclass(frozen=True)
 class Calls:
-    """What a worker is asked to call."""
+    """Calls for a worker."""
 
     call: Callable[[Mapping[str, float]], Any]
-    """Gets the parameters of a run and returns what is kept of it."""
+    """Function of the parameters of a run that returns its result."""
     parameters: Sequence[Mapping[str, float]]
     """Parameters of each run by name."""
     run_seconds: float | None = field(metadata=unit("s"))
-    """Time after which a call is given up [s]."""
+    """Time limit of a call [s]."""
 
 
 @dataclass(frozen=True)
 class Answers:
-    """What came of some calls."""
+    """Results of some calls."""
 
     values: tuple[Any, ...]
-    """What each returned; None where it raised."""
+    """Value of each call; None where it raised."""
     errors: tuple[Exception | None, ...]
-    """What each raised."""
+    """Exception of each call, if it raised."""
     seconds: float = field(metadata=unit("s"))
     """Time they took [s]."""
 
@@ -84,7 +84,7 @@ def call_order(order: Calls, stop: str | threading.Event | None) -> Answers:
 
 
 def _portable(error: Exception) -> Exception:
-    """An error that survives the way back: some do not pickle, and would take a whole piece with them."""
+    """An error that can be pickled; one that cannot would lose the whole piece."""
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:

@@ -1,4 +1,4 @@
-"""Sending pieces of a study to workers: how large they are, what becomes of those that were lost."""
+"""Sending pieces of a study to workers: their sizes, and the treatment of lost workers."""
 
 from __future__ import annotations
 
@@ -29,28 +29,29 @@ from ..errors import ChebclearError
 from .calls import Answers, Calls, call_order
 from .pieces import Order, Piece, simulate_order
 
-# Time that a piece should take [s]: long against sending it, which takes a few milliseconds, and short enough
+# Duration of a piece [s]: long compared with sending it, which takes a few milliseconds, and short enough
 # that little is lost with a worker and all stop soon after an interrupt. It grows to one part in 200 of the
-# time that the study has taken, so that a night leaves a few thousand pieces and not half a million.
+# elapsed time of the study, so that a run over night has a few thousand pieces and not half a million.
 _SECONDS_HERE, _SECONDS_SENT, _GROWTH, _MOST_SECONDS = 0.25, 1.0, 200.0, 10.0
-# Pieces under way for each worker, so that none waits for the next one.
+# Pieces sent to each worker, so that none waits for the next one.
 _QUEUED = 2
-# Part of what is left that all workers get together: pieces become smaller, so that all end at a time.
+# Number of rounds in which the remaining runs are sent: pieces become smaller, so that all workers end
+# together.
 _PARTS = 3
-# How often progress is reported and an interrupt is looked for [s].
+# Interval at which progress is reported and interrupts are checked [s].
 _WAKE = 0.05
-# Longest time that is waited for pieces to end that are no longer wanted [s]: they need a tenth of it.
+# Longest wait for cancelled pieces to end [s]; they need a tenth of it.
 _LAST_WAIT = 1.0
-# Workers that an executor is taken to have if it does not tell.
+# Assumed number of workers of an executor if it is unknown.
 _UNKNOWN_WORKERS = 16
-# How often a piece is sent again after its worker was lost; the last time its runs go one by one.
+# Number of times a piece is sent again after its worker was lost; the last time its runs are sent one by one.
 _RESENT = 2
 # What executors raise when a worker ends before its piece does, besides `BrokenExecutor`.
 _LOST = frozenset({"KilledWorker", "WorkerCrashedError", "CommClosedError", "WorkerLost", "NodeDiedError"})
 
 
 class Source(Protocol):
-    """Where pieces come from and where they go."""
+    """Source of pieces and destination of their results."""
 
     def take(self, count: int) -> Task | None:
         """The next runs to simulate, at most so many; None if there are no more."""
@@ -69,7 +70,7 @@ class Source(Protocol):
         """Keep finished runs: a `Piece` of an `Order`, or `Answers` to `Calls`."""
 
     def lost(self, runs: Sequence[int], error: BaseException) -> None:
-        """Note runs whose worker ended whenever they were tried."""
+        """Record runs whose worker ended in every attempt."""
 
     @property
     def left(self) -> int:
@@ -91,15 +92,15 @@ class Task:
     runs: Sequence[int]
     """Their numbers."""
     order: Order | Calls
-    """What the worker is asked."""
+    """Order for the worker."""
     into: NDArray[Any] | None
-    """Where the samples of a worker of this process go."""
+    """Destination of the samples of a worker of this process."""
     losses: int = 0
     """How often its worker was lost."""
     kept: bool = False
     """Whether its runs are in the store."""
     finished: int = 0
-    """Runs that the worker has finished, as far as one knows."""
+    """Runs that the worker has finished, as far as it is known."""
 
 
 def dispatch(
@@ -109,12 +110,12 @@ def dispatch(
     report: Progress | None,
     max_seconds: float | None = None,
 ) -> None:
-    """Have all runs of a source simulated.
+    """Simulate all runs of a source.
 
     Parameters
     ----------
     source : Source
-        Where pieces come from and where they go.
+        Source of pieces and destination of their results.
     executor : concurrent.futures.Executor or None
         Where to simulate; on threads of this process if None.
     threads : int or None
@@ -128,7 +129,7 @@ def dispatch(
     Raises
     ------
     BaseException
-        What a worker raises, but for the loss of the worker. Work that is under way is then given up.
+        Exceptions of workers, except for their loss. Work in progress is then cancelled.
     """
     workers: _Workers
     if executor is not None:

@@ -1,4 +1,4 @@
-"""Runs of a study that failed: what is known of them, and when too many did."""
+"""Failed runs of a study: their description, and the limit of their number."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from .means import OnFailure
 from .pieces import NOT_BEGUN, NOT_FINITE, SCENE, TIME_LIMIT, End
 
 BUILD, MODEL, FEATURE = "build", "model", "feature"
-"""Why a run failed in a callable of the user's."""
+"""Reasons of runs that failed in a callable of the user."""
 
-# More failed runs than this share are no hole in a study: what they have in common is wrong.
+# Largest share of failed runs; with more, the error is in what they have in common.
 _MOST_FAILED = 0.5
 
 
 class NotFiniteError(ValueError):
-    """A model of the user's own returned what is not finite."""
+    """A user's model returned values that are not finite."""
 
 
 @dataclass(frozen=True)
@@ -38,12 +38,12 @@ class FailedRun:
         The status word of the run, such as ``"step_underflow"``; ``"build"``, ``"model"`` or ``"feature"`` if
         a callable of the user's raised or returned something wrong, ``"scene"`` if there is no such
         mechanism, ``"settings"`` if they do not fit it, ``"not_finite"`` if an output has no value,
-        ``"time_limit"`` if it took too long, ``"worker_lost"`` if its worker ended whenever it was tried,
+        ``"time_limit"`` if it took too long, ``"worker_lost"`` if its worker ended in every attempt,
         ``"not_begun"`` if there was no time.
     message : str
         What happened in words.
     time : float
-        Where it ended [s].
+        Time at which it ended [s].
     joint : str | None
         Name of the clearance joint at fault, if it is known to be one.
     """
@@ -73,7 +73,7 @@ class FailedRun:
 
 
 def end_of(error: Exception, where: str) -> End:
-    """How a run ended for which a call of the user's failed."""
+    """The end of a run for which a call of a user's function failed."""
     if isinstance(error, TimeLimitError):
         return End(TIME_LIMIT, f"{where}: {error}")
     if isinstance(error, SceneError):
@@ -107,7 +107,7 @@ def run_to_raise(failed: Mapping[int, End], runs: int, nominal: int, on_failure:
 
 
 def told_failures(failures: Sequence[FailedRun], runs: int) -> tuple[str, ...]:
-    """What the user is warned of when runs failed."""
+    """Warnings of failed runs."""
     told: list[str] = []
     failed = [one for one in failures if one.reason != NOT_BEGUN]
     if failed:

@@ -18,10 +18,10 @@ from ..errors import ChebclearError
 
 Value = TypeVar("Value")
 
-# How often a call looks whether its value is still wanted [s].
+# Interval at which a call checks whether it was cancelled [s].
 _WAKE = 0.1
-# After how many times its limit, and how long besides [s], a call that does not even let other threads run is
-# ended with its process: long enough that the usual way has had its chance.
+# A call that does not let other threads run is ended with its process after this many times its limit plus
+# this time [s]: long enough for the usual cancellation to work first.
 _TIMES, _BESIDES = 2.0, 1.0
 
 
@@ -32,8 +32,8 @@ class TimeLimitError(ChebclearError, TimeoutError):
 class LimitedCalls:
     """Calls functions, each for a limited time only.
 
-    With a limit they are called on a thread of their own, which is left behind when one does not return: a
-    function that waits for ever can be abandoned but not ended. One that computes in Python is ended.
+    With a limit they are called on a thread of their own, which is abandoned when a call does not return: a
+    function that waits forever cannot be ended. One that computes in Python is ended.
 
     Parameters
     ----------

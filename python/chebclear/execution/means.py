@@ -1,4 +1,4 @@
-"""How the runs of a study are to be made: where, for how long, and what becomes of those that fail."""
+"""Settings of the execution of a study: where runs are made, time limits, treatment of failed runs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOST_THREADS = 1024
 
 @dataclass(frozen=True)
 class Means:
-    """Where the runs of a study are made, and what becomes of those that fail."""
+    """Where the runs of a study are made, and how failed ones are treated."""
 
     threads: int | None = None
     """Threads to simulate on [-]; all processors if None, one for each piece given to an executor."""
@@ -28,7 +28,7 @@ class Means:
     on_failure: OnFailure = "collect"
     """Whether runs that fail are left out or raise."""
     run_seconds: float | None = field(default=None, metadata=unit("s"))
-    """Time after which a run, or a call for it, is given up [s]."""
+    """Time limit of a run, or of a call for it [s]."""
     max_seconds: float | None = field(default=None, metadata=unit("s"))
     """Time after which no further runs are begun [s]."""
     in_memory: bool = True
@@ -45,7 +45,7 @@ def checked_means(
     max_seconds: float | None,
     in_memory: bool,
 ) -> Means:
-    """Means from what the user gave; what is wrong with it is noted in `checks`."""
+    """Means from the arguments of the user; problems are added to `checks`."""
     if threads is not None:
         threads = checks.whole("threads", threads, least=1, most=MOST_THREADS)
     if executor is not None and not callable(getattr(executor, "submit", None)):

@@ -1,4 +1,4 @@
-"""What a study will cost, from a few of its runs."""
+"""Estimated cost of a study, from a few of its runs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _BASE, _TWICE = 150_000_000, 1.3
 
 @dataclass(frozen=True)
 class Plan:
-    """What a study will cost on this machine, or with this executor.
+    """Estimated cost of a study on this machine, or with this executor.
 
     Attributes
     ----------

@@ -1,8 +1,8 @@
 """A folder that keeps finished runs, so that no interruption loses them and no later study repeats them.
 
-The folder holds ``store.json``, which says what its runs are of, and a file for every finished piece. A piece
-is an uncompressed ``.npz`` archive whose name has the SHA-256 of its bytes: whatever is missing or changed
-shows. Files are written beside and then renamed, so that a run is there as a whole or not at all.
+The folder contains ``store.json``, which describes the runs, and a file for every finished piece. A piece
+is an uncompressed ``.npz`` archive whose name contains the SHA-256 of its content, which reveals any change.
+Files are written under a temporary name and then renamed, so that a run is either complete or missing.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _NAMED = ("outputs", "features")
 
 
 class Known(Protocol):
-    """What the runs of a store have in common."""
+    """Common properties of the runs of a store."""
 
     def facts(self) -> dict[str, Any]:
         """As JSON has it."""
@@ -49,10 +49,10 @@ class Known(Protocol):
 
 @dataclass(frozen=True)
 class Identity:
-    """What the simulations of a store have in common."""
+    """Common properties of the simulations of a store."""
 
     settings: Settings
-    """How they are simulated; the outputs are given by name."""
+    """Their settings; the outputs are given by name."""
     topology: str
     """Fingerprint of the parts of the mechanism and their connections, without any number."""
     rtol: float
@@ -90,7 +90,7 @@ class Store:
     path : path
         The folder; made if it does not exist.
     identity : Known
-        What its runs must be of.
+        Required properties of its runs.
 
     Raises
     ------
@@ -101,7 +101,7 @@ class Store:
     def __init__(self, path: str | os.PathLike[str], identity: Known) -> None:
         self.path = Path(path)
         self.remarks: list[str] = []
-        """What the user should know of the files in the folder."""
+        """Warnings about the files in the folder."""
         self._where: dict[bytes, tuple[str, int]] = {}
         self._facts = identity.facts()
         with self._errors():
@@ -156,7 +156,7 @@ class Store:
         Raises
         ------
         StoreError
-            If that is not possible, on a full disk for one.
+            If that is impossible, such as on a full disk.
         """
         content = packed(self._facts, keys, piece)
         name = f"piece-{hashlib.sha256(content).hexdigest()[:32]}.npz"
@@ -233,7 +233,7 @@ class Store:
             )
 
     def _read_all(self) -> None:
-        """Which runs are there; pieces that cannot be trusted are named and left out."""
+        """Read the keys of all runs; unreliable pieces are named and left out."""
         for path in sorted(self.path.iterdir()):
             named = _PIECE.fullmatch(path.name)
             if named is None:
@@ -301,7 +301,7 @@ class Store:
 
 
 def differences(kept: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str]:
-    """How the runs that are kept differ from those that are wanted, in words."""
+    """Differences between the runs in a store and the requested ones, in words."""
     found = [
         f"{name}: the store has {kept.get(name)!r}, this study {wanted[name]!r}"
         for name in ("code", "topology")

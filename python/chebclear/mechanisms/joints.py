@@ -187,7 +187,7 @@ class PinOptions(TypedDict, total=False):
 
 @dataclass(frozen=True, kw_only=True)
 class Pins:
-    """What the pins with clearance of a mechanism share: sizes, material and laws, declared here only.
+    """Common dimensions, material and laws of the pins with clearance of a mechanism.
 
     The numbers are those of Table 2 of Xiang et al. (2020).
 
@@ -210,7 +210,7 @@ class Pins:
         Sliding velocity of the pins, see `ClearanceRevolute`; of the material surfaces, or that of the
         convention, if not given.
     impact_velocity_floor : float, optional
-        Least impact velocity that the contact law latches [m/s]; from the `rtol` of a run if not given.
+        Lower bound of the impact velocity in the contact law [m/s]; from the `rtol` of a run if not given.
     """
 
     clearance: float | Mapping[str, float] = 2e-5

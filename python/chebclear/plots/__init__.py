@@ -1,4 +1,4 @@
 """Figures of one thing each; every function takes `ax=None` and returns the Axes.
 
-In: results; out: matplotlib Axes. Uses `scene` and `base`; what it asks of results is said in `subjects.py`.
+In: results; out: matplotlib Axes. Uses `scene` and `base`; `subjects.py` declares what it needs of results.
 """

@@ -1,4 +1,4 @@
-"""Bifurcation diagrams: samples of a settled motion over a parameter."""
+"""Bifurcation diagrams: samples of a steady motion over a parameter."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Work-precision plots: what accuracy costs, in the manner of `plot`."""
+"""Work-precision plots."""
 
 from __future__ import annotations
 

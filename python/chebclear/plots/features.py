@@ -1,4 +1,4 @@
-"""Plots of what a feature hangs on: tornado, shares of the variance, what tightening a tolerance brings."""
+"""Plots of the effects of parameters on a feature: tornado, shares of the variance, tightened tolerances."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _BESIDE_NAMES = 0.55
 def plot_tornado(
     feature: FeatureLike, *, ax: Axes | None = None, unit: str | None = None, most: int = 10, **bars: Any
 ) -> Axes:
-    """Draw how far each parameter moves the mean of a feature, the largest effect on top.
+    """Draw the effect of each parameter on the mean of a feature, the largest on top.
 
     A bar goes from the mean with the parameter at the lower end of its interval to that at the upper end, the
     others anywhere in theirs. Its ends are labeled with their values; whiskers hold the true means with a
@@ -194,8 +194,7 @@ def plot_shares(
 def plot_ranking(ranking: RankingLike, *, ax: Axes | None = None, **bars: Any) -> Axes:
     """Draw by how much the interval of a feature narrows when that of a parameter is halved.
 
-    Whiskers hold the true narrowing with a confidence of 95 %: a bar whose whisker reaches zero promises
-    nothing.
+    Whiskers are 95 % confidence intervals: where one includes zero, no effect is certain.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a report says, without how it looks."""
+"""The content of a report, without its layout."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ class Items:
 
 @dataclass(frozen=True)
 class Verdict:
-    """A word that judges; its symbol and color say the same."""
+    """A verdict; its symbol and color have the same meaning."""
 
     word: str
     """The word, as ``"calibrated"``."""
     judgment: Judgment
-    """Whether one may build on it."""
+    """Whether results with it can be relied on."""
 
     @property
     def symbol(self) -> str:
-        """A sign for those who see no colors."""
+        """A symbol for readers who do not see colors."""
         return {"good": "✓", "fair": "~", "bad": "✗"}[self.judgment]
 
     def __str__(self) -> str:
@@ -73,7 +73,7 @@ class Picture:
     """A figure; it is drawn when the report is written."""
 
     finding: str
-    """What is to be seen in it, for those who cannot see it."""
+    """Description of its content, for readers who cannot see it."""
     draw: Callable[[Axes], object]
     """Draws into empty axes."""
     height: float = field(default=2.6, metadata=unit("in"))

@@ -10,7 +10,7 @@ EXAMPLE = '"25 H7/f6"'
 
 
 class FitError(ValueError):
-    """A fit that is unknown, or leaves no play."""
+    """A fit that is unknown, or leaves no clearance."""
 
 
 def radial_clearance(fit: str) -> Interval:

@@ -30,8 +30,8 @@ from .point import TradeoffPoint as TradeoffPoint
 from .recommendation import power
 from .result import Tradeoff as Tradeoff
 
-# Steps after which a measured run is given up unless told otherwise: a second or two. A setting that needs
-# more is no candidate, and twenty of them would take the user's morning.
+# Default limit of the steps of a measured run: a second or two. A setting that needs more is not a candidate,
+# and twenty of them would take hours.
 MOST_MEASURED_STEPS = 1_000_000
 
 Array = NDArray[np.float64]
@@ -62,15 +62,15 @@ def tradeoff(
     progress: bool | Progress | None = None,
     **options: Unpack[SpanOptions],
 ) -> Tradeoff:
-    """Measure accuracy against cost: simulate with many settings and compare with a tight run.
+    """Measure accuracy against cost: simulate with many settings and compare with an accurate run.
 
     Parameters
     ----------
     scene : Scene
-        What to simulate. For a study see `Study.tradeoff`.
+        The mechanism. For a study see `Study.tradeoff`.
     settings : Settings, optional
-        Duration, samples, skipped time and outputs; they may be given as keywords as well, or instead.
-        Tolerances and methods are what is measured: those of the settings do not count.
+        Duration, samples, skipped time and outputs; they may also be given as keywords.
+        Tolerances and methods of the settings are not used, since they are varied.
     {settings}
     outputs : sequence of str, optional
         Names of the outputs of interest; all columns but the contact states if not given.
@@ -81,7 +81,7 @@ def tradeoff(
     reference_rtol : float
         Relative tolerance of the reference and of the run that checks it [-].
     repeats : int
-        How often each setting is run to find its least time [-].
+        Number of repetitions of each setting, of which the least time counts [-].
     max_steps, max_events : int
         Attempted steps, accepted or rejected, and changes of contact after which a measured run is given up
         [-]; the two tight runs have the usual limits.
@@ -92,14 +92,14 @@ def tradeoff(
     Returns
     -------
     Tradeoff
-        Runs that fail are in it with their status.
+        Runs that fail are included with their status.
 
     Raises
     ------
     SceneError
         If the scene is wrong; all problems are listed.
     SimulationError
-        If one of the two tight runs fails: there is nothing to compare with.
+        If one of the two accurate runs fails, since there is no reference then.
     ValueError, TypeError
         If another argument is wrong; all problems are listed.
 

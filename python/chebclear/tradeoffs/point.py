@@ -1,4 +1,4 @@
-"""What one setting of a trade-off costs and delivers."""
+"""Cost and accuracy of one setting of a trade-off."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TradeoffPoint(records.ArrayRecord):
-    """What one method costs and delivers at one tolerance.
+    """Cost and accuracy of one method at one tolerance.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Which setting of a trade-off to take: the cheapest one that is accurate enough, or none."""
+"""Recommended setting of a trade-off: the cheapest one that is accurate enough, or none."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from .point import TradeoffPoint
 Array = NDArray[np.float64]
 
 MOST_ACCURACY = 1.0
-"""Largest error that may be asked for, as a part of the range of an output [-]."""
+"""Largest error that may be requested, relative to the range of an output [-]."""
 COSTS = ("seconds", "steps", "stages", "evaluations")
-# Times this close count as equal: best times of two runs scatter by as much.
+# Ratio of times that count as equal; best times of two runs scatter by as much.
 _LEVEL = 1.1
-# The reference must be known this many times better than what it is to judge.
+# Least ratio of the requested accuracy to the uncertainty of the reference.
 _MARGIN = 4.0
-# Outputs named one by one in a sentence; of more only the one nearest to its limit.
+# Most outputs named one by one in a sentence; of more, only the one nearest to its limit is named.
 _NAMED = 3
-# Part of its range below which an output is rounding: two runs may agree to the last bit, as in free flight
-# before the first impact, and are still not known better than this.
+# Least uncertainty relative to the range of an output: two runs may agree to the last bit, as in free flight
+# before the first impact, although their rounding errors are of this size.
 _ROUNDING = 1e-14
 
 
@@ -45,7 +45,7 @@ class Recommendation(records.ArrayRecord):
     until : float
         End of the time over which the errors hold [s].
     cost : str
-        What was to be small, such as ``"seconds"``.
+        The quantity to minimize, such as ``"seconds"``.
     limits : dict[str, float]
         Largest admissible error of each output in its unit; infinite for a constant one.
     errors : dict[str, float]
@@ -69,7 +69,7 @@ class Recommendation(records.ArrayRecord):
 
 
 class Measured(Protocol):
-    """What is asked of a `Tradeoff`, which has the recommendation as a method and so may not be imported."""
+    """What this file needs of a `Tradeoff`, which has these methods itself and cannot be imported."""
 
     @property
     def t(self) -> Array: ...
@@ -126,7 +126,7 @@ def in_words(time: float, digits: int = 3) -> str:
 
 
 def power(number: float) -> str:
-    """A positive number as people write tolerances.
+    """A positive number in the usual form of tolerances.
 
     Examples
     --------
@@ -151,7 +151,7 @@ def recommendation(
     bound = np.array([limits[name] for name in result.outputs])
 
     known = np.all(_MARGIN * _with_rounding(result, result.check.growth) <= bound[:, None], axis=0)
-    # Differences up to an instant only grow, so what is known is known from the start on.
+    # Largest differences up to an instant never decrease, so the known part begins at the start.
     trusted = float(result.t[np.count_nonzero(known) - 1]) if known[0] else float(result.t[0])
     span = trusted if until is None else until
     uncertain = _uncertainty(result, span)
@@ -164,7 +164,7 @@ def recommendation(
         return Recommendation(point, span, cost, limits, by_name, text)
 
     if span <= result.t[0] or not np.all(uncertain <= bound):
-        if span <= result.t[0]:  # not known well enough at any time: say how well it is known at all
+        if span <= result.t[0]:  # not known well enough at any time: report how well it is known at all
             span = result.end
             uncertain = _uncertainty(result, span)
         worst = _nearest(uncertain, bound)
@@ -202,7 +202,7 @@ def recommendation(
         f"{power(closest.rtol)} with {closest.method}, has {_shown_amounts(result, shown, bound)}"
     )
     if np.all(shown <= bound):
-        text += ", but a tighter one of the same method has not: that is luck"
+        text += ", but a smaller tolerance of the same method does not: that is chance"
     for instant in result.t[-1:0:-1]:
         shorter = _settings_within(result, bound, instant) if instant < span else []
         if shorter:
@@ -213,7 +213,7 @@ def recommendation(
 
 
 def _settings_within(result: Measured, bound: Array, span: float) -> list[TradeoffPoint]:
-    """Settings that keep the bound with every finished tighter one of their method."""
+    """Settings that satisfy the bound with every finished smaller tolerance of their method."""
     uncertain = _uncertainty(result, span)
     good: list[TradeoffPoint] = []
     for method in dict.fromkeys(point.method for point in result.points):
@@ -243,7 +243,7 @@ def _checked_limits(
 ) -> dict[str, float]:
     """Largest admissible error of every output in its unit."""
     if not isinstance(accuracy, Mapping):
-        # An error as large as all of the motion is none to ask for: any run has it.
+        # Every run has an error below the range of the motion, so a larger limit is refused.
         part = checks.real("accuracy", accuracy, "-", above=0.0, most=MOST_ACCURACY)
         scales = zip(result.outputs, result.ranges, strict=True)
         return {name: float(part * scale) if scale > 0.0 else math.inf for name, scale in scales}
@@ -261,7 +261,7 @@ def _checked_limits(
 
 
 def _cheapest(points: list[TradeoffPoint], cost: str) -> TradeoffPoint:
-    """The cheapest setting; ``"auto"`` if it is level with it, since it is safe where contacts stick."""
+    """The cheapest setting; ``"auto"`` if it costs the same, since it is safe where contacts stick."""
     level = _LEVEL if cost == "seconds" else 1.0
     cheapest = min(points, key=lambda point: (_cost(point, cost), point.rtol))
     auto = [point for point in points if point.method == "auto"]

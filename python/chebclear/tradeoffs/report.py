@@ -1,4 +1,4 @@
-"""What a report says of accuracy against cost."""
+"""The report of accuracy against cost."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ def tradeoff_document(result: ReportedTradeoff, title: str | None) -> Document:
     doubts = [result.describe_reference()]
     if result.trusted_until < result.end:
         doubts.append(
-            f"The two tight runs agree up to {result.trusted_until:.4g} s of {result.end:.4g} s: beyond, no "
-            "setting has a known error, and none can follow the motion."
+            f"The two accurate runs agree up to {result.trusted_until:.4g} s of {result.end:.4g} s: beyond, "
+            "no setting has a known error, and the motion is not predictable."
         )
     doubts += [
         f"{point.method} at rtol {point.rtol:g} ended early: {point.status} at {point.end_time:.4g} s."

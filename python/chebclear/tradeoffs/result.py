@@ -1,4 +1,4 @@
-"""What a trade-off measured: costs, errors and horizons of every setting, as values, tables and files."""
+"""Results of a trade-off: costs, errors and horizons of every setting, as values, tables and files."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Outputs shown one by one in a table; of more only the worst.
+# Most outputs shown one by one in a table; of more, only the worst is shown.
 _SHOWN = 4
 
 
@@ -45,9 +45,9 @@ _SHOWN = 4
 class Tradeoff(records.ArrayRecord, Exports):
     """Accuracy against cost of one scene; ``result["rodas4", 1e-6]`` is that `TradeoffPoint`.
 
-    Errors are differences from the run `reference`, which has an error itself: `check`, a run of another
-    method as tight, tells how much. A difference that is not above twice theirs is no measurement of an
-    error, only a bound, shown with "≤". All of it is about the solution of the equations, not of the model.
+    Errors are differences from the run `reference`. Its own error is estimated by `check`, a run of another
+    method with the same tolerance. A difference that is not above twice theirs is not a measurement of an
+    error but a bound, shown with "≤". Errors are those of the solution of the equations, not of the model.
 
     Attributes
     ----------
@@ -58,17 +58,17 @@ class Tradeoff(records.ArrayRecord, Exports):
     t : Array
         Instants up to which largest errors are known [s], shape (instants,).
     points : tuple[TradeoffPoint, ...]
-        What was measured, by method and from loose to tight; failed runs are in it.
+        The measured settings, by method and with falling tolerance, including failed runs.
     reference : TradeoffPoint
-        The run that stands for the truth; its differences are zero.
+        The run that is used as the exact solution; its differences are zero.
     check : TradeoffPoint
         The run that checks it; its differences are the uncertainty of the reference.
     warnings : tuple[str, ...]
-        What the user was warned of in the reference run.
+        Warnings of the reference run.
     settings : Settings
-        How the reference was simulated.
+        Settings of the reference.
     scene : Scene
-        What was simulated.
+        The simulated mechanism.
     """
 
     horizon_part: ClassVar[float] = HORIZON_PART
@@ -116,7 +116,7 @@ class Tradeoff(records.ArrayRecord, Exports):
 
     @property
     def trusted_until(self) -> float:
-        """Until when the two tight runs agree within 1 % of the range of every output [s]."""
+        """Time until which the two accurate runs agree within 1 % of the range of every output [s]."""
         return min(float(self.check.horizon.min()), self.end)
 
     def error(self, point: TradeoffPoint, output: str, until: float | None = None) -> float:
@@ -139,7 +139,7 @@ class Tradeoff(records.ArrayRecord, Exports):
         return float(largest_error(self.t, point.growth, until)[column_index(self.outputs, output)])
 
     def uncertainty(self, output: str, until: float | None = None) -> float:
-        """Largest difference of the two tight runs, by which the reference is uncertain.
+        """Largest difference of the two accurate runs: the uncertainty of the reference.
 
         Parameters
         ----------
@@ -162,11 +162,11 @@ class Tradeoff(records.ArrayRecord, Exports):
         until: float | None = None,
         cost: str = "seconds",
     ) -> Recommendation:
-        """The cheapest setting that is accurate enough; ``"auto"`` where it is level with it.
+        """The cheapest setting that is accurate enough; ``"auto"`` if it costs the same.
 
-        A setting counts if its difference from the reference and the uncertainty of the reference together
-        are within the accuracy for every output, and if that holds for every tighter tolerance of the same
-        method as well: where errors scatter, a single hit is luck.
+        A setting qualifies if its difference from the reference and the uncertainty of the reference together
+        are within the accuracy for every output, and if that holds for every smaller tolerance of the same
+        method as well: where errors scatter, a single small one may be chance.
 
         Parameters
         ----------
@@ -177,8 +177,8 @@ class Tradeoff(records.ArrayRecord, Exports):
             End of the time that counts [s], an instant of `t`; if not given, as far as the reference itself
             is known to a quarter of the accuracy.
         cost : {"seconds", "steps", "stages", "evaluations"}
-            What is to be small. Seconds depend on the machine; a stage of a Rosenbrock method and one of an
-            explicit method are not the same work.
+            The quantity to minimize. Seconds depend on the machine; a stage of a Rosenbrock method and one of
+            an explicit method are not the same work.
 
         Returns
         -------
@@ -289,7 +289,7 @@ class Tradeoff(records.ArrayRecord, Exports):
         return row
 
     def _instant_before(self, time: float) -> float:
-        """The last instant at which the outputs still agree, if they part at this time."""
+        """The last instant at which the outputs still agree, if they diverge at this time."""
         return float(self.t[max(int(np.searchsorted(self.t, time)) - 1, 0)])
 
     def dataset(self) -> Dataset:
@@ -306,7 +306,7 @@ class Tradeoff(records.ArrayRecord, Exports):
         return numbered("setting", self.to_dict(), units)
 
     def to_dict(self) -> dict[str, list[Any]]:
-        """The table as columns of plain numbers and words, as a data frame wants them.
+        """The table as columns of plain numbers and words, for a data frame.
 
         Returns
         -------

@@ -97,7 +97,7 @@ def test_a_single_hit_is_luck():
     assert made_up(errors, seconds=prices).recommendation(1e-3).point.rtol == 1e-6
     del errors["rodas4", 1e-6]
     advice = made_up(errors, seconds=prices).recommendation(1e-3)
-    assert advice.point is None and "that is luck" in str(advice)
+    assert advice.point is None and "that is chance" in str(advice)
 
 
 def test_a_setting_that_failed_is_never_recommended():

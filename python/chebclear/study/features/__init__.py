@@ -1,4 +1,4 @@
-"""Features: how far a number of a run reaches over the box, and which parameter it depends on.
+"""Features: the range of a scalar result over the box, and the effects of the parameters on it.
 
 In: one number of every run; out: intervals, effects of the parameters and rankings of tolerances.
 Uses `study.band`, `run`, `report`, `scene` and `base`.

@@ -1,4 +1,4 @@
-"""Which parameter a feature hangs on: a polynomial in the parameters, and the scatter that it leaves."""
+"""Effects of the parameters on a feature: a polynomial in the parameters, and the remaining scatter."""
 
 from __future__ import annotations
 
@@ -17,34 +17,34 @@ from ...errors import ArgumentError
 Array = NDArray[np.float64]
 
 CONFIDENCE = 0.95
-"""Rate at which intervals of estimates hold the true value [-]."""
+"""Confidence level of the intervals of estimates [-]."""
 MOST_DEGREE = 8
-"""Largest total degree that is tried."""
-# Most terms of a polynomial over the number of runs.
+"""Largest total degree."""
+# Largest ratio of the number of terms of a polynomial to that of runs.
 _TERMS_PART = 0.7
-# Fewest degrees of freedom that an estimate of scatter needs.
+# Least number of statistical degrees of freedom for an estimate of the scatter.
 _LEAST_FREE = 4
 # Resampled sets of runs.
 _REPLICATES = 200
-# Points of the box at which polynomials are looked at; widths are then known to this part of themselves.
+# Number of points of the box at which polynomials are evaluated, and the relative error of widths with it.
 _POINTS, _POINTS_ERROR = 2048, 1e-2
-# Part of the runs, and fewest and most of them, that are the neighbors of a point where scatter is uneven.
+# Neighbors of a point where the scatter is uneven: part of the runs, and least and largest number of them.
 # Chosen on forces and accelerations of two slider-cranks.
 _NEIGHBORS_PART, _LEAST_NEIGHBORS, _MOST_NEIGHBORS = 0.08, 5, 25
-# Even scatter looks as uneven as this part of the shuffled sets.
+# Significance level of the test for uneven scatter, against shuffled sets.
 _UNEVEN = 0.2
-# Values drawn at each point for the estimate itself.
+# Number of draws at each point for the estimate itself.
 _DRAWS = 16
-# Largest share of what a polynomial misses that is taken to belong to any parameter: more is told as scatter.
+# Largest share of the unexplained variance that may belong to any parameter; more is reported as scatter.
 _MISSED = 0.01
-# Difference of the runs that is rounding, over their size.
+# Relative difference of the runs that counts as rounding.
 _ROUNDING = 1e-12
-# Part of the runs that the width of a feature's interval refers to.
+# Part of the values in the interval of a feature whose width is compared.
 _CENTRAL = 0.95
 
 
 class Estimate(NamedTuple):
-    """A number and the interval that holds its true value with a confidence of 95 %."""
+    """An estimate with its 95 % confidence interval."""
 
     value: float
     """The estimate."""
@@ -59,7 +59,7 @@ class Estimate(NamedTuple):
 
 class Swing(NamedTuple):
     """The mean of a feature with one parameter at either end of its interval, the others anywhere in theirs,
-    in the unit of the feature; with intervals that hold the true means with a confidence of 95 %."""
+    in the unit of the feature; with 95 % confidence intervals."""
 
     at_lower: float
     """With the parameter at its lower end."""
@@ -73,10 +73,10 @@ class Swing(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Effects(records.ArrayRecord):
-    """The variance of a feature over the box, split by a polynomial in the parameters.
+    """The variance of a feature over the box, decomposed by a polynomial in the parameters.
 
-    The parameters are taken to be uniform and independent. The shares are of the variance of the feature in
-    one cycle of one run.
+    The parameters are assumed to be uniform and independent. The shares refer to the variance of the feature
+    in one cycle of one run.
 
     Attributes
     ----------
@@ -89,15 +89,15 @@ class Effects(records.ArrayRecord):
     interactions : Estimate
         Share of parameters together [-].
     scatter : Estimate
-        Share that no parameter explains [-]: impacts that fall differently at every point of the box.
-        Without scatter it is what a polynomial of this degree misses, and its interval reaches down to 0.
+        Share that no parameter explains [-], because the sequence of impacts differs between runs.
+        Without scatter it is the error of a polynomial of this degree, and its interval reaches down to 0.
     monotone : dict[str, str]
-        ``"rises"`` or ``"falls"`` with a parameter everywhere in the box, for those of which that is
-        certain; of the mean, where there is scatter.
+        ``"rises"`` or ``"falls"`` with a parameter everywhere in the box, for parameters for which that is
+        certain; for the mean, if there is scatter.
     mean : float
         Mean of the feature over the box in its unit.
     swings : dict[str, Swing]
-        What the ends of the interval of each parameter make of the mean.
+        Mean of the feature with each parameter at the ends of its interval.
     """
 
     degree: int
@@ -166,7 +166,7 @@ def even_points(count: int, parameters: int) -> Array:
 
 
 def fits_of(points: Array) -> list[_Fit]:
-    """The polynomials that so many runs allow, from degree 0 on."""
+    """The polynomials that the number of runs allows, from degree 0 on."""
     runs, parameters = points.shape
     fits: list[_Fit] = []
     for degree in range(MOST_DEGREE + 1):
@@ -177,7 +177,7 @@ def fits_of(points: Array) -> list[_Fit]:
         basis = legendre_terms(points, powers)
         orthogonal, triangle = np.linalg.qr(basis)
         leverage = np.sum(orthogonal**2, axis=1)
-        # Points on a grid do not tell more powers apart than they have values.
+        # Points on a grid determine no more powers than they have values.
         if degree and (
             np.abs(np.diag(triangle)).min() < 1e-8 * math.sqrt(runs) or leverage.max() > 1.0 - 1e-9
         ):
@@ -193,7 +193,7 @@ def left_out(fit: _Fit, values: Array) -> Array:
 
 
 def best_degree(fits: list[_Fit], values: Array) -> int:
-    """The degree of the smallest leave-one-out error; at least 1 where the runs allow it."""
+    """The degree with the smallest leave-one-out error; at least 1 if there are enough runs."""
     errors = [math.sqrt(float(np.mean(left_out(fit, values) ** 2))) for fit in fits]
     return max(int(np.argmin(errors)), min(1, len(fits) - 1))
 
@@ -211,13 +211,13 @@ class _Model(NamedTuple):
     resampled: Array
     """Those of resampled sets, shape (parameters + 2, replicates)."""
     left: Array
-    """What the polynomial leaves of every value, shape (runs, cycles)."""
+    """Residuals of the polynomial, shape (runs, cycles)."""
     scale: Array
-    """By how much the scatter of a resampled set may be larger, shape (replicates,)."""
+    """Factors for the scatter of the resampled sets, shape (replicates,)."""
 
 
 def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) -> Effects:
-    """Split the variance of a feature.
+    """Decompose the variance of a feature.
 
     Parameters
     ----------
@@ -237,8 +237,8 @@ def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) 
     Raises
     ------
     ValueError
-        If there are too few runs for a polynomial of degree 1, or points that do not tell the parameters
-        apart.
+        If there are too few runs for a polynomial of degree 1, or the points do not vary all parameters
+        independently.
     """
     models, degree = _models(points, values, seed)
     variances = np.maximum(models[0].variances, 0.0)
@@ -247,14 +247,14 @@ def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) 
     ranges, tops = [], []
     for model in models:
         totals = model.resampled.sum(axis=0)
-        # Neither cut off at 0 nor at 1 before the ends are taken.
+        # Not limited to 0 and 1 before the ends are taken.
         ranges.append(_ends(model.resampled / np.where(totals > 0.0, totals, math.inf)))
         tops.append(_highest_share(model))
     lower, upper = np.min([low for low, _ in ranges], axis=0), np.max([high for _, high in ranges], axis=0)
     missed = _missed(models[0], values)
     lower[:-1] -= missed
     upper[:-1] += missed
-    # Higher degrees are taken to explain no more than the highest one did.
+    # Higher degrees are assumed to explain no more than the highest one.
     lower[-1] = min(float(low[-1]) - top for (low, _), top in zip(ranges, tops, strict=True))
     lower, upper = np.clip(lower, 0.0, shares), np.clip(upper, shares, 1.0)
     estimates = [Estimate(*map(float, row)) for row in zip(shares, lower, upper, strict=True)]
@@ -292,7 +292,7 @@ def _swing(models: list[_Model], axis: int) -> Swing:
 
 
 def find_narrowing(names: list[str], points: Array, values: Array, seed: int = 0) -> dict[str, Estimate]:
-    """By what part the interval that holds 95 % of the values becomes narrower when the interval of a
+    """Relative reduction of the interval of 95 % of the values when the interval of a
     parameter is halved around its midpoint [-].
 
     The scatter may be of any size and shape in any part of the box. Parameters and errors are those of
@@ -316,9 +316,9 @@ def _ends(resampled: Array) -> tuple[Array, Array]:
 
 
 def _models(points: Array, values: Array, seed: int) -> tuple[list[_Model], int]:
-    """The polynomial of the chosen degree, and the next one: it tells what the chosen one may have missed."""
+    """The polynomial of the chosen degree, and the next one, which shows the error of the chosen one."""
     fits = fits_of(points)
-    # The same in every run but for rounding: rounding has no effects.
+    # The same in every run up to rounding, which has no effects.
     if np.ptp(values) <= _ROUNDING * np.max(np.abs(values)):
         values = np.zeros_like(values)
     if len(fits) < 2:
@@ -363,8 +363,8 @@ def _model(fit: _Fit, points: Array, values: Array, seed: int) -> _Model:
 
 
 def _missed(model: _Model, values: Array) -> float:
-    """Share of the variance by which a smooth part that the polynomial misses may move the others: its
-    leave-one-out error over the standard deviation."""
+    """Possible error of the shares by a smooth part that the polynomial does not represent: its leave-one-out
+    error over the standard deviation."""
     total = float(np.maximum(model.variances, 0.0).sum())
     error = float(np.mean(left_out(model.fit, values.mean(axis=1)) ** 2))
     return min(_MISSED, math.sqrt(error / total)) if total > 0.0 else 0.0
@@ -396,7 +396,7 @@ def _narrowed(model: _Model, points: Array, seed: int) -> tuple[Array, Array]:
     sets, shapes (parameters,) and (parameters, replicates).
 
     The scatter of a value is that of any run, or of one nearby where it is larger in a part of the box.
-    Resampled sets weigh the runs at random and turn the signs of what the polynomial leaves of them.
+    Resampled sets have random weights of the runs and random signs of the residuals.
     """
     runs, parameters = points.shape
     random = np.random.default_rng([seed, 1])
@@ -405,7 +405,7 @@ def _narrowed(model: _Model, points: Array, seed: int) -> tuple[Array, Array]:
     signs = random.choice([-1.0, 1.0], size=(runs, _REPLICATES))
     again = model.fit.solve @ (smooth[:, None] + residuals[:, None] * signs)
     weights = np.log(random.exponential(size=(runs, _REPLICATES))).astype(np.float32)
-    # The same draws for all boxes: they are compared.
+    # The same draws for all boxes, since they are compared.
     drawn = random.integers(near, size=(_POINTS, _DRAWS))
     chances = random.gumbel(size=(_POINTS, near, _REPLICATES)).astype(np.float32)
     cycles = random.integers(model.left.shape[1], size=(_POINTS, _REPLICATES))

@@ -1,4 +1,4 @@
-"""Features over a study: how far a number of a run reaches over the box, and which parameter it hangs on."""
+"""Features over a study: the range of a scalar result over the box, and the effects of the parameters."""
 
 from __future__ import annotations
 
@@ -41,15 +41,15 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Asked = Feature | Callable[[Any], ArrayLike]
 
-# When the extrema of a feature are.
+# Features with the times of the extrema of a feature.
 _TIMES = {
     "peak": ("time_of_peak",),
     "lowest": ("time_of_lowest",),
     "peak_to_peak": ("time_of_peak", "time_of_lowest"),
 }
-# Parts into which runs are divided to see how many are in the interval of the others.
+# Number of folds of the cross-validation: the share of runs in the interval made from the others.
 _FOLDS = 10
-# Points at which the extremes of a polynomial are looked for, and the best of them that are improved.
+# Number of points at which the extremes of a polynomial are searched, and of the best ones that are refined.
 _POINTS, _BEST = 4096, 10
 
 
@@ -72,9 +72,10 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
     parameters : Array
         Parameters of the runs [SI units], shape (runs, parameters).
     random : bool
-        Whether the runs are spread at random over the box, so that one may speak of a further run.
+        Whether the runs are spread at random over the box, so that statements on a further run are possible.
     normal : tuple[str, ...]
-        Parameters that were given as normal distributions; the runs spread them evenly nevertheless.
+        Parameters that were given as normal distributions; their values in the runs are uniformly
+        distributed.
     units : tuple[str, ...]
         SI unit of each feature, empty where it is not known; empty if none is.
     failed : int
@@ -95,7 +96,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
     def of_file(
         cls, arrays: Mapping[str, Array], facts: Mapping[str, Any], intervals: dict[str, Interval]
     ) -> FeatureTable:
-        """The table from what a file of results holds."""
+        """The table from the content of a file of results."""
         return cls(
             tuple(facts["features"]),
             arrays["features"],
@@ -239,7 +240,7 @@ class FeatureResult(records.ArrayRecord):
         return np.asarray(np.quantile(self.values, given))
 
     def ranking(self) -> Ranking:
-        """What halving the interval of each parameter would do to the interval of the feature."""
+        """Predicted effect of halving the interval of each parameter on the interval of the feature."""
         effects = self.effects
         narrowings = find_narrowing(list(self.intervals), self._points, self.values)
         rows = [
@@ -259,7 +260,7 @@ class FeatureResult(records.ArrayRecord):
 
 @dataclass(frozen=True, repr=False)
 class FeatureInterval(Shown):
-    """How far a feature reaches over the box.
+    """The range of a feature over the box.
 
     Attributes
     ----------
@@ -269,7 +270,7 @@ class FeatureInterval(Shown):
         Upper end in the unit of the feature.
     verdict : Literal['resolved', 'sampled']
         ``"resolved"``: the range of a polynomial in the parameters that follows the feature, with its
-        error. ``"sampled"``: the extremes of the runs; the feature may reach further between them.
+        error. ``"sampled"``: the extremes of the runs; the feature may exceed them between the runs.
     coverage : float
         Share of the runs, with all their cycles, that are in the interval made from the others in ten parts
         [-].
@@ -343,7 +344,7 @@ def _reach(points: Array, values: Array) -> tuple[float, float, bool]:
 
 
 def _highest(function: Callable[[Array], Array], parameters: int) -> float:
-    """Largest value of a polynomial found in the cube: even points and corners, the best of them improved."""
+    """Largest value of a polynomial found in the cube: from even points and corners, with refinement."""
     points = even_points(_POINTS, parameters)
     if parameters <= 10:
         corners = np.array(list(itertools.product((-1.0, 1.0), repeat=parameters)))
@@ -363,7 +364,7 @@ def _highest(function: Callable[[Array], Array], parameters: int) -> float:
 
 
 def checked_features(checks: Checks, given: object) -> dict[str, Asked]:
-    """Features by name from what the user gave; what is wrong with them is noted in `checks`."""
+    """Features by name from the argument of the user; problems are added to `checks`."""
     if given is None:
         return {}
     if not isinstance(given, Mapping):
@@ -387,13 +388,13 @@ def checked_features(checks: Checks, given: object) -> dict[str, Asked]:
 
 
 def units_of(names: Iterable[str], asked: Mapping[str, Asked]) -> tuple[str, ...]:
-    """SI unit of each feature by its name; empty for what a callable or a model of the user's own returns."""
+    """SI unit of each feature by its name; empty for the results of callables and of a user's model."""
     found = (asked.get(name) for name in names)
     return tuple(feature.unit if isinstance(feature, Feature) else "" for feature in found)
 
 
 def tracked_features(asked: Iterable[Asked]) -> tuple[Feature, ...]:
-    """What the core must find for features: those it knows, and when their extrema are."""
+    """Features that the core must compute: those of its own kinds, and the times of their extrema."""
     known = [feature for feature in asked if isinstance(feature, Feature)]
     known += [Feature(time, feature.of) for feature in known for time in _TIMES.get(feature.kind, ())]
     return tuple(dict.fromkeys(known))
@@ -414,15 +415,15 @@ def feature_values(
     Parameters
     ----------
     asked : mapping of str to Feature or callable
-        What was asked for by name.
+        Requested features by name.
     settings : Settings
-        How the runs were simulated.
+        Settings of the runs.
     numbers : iterable of int
         Numbers of the runs that succeeded; the others have NaN.
     run, parameters : callable
         A run as a callable gets it, and its parameters [SI units], by its number.
     tracked : ndarray, shape (runs, cycles, tracked features)
-        What the core found, in the order of the settings.
+        Features from the core, in the order of the settings.
     fail : callable
         Gets number and error of every run that has no such feature.
     call : callable
@@ -431,7 +432,7 @@ def feature_values(
     Raises
     ------
     Exception
-        What `fail` raises.
+        Exceptions of `fail`.
     """
     values = np.full((len(tracked), settings.cycles, len(asked)), np.nan)
     good = dict.fromkeys(numbers)
@@ -478,7 +479,7 @@ def settling_warnings(
 
 
 def called(name: str, function: Callable[[Any], ArrayLike], run: Any, cycles: int) -> Array:
-    """What a callable makes of a run, shape (cycles,); TypeError or ValueError if no finite numbers."""
+    """The result of a callable for a run, shape (cycles,); TypeError or ValueError if it is not finite."""
     value = function(run)
     number = as_number(value)
     array = np.full(cycles, number) if number is not None else np.asarray(value)

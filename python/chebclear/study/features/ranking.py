@@ -1,4 +1,4 @@
-"""Which tolerance to tighten: the parameters by what halving their interval does to a feature."""
+"""Which tolerance to tighten: the parameters by the effect of halving their intervals on a feature."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _HELPFUL = 0.1
 
 @dataclass(frozen=True, repr=False)
 class Rank(Shown):
-    """What one parameter does to a feature.
+    """Effect of one parameter on a feature.
 
     Attributes
     ----------
     parameter : str
         Name of the parameter.
     narrowing : Estimate
-        By what part the interval of the feature narrows when that of the parameter is halved [-].
+        Relative reduction of the interval of the feature when that of the parameter is halved [-].
     share : Estimate
         Share of the variance that the parameter alone explains [-].
     monotone : str | None
@@ -38,9 +38,9 @@ class Rank(Shown):
 
 @dataclass(frozen=True, repr=False)
 class Ranking:
-    """Which tolerance to tighten: the parameters by what halving their interval does to a feature.
+    """Which tolerance to tighten: the parameters by the effect of halving their intervals on a feature.
 
-    ``print(ranking)`` shows the table and what it says; `rows` are the bars of a tornado chart.
+    ``print(ranking)`` shows the table with its conclusions; `rows` are the bars of a tornado chart.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class Ranking:
         return len(self.rows)
 
     def advice(self) -> tuple[str, ...]:
-        """What the table says, a sentence for each parameter of which it is certain."""
+        """Conclusions from the table, a sentence for each parameter for which the effect is certain."""
         if not any(
             part.value > 0.0 for part in (self.scatter, self.interactions, *(r.share for r in self.rows))
         ):
@@ -108,7 +108,7 @@ class Ranking:
 
 
 def ranking_table(ranking: Ranking) -> Table:
-    """What halving each tolerance does, with shares of the variance."""
+    """Effects of halving each tolerance, with shares of the variance."""
     rows = [[row.parameter, str(row.narrowing), str(row.share), row.monotone or "-"] for row in ranking.rows]
     rows.append(["parameters together", "-", str(ranking.interactions), "-"])
     rows.append(["scatter", "-", str(ranking.scatter), "-"])

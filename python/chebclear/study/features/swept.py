@@ -1,4 +1,4 @@
-"""A run of a study as a callable gets it: its samples, and the rest of it on demand."""
+"""A run of a study as features that are callables get it: its samples, and all else on demand."""
 
 from __future__ import annotations
 
@@ -18,11 +18,10 @@ Array = NDArray[np.float64]
 
 
 class SweptRun:
-    """What a `Trajectory` is, of a run that a study has made.
+    """A run of a study with the interface of a `Trajectory`.
 
-    Samples, parameters of the run and its cost are at hand. Contacts, events, peaks and all else of a
-    `Trajectory` are not kept by a study: the first question for them simulates the run once more, step by
-    step the same.
+    Samples, parameters and work of the run are available. Contacts, events, peaks and all else of a
+    `Trajectory` are not kept by a study: the first access to them repeats the run with the same steps.
     """
 
     def __init__(

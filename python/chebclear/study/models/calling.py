@@ -1,4 +1,4 @@
-"""The runs of a model of the user's own while they are made: which are left, kept or failed."""
+"""Execution of the calls of a user's model: remaining, finished and failed runs."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ from ...execution.pieces import DONE, NOT_BEGUN, End, Piece, code_version
 from ...execution.store import Store
 from .returned import ReturnedRun, read_run, require_same
 
-# Values of a piece at most [bytes]: workers hold some pieces at a time.
+# Largest size of the values of a piece [bytes]; workers hold some pieces at a time.
 _MOST_BYTES = 16_000_000
 
 
 class Table(Protocol):
-    """Where runs go."""
+    """Destination of runs."""
 
     def begin(self, first: ReturnedRun) -> None:
-        """Make room for runs like this one."""
+        """Allocate memory for runs like this one."""
 
     def fill(self, number: int, run: ReturnedRun) -> None:
-        """Keep a run; raises what the features of the user raise."""
+        """Store a run; raises the exceptions of the user's features."""
 
 
 def call_model(
     function: Callable[..., Any], fixed: Mapping[str, Any], parameters: Mapping[str, float]
 ) -> ReturnedRun:
-    """What a model returns for some parameters, checked; errors name them."""
+    """The checked result of a model for some parameters; errors name them."""
     try:
         value = function(**parameters, **fixed)
     except Exception as error:
@@ -54,7 +54,7 @@ def call_model(
 
 @dataclass(eq=False)
 class Calling:
-    """A source of pieces, each of some calls, and what became of every run."""
+    """A source of pieces of some calls each, and the end of every run."""
 
     call: Callable[[Mapping[str, float]], ReturnedRun]
     """Gets the parameters of a run."""
@@ -63,9 +63,9 @@ class Calling:
     nominal: int | None
     """Number of the nominal run, if it is among them."""
     means: Means
-    """Where the calls are made, and what becomes of those that fail."""
+    """Where calls are made, and how failed ones are treated."""
     store: Store | None
-    """Where finished runs are kept."""
+    """Store of finished runs."""
     table: Table
     """Where they go."""
     first: ReturnedRun | None = None

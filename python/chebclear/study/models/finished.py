@@ -1,4 +1,4 @@
-"""Tables of finished runs, whoever has made them: checked, and looked up by their parameters."""
+"""Tables of finished runs from any source: checks, and look-up by parameters."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from .returned import time_axis
 
 Array = NDArray[np.float64]
 
-# A parameter is that of a run of a table if it differs by no more, over half the interval.
+# Largest difference of a parameter from that of a run of a table, over half the interval, for the same point.
 _SAME_POINT = 1e-6
-# A square table is doubted if neighboring runs differ by less than this part of neighboring samples.
+# A square table may be transposed if neighboring runs differ by less than this part of neighboring samples.
 _ROUGHER = 0.2
 
 
 @dataclass(frozen=True, eq=False)
 class FinishedRuns:
-    """A table of runs that someone else has made; nothing can be added to it."""
+    """A table of finished runs, to which none can be added."""
 
     intervals: dict[str, Interval]
     """Interval of each parameter by name."""
@@ -42,7 +42,7 @@ class FinishedRuns:
 
     @property
     def nominal(self) -> int:
-        """The run nearest to the midpoint, which stands for the nominal one."""
+        """The run nearest to the midpoint, which is used as the nominal one."""
         return int(np.argmin(np.max(np.abs(self._on_cube(self.parameters)), axis=1)))
 
     @property
@@ -51,16 +51,16 @@ class FinishedRuns:
         return np.delete(self.parameters, self.nominal, axis=0)
 
     def require_scattered(self) -> None:
-        """Refuse runs that may have twins, since a run that is held out is to be unlike the others.
+        """Refuse runs on a grid, since held-out runs must differ from the others.
 
-        Where a parameter has no effect, runs of a grid that differ only in it are the same.
+        Where a parameter has no effect, runs of a grid that differ only in it are equal.
         """
         for name, column in zip(self.intervals, self.parameters.T, strict=True):
             distinct = len(np.unique(column))
             if 2 * distinct < len(column):
                 raise ArgumentError(
                     f"the {len(column)} runs take only {distinct} values of {name}: runs on a grid have "
-                    "twins where a parameter has no effect, so that holding runs out proves nothing. Use "
+                    "duplicates where a parameter has no effect, so that held-out runs prove nothing. Use "
                     "chebyshev() for Chebyshev roots, sample() for the extremes of the runs and features"
                 )
 
@@ -101,7 +101,7 @@ class FinishedRuns:
                 at = dict(zip(self.intervals, map(float, self.parameters[self.nominal]), strict=True))
                 warnings.append(
                     "no run of the table is at the midpoint of all intervals: the nearest, with "
-                    f"{describe(at)}, stands for the nominal one"
+                    f"{describe(at)}, is used as the nominal one"
                 )
         features = self.table.features
         return Returned(
@@ -228,7 +228,7 @@ def _table_values(
     for name, value in given.items():
         array = _numbers(checks, f'values["{name}"]', value)
         if array is None or not runs or (timed and not len(t)):
-            continue  # what they are to be held against is wrong itself
+            continue  # the numbers of runs and samples are unknown
         if array.shape == (runs,):
             numbers[str(name)] = array
         elif timed and array.shape == (runs, len(t)):

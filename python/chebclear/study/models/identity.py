@@ -1,7 +1,7 @@
-"""What tells a model of the user's own from all others: its text, and the values that it was made with.
+"""Identity of a user's model: the source of its functions, and the values that they use.
 
-A store gives back old runs only if this is the same. Refused is what cannot be compared; what a function
-reads from files, or calls in other packages, is not seen.
+A store returns old runs only if the identity is the same. Values that cannot be compared are refused; files
+that a function reads, and other packages that it calls, are not compared.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ import numpy as np
 
 from ...errors import ArgumentError
 
-# Functions that call functions that call functions: this deep at most.
+# Largest depth of functions that call functions.
 _DEEPEST = 20
 
 
 class UnknownValueError(ValueError):
-    """A value that cannot be told from others of its kind."""
+    """A value that cannot be compared."""
 
 
 @dataclass(frozen=True)
 class ModelIdentity:
-    """What the runs of a store of a model have in common."""
+    """Common properties of the runs of a model in a store."""
 
     name: str
     """Name of the function."""
     source: str
-    """Fingerprint of its text and of what it uses from around it."""
+    """Hash of its source and of the variables that it uses from its surroundings."""
     fixed: Mapping[str, Any]
     """Keywords that are the same for all runs, as JSON has them."""
 
@@ -45,7 +45,7 @@ class ModelIdentity:
         Raises
         ------
         ValueError
-            If something that it is made with cannot be compared with what it will be the next time.
+            If a value that it uses cannot be compared with its value in a later session.
         """
         name = getattr(call, "__qualname__", type(call).__qualname__)
         try:
@@ -98,7 +98,7 @@ def _plain(value: Any, inside: tuple[object, ...]) -> Any:
 
 
 def _function(function: FunctionType, inside: tuple[object, ...]) -> Any:
-    """Text of a function, its defaults, and what it uses from around it."""
+    """Source of a function, its defaults, and the variables that it uses from its surroundings."""
     if function in inside or len(inside) > _DEEPEST:
         return function.__qualname__
     inside = (*inside, function)
@@ -119,7 +119,7 @@ def _function(function: FunctionType, inside: tuple[object, ...]) -> Any:
 
 
 def _text(function: FunctionType) -> str:
-    """The source of a function, or what it was compiled to if there is none."""
+    """The source of a function, or its bytecode if there is none."""
     try:
         return inspect.getsource(function)
     except (OSError, TypeError):

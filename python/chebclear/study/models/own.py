@@ -45,9 +45,9 @@ class Returned:
     feature_names: tuple[str, ...]
     """Names of the features."""
     warnings: tuple[str, ...] = ()
-    """What the user should be warned of."""
+    """Warnings."""
     nominal_parameters: Array | None = None
-    """Parameters of the run that stands for the nominal one, shape (parameters,); None at the midpoint."""
+    """Parameters of the run that is used as the nominal one, shape (parameters,); None at the midpoint."""
     kept: NDArray[np.intp] | None = None
     """Numbers of the points whose runs these are, without the nominal one; all if None."""
     failures: tuple[FailedRun, ...] = ()
@@ -55,12 +55,12 @@ class Returned:
 
 
 def sampled_feature(feature: Feature, t: Array, values: Array, cycles: int) -> Array:
-    """A feature of sampled values, whatever is between the samples, shape (..., cycles).
+    """A feature of sampled values, shape (..., cycles); values between the samples do not count.
 
     Parameters
     ----------
     feature : Feature
-        One of an output.
+        A feature of an output.
     t : ndarray, shape (samples,)
         Instants [s].
     values : ndarray, shape (..., samples)
@@ -144,11 +144,11 @@ class OwnModel:
     outputs: Sequence[str] | None
     """Names or patterns of the time series that are kept; all if None."""
     features: Mapping[str, Asked]
-    """What is found of every run besides the numbers that the model returns."""
+    """Features besides the numbers that the model returns."""
     cycles: int
     """Equal pieces of the time, each with features of its own [-]."""
     first: ReturnedRun | None = field(default=None, init=False)
-    """The run that all others are held to; None before there is one."""
+    """The run with whose names and instants all others are compared; None before there is one."""
 
     def runs(
         self, points: Array, *, midpoint: bool, report: Callable[[int, int], None] | None, means: Means
@@ -210,7 +210,7 @@ class _Table:
         self.limited = LimitedCalls(run_seconds)
 
     def begin(self, first: ReturnedRun) -> None:
-        """Make room for runs like this one."""
+        """Allocate memory for runs like this one."""
         model, count = self._model, len(self._given)
         both = [name for name in first.numbers if name in model.features]
         if both:
@@ -246,7 +246,7 @@ class _Table:
 
 
 def check_unused(checks: Checks, given: Iterable[str]) -> None:
-    """Refuse what only a simulation knows, and what nothing knows."""
+    """Refuse settings of simulations, and unknown keywords."""
     for name in given:
         if name not in RunOptions.__annotations__:
             known = RunOptions.__annotations__

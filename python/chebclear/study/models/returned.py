@@ -1,4 +1,4 @@
-"""What a model of the user's own returned, checked."""
+"""Checked results of a user's model."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from ...scene.scene import Scene
 
 Array = NDArray[np.float64]
 
-# Steps of the time axis may differ by so much of themselves: rounding of what was read from a text.
+# Largest relative difference of the steps of the time axis, by rounding in text files.
 _EVEN = 1e-3
 
 
 class ReturnedRun(NamedTuple):
-    """What a model returned for one run."""
+    """The result of a model for one run."""
 
     t: Array
     """Instants [s], shape (samples,); empty if there are only numbers."""
@@ -37,7 +37,7 @@ class ReturnedRun(NamedTuple):
 
 
 def time_axis(checks: Checks, given: object) -> Array:
-    """Instants of a model; empty if something is wrong with them, which is noted in `checks`."""
+    """Instants of a model; empty after adding a problem to `checks`."""
     try:
         t = np.asarray(given, dtype=float)
     except (TypeError, ValueError):
@@ -60,12 +60,12 @@ def time_axis(checks: Checks, given: object) -> Array:
 
 
 def read_run(given: object) -> ReturnedRun:
-    """What a model returned, checked; all problems together.
+    """The result of a model, checked; all problems together.
 
     Raises
     ------
     TypeError, ValueError
-        If it is no mapping of instants, arrays and numbers.
+        If it is not a mapping of instants, arrays and numbers.
     NotFiniteError
         If it is one, but not all of its values are finite.
     """
@@ -119,7 +119,7 @@ def _series(checks: Checks, unknown: list[str], name: str, value: object, t: Arr
 
 
 def require_same(first: ReturnedRun, run: ReturnedRun) -> None:
-    """Refuse a run that cannot stand in one table with the first one."""
+    """Refuse a run whose outputs or instants differ from those of the first one."""
     for kind, mine, others in (
         ("time series", run.series, first.series),
         ("numbers", run.numbers, first.numbers),

@@ -40,12 +40,12 @@ MEANINGS = {
     "resolved": "a polynomial in the parameters follows the response; worst cases and sensitivities are "
     "those of the response",
     "certified": "the mean coverage is proved for parameters drawn uniformly from the box",
-    "calibrated": "the band was widened until held-out runs were inside; no derivative in the parameters "
-    "exists",
-    "sampled": "the extremes of the runs, an inner bound: the response may reach further between them",
-    "undersampled": "there were too few runs for the coverage that was asked for",
-    "not resolved": "no polynomial follows the response: its bounds may be left, and its worst cases are not "
-    "those of the response",
+    "calibrated": "the band was widened until held-out runs were inside; there are no derivatives with "
+    "respect to the parameters",
+    "sampled": "the extremes of the runs, an inner bound: the response may exceed them between the runs",
+    "undersampled": "there were too few runs for the required coverage",
+    "not resolved": "no polynomial follows the response, which may leave the bounds and has other worst "
+    "cases",
 }
 
 

@@ -1,4 +1,4 @@
-"""What a report says of one feature: how far it reaches and which tolerance to tighten."""
+"""The section of a report on one feature: its range, and which tolerance to tighten."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The script that a report carries to make its study again."""
+"""The script in a report that reproduces its study."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ _PACKAGE = "chebclear."
 
 
 def study_listings(result: Any) -> tuple[Listing, str]:
-    """The script, and what it is in words.
+    """The script, and its description in words.
 
-    A ready-made mechanism is called by its name, and a scene file stands in the script. What other callables
-    built cannot be said in a script: it then stands for them with the name they had.
+    A ready-made mechanism is called by its name, and a scene file is part of the script. Other callables
+    cannot be written to a script, which then imports them by name.
     """
     build = getattr(result.study, "build", None)
     module, name = getattr(build, "__module__", ""), getattr(build, "__qualname__", "")

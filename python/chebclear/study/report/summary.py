@@ -1,4 +1,4 @@
-"""What ``print(result)`` says of a study: the runs, a line for each output, and what to do next."""
+"""The text of ``print(result)``: the runs, a line for each output, and suggestions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ..polynomials.points import on_cube
 
 Array = NDArray[np.float64]
 
-# Outputs and parameters that are told one by one.
+# Most outputs and parameters that are listed one by one.
 _MOST_LINES = 20
 
 
@@ -53,7 +53,7 @@ def summary(result: Any) -> str:
 
 
 def _head(result: Any) -> str:
-    """How many runs of what, and what they took."""
+    """Method, parameters, runs and time."""
     how = result.kind
     if result.degrees is not None:
         how += f" of degree {' x '.join(map(str, result.degrees))}"
@@ -88,7 +88,7 @@ def _percent(share: float) -> str:
 
 
 def _peak(result: Any, band: Band) -> FeatureInterval:
-    """How far the largest value of a run reaches: the feature if it was asked for, else of the samples."""
+    """The range of the largest value of a run: from the feature if there is one, else from the samples."""
     asked = getattr(result.study, "features", {})
     for name, feature in asked.items():
         if feature == Feature("peak", band.name) and result.features is not None:
@@ -101,7 +101,7 @@ def _peak(result: Any, band: Band) -> FeatureInterval:
 
 
 def _next(result: Any) -> list[str]:
-    """What would make the answer better, and what it may be used for."""
+    """Suggestions for a better result and for its use."""
     bands = result.bands.values()
     told = []
     wide = [band.name for band in bands if band.verdict in ("calibrated", "undersampled")]
