@@ -227,7 +227,7 @@ def _chain(case: Case) -> cc.Scene:
 # One case
 
 
-def exchanged_energy(run: cc.Trajectory) -> float:
+def energy_at_play(run: cc.Trajectory) -> float:
     """Scale of the energy exchanged in a run [J]."""
     reached = run.t <= run.end_time
     losses = (run["energy.impact_loss"] + run["energy.friction_loss"])[reached]
@@ -251,13 +251,13 @@ def energy_gain(run: cc.Trajectory) -> float:
     total = run["energy.total"][run.t <= run.end_time]
     rise = float(np.max(total - np.minimum.accumulate(total), initial=0.0)) - rounding(run)
     onsets = int(np.sum(run.events.kind == "onset"))
-    return rise / (exchanged_energy(run) * run.settings.rtol * (1 + onsets)) if rise > 0.0 else 0.0
+    return rise / (energy_at_play(run) * run.settings.rtol * (1 + onsets)) if rise > 0.0 else 0.0
 
 
 def imbalance(run: cc.Trajectory) -> float:
     """Error of the energy balance relative to the exchanged energy."""
     gap = float(np.nanmax(np.abs(run["energy.balance"]))) - rounding(run)
-    return gap / exchanged_energy(run) if gap > 0.0 else 0.0
+    return gap / energy_at_play(run) if gap > 0.0 else 0.0
 
 
 def simulate(case: Case, **changes: Any) -> cc.Trajectory:

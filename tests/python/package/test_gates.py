@@ -267,7 +267,7 @@ def test_gate_15_the_checks_of_extreme_scenes_see_what_they_look_for():
     assert "not finite" in extremes.faults(case, spoilt("slider.x", math.nan))[0]
     grown = spoilt("energy.total", run["energy.total"][149] + 0.1)
     assert "energy grew" in extremes.faults(case, grown)[0]
-    gap = 1.1 * extremes.IMBALANCE * extremes.exchanged_energy(run)
+    gap = 1.1 * extremes.IMBALANCE * extremes.energy_at_play(run)
     assert extremes.imbalance(spoilt("energy.balance", gap)) > extremes.IMBALANCE
 
 
