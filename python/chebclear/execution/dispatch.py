@@ -96,7 +96,7 @@ class Task:
     into: NDArray[Any] | None
     """Destination of the samples of a worker of this process."""
     losses: int = 0
-    """How often its worker was lost."""
+    """Number of times its worker was lost."""
     kept: bool = False
     """Whether its runs are in the store."""
     finished: int = 0
