@@ -143,10 +143,10 @@ def test_a_demand_that_everything_meets_is_refused_or_said():
             result.recommendation(vain)
     advice = result.recommendation(0.05)
     assert advice.point.rtol == 1e-4
-    assert "but off by more than 1 % of a range from 0 s on" in str(advice)
+    assert "but with errors above 1 % of a range from 0 s on" in str(advice)
     assert "all settings measured are accurate enough" in str(advice)
     assert "all settings" not in str(result.recommendation(0.025))
-    assert "off by more" not in str(made_up({("rodas4", 1e-4): 0.09}).recommendation(0.05))
+    assert "errors above" not in str(made_up({("rodas4", 1e-4): 0.09}).recommendation(0.05))
 
 
 def test_a_demand_that_nobody_can_meet_is_no_zero():
