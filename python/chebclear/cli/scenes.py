@@ -1,4 +1,4 @@
-"""The template of a scene file, with what the command line replaces."""
+"""The template of a scene file, with the replacements of the command line."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def template_of(options: argparse.Namespace) -> Template:
 
 
 def changes_of(options: argparse.Namespace) -> dict[str, Any]:
-    """What the command line replaces of a file: options for single settings come last."""
+    """Values of a file that the command line replaces: options for single settings come last."""
     given = {f"run.{name}": getattr(options, name, None) for name in _SETTINGS}
     return dict(options.set) | {name: value for name, value in given.items() if value is not None}
 
@@ -37,7 +37,7 @@ def settings_of(template: Template, options: argparse.Namespace) -> dict[str, An
 
 
 def progress_of(options: argparse.Namespace) -> bool | None:
-    """Whether to show progress, which a terminal alone ever does."""
+    """Whether to show progress."""
     return None if options.json or options.quiet else True
 
 

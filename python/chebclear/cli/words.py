@@ -1,4 +1,4 @@
-"""Hints of the library for a command line: they name calls of Python, here they name options."""
+"""Hints of the library adapted to the command line: options in place of calls of Python."""
 
 from __future__ import annotations
 

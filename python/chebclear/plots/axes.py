@@ -12,7 +12,7 @@ from ..errors import ArgumentError
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Paul Tol's bright scheme: told apart by color-blind readers too, and not by hue alone.
+# Paul Tol's bright scheme, whose colors color-blind readers can distinguish, not by hue alone.
 COLORS = ("#4477AA", "#EE6677", "#228833", "#CCBB44", "#AA3377", "#66CCEE")
 MARKERS = "osD^vP*X"
 
@@ -84,7 +84,7 @@ def unit_scale(si_unit: str, unit: str | None) -> tuple[float, str]:
 
 
 def distinct_colors(ax: Axes) -> None:
-    """Give fresh axes lines that color-blind readers can tell apart, unless the user has chosen a style."""
+    """Give new axes line colors for color-blind readers too, unless the user has chosen a style."""
     import matplotlib as mpl
     from cycler import cycler
 

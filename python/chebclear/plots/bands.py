@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 
 BOUNDS, NOMINAL, RUNS, ZONE = "#4477AA", "#AA3377", "0.55", "#228833"
 
-# How the area of a band is filled by what the verdict promises: plain where it follows the response, ever
-# coarser hatches where it does not.
+# Filling of the area of a band by its verdict: plain where a polynomial follows the response, coarser hatches
+# for weaker verdicts.
 _HATCHES = {
     "resolved": None,
     "certified": None,
@@ -180,7 +180,7 @@ def plot_sensitivity(
     ideal : Band, optional
         The same output of the mechanism without clearance, drawn dashed.
     zones : RestraintZones, optional
-        What `restraint_zones` returned: where clearance hardly disturbs the sensitivity is shaded.
+        Result of `restraint_zones`: spans in which clearance hardly affects the sensitivity are shaded.
     x : ndarray, optional
         Abscissa in place of ``band.t``, or of the crank angle of a band by angle; goes with `x_label`.
     x_label : str, optional

@@ -26,9 +26,8 @@ _MOST_POINTS = 20_000
 def plot_coefficients(band: PolynomialBandLike, *, ax: Axes | None = None, **line: Any) -> Axes:
     """Draw how the coefficients of the polynomial of a band decay with the degree, one line a parameter.
 
-    Where the response is smooth they fall by a factor from degree to degree, and the last ones tell the error
-    of the polynomial. Where they stay as large as they are, no degree that one can afford resolves the
-    response.
+    If the response is smooth they fall by a factor from degree to degree, and the last ones have the size of
+    the error of the polynomial. If they do not fall, no affordable degree resolves the response.
 
     Parameters
     ----------

@@ -220,8 +220,8 @@ def plot_poincare(
 ) -> Axes:
     """Draw the Poincaré section of a run: two of its columns, once a period.
 
-    A motion that repeats itself every period is one point, every second period two; a chaotic one is a cloud
-    with structure. Skip the first periods, in which the start settles.
+    A motion with this period is one point, one with twice the period two; a chaotic one is a cloud
+    with structure. Skip the first periods, the starting transient.
 
     Parameters
     ----------

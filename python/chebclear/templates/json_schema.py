@@ -1,4 +1,4 @@
-"""A JSON Schema of scene files, for editors that complete and check while one types.
+"""A JSON Schema of scene files, for editors that complete and check text as it is typed.
 
 It is made from the dataclasses of the scene, so that it cannot differ from what `load` reads. Draft 4 with
 plain keywords only: the TOML editors know no newer one.

@@ -1,4 +1,4 @@
-"""The table ``[parameters]`` of a scene file: named numbers, their intervals, what follows from others."""
+"""The table ``[parameters]`` of a scene file: named numbers, their intervals, and expressions of others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Starter files: a commented scene file for every ready-made mechanism, to be changed into one's own."""
+"""Starter files: a commented scene file for every ready-made mechanism, to be adapted by the user."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..errors import ArgumentError
 
 
 def starter_names() -> tuple[str, ...]:
-    """Names of the mechanisms that there is a starter file of."""
+    """Names of the mechanisms with a starter file."""
     folder = resources.files(__package__) / "starters"
     names = (entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
     return tuple(sorted(names))

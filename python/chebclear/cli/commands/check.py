@@ -1,4 +1,4 @@
-"""``chebclear check``: what a scene file says, whether it makes sense, and a picture."""
+"""``chebclear check``: the content of a scene file, its problems, and a picture."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def check(options: argparse.Namespace) -> int:
 
 
 def _play(scene: Scene) -> list[str]:
-    """The clearances as the drawing has them and as tables of fits have them."""
+    """The clearances as radial values and as diametral values for tables of fits."""
     loose = [joint for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
     if not loose:
         return []

@@ -136,11 +136,11 @@ def animate(
     rate: int = 25,
     size: tuple[float, float] = (10.0, 5.0),
 ) -> Animation:
-    """Show a run as a moving picture: the mechanism as it was simulated, a loose joint, and one output.
+    """Animate a run: the mechanism as it was simulated, a clearance joint, and one output.
 
-    The bodies are drawn where the run has them; nothing is assembled again. One clearance joint is magnified
-    beside the mechanism, with its clearance drawn much larger than it is, the journal at its true place in
-    it, and the contact force on the journal as an arrow. Below runs the plot of one output.
+    The bodies are drawn at their positions in the run; nothing is assembled again. One clearance joint is
+    magnified beside the mechanism, with an enlarged clearance, the journal at its true relative position, and
+    the contact force on the journal as an arrow. The plot of one output is below.
 
     Parameters
     ----------

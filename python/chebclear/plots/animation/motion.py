@@ -1,4 +1,4 @@
-"""What moves in an animation: strokes with their transforms, the loose joint, one output; frame by frame."""
+"""Moving parts of an animation: strokes with their transforms, the clearance joint, one output; by frame."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LooseJoint:
-    """What one clearance joint does in an animation."""
+    """Motion and force of one clearance joint in an animation."""
 
     joint: ClearanceRevolute
     """The joint."""

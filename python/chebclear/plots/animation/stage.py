@@ -29,7 +29,7 @@ FORCE = "#AA3377"
 
 
 class Stage:
-    """A figure with everything that moves, and what stays."""
+    """A figure with all moving and all fixed parts."""
 
     def __init__(self, motion: Motion, size: tuple[float, float]) -> None:
         from matplotlib.figure import Figure

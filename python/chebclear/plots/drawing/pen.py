@@ -1,4 +1,4 @@
-"""Pen that draws the parts of a mechanism as strokes, and notes what labels have to keep clear of."""
+"""Drawing of the parts of a mechanism as strokes, with the areas that labels must avoid."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def strokes_of(
 
 
 class Pen:
-    """Draws parts as strokes; notes what labels have to keep clear of."""
+    """Draws parts as strokes and records the areas that labels must avoid."""
 
     def __init__(self, pose: Pose, exaggerate: float, travel: Mapping[str, tuple[float, float]]) -> None:
         self.pose, self.exaggerate, self.travel = pose, exaggerate, travel

@@ -60,7 +60,7 @@ class Spot:
 
 
 class Clutter:
-    """What labels must keep clear of: bars, discs and other labels, as segments with a radius."""
+    """Areas that labels must avoid: bars, discs and other labels, as segments with a radius."""
 
     def __init__(self) -> None:
         self._segments: list[tuple[Array, Array, float, str]] = []

@@ -1,4 +1,4 @@
-"""Where the parts of a scene are, assembled or simulated, for its picture."""
+"""Positions of the parts of a scene, assembled or simulated, for its picture."""
 
 from __future__ import annotations
 
