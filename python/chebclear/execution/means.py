@@ -30,7 +30,7 @@ class Means:
     run_seconds: float | None = field(default=None, metadata=unit("s"))
     """Time limit of a run, or of a call for it [s]."""
     max_seconds: float | None = field(default=None, metadata=unit("s"))
-    """Time after which no further runs are begun [s]."""
+    """Time after which no further runs are started [s]."""
     in_memory: bool = True
     """Whether the samples of all runs are in the memory, and not in a file beside the store."""
 
