@@ -43,7 +43,7 @@ def test_every_public_function_has_an_example():
 # Files that must name what earlier versions wrote, that another tool writes, and this list.
 UNCHECKED = {"trajectory.py", "test_files.py", "chebclear.bash", "test_docstrings.py"}
 BRITISH = (
-    "neighbour behaviour colour favour honour centre metre towards whilst artefact catalogue grey modelling "
+    "neighbour behaviour colour favour honour centre metre whilst artefact catalogue grey modelling "
     "labelled travelled licence defence fulfils"
 ).split()
 BRITISH_VERBS = (  # before -ise, -ised, -ising, -isation

@@ -71,7 +71,7 @@ impl Demand {
 ///
 /// Excesses are taken as exponentially distributed: their number says how many mean excesses are needed. The number is
 /// well known, as all instants count, but the mean hangs on the few runs that are furthest outside, so that
-/// it is drawn towards the usual one. `unevenness` is the root mean square of the reach of the runs over its mean,
+/// it is drawn toward the usual one. `unevenness` is the root mean square of the reach of the runs over its mean,
 /// both over time. Nothing is asked of the largest excess of each run, which grows with the number of samples.
 pub fn inflation(excesses: &[Excess], demand: &Demand, unevenness: f64) -> f64 {
     let (count, allowed) = (excesses.len() as f64, demand.allowed());
