@@ -489,7 +489,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             nodes=tuple(facts["nodes"]),
             bounds=facts.get("bounds", "eq31"),  # files before it was written
             demand=None if facts.get("demand") is None else Demand.from_dict(facts["demand"]),
-            stats=Costs.joined([[Stats.from_dict(one) for one in facts["stats"]]]) if facts["stats"] else (),
+            stats=Costs.joined([[Stats.from_dict(one) for one in facts["stats"]]]),
             warnings=tuple(facts["warnings"]),
             settings=None if facts["settings"] is None else Settings.from_dict(facts["settings"]),
             scene=None if facts["scene"] is None else Scene.from_json(json.dumps(facts["scene"])),

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..base.progress import Progress, reporter
 from ..errors import SceneError, describe
+from ..execution.counts import Costs
 from ..execution.failures import count_failed, located
 from ..execution.means import Means
 from ..run.settings import Settings
@@ -148,7 +149,7 @@ class Runner:
         facts = vars(made)
         if made.kept is None:
             facts = facts | {"kept": np.arange(len(points))}
-        return Runs(stats=(), settings=None, seconds=seconds, **facts)
+        return Runs(stats=Costs.joined(()), settings=None, seconds=seconds, **facts)
 
     def simulated(self, points: Array, settings: Settings, *, midpoint: bool = True) -> Runs:
         """The simulated runs at the points and, if requested, last at the midpoint; issues no warnings."""

@@ -110,7 +110,7 @@ def test_a_run_that_is_not_finite_is_one_that_failed(monkeypatch):
 
     def sweep(scenes, settings, threads, go_on, place, *rest):
         runs = _core.sweep(scenes, settings, threads, go_on, place, *rest)
-        for row, (_, numbers) in enumerate(scenes):
+        for row, (_, numbers, _) in enumerate(scenes):
             if 0.045 in np.frombuffer(numbers):
                 place.reshape(len(scenes), -1)[row, 3] = math.nan
         return runs

@@ -108,7 +108,7 @@ def test_what_only_simulations_have_is_refused_together():
     with pytest.raises(ValueError, match=r"rtol is that of a simulation") as caught:
         Study(line, BOX, rtol=1e-3, skip=1.0, features={"loss": joint_loss("wrist")})
     assert "skip is that" in str(caught.value) and 'features["loss"]' in str(caught.value)
-    with pytest.raises(ValueError, match="rtol is that of a simulation"):
+    with pytest.raises(ValueError, match="rtol is a setting of simulations"):
         Study(line, BOX).band(8, rtol=1e-4)
     with pytest.raises(TypeError, match="leave out duration"):
         Study(line, BOX, duration=1.0, samples=11).band(8)
@@ -150,7 +150,7 @@ def test_a_table_on_chebyshev_roots_gets_the_polynomial_but_no_held_out_runs():
         result = study.chebyshev(degree=3)
     assert np.array_equal(result["x"].upper, own["x"].upper)
     assert result["x"].verdict == "resolved"
-    with pytest.raises(ValueError, match="runs on a grid have twins"):
+    with pytest.raises(ValueError, match="runs on a grid have duplicates"):
         study.band()
 
 
