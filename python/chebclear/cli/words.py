@@ -32,6 +32,7 @@ _CALLS: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     (r", see check\(\)\.columns", ""),
     (r", see check\(\)\.further_columns", " (--list-outputs)"),
     (r"[:,] see result\.failures", ""),
+    (r", or let the samples stay on the disk with store=\.\.\. and in_memory=False", ""),
     (r' for bounds="range"', ""),
     (r' or bounds="eq31"', ""),
 )

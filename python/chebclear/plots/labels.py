@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 # Width of a letter, as a part of the size of the font: that of a wide text in matplotlib's own font.
 _LETTER = 0.6
-# A line of a legend is one and a half letters high; its frame and distance add two.
-_LEGEND_LINE, _LEGEND_FRAME = 1.5, 2.0
+# The frame of a legend and its distance from the axes [letters].
+_LEGEND_FRAME = 2.0
 # The line or patch of a legend beside its text, with the gaps [letters].
 _LEGEND_HANDLE = 5.0
 
@@ -151,12 +151,9 @@ def legend_above_the_data(ax: Axes, title: str | None = None) -> None:
     # Alone in its row an entry is as wide as the axes at most.
     wide = size_of(ax)[0] - (_LEGEND_HANDLE * _LETTER + _LEGEND_FRAME) * font
     told = [_in_lines(label, wide, font) if columns == 1 else typeset(label) for label in labels]
-    rows = sum(1 + text.count("\n") for text in told) if columns == 1 else -(-len(labels) // columns)
-    lines = rows + (title is not None)
-    share = min(0.5, (_LEGEND_LINE * lines + _LEGEND_FRAME) * font / height)
     limits = _drawn_limits(ax)
     free = ax.get_autoscaley_on() and limits is not None
-    ax.legend(
+    legend = ax.legend(
         handles,
         told,
         title=title,
@@ -166,6 +163,8 @@ def legend_above_the_data(ax: Axes, title: str | None = None) -> None:
         fontsize="small",
     )
     if free and limits is not None:
+        tall = legend.get_window_extent().height / ax.figure.dpi * 72.0
+        share = min(0.6, (tall + font) / height)
         scale = ax.yaxis.get_transform()
         low, high = scale.transform(np.array(limits))
         top = float(scale.inverted().transform(np.array([low + (high - low) / (1.0 - share)]))[0])

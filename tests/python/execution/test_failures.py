@@ -148,7 +148,7 @@ def test_a_run_that_fails_is_repeated_once_more_tightly():
     def sweep(scenes, settings, *rest):
         runs = real(scenes, settings, *rest)
         asked.append((len(scenes), settings))
-        for row, (_, numbers) in enumerate(scenes):
+        for row, (_, numbers, _) in enumerate(scenes):
             if -8.0 in np.frombuffer(numbers) and '"rtol": 1e-06' in settings:
                 runs["ends"][row] = ("step_underflow", "", 0.0, None)
         return runs

@@ -72,9 +72,9 @@ def test_numbers_that_the_core_does_not_find_are_told_with_their_path():
     structure, numbers = Structures().flat(faller())
     settings = Settings(duration=0.01, samples=3, outputs=("block.x",)).to_json()
     with pytest.raises(cc.SceneError, match=r"scenes\[0\]\.forces\[0\].*one of 2 numbers"):
-        _core.sweep([(structure.text, packed(numbers[:2]))], settings)
+        _core.sweep([(structure.text, packed(numbers[:2]), ())], settings)
     with pytest.raises(cc.SceneError, match="is not valid JSON"):
-        _core.sweep([("{", b"")], settings)
+        _core.sweep([("{", b"", ())], settings)
 
 
 def test_scenes_that_differ_in_more_than_numbers_have_another_structure():

@@ -24,9 +24,9 @@ MOST_DEGREE = 8
 _TERMS_PART = 0.7
 # Least number of statistical degrees of freedom for an estimate of the scatter.
 _LEAST_FREE = 4
-# Degrees whose intervals are joined, from the chosen one on. Where scatter is large, 41 runs choose degree 1 for
-# what is of degree 3 (mean force at a clearance of 0.2 mm): intervals of two degrees then held what halving
-# the crank's interval does in 67 % of 30 studies, those of three in all.
+# Degrees whose intervals are joined, from the chosen one on. Where scatter is large, 41 runs choose degree 1
+# for what is of degree 3 (mean force at a clearance of 0.2 mm): intervals of two degrees then held what
+# halving the crank's interval does in 67 % of 30 studies, those of three in all.
 _DEGREES = 3
 # Resampled sets of runs.
 _REPLICATES = 200
