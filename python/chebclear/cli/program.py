@@ -21,7 +21,6 @@ from .ending import Terminated, terminable
 from .output import plain_warnings
 from .words import at_the_command_line
 
-EXIT_OK = 0
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2  # also what argparse uses for bad arguments
 EXIT_DEFECT = 70  # "internal software error" of sysexits.h
