@@ -16,6 +16,7 @@ _CALLS: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     (r"(\d+) more runs, result\.extend\(\d+\),", _twice),
     (r": result\.extend\((?:\d+\))?", " (--runs)"),
     (r"\nnext: result\.ranking\([^\n]*", ""),
+    (r"\nwarning: [^\n]*", ""),  # they are on standard error already
     (r"Study\.certify proves", "--kind certify proves"),
     (r"Study\.band\(cycles=10, discard=1\)", "chebclear study with --cycles 10"),
     (r"\(Study\.band\)", "(--kind band)"),

@@ -78,3 +78,24 @@ def test_a_peak_that_was_asked_for_is_that_of_the_motion():
     reach = result.feature("peak force").interval
     assert f"{reach.lower:.5g} to {reach.upper:.5g}" in str(result)
     assert reach.upper > result.values("wrist.normal_force").max(), "samples miss the peak"
+
+
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+def test_warnings_and_failures_are_told_with_the_result():
+    def partly(a):
+        if a > 1.05:
+            raise ValueError("no solution")
+        return {"t": T, "x": a * T}
+
+    text = str(cc.Study(partly, {"a": cc.interval(1.0, rel=0.1)}).band(20))
+    assert "\nwarning: failed: " in text and "\nwarning: undersampled: " in text
+    assert "next: a box in which all runs succeed: 5 failed" in text
+    assert "would narrow" not in text, "more runs would fail as well"
+
+
+def test_a_band_without_a_polynomial_names_what_to_use_instead(study):
+    for result in (study.band(41), study.scan(4)):
+        with pytest.raises(
+            cc.ArgumentError, match=rf"noise \({result['noise'].verdict}\) .* features of the runs"
+        ):
+            result["noise"].sensitivity("a")

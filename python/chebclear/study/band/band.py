@@ -474,7 +474,10 @@ class Band(records.ArrayRecord):
 
     def _polynomial(self) -> Surrogate:
         if self.surrogate is None:
-            raise ArgumentError(f"the band of {self.name} has no polynomial: it is a scan or an envelope")
+            raise ArgumentError(
+                f"the band of {self.name} ({self.verdict}) has no polynomial, and so neither worst case nor "
+                "sensitivity: use features of the runs, such as peak or rms, and their ranking"
+            )
         return self.surrogate
 
 

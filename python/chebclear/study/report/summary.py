@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 # Most outputs and parameters that are listed one by one.
 _MOST_LINES = 20
+# Most warnings that are told in full; a sentence each.
+_MOST_WARNINGS = 3
 
 
 def summary(result: Any) -> str:
@@ -48,6 +50,9 @@ def summary(result: Any) -> str:
         lines += [str(result.features[name]) for name in result.features.names[:_MOST_LINES]]
     if result.statement is not None:
         lines.append(result.statement)
+    lines += [f"warning: {text}" for text in result.warnings[:_MOST_WARNINGS]]
+    more = len(result.warnings) - _MOST_WARNINGS
+    lines += [f"warning: and {more} more, see result.warnings"] * (more > 0)
     lines += [f"next: {text}" for text in _next(result)]
     return "\n".join(lines)
 
@@ -106,7 +111,12 @@ def _next(result: Any) -> list[str]:
     told = []
     wide = [band.name for band in bands if band.verdict in ("calibrated", "undersampled")]
     demand = result.demand
-    if wide and demand is not None:
+    if result.failures:
+        told.append(
+            f"a box in which all runs succeed: {len(result.failures)} failed, see result.failures, and no "
+            "bound holds there"
+        )
+    elif wide and demand is not None:
         more = demand.runs
         how = (
             "a table of twice as many runs"
