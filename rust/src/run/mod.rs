@@ -7,6 +7,7 @@ pub mod outputs;
 mod prescribed;
 mod recorder;
 pub mod restart;
+mod samples;
 pub mod settings;
 pub mod tolerances;
 mod tracking;

@@ -47,7 +47,7 @@ impl Recorder<'_> {
         if !followed {
             outcome.status = Status::SingularMechanism;
             // The last sample may lie between two steps of the continuation.
-            outcome.time = outcome.time.max(self.last_sampled());
+            outcome.time = outcome.time.max(self.samples.last_taken());
         }
         outcome
     }
@@ -55,7 +55,7 @@ impl Recorder<'_> {
     /// Takes the samples after `t` up to `next`; false in a singular configuration.
     fn sample_until(&mut self, t: f64, next: f64, q: &[f64], v: &[f64]) -> bool {
         let (mut inner_q, mut inner_v) = (q.to_vec(), v.to_vec());
-        while let Some(due) = self.next_due().filter(|&due| due <= next) {
+        while let Some(due) = self.samples.next_due().filter(|&due| due <= next) {
             let work = self.work.clone();
             inner_q.copy_from_slice(q);
             inner_v.copy_from_slice(v);

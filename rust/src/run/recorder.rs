@@ -9,10 +9,13 @@ use crate::integrators::{HybridSystem, Limits, Projection};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::instant::Instant;
 use crate::numerics::turns::{rewind, unwind};
-use crate::run::contacts::{Contact, Event, EventKind, OpenContact, Stick};
+use crate::run::contacts::guards::StepDemands;
+use crate::run::contacts::log::ContactLog;
+use crate::run::contacts::{Event, EventKind};
 use crate::run::features::Plan;
 use crate::run::outputs::{Column, Needs};
 use crate::run::restart::Memory;
+use crate::run::samples::Samples;
 use crate::run::settings::Settings;
 use crate::run::tolerances::Tolerances;
 use crate::run::tracking::Tracking;
@@ -36,50 +39,26 @@ pub(crate) struct Recorder<'a> {
     pub(crate) mechanism: &'a Mechanism,
     pub(crate) dynamics: Dynamics<'a>,
     pub(crate) settings: &'a Settings,
-    columns: Vec<Column>,
     pub(crate) monitor: &'a dyn Fn(f64) -> bool,
     pub(crate) tolerances: Tolerances,
-    step_bound: f64,
-    /// Instant of the first sample [s], after the time that the settings skip.
-    pub(crate) from: f64,
-    /// Table of the samples, row-major.
-    values: &'a mut [f64],
-    pub(crate) next_sample: usize,
+    pub(crate) samples: Samples<'a>,
     /// What must be computed for samples, and the work if a feature needs it.
     pub(crate) needs: Needs,
     pub(crate) q: Vec<f64>,
     pub(crate) v: Vec<f64>,
     pub(crate) a: Vec<f64>,
-    pub(crate) events: Vec<Event>,
+    pub(crate) log: ContactLog,
+    /// What the contacts ask of the present step.
+    pub(crate) step: StepDemands,
     pub(crate) work: Work,
     /// The work up to the present step, while `work` holds that up to a sample inside it.
     work_of_steps: Work,
     /// Error of the energy balance over the steps.
     pub(crate) balance: Balance,
-    /// The contact of every clearance joint, while it lasts.
-    pub(crate) open_contacts: Vec<Option<OpenContact>>,
-    pub(crate) contacts: Vec<Contact>,
-    /// State of the contacts that last from the skipped into the sampled time, when the latter began.
-    pub(crate) cut_contacts: Vec<Contact>,
     /// Quantities that are tracked for features.
     pub(crate) tracking: Tracking,
-    /// Impacts in every clearance joint that were slower than the floor of the impact velocity and damped as
-    /// if at it.
-    pub(crate) impacts_at_floor: Vec<usize>,
     /// Largest correction that closed the loops after a step [m].
     pub(crate) largest_projection: f64,
-    /// Largest penetration of every clearance joint at the start of a step [m].
-    pub(crate) deepest: Vec<f64>,
-    /// Time that every clearance joint slides slower than the stick velocity of its friction law.
-    pub(crate) sticks: Vec<Stick>,
-    /// Sliding velocity of every clearance joint with friction at the start of the step [m/s]; `None` where
-    /// there is no normal force.
-    pub(crate) slides: Vec<Option<f64>>,
-    /// Factor by which the velocity tolerance must be divided, up to the state at which the guards were last
-    /// evaluated.
-    pub(crate) velocity_refinement: f64,
-    /// Whether a joint that stuck under load at the start of the step slides at the state of the last guards.
-    breaks_away: bool,
     pub(crate) warnings: Vec<String>,
 }
 
@@ -88,61 +67,36 @@ impl<'a> Recorder<'a> {
         mechanism: &'a Mechanism,
         start: &State,
         settings: &'a Settings,
-        (columns, values): (Vec<Column>, &'a mut [f64]),
+        table: (Vec<Column>, &'a mut [f64]),
         plan: Plan,
         monitor: &'a dyn Fn(f64) -> bool,
         from: f64,
     ) -> Self {
         let d = mechanism.degrees_of_freedom();
-        let tracking = Tracking::new(plan, settings, from + settings.skip, d);
-        let needs = Needs::of(&columns);
+        let joints = mechanism.clearance_joints.len();
+        let needs = Needs::of(&table.0);
+        let samples = Samples::new(settings, table, from);
+        let tracking = Tracking::new(plan, settings, samples.from, d);
         Self {
             mechanism,
             dynamics: Dynamics::new(mechanism),
             settings,
-            needs: Needs { work: needs.work || tracking.needs_work(), ..needs },
-            from: from + settings.skip,
-            values,
-            columns,
             monitor,
             tolerances: Tolerances::new(mechanism, start, settings),
-            step_bound: f64::INFINITY,
-            next_sample: 0,
+            samples,
+            needs: Needs { work: needs.work || tracking.needs_work(), ..needs },
             q: vec![0.0; d],
             v: vec![0.0; d],
             a: vec![0.0; d],
-            events: Vec::new(),
-            work: Work::new(mechanism.clearance_joints.len()),
+            log: ContactLog::new(joints),
+            step: StepDemands::new(joints),
+            work: Work::new(joints),
             work_of_steps: Work::default(),
-            balance: Balance::new(mechanism.clearance_joints.len()),
-            open_contacts: vec![None; mechanism.clearance_joints.len()],
-            contacts: Vec::new(),
-            cut_contacts: Vec::new(),
+            balance: Balance::new(joints),
             tracking,
-            impacts_at_floor: vec![0; mechanism.clearance_joints.len()],
             largest_projection: 0.0,
-            deepest: vec![0.0; mechanism.clearance_joints.len()],
-            sticks: vec![Stick::default(); mechanism.clearance_joints.len()],
-            breaks_away: false,
-            slides: vec![None; mechanism.clearance_joints.len()],
-            velocity_refinement: 1.0,
             warnings: Vec::new(),
         }
-    }
-
-    /// Instant of a sample [s].
-    pub(crate) fn sample_time(&self, index: usize) -> f64 {
-        self.from + self.settings.sample_time(index)
-    }
-
-    /// Instant of the next sample [s]; `None` after the last one.
-    pub(crate) fn next_due(&self) -> Option<f64> {
-        (self.next_sample < self.settings.samples).then(|| self.sample_time(self.next_sample))
-    }
-
-    /// Instant of the last sample taken [s]; minus infinity before the first.
-    pub(crate) fn last_sampled(&self) -> f64 {
-        self.next_sample.checked_sub(1).map_or(f64::NEG_INFINITY, |index| self.sample_time(index))
     }
 
     /// Takes the next sample in a given state.
@@ -168,7 +122,7 @@ impl<'a> Recorder<'a> {
         self.warn_of_scene();
         self.dynamics.phases.clone_from(&memory.phases);
         self.dynamics.turns.clone_from(&memory.turns);
-        self.open_contacts.clone_from(&memory.contacts);
+        self.log.open.clone_from(&memory.contacts);
         match &memory.work {
             Some(work) => self.work.clone_from(work),
             None if self.needs.work => self.forget_work(),
@@ -179,7 +133,7 @@ impl<'a> Recorder<'a> {
     /// Work and losses count from the start of the first run: they are NaN if one of the runs before did not
     /// integrate them.
     fn forget_work(&mut self) {
-        self.work = Work::unknown(self.open_contacts.len());
+        self.work = Work::unknown(self.log.open.len());
         self.warnings.push(
             "work and losses count from the first start on, and the run that ended at the given start did not \
              count them: they are NaN; name one of them in the outputs of that run too"
@@ -191,7 +145,7 @@ impl<'a> Recorder<'a> {
     pub(crate) fn memory(&self) -> Memory {
         Memory {
             phases: self.dynamics.phases.clone(),
-            contacts: self.open_contacts.clone(),
+            contacts: self.log.open.clone(),
             turns: self.dynamics.turns.clone(),
             work: (self.needs.work && !self.work.input.is_nan()).then(|| self.work.clone()),
         }
@@ -210,7 +164,7 @@ impl<'a> Recorder<'a> {
         self.begin_contacts(q, v);
         self.work.begin(&mut self.dynamics);
         self.unwind(q);
-        if self.sample_time(0) <= 0.0 {
+        if self.samples.next_due().is_some_and(|due| due <= 0.0) {
             self.sample_state(0.0, q, v);
         }
     }
@@ -231,12 +185,7 @@ impl<'a> Recorder<'a> {
     /// Writes the next row of samples from the state in `self.q`, `self.v`.
     fn sample(&mut self, t: f64) {
         self.place(t, self.needs);
-        let width = self.columns.len();
-        let row = &mut self.values[self.next_sample * width..(self.next_sample + 1) * width];
-        for (value, column) in row.iter_mut().zip(&self.columns) {
-            *value = column.value(&self.dynamics, &self.work);
-        }
-        self.next_sample += 1;
+        self.samples.take(&self.dynamics, &self.work);
     }
 
     /// Sets the state to that at an instant of a step, projected onto the closures, which the dense output
@@ -281,23 +230,23 @@ impl<'a> Recorder<'a> {
     /// Bounds the next step and records penetrations and forces, after [`Dynamics::accelerate`].
     fn watch(&mut self, t: f64) {
         let mechanism = self.mechanism;
-        self.step_bound = mechanism.next_break(t) - t;
-        self.velocity_refinement = 1.0;
+        self.step.bound = mechanism.next_break(t) - t;
+        self.step.velocity_refinement = 1.0;
         for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
             let motion = self.dynamics.joint_motion(joint);
             let penetration = motion.eccentricity.norm() - joint.law.clearance;
-            self.deepest[index] = self.deepest[index].max(penetration);
+            self.log.deepest[index] = self.log.deepest[index].max(penetration);
             let presses = matches!(self.dynamics.phases[index], Phase::Contact { clipped: false, .. });
-            self.slides[index] = None;
+            self.step.slides[index] = None;
             if presses && joint.law.friction.is_some() {
                 // In the free phase no force is computed: only the sliding velocity is needed.
                 let state = joint.law.without_forces(&relative_motion(&motion));
-                self.slides[index] = Some(state.sliding_velocity);
+                self.step.slides[index] = Some(state.sliding_velocity);
                 self.refine_velocity(index, &state);
             }
             if joint.law.stick_velocity().is_some() {
                 let sticks = self.sticks_at_start(index);
-                self.sticks[index].advance(t, presses, sticks);
+                self.log.sticks[index].advance(t, presses, sticks);
             }
             match self.dynamics.phases[index] {
                 Phase::Free => {
@@ -306,7 +255,7 @@ impl<'a> Recorder<'a> {
                     let clearance = joint.law.clearance;
                     // |ė| h + |ë| h²/2 = c/2
                     let bound = clearance / (rate + (rate * rate + acceleration * clearance).sqrt());
-                    self.step_bound = self.step_bound.min(self.settings.refinement() * bound);
+                    self.step.bound = self.step.bound.min(self.settings.refinement() * bound);
                 }
                 Phase::Contact { .. } => self.watch_contact(t, index),
             }
@@ -341,7 +290,7 @@ impl HybridSystem for Recorder<'_> {
     }
 
     fn step_bound(&self) -> f64 {
-        self.step_bound
+        self.step.bound
     }
 
     fn guard_count(&self) -> usize {
@@ -353,12 +302,12 @@ impl HybridSystem for Recorder<'_> {
         if !self.dynamics.is_at(t, q, v) {
             self.dynamics.move_to(t, q, v);
         }
-        self.breaks_away = false;
-        self.velocity_refinement = 1.0;
+        self.step.breaks_away = false;
+        self.step.velocity_refinement = 1.0;
         for index in 0..self.dynamics.phases.len() {
             let state = self.dynamics.contact_without_forces(index);
             let steep = self.mechanism.clearance_joints[index].law.stick_velocity();
-            self.breaks_away |= self.sticks_at_start(index)
+            self.step.breaks_away |= self.sticks_at_start(index)
                 && steep.is_some_and(|steep| state.sliding_velocity.abs() > steep);
             self.refine_velocity(index, &state);
             guards[GUARDS * index] = self.gap_guard(index, &state);
@@ -367,11 +316,11 @@ impl HybridSystem for Recorder<'_> {
     }
 
     fn is_beyond_kink(&self) -> bool {
-        self.breaks_away
+        self.step.breaks_away
     }
 
     fn velocity_refinement(&self) -> f64 {
-        self.velocity_refinement
+        self.step.velocity_refinement
     }
 
     fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> f64 {
@@ -394,23 +343,7 @@ impl HybridSystem for Recorder<'_> {
             (_, Phase::Free) => return bound,
         };
         self.dynamics.phases[index] = phase;
-        self.events.push(Event { time: t, joint: index, kind, normal_velocity });
-        match kind {
-            EventKind::Onset => {
-                self.open_contacts[index] = Some(OpenContact::begin(index, t, normal_velocity))
-            }
-            EventKind::Separation => {
-                if let Some(OpenContact { contact, .. }) = self.open_contacts[index].take() {
-                    self.contacts.push(Contact { separation: t, ..contact });
-                }
-            }
-            // The rate of the force jumps, so the peak is not interpolated across this instant.
-            EventKind::Clip | EventKind::Unclip => {
-                if let Some(open) = &mut self.open_contacts[index] {
-                    open.last = None;
-                }
-            }
-        }
+        self.log.record(Event { time: t, joint: index, kind, normal_velocity });
         bound
     }
 
@@ -442,14 +375,14 @@ impl HybridSystem for Recorder<'_> {
     fn wants_dense(&self, end: f64) -> bool {
         self.may_look(end)
             || self.tracking.wants(end)
-            || self.next_due().is_some_and(|due| due <= end * (1.0 + 32.0 * f64::EPSILON))
+            || self.samples.next_due().is_some_and(|due| due <= end * (1.0 + 32.0 * f64::EPSILON))
     }
 
     fn accepted(&mut self, step: &DenseStep) -> bool {
         let end = step.end_time();
-        while let Some(t) = self.next_due().filter(|_| step.h > 0.0) {
+        while let Some(t) = self.samples.next_due().filter(|_| step.h > 0.0) {
             // The last step ends at the last sample only to rounding.
-            let last = self.next_sample + 1 == self.settings.samples;
+            let last = self.samples.last_is_due();
             let slack = if last { 32.0 * f64::EPSILON * t } else { 0.0 };
             if t > end + slack {
                 break;
@@ -461,7 +394,7 @@ impl HybridSystem for Recorder<'_> {
                 self.add_work_of(step, t_inside);
             }
             self.move_inside(step, t_inside);
-            if self.next_sample == 0 && self.settings.skip > 0.0 {
+            if !self.samples.have_begun() && self.settings.skip > 0.0 {
                 self.cut_contacts(t);
             }
             self.sample(t);

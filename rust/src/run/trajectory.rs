@@ -269,7 +269,7 @@ fn run(
     values.fill(f64::NAN);
     let from = restart.map_or(0.0, |restart| restart.time);
     let mut recorder = Recorder::new(mechanism, start, settings, (columns, values), plan, monitor, from);
-    let end = recorder.sample_time(settings.samples - 1);
+    let end = recorder.samples.end();
     check_functions(mechanism, from, end)?;
     let (mut q, mut v) = match restart {
         Some(restart) => (restart.q.clone(), restart.v.clone()),
@@ -310,8 +310,8 @@ fn finished(mut recorder: Recorder, outcome: Outcome, mut end: State) -> Traject
         memory: recorder.memory(),
     });
     recorder.rewind(&mut end.q);
-    let [skipped_events, events] = recorder.finished_events();
-    let [skipped_contacts, contacts] = recorder.finished_contacts();
+    let [skipped_events, events] = recorder.log.finished_events(&recorder.samples);
+    let [skipped_contacts, contacts] = recorder.log.finished_contacts(&recorder.samples);
     let joints = mechanism.clearance_joints.len();
     let features = recorder.tracking.answers(outcome.time, &events, &contacts, joints);
     Trajectory {
@@ -326,7 +326,7 @@ fn finished(mut recorder: Recorder, outcome: Outcome, mut end: State) -> Traject
         paradox: paradox.map(name_of),
         suspect_paths: mechanism.warnings.iter().map(|warning| warning.path.clone()).collect(),
         stats: outcome.stats,
-        impacts_at_floor: recorder.impacts_at_floor.iter().sum(),
+        impacts_at_floor: recorder.log.impacts_at_floor.iter().sum(),
         largest_projection: recorder.largest_projection,
         warnings,
         contacts,

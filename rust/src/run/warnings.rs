@@ -26,7 +26,7 @@ impl Recorder<'_> {
     pub(crate) fn warnings(&mut self) -> Vec<String> {
         let mut warnings = std::mem::take(&mut self.warnings);
         self.warn_of_floors(&mut warnings);
-        for (joint, deepest) in self.mechanism.clearance_joints.iter().zip(&self.deepest) {
+        for (joint, deepest) in self.mechanism.clearance_joints.iter().zip(&self.log.deepest) {
             if *deepest > DEEP * joint.law.journal_radius {
                 warnings.push(format!(
                     "joint {:?}: the penetration reached {deepest:.2e} m, more than {DEEP} of the journal radius: \
@@ -35,7 +35,7 @@ impl Recorder<'_> {
                 ));
             }
         }
-        for (joint, stick) in self.mechanism.clearance_joints.iter().zip(&self.sticks) {
+        for (joint, stick) in self.mechanism.clearance_joints.iter().zip(&self.log.sticks) {
             if let Some(slow) = joint.law.stick_velocity()
                 && stick.crept > CREEPING * stick.pressed
                 && slow * stick.crept > NOTICEABLE * joint.law.clearance
@@ -57,7 +57,7 @@ impl Recorder<'_> {
     fn warn_of_floors(&self, warnings: &mut Vec<String>) {
         let mechanism = self.mechanism;
         for (index, (joint, &slow_impacts)) in
-            mechanism.clearance_joints.iter().zip(&self.impacts_at_floor).enumerate()
+            mechanism.clearance_joints.iter().zip(&self.log.impacts_at_floor).enumerate()
         {
             if slow_impacts == 0 {
                 continue;
@@ -76,7 +76,7 @@ impl Recorder<'_> {
                 "joint {:?}: {slow_impacts} of {} impacts began slower {slow} and were damped as impacts at that \
                  velocity: {remedy}",
                 joint.name,
-                self.events.iter().filter(onset).count()
+                self.log.events.iter().filter(onset).count()
             ));
         }
     }

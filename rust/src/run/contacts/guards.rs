@@ -14,6 +14,32 @@ const RATIO_MARGIN: f64 = 0.25;
 /// Largest penetration at a located onset, as a part of the position tolerance.
 const ONSET_PART: f64 = 1e-2;
 
+/// What the contacts ask of a step, found where it starts and in the states inside it.
+pub(crate) struct StepDemands {
+    /// Longest step [s].
+    pub(crate) bound: f64,
+    /// Factor by which the velocity tolerance must be divided, up to the state at which the guards were last
+    /// evaluated.
+    pub(crate) velocity_refinement: f64,
+    /// Sliding velocity of every clearance joint with friction at the start of the step [m/s]; `None` where
+    /// there is no normal force.
+    pub(crate) slides: Vec<Option<f64>>,
+    /// Whether a joint that stuck under load at the start of the step slides at the state of the last guards.
+    pub(crate) breaks_away: bool,
+}
+
+impl StepDemands {
+    /// Nothing is asked yet of the first step, with this many clearance joints.
+    pub(crate) fn new(joints: usize) -> Self {
+        Self {
+            bound: f64::INFINITY,
+            velocity_refinement: 1.0,
+            slides: vec![None; joints],
+            breaks_away: false,
+        }
+    }
+}
+
 impl Recorder<'_> {
     /// Rounding error of the penetration [m], a difference of two positions.
     pub(crate) fn gap_resolution(&self, index: usize) -> f64 {
@@ -73,16 +99,16 @@ impl Recorder<'_> {
     /// Whether a clearance joint stuck under load at the start of the step.
     pub(crate) fn sticks_at_start(&self, index: usize) -> bool {
         let steep = self.mechanism.clearance_joints[index].law.stick_velocity();
-        self.slides[index].zip(steep).is_some_and(|(sliding, steep)| sliding.abs() < steep)
+        self.step.slides[index].zip(steep).is_some_and(|(sliding, steep)| sliding.abs() < steep)
     }
 
     /// Raises the velocity refinement to what the friction of a contact needs between the start of the step
     /// and a state.
     pub(crate) fn refine_velocity(&mut self, index: usize, state: &ContactState<f64>) {
-        if let Some(start) = self.slides[index] {
+        if let Some(start) = self.step.slides[index] {
             let phases = &self.dynamics.phases;
             let refinement = self.tolerances.velocity_refinement(self.mechanism, phases, index, start, state);
-            self.velocity_refinement = self.velocity_refinement.max(refinement);
+            self.step.velocity_refinement = self.step.velocity_refinement.max(refinement);
         }
     }
 }

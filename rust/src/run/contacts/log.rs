@@ -1,14 +1,96 @@
 //! The log of events and contacts that a run keeps, cut where the sampled time begins.
 
 use crate::dynamics::relative_motion;
-use crate::run::contacts::{Contact, Event, ForceSample};
+use crate::run::contacts::{Contact, Event, EventKind, ForceSample, OpenContact, Stick};
 use crate::run::recorder::Recorder;
+use crate::run::samples::Samples;
+
+/// Events and contacts of a run so far, and what its warnings tell of every clearance joint.
+pub(crate) struct ContactLog {
+    pub(crate) events: Vec<Event>,
+    /// The contact of every clearance joint, while it lasts.
+    pub(crate) open: Vec<Option<OpenContact>>,
+    closed: Vec<Contact>,
+    /// State of the contacts that last from the skipped into the sampled time, when the latter began.
+    cut: Vec<Contact>,
+    /// Impacts that were slower than the floor of the impact velocity and damped as if at it.
+    pub(crate) impacts_at_floor: Vec<usize>,
+    /// Largest penetration at the start of a step [m].
+    pub(crate) deepest: Vec<f64>,
+    /// Time that the joint slides slower than the stick velocity of its friction law.
+    pub(crate) sticks: Vec<Stick>,
+}
+
+impl ContactLog {
+    /// An empty log of this many clearance joints.
+    pub(crate) fn new(joints: usize) -> Self {
+        Self {
+            events: Vec::new(),
+            open: vec![None; joints],
+            closed: Vec::new(),
+            cut: Vec::new(),
+            impacts_at_floor: vec![0; joints],
+            deepest: vec![0.0; joints],
+            sticks: vec![Stick::default(); joints],
+        }
+    }
+
+    /// Records an event, and begins or ends the contact of its joint.
+    pub(crate) fn record(&mut self, event: Event) {
+        let Event { time, joint, kind, normal_velocity } = event;
+        self.events.push(event);
+        match kind {
+            EventKind::Onset => self.open[joint] = Some(OpenContact::begin(joint, time, normal_velocity)),
+            EventKind::Separation => {
+                if let Some(OpenContact { contact, .. }) = self.open[joint].take() {
+                    self.closed.push(Contact { separation: time, ..contact });
+                }
+            }
+            // The rate of the force jumps, so the peak is not interpolated across this instant.
+            EventKind::Clip | EventKind::Unclip => {
+                if let Some(open) = &mut self.open[joint] {
+                    open.last = None;
+                }
+            }
+        }
+    }
+
+    /// The contacts of the skipped and of the sampled time in the order of their onsets, including open ones.
+    pub(crate) fn finished_contacts(&mut self, samples: &Samples) -> [Vec<Contact>; 2] {
+        let mut contacts = std::mem::take(&mut self.closed);
+        contacts.extend(self.open.iter().flatten().map(|open| open.contact));
+        // A run may fail before its sampled time begins: all of its time is skipped then.
+        let all = samples.skips(f64::NEG_INFINITY) && !samples.have_begun();
+        let before = |contact: &Contact| all || samples.skips(contact.separation);
+        let (mut skipped, mut sampled): (Vec<Contact>, Vec<Contact>) = contacts.into_iter().partition(before);
+        skipped.append(&mut self.cut);
+        for contacts in [&mut skipped, &mut sampled] {
+            contacts.sort_by(|a, b| a.onset.total_cmp(&b.onset));
+        }
+        [skipped, sampled]
+    }
+
+    /// The events of the skipped and of the sampled time.
+    pub(crate) fn finished_events(&mut self, samples: &Samples) -> [Vec<Event>; 2] {
+        let before = |event: &Event| samples.skips(event.time);
+        let (skipped, sampled) = std::mem::take(&mut self.events).into_iter().partition(before);
+        [skipped, sampled]
+    }
+
+    /// Begins the sampled time after a skipped one: the peaks of open contacts are counted anew.
+    fn cut(&mut self) {
+        for open in self.open.iter_mut().flatten() {
+            self.cut.push(open.contact);
+            open.forget_peak();
+        }
+    }
+}
 
 impl Recorder<'_> {
     /// Records the force of an open contact, after [`Dynamics::accelerate`].
     pub(crate) fn watch_contact(&mut self, t: f64, index: usize) {
         let joint = &self.mechanism.clearance_joints[index];
-        let (phase, Some(open)) = (self.dynamics.phases[index], &mut self.open_contacts[index]) else {
+        let (phase, Some(open)) = (self.dynamics.phases[index], &mut self.log.open[index]) else {
             return;
         };
         let motion = self.dynamics.joint_motion(joint);
@@ -21,11 +103,11 @@ impl Recorder<'_> {
 
     /// Records the forces of all open contacts in the state in `self.q`, `self.v`, from which no step starts.
     fn watch_open_contacts(&mut self, t: f64) {
-        if self.open_contacts.iter().all(Option::is_none) {
+        if self.log.open.iter().all(Option::is_none) {
             return;
         }
         self.accelerate_at(t);
-        for index in 0..self.open_contacts.len() {
+        for index in 0..self.log.open.len() {
             self.watch_contact(t, index);
         }
     }
@@ -37,42 +119,16 @@ impl Recorder<'_> {
         self.watch_open_contacts(t);
     }
 
-    /// The contacts of the skipped and of the sampled time in the order of their onsets, including open ones.
-    pub(crate) fn finished_contacts(&mut self) -> [Vec<Contact>; 2] {
-        let mut contacts = std::mem::take(&mut self.contacts);
-        contacts.extend(self.open_contacts.iter().flatten().map(|open| open.contact));
-        // A run may fail before its sampled time begins.
-        let begun = self.next_sample > 0;
-        let before =
-            |contact: &Contact| self.settings.skip > 0.0 && (contact.separation <= self.from || !begun);
-        let (mut skipped, mut sampled): (Vec<Contact>, Vec<Contact>) = contacts.into_iter().partition(before);
-        skipped.append(&mut self.cut_contacts);
-        for contacts in [&mut skipped, &mut sampled] {
-            contacts.sort_by(|a, b| a.onset.total_cmp(&b.onset));
-        }
-        [skipped, sampled]
-    }
-
-    /// The events of the skipped and of the sampled time.
-    pub(crate) fn finished_events(&mut self) -> [Vec<Event>; 2] {
-        let before = |event: &Event| self.settings.skip > 0.0 && event.time <= self.from;
-        let (skipped, sampled) = std::mem::take(&mut self.events).into_iter().partition(before);
-        [skipped, sampled]
-    }
-
-    /// Begins the sampled time after a skipped one: the peaks of open contacts are counted anew.
+    /// Begins the sampled time after a skipped one, in the state in `self.q`, `self.v`.
     pub(crate) fn cut_contacts(&mut self, t: f64) {
         self.watch_open_contacts(t);
-        for open in self.open_contacts.iter_mut().flatten() {
-            self.cut_contacts.push(open.contact);
-            open.forget_peak();
-        }
+        self.log.cut();
     }
 
     /// Moves to the end of a phase of a joint and records the last force of its contact.
     pub(crate) fn end_phase(&mut self, t: f64, index: usize, q: &[f64], v: &[f64]) {
         self.tracking.interrupt();
-        if self.open_contacts[index].is_none() {
+        if self.log.open[index].is_none() {
             self.dynamics.move_to(t, q, v);
             return;
         }

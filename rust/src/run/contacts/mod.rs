@@ -2,8 +2,8 @@
 //! In: steps and states of the recorder; out: guards for the integrator, phases, a log of events and
 //! contacts. Uses `dynamics`, `contact`, `integrators`, `numerics`.
 
-mod guards;
-mod log;
+pub(crate) mod guards;
+pub(crate) mod log;
 mod onset;
 
 use crate::contact::clearance::RelativeMotion;

@@ -27,7 +27,7 @@ impl Recorder<'_> {
         let mass = self.contact_mass(t, q, v, index);
         let impact_velocity = self.surface_velocity(index);
         let floor = self.tolerances.impact_velocity_floor(mechanism, index);
-        self.impacts_at_floor[index] += usize::from(law.is_latched() && impact_velocity < floor);
+        self.log.impacts_at_floor[index] += usize::from(law.is_latched() && impact_velocity < floor);
         let latch = law.latch(impact_velocity.max(floor));
         // In slower impacts the load determines the time scale.
         let slowest = mechanism.scales.contacts[index].resting_velocity;
@@ -83,7 +83,7 @@ impl Recorder<'_> {
                 ));
             }
             self.dynamics.phases[index] = Phase::Contact { latch: law.latch(arrival), clipped: false };
-            self.open_contacts[index] = Some(OpenContact::begin(index, 0.0, f64::NAN));
+            self.log.open[index] = Some(OpenContact::begin(index, 0.0, f64::NAN));
         }
     }
 

@@ -230,7 +230,7 @@ impl Recorder<'_> {
     /// Records the state at the start `t` of a step.
     pub(crate) fn watch_energy(&mut self, t: f64) {
         let Settings { skip, duration, .. } = self.settings;
-        self.balance.passed = (t + skip - self.from) / (skip + duration);
+        self.balance.passed = (t + skip - self.samples.from) / (skip + duration);
         self.balance.steps += 1;
         self.balance.always = self.needs.work;
         self.balance.time = t;
