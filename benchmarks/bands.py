@@ -203,12 +203,12 @@ def judged(results: list[cc.StudyResult], known: dict[str, np.ndarray], seconds:
 
 def time_share(result: cc.StudyResult, seconds: float) -> str:
     """Time of the bands of all outputs over that of the runs, on the processor."""
-    demand = result.demand
-    assert demand is not None
+    requirement = result.requirement
+    assert requirement is not None
     columns = [np.vstack([band.runs, band.nominal]) for band in result.bands.values()]
     values = np.ascontiguousarray(np.stack(columns, axis=-1))
     start = time.process_time()
-    calibrated_bands(result.t, result.outputs, values, result.intervals, result.parameters, demand)
+    calibrated_bands(result.t, result.outputs, values, result.intervals, result.parameters, requirement)
     return f"  bands take {100.0 * (time.process_time() - start) / seconds:.1f} % of the runs"
 
 

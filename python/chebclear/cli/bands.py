@@ -15,7 +15,7 @@ from .scenes import hint
 from .words import at_the_command_line
 
 EXIT_NOT_MET = 3
-# Which verdicts a demand accepts.
+# Which verdicts a requirement accepts.
 DEMANDS = {
     "resolved": ("resolved",),
     "calibrated": ("resolved", "certified", "calibrated"),

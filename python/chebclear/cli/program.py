@@ -1,7 +1,7 @@
 """The program: its commands and exit codes.
 
 Exit codes: 0 done; 1 failed, as a run that gave up or a file that cannot be written; 2 wrong arguments or a
-wrong scene; 3 done, but not as good as ``--require`` demands; 70 a defect of this program, with a traceback;
+wrong scene; 3 done, but not as good as ``--require`` asks for; 70 a defect of this program, with a traceback;
 130 interrupted by Ctrl-C; 143 ended by SIGTERM; 141 nobody reads what is printed.
 """
 
@@ -97,7 +97,7 @@ def parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
         description="Dynamics of planar mechanisms with joint clearance and interval parameters.",
         epilog="Exit codes: 0 done, 1 failed, 2 wrong arguments or scene, 3 not as good as --require "
-        "demands, 70 a defect of this program, 130 interrupted.",
+        "asks for, 70 a defect of this program, 130 interrupted.",
     )
     made.add_argument("--version", action="version", version=f"%(prog)s {package_version()}")
     commands = made.add_subparsers(dest="command", required=True, metavar="COMMAND")

@@ -29,7 +29,7 @@ from ..run.settings import Settings
 from ..run.trajectory import Stats, column_index
 from ..scene.scene import Interval, Scene
 from .band.band import Band
-from .band.calibrated import Demand, calibrated_bands, statement
+from .band.calibrated import Requirement, calibrated_bands, statement
 from .band.gridded import grid_bands
 from .band.worst import WorstCase
 from .features.features import FeatureResult, FeatureTable
@@ -83,7 +83,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         Settings of the runs; None for a model of your own.
     scene : Scene | None
         The scene at the midpoint of all intervals; None without scenes.
-    demand : Demand | None
+    requirement : Requirement | None
         Required coverage and seed of a calibrated study; None for the others.
     study : Extendable | None
         The study that made this result; None after copying, pickling or loading.
@@ -108,7 +108,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     warnings: tuple[str, ...]
     settings: Settings | None
     scene: Scene | None
-    demand: Demand | None = None
+    requirement: Requirement | None = None
     study: Extendable | None = field(default=None, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -237,7 +237,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     @property
     def statement(self) -> str | None:
         """The estimated or proved coverage of a calibrated or certified study, in words; None for others."""
-        return None if self.demand is None else statement(self.demand)
+        return None if self.requirement is None else statement(self.requirement)
 
     def extend(self, runs: int, *, include: StudyResult | Sequence[StudyResult] = ()) -> StudyResult:
         """Add runs to a calibrated study; nothing is simulated twice.
@@ -298,8 +298,8 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     @property
     def _kept(self) -> int | None:
         """Revolutions of each run that are pooled."""
-        demand = self.demand
-        return None if demand is None or demand.revolutions is None else demand.revolutions.kept
+        revolutions = None if self.requirement is None else self.requirement.revolutions
+        return None if revolutions is None else revolutions.kept
 
     @property
     def _any(self) -> Band | FeatureTable:
@@ -322,7 +322,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         nodes: tuple[int, ...],
         bounds: BoundKind = "range",
         kind: str | None = None,
-        demand: Demand | None = None,
+        requirement: Requirement | None = None,
         threads: int | None = None,
         nominal_parameters: Array | None = None,
         failures: tuple[FailedRun, ...] = (),
@@ -351,7 +351,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             Bounds of polynomials, see `Surrogate.bounds`.
         kind : str, optional
             Kind of the result; ``"chebyshev"`` or ``"scan"`` by the degrees if not given.
-        demand : Demand, optional
+        requirement : Requirement, optional
             Required coverage and seed of a calibrated study, in which the runs at Sobol' points come first.
         threads : int, optional
             Threads for bands and ranges of polynomials [-]; all processors if not given.
@@ -363,10 +363,10 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             The remaining fields.
         """
         facts["nominal_parameters"] = at = nominal_parameters
-        facts |= {"bounds": bounds, "demand": demand, "failures": failures}
-        if demand is not None:
-            bands = calibrated_bands(t, outputs, values, intervals, parameters, demand, threads, at)
-            kind = "certify" if demand.certified else "band"
+        facts |= {"bounds": bounds, "requirement": requirement, "failures": failures}
+        if requirement is not None:
+            bands = calibrated_bands(t, outputs, values, intervals, parameters, requirement, threads, at)
+            kind = "certify" if requirement.certified else "band"
             return cls(kind, bands, degrees=None, nodes=(), **facts)
         missing = [one.index for one in failures]
         bands = grid_bands(
@@ -437,7 +437,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             "degrees": self.degrees,
             "nodes": self.nodes,
             "bounds": self.bounds,
-            "demand": None if self.demand is None else dataclasses.asdict(self.demand),
+            "requirement": None if self.requirement is None else dataclasses.asdict(self.requirement),
             "stats": [dataclasses.asdict(stats) for stats in self.stats],
             "warnings": self.warnings,
             "settings": None if self.settings is None else dataclasses.asdict(self.settings),
@@ -488,7 +488,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             degrees=None if facts["degrees"] is None else tuple(facts["degrees"]),
             nodes=tuple(facts["nodes"]),
             bounds=facts.get("bounds", "eq31"),  # files before it was written
-            demand=None if facts.get("demand") is None else Demand.from_dict(facts["demand"]),
+            requirement=Requirement.from_dict(facts.get("requirement")),
             stats=Costs.joined([[Stats.from_dict(one) for one in facts["stats"]]]),
             warnings=tuple(facts["warnings"]),
             settings=None if facts["settings"] is None else Settings.from_dict(facts["settings"]),

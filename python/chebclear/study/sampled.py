@@ -19,7 +19,7 @@ from ..run.settings import Settings, checked_settings
 from ..run.tracking import settling_time
 from ..run.trajectory import Stats
 from ..scene.scene import ClearanceRevolute, Scene
-from .band.calibrated import Demand, certifying_runs, is_remark, remarks
+from .band.calibrated import Requirement, certifying_runs, is_remark, remarks
 from .band.judgment import early_widths
 from .band.limits import physical_limits
 from .by_angle import cut, turning, unpredictable
@@ -105,14 +105,14 @@ def band(
     settings = _settings(study, rtol)
     if isinstance(study.model, FinishedRuns):
         points = _finished_points(study.model, runs, LEAST_RUNS)
-        demand = Demand(float(coverage), len(points), int(seed), {}, finished=True)
+        requirement = Requirement(float(coverage), len(points), int(seed), {}, finished=True)
     else:
         points = sobol_points(study.intervals, 0, count, seed)
-        demand = Demand(float(coverage), count, int(seed), {})
+        requirement = Requirement(float(coverage), count, int(seed), {})
     if cycles is not None:
         settings, revolutions = turning(study, settings, cycles, discard, angle)
-        demand = dataclasses.replace(demand, revolutions=revolutions)
-    return _made(study, demand, points, settings, others)
+        requirement = dataclasses.replace(requirement, revolutions=revolutions)
+    return _made(study, requirement, points, settings, others)
 
 
 def certify(study: Runner, coverage: float, rtol: float | None, seed: int, max_runs: int) -> StudyResult:
@@ -138,8 +138,8 @@ def certify(study: Runner, coverage: float, rtol: float | None, seed: int, max_r
         points = _finished_points(study.model, None, runs)
     else:
         points = random_points(study.intervals, runs, seed)
-    demand = Demand(float(coverage), len(points), int(seed), {}, certified=True)
-    return _made(study, demand, points, _settings(study, rtol), [])
+    requirement = Requirement(float(coverage), len(points), int(seed), {}, certified=True)
+    return _made(study, requirement, points, _settings(study, rtol), [])
 
 
 def _check_rtol(checks: Checks, study: Runner, rtol: float | None) -> None:
@@ -169,36 +169,43 @@ def _settings(study: Runner, rtol: float | None) -> Settings | None:
 
 
 def _runs(
-    study: Runner, demand: Demand, points: Array, settings: Settings | None, *, midpoint: bool = True
+    study: Runner,
+    requirement: Requirement,
+    points: Array,
+    settings: Settings | None,
+    *,
+    midpoint: bool = True,
 ) -> Runs:
     """The runs at the points, divided into the revolutions that are pooled."""
     new = study.made(points, settings, midpoint=midpoint)
-    return new if demand.revolutions is None else cut(new, demand.revolutions)
+    return new if requirement.revolutions is None else cut(new, requirement.revolutions)
 
 
 def _made(
     study: Runner,
-    demand: Demand,
+    requirement: Requirement,
     points: Array,
     settings: Settings | None,
     others: Sequence[StudyResult],
 ) -> StudyResult:
     """The result of runs at the points and the midpoint."""
-    new = _runs(study, demand, points, settings)
+    new = _runs(study, requirement, points, settings)
     if not new.outputs:
         raise ArgumentError("a band needs outputs: name some in Study(outputs=...)")
     limits = dict.fromkeys(new.outputs, (-math.inf, math.inf))
     if new.scene is not None:
         limits = physical_limits(new.outputs, _largest_clearances(study, new.scene, new.clearances))
-    demand = dataclasses.replace(demand, runs=len(new.kept), failed=count_failed(new.failures), limits=limits)
+    requirement = dataclasses.replace(
+        requirement, runs=len(new.kept), failed=count_failed(new.failures), limits=limits
+    )
     table = Table.new(points, new)
-    scored, nominal = table[: demand.runs], table[demand.runs :]
+    scored, nominal = table[: requirement.runs], table[requirement.runs :]
     facts = {"t": new.t, "outputs": new.outputs, "feature_names": new.feature_names, **new.facts}
-    kept = _others(study, others, demand, new.t, new.outputs, facts["scene"])
+    kept = _others(study, others, requirement, new.t, new.outputs, facts["scene"])
     del facts["stats"], facts["warnings"]
-    told = new.warnings if demand.revolutions is not None else (*new.warnings, *unpredictable(new))
+    told = new.warnings if requirement.revolutions is not None else (*new.warnings, *unpredictable(new))
     whole = None if kept else table.values
-    return _result(study, demand, [scored], kept, nominal, told, facts, whole)
+    return _result(study, requirement, [scored], kept, nominal, told, facts, whole)
 
 
 def extended(
@@ -208,47 +215,47 @@ def extended(
     checks = Checks()
     checks.whole("runs", runs, least=0, most=MOST_RUNS)
     others = _results(checks, include)
-    demand = result.demand
-    if demand is None or demand.certified:
+    requirement = result.requirement
+    if requirement is None or requirement.certified:
         checks.add(f"only a result of Study.band can be extended, this is one of Study.{result.kind}")
-    elif demand.finished:
+    elif requirement.finished:
         checks.add("a table of finished runs has no further ones: make a new table")
     checks.finish()
-    assert demand is not None, "the checks let no other result pass"
+    assert requirement is not None, "the checks let no other result pass"
     outputs = result.outputs
     old = Table.of(result, outputs)
     nominal_values = np.stack([result.table(name)[-1] for name in outputs], axis=-1)[None]
     features = None if result.features is None else result.features.nominal[None]
     nominal = Table(old.parameters[:1], nominal_values, result.stats[-1:], features)
-    scored, told = [old[: demand.runs]], _lasting(result.warnings)
-    failures, good = result.failures, demand.runs
+    scored, told = [old[: requirement.runs]], _lasting(result.warnings)
+    failures, good = result.failures, requirement.runs
     seconds = result.seconds
     if runs > 0:
-        begun = demand.runs + demand.failed
-        points = sobol_points(study.intervals, begun, runs, demand.seed)
-        new = _runs(study, demand, points, result.settings, midpoint=False)
+        begun = requirement.runs + requirement.failed
+        points = sobol_points(study.intervals, begun, runs, requirement.seed)
+        new = _runs(study, requirement, points, result.settings, midpoint=False)
         seconds += new.seconds
         scored.append(Table.new(points, new))
         told += _lasting(new.warnings)
         good += len(new.kept)
         failures += tuple(dataclasses.replace(one, index=one.index + begun) for one in new.failures)
-    kept = [old[demand.runs :], *_others(study, others, demand, result.t, outputs, result.scene)]
-    demand = dataclasses.replace(demand, runs=good, failed=count_failed(failures))
+    kept = [old[requirement.runs :], *_others(study, others, requirement, result.t, outputs, result.scene)]
+    requirement = dataclasses.replace(requirement, runs=good, failed=count_failed(failures))
     told += told_failures(failures, good + len(failures) + 1)
     facts = _facts(result) | {"seconds": seconds, "failures": failures}
-    return _result(study, demand, scored, kept, nominal, told, facts)
+    return _result(study, requirement, scored, kept, nominal, told, facts)
 
 
 def shortened(study: Runner, result: StudyResult, runs: int) -> StudyResult:
     """The result of `Study.band` from the first runs of another one."""
-    outputs, demand = result.outputs, result.demand
-    assert demand is not None, "a result of Study.band"
+    outputs, requirement = result.outputs, result.requirement
+    assert requirement is not None, "a result of Study.band"
     nominal_values = np.stack([result.table(name)[-1] for name in outputs], axis=-1)[None]
     features = None if result.features is None else result.features.nominal[None]
     table = Table.of(result, outputs)
     nominal = Table(table.parameters[:1], nominal_values, result.stats[-1:], features)
     facts = _facts(result) | {"seconds": math.nan}
-    return _result(study, dataclasses.replace(demand, runs=runs), [table[:runs]], [], nominal, (), facts)
+    return _result(study, dataclasses.replace(requirement, runs=runs), [table[:runs]], [], nominal, (), facts)
 
 
 def _facts(result: StudyResult) -> dict[str, Any]:
@@ -265,7 +272,7 @@ def _facts(result: StudyResult) -> dict[str, Any]:
 
 def _result(
     study: Runner,
-    demand: Demand,
+    requirement: Requirement,
     scored: Sequence[Table],
     kept: Sequence[Table],
     nominal: Table,
@@ -292,7 +299,7 @@ def _result(
             random,
             study.normal,
             units_of(names, study.features),
-            demand.failed,
+            requirement.failed,
         )
     result = StudyResult.from_runs(
         intervals=study.intervals,
@@ -300,7 +307,7 @@ def _result(
         values=np.concatenate([one.values for one in [*tables, nominal]]) if whole is None else whole,
         degrees=None,
         nodes=(),
-        demand=demand,
+        requirement=requirement,
         threads=study.means.threads,
         stats=Costs.joined(table.stats for table in [*tables, nominal]),
         warnings=tuple(warnings),
@@ -308,7 +315,7 @@ def _result(
         **facts,
     )
     # Shortcomings of the bands are known only now.
-    told = remarks(result.bands, demand)
+    told = remarks(result.bands, requirement)
     if result.scene is not None:
         told += early_widths(result.bands, settling_time(result.scene))
     return dataclasses.replace(result, warnings=(*warnings, *told))
@@ -331,7 +338,7 @@ def _results(checks: Checks, include: object) -> list[StudyResult]:
 def _others(
     study: Runner,
     results: Sequence[StudyResult],
-    demand: Demand,
+    requirement: Requirement,
     t: Array,
     outputs: Sequence[str],
     scene: Scene | None,
@@ -342,8 +349,8 @@ def _others(
         missing = [name for name in outputs if name not in result.outputs]
         if missing:
             checks.add(f"include[{index}] misses the outputs {', '.join(missing)}")
-        revolutions = None if result.demand is None else result.demand.revolutions
-        if revolutions != demand.revolutions:
+        revolutions = None if result.requirement is None else result.requirement.revolutions
+        if revolutions != requirement.revolutions:
             checks.add(f"include[{index}] has other revolutions, or none")
         elif len(result.t) != len(t) or np.max(np.abs(result.t - t)) > 1e-9 * (t[-1] - t[0]):
             checks.add(f"include[{index}] has other instants")

@@ -282,7 +282,7 @@ impl HybridSystem for Recorder<'_> {
         }
         self.dynamics.accelerate(a);
         self.watch(t);
-        self.watch_energy(t);
+        self.begin_energy_check(t);
     }
 
     fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
@@ -373,7 +373,7 @@ impl HybridSystem for Recorder<'_> {
     }
 
     fn wants_dense(&self, end: f64) -> bool {
-        self.may_look(end)
+        self.may_check_energy(end)
             || self.tracking.wants(end)
             || self.samples.next_due().is_some_and(|due| due <= end * (1.0 + 32.0 * f64::EPSILON))
     }
@@ -411,8 +411,8 @@ impl HybridSystem for Recorder<'_> {
                 true
             });
         }
-        if self.may_look(end) {
-            self.look_at(step);
+        if self.may_check_energy(end) {
+            self.check_energy(step);
         }
         (self.monitor)(end)
     }

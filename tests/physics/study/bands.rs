@@ -1,9 +1,9 @@
 //! Bands from runs: windows and leave-one-out against brute force, coverage of processes of known
 //! distribution.
 
-use chebclear::study::band::calibrate::{Demand, Excess, HeldOut, inflation};
+use chebclear::study::band::calibrate::{Excess, HeldOut, Requirement, inflation};
 use chebclear::study::band::certify::least_runs;
-use chebclear::study::band::extremes::{ALWAYS, Bound, Growing, tops};
+use chebclear::study::band::extremes::{Bound, GrowingWindow, NEVER_LEFT_OUT, top_two};
 use chebclear::study::band::regression::{Regression, basis, exponents, term_count};
 use chebclear::study::band::running::{Ends, Window, running_maximum, running_mean, running_minimum};
 use chebclear::study::band::{Method, OutputBand, Table, bands};
@@ -66,7 +66,7 @@ fn leave_one_out_extremes_equal_those_without_the_run() {
     let mut random = SplitMix64::new(8);
     // Few values, so that runs tie.
     let values: Vec<f64> = (0..rows * columns).map(|_| (9.0 * random.uniform()).floor()).collect();
-    let start = tops(&values, columns, scored, 1);
+    let start = top_two(&values, columns, scored, 1);
     let largest = |at: usize, half: usize, left_out: Option<usize>| {
         let span = at.saturating_sub(half)..=(at + half).min(columns - 1);
         let kept = (0..rows).filter(|&row| Some(row) != left_out);
@@ -74,7 +74,7 @@ fn leave_one_out_extremes_equal_those_without_the_run() {
             .map(|(row, t)| values[row * columns + t])
             .fold(f64::NEG_INFINITY, f64::max)
     };
-    let mut growing = Growing::new(start, Ends::Cut, 1);
+    let mut growing = GrowingWindow::new(start, Ends::Cut, 1);
     for half in [0, 1, 2, 3, 7, 8, 30, 60] {
         let found = growing.grow(half).to_vec();
         for (at, top) in found.iter().enumerate() {
@@ -82,7 +82,7 @@ fn leave_one_out_extremes_equal_those_without_the_run() {
             for run in 0..scored {
                 assert_eq!(top.without(run as u32), largest(at, half, Some(run)), "{half} {at} {run}");
             }
-            assert_eq!(top.without(ALWAYS), top.first.min(top.without(ALWAYS)));
+            assert_eq!(top.without(NEVER_LEFT_OUT), top.first.min(top.without(NEVER_LEFT_OUT)));
         }
     }
 }
@@ -91,10 +91,11 @@ fn leave_one_out_extremes_equal_those_without_the_run() {
 fn a_window_between_two_lengths_is_between_their_bounds() {
     let mut random = SplitMix64::new(2);
     let values: Vec<f64> = (0..4 * 30).map(|_| random.uniform()).collect();
-    let start = tops(&values, 30, 4, 1);
+    let start = top_two(&values, 30, 4, 1);
     let runs: Vec<u32> = start.iter().map(|top| top.run).collect();
-    let over =
-        |reach: f64| Bound::over(Window::new(reach), &mut Growing::new(start.clone(), Ends::Cut, 1), &runs);
+    let over = |reach: f64| {
+        Bound::over(Window::new(reach), &mut GrowingWindow::new(start.clone(), Ends::Cut, 1), &runs)
+    };
     let (inner, middle, outer) = (over(2.0), over(2.25), over(3.0));
     for at in 0..30 {
         let expected = 0.75 * inner.all[at] + 0.25 * outer.all[at];
@@ -185,7 +186,7 @@ fn errors_at_points_left_out_are_those_of_fits_without_them() {
     let points = sobol_points(2, 0, 30, Some(1));
     let values = two_outputs(&points);
     let regression = Regression::new(&points, 2, 8, 21);
-    assert_eq!(regression.most_degree(), Some(5));
+    assert_eq!(regression.largest_degree(), Some(5));
     for degree in 0..=4 {
         let projected = regression.project(&values, 2, degree);
         let mut residuals = values.clone();
@@ -212,8 +213,8 @@ fn points_on_a_grid_bear_only_the_degrees_they_tell_apart() {
     let levels = [-1.0, 0.0, 1.0];
     let points: Vec<f64> = levels.iter().flat_map(|&x| levels.iter().flat_map(move |&y| [x, y])).collect();
     // T_3 takes the values of T_1 there.
-    assert_eq!(Regression::new(&points, 2, 8, 9).most_degree(), Some(2));
-    assert_eq!(Regression::new(&points[..2], 2, 8, 9).most_degree(), None);
+    assert_eq!(Regression::new(&points, 2, 8, 9).largest_degree(), Some(2));
+    assert_eq!(Regression::new(&points[..2], 2, 8, 9).largest_degree(), None);
 }
 
 fn excesses(scores: &[(u32, f64)]) -> Vec<Excess> {
@@ -222,17 +223,17 @@ fn excesses(scores: &[(u32, f64)]) -> Vec<Excess> {
 
 #[test]
 fn a_band_that_all_runs_keep_is_not_widened() {
-    let demand = Demand { coverage: 0.999, runs: 41, block: 1, samples: 721, parameters: 2 };
-    assert_eq!(inflation(&[], &demand, 1.0), 0.0);
-    let held_out = HeldOut::of(&[], &demand);
+    let requirement = Requirement { coverage: 0.999, runs: 41, block: 1, samples: 721, parameters: 2 };
+    assert_eq!(inflation(&[], &requirement, 1.0), 0.0);
+    let held_out = HeldOut::of(&[], &requirement);
     assert_eq!(held_out.coverage, 1.0);
     assert!((held_out.whole_run - 40.0 / 42.0).abs() < 1e-15);
 }
 
 #[test]
 fn held_out_runs_are_counted_whole_and_by_samples() {
-    let demand = Demand { coverage: 0.5, runs: 49, block: 1, samples: 1000, parameters: 2 };
-    let left = HeldOut::of(&excesses(&[(47, 2.0), (48, 1.0), (48, 3.0)]), &demand);
+    let requirement = Requirement { coverage: 0.5, runs: 49, block: 1, samples: 1000, parameters: 2 };
+    let left = HeldOut::of(&excesses(&[(47, 2.0), (48, 1.0), (48, 3.0)]), &requirement);
     // 47 runs are inside throughout, one of which is given up.
     assert!((left.whole_run - 46.0 / 50.0).abs() < 1e-15);
     assert!((left.coverage - (1.0 - 3.0 / 49e3)).abs() < 1e-15);
@@ -250,8 +251,8 @@ fn exponential_scores_of_the_usual_size_are_met_at_the_share_aimed_at() {
     let mut scores = exponential_scores(runs, samples);
     scores.iter_mut().for_each(|score| score.1 *= 0.5 * usual);
     for (coverage, parameters) in [(0.9, 2), (0.99, 2), (0.999, 2), (0.999, 8)] {
-        let demand = Demand { coverage, runs, block: 1, samples, parameters };
-        let level = inflation(&excesses(&scores), &demand, 1.0);
+        let requirement = Requirement { coverage, runs, block: 1, samples, parameters };
+        let level = inflation(&excesses(&scores), &requirement, 1.0);
         let beyond = (-level / usual).exp();
         // 90 / 180 of what is allowed with two parameters, half of that at either side; half as much with eight.
         let aim = 0.25 * (1.0 - coverage) * (2.0 / parameters as f64).sqrt();
@@ -261,12 +262,12 @@ fn exponential_scores_of_the_usual_size_are_met_at_the_share_aimed_at() {
 
 #[test]
 fn one_run_far_outside_does_not_decide_alone() {
-    let demand = Demand { coverage: 0.999, runs: 41, block: 1, samples: 721, parameters: 2 };
+    let requirement = Requirement { coverage: 0.999, runs: 41, block: 1, samples: 721, parameters: 2 };
     let mut scores: Vec<(u32, f64)> = exponential_scores(1, 2000);
     scores.iter_mut().for_each(|score| score.1 *= 0.5 * 0.065);
-    let usual = inflation(&excesses(&scores), &demand, 1.0);
+    let usual = inflation(&excesses(&scores), &requirement, 1.0);
     scores.iter_mut().for_each(|score| score.1 *= 32.0);
-    let far = inflation(&excesses(&scores), &demand, 1.0);
+    let far = inflation(&excesses(&scores), &requirement, 1.0);
     // The power 0.6 of 32 is 8.
     assert!((far / usual - 8.0).abs() < 1e-9, "{far} {usual}");
 }
@@ -274,8 +275,8 @@ fn one_run_far_outside_does_not_decide_alone() {
 #[test]
 fn the_level_does_not_grow_with_the_number_of_samples() {
     let level = |samples: usize| {
-        let demand = Demand { coverage: 0.999, runs: 60, block: 1, samples, parameters: 2 };
-        inflation(&excesses(&exponential_scores(60, samples)), &demand, 1.0)
+        let requirement = Requirement { coverage: 0.999, runs: 60, block: 1, samples, parameters: 2 };
+        inflation(&excesses(&exponential_scores(60, samples)), &requirement, 1.0)
     };
     // The largest score of a run grows by 2 ln 4 = 2.8 in the mean.
     assert!((level(4000) - level(1000)).abs() < 0.3, "{} {}", level(4000), level(1000));
@@ -500,7 +501,7 @@ fn wrong_tables_are_refused() {
 
 #[test]
 fn certified_bands_keep_their_promise_in_the_mean() {
-    // The mean share outside over many studies is at most the one demanded, whatever the distribution:
+    // The mean share outside over many studies is at most the required one, whatever the distribution:
     // here with rare excursions that most studies of 60 runs hardly see.
     let (samples, runs, fresh, repetitions) = (40, 60, 100, 60);
     let excursion = |random: &mut SplitMix64| -> Vec<f64> {
@@ -595,7 +596,7 @@ fn windows_over_every_second_sample_are_those_of_half_as_many() {
     let (rows, columns) = (5, 81);
     let values: Vec<f64> = (0..rows * columns).map(|_| random.uniform()).collect();
     for ends in [Ends::Cut, Ends::Joined] {
-        let mut growing = Growing::new(tops(&values, columns, rows, 1), ends, 2);
+        let mut growing = GrowingWindow::new(top_two(&values, columns, rows, 1), ends, 2);
         for half in [0, 1, 4, 9, 30] {
             let found = growing.grow(half).to_vec();
             for phase in 0..2 {
@@ -608,7 +609,7 @@ fn windows_over_every_second_sample_are_those_of_half_as_many() {
                     .flat_map(|row| row.iter().skip(phase).step_by(2).copied())
                     .collect();
                 let count = some.len() / rows;
-                let mut alone = Growing::new(tops(&some, count, rows, 1), ends, 1);
+                let mut alone = GrowingWindow::new(top_two(&some, count, rows, 1), ends, 1);
                 let expected = alone.grow(half);
                 for (at, top) in expected.iter().enumerate() {
                     assert_eq!(found[2 * at + phase], *top, "{ends:?} {half} {phase} {at}");

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use chebclear::study::band::extremes::{Growing, tops};
+use chebclear::study::band::extremes::{GrowingWindow, top_two};
 use chebclear::study::band::running::{Ends, Window, running_maximum, running_mean};
 use chebclear::study::band::{Method, OutputBand, Table, bands};
 use chebclear::study::points::{SplitMix64, random_points, sobol_points};
@@ -69,10 +69,10 @@ fn a_run_is_left_out_with_all_its_revolutions() {
             .map(|(row, t)| values[row * columns + t])
             .fold(f64::NEG_INFINITY, f64::max)
     };
-    let mut start = tops(&values, columns, scored, block);
+    let mut start = top_two(&values, columns, scored, block);
     let joined = start[0].merge(start[columns - 1]);
     (start[0], start[columns - 1]) = (joined, joined);
-    let mut growing = Growing::new(start, Ends::Joined, 1);
+    let mut growing = GrowingWindow::new(start, Ends::Joined, 1);
     for half in [0, 1, 2, 5, 11] {
         for (at, top) in growing.grow(half).iter().enumerate() {
             for run in 0..scored {

@@ -156,7 +156,7 @@ def test_the_script_of_a_report_makes_the_result_again(reports, result):
     exec(html.unescape(scripts[0]).replace("print(result)", ""), found)
     again = found["result"]
     assert all(cc.compare(again, result)[name].slack == 0.0 for name in result.bands)
-    assert again.settings.rtol == result.settings.rtol and again.demand == result.demand
+    assert again.settings.rtol == result.settings.rtol and again.requirement == result.requirement
 
 
 def test_the_script_of_the_report_of_a_run_makes_it_again(scene, tmp_path, monkeypatch):

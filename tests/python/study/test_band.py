@@ -76,7 +76,7 @@ def test_scrambled_points_are_more_even_than_random_ones():
 def test_a_smooth_response_is_resolved(planet):
     assert planet.kind == "band" and planet.degrees is None and planet.nodes == ()
     assert planet.parameters.shape == (21, 2) and len(planet.stats) == 22
-    assert planet.demand.runs == 21 and planet.settings.rtol == 1e-4
+    assert planet.requirement.runs == 21 and planet.settings.rtol == 1e-4
     band, t = planet["block.y"], planet.t
     assert band.verdict == "resolved" and band.margin.method == "polynomial" and band.margin.error < 0.05
     lowest, highest = height(t, 11.0, 1.2), height(t, 8.0, 0.3)
@@ -172,7 +172,7 @@ def test_the_largest_clearance_of_the_box_limits_the_penetration():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", cc.ChebclearWarning)
         result = study.band(3)
-    lower, upper = result.demand.limits["wrist.penetration"]
+    lower, upper = result.requirement.limits["wrist.penetration"]
     assert (lower, upper) == (pytest.approx(-3e-5, rel=1e-12), math.inf)
 
 
@@ -194,7 +194,7 @@ def test_runs_are_added_and_none_is_lost(wrist):
         warnings.simplefilter("ignore", cc.ChebclearWarning)
         longer = study.band(16).extend(25)
         split = study.band(41, seed=5)
-    assert longer.demand == wrist.demand and same(longer.bands, wrist.bands)
+    assert longer.requirement == wrist.requirement and same(longer.bands, wrist.bands)
     assert not same(split.bands, wrist.bands)
     assert longer.stats == wrist.stats
 
@@ -203,7 +203,7 @@ def test_runs_on_a_grid_take_part():
     study = planet_study(rtol=1e-4)
     grid = study.scan(3)
     result = study.band(12, include=grid)
-    assert result.parameters.shape == (21, 2) and result.demand.runs == 12 and len(result.stats) == 22
+    assert result.parameters.shape == (21, 2) and result.requirement.runs == 12 and len(result.stats) == 22
     np.testing.assert_array_equal(result.parameters[12:], grid.parameters)
     band = result["block.y"]
     # The corners are in the hull.
@@ -222,7 +222,7 @@ def test_a_table_of_finished_runs_takes_part():
         points, t, {"block.y": np.array(places), "block.vy": np.array(speeds)}
     ).sample()
     result = study.band(12, include=table)
-    assert len(result.parameters) == 12 + len(table.parameters) and result.demand.runs == 12
+    assert len(result.parameters) == 12 + len(table.parameters) and result.requirement.runs == 12
     assert result["block.y"].verdict == "resolved"
     np.testing.assert_allclose(result["block.y"].upper, height(t, 8.0, 0.3), atol=0.02)
     wider = cc.Study(faller, PLANET | {"tilt": cc.interval(0.2, 1.3)}, ["block.y", "block.vy"], **TIME)
@@ -241,7 +241,7 @@ def test_results_are_values(wrist, tmp_path):
     pickled = pickle.loads(pickle.dumps(wrist))
     assert pickled == wrist and pickled.study is None
     loaded = cc.StudyResult.load(wrist.save(tmp_path / "wrist"))
-    assert loaded == wrist and loaded.demand == wrist.demand
+    assert loaded == wrist and loaded.requirement == wrist.requirement
     with pytest.raises(ValueError, match="has lost its study"):
         loaded.extend(3)
     assert repr(wrist).startswith("<StudyResult: band, 41 runs, slider.x")
@@ -329,7 +329,7 @@ def test_polynomials_of_many_parameters():
 def test_a_certified_band_says_what_is_proved():
     study = planet_study(samples=5)
     result = study.certify(0.97)
-    assert result.kind == "certify" and result.demand.runs == 50 and result.parameters.shape == (50, 2)
+    assert result.kind == "certify" and result.requirement.runs == 50 and result.parameters.shape == (50, 2)
     band = result["block.y"]
     assert band.verdict == "certified" and band.margin.method == "runs" and band.surrogate is None
     assert 0.97 <= band.coverage < 1.0

@@ -150,10 +150,10 @@ def test_revolutions_are_those_of_one_long_run(wrist):
 def test_results_by_angle_are_values(wrist, tmp_path):
     assert same(wrist_study(threads=1).band(9, cycles=5).extend(6).bands, wrist.bands)
     loaded = cc.StudyResult.load(wrist.save(tmp_path / "wrist"))
-    assert loaded == wrist and loaded.demand.revolutions.kept == 4
+    assert loaded == wrist and loaded.requirement.revolutions.kept == 4
     assert repr(wrist).startswith("<StudyResult: band, 15 runs, slider.x")
     more = wrist_study().band(4, cycles=5, seed=3, include=wrist)
-    assert more.parameters.shape == (19, 2) and more.demand.runs == 4
+    assert more.parameters.shape == (19, 2) and more.requirement.runs == 4
 
 
 def test_revolutions_leave_with_their_angle(wrist):

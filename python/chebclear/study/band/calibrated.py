@@ -29,7 +29,7 @@ _SEVERAL = 4
 
 
 @dataclass(frozen=True)
-class Demand:
+class Requirement:
     """Requirements of a calibrated study."""
 
     coverage: float
@@ -55,22 +55,24 @@ class Demand:
         return self.runs / (self.runs + self.failed)
 
     @classmethod
-    def from_dict(cls, plain: Mapping[str, object]) -> Demand:
-        """The requirements from their JSON form."""
+    def from_dict(cls, plain: Mapping[str, object] | None) -> Requirement | None:
+        """The requirements from their JSON form; None for a result that has none."""
+        if plain is None:
+            return None
         limits = {name: tuple(ends) for name, ends in dict(plain["limits"]).items()}  # type: ignore[call-overload]
         turns = plain.get("revolutions")
         revolutions = None if turns is None else Revolutions(**turns)  # type: ignore[arg-type]
         return cls(**{**plain, "limits": limits, "revolutions": revolutions})  # type: ignore[arg-type]
 
 
-def needed_runs(demand: Demand) -> int:
+def needed_runs(requirement: Requirement) -> int:
     """Least number of held-out runs that can verify a coverage, if one run may be far outside.
 
     Fewer runs of several revolutions suffice: with nine runs of nine revolutions each, 99.9 % of the samples
     of new runs were inside on three mechanisms.
     """
-    runs = _UNSEEN / (1.0 - demand.coverage)
-    if demand.revolutions is not None and demand.revolutions.kept >= _SEVERAL:
+    runs = _UNSEEN / (1.0 - requirement.coverage)
+    if requirement.revolutions is not None and requirement.revolutions.kept >= _SEVERAL:
         runs *= 0.75
     return max(3, int(np.ceil(runs)))
 
@@ -81,7 +83,7 @@ def calibrated_bands(
     values: Array,
     intervals: dict[str, Interval],
     parameters: Array,
-    demand: Demand,
+    requirement: Requirement,
     threads: int | None = None,
     nominal_parameters: Array | None = None,
 ) -> dict[str, Band]:
@@ -100,7 +102,7 @@ def calibrated_bands(
         Interval of each parameter [SI units].
     parameters : ndarray, shape (runs, parameters)
         Parameters of the runs [SI units].
-    demand : Demand
+    requirement : Requirement
         Requirements.
     threads : int, optional
         Threads to work on [-]; all processors if not given.
@@ -116,10 +118,10 @@ def calibrated_bands(
     if nominal_parameters is not None:
         place = on_cube(intervals, nominal_parameters)
     points = np.vstack([on_cube(intervals, parameters), place])
-    limits = [demand.limits[name] for name in outputs]
+    limits = [requirement.limits[name] for name in outputs]
     nominal, rows, angle, kept = values[-1], values[:-1], None, None
-    if demand.revolutions is not None:
-        kept, angle = demand.revolutions.kept, demand.revolutions.angle
+    if requirement.revolutions is not None:
+        kept, angle = requirement.revolutions.kept, requirement.revolutions.angle
         middle = [side.midpoint for side in intervals.values()]
         parameters = np.repeat(np.vstack([parameters, middle]), kept, axis=0)
         nominal, rows = values[-1, 0], values.reshape(-1, *values.shape[2:])
@@ -127,7 +129,7 @@ def calibrated_bands(
     if values.nbytes > _MOST_COPIED:
         threads = 1
     found = _core.calibrated_bands(
-        values, points, demand.runs, limits, demand.coverage, demand.certified, kept, threads
+        values, points, requirement.runs, limits, requirement.coverage, requirement.certified, kept, threads
     )
     spacing = float(t[-1] - t[0]) / (len(t) - 1)
     lowest, highest = values.min(axis=0), values.max(axis=0)
@@ -137,7 +139,7 @@ def calibrated_bands(
         if band["degree"] is not None and band["coefficients"] is not None:
             surrogate = total_degree_polynomial(intervals, band["degree"], band["coefficients"])
         margin = Margin(
-            method="runs" if demand.certified else "envelope" if surrogate is None else "polynomial",
+            method="runs" if requirement.certified else "envelope" if surrogate is None else "polynomial",
             degree=band["degree"],
             error=float("nan") if band["error"] is None else band["error"],
             window=band["window"] * spacing,
@@ -154,24 +156,28 @@ def calibrated_bands(
             parameters=parameters,
             runs=rows[:, :, index],
             surrogate=surrogate,
-            verdict=_verdict(band["degree"] is not None, band["coverage"], demand),
+            verdict=_verdict(band["degree"] is not None, band["coverage"], requirement),
             margin=margin,
-            coverage=band["coverage"] * demand.succeeded,
-            whole_run=band["whole_run"] * demand.succeeded,
+            coverage=band["coverage"] * requirement.succeeded,
+            whole_run=band["whole_run"] * requirement.succeeded,
             angle=angle,
         )
     return bands
 
 
-def _verdict(resolved: bool, coverage: float, demand: Demand) -> Verdict:
-    if demand.succeeded < demand.coverage:
+def _verdict(resolved: bool, coverage: float, requirement: Requirement) -> Verdict:
+    if requirement.succeeded < requirement.coverage:
         return "undersampled"
-    if demand.certified:
+    if requirement.certified:
         return "certified"
     if resolved:
         return "resolved"
-    enough = demand.runs >= needed_runs(demand)
-    return "calibrated" if enough and coverage * demand.succeeded >= demand.coverage else "undersampled"
+    enough = requirement.runs >= needed_runs(requirement)
+    return (
+        "calibrated"
+        if enough and coverage * requirement.succeeded >= requirement.coverage
+        else "undersampled"
+    )
 
 
 def doubling_narrows(runs: int) -> float:
@@ -188,22 +194,27 @@ def certifying_runs(coverage: float) -> int:
     return max(LEAST_CERTIFYING, int(np.ceil(1.5 / (1.0 - coverage) * (1.0 - 1e-12))))
 
 
-def statement(demand: Demand) -> str:
+def statement(requirement: Requirement) -> str:
     """The coverage that a study estimates or proves, in words."""
-    share = f"{100.0 * demand.coverage:g} %"
-    if demand.failed:
-        plain = statement(dataclasses.replace(demand, failed=0))
-        return f"{plain} This holds for runs that succeed: {demand.failed} others failed and were left out."
-    if demand.certified:
+    share = f"{100.0 * requirement.coverage:g} %"
+    if requirement.failed:
+        plain = statement(dataclasses.replace(requirement, failed=0))
         return (
-            f"If parameters are drawn independently and uniformly from the box, the samples of a further run "
-            f"are in the band with an expected share of at least {share}. That holds for every mechanism; "
-            f"the expectation is over the {demand.runs} runs of this study as well as over the further one."
+            f"{plain} This holds for runs that succeed: {requirement.failed} others failed and were left out."
         )
-    spread = "given, taken as spread evenly over the box" if demand.finished else "spread evenly over the box"
+    if requirement.certified:
+        return (
+            "If parameters are drawn independently and uniformly from the box, the expected share of the "
+            f"samples of a further run that are in the band is at least {share}. That holds for every "
+            f"mechanism; the expectation is over the {requirement.runs} runs of this study as well as over "
+            "the further one."
+        )
+    spread = (
+        "given, taken as spread evenly over the box" if requirement.finished else "spread evenly over the box"
+    )
     return (
         f"The bands were widened until {share} of the samples of held-out runs were inside, "
-        f"with {demand.runs} runs {spread}. The coverage of further runs is an estimate, "
+        f"with {requirement.runs} runs {spread}. The coverage of further runs is an estimate, "
         "not proved; Study.certify proves it with more runs."
     )
 
@@ -213,27 +224,28 @@ def is_remark(text: str) -> bool:
     return text.startswith(("undersampled: ", "settling: "))
 
 
-def remarks(bands: Mapping[str, Band], demand: Demand) -> list[str]:
+def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[str]:
     """Warnings of the bands."""
     short = [name for name, band in bands.items() if band.verdict == "undersampled"]
     if not short:
         return []
-    least = needed_runs(demand)
-    asked = f"{100.0 * demand.coverage:g} % of the samples"
+    least = needed_runs(requirement)
+    asked = f"{100.0 * requirement.coverage:g} % of the samples"
     names = ", ".join(short)
-    if demand.succeeded < demand.coverage:
+    runs, failed = requirement.runs, requirement.failed
+    if requirement.succeeded < requirement.coverage:
         return [
-            f"undersampled: {demand.failed} of {demand.runs + demand.failed} runs failed and count as "
-            f"outside, so that {asked} of a further run cannot be promised for {names}: see result.failures"
+            f"undersampled: {failed} of {runs + failed} runs failed and count as outside, "
+            f"so that {asked} of a further run cannot be promised for {names}: see result.failures"
         ]
-    if demand.runs < least:
+    if runs < least:
         return [
-            f"undersampled: {demand.runs} runs cannot verify that {asked} of a further run are in the band "
+            f"undersampled: {runs} runs cannot verify that {asked} of a further run are in the band "
             f"of {names}; at least {least} are needed"
         ]
     worst = min(bands[name].coverage for name in short)
     # The share outside falls about as one over the number of runs.
-    more = max(1, int(np.ceil(demand.runs * (1.0 - worst) / (1.0 - demand.coverage))) - demand.runs)
+    more = max(1, int(np.ceil(runs * (1.0 - worst) / (1.0 - requirement.coverage))) - runs)
     return [
         f"undersampled: only {100.0 * worst:.4g} % of the samples of held-out runs are in the band of "
         f"{names}, {asked} were required; about {more} more runs would suffice: result.extend({more})"

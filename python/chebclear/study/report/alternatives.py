@@ -17,7 +17,7 @@ from ...report.document import Block, Cell, Table, Text
 from ...run.simulation import simulate
 from ...scene.columns import column_unit
 from ..band.band import Band
-from ..band.calibrated import Demand, calibrated_bands
+from ..band.calibrated import Requirement, calibrated_bands
 
 Array = NDArray[np.float64]
 
@@ -85,7 +85,7 @@ def _calibrated_half(result: Any, count: int) -> Mapping[str, tuple[Array, Array
     names = list(result.bands)
     bands = list(result.bands.values())
     runs = np.stack([np.vstack([band.runs[:count], band.nominal]) for band in bands], axis=2)
-    demand: Demand = dataclasses.replace(result.demand, runs=count, failed=0)
+    requirement: Requirement = dataclasses.replace(result.requirement, runs=count, failed=0)
     first: Band = bands[0]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ChebclearWarning)
@@ -95,7 +95,7 @@ def _calibrated_half(result: Any, count: int) -> Mapping[str, tuple[Array, Array
             runs,
             dict(result.intervals),
             result.parameters[:count],
-            demand,
+            requirement,
             nominal_parameters=result.nominal_parameters,
         )
     return {name: (band.lower, band.upper) for name, band in made.items()}

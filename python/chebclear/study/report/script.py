@@ -61,7 +61,7 @@ def _scene_file(text: str) -> list[str]:
 
 def _of_study(result: Any) -> Any:
     """The settings of the study: a band by crank angle chose times and samples of its own."""
-    turns = None if result.demand is None else result.demand.revolutions
+    turns = None if result.requirement is None else result.requirement.revolutions
     if turns is None:
         return result.settings
     return dataclasses.replace(result.settings, skip=0.0, samples=turns.samples, cycles=1)
@@ -69,23 +69,25 @@ def _of_study(result: Any) -> Any:
 
 def _call(result: Any) -> str:
     """The call that made the result."""
-    demand = result.demand
-    if demand is not None:
+    requirement = result.requirement
+    if requirement is not None:
         known = {
-            name: value for name, value in dataclasses.asdict(demand).items() if name in ("coverage", "seed")
+            name: value
+            for name, value in dataclasses.asdict(requirement).items()
+            if name in ("coverage", "seed")
         }
         known |= {"rtol": result.settings.rtol}
-        if not demand.certified:
-            known = {"runs": demand.runs, **known}
-        if demand.revolutions is not None:
-            turns = demand.revolutions
+        if not requirement.certified:
+            known = {"runs": requirement.runs, **known}
+        if requirement.revolutions is not None:
+            turns = requirement.revolutions
             known |= {
                 "cycles": turns.kept + turns.discarded,
                 "discard": turns.discarded,
                 "angle": turns.joint,
             }
         arguments = ", ".join(f"{name}={value!r}" for name, value in known.items())
-        return f"study.{'certify' if demand.certified else 'band'}({arguments})"
+        return f"study.{'certify' if requirement.certified else 'band'}({arguments})"
     names = list(result.intervals)
     if result.degrees is not None:
         degrees = dict(zip(names, result.degrees, strict=True))

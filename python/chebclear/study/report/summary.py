@@ -102,7 +102,7 @@ def _peak(result: Any, band: Band) -> FeatureInterval:
     values = result.table(band.name)
     peaks = values.reshape(len(values), -1).max(axis=1)[:, None]
     points = on_cube(result.intervals, result.parameters)
-    return find_interval(points, peaks[:-1], peaks[-1], random=result.demand is not None)
+    return find_interval(points, peaks[:-1], peaks[-1], random=result.requirement is not None)
 
 
 def _next(result: Any) -> list[str]:
@@ -110,17 +110,17 @@ def _next(result: Any) -> list[str]:
     bands = result.bands.values()
     told = []
     wide = [band.name for band in bands if band.verdict in ("calibrated", "undersampled")]
-    demand = result.demand
+    requirement = result.requirement
     if result.failures:
         told.append(
             f"a box in which all runs succeed: {len(result.failures)} failed, see result.failures, and no "
             "bound holds there"
         )
-    elif wide and demand is not None:
-        more = demand.runs
+    elif wide and requirement is not None:
+        more = requirement.runs
         how = (
             "a table of twice as many runs"
-            if demand.finished
+            if requirement.finished
             else f"{more} more runs, result.extend({more}),"
         )
         told.append(

@@ -23,20 +23,20 @@ const LARGEST_GAP: f64 = 1e-3;
 const LEAST: [f64; 2] = [1.0 / 64.0, 1.0 / 16.0];
 /// Without stiff friction: standard deviation that the sampled sum may have, relative to the largest
 /// error without a warning, and to the sum itself.
-const ALLOWED_LUCK: [f64; 2] = [0.3, 0.5];
+const ALLOWED_DEVIATION: [f64; 2] = [0.3, 0.5];
 /// With stiff friction, where gaps are too uneven for a variance: recent gap, relative to the largest
 /// energy, from which every step is checked.
-const TELLING_GAP: f64 = 4e-6;
+const ALWAYS_CHECKED_GAP: f64 = 4e-6;
 /// Friction is stiff in a step if its length times the rate at which friction damps the sliding exceeds this.
 const STIFF: f64 = 1.0;
 /// Change of the sliding velocity over a step with stiff friction from which the step is always checked,
 /// relative to the velocity above which friction is constant.
-const TELLING_CHANGE: f64 = 0.1;
+const ALWAYS_CHECKED_CHANGE: f64 = 0.1;
 /// Factors by which the recent gap with stiff friction, and the recent variance without, decay from one
 /// checked step to the next.
 const MEMORY: [f64; 2] = [0.9, 0.8];
 /// Standard deviations of the sampled sum that are subtracted as sampling error.
-const LUCK: f64 = 1.5;
+const SUBTRACTED_DEVIATIONS: f64 = 1.5;
 /// Rounding error of the energies, relative to their size.
 const ROUNDING: f64 = 1e-12;
 /// Multiples of the golden ratio modulo 1 fill the unit interval evenly, without resonance with periodic
@@ -57,7 +57,7 @@ pub(crate) struct Balance {
     /// Friction of the joints there.
     slides: Vec<Slide>,
     /// Recent gap of a step with stiff friction [J].
-    lately: f64,
+    recent_gap: f64,
     /// Without: last gap [J], and recent half square of its changes [J²]. Neighboring gaps are alike, so
     /// this is their variance in the sampled sum.
     last: f64,
@@ -68,7 +68,7 @@ pub(crate) struct Balance {
     gap: Estimate,
     works: [Estimate; 2],
     /// Largest sum of the gaps so far, less its sampling and rounding errors [J].
-    surely: f64,
+    least_error: f64,
     /// The same sum without that subtraction [J].
     pub(crate) worst: f64,
     /// Largest energy of any kind so far [J].
@@ -105,8 +105,8 @@ impl Estimate {
     }
 
     /// Absolute value of the sum, less its sampling error.
-    fn surely(&self) -> f64 {
-        self.sum.abs() - LUCK * self.variance.sqrt()
+    fn lower_bound(&self) -> f64 {
+        self.sum.abs() - SUBTRACTED_DEVIATIONS * self.variance.sqrt()
     }
 }
 
@@ -127,9 +127,9 @@ impl Balance {
 
     /// Probability with which a step is checked, from the gaps before it.
     fn probability(&self, stiff: bool) -> f64 {
-        let [of_limit, of_sum] = ALLOWED_LUCK;
+        let [of_limit, of_sum] = ALLOWED_DEVIATION;
         let needed = if stiff {
-            self.lately / (TELLING_GAP * self.largest)
+            self.recent_gap / (ALWAYS_CHECKED_GAP * self.largest)
         } else {
             let allowed = (of_limit * LARGEST_GAP * self.largest).max(of_sum * self.gap.sum.abs());
             // The n steps of the whole run, if they go on like this, add n c / p to the variance of the sum.
@@ -152,7 +152,7 @@ impl Balance {
 
     /// Whether the error of the balance is too large.
     pub(crate) fn is_off(&self) -> bool {
-        self.surely > LARGEST_GAP * self.largest
+        self.least_error > LARGEST_GAP * self.largest
     }
 
     /// Whether most of it arises with stiff friction.
@@ -171,7 +171,7 @@ impl Balance {
         let [memory_of_gaps, memory_of_changes] = MEMORY;
         let mut square = gap * gap;
         if stiff {
-            self.lately = gap.abs().max(memory_of_gaps * self.lately);
+            self.recent_gap = gap.abs().max(memory_of_gaps * self.recent_gap);
         } else {
             square = 0.5 * (gap - self.last).powi(2);
             self.change = square.max(memory_of_changes * self.change);
@@ -186,11 +186,11 @@ impl Balance {
         }
         for (sum, work) in self.works.iter_mut().zip(works) {
             sum.add(work, work * work, probability);
-            self.largest = self.largest.max(sum.surely());
+            self.largest = self.largest.max(sum.lower_bound());
         }
-        let surely = self.gap.surely() - ROUNDING * (end.kinetic + end.potential.abs());
-        if surely > self.surely {
-            (self.surely, self.worst) = (surely, self.gap.sum.abs());
+        let least_error = self.gap.lower_bound() - ROUNDING * (end.kinetic + end.potential.abs());
+        if least_error > self.least_error {
+            (self.least_error, self.worst) = (least_error, self.gap.sum.abs());
         }
     }
 }
@@ -228,7 +228,7 @@ impl Recorder<'_> {
     }
 
     /// Records the state at the start `t` of a step.
-    pub(crate) fn watch_energy(&mut self, t: f64) {
+    pub(crate) fn begin_energy_check(&mut self, t: f64) {
         let Settings { skip, duration, .. } = self.settings;
         self.balance.passed = (t + skip - self.samples.from) / (skip + duration);
         self.balance.steps += 1;
@@ -260,13 +260,13 @@ impl Recorder<'_> {
     }
 
     /// Whether the step from the last start to `end` may be checked.
-    pub(crate) fn may_look(&self, end: f64) -> bool {
+    pub(crate) fn may_check_energy(&self, end: f64) -> bool {
         let stiff = self.balance.is_stiff(end - self.balance.time);
         stiff || self.balance.draws(self.balance.probability(false))
     }
 
     /// Adds the work and the gap of an accepted step, if it is drawn.
-    pub(crate) fn look_at(&mut self, step: &DenseStep) {
+    pub(crate) fn check_energy(&mut self, step: &DenseStep) {
         let stiff = self.balance.is_stiff(step.end_time() - self.balance.time);
         let mut probability = self.balance.probability(stiff);
         if stiff && probability < 1.0 {
@@ -274,7 +274,7 @@ impl Recorder<'_> {
             self.dynamics.move_to(step.end_time(), q, v);
             for (index, start) in self.balance.slides.iter().enumerate() {
                 let change = self.slide(index).velocity - start.velocity;
-                probability = probability.max(change.abs() / TELLING_CHANGE);
+                probability = probability.max(change.abs() / ALWAYS_CHECKED_CHANGE);
             }
         }
         if self.balance.draws(probability) {

@@ -1,4 +1,4 @@
-//! How far a bound must be widened so that runs it does not know stay inside.
+//! How far a bound must be widened so that runs it was not made from stay inside.
 
 /// Where one run leaves a bound that was made without it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -9,9 +9,9 @@ pub struct Excess {
     pub score: f64,
 }
 
-/// What held-out runs must do inside a band.
+/// Share of the samples of held-out runs that must be inside a band.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Demand {
+pub struct Requirement {
     /// Share of the samples that must be inside [-].
     pub coverage: f64,
     /// Number of runs that were held out.
@@ -24,68 +24,70 @@ pub struct Demand {
     pub parameters: usize,
 }
 
-/// Part of the share of samples that may be outside which is aimed at: that of each run, and the most. Held-out
-/// runs were used to choose the band, and few of them tell little of rare motions, so that they promise too much.
+/// The share of samples of held-out runs that is left outside, relative to the share that may be outside: what
+/// each run adds to it, and its largest value. It is below 1 because held-out runs are optimistic: they were used to
+/// choose the band, and few of them contain rare motions.
 ///
 /// This and the other constants of calibrated bands were chosen together on nine problems of
-/// `benchmarks/bands.py` (P1 to P5, quick return, six-bar, pendulum) at 41, 81 and 321 runs, so that at 99.9 %
-/// asked for 99.95 % of the samples of 600 to 2000 fresh runs are inside in the mean over five or six studies.
-/// The chain was not looked at before.
-const AIM_OF_RUN: f64 = 1.0 / 180.0;
-const MOST_AIM: f64 = 0.9;
+/// `benchmarks/bands.py` (P1, P2, P3a, P3b, P4, P5, quick return, six-bar, pendulum) at 41, 81 and 321 runs. With
+/// a required coverage of 99.9 %, 99.95 % of the samples of 600 to 2000 new runs are then inside, in the mean
+/// over five or six studies. The chain took no part in the choice.
+const TARGET_PER_RUN: f64 = 1.0 / 180.0;
+const LARGEST_TARGET: f64 = 0.9;
 
-/// Parameters at which that is so. A point that is left out of an even set leaves a hole, which is the larger
-/// against the distances of fresh points, the fewer parameters there are; so the aim falls as one over the root of
-/// their number.
-const USUAL_PARAMETERS: f64 = 2.0;
+/// Number of parameters for which the target holds. A point that is left out of an even set leaves a hole. The
+/// fewer parameters there are, the larger the hole is against the distance of new points from their neighbors.
+/// The target therefore falls as one over the square root of the number of parameters.
+const REFERENCE_PARAMETERS: f64 = 2.0;
 
-/// How far, in local spreads, held-out runs are beyond a bound where they are beyond it: the mean of the
-/// logarithm over the problems, windows and numbers of runs. Single studies find 0.02 to 0.4, as it comes to whether
-/// one of their few runs did something rare.
-const USUAL_EXCESS: f64 = 0.065;
+/// Prior of the mean excess [local spreads]: the geometric mean over the problems, windows and numbers of runs.
+/// Single studies find 0.02 to 0.4: a few runs contain a rare motion or they do not.
+const PRIOR_EXCESS: f64 = 0.065;
 
-/// Weight of [`USUAL_EXCESS`] against the mean excess that a study finds itself. Runs of several revolutions show
-/// more of what is rare: both this and the power below are then divided by the root of their number.
-const USUAL_WEIGHT: f64 = 0.4;
+/// Weight of [`PRIOR_EXCESS`] against the mean excess of the study itself. Runs of several revolutions contain
+/// more rare motions: this weight and the power below are then divided by the square root of their number.
+const PRIOR_WEIGHT: f64 = 0.4;
 
-/// Where the reach of the runs is uneven in time, what is rare at a quiet instant may be as large as what is
-/// common at a loud one: bounds are widened by this power of the unevenness more.
+/// Where the spread of the runs is uneven in time, a rare excess at an instant of small spread may be as large as
+/// a common one at an instant of large spread. Bounds are therefore widened in proportion to this power of the
+/// unevenness, up to a largest one.
 const UNEVENNESS_POWER: f64 = 0.6;
-const MOST_UNEVENNESS: f64 = 2.5;
+const LARGEST_UNEVENNESS: f64 = 2.5;
 
-/// A bound is widened by no more than the largest excess and this part of it, over the number of runs.
-const BEYOND_LARGEST: f64 = 8.0;
+/// A bound is widened by at most the largest excess times 1 plus this number over the number of runs.
+const LARGEST_EXCESS_MARGIN: f64 = 8.0;
 
-impl Demand {
+impl Requirement {
     /// Samples of held-out runs that may be outside at one side.
     fn allowed(&self) -> f64 {
         let rows = (self.runs * self.block) as f64;
-        let evenness = (USUAL_PARAMETERS / self.parameters as f64).sqrt();
-        let aim = ((rows * AIM_OF_RUN).min(MOST_AIM) * evenness).min(1.0);
-        0.5 * aim * (1.0 - self.coverage) * rows * self.samples as f64
+        let evenness = (REFERENCE_PARAMETERS / self.parameters as f64).sqrt();
+        let target = ((rows * TARGET_PER_RUN).min(LARGEST_TARGET) * evenness).min(1.0);
+        0.5 * target * (1.0 - self.coverage) * rows * self.samples as f64
     }
 }
 
-/// Number of local spreads by which a bound must be widened so that no more samples are outside than the demand
+/// Number of local spreads by which a bound must be widened so that no more samples are outside than the requirement
 /// allows.
 ///
-/// Excesses are taken as exponentially distributed: their number says how many mean excesses are needed. The number is
-/// well known, as all instants count, but the mean hangs on the few runs that are furthest outside, so that
-/// it is drawn toward the usual one. `unevenness` is the root mean square of the reach of the runs over its mean,
-/// both over time. Nothing is asked of the largest excess of each run, which grows with the number of samples.
-pub fn inflation(excesses: &[Excess], demand: &Demand, unevenness: f64) -> f64 {
-    let (count, allowed) = (excesses.len() as f64, demand.allowed());
+/// Excesses are taken as exponentially distributed, so that their number gives the inflation in mean excesses.
+/// The number is known well, since all instants count. The mean depends on the few runs that are furthest outside;
+/// it is therefore shrunk toward its prior. `unevenness` is the root mean square over the mean, both over time, of
+/// the distance of the hull from the mean run. The largest excess of a run enters only as a limit, as it grows with
+/// the number of samples.
+pub fn inflation(excesses: &[Excess], requirement: &Requirement, unevenness: f64) -> f64 {
+    let (count, allowed) = (excesses.len() as f64, requirement.allowed());
     if count <= allowed {
         return 0.0;
     }
     let mean = excesses.iter().map(|excess| excess.score).sum::<f64>() / count;
-    let block = (demand.block as f64).sqrt();
-    let usual = USUAL_WEIGHT / block;
-    let mean = mean.powf(1.0 - usual) * USUAL_EXCESS.powf(usual);
-    let factor = unevenness.min(MOST_UNEVENNESS).powf(UNEVENNESS_POWER / block);
-    // None was further outside: where motions are smooth the tail is shorter than that of an exponential.
+    let block = (requirement.block as f64).sqrt();
+    let weight = PRIOR_WEIGHT / block;
+    let mean = mean.powf(1.0 - weight) * PRIOR_EXCESS.powf(weight);
+    let factor = unevenness.min(LARGEST_UNEVENNESS).powf(UNEVENNESS_POWER / block);
+    // Where motions are smooth, the tail is shorter than that of an exponential distribution.
     let largest = excesses.iter().map(|excess| excess.score).fold(0.0, f64::max);
-    let most = (1.0 + BEYOND_LARGEST / demand.runs as f64) * largest;
+    let most = (1.0 + LARGEST_EXCESS_MARGIN / requirement.runs as f64) * largest;
     (factor * mean * (count / allowed).ln()).min(most)
 }
 
@@ -94,22 +96,23 @@ pub fn inflation(excesses: &[Excess], demand: &Demand, unevenness: f64) -> f64 {
 pub struct HeldOut {
     /// Share of the samples that are inside [-].
     pub coverage: f64,
-    /// Probability that may be promised of a further run to be inside throughout [-].
+    /// Probability that a further run is inside throughout [-].
     pub whole_run: f64,
 }
 
 impl HeldOut {
     /// From the excesses of a band.
-    pub fn of(excesses: &[Excess], demand: &Demand) -> Self {
-        let mut left = vec![false; demand.runs];
+    pub fn of(excesses: &[Excess], requirement: &Requirement) -> Self {
+        let mut left = vec![false; requirement.runs];
         excesses.iter().for_each(|excess| left[excess.run as usize] = true);
         let inside = left.iter().filter(|left| !**left).count();
         // The i-th smallest of the largest scores of N exchangeable runs bounds that of a further one with
-        // probability i / (N + 1) `[VovkGammermanShafer2005]`; one run is given up because the same runs
-        // chose the window.
+        // probability i / (N + 1) `[VovkGammermanShafer2005]`. One run is subtracted because the same runs chose
+        // the window.
         Self {
-            coverage: 1.0 - excesses.len() as f64 / (demand.runs * demand.block * demand.samples) as f64,
-            whole_run: inside.saturating_sub(1) as f64 / (demand.runs + 1) as f64,
+            coverage: 1.0
+                - excesses.len() as f64 / (requirement.runs * requirement.block * requirement.samples) as f64,
+            whole_run: inside.saturating_sub(1) as f64 / (requirement.runs + 1) as f64,
         }
     }
 }

@@ -1,43 +1,45 @@
 //! Bounds from the extremes of the runs in time windows, widened until held-out runs are inside.
 //!
-//! The distribution of an output over the box changes slowly in time even where no polynomial follows the
-//! single run, so the runs of neighboring instants tell of each other. A bound is the mean of the running
-//! extremes over windows of falling length: what is near counts more. Some lengths are tried, with the
-//! extremes of the runs and with those of their deviations from the mean run; the narrowest bands are averaged.
+//! The distribution of an output over the box changes slowly in time, even where no polynomial follows the single
+//! run. The extremes at neighboring instants are therefore estimates of the extremes at an instant. A bound is the
+//! mean of the running extremes over windows of decreasing length, so that near instants weigh more. Several
+//! lengths are tried, with the extremes of the runs and with those of their deviations from the mean run; the
+//! narrowest bands are averaged.
 
 use rayon::prelude::*;
 
-use super::calibrate::{Demand, Excess, HeldOut, inflation};
-use super::extremes::{ALWAYS, Bound, Growing, Top, tops};
+use super::calibrate::{Excess, HeldOut, Requirement, inflation};
+use super::extremes::{Bound, GrowingWindow, NEVER_LEFT_OUT, TopTwo, top_two};
 use super::running::{Ends, Window, running_mean};
 
-/// Longest window to either side, a part of the duration.
-const LONGEST: f64 = 1.0 / 12.0;
+/// Longest window to either side [durations].
+const LONGEST_WINDOW: f64 = 1.0 / 12.0;
 
-/// From one window to the next shorter one. Ratios of 1.3 to 2 gave the same widths.
-const RATIO: f64 = 1.5;
+/// Ratio of the lengths of neighboring windows. Ratios of 1.3 to 2 gave the same widths.
+const WINDOW_RATIO: f64 = 1.5;
 
-/// Windows of a mean, besides the instant itself.
-const MEMBERS: usize = 7;
+/// Number of windows that are averaged, besides the instant itself.
+const AVERAGED_WINDOWS: usize = 7;
 
-/// Windows look at every sample where the duration has fewer than twice this many, else at every second or
-/// fourth: motions with impacts have ever higher peaks between samples, and a bound made from all of them would grow
-/// with every halving of the sampling step. All other constants were tuned at this number.
-const WINDOW_STEPS: usize = 720;
+/// Windows use every sample where the duration has fewer than twice this many steps, else every second, fourth
+/// and so on. Motions with impacts have ever higher peaks between samples, so that a bound made from all samples
+/// would grow with every halving of the sampling step. All other constants were chosen at this number.
+const WINDOW_INTERVALS: usize = 720;
 
-/// The local spread is averaged over this part of the duration to either side; half to double of it gives the same
-/// bands. Its mean over all time is added, for what happens where no run has shown it yet.
+/// The local spread is averaged over this time to either side [durations]; half or double of it gives the same
+/// bands. Its mean over all time is added, for motions that occur at instants at which no run has shown them.
 const SPREAD_WINDOW: f64 = 1.0 / 18.0;
 
-/// Bands up to this many times as wide as the narrowest are averaged with it. A single one would be chosen for its
-/// luck, and the choice would jump when a sample is added. At equal coverage 1.05 is as wide where windows matter
-/// little and leaves the quick return and the pendulum short by 0.05 %.
-const AVERAGED: f64 = 1.25;
+/// Bands up to this many times as wide as the narrowest are averaged with it. The narrowest alone would be chosen
+/// for its random error, and the choice would jump when a sample is added. With 1.05 instead, bands are equally wide
+/// at equal coverage where windows matter little, and the coverage of the quick return and of the pendulum is
+/// smaller by 0.05 %.
+const AVERAGED_WIDTHS: f64 = 1.25;
 
-/// A bound that ends nearer to a limit than this many local spreads, over the number of runs, is put at the
-/// limit if a run reaches it somewhere: contact that is lost at some instants may be lost at others. Chosen on the
-/// forces of P2 and P3b (4 % wider, a fifth of the samples that were outside).
-const NEAR_LIMIT: f64 = 30.0;
+/// If a run reaches a physical limit at some instant, bounds that end near the limit are moved to it: contact that
+/// is lost at some instants may be lost at others. Near is this number of local spreads over the number of runs. It
+/// was chosen on the forces of P2 and P3b: bands 4 % wider, a fifth of the samples outside.
+const LIMIT_MARGIN: f64 = 30.0;
 
 /// The runs of one output.
 #[derive(Clone, Copy, Debug)]
@@ -48,11 +50,11 @@ pub struct Runs<'a> {
     pub samples: usize,
     /// Rows of a run: its revolutions, or one.
     pub block: usize,
-    /// What is beyond the ends of a row.
+    /// How windows continue beyond the ends of a row.
     pub ends: Ends,
     /// Runs that are held out in turn; the others always count.
     pub scored: usize,
-    /// What no value can be beyond: lower and upper limit.
+    /// Physical limits of the output: lower and upper.
     pub limits: [f64; 2],
 }
 
@@ -84,8 +86,8 @@ struct Side<'a> {
     spread: Vec<f64>,
     /// Root mean square over mean of the reach of the runs beyond the mean run, over time.
     unevenness: f64,
-    /// What no value can be beyond, and how near to it bounds are put at it; infinite and 0 where no run reaches
-    /// it.
+    /// Physical limit of the output, and the distance from it [local spreads] below which bounds are moved to
+    /// it; 0 where no run reaches it.
     limit: f64,
     near: f64,
     /// Bounds of every window, from the shortest; the extremes of the runs, then those of their deviations.
@@ -95,7 +97,7 @@ struct Side<'a> {
 /// One side of a band before it is widened.
 struct Shape {
     bound: Vec<f64>,
-    /// The sample times the rows of a run plus the row of the run, and by how much that is outside.
+    /// Places (sample times the rows of a run, plus the row of the run) and by how much the row is outside.
     excesses: Vec<(usize, Excess)>,
 }
 
@@ -108,9 +110,9 @@ struct Candidate {
 }
 
 /// The calibrated band of the runs.
-pub fn calibrated(runs: &Runs<'_>, demand: &Demand) -> Calibrated {
+pub fn calibrated(runs: &Runs<'_>, requirement: &Requirement) -> Calibrated {
     let samples = runs.samples;
-    let windows = ladder(samples);
+    let windows = window_lengths(samples);
     let mean = mean_run(runs);
     let opposite: Vec<f64> = runs.values.iter().map(|value| -value).collect();
     let opposite_mean: Vec<f64> = mean.iter().map(|value| -value).collect();
@@ -119,34 +121,34 @@ pub fn calibrated(runs: &Runs<'_>, demand: &Demand) -> Calibrated {
         || Side::new(runs.values, &mean, runs.limits[1], runs, &windows),
     );
     let sides = [lower, upper];
-    // Windows below a stride serve in the means of longer ones only.
-    let told = |longest: &usize| *longest == 0 || windows[*longest - 1] >= 0.5;
+    // Windows below half a stride are used in the means of longer ones only.
+    let is_longest = |longest: &usize| *longest == 0 || windows[*longest - 1] >= 0.5;
     let kinds: Vec<(usize, usize)> = (0..2)
-        .flat_map(|family| (0..=windows.len()).filter(told).map(move |longest| (family, longest)))
+        .flat_map(|family| (0..=windows.len()).filter(is_longest).map(move |longest| (family, longest)))
         .collect();
     let candidate = |&(family, longest): &(usize, usize)| {
         let shapes = [sides[0].shape(family, longest), sides[1].shape(family, longest)];
         let window = if longest == 0 { 0.0 } else { windows[longest - 1] };
-        Candidate::new(shapes, &sides, window, demand)
+        Candidate::new(shapes, &sides, window, requirement)
     };
     let candidates: Vec<Candidate> = kinds.par_iter().map(candidate).collect();
-    averaged(&candidates, &sides, runs, demand)
+    averaged(&candidates, &sides, runs, requirement)
 }
 
-/// Steps from one sample that a window looks at to the next: a power of two, so that windows see the same
-/// samples when the sampling step is halved.
+/// Steps from one sample that a window uses to the next: a power of two, so that windows use the same samples
+/// when the sampling step is halved.
 fn stride(samples: usize) -> usize {
-    let steps = (samples - 1) / WINDOW_STEPS;
+    let steps = (samples - 1) / WINDOW_INTERVALS;
     if steps < 2 { 1 } else { 1 << steps.ilog2() }
 }
 
-/// Half-lengths of the windows in strides, from below a tenth of one to the longest.
-fn ladder(samples: usize) -> Vec<f64> {
+/// Half-lengths of the windows in strides, in ascending order; the shortest is just above a tenth of a stride.
+fn window_lengths(samples: usize) -> Vec<f64> {
     let mut windows = Vec::new();
-    let mut window = LONGEST * (samples - 1) as f64 / stride(samples) as f64;
+    let mut window = LONGEST_WINDOW * (samples - 1) as f64 / stride(samples) as f64;
     while window > 0.1 {
         windows.push(window);
-        window /= RATIO;
+        window /= WINDOW_RATIO;
     }
     windows.reverse();
     windows
@@ -165,7 +167,7 @@ fn mean_run(runs: &Runs<'_>) -> Vec<f64> {
 impl<'a> Side<'a> {
     fn new(values: &'a [f64], mean: &[f64], limit: f64, runs: &Runs<'_>, windows: &[f64]) -> Self {
         let samples = runs.samples;
-        let largest = tops(values, samples, runs.scored, runs.block);
+        let largest = top_two(values, samples, runs.scored, runs.block);
         let hull: Vec<f64> = largest.iter().map(|top| top.first).collect();
         let labels: Vec<u32> = largest.iter().map(|top| top.run).collect();
         let reach: Vec<f64> = hull.iter().zip(mean).map(|(hull, mean)| (hull - mean).max(0.0)).collect();
@@ -175,13 +177,13 @@ impl<'a> Side<'a> {
         let window = Window::new(SPREAD_WINDOW * (samples - 1) as f64);
         let mut spread = runs.ends.over(&reach, window, running_mean);
         spread.iter_mut().for_each(|spread| *spread += floor);
-        let deviations: Vec<Top> = largest
+        let deviations: Vec<TopTwo> = largest
             .iter()
             .zip(mean)
-            .map(|(top, mean)| Top { first: top.first - mean, second: top.second - mean, ..*top })
+            .map(|(top, mean)| TopTwo { first: top.first - mean, second: top.second - mean, ..*top })
             .collect();
-        let family = |start: Vec<Top>, base: Option<&[f64]>| {
-            let mut growing = Growing::new(start, runs.ends, stride(samples));
+        let family = |start: Vec<TopTwo>, base: Option<&[f64]>| {
+            let mut growing = GrowingWindow::new(start, runs.ends, stride(samples));
             let mut bounds = vec![Bound::over(Window::new(0.0), &mut growing, &labels)];
             bounds.extend(windows.iter().map(|&w| Bound::over(Window::new(w), &mut growing, &labels)));
             for bound in &mut bounds {
@@ -196,14 +198,14 @@ impl<'a> Side<'a> {
             rayon::join(|| family(largest, None), || family(deviations, Some(mean)));
         let families = [extremes, of_deviations];
         let reached = hull.iter().any(|&largest| largest >= limit);
-        let near = if reached { NEAR_LIMIT / runs.scored as f64 } else { 0.0 };
+        let near = if reached { LIMIT_MARGIN / runs.scored as f64 } else { 0.0 };
         Self { values, block: runs.block, hull, runs: labels, spread, unevenness, limit, near, families }
     }
 
     /// The mean of the bounds over the `longest`-th window, the next shorter ones and the instant itself.
     fn shape(&self, family: usize, longest: usize) -> Shape {
         let bounds = &self.families[family];
-        let members = || (0..=longest).rev().take(MEMBERS).chain((longest > 0).then_some(0));
+        let members = || (0..=longest).rev().take(AVERAGED_WINDOWS).chain((longest > 0).then_some(0));
         let count = members().count() as f64;
         let mut bound = vec![0.0; self.hull.len()];
         let mut without = vec![0.0; self.hull.len()];
@@ -214,7 +216,7 @@ impl<'a> Side<'a> {
             }
         }
         for at in 0..bound.len() {
-            // Means are rounded: a bound must not cut the runs.
+            // The mean is rounded, but no run may be outside.
             bound[at] = (bound[at] / count).max(self.hull[at]);
             without[at] /= count;
         }
@@ -227,7 +229,7 @@ impl<'a> Side<'a> {
         let mut excesses = Vec::new();
         for at in 0..samples {
             let (run, spread) = (self.runs[at], self.spread[at]);
-            if run == ALWAYS || self.hull[at] <= without[at] || spread <= 0.0 {
+            if run == NEVER_LEFT_OUT || self.hull[at] <= without[at] || spread <= 0.0 {
                 continue;
             }
             for row in 0..self.block {
@@ -242,10 +244,10 @@ impl<'a> Side<'a> {
 }
 
 impl Candidate {
-    fn new(shapes: [Shape; 2], sides: &[Side<'_>; 2], window: f64, demand: &Demand) -> Self {
+    fn new(shapes: [Shape; 2], sides: &[Side<'_>; 2], window: f64, requirement: &Requirement) -> Self {
         let level = |side: usize| {
             let excesses: Vec<Excess> = shapes[side].excesses.iter().map(|(_, excess)| *excess).collect();
-            inflation(&excesses, demand, sides[side].unevenness)
+            inflation(&excesses, requirement, sides[side].unevenness)
         };
         let inflation = [level(0), level(1)];
         let mut candidate = Self { shapes, window, inflation, width: 0.0 };
@@ -255,7 +257,7 @@ impl Candidate {
         candidate
     }
 
-    /// The bound of a side, widened, and cut at what no value can be beyond or put there.
+    /// The bound of a side, widened; at the physical limit where it would end beyond or near it.
     fn widened(&self, side: usize, of: &Side<'_>) -> Vec<f64> {
         (0..of.hull.len())
             .map(|at| {
@@ -270,18 +272,24 @@ impl Candidate {
 }
 
 /// The mean of the narrowest candidates, and what held-out runs do in it.
-fn averaged(candidates: &[Candidate], sides: &[Side<'_>; 2], runs: &Runs<'_>, demand: &Demand) -> Calibrated {
+fn averaged(
+    candidates: &[Candidate],
+    sides: &[Side<'_>; 2],
+    runs: &Runs<'_>,
+    requirement: &Requirement,
+) -> Calibrated {
     let narrowest = candidates.iter().map(|candidate| candidate.width).fold(f64::INFINITY, f64::min);
     let chosen: Vec<&Candidate> =
-        candidates.iter().filter(|candidate| candidate.width <= AVERAGED * narrowest).collect();
+        candidates.iter().filter(|candidate| candidate.width <= AVERAGED_WIDTHS * narrowest).collect();
     let share = 1.0 / chosen.len() as f64;
     let mut bounds = [vec![0.0; runs.samples], vec![0.0; runs.samples]];
     let inflation =
         [0, 1].map(|side| chosen.iter().map(|candidate| candidate.inflation[side]).sum::<f64>() * share);
     let mut excesses = Vec::new();
     for (side, of) in sides.iter().enumerate() {
-        // How far the rows of the largest run are outside of the mean of the bounds that were made without it. Where it
-        // keeps one of them before that is widened, the distance was not kept: the sum is at most too large.
+        // How far the rows of the largest run are outside of the mean of the bounds that were made without it. Where
+        // the run is inside a candidate before that is widened, its (negative) distance is not known, and 0 is added:
+        // the sum can only be too large.
         let mut outside = vec![-inflation[side]; runs.samples * runs.block];
         for candidate in &chosen {
             for (bound, wide) in bounds[side].iter_mut().zip(candidate.widened(side, of)) {
@@ -311,6 +319,6 @@ fn averaged(candidates: &[Candidate], sides: &[Side<'_>; 2], runs: &Runs<'_>, de
             * share
             * stride(runs.samples) as f64,
         inflation: 0.5 * (inflation[0] + inflation[1]),
-        held_out: HeldOut::of(&excesses, demand),
+        held_out: HeldOut::of(&excesses, requirement),
     }
 }

@@ -1,29 +1,29 @@
-//! Bands with a proof: the hull of independent runs, widened as leave-one-out hulls demand.
+//! Bands with a proof: the hull of independent runs, widened as leave-one-out hulls require.
 //!
 //! Let N + 1 runs be exchangeable, and B(S, λ) the hull of a set S of runs, widened by λ times a spread that does
-//! not shrink when a run is added. L_i(λ) is the share of the samples of run i outside of the band of the others. Choose the least λ
-//! with
+//! not shrink when a run is added. L_i(λ) is the share of the samples of run i outside of the band of the others.
+//! Choose the least λ with
 //!
 //! ```text
 //! (Σ_{i <= N} L_i(λ) + 1) / (N + 1) <= 1 - coverage
 //! ```
 //!
-//! where the others are those of the N runs. With run N + 1 among them every band is at least as wide, so the least λ'
-//! for which the N + 1 runs keep the mean demanded is at most λ. It does not depend on their order: by exchangeability the expectation
-//! of L_{N+1}(λ'), hence that of L_{N+1}(λ), is at most 1 - coverage (the argument of `[AngelopoulosEtAl2024]`, with
-//! leave-one-out bands as in `[BarberEtAl2021]`).
+//! where the others are those of the N runs. With run N + 1 among them every band is at least as wide. The least λ'
+//! for which the mean of L_i over all N + 1 runs is at most 1 - coverage is therefore at most λ. It does not depend on
+//! the order of the runs: by exchangeability the expectation of L_{N+1}(λ'), hence that of L_{N+1}(λ), is at most
+//! 1 - coverage (the argument of `[AngelopoulosEtAl2024]`, with leave-one-out bands as in `[BarberEtAl2021]`).
 
-use super::calibrate::{Demand, Excess, HeldOut};
+use super::calibrate::{Excess, HeldOut, Requirement};
 use super::candidates::{Calibrated, Runs};
-use super::extremes::{ALWAYS, Top, tops};
+use super::extremes::{NEVER_LEFT_OUT, TopTwo, top_two};
 use super::running::{Window, running_mean};
 
-/// The spread is the width of the hull, averaged over this part of the duration to either side, and its
-/// mean over all time by the second factor. Neither can break the proof: both are fixed beforehand.
+/// The spread is the width of the hull, averaged over this time to either side [durations], plus its mean over all
+/// time times the second factor. The proof holds for any values that are fixed beforehand.
 const SPREAD_WINDOW: f64 = 1.0 / 18.0;
 const SPREAD_FLOOR: f64 = 0.3;
 
-/// Least number of runs that can certify a coverage: one run outside throughout is always reckoned with.
+/// Least number of runs that can certify a coverage: one further run may be outside throughout.
 pub fn least_runs(coverage: f64) -> usize {
     // 1 - 0.999 is a little more than a thousandth.
     ((1.0 / (1.0 - coverage)) * (1.0 - 1e-12)).ceil() as usize - 1
@@ -31,22 +31,22 @@ pub fn least_runs(coverage: f64) -> usize {
 
 /// The certified band of the runs, each one row, which must be independent or at least exchangeable; rows that are not
 /// scored always count.
-pub fn certified(runs: &Runs<'_>, demand: &Demand) -> Calibrated {
+pub fn certified(runs: &Runs<'_>, requirement: &Requirement) -> Calibrated {
     let samples = runs.samples;
     let opposite: Vec<f64> = runs.values.iter().map(|value| -value).collect();
-    let sides = [tops(&opposite, samples, runs.scored, 1), tops(runs.values, samples, runs.scored, 1)];
+    let sides = [top_two(&opposite, samples, runs.scored, 1), top_two(runs.values, samples, runs.scored, 1)];
     let width: Vec<f64> = sides[0].iter().zip(&sides[1]).map(|(low, high)| low.first + high.first).collect();
     let excesses = scores(&sides, &width, runs.scored);
 
-    let allowed = ((1.0 - demand.coverage) * (runs.scored + 1) as f64 - 1.0) * samples as f64;
-    // Rounding must not cost a sample: 0.001 times 1000 is not 1.
+    let allowed = ((1.0 - requirement.coverage) * (runs.scored + 1) as f64 - 1.0) * samples as f64;
+    // 0.001 times 1000 is not exactly 1: without the addition rounding could remove a sample.
     let allowed = (allowed + 1e-9).max(0.0) as usize;
     let mut levels: Vec<f64> = excesses.iter().map(|excess| excess.score).collect();
     levels.sort_unstable_by(|a, b| b.total_cmp(a));
     let inflation = levels.get(allowed).copied().unwrap_or(0.0);
 
     let spread = spread(&width);
-    let bound = |side: &[Top], limit: f64| -> Vec<f64> {
+    let bound = |side: &[TopTwo], limit: f64| -> Vec<f64> {
         let wide = side
             .iter()
             .zip(&spread)
@@ -60,7 +60,7 @@ pub fn certified(runs: &Runs<'_>, demand: &Demand) -> Calibrated {
         upper: bound(&sides[1], runs.limits[1]),
         window: 0.0,
         inflation,
-        held_out: HeldOut { coverage: 1.0 - mean, ..HeldOut::of(&outside, demand) },
+        held_out: HeldOut { coverage: 1.0 - mean, ..HeldOut::of(&outside, requirement) },
     }
 }
 
@@ -73,11 +73,11 @@ fn spread(width: &[f64]) -> Vec<f64> {
 
 /// How far, in spreads of the others, every run is outside of the hull of the others. Only the run of the
 /// largest or smallest value at an instant is.
-fn scores(sides: &[Vec<Top>; 2], width: &[f64], runs: usize) -> Vec<Excess> {
+fn scores(sides: &[Vec<TopTwo>; 2], width: &[f64], runs: usize) -> Vec<Excess> {
     let mut outside: Vec<Vec<(usize, f64)>> = vec![Vec::new(); runs];
     for side in sides {
         for (at, top) in side.iter().enumerate() {
-            if top.run != ALWAYS && top.first > top.second {
+            if top.run != NEVER_LEFT_OUT && top.first > top.second {
                 outside[top.run as usize].push((at, top.first - top.second));
             }
         }

@@ -1,17 +1,17 @@
 //! The largest of many runs at every instant, and what it would be without any one of them.
 //!
-//! Of all runs only the one that attains the largest value of a window can leave a bound that is made from
-//! the others, so the two largest values of different runs hold every leave-one-out bound. Windows grow by
-//! merging: the work does not depend on the number of runs.
+//! Only the run that attains the largest value of a window can be outside of a bound that is made from the other
+//! runs. The two largest values of different runs therefore give every leave-one-out bound. Windows grow by
+//! merging, so that the work does not depend on the number of runs.
 
 use super::running::{Ends, Window};
 
 /// The label of runs that are never left out.
-pub const ALWAYS: u32 = u32::MAX;
+pub const NEVER_LEFT_OUT: u32 = u32::MAX;
 
 /// The largest value of some runs, the run that has it, and the largest value of the other runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Top {
+pub struct TopTwo {
     /// Largest value.
     pub first: f64,
     /// Run that has it.
@@ -20,13 +20,13 @@ pub struct Top {
     pub second: f64,
 }
 
-impl Top {
-    const NONE: Self = Self { first: f64::NEG_INFINITY, run: ALWAYS, second: f64::NEG_INFINITY };
+impl TopTwo {
+    const NONE: Self = Self { first: f64::NEG_INFINITY, run: NEVER_LEFT_OUT, second: f64::NEG_INFINITY };
 
     /// What two sets of values have together.
     pub fn merge(self, other: Self) -> Self {
         let (high, low) = if self.first >= other.first { (self, other) } else { (other, self) };
-        // The second of the lower one can only count where both have the same run.
+        // Where both have the same run, the other runs reach the second value of the lower one.
         let rival = if high.run == low.run { low.second } else { low.first };
         Self { second: if rival > high.second { rival } else { high.second }, ..high }
     }
@@ -39,62 +39,62 @@ impl Top {
 
 /// The two largest values at every instant of `rows`, each `columns` long; `block` rows are a run. The first
 /// `scored` runs can be left out, the others always count.
-pub fn tops(rows: &[f64], columns: usize, scored: usize, block: usize) -> Vec<Top> {
-    let mut tops = vec![Top::NONE; columns];
+pub fn top_two(rows: &[f64], columns: usize, scored: usize, block: usize) -> Vec<TopTwo> {
+    let mut top_two = vec![TopTwo::NONE; columns];
     for (index, row) in rows.chunks_exact(columns).enumerate() {
-        let run = if index < scored * block { (index / block) as u32 } else { ALWAYS };
-        for (top, &first) in tops.iter_mut().zip(row) {
+        let run = if index < scored * block { (index / block) as u32 } else { NEVER_LEFT_OUT };
+        for (top, &first) in top_two.iter_mut().zip(row) {
             if first > top.second {
-                *top = top.merge(Top { first, run, second: f64::NEG_INFINITY });
+                *top = top.merge(TopTwo { first, run, second: f64::NEG_INFINITY });
             }
         }
     }
-    tops
+    top_two
 }
 
-/// Tops over windows that grow, of every `stride`-th sample only.
+/// The two largest values over windows that grow, of every `stride`-th sample only.
 #[derive(Clone, Debug)]
-pub struct Growing {
+pub struct GrowingWindow {
     half: usize,
-    tops: Vec<Top>,
+    top_two: Vec<TopTwo>,
     ends: Ends,
     stride: usize,
 }
 
-impl Growing {
+impl GrowingWindow {
     /// Starts from single instants.
-    pub fn new(tops: Vec<Top>, ends: Ends, stride: usize) -> Self {
-        Self { half: 0, tops, ends, stride }
+    pub fn new(top_two: Vec<TopTwo>, ends: Ends, stride: usize) -> Self {
+        Self { half: 0, top_two, ends, stride }
     }
 
-    /// Tops over `half` strides to both sides; `half` must not shrink.
-    pub fn grow(&mut self, half: usize) -> &[Top] {
+    /// The two largest values over `half` strides to both sides; `half` must not decrease.
+    pub fn grow(&mut self, half: usize) -> &[TopTwo] {
         while self.half < half {
             // Three windows side by side leave no gap up to this step.
             let step = (half - self.half).min(2 * self.half + 1);
-            self.tops = self.widened(step);
+            self.top_two = self.widened(step);
             self.half += step;
         }
-        &self.tops
+        &self.top_two
     }
 
-    /// Tops over one stride more.
-    pub fn next(&self) -> Vec<Top> {
+    /// The two largest values over one stride more.
+    pub fn next(&self) -> Vec<TopTwo> {
         self.widened(1)
     }
 
-    fn widened(&self, step: usize) -> Vec<Top> {
-        let tops = &self.tops;
-        (0..tops.len())
+    fn widened(&self, step: usize) -> Vec<TopTwo> {
+        let top_two = &self.top_two;
+        (0..top_two.len())
             .map(|at| {
-                let [before, after] = self.ends.neighbors(at, step, self.stride, tops.len());
-                tops[at].merge(tops[before]).merge(tops[after])
+                let [before, after] = self.ends.neighbors(at, step, self.stride, top_two.len());
+                top_two[at].merge(top_two[before]).merge(top_two[after])
             })
             .collect()
     }
 }
 
-/// A bound at every instant, and the bound that the run of the largest value there would have had to keep.
+/// A bound at every instant, and the same made without the run of the largest value there.
 #[derive(Clone, Debug, Default)]
 pub struct Bound {
     /// With all runs.
@@ -106,7 +106,7 @@ pub struct Bound {
 impl Bound {
     /// Largest values over a window, linear between whole samples. `runs` are the runs of the largest values
     /// at single instants.
-    pub fn over(window: Window, growing: &mut Growing, runs: &[u32]) -> Self {
+    pub fn over(window: Window, growing: &mut GrowingWindow, runs: &[u32]) -> Self {
         let inner = growing.grow(window.whole);
         let mut bound = Self {
             all: inner.iter().map(|top| top.first).collect(),

@@ -1,6 +1,6 @@
 //! Bands of outputs over a box of parameters, from runs at points of it, with what held-out runs say of them.
-//! In: values of runs, the points, a demand; out: bounds, the method that gave them and how far they may be
-//! trusted. Knows neither mechanisms nor threads but its own.
+//! In: values of runs, the points, the required coverage; out: bounds, the method that gave them, and the coverage
+//! of held-out runs. Uses no mechanism; its only threads are those of its own pool.
 
 pub mod calibrate;
 pub mod candidates;
@@ -16,11 +16,11 @@ use rayon::prelude::*;
 use crate::study::chebyshev::GridError;
 use crate::study::pool::{private_pool, thread_count};
 use crate::study::sweep::Monitor;
-use calibrate::{Demand, HeldOut};
+use calibrate::{HeldOut, Requirement};
 use candidates::{Calibrated, Runs, calibrated};
 use certify::certified;
 use regression::Regression;
-use resolve::{MOST_DEGREE, MOST_TERMS, ROUNDING, Resolved, resolved};
+use resolve::{LARGEST_DEGREE, LARGEST_TERM_SHARE, ROUNDING, Resolved, resolved};
 use running::Ends;
 
 /// Runs at points of the box, of all outputs.
@@ -39,8 +39,8 @@ pub struct Table<'a> {
     pub revolutions: Option<usize>,
     /// Number of outputs.
     pub outputs: usize,
-    /// Runs spread evenly or at random over the box, the first rows: they are held out in turn. The others
-    /// always count.
+    /// Number of runs, the first rows, that are spread evenly or at random over the box. They are held out in turn;
+    /// the others are never left out.
     pub scored: usize,
 }
 
@@ -72,8 +72,8 @@ pub struct OutputBand {
     pub polynomial: Option<Polynomial>,
 }
 
-/// A polynomial is not used for a band that is this many times wider than the calibrated one.
-const MOST_EXCESS: f64 = 1.5;
+/// The band of a polynomial is used if it is at most this many times as wide as the calibrated one.
+const LARGEST_WIDTH_RATIO: f64 = 1.5;
 
 /// How bands are made from runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,7 +86,7 @@ pub enum Method {
 
 /// The bands of all outputs so that `coverage` of the samples of further runs are inside.
 ///
-/// `limits` are what no value of an output can be beyond. The work is done on `threads` threads of a private pool
+/// `limits` are the physical limits of the outputs. The work is done on `threads` threads of a private pool
 /// (default: one for every processor); its pieces are put together in order, so the results are the same bits
 /// for any number.
 ///
@@ -104,7 +104,7 @@ pub fn bands(
     Ok(watched_bands(table, limits, coverage, method, threads, &|| true)?.unwrap_or_default())
 }
 
-/// As [`bands`]; None if the monitor said no, which is asked before every output.
+/// As [`bands`]; the monitor is called before every output, and None is returned if it cancels.
 ///
 /// # Errors
 ///
@@ -131,16 +131,17 @@ pub fn watched_bands(
         return Err(GridError::new("revolutions of a run are not independent: no band is certified of them"));
     }
     let ends = if table.revolutions.is_some() { Ends::Joined } else { Ends::Cut };
-    let most_terms = (MOST_TERMS * rows as f64) as usize;
-    let regression = Regression::new(table.points, table.parameters, MOST_DEGREE, most_terms);
+    let largest_term_count = (LARGEST_TERM_SHARE * rows as f64) as usize;
+    let regression = Regression::new(table.points, table.parameters, LARGEST_DEGREE, largest_term_count);
     let one = |output: usize| {
         let column = gather(table, rows * block, output);
         let Table { samples, scored, .. } = *table;
         let runs = Runs { values: &column, samples, block, ends, scored, limits: limits[output] };
-        let demand = Demand { coverage, runs: scored, block, samples, parameters: table.parameters };
+        let requirement =
+            Requirement { coverage, runs: scored, block, samples, parameters: table.parameters };
         match method {
-            Method::Calibrated => band(&runs, &regression, &demand),
-            Method::Certified => certified(&runs, &demand).into(),
+            Method::Calibrated => band(&runs, &regression, &requirement),
+            Method::Certified => certified(&runs, &requirement).into(),
         }
     };
     // Outputs, and in each of them sides, windows and blocks of time.
@@ -150,12 +151,12 @@ pub fn watched_bands(
 }
 
 /// The band of one output.
-fn band(runs: &Runs<'_>, regression: &Regression, demand: &Demand) -> OutputBand {
-    let calibrated = calibrated(runs, demand);
-    // Of an output that does not vary the calibrated band has no width, the other that of rounding.
+fn band(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> OutputBand {
+    let calibrated = calibrated(runs, requirement);
+    // For an output that does not vary the calibrated band has no width; that of a polynomial has the width of rounding.
     let rounding: f64 = calibrated.upper.iter().map(|upper| ROUNDING * upper.abs()).sum();
-    let most = MOST_EXCESS * width(&calibrated.lower, &calibrated.upper) + rounding;
-    match resolved(runs, regression, demand) {
+    let most = LARGEST_WIDTH_RATIO * width(&calibrated.lower, &calibrated.upper) + rounding;
+    match resolved(runs, regression, requirement) {
         Some(resolved) if width(&resolved.lower, &resolved.upper) <= most => resolved.into(),
         _ => calibrated.into(),
     }
@@ -239,7 +240,7 @@ fn check(table: &Table<'_>, limits: &[[f64; 2]], coverage: f64) -> Result<(), Gr
             table.outputs
         ));
     }
-    if !(3..=rows).contains(&table.scored) || table.scored >= extremes::ALWAYS as usize {
+    if !(3..=rows).contains(&table.scored) || table.scored >= extremes::NEVER_LEFT_OUT as usize {
         return fail(format!("scored must be >= 3 and <= {rows}, got {}", table.scored));
     }
     if table.samples < 2 {

@@ -5,17 +5,19 @@
 //! y(z) ≈ Σ_e c_e T_{e_1}(z_1) ··· T_{e_k}(z_k),    e_1 + ... + e_k <= degree
 //! ```
 //!
-//! The terms are in the order of their degrees. With the basis matrix A = Q R, the first columns of Q then
-//! belong to the polynomials of every lower degree: one factorization serves all. With h_i the squared norm of row i of Q the error at a point left out is its residual over 1 - h_i (`[Allen1974]`).
+//! The terms are in the order of their degrees. With the basis matrix A = Q R, the first columns of Q then belong to
+//! the polynomials of every lower degree, so that one factorization serves all. With the leverage h_i, the squared
+//! norm of row i of Q, the error at a point left out is its residual over 1 - h_i (`[Allen1974]`).
 
 use nalgebra::DMatrix;
 
-/// Points with a hat diagonal nearer to 1 are met exactly by the polynomial and tell nothing of its error.
-const MOST_LEVERAGE: f64 = 1.0 - 1e-6;
+/// The polynomial passes through points of a leverage nearer to 1, so that their residuals are no measure of its
+/// error.
+const LARGEST_LEVERAGE: f64 = 1.0 - 1e-6;
 
-/// A column of the basis that is nearer than this to the span of the columns before it, relative to its
-/// length, cannot be told from them at these points.
-const LEAST_INDEPENDENT: f64 = 1e-6;
+/// A column of the basis that is nearer than this to the span of the columns before it, relative to its length, is
+/// taken as linearly dependent at these points.
+const SMALLEST_INDEPENDENT_PART: f64 = 1e-6;
 
 /// Exponents of all terms up to a total degree, row-major terms x parameters, in the order of their degrees.
 pub fn exponents(parameters: usize, degree: usize) -> Vec<usize> {
@@ -75,7 +77,7 @@ pub struct Regression {
     pub terms: Vec<usize>,
     /// Orthonormal basis at the points, runs x terms.
     orthonormal: Vec<f64>,
-    /// What takes orthonormal coefficients to those of the terms: the upper triangle R.
+    /// The upper triangle R: coefficients of the terms times R are those in the orthonormal basis.
     triangle: DMatrix<f64>,
     /// Squared norms of the rows of the orthonormal basis, one list for every degree.
     leverages: Vec<Vec<f64>>,
@@ -83,11 +85,12 @@ pub struct Regression {
 
 impl Regression {
     /// Prepares the fits to points of [-1, 1]^k, row-major runs x parameters: of every total degree up to
-    /// `most_degree` with at most `most_terms` terms that the points tell apart.
-    pub fn new(points: &[f64], parameters: usize, most_degree: usize, most_terms: usize) -> Self {
+    /// `largest_degree` with at most `largest_term_count` terms that are linearly
+    /// independent at the points.
+    pub fn new(points: &[f64], parameters: usize, largest_degree: usize, largest_term_count: usize) -> Self {
         let runs = points.len() / parameters;
         let mut degree = 0;
-        while degree < most_degree && term_count(parameters, degree + 1) <= most_terms.min(runs) {
+        while degree < largest_degree && term_count(parameters, degree + 1) <= largest_term_count.min(runs) {
             degree += 1;
         }
         let terms: Vec<usize> = (0..=degree).map(|degree| term_count(parameters, degree)).collect();
@@ -99,11 +102,12 @@ impl Regression {
         let mut regression =
             Self { runs, parameters, terms: Vec::new(), orthonormal, triangle, leverages: Vec::new() };
         for count in terms {
-            let told = (0..count).all(|c| regression.triangle[(c, c)].abs() > LEAST_INDEPENDENT * norms[c]);
+            let independent =
+                (0..count).all(|c| regression.triangle[(c, c)].abs() > SMALLEST_INDEPENDENT_PART * norms[c]);
             let leverages: Vec<f64> = (0..runs)
                 .map(|run| regression.orthonormal[run * columns..][..count].iter().map(|q| q * q).sum())
                 .collect();
-            if !told || leverages.iter().any(|&leverage| leverage > MOST_LEVERAGE) {
+            if !independent || leverages.iter().any(|&leverage| leverage > LARGEST_LEVERAGE) {
                 break;
             }
             regression.terms.push(count);
@@ -112,8 +116,8 @@ impl Regression {
         regression
     }
 
-    /// Largest degree that can be fitted with a point to spare; None where there is but one run.
-    pub fn most_degree(&self) -> Option<usize> {
+    /// Largest degree whose errors at points left out are defined; None where there is only one run.
+    pub fn largest_degree(&self) -> Option<usize> {
         self.terms.len().checked_sub(1)
     }
 
@@ -138,7 +142,7 @@ impl Regression {
         result
     }
 
-    /// Takes the terms of a degree that are not of the degree below out of residuals, runs x `columns`.
+    /// Subtracts the terms of a degree that are not of the degree below from residuals, runs x `columns`.
     pub fn reduce(&self, residuals: &mut [f64], projected: &[f64], columns: usize, degree: usize) {
         let first = if degree == 0 { 0 } else { self.terms[degree - 1] };
         for (run, row) in residuals.chunks_exact_mut(columns).enumerate() {

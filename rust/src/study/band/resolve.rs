@@ -1,8 +1,8 @@
 //! Whether a polynomial in the parameters follows an output, and the band that it then gives.
 
-use super::calibrate::{Demand, Excess, HeldOut};
+use super::calibrate::{Excess, HeldOut, Requirement};
 use super::candidates::Runs;
-use super::extremes::{ALWAYS, Growing, Top, tops};
+use super::extremes::{GrowingWindow, NEVER_LEFT_OUT, TopTwo, top_two};
 use super::regression::{Regression, exponents};
 use super::running::{Window, running_maximum};
 use super::sparse_range::{COARSE, SparseRange};
@@ -11,34 +11,35 @@ use crate::study::range::polynomial_ranges;
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// Largest degree that is tried; beyond, even smooth outputs gained nothing.
-pub const MOST_DEGREE: usize = 8;
+/// Largest degree that is tried: higher ones were not better even for smooth outputs.
+pub const LARGEST_DEGREE: usize = 8;
 
-/// Largest part of the runs that the terms of a polynomial may be.
-pub const MOST_TERMS: f64 = 0.7;
+/// Largest number of terms of a polynomial over the number of runs.
+pub const LARGEST_TERM_SHARE: f64 = 0.7;
 
-/// Largest error of a trusted polynomial at runs it was not fitted to, over the width of the hull of the
-/// runs, both averaged over time. Against the hull, since the range of a wild polynomial is itself wide.
-pub const TRUSTED: f64 = 0.05;
+/// Largest error of a trusted polynomial at runs it was not fitted to, relative to the width of the hull of the
+/// runs, both averaged over time. (Relative to the range of the polynomial itself, a polynomial that oscillates
+/// would seem good.)
+pub const LARGEST_TRUSTED_ERROR: f64 = 0.05;
 
-/// No higher degree is looked for below this error.
-const ENOUGH: f64 = 1e-3;
+/// No higher degree is tried below this error.
+const NEGLIGIBLE_ERROR: f64 = 1e-3;
 
 /// Differences that are rounding, over the size of a value.
 pub const ROUNDING: f64 = 1e-12;
 
-/// Instants on which the degree is chosen.
+/// Number of instants on which the degree is chosen.
 const PROBES: usize = 128;
 
-/// The margin at an instant is the largest error within this part of the duration to either side.
+/// The margin at an instant is the largest error within this time to either side [durations].
 const MARGIN_WINDOW: f64 = 1.0 / 90.0;
 
-/// Samples of a block of time: ranges of one are some tenths of a millisecond of work.
+/// Samples of a block of time, so that the ranges of a block take some tenths of a millisecond.
 const BLOCK: usize = 64;
 
-/// Terms of the tensor up to which the range of the polynomial is searched in the Bernstein basis: 6 parameters of degree 2, or 4 of
-/// degree 5.
-const MOST_TENSOR: usize = 1296;
+/// Terms of the tensor up to which the range of the polynomial is found in the Bernstein basis: 6 parameters of
+/// degree 2, or 4 of degree 5.
+const LARGEST_TENSOR: usize = 1296;
 
 /// A band from a polynomial.
 #[derive(Clone, Debug)]
@@ -61,24 +62,24 @@ pub struct Resolved {
 
 /// The polynomial that follows the runs, with its error, if there is one.
 ///
-/// All rows of values take part in the fit, but only the scored ones tell of its error.
-pub fn resolved(runs: &Runs<'_>, regression: &Regression, demand: &Demand) -> Option<Resolved> {
+/// All rows of values take part in the fit; its error is that of the scored ones.
+pub fn resolved(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> Option<Resolved> {
     let degree = chosen_degree(runs, regression)?;
     let samples = runs.samples;
     let means = means(runs);
     let projected = regression.project(&means, samples, degree);
     let mut residuals = means.to_vec();
     (0..=degree).for_each(|degree| regression.reduce(&mut residuals, &projected, samples, degree));
-    let mut errors = of_rows(runs, &means, regression.leave_one_out(&residuals, samples, degree));
+    let mut errors = errors_of_rows(runs, &means, regression.leave_one_out(&residuals, samples, degree));
     let error = relative_error(runs, &errors, samples);
-    if error > TRUSTED {
+    if error > LARGEST_TRUSTED_ERROR {
         return None;
     }
 
     let coefficients = regression.coefficients(&projected, samples, degree);
     let [lowest, highest] = range(&coefficients, samples, regression.parameters, degree);
     errors.iter_mut().for_each(|error| *error = error.abs());
-    let largest = tops(&errors, samples, runs.scored, runs.block);
+    let largest = top_two(&errors, samples, runs.scored, runs.block);
     let window = Window::new(MARGIN_WINDOW * (samples - 1) as f64);
     let errors: Vec<f64> = largest.iter().map(|top| top.first).collect();
     let margin = runs.ends.over(&errors, window, running_maximum);
@@ -89,38 +90,38 @@ pub fn resolved(runs: &Runs<'_>, regression: &Regression, demand: &Demand) -> Op
     let upper: Vec<f64> =
         (0..samples).map(|at| (highest[at] + margin[at]).min(most).max(hull_upper[at])).collect();
     let excesses = held_out_excesses(runs, largest, window, &lowest, &highest);
-    let held_out = HeldOut::of(&excesses, demand);
+    let held_out = HeldOut::of(&excesses, requirement);
     let window = MARGIN_WINDOW * (samples - 1) as f64;
     Some(Resolved { lower, upper, degree, error, coefficients, window, held_out })
 }
 
-/// The degree with the least error at held-out runs, looked for on some instants; None where no polynomial
-/// is near being trusted.
+/// The degree with the least error at held-out runs, at some instants; None where no polynomial is nearly good
+/// enough.
 fn chosen_degree(runs: &Runs<'_>, regression: &Regression) -> Option<usize> {
     let last = runs.samples - 1;
     let count = PROBES.min(runs.samples);
     let probes: Vec<usize> = (0..count).map(|probe| probe * last / (count - 1).max(1)).collect();
     let rows = runs.values.chunks_exact(runs.samples);
     let values: Vec<f64> = rows.flat_map(|row| probes.iter().map(|&at| row[at])).collect();
-    let few = Runs { values: &values, samples: count, ..*runs };
-    let most = regression.most_degree()?;
-    let means = means(&few);
+    let at_probes = Runs { values: &values, samples: count, ..*runs };
+    let most = regression.largest_degree()?;
+    let means = means(&at_probes);
     let projected = regression.project(&means, count, most);
     let mut residuals = means.to_vec();
     let (mut best, mut error_of_best) = (0, f64::INFINITY);
     for degree in 0..=most {
         regression.reduce(&mut residuals, &projected, count, degree);
-        let errors = of_rows(&few, &means, regression.leave_one_out(&residuals, count, degree));
-        let error = relative_error(&few, &errors, count);
+        let errors = errors_of_rows(&at_probes, &means, regression.leave_one_out(&residuals, count, degree));
+        let error = relative_error(&at_probes, &errors, count);
         if error < error_of_best {
             (best, error_of_best) = (degree, error);
         }
-        if error < ENOUGH {
+        if error < NEGLIGIBLE_ERROR {
             break;
         }
     }
-    // Instants between the probes may be better.
-    (error_of_best <= 1.2 * TRUSTED).then_some(best)
+    // The error over all instants may be smaller.
+    (error_of_best <= 1.2 * LARGEST_TRUSTED_ERROR).then_some(best)
 }
 
 /// Means of the rows of every run, runs x samples: least squares of the rows and of their means are the same.
@@ -138,7 +139,7 @@ fn means<'a>(runs: &Runs<'a>) -> Cow<'a, [f64]> {
 }
 
 /// Errors of the rows of the scored runs when the run is left out, from those of the means of the runs.
-fn of_rows(runs: &Runs<'_>, means: &[f64], mut errors: Vec<f64>) -> Vec<f64> {
+fn errors_of_rows(runs: &Runs<'_>, means: &[f64], mut errors: Vec<f64>) -> Vec<f64> {
     errors.truncate(runs.scored * runs.samples);
     if runs.block == 1 {
         return errors;
@@ -146,8 +147,8 @@ fn of_rows(runs: &Runs<'_>, means: &[f64], mut errors: Vec<f64>) -> Vec<f64> {
     let rows = runs.values.chunks_exact(runs.samples).take(runs.scored * runs.block).enumerate();
     rows.flat_map(|(row, values)| {
         let from = row / runs.block * runs.samples;
-        let of_run = means[from..].iter().zip(&errors[from..]);
-        values.iter().zip(of_run).map(|(value, (mean, error))| value - mean + error)
+        let errors_of_run_means = means[from..].iter().zip(&errors[from..]);
+        values.iter().zip(errors_of_run_means).map(|(value, (mean, error))| value - mean + error)
     })
     .collect()
 }
@@ -218,7 +219,7 @@ fn range_of_block(coefficients: &[f64], samples: usize, parameters: usize, degre
 
 /// The coefficients as an array of `degree` + 1 terms for every parameter, if it is not too large.
 fn tensor(coefficients: &[f64], samples: usize, parameters: usize, degree: usize) -> Option<Vec<f64>> {
-    let terms = (degree + 1).checked_pow(parameters as u32).filter(|&terms| terms <= MOST_TENSOR)?;
+    let terms = (degree + 1).checked_pow(parameters as u32).filter(|&terms| terms <= LARGEST_TENSOR)?;
     let mut tensor = vec![0.0; terms * samples];
     let exponents = exponents(parameters, degree);
     for (term, row) in exponents.chunks_exact(parameters).zip(coefficients.chunks_exact(samples)) {
@@ -228,24 +229,24 @@ fn tensor(coefficients: &[f64], samples: usize, parameters: usize, degree: usize
     Some(tensor)
 }
 
-/// Where runs leave the band whose margin knows nothing of them. Only the run with the largest error of a
-/// window can.
+/// Where runs are outside of the band whose margin was made without them. Only the run with the largest error of a
+/// window can be.
 fn held_out_excesses(
     runs: &Runs<'_>,
-    largest: Vec<Top>,
+    largest: Vec<TopTwo>,
     window: Window,
     lowest: &[f64],
     highest: &[f64],
 ) -> Vec<Excess> {
-    let mut growing = Growing::new(largest, runs.ends, 1);
+    let mut growing = GrowingWindow::new(largest, runs.ends, 1);
     let margins = growing.grow(window.whole);
     let mut excesses = Vec::new();
     for (at, margin) in margins.iter().enumerate() {
-        if margin.run != ALWAYS {
+        if margin.run != NEVER_LEFT_OUT {
             for row in 0..runs.block {
                 let value = runs.values[(margin.run as usize * runs.block + row) * runs.samples + at];
                 let score = (value - highest[at]).max(lowest[at] - value) - margin.second;
-                // Where an output does not vary, the fit and its range are off by their rounding.
+                // For an output that does not vary, the fit and its range differ by rounding.
                 if score > ROUNDING * value.abs() {
                     excesses.push(Excess { run: margin.run, score });
                 }

@@ -22,17 +22,17 @@ impl Window {
     }
 }
 
-/// What is beyond the first and the last sample.
+/// How windows continue beyond the first and the last sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ends {
-    /// Nothing: windows are cut short there.
+    /// They end there.
     Cut,
-    /// The other end: both are the same place of a closed circle.
+    /// They continue at the other end: the values are periodic.
     Joined,
 }
 
 impl Ends {
-    /// What `smooth` makes of the values over a window, such as their running maximum.
+    /// The result of `smooth`, such as the running maximum, over a window.
     pub fn over(
         self,
         values: &[f64],
@@ -140,8 +140,8 @@ fn whole_window(values: &mut [f64], half: usize) {
     }
 }
 
-/// The larger of two finite numbers; without the care of `f64::max` for NaN this is one instruction for
-/// several pairs.
+/// The larger of two finite numbers. Unlike `f64::max`, which treats NaN, it compiles to one instruction for several
+/// pairs.
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }

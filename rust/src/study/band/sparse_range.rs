@@ -1,10 +1,10 @@
-//! The range of polynomials of total degree over the box [-1, 1]^k, certified: for polynomials of so many
-//! parameters that their tensor of coefficients would not fit a search in the Bernstein basis.
+//! The certified range of polynomials of total degree over the box [-1, 1]^k, for so many parameters that the tensor
+//! of coefficients is too large for the Bernstein basis.
 //!
-//! Branch and bound on the Chebyshev coefficients themselves. In a box, axes along which the polynomial is surely
-//! monotone are fixed at their better end; what is left is bounded by its parts of one variable and, term by
-//! term, the others. Boxes are halved along the axis whose mixed and curved terms are largest. Rounding is
-//! bounded on the way, by the standard model of floating-point sums, and added to every bound.
+//! Branch and bound on the Chebyshev coefficients themselves. Axes along which the polynomial is proved to be
+//! monotone in a box are fixed at their better end. The rest is bounded by the range of its terms of one variable up
+//! to degree two plus the sizes of all other terms. Boxes are halved along the axis whose mixed and higher terms are
+//! largest. Rounding errors are bounded by the standard model of floating-point sums and added to every bound.
 
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap};
@@ -15,27 +15,28 @@ use crate::study::chebyshev::GridError;
 use crate::study::range::Ranges;
 use crate::study::sweep::Monitor;
 
-/// How much work the ends of a range are worth.
+/// Accuracy and largest work of an end of a range.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// A bound this near to a value that is taken, relative to the sum of the coefficients, is good enough.
-    pub enough: f64,
-    /// Boxes of one end beyond which its bound is taken as it is.
+    /// Distance of the bound from an attained value at which the search ends, relative to the sum of the
+    /// coefficients.
+    pub tolerance: f64,
+    /// Largest number of boxes for one end; its bound is then as good as it is.
     pub boxes: usize,
 }
 
-/// For ranges of their own.
-pub const FINE: Effort = Effort { enough: 1e-6, boxes: 1000 };
+/// For ranges that are results themselves.
+pub const FINE: Effort = Effort { tolerance: 1e-6, boxes: 1000 };
 
 /// For bands, to which the error of the polynomial is added.
-pub const COARSE: Effort = Effort { enough: 1e-3, boxes: 60 };
+pub const COARSE: Effort = Effort { tolerance: 1e-3, boxes: 60 };
 
 /// One end of the range of a polynomial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct End {
-    /// No value is beyond.
+    /// Bound of all values.
     pub bound: f64,
-    /// A value that is taken, to rounding.
+    /// A value that is attained, but for rounding.
     pub attained: f64,
     /// Where, in [-1, 1].
     pub at: Vec<f64>,
@@ -58,7 +59,7 @@ pub struct SparseRange {
 /// The range of every polynomial of total degree over [-1, 1]^k; `coefficients` are terms x `columns`.
 ///
 /// On `threads` threads of a private pool (default: one for every processor), the same bits for any number. None
-/// if the monitor said no.
+/// if the monitor cancels.
 ///
 /// # Errors
 ///
@@ -103,7 +104,7 @@ struct Part {
     coefficients: Vec<f64>,
     /// Middle and half-length along each axis; no length where the axis is fixed.
     sides: Vec<[f64; 2]>,
-    /// By how much rounding may have changed the polynomial anywhere in the part.
+    /// Bound of the rounding error of the polynomial in the part.
     error: f64,
     bound: f64,
 }
@@ -142,7 +143,7 @@ impl SparseRange {
     /// The largest value of a polynomial.
     pub fn upper_end(&self, coefficients: Vec<f64>) -> End {
         let size: f64 = coefficients.iter().skip(1).map(|c| c.abs()).sum();
-        let tolerance = self.effort.enough * size;
+        let tolerance = self.effort.tolerance * size;
         let whole = Part { coefficients, sides: vec![[0.0, 1.0]; self.parameters], error: 0.0, bound: 0.0 };
         let mut best = End { bound: 0.0, attained: f64::NEG_INFINITY, at: vec![0.0; self.parameters] };
         let mut parts = BinaryHeap::from([self.bounded(whole, &mut best)]);
@@ -190,7 +191,7 @@ impl SparseRange {
         part
     }
 
-    /// An axis along which the polynomial surely rises (1) or falls (-1), if there is one.
+    /// An axis along which the polynomial is proved to rise (1) or to fall (-1), if there is one.
     fn monotone(&self, part: &Part) -> Option<(usize, f64)> {
         // |T_n'| is at most n².
         let mut slopes = vec![0.0; self.parameters];
@@ -228,7 +229,7 @@ impl SparseRange {
         part.sides[axis] = [middle + end * half, 0.0];
     }
 
-    /// The polynomial is nowhere larger, but for rounding, and a place where it may be that large.
+    /// An upper bound of the polynomial, but for rounding, and a place where it may be attained.
     fn bound(&self, part: &Part) -> (f64, Vec<f64>) {
         let mut bound = part.coefficients[0];
         let mut alone = vec![[0.0; 2]; self.parameters];
@@ -261,7 +262,7 @@ impl SparseRange {
         self.terms().zip(coefficients).map(|(term, c)| c * term_value(term)).sum()
     }
 
-    /// The axis whose curved and mixed terms weigh most.
+    /// The axis whose higher and mixed terms are largest.
     fn worst_axis(&self, part: &Part) -> usize {
         let mut weights = vec![0.0; self.parameters];
         for (term, c) in self.terms().zip(&part.coefficients) {
@@ -291,7 +292,7 @@ impl SparseRange {
         }
         let sizes: f64 = part.coefficients.iter().map(|c| c.abs()).sum();
         let roundings = 2.0 * (self.degree + 4) as f64 * f64::EPSILON;
-        // An error that is small in a part is so in its halves.
+        // The bound of a part holds in its halves too.
         let error = part.error + self.growth * roundings * sizes;
         let mut sides = part.sides.clone();
         let [middle, length] = sides[axis];
