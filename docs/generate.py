@@ -7,6 +7,7 @@ import chebclear as cc
 import matplotlib
 import matplotlib.patches as patches
 import numpy as np
+from files import files_page
 from matplotlib.figure import Figure
 
 STYLE = {"font.size": 9.0, "axes.grid": True, "grid.alpha": 0.3}
@@ -17,6 +18,7 @@ def everything(folder: Path) -> None:
     folder.mkdir(exist_ok=True)
     (folder / "outputs.md").write_text(outputs_page(), encoding="utf-8")
     (folder / "features.md").write_text(features_page(), encoding="utf-8")
+    (folder / "files.md").write_text(files_page(), encoding="utf-8")
     for name, page in api_pages().items():
         (folder / f"api_{name}.md").write_text(page, encoding="utf-8")
     with warnings.catch_warnings(), matplotlib.rc_context(STYLE):

@@ -1,4 +1,4 @@
-"""MATLAB files."""
+"""MATLAB files: names that MATLAB accepts, nested structures, units beside the values."""
 
 from __future__ import annotations
 

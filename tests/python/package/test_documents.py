@@ -85,6 +85,19 @@ def test_the_map_of_the_code_names_files_that_exist() -> None:
                 assert (ROOT / root / room / file).exists(), f"{root}/{room}/{file}"
 
 
+def test_every_file_says_what_it_is_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    import files
+
+    page = files.files_page()
+    rows = dict(re.findall(r"^\| `([\w.]+)` \| (.*) \|$", page, re.MULTILINE))
+    known = [*(ROOT / "rust" / "src").rglob("*.rs"), *(ROOT / "python" / "chebclear").rglob("*.py")]
+    openings = ("mod.rs", "__init__.py")
+    assert {path.name for path in known if path.name not in openings} == set(rows)
+    assert not [name for name, text in rows.items() if not text.endswith(".") or len(text) < 15]
+    assert rows["samples.rs"].startswith("The table of samples of a run")
+
+
 def test_names_in_the_path_of_a_force_and_the_ways_to_add_something_exist() -> None:
     text = (ROOT / "docs" / "developing.md").read_text(encoding="utf-8")
     told = text[text.index("## One contact force") : text.index("## Work\n")]
