@@ -1,6 +1,6 @@
 # The compiled core. Text is JSON, see schema.py and simulation.Settings.
 from collections.abc import Callable, Sequence
-from typing import Any, TypedDict, type_check_only
+from typing import Any, TypedDict, final, type_check_only
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,17 +9,16 @@ __all__ = [
     "METHODS",
     "MOST_SAMPLES",
     "RTOL_RANGE",
+    "Mechanism",
     "calibrated_bands",
     "chebyshev_derivative",
     "chebyshev_evaluate",
     "chebyshev_fit",
     "chebyshev_nodes",
     "check_settings",
-    "inspect",
     "interval_bounds",
     "polynomial_ranges",
     "random_points",
-    "simulate",
     "sobol_points",
     "sweep",
     "total_degree_basis",
@@ -96,12 +95,17 @@ class _CalibratedBand(TypedDict):
     error: float | None
     coefficients: NDArray[np.float64] | None
 
-def simulate(
-    scene: str,
-    settings: str,
-    progress: Callable[[float], None] | None = None,
-    start: str | None = None,
-) -> _Run: ...
+@final
+class Mechanism:
+    def __new__(cls, scene: str) -> Mechanism: ...
+    def facts(self) -> str: ...
+    def simulate(
+        self,
+        settings: str,
+        progress: Callable[[float], None] | None = None,
+        start: str | None = None,
+    ) -> _Run: ...
+
 def sweep(
     scenes: Sequence[tuple[str, bytes, tuple[int, ...]]],
     settings: str,
@@ -111,7 +115,6 @@ def sweep(
     run_seconds: float | None = None,
 ) -> _Runs: ...
 def check_settings(settings: str) -> None: ...
-def inspect(scene: str) -> str: ...
 def chebyshev_nodes(count: int) -> NDArray[np.float64]: ...
 def chebyshev_fit(
     values: NDArray[np.float64], nodes: Sequence[int], degrees: Sequence[int]

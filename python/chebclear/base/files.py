@@ -100,8 +100,8 @@ def save(
     }
     with replaced(path) as beside, ZipFile(beside, "w", ZIP_DEFLATED) as archive:
         members = {name: _write_member(archive, name, array) for name, array in arrays.items()}
-        told = {"format": FORMAT, "kind": kind, "versions": versions, "members": members, **facts}
-        _write_member(archive, "metadata", np.array(json.dumps(_as_json(told), allow_nan=False)))
+        metadata = {"format": FORMAT, "kind": kind, "versions": versions, "members": members, **facts}
+        _write_member(archive, "metadata", np.array(json.dumps(_as_json(metadata), allow_nan=False)))
     return path
 
 

@@ -48,8 +48,8 @@ def with_fields(
         function.__signature__ = own.replace(parameters=kept)
         text = documented.__doc__
         if text and record.__doc__:  # not where Python drops docstrings
-            told = _told(record.__doc__, {*names, *further})
-            documented.__doc__ = inspect.cleandoc(text).replace(marker, told)
+            documentation = _documentation_of(record.__doc__, {*names, *further})
+            documented.__doc__ = inspect.cleandoc(text).replace(marker, documentation)
         return documented
 
     return decorate
@@ -62,10 +62,10 @@ def _keyword(item: dataclasses.Field[Any]) -> inspect.Parameter:
     return inspect.Parameter(item.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=item.type)
 
 
-def _told(text: str, names: Collection[str]) -> str:
+def _documentation_of(text: str, names: Collection[str]) -> str:
     """The documentation of fields, from the section "Parameters" of a docstring."""
     lines = inspect.cleandoc(text).partition("----------\n")[2].splitlines()
-    told, wanted = [], False
+    lines, wanted = [], False
     for line in lines:
         heading = re.match(r"(\w[\w, ]*) : ", line)
         if heading:
@@ -73,5 +73,5 @@ def _told(text: str, names: Collection[str]) -> str:
         elif not line.startswith(" "):  # the end of the section
             break
         if wanted:
-            told.append(line)
-    return "\n".join(told)
+            lines.append(line)
+    return "\n".join(lines)

@@ -57,7 +57,7 @@ def to_mat(data: Dataset, path: str | os.PathLike[str]) -> Path:
 
 
 def structures(flat: dict[str, Any], taken: tuple[str, ...] = ()) -> dict[str, Any]:
-    """Nested dictionaries from names joined by dots; two words that become the same name are told apart.
+    """Nested dictionaries from names joined by dots; two words that become the same name are made different.
 
     Parameters
     ----------

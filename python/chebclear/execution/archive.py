@@ -1,4 +1,4 @@
-"""A file of finished runs: written as NumPy archive, and looked at before it is believed.
+"""A file of finished runs: written as NumPy archive, checked before it is used.
 
 A file may come from a stranger, with a checksum that fits. Nothing in it is unpickled or inflated, no array
 is larger than the bytes that stand for it, and its arrays must fit each other.

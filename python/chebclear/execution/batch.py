@@ -113,7 +113,7 @@ class Batch:
         self.features = np.full((count, settings.cycles, len(settings.features)), np.nan)
         self.counts = np.zeros((count, len(STATS)))
         self.ends: list[End] = [End()] * count
-        self.told = Told()
+        self.warnings = GatheredWarnings()
 
     @property
     def left(self) -> int:
@@ -156,7 +156,7 @@ class Batch:
                     self.end(number, built)
                     self.done += 1
                     continue
-                self.told.add(number, built.warnings)
+                self.warnings.add(number, built.warnings)
                 if self._store is not None:
                     key = run_key(built.flat, self._settings)
                     if key in self._store:
@@ -226,7 +226,7 @@ class Batch:
                 raise RefusedRunError(number, end)
             if end.status != DONE:
                 self.end(number, end)
-            self.told.add(number, warnings, after=_MOST_BUILT)
+            self.warnings.add(number, warnings, after=_MOST_BUILT)
         if self.t is None and np.isfinite(piece.t).all():
             self.t = piece.t
         self.done += len(numbers)
@@ -242,7 +242,7 @@ def _without_number(found: re.Match[str]) -> str:
     return "#" if found["number"] else found[0]
 
 
-class Told:
+class GatheredWarnings:
     """Warnings of runs, each kind once although its numbers may differ from run to run."""
 
     def __init__(self) -> None:

@@ -155,7 +155,7 @@ class _Dispatcher:
         self.begin = time.monotonic()
         self.seconds = 0.0
         self.runs = 0
-        self.told = -1
+        self.reported = -1
 
     def run(self) -> None:
         try:
@@ -240,9 +240,9 @@ class _Dispatcher:
 
     def _tell(self) -> None:
         done = self.source.done + sum(task.finished for task in self.pending.values())
-        if self.report is not None and done != self.told:
+        if self.report is not None and done != self.reported:
             self.report(min(done, self.source.total), self.source.total)
-        self.told = done
+        self.reported = done
 
 
 def _is_loss(error: Exception) -> bool:
@@ -421,7 +421,7 @@ def _cleaned_after(futures: Iterable[Future[Any]], folder: TemporaryDirectory[st
 
 
 def worker_count(executor: Executor) -> int:
-    """How many pieces an executor simulates at a time, as far as it tells."""
+    """How many pieces an executor simulates at a time, as far as it is known."""
     for name in ("_max_workers", "num_workers"):
         count = getattr(executor, name, None)
         if isinstance(count, int) and count > 0:

@@ -106,24 +106,24 @@ def run_to_raise(failed: Mapping[int, End], runs: int, nominal: int, on_failure:
     return min(failed) if len(failed) > _MOST_FAILED * runs else None
 
 
-def told_failures(failures: Sequence[FailedRun], runs: int) -> tuple[str, ...]:
+def failure_warnings(failures: Sequence[FailedRun], runs: int) -> tuple[str, ...]:
     """Warnings of failed runs."""
-    told: list[str] = []
+    messages: list[str] = []
     failed = [one for one in failures if one.reason != NOT_BEGUN]
     if failed:
         reasons = Counter(one.reason for one in failed)
         kinds = ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
-        told.append(
+        messages.append(
             f"failed: {len(failed)} of {runs} runs have no result ({kinds}) and take no part, see "
             f"result.failures; the first is {failed[0]}"
         )
     left = len(failures) - len(failed)
     if left:
-        told.append(
+        messages.append(
             f"stopped: {left} of {runs} runs were not begun when max_seconds were over; with a store the "
             "same study simulates only these"
         )
-    return tuple(told)
+    return tuple(messages)
 
 
 def count_failed(failures: Sequence[FailedRun]) -> int:
@@ -132,7 +132,7 @@ def count_failed(failures: Sequence[FailedRun]) -> int:
 
 
 def is_failure_warning(text: str) -> bool:
-    """Whether a warning is one of `told_failures`."""
+    """Whether a warning is one of `failure_warnings`."""
     return text.startswith(("failed: ", "stopped: "))
 
 

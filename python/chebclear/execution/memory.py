@@ -79,7 +79,7 @@ def _require(size: float) -> None:
 
 
 def _left() -> Iterator[tuple[float, str]]:
-    """How much each limit leaves [bytes], and whose it is, as far as the system tells."""
+    """How much each limit leaves [bytes], and whose it is, as far as the system reports it."""
     with contextlib.suppress(ImportError, OSError, ValueError):
         import resource
 

@@ -159,8 +159,10 @@ def simulate_order(
         runs.simulate(failed, _tightened(settings), again)
         values[failed] = again
         for row, status in zip(failed, before, strict=True):
-            told = f"the run failed ({status}) and was repeated with tolerances {_TIGHTER:g} times as tight"
-            runs.warnings[row] = (told, *runs.warnings[row])
+            message = (
+                f"the run failed ({status}) and was repeated with tolerances {_TIGHTER:g} times as tight"
+            )
+            runs.warnings[row] = (message, *runs.warnings[row])
     return Piece(
         t=runs.t,
         values=values,
@@ -224,8 +226,8 @@ class _Rows:
             self.counts[made, column] = runs["stats"][name]
         for row in made:
             self.ends[row], self.warnings[row] = End(), ()
-        for position, told in runs["warnings"].items():
-            self.warnings[made[position]] = tuple(told)
+        for position, messages in runs["warnings"].items():
+            self.warnings[made[position]] = tuple(messages)
         finite = np.all(np.isfinite(values if len(good) == len(values) else values[good]), axis=1)
         for position in np.flatnonzero(~np.all(finite, axis=1)).tolist():
             columns = np.flatnonzero(~finite[position]).tolist()
@@ -302,7 +304,7 @@ def as_text(ends: Sequence[End], warnings: Sequence[Sequence[str]]) -> str:
     """Ends that are not ``"done"`` and warnings that are not empty, by their row, as JSON."""
     plain: dict[str, Any] = {
         "ends": {str(row): dataclasses.astuple(end) for row, end in enumerate(ends) if end != End()},
-        "warnings": {str(row): list(told) for row, told in enumerate(warnings) if told},
+        "warnings": {str(row): list(messages) for row, messages in enumerate(warnings) if messages},
     }
     return json.dumps(plain)
 
@@ -314,6 +316,6 @@ def from_text(text: str, runs: int) -> tuple[tuple[End, ...], tuple[tuple[str, .
     for row, (status, message, when, joint, problems) in plain["ends"].items():
         found = tuple(Problem(str(path), str(problem)) for path, problem in problems)
         ends[int(row)] = End(str(status), str(message), float(when), joint, found)
-    for row, told in plain["warnings"].items():
-        warnings[int(row)] = tuple(map(str, told))
+    for row, messages in plain["warnings"].items():
+        warnings[int(row)] = tuple(map(str, messages))
     return tuple(ends), tuple(warnings)

@@ -72,9 +72,9 @@ class Identity:
 
 
 def run_key(scene: FlatScene, settings: Settings) -> bytes:
-    """What tells a run from all others with the same identity: its scene and its tolerance."""
-    told = f"{settings.rtol!r}\n".encode() + _digest(scene.structure) + scene.numbers
-    return hashlib.sha256(told).digest()[:KEY_BYTES]
+    """What distinguishes a run from all others with the same identity: its scene and its tolerance."""
+    identity = f"{settings.rtol!r}\n".encode() + _digest(scene.structure) + scene.numbers
+    return hashlib.sha256(identity).digest()[:KEY_BYTES]
 
 
 @functools.lru_cache(maxsize=100)

@@ -246,8 +246,8 @@ def figure(rows: list[Precision]) -> Figure:
                 own = [row for row in rows if row.parameters == count and row.way.startswith(way)]
                 if not own:
                     continue
-                told = "1 parameter" if count == 1 else f"{count} parameters"
-                label = f"{way}, {told}" if index == 0 and count in (1, most) else None
+                counted = "1 parameter" if count == 1 else f"{count} parameters"
+                label = f"{way}, {counted}" if index == 0 and count in (1, most) else None
                 style: dict[str, Any] = {"color": color, "markersize": 4, "linewidth": 1.0}
                 runs = [row.runs for row in own]
                 above.plot(runs, [max(1.0 - row.coverage[index], 1e-5) for row in own], marker, **style)

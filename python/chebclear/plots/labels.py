@@ -150,12 +150,12 @@ def legend_above_the_data(ax: Axes, title: str | None = None) -> None:
     columns = legend_columns(ax, labels)
     # Alone in its row an entry is as wide as the axes at most.
     wide = size_of(ax)[0] - (_LEGEND_HANDLE * _LETTER + _LEGEND_FRAME) * font
-    told = [_in_lines(label, wide, font) if columns == 1 else typeset(label) for label in labels]
+    texts = [_in_lines(label, wide, font) if columns == 1 else typeset(label) for label in labels]
     limits = _drawn_limits(ax)
     free = ax.get_autoscaley_on() and limits is not None
     legend = ax.legend(
         handles,
-        told,
+        texts,
         title=title,
         title_fontsize="small",
         loc="upper center" if free else "best",

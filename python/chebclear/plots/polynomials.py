@@ -144,8 +144,8 @@ def plot_prediction(
     distinct_colors(ax)
     count = len(holdout.runs)
     share = error / reach if reach else 0.0
-    told = f"{100.0 * share:.2g} %" if share >= 1e-4 else "below 0.01 %"
-    label = f"{count} runs, largest error {told} of their range"
+    size = f"{100.0 * share:.2g} %" if share >= 1e-4 else "below 0.01 %"
+    label = f"{count} runs, largest error {size} of their range"
     style = line_style(
         points, marker=".", markersize=3.0, linestyle="none", alpha=0.4, rasterized=True, label=label
     )

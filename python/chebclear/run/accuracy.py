@@ -232,8 +232,8 @@ class ErrorEstimate(records.ArrayRecord, Named[OutputError]):
         if not np.isfinite(relative).any():
             return f"{head}>"
         worst = int(np.nanargmax(relative))
-        told = f"largest difference {relative[worst]:.2g} of the range, in {self.columns[worst]}"
-        return f"{head}:\n  {told}; {sum(error.diverged for error in errors)} outputs diverged>"
+        largest = f"largest difference {relative[worst]:.2g} of the range, in {self.columns[worst]}"
+        return f"{head}:\n  {largest}; {sum(error.diverged for error in errors)} outputs diverged>"
 
     @classmethod
     def between(

@@ -7,9 +7,8 @@ import json
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from .. import _core
 from ..errors import Problem, StartError
-from ..scene.scene import ClearanceRevolute, Scene, Table
+from ..scene.scene import ClearanceRevolute, Scene, Table, compiled
 from .settings import Settings
 from .trajectory import EndState
 
@@ -166,7 +165,7 @@ def _look(scene: Scene, start: EndState, settings: Settings, columns: list[str])
     instant = _INSTANT * start.time
     outputs = tuple(columns) or None
     short = dataclasses.replace(settings, duration=instant, skip=0.0, samples=2, outputs=outputs, features=())
-    return _core.simulate(scene.to_json(), short.to_json(), None, start.memory)
+    return compiled(scene).simulate(short.to_json(), None, start.memory)
 
 
 def _changes(path: str, before: Any, after: Any) -> Iterator[str]:

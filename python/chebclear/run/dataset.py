@@ -55,10 +55,10 @@ def common_facts(
     settings: Settings | None, scene: Scene | None, warnings: Sequence[str]
 ) -> dict[str, str | int | float]:
     """Facts common to all results: versions, settings, warnings and the scene, if a result has them."""
-    told: dict[str, str | int | float] = {"chebclear": package_version(), "warnings": "\n".join(warnings)}
+    metadata: dict[str, str | int | float] = {"chebclear": package_version(), "warnings": "\n".join(warnings)}
     if settings is not None:
         plain = dataclasses.asdict(settings)
-        told |= {name: value for name, value in plain.items() if isinstance(value, str | int | float)}
+        metadata |= {name: value for name, value in plain.items() if isinstance(value, str | int | float)}
     if scene is not None:
-        told["scene"] = scene.to_json()
-    return told
+        metadata["scene"] = scene.to_json()
+    return metadata

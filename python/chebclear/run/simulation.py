@@ -8,11 +8,10 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Literal, Unpack
 
-from .. import _core
 from ..base.arguments import Checks
 from ..base.progress import bar, is_request
 from ..errors import HORIZON, ChebclearWarning, HorizonWarning, SimulationError
-from ..scene.scene import Scene
+from ..scene.scene import Scene, compiled
 from .accuracy import ErrorEstimate, past_horizon
 from .contacts import Contacts, Events
 from .continuation import continuation
@@ -170,7 +169,7 @@ def run_scene(
         If the scene is wrong, or settings or start do not fit it.
     """
     memory = None if start is None else start.memory
-    run = _core.simulate(scene.to_json(), settings.to_json(), report, memory)
+    run = compiled(scene).simulate(settings.to_json(), report, memory)
     return Trajectory(
         t=run["t"],
         columns=tuple(run["columns"]),

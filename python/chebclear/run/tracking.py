@@ -8,8 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _core
-from ..scene.scene import ClearanceRevolute, Scene
+from ..scene.scene import ClearanceRevolute, Scene, compiled
 from .features import Feature
 from .settings import Settings
 
@@ -40,7 +39,7 @@ def simulate_features(
     # Steps do not depend on samples and outputs.
     column = scene.check().columns[:1]
     again = dataclasses.replace(settings, samples=2, outputs=column, features=tuple(features), cycles=cycles)
-    return _core.simulate(scene.to_json(), again.to_json(), None, start)["features"]
+    return compiled(scene).simulate(again.to_json(), None, start)["features"]
 
 
 def settling_time(scene: Scene) -> float:

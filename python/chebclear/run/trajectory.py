@@ -240,13 +240,13 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
             The columns over ``t``; ``events.time``, ``contacts.peak_force`` and so on over axes of their own.
         """
         names = ("events", "contacts", "skipped_events", "skipped_contacts")
-        told = {"status": self.status, "message": self.message, "end_time": self.end_time}
+        metadata = {"status": self.status, "message": self.message, "end_time": self.end_time}
         return run_dataset(
             self.t,
             self.columns,
             self.values,
             {name: getattr(self, name) for name in names},
-            told | common_facts(self.settings, self.scene, self.warnings),
+            metadata | common_facts(self.settings, self.scene, self.warnings),
         )
 
     def peak(self, output: str) -> Extremum:

@@ -18,7 +18,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..base.quantities import Interval as Interval
 from ..base.quantities import interval as interval
@@ -62,6 +62,9 @@ from .parts import Prismatic as Prismatic
 from .parts import Revolute as Revolute
 from .parts import Start as Start
 from .schema import Part, Points, Vector, at_or_below, read, write
+
+if TYPE_CHECKING:
+    from .. import _core
 
 
 @dataclass(frozen=True, repr=False)
@@ -144,7 +147,7 @@ class Scene(Part):
 
     @functools.cached_property
     def _line(self) -> str:
-        # Cached: a scene is immutable, and every simulation needs the text, some of them twice.
+        # Cached: a scene is immutable, and compiling, comparing and storing it need the text.
         problems: list[Problem] = []
         text = json.dumps(write(self, (Scene,), "", problems), allow_nan=False)
         if problems:
@@ -212,10 +215,14 @@ class Scene(Part):
         return self._inspection
 
     @functools.cached_property
-    def _inspection(self) -> Inspection:
+    def _mechanism(self) -> _core.Mechanism:
         from .. import _core  # here only: writing down a scene needs no core
 
-        facts = json.loads(_core.inspect(self.to_json()))
+        return _core.Mechanism(self.to_json())
+
+    @functools.cached_property
+    def _inspection(self) -> Inspection:
+        facts = json.loads(self._mechanism.facts())
         fields: dict[str, Any] = {
             name: tuple(fact) if isinstance(fact, list) else fact for name, fact in facts.items()
         }
@@ -234,12 +241,17 @@ class Scene(Part):
         return describe_scene(self)
 
 
+def compiled(scene: Scene) -> _core.Mechanism:
+    """The compiled mechanism of a scene; it is compiled once."""
+    return scene._mechanism
+
+
 def _further_problems(text: str, known: Sequence[Problem]) -> list[Problem]:
     """Further problems of a scene whose fields of wrong type were replaced by placeholders."""
     from .. import _core
 
     try:
-        _core.inspect(text)
+        _core.Mechanism(text)
     except SceneError as error:
         return [problem for problem in error.problems if not any(_within(problem, found) for found in known)]
     return []

@@ -57,7 +57,7 @@ class Structure:
         self.count = next(count)
         """Numbers of a scene."""
         self.fingerprint = hashlib.sha256(self.text.encode()).hexdigest()[:16]
-        """What tells it from other structures."""
+        """What distinguishes it from other structures."""
         joints = zip(scene.joints, self._plain["joints"], strict=True)
         self.clearances: dict[str, int] = {
             joint.name: plain["clearance"] for joint, plain in joints if isinstance(joint, ClearanceRevolute)
@@ -110,7 +110,7 @@ class Structures:
         key = tuple(shape)
         try:
             structure = self._known.get(key)
-        except TypeError:  # a field that cannot be hashed has a wrong type, which the structure tells
+        except TypeError:  # a field that cannot be hashed has a wrong type, which the structure reports
             structure = None
         if structure is None:
             structure = Structure(scene)

@@ -131,8 +131,8 @@ class Bifurcation(Exports, records.ArrayRecord):
             If the file holds something else, is damaged, or was written by a later version.
         """
         arrays, facts = records.load(path, "bifurcation")
-        told = {name: facts[name] for name in ("parameter", "output", "skipped")}
-        return cls(**told | {name: arrays[name] for name in _ARRAYS})
+        fields = {name: facts[name] for name in ("parameter", "output", "skipped")}
+        return cls(**fields | {name: arrays[name] for name in _ARRAYS})
 
     def plot(self, *, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw the diagram; see `plot_bifurcation` for the options."""

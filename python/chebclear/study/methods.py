@@ -100,7 +100,7 @@ class Methods(Runner):
                 'lower degree or bounds="eq31"'
             )
         points = chebyshev_grid(list(self.intervals.values()), counts)
-        return self._told(self.run_points(points, tuple(counts), tuple(degrees), bounds))
+        return self._with_warnings(self.run_points(points, tuple(counts), tuple(degrees), bounds))
 
     def scan(self, points: int | Mapping[str, int] = 10, *, max_runs: int = MAX_RUNS) -> StudyResult:
         """Brute force: simulate on equally spaced points; the bounds are the extremes of the runs.
@@ -136,7 +136,7 @@ class Methods(Runner):
             np.linspace(side.lower, side.upper, count)
             for side, count in zip(self.intervals.values(), counts, strict=True)
         ]
-        return self._told(self.run_points(tensor_grid(sides), tuple(counts), None))
+        return self._with_warnings(self.run_points(tensor_grid(sides), tuple(counts), None))
 
     def band(
         self,
@@ -204,7 +204,7 @@ class Methods(Runner):
             As `chebyshev`.
         """
         made = sampled.band(self, runs, coverage, rtol, seed, include, max_runs, cycles, discard, angle)
-        return self._told(made)
+        return self._with_warnings(made)
 
     def certify(
         self, coverage: float = 0.999, *, rtol: float | None = None, seed: int = 0, max_runs: int = MAX_RUNS
@@ -232,13 +232,13 @@ class Methods(Runner):
         SceneError, SimulationError, ValueError, TypeError
             As `chebyshev`.
         """
-        return self._told(sampled.certify(self, coverage, rtol, seed, max_runs))
+        return self._with_warnings(sampled.certify(self, coverage, rtol, seed, max_runs))
 
     def extended(
         self, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult] = ()
     ) -> StudyResult:
         """A result of `band` with further runs; see `StudyResult.extend`."""
-        return self._told(sampled.extended(self, result, runs, include), stacklevel=5)
+        return self._with_warnings(sampled.extended(self, result, runs, include), stacklevel=5)
 
     def sample(self, runs: int = 81, *, seed: int = 0) -> StudyResult:
         """Simulate at independent, uniformly distributed random points of the box, as for features.
@@ -267,14 +267,14 @@ class Methods(Runner):
         checks.finish()
         if isinstance(self.model, FinishedRuns):
             own = self.model.points
-            return self._told(
+            return self._with_warnings(
                 self.run_points(own, (len(own),), None, random=self.model.independent, kind="sample")
             )
         sides = list(self.intervals.values())
         points = np.random.default_rng(start).uniform(
             [side.lower for side in sides], [side.upper for side in sides], (count, len(sides))
         )
-        return self._told(self.run_points(points, (count,), None, random=True, kind="sample"))
+        return self._with_warnings(self.run_points(points, (count,), None, random=True, kind="sample"))
 
     def tradeoff(
         self,
@@ -359,7 +359,7 @@ class Methods(Runner):
             )
         )
 
-    def _told(self, result: StudyResult, stacklevel: int = 4) -> StudyResult:
+    def _with_warnings(self, result: StudyResult, stacklevel: int = 4) -> StudyResult:
         """The result of this study, after issuing its warnings to the caller of the calling method."""
         warn_once(result.warnings, stacklevel=stacklevel)
         return replace(result, study=self)

@@ -387,13 +387,13 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         features = {}
         if self.features is not None:
             features = {name: self.features.values[:, :, k] for k, name in enumerate(self.features.names)}
-        told: dict[str, str | int | float] = {"kind": self.kind, "runs": len(self.parameters)}
+        metadata: dict[str, str | int | float] = {"kind": self.kind, "runs": len(self.parameters)}
         return study_dataset(
             self.t,
             self.bands,
             dict(zip(self.parameter_names, self.parameters.T, strict=True)),
             features,
-            told | common_facts(self.settings, self.scene, self.warnings),
+            metadata | common_facts(self.settings, self.scene, self.warnings),
         )
 
     def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:

@@ -22,9 +22,9 @@ from ..execution.failures import (
     FEATURE,
     FailedRun,
     end_of,
+    failure_warnings,
     located,
     run_to_raise,
-    told_failures,
 )
 from ..execution.limited import LimitedCalls
 from ..execution.means import Means
@@ -258,9 +258,11 @@ class Making:
                     continue
                 for name, index in structure.clearances.items():
                     self._note_clearance(name, values[index])
-                told = tuple(str(one.message) for one in caught[before:] if one.category is ChebclearWarning)
+                messages = tuple(
+                    str(one.message) for one in caught[before:] if one.category is ChebclearWarning
+                )
                 branch = self._branch if structure is self._like[0] else ()
-                built.append(Built(FlatScene(structure.text, packed(values), branch), told))
+                built.append(Built(FlatScene(structure.text, packed(values), branch), messages))
         return built
 
     def _flat(self, scene: Scene, parameters: Mapping[str, float]) -> tuple[Structure, list[float]]:
@@ -333,7 +335,7 @@ class Making:
         kept = np.array([number for number in range(self.count) if number not in failed], dtype=np.intp)
         failures = tuple(FailedRun.of(number, self.parameters(number), end) for number, end in failed.items())
         values = _moved_up(batch.values, kept)
-        messages = (*batch.told.messages(self.count), *told_failures(failures, self.count), *remarks)
+        messages = (*batch.warnings.messages(self.count), *failure_warnings(failures, self.count), *remarks)
         if features is not None:
             features = _moved_up(features, kept)
             tracked = batch.features[kept]

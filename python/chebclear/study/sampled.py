@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks
 from ..errors import ArgumentError
 from ..execution.counts import Costs
-from ..execution.failures import count_failed, is_failure_warning, told_failures
+from ..execution.failures import count_failed, failure_warnings, is_failure_warning
 from ..run.settings import Settings, checked_settings
 from ..run.tracking import settling_time
 from ..run.trajectory import Stats
@@ -203,9 +203,9 @@ def _made(
     facts = {"t": new.t, "outputs": new.outputs, "feature_names": new.feature_names, **new.facts}
     kept = _others(study, others, requirement, new.t, new.outputs, facts["scene"])
     del facts["stats"], facts["warnings"]
-    told = new.warnings if requirement.revolutions is not None else (*new.warnings, *unpredictable(new))
+    messages = new.warnings if requirement.revolutions is not None else (*new.warnings, *unpredictable(new))
     whole = None if kept else table.values
-    return _result(study, requirement, [scored], kept, nominal, told, facts, whole)
+    return _result(study, requirement, [scored], kept, nominal, messages, facts, whole)
 
 
 def extended(
@@ -227,7 +227,7 @@ def extended(
     nominal_values = np.stack([result.table(name)[-1] for name in outputs], axis=-1)[None]
     features = None if result.features is None else result.features.nominal[None]
     nominal = Table(old.parameters[:1], nominal_values, result.stats[-1:], features)
-    scored, told = [old[: requirement.runs]], _lasting(result.warnings)
+    scored, messages = [old[: requirement.runs]], _lasting(result.warnings)
     failures, good = result.failures, requirement.runs
     seconds = result.seconds
     if runs > 0:
@@ -236,14 +236,14 @@ def extended(
         new = _runs(study, requirement, points, result.settings, midpoint=False)
         seconds += new.seconds
         scored.append(Table.new(points, new))
-        told += _lasting(new.warnings)
+        messages += _lasting(new.warnings)
         good += len(new.kept)
         failures += tuple(dataclasses.replace(one, index=one.index + begun) for one in new.failures)
     kept = [old[requirement.runs :], *_others(study, others, requirement, result.t, outputs, result.scene)]
     requirement = dataclasses.replace(requirement, runs=good, failed=count_failed(failures))
-    told += told_failures(failures, good + len(failures) + 1)
+    messages += failure_warnings(failures, good + len(failures) + 1)
     facts = _facts(result) | {"seconds": seconds, "failures": failures}
-    return _result(study, requirement, scored, kept, nominal, told, facts)
+    return _result(study, requirement, scored, kept, nominal, messages, facts)
 
 
 def shortened(study: Runner, result: StudyResult, runs: int) -> StudyResult:
@@ -315,10 +315,10 @@ def _result(
         **facts,
     )
     # Shortcomings of the bands are known only now.
-    told = remarks(result.bands, requirement)
+    messages = remarks(result.bands, requirement)
     if result.scene is not None:
-        told += early_widths(result.bands, settling_time(result.scene))
-    return dataclasses.replace(result, warnings=(*warnings, *told))
+        messages += early_widths(result.bands, settling_time(result.scene))
+    return dataclasses.replace(result, warnings=(*warnings, *messages))
 
 
 def _lasting(warnings: Sequence[str]) -> list[str]:

@@ -15,7 +15,7 @@ from .toml_text import Path
 
 SECTIONS = ("format", "title", "parameters", "features", "run", *(item.name for item in fields(Scene)))
 """What may stand at the top of a scene file."""
-# What tells the entries of a list apart: starts name the joint or body that they are of.
+# What distinguishes the entries of a list: starts name the joint or body that they are of.
 _NAMES = ("name", "joint", "body")
 
 

@@ -2,16 +2,17 @@
 //! converts results. In: text and arrays of Python; out: dicts and arrays. Uses all rooms, and no room uses
 //! it.
 //!
-//! Functions only; nothing here computes. Exceptions are those of
+//! Nothing here computes. Exceptions are those of
 //! `chebclear.errors`, so that they can be pickled.
 
 mod arrays;
 mod bands;
+mod mechanism;
 mod ranges;
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex};
 use std::time::Duration;
 
@@ -22,20 +23,14 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyString};
 
 use self::arrays::{flat, matrix, new_array, require_spare_memory, sample_times};
-use crate::dynamics::Dynamics;
 use crate::error::{InputError, Subject};
 use crate::integrators::Status;
-use crate::mechanism::compiled::Mechanism;
-use crate::run::outputs::{column_names, further_column_names};
-use crate::run::restart::Restart;
 use crate::run::settings::{METHOD_WORDS, RTOL_RANGE, SAMPLES_RANGE, read_settings};
-use crate::run::tolerances::default_impact_velocity_floors;
-use crate::run::trajectory::{Contact, Event, Trajectory, columns, record};
-use crate::scene::reader::{Structure, read_scene};
+use crate::run::trajectory::Trajectory;
+use crate::scene::reader::Structure;
 use crate::study::chebyshev::{MOST_NODES, Polynomials};
 use crate::study::sweep::{FlatScene, Sweep};
 use crate::study::{bounds, chebyshev};
-use crate::tree::elements::BodyPlacement;
 
 /// Interval at which the waiting thread checks for signals and reports progress.
 const WAKE: Duration = Duration::from_millis(50);
@@ -133,103 +128,6 @@ fn stats(run: &Trajectory) -> impl IntoIterator<Item = (&'static str, f64)> {
     let counts = run.stats.counts().into_iter().chain([("impacts_at_floor", run.impacts_at_floor)]);
     let sizes = run.stats.sizes().into_iter().chain([("largest_projection", run.largest_projection)]);
     counts.map(|(name, count)| (name, count as f64)).chain(sizes)
-}
-
-fn events_dict<'py>(
-    py: Python<'py>,
-    mechanism: &Mechanism,
-    events: &[Event],
-) -> PyResult<Bound<'py, PyDict>> {
-    let table = PyDict::new(py);
-    let times: Vec<f64> = events.iter().map(|event| event.time).collect();
-    let velocities: Vec<f64> = events.iter().map(|event| event.normal_velocity).collect();
-    let joints: Vec<&str> =
-        events.iter().map(|event| mechanism.clearance_joints[event.joint].name.as_str()).collect();
-    let kinds: Vec<&str> = events.iter().map(|event| event.kind.word()).collect();
-    table.set_item("time", times.into_pyarray(py))?;
-    table.set_item("joint", joints)?;
-    table.set_item("kind", kinds)?;
-    table.set_item("normal_velocity", velocities.into_pyarray(py))?;
-    Ok(table)
-}
-
-fn contacts_dict<'py>(
-    py: Python<'py>,
-    mechanism: &Mechanism,
-    contacts: &[Contact],
-) -> PyResult<Bound<'py, PyDict>> {
-    let table = PyDict::new(py);
-    let column = |of: fn(&Contact) -> f64| -> Vec<f64> { contacts.iter().map(of).collect() };
-    let joints: Vec<&str> =
-        contacts.iter().map(|contact| mechanism.clearance_joints[contact.joint].name.as_str()).collect();
-    table.set_item("joint", joints)?;
-    table.set_item("onset", column(|contact| contact.onset).into_pyarray(py))?;
-    table.set_item("separation", column(|contact| contact.separation).into_pyarray(py))?;
-    table.set_item("impact_velocity", column(|contact| contact.impact_velocity).into_pyarray(py))?;
-    table.set_item("peak_force", column(|contact| contact.peak_force).into_pyarray(py))?;
-    table.set_item("peak_time", column(|contact| contact.peak_time).into_pyarray(py))?;
-    Ok(table)
-}
-
-/// Simulates one scene (JSON) with settings (JSON), from the end of another run (JSON) if one is given.
-#[pyfunction]
-#[pyo3(signature = (scene, settings, progress=None, start=None))]
-fn simulate<'py>(
-    py: Python<'py>,
-    scene: &str,
-    settings: &str,
-    progress: Option<Py<PyAny>>,
-    start: Option<&str>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let settings = read_settings(settings).map_err(|error| input_error(py, error))?;
-    let mechanism = read_scene(scene)
-        .and_then(|scene| Mechanism::compile(&scene))
-        .map_err(|error| input_error(py, error))?;
-    let start = start.map(Restart::from_json).transpose().map_err(|error| input_error(py, error))?;
-    let begin = start.as_ref().map_or(0.0, |start| start.time);
-    let span = settings.skip + settings.duration;
-    let cancel = AtomicBool::new(false);
-    let reached = AtomicU64::new(0);
-    let monitor = |t: f64| {
-        reached.store(t.to_bits(), Ordering::Relaxed);
-        !cancel.load(Ordering::Relaxed)
-    };
-    let shape = [settings.samples, columns(&mechanism, &settings).len()];
-    let values = new_array(py, shape[0].saturating_mul(shape[1]))?;
-    let mut memory = values.readwrite();
-    let samples = memory.as_slice_mut()?;
-    let run = wait_for(
-        py,
-        &cancel,
-        || record(&mechanism, start.as_ref(), &settings, &monitor, samples),
-        |py| match &progress {
-            Some(callback) => {
-                let fraction = (f64::from_bits(reached.load(Ordering::Relaxed)) - begin) / span;
-                callback.call1(py, (fraction.clamp(0.0, 1.0),)).map(|_| ())
-            }
-            None => Ok(()),
-        },
-    )?
-    .map_err(|error| input_error(py, error))?;
-    let result = PyDict::new(py);
-    result.set_item("stats", stats(&run).into_iter().collect::<HashMap<_, _>>())?;
-    result.set_item("status", run.status.word())?;
-    result.set_item("message", run.message())?;
-    result.set_item("time", run.time)?;
-    result.set_item("joint", &run.joint)?;
-    result.set_item("warnings", &run.warnings)?;
-    result.set_item("columns", &run.columns)?;
-    result.set_item("events", events_dict(py, &mechanism, &run.events)?)?;
-    result.set_item("skipped_events", events_dict(py, &mechanism, &run.skipped_events)?)?;
-    result.set_item("contacts", contacts_dict(py, &mechanism, &run.contacts)?)?;
-    result.set_item("skipped_contacts", contacts_dict(py, &mechanism, &run.skipped_contacts)?)?;
-    let by_cycle = [settings.cycles, settings.features.len()];
-    result.set_item("features", run.features.into_pyarray(py).reshape(by_cycle)?)?;
-    result.set_item("end", run.restart.as_ref().map(Restart::to_json))?;
-    drop(memory);
-    result.set_item("values", values.reshape(shape)?)?;
-    result.set_item("t", sample_times(py, &settings, begin)?)?;
-    Ok(result)
 }
 
 /// Structure (JSON with the index of each number in its place), bytes of the numbers, and signs of the branch, of a
@@ -347,41 +245,6 @@ fn check_settings(py: Python<'_>, settings: &str) -> PyResult<()> {
     read_settings(settings).map(|_| ()).map_err(|error| input_error(py, error))
 }
 
-/// Compiles a scene (JSON) and describes it as JSON.
-#[pyfunction]
-fn inspect(py: Python<'_>, scene: &str) -> PyResult<String> {
-    let scene = read_scene(scene).map_err(|error| input_error(py, error))?;
-    let mechanism = Mechanism::compile(&scene).map_err(|error| input_error(py, error))?;
-    let names: Vec<&str> =
-        mechanism.free.iter().map(|&column| mechanism.coordinate_names[column].as_str()).collect();
-    let bodies: Vec<&str> = mechanism.bodies.iter().map(|body| body.name.as_str()).collect();
-    let clearance_joints = mechanism.clearance_joints.iter().map(|joint| joint.name.as_str());
-    let cut: Vec<&str> =
-        clearance_joints.chain(mechanism.closures.iter().map(|closure| closure.name.as_str())).collect();
-    let floors = default_impact_velocity_floors(&mechanism);
-    let mut dynamics = Dynamics::new(&mechanism);
-    dynamics.move_to(0.0, &mechanism.start.q, &mechanism.start.v);
-    let pose = |body: &BodyPlacement| {
-        let frame = dynamics.frame(body.frame);
-        let origin = frame.point(body.origin).position;
-        [origin.x, origin.y, frame.angle + body.angle]
-    };
-    let poses: Vec<[f64; 3]> = mechanism.bodies.iter().map(pose).collect();
-    let description = serde_json::json!({
-        "degrees_of_freedom": mechanism.mobility(),
-        "coordinates": names,
-        "bodies": bodies,
-        "poses": poses,
-        "cut_joints": cut,
-        "impact_velocity_floors": floors,
-        "warnings": mechanism.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
-        "columns": column_names(&mechanism),
-        "further_columns": further_column_names(&mechanism),
-        "branch": mechanism.branch,
-    });
-    Ok(description.to_string())
-}
-
 /// Chebyshev roots, Eq. (26), from +1 to -1.
 #[pyfunction]
 fn chebyshev_nodes(py: Python<'_>, count: usize) -> PyResult<Bound<'_, PyArray1<f64>>> {
@@ -451,9 +314,8 @@ fn interval_bounds<'py>(
 /// Numerical core of chebclear; use the package, not this module.
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_function(wrap_pyfunction!(simulate, module)?)?;
+    module.add_class::<mechanism::CompiledMechanism>()?;
     module.add_function(wrap_pyfunction!(sweep, module)?)?;
-    module.add_function(wrap_pyfunction!(inspect, module)?)?;
     module.add_function(wrap_pyfunction!(check_settings, module)?)?;
     module.add("METHODS", METHOD_WORDS.map(|(word, _)| word))?;
     module.add("RTOL_RANGE", (RTOL_RANGE[0], RTOL_RANGE[1]))?;

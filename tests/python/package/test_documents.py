@@ -5,7 +5,9 @@ import runpy
 import sys
 from pathlib import Path
 
+import chebclear as cc
 import pytest
+from chebclear.cli import program
 
 ROOT = Path(__file__).parents[3]
 CODE = re.compile(r"```python\n(.*?)```", re.DOTALL)
@@ -116,3 +118,26 @@ def test_names_in_the_path_of_a_force_and_the_ways_to_add_something_exist() -> N
             names = re.findall(r"\w{3,}", word)
             wrong += [word] * (not all(re.search(rf"\b{name}\b", code) for name in names))
     assert not wrong
+
+
+def test_the_changelog_names_what_users_call_and_catch() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"[\w-]+", " ".join(re.findall(r"`([^`]*)`", text))))
+    public = {name: getattr(cc, name) for name in cc.__all__}
+    wanted = {
+        name
+        for name, value in public.items()
+        if (issubclass(value, Exception) if isinstance(value, type) else callable(value))
+    }
+    (commands,) = (action.choices for action in program.parser()._actions if action.dest == "command")
+    options = {
+        text for action in commands["study"]._actions for text in action.option_strings if text[:2] == "--"
+    }
+    usual = {
+        "--help",
+        *(f"--{name}" for name in ("duration", "skip", "samples", "outputs", "method", "rtol")),
+    }
+    missing = {*wanted, *commands, *(options - usual)} - named
+    assert not missing
+    for code in (0, 1, 2, 3, 70, 130):
+        assert re.search(rf"\b{code} [a-z]", text[text.index("Exit codes") :])

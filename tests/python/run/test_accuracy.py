@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from chebclear.run.accuracy import chaos_horizon, output_ranges
 from chebclear.run.settings import METHODS
+from chebclear.scene.scene import compiled
 from pendulum import LOWEST_ANGLE, LOWEST_SPEED, OUTPUTS, pendulum, quarter_period
 
 
@@ -179,17 +180,19 @@ def test_a_companion_that_fails_ends_what_is_estimated():
 
 def test_progress_of_all_runs_grows_from_0_to_1(monkeypatch):
     simulated = []
+    scene = pendulum()
+    mechanism = compiled(scene)
 
-    def simulate(scene, settings, report, start):
-        for share in (0.0, 0.5, 1.0):
-            report(share)
-        simulated.append(json.loads(settings)["rtol"])
-        return core_simulate(scene, settings, None)
+    class Reporting:
+        def simulate(self, settings, report, start):
+            for share in (0.0, 0.5, 1.0):
+                report(share)
+            simulated.append(json.loads(settings)["rtol"])
+            return mechanism.simulate(settings)
 
-    core_simulate = cc.run.simulation._core.simulate
-    monkeypatch.setattr(cc.run.simulation._core, "simulate", simulate)
+    monkeypatch.setattr(cc.run.simulation, "compiled", lambda scene: Reporting())
     shares = []
-    cc.simulate(pendulum(), duration=0.5, samples=11, error="estimate", progress=shares.append)
+    cc.simulate(scene, duration=0.5, samples=11, error="estimate", progress=shares.append)
     assert shares == sorted(shares) and (shares[0], shares[-1]) == (0.0, 1.0) and len(shares) == 9
     assert simulated == [1e-6, pytest.approx(1e-7), pytest.approx(1e-8)]
 

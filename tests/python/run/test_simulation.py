@@ -351,3 +351,26 @@ LONG_RUNS = {
 def test_an_interrupt_from_the_keyboard_stops_a_long_run(call):
     threads = 1 if call == "simulate" else 2
     assert work_after_interrupt(LONG_RUNS[call]) < 0.5 * threads
+
+
+def test_a_scene_is_compiled_once(monkeypatch):
+    from chebclear import _core
+
+    compiled = []
+
+    def compile(text):
+        compiled.append(text)
+        return mechanism(text)
+
+    mechanism = _core.Mechanism
+    monkeypatch.setattr(_core, "Mechanism", compile)
+    scene = faller()
+    settings = cc.Settings(duration=0.01, samples=11)
+    run = cc.simulate(scene, settings=settings, outputs=["block.*"], error="estimate")
+    assert run.feature(cc.lowest("block.y")) < 0.0
+    cc.simulate(scene, settings=settings, start=run.end)
+    scene.describe()
+    assert compiled == [scene.to_json()]
+    # A copy is compiled anew: what was computed from a scene is no part of it.
+    copied = pickle.loads(pickle.dumps(scene))
+    assert copied == scene and copied.check() == scene.check() and len(compiled) == 2

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from chebclear import ChebclearWarning, Study, StudyResult, interval, mechanisms, peak, rms
 from chebclear import loss as joint_loss
+from chebclear.run import simulation
+from chebclear.scene.scene import compiled
 
 BOX = {"a": interval(1.0, rel=0.1), "b": interval(2.0, rel=0.1)}
 T = np.linspace(0.0, 1.0, 101)
@@ -179,11 +181,8 @@ def test_a_square_table_that_looks_transposed_is_doubted():
 
 
 def test_a_callable_feature_does_not_simulate_again(monkeypatch):
-    from chebclear import _core
-
     calls = []
-    simulate = _core.simulate
-    monkeypatch.setattr(_core, "simulate", lambda *given: calls.append(1) or simulate(*given))
+    monkeypatch.setattr(simulation, "compiled", lambda scene: calls.append(1) or compiled(scene))
     study = Study(
         mechanisms.slider_crank,
         {"crank_length": interval(0.05, rel=0.1)},

@@ -4,7 +4,7 @@ import warnings
 
 import chebclear as cc
 import pytest
-from chebclear.execution.batch import Told
+from chebclear.execution.batch import GatheredWarnings
 
 BOX = {name: cc.interval(1.0, 2.0) for name in "abcde"}
 
@@ -50,7 +50,7 @@ def test_runs_that_are_asked_for_are_started():
 
 
 def gathered_warnings(runs):
-    gathered = Told()
+    gathered = GatheredWarnings()
     for number in reversed(range(len(runs))):  # runs end in any order
         gathered.add(number, runs[number])
     return gathered.messages(len(runs))

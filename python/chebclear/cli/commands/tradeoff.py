@@ -25,7 +25,7 @@ def add(commands: Commands) -> None:
         measured,
         "measure accuracy against cost on a scene and recommend a setting",
         "Simulate a scene with many methods and tolerances, compare with two tight runs, print costs, errors "
-        "and the time until which each run can be believed, and recommend a setting. Without a scene: the "
+        "and the time until which each run can be trusted, and recommend a setting. Without a scene: the "
         "paper's slider-crank.",
         "chebclear tradeoff press.toml --rtols 1e-4,1e-6 --outputs ram.x",
     )

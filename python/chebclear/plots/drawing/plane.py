@@ -154,7 +154,7 @@ def around(point: Array, keep: float, size: tuple[float, float], line: float, ou
     for reach, cost in _REACHES:
         for turn in np.arange(_DIRECTIONS) * 2.0 * np.pi / _DIRECTIONS:
             way = np.array([np.cos(turn), np.sin(turn)])
-            # The label touches the disc with the side or the corner that looks at it.
+            # The label touches the disc with the side or the corner that faces it.
             lean = np.clip(way / 0.4, -1.0, 1.0)
             middle = point + (keep + reach * line) * way + 0.5 * lean * np.array(size)
             spots.append(Spot(middle, cost - _OUTWARD * float(way @ outward)))

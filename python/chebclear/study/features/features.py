@@ -199,7 +199,7 @@ class FeatureResult(records.ArrayRecord):
 
     @cached_property
     def effects(self) -> Effects:
-        """Which parameter the feature hangs on, and how much no parameter explains.
+        """How much each parameter contributes to the feature, and how much no parameter explains.
 
         Raises
         ------

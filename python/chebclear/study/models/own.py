@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...base.arguments import Checks, did_you_mean
 from ...base.units import unit
 from ...errors import ArgumentError, describe
-from ...execution.failures import FailedRun, told_failures
+from ...execution.failures import FailedRun, failure_warnings
 from ...execution.limited import LimitedCalls
 from ...execution.means import Means
 from ...execution.store import Store
@@ -193,7 +193,7 @@ class OwnModel:
             values=table.values[kept],
             features=table.features[kept] if table.names else None,
             feature_names=table.names,
-            warnings=(*told_failures(failures, len(given)), *remarks),
+            warnings=(*failure_warnings(failures, len(given)), *remarks),
             kept=kept[: len(kept) - midpoint],
             failures=failures,
         )

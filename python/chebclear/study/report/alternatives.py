@@ -65,10 +65,10 @@ def _fewer_runs(result: Any) -> list[Block]:
     total = len(result.parameters)
     head = ["output", f"mean width, {count} runs", f"mean width, {total} runs", "change", "other runs inside"]
     caption = f"The first {count} runs alone, judged by the other {total - count}"
-    told: list[Block] = [Table(caption, head, rows)]
+    blocks: list[Block] = [Table(caption, head, rows)]
     if math.isfinite(result.seconds):
         half, twice = result.seconds * count / total, 2.0 * result.seconds
-        told.append(
+        blocks.append(
             Text(
                 f"Half the runs would have taken {format_quantity(half, 's', 2)} in place of "
                 f"{format_quantity(result.seconds, 's', 2)}; twice as many would take about "
@@ -77,7 +77,7 @@ def _fewer_runs(result: Any) -> list[Block]:
                 "and repeats none; at the command line --runs asks for more."
             )
         )
-    return told
+    return blocks
 
 
 def _calibrated_half(result: Any, count: int) -> Mapping[str, tuple[Array, Array]]:
@@ -122,7 +122,7 @@ def _tolerances(result: Any) -> list[Block]:
         return [
             Text(
                 "What another tolerance would give was not measured here, since it takes too long: "
-                'simulate(..., error="estimate") tells it for the nominal run.'
+                'simulate(..., error="estimate") estimates it for the nominal run.'
             )
         ]
     names = list(result.bands)
@@ -142,15 +142,15 @@ def _tolerances(result: Any) -> list[Block]:
     if not rows:
         return []
     caption = "The nominal run at other tolerances: largest estimated error, over the width of the band"
-    told: list[Block] = [Table(caption, ["tolerance", "stages of the integrator", *names], rows)]
-    told.append(
+    blocks: list[Block] = [Table(caption, ["tolerance", "stages of the integrator", *names], rows)]
+    blocks.append(
         Text(
             "Time goes with the stages. An error that is small beside the width of its band does not change "
             "it: a looser tolerance is cheaper then. Where two runs diverge, no tolerance makes a single run "
             "right, and only the band means something."
         )
     )
-    return told
+    return blocks
 
 
 def _error(error: Any, band: Band) -> str:

@@ -44,7 +44,7 @@ def study_dataset(
         ``run``, ``cycle`` and ``t``.
     """
     variables = {"t": Variable(("t",), t, "s")}
-    told = dict(facts)
+    metadata = dict(facts)
     runs = len(next(iter(parameters.values())))
     for name, band in bands.items():
         # Outputs of a model of the user's own may have any unit, whatever their names.
@@ -57,9 +57,9 @@ def study_dataset(
             variables["angle"] = Variable(("t",), band.angle, "rad")
             rows = band.runs.reshape(runs + 1, -1, len(t))[:-1]
             variables[f"{name}.runs"] = Variable(("run", "cycle", "t"), rows, unit)
-        told[f"{name}.verdict"] = band.verdict
+        metadata[f"{name}.verdict"] = band.verdict
         if band.coverage == band.coverage:  # not NaN
-            told[f"{name}.coverage"] = band.coverage
+            metadata[f"{name}.coverage"] = band.coverage
     variables |= {f"parameters.{name}": Variable(("run",), values) for name, values in parameters.items()}
     variables |= {f"features.{name}": Variable(("run", "cycle"), values) for name, values in features.items()}
-    return Dataset("t", variables, told)
+    return Dataset("t", variables, metadata)

@@ -29,9 +29,9 @@ def study_listings(result: Any) -> tuple[Listing, str]:
     if written is not None:
         lines += [*_scene_file(written()), ""]
     elif not ready_made:
-        told = f"{module}.{name}" if name else "not known any more"
+        origin = f"{module}.{name}" if name else "not known any more"
         lines += [
-            f"# What builds a scene from the parameters; it was {told}.",
+            f"# What builds a scene from the parameters; it was {origin}.",
             f"from model import {callable_text}",
             "",
         ]

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 # Most outputs and parameters that are listed one by one.
 _MOST_LINES = 20
-# Most warnings that are told in full; a sentence each.
+# Most warnings that are given in full; a sentence each.
 _MOST_WARNINGS = 3
 
 
@@ -108,11 +108,11 @@ def _peak(result: Any, band: Band) -> FeatureInterval:
 def _next(result: Any) -> list[str]:
     """Suggestions for a better result and for its use."""
     bands = result.bands.values()
-    told = []
+    advice = []
     wide = [band.name for band in bands if band.verdict in ("calibrated", "undersampled")]
     requirement = result.requirement
     if result.failures:
-        told.append(
+        advice.append(
             f"a box in which all runs succeed: {len(result.failures)} failed, see result.failures, and no "
             "bound holds there"
         )
@@ -123,22 +123,22 @@ def _next(result: Any) -> list[str]:
             if requirement.finished
             else f"{more} more runs, result.extend({more}),"
         )
-        told.append(
+        advice.append(
             f"{how} would narrow {_named(wide)} by about {100.0 * doubling_narrows(more):.0f} % "
             "(what doubling them did on nine mechanisms, on average)"
         )
     lost = [band.name for band in bands if band.verdict == "not resolved"]
     if lost:
-        told.append(f"Study.band() bounds {_named(lost)}, which no polynomial of this study follows")
+        advice.append(f"Study.band() bounds {_named(lost)}, which no polynomial of this study follows")
     inner = [band.name for band in bands if band.verdict == "sampled"]
     if inner:
-        told.append(f"{_named(inner)}: inner bounds; Study.band() says how far a further run may go")
+        advice.append(f"{_named(inner)}: inner bounds; Study.band() says how far a further run may go")
     followed = [band.name for band in bands if band.verdict == "resolved" and band.surrogate is not None]
     if followed and not result.worst_cases:
-        told.append(f"result.check() simulates the predicted worst cases of {_named(followed)}")
+        advice.append(f"result.check() simulates the predicted worst cases of {_named(followed)}")
     if result.features is not None:
-        told.append(f'result.ranking("{result.features.names[0]}") says which tolerance to tighten')
-    return told
+        advice.append(f'result.ranking("{result.features.names[0]}") says which tolerance to tighten')
+    return advice
 
 
 def _named(names: Sequence[str]) -> str:

@@ -1,0 +1,166 @@
+//! A compiled scene for Python: compiled once, asked for its names and simulated any number of times. In: text of Python;
+//! out: facts as JSON, dicts and arrays of a run.
+
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use numpy::{IntoPyArray, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::arrays::{new_array, sample_times};
+use super::{input_error, stats, wait_for};
+use crate::dynamics::Dynamics;
+use crate::mechanism::compiled::Mechanism;
+use crate::run::outputs::{column_names, further_column_names};
+use crate::run::restart::Restart;
+use crate::run::settings::read_settings;
+use crate::run::tolerances::default_impact_velocity_floors;
+use crate::run::trajectory::{Contact, Event, columns, record};
+use crate::scene::reader::read_scene;
+use crate::tree::elements::BodyPlacement;
+
+/// A compiled scene.
+#[pyclass(frozen, name = "Mechanism", module = "chebclear._core")]
+pub struct CompiledMechanism {
+    mechanism: Mechanism,
+}
+
+#[pymethods]
+impl CompiledMechanism {
+    /// Compiles a scene (JSON).
+    #[new]
+    fn new(py: Python<'_>, scene: &str) -> PyResult<Self> {
+        let mechanism = read_scene(scene)
+            .and_then(|scene| Mechanism::compile(&scene))
+            .map_err(|error| input_error(py, error))?;
+        Ok(Self { mechanism })
+    }
+
+    /// Describes the mechanism as JSON.
+    fn facts(&self) -> String {
+        let mechanism = &self.mechanism;
+        let names: Vec<&str> =
+            mechanism.free.iter().map(|&column| mechanism.coordinate_names[column].as_str()).collect();
+        let bodies: Vec<&str> = mechanism.bodies.iter().map(|body| body.name.as_str()).collect();
+        let clearance_joints = mechanism.clearance_joints.iter().map(|joint| joint.name.as_str());
+        let cut: Vec<&str> =
+            clearance_joints.chain(mechanism.closures.iter().map(|closure| closure.name.as_str())).collect();
+        let floors = default_impact_velocity_floors(mechanism);
+        let mut dynamics = Dynamics::new(mechanism);
+        dynamics.move_to(0.0, &mechanism.start.q, &mechanism.start.v);
+        let pose = |body: &BodyPlacement| {
+            let frame = dynamics.frame(body.frame);
+            let origin = frame.point(body.origin).position;
+            [origin.x, origin.y, frame.angle + body.angle]
+        };
+        let poses: Vec<[f64; 3]> = mechanism.bodies.iter().map(pose).collect();
+        let description = serde_json::json!({
+            "degrees_of_freedom": mechanism.mobility(),
+            "coordinates": names,
+            "bodies": bodies,
+            "poses": poses,
+            "cut_joints": cut,
+            "impact_velocity_floors": floors,
+            "warnings": mechanism.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            "columns": column_names(mechanism),
+            "further_columns": further_column_names(mechanism),
+            "branch": mechanism.branch,
+        });
+        description.to_string()
+    }
+
+    /// Simulates with settings (JSON), from the end of another run (JSON) if one is given.
+    #[pyo3(signature = (settings, progress=None, start=None))]
+    fn simulate<'py>(
+        &self,
+        py: Python<'py>,
+        settings: &str,
+        progress: Option<Py<PyAny>>,
+        start: Option<&str>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let settings = read_settings(settings).map_err(|error| input_error(py, error))?;
+        let mechanism = &self.mechanism;
+        let start = start.map(Restart::from_json).transpose().map_err(|error| input_error(py, error))?;
+        let begin = start.as_ref().map_or(0.0, |start| start.time);
+        let span = settings.skip + settings.duration;
+        let cancel = AtomicBool::new(false);
+        let reached = AtomicU64::new(0);
+        let monitor = |t: f64| {
+            reached.store(t.to_bits(), Ordering::Relaxed);
+            !cancel.load(Ordering::Relaxed)
+        };
+        let shape = [settings.samples, columns(mechanism, &settings).len()];
+        let values = new_array(py, shape[0].saturating_mul(shape[1]))?;
+        let mut memory = values.readwrite();
+        let samples = memory.as_slice_mut()?;
+        let run = wait_for(
+            py,
+            &cancel,
+            || record(mechanism, start.as_ref(), &settings, &monitor, samples),
+            |py| match &progress {
+                Some(callback) => {
+                    let fraction = (f64::from_bits(reached.load(Ordering::Relaxed)) - begin) / span;
+                    callback.call1(py, (fraction.clamp(0.0, 1.0),)).map(|_| ())
+                }
+                None => Ok(()),
+            },
+        )?
+        .map_err(|error| input_error(py, error))?;
+        let result = PyDict::new(py);
+        result.set_item("stats", stats(&run).into_iter().collect::<HashMap<_, _>>())?;
+        result.set_item("status", run.status.word())?;
+        result.set_item("message", run.message())?;
+        result.set_item("time", run.time)?;
+        result.set_item("joint", &run.joint)?;
+        result.set_item("warnings", &run.warnings)?;
+        result.set_item("columns", &run.columns)?;
+        result.set_item("events", events_dict(py, mechanism, &run.events)?)?;
+        result.set_item("skipped_events", events_dict(py, mechanism, &run.skipped_events)?)?;
+        result.set_item("contacts", contacts_dict(py, mechanism, &run.contacts)?)?;
+        result.set_item("skipped_contacts", contacts_dict(py, mechanism, &run.skipped_contacts)?)?;
+        let by_cycle = [settings.cycles, settings.features.len()];
+        result.set_item("features", run.features.into_pyarray(py).reshape(by_cycle)?)?;
+        result.set_item("end", run.restart.as_ref().map(Restart::to_json))?;
+        drop(memory);
+        result.set_item("values", values.reshape(shape)?)?;
+        result.set_item("t", sample_times(py, &settings, begin)?)?;
+        Ok(result)
+    }
+}
+
+fn events_dict<'py>(
+    py: Python<'py>,
+    mechanism: &Mechanism,
+    events: &[Event],
+) -> PyResult<Bound<'py, PyDict>> {
+    let table = PyDict::new(py);
+    let times: Vec<f64> = events.iter().map(|event| event.time).collect();
+    let velocities: Vec<f64> = events.iter().map(|event| event.normal_velocity).collect();
+    let joints: Vec<&str> =
+        events.iter().map(|event| mechanism.clearance_joints[event.joint].name.as_str()).collect();
+    let kinds: Vec<&str> = events.iter().map(|event| event.kind.word()).collect();
+    table.set_item("time", times.into_pyarray(py))?;
+    table.set_item("joint", joints)?;
+    table.set_item("kind", kinds)?;
+    table.set_item("normal_velocity", velocities.into_pyarray(py))?;
+    Ok(table)
+}
+
+fn contacts_dict<'py>(
+    py: Python<'py>,
+    mechanism: &Mechanism,
+    contacts: &[Contact],
+) -> PyResult<Bound<'py, PyDict>> {
+    let table = PyDict::new(py);
+    let column = |of: fn(&Contact) -> f64| -> Vec<f64> { contacts.iter().map(of).collect() };
+    let joints: Vec<&str> =
+        contacts.iter().map(|contact| mechanism.clearance_joints[contact.joint].name.as_str()).collect();
+    table.set_item("joint", joints)?;
+    table.set_item("onset", column(|contact| contact.onset).into_pyarray(py))?;
+    table.set_item("separation", column(|contact| contact.separation).into_pyarray(py))?;
+    table.set_item("impact_velocity", column(|contact| contact.impact_velocity).into_pyarray(py))?;
+    table.set_item("peak_force", column(|contact| contact.peak_force).into_pyarray(py))?;
+    table.set_item("peak_time", column(|contact| contact.peak_time).into_pyarray(py))?;
+    Ok(table)
+}
