@@ -4,8 +4,8 @@
 
 The reference hull and the fresh runs of a problem are made once and kept in FOLDER: some minutes for each. Of
 every output it prints: the share of the samples of fresh runs that are inside, its standard deviation between
-studies, the width over that of the hull, what held-out runs said, the share of whole runs inside and what was
-promised of it, the verdicts, and the time of the bands over that of the runs.
+studies, the width over that of the hull, the coverage of held-out runs, the share of whole runs inside and
+its estimate, the verdicts, and the time of the bands over that of the runs.
 """
 
 from __future__ import annotations

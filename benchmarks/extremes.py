@@ -1,4 +1,4 @@
-"""Scenes drawn over the far corners of what can be asked for, and how each of them ends; see README.md.
+"""Scenes drawn at random up to extreme values of all settings, and how each of them ends; see README.md.
 
 python benchmarks/extremes.py [--scenes N] [--first I] [--seed S] [--read CSV] [--csv FILE] [--map PNG]
 """
@@ -292,7 +292,7 @@ def faults(case: Case, run: cc.Trajectory) -> list[str]:
             found.append("a failure without a message")
     if run.stats.steps + run.stats.rejected > MAX_STEPS:
         found.append("more steps than allowed")
-    # Two attempts to land are the rule; 20 and the last retake at most.
+    # Two attempts at a relocation are usual; 20 and the last repetition at most.
     if run.stats.relocations > 21 * (run.stats.steps + 1):
         found.append("relocations without end")
     if case.passive and energy_gain(run) > ENERGY_PER_ONSET:
@@ -320,7 +320,7 @@ def tighten(case: Case, run: cc.Trajectory) -> Peak | None:
     if len(times) < 2 or case.rtol < 1e-9:
         return None
     horizon = float(times[-1])
-    # Fine enough for the shortest impact: between coarse samples a peak is anybody's guess.
+    # Fine enough for the shortest impact: coarse samples miss peaks.
     apart = np.diff(times)
     shortest = float(apart[apart > 0.0].min(initial=horizon))
     samples = int(np.clip(40.0 * horizon / shortest, 4001, 400_001))
@@ -344,7 +344,8 @@ def tighten(case: Case, run: cc.Trajectory) -> Peak | None:
         curves.append(again.values.max(axis=1))
     first, second, third = curves
     size = float(second.max())
-    # What a tolerance is of a force: the stiffness makes it as steep as it likes, so only the runs can say.
+    # The tolerance of a force follows from that of the position by the stiffness, which may have any size:
+    # only runs can measure it.
     apart_by = float(np.abs(first - second).max())
     if not size > 0.0 or apart_by == 0.0:
         # A slow mechanism's tolerances are those of its resting contacts, whatever is asked for.

@@ -1,4 +1,4 @@
-"""Accuracy against cost: which method and tolerance for this scene, and how far can a run be believed?
+"""Accuracy against cost: which method and tolerance for this scene, and until when can a run be trusted?
 
 Run it with ``python examples/10_tradeoff.py [DIRECTORY]``; pictures go there (default: here).
 """

@@ -31,7 +31,7 @@ _HATCHES = {
     "not resolved": "///",
     "undersampled": "xx",
 }
-# Areas of more corners than this are drawn as a picture in files of lines.
+# Areas with more corners than this are drawn as pixels in vector files.
 _MOST_CORNERS = 4000
 
 
@@ -144,7 +144,7 @@ def verdict_words(band: BandLike) -> str:
 
 
 def _percent(share: float) -> str:
-    """A share near 1 with the digits that tell it from 1, never rounded up."""
+    """A share near 1 with as many digits as distinguish it from 1, never rounded up."""
     return f"{math.floor(1e4 * share + 1e-9) / 100.0:g} %"
 
 

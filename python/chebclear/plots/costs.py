@@ -38,7 +38,7 @@ def plot_tradeoff(
 ) -> Axes:
     """Draw cost against error on logarithmic axes, one line a method.
 
-    The area left of the uncertainty of the reference is gray: points that end there are hollow, drawn at the
+    The area left of the uncertainty of the reference is gray: points there are hollow and drawn at the
     largest error they may have. Right of the dashed line the runs have passed the chaos horizon: they differ
     by more than 1 % of the range of the output. A run that failed has no error; it is a cross at the right
     edge, at what it cost until then, with its status in the legend.
@@ -79,7 +79,7 @@ def plot_tradeoff(
     name = result.outputs[0] if output is None else output
     uncertainty = result.uncertainty(name, until)
     scale = float(result.ranges[result.outputs.index(name)])
-    # An error of exactly zero has no place on a logarithmic axis: rounding stands for it.
+    # An error of exactly zero has no place on a logarithmic axis: it is drawn at the rounding error.
     least = np.finfo(float).eps * (scale or 1.0)
     ax = new_axes(ax)
     ax.set_xscale("log")

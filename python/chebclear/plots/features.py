@@ -55,7 +55,7 @@ def plot_tornado(
     Raises
     ------
     ValueError
-        If there are too few runs to tell the parameters apart, or the unit does not fit.
+        If there are too few runs to separate the effects of the parameters, or the unit does not fit.
 
     Examples
     --------
@@ -113,7 +113,7 @@ def plot_tornado(
 
 
 def _values_beside(ax: Axes, sides: dict[str, list[tuple[float, int, float]]]) -> None:
-    """Values beside the ends of bars, with as many decimals as tell them apart, and room for them."""
+    """Values beside the ends of bars, with as many decimals as distinguish them, and room for them."""
     everything = [place for entries in sides.values() for place, _, _ in entries]
     reach = max(everything) - min(everything)
     decimals = max(0, min(12, 2 - math.floor(math.log10(reach)))) if reach > 0.0 else 3
@@ -148,7 +148,7 @@ def plot_shares(
     Parameters
     ----------
     effects : FeatureResult, Effects or Ranking
-        A feature of a study, or what it says of itself.
+        A feature of a study, its effects or its ranking.
     ax : Axes, optional
         Where to draw; a new figure if not given.
     **bars
@@ -161,7 +161,7 @@ def plot_shares(
     Raises
     ------
     ValueError
-        If there are too few runs to tell the parameters apart.
+        If there are too few runs to separate the effects of the parameters.
 
     Examples
     --------

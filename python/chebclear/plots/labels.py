@@ -21,7 +21,7 @@ _LEGEND_FRAME = 2.0
 # The line or patch of a legend beside its text, with the gaps [letters].
 _LEGEND_HANDLE = 5.0
 
-# What LaTeX does not read as it is written.
+# Characters that must be escaped for LaTeX.
 _LATEX = {
     "\\": r"\textbackslash{}",
     "%": r"\%",
@@ -91,7 +91,7 @@ def with_unit(name: str, unit: str) -> str:
 
 
 def words_in_common(names: list[str]) -> str:
-    """What several columns are, in words, without their owners; empty if they are different quantities.
+    """The quantity that several columns share, in words, without its owner; empty if they differ.
 
     Examples
     --------
@@ -168,7 +168,7 @@ def legend_above_the_data(ax: Axes, title: str | None = None) -> None:
         scale = ax.yaxis.get_transform()
         low, high = scale.transform(np.array(limits))
         top = float(scale.inverted().transform(np.array([low + (high - low) / (1.0 - share)]))[0])
-        # No fixed limits: they would be in the way of equal scales, and of what is drawn next.
+        # No fixed limits: they would prevent equal scales and hide what is drawn later.
         ax.update_datalim([(0.0, top)], updatex=False)
         ax.autoscale_view()
 

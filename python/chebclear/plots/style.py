@@ -38,7 +38,7 @@ def print_style(
     size : tuple of float, optional
         Width and height instead [inch].
     format : {"pdf", "svg", "eps", "png"}
-        What ``figure.savefig("name")`` writes; a PNG has 600 dots an inch. Type stays type in PDF and EPS.
+        What ``figure.savefig("name")`` writes; a PNG has 600 dots an inch. Text stays text in PDF and EPS.
     font_size : float
         Size of the type [points].
     latex : bool
@@ -92,7 +92,7 @@ def print_style(
         "legend.fancybox": False,
         "savefig.format": format,
         "savefig.dpi": 600.0,
-        # Type stays type, as journals ask for.
+        # Text stays text, as journals require.
         "pdf.fonttype": 42,
         "ps.fonttype": 42,
         "text.usetex": latex,

@@ -40,13 +40,6 @@ _ERROR_ARRAYS = ("max_difference", "ranges", "horizon")
 _ERROR_FACTS = ("rtol", "status", "compared_until")
 
 
-_EARLIER_NAMES = {
-    "landings": "relocations",
-    "floored_latches": "impacts_at_floor",
-    "factorisations": "factorizations",
-}
-
-
 @dataclass(frozen=True, repr=False)
 class Stats(Shown):
     """The work of a simulation, in counts that do not depend on the machine.
@@ -100,10 +93,9 @@ class Stats(Shown):
 
     @classmethod
     def from_dict(cls, plain: Mapping[str, Any]) -> Stats:
-        """The counts from the core or from a file, which may have names of earlier versions."""
-        given = {_EARLIER_NAMES.get(name, name): value for name, value in plain.items()}
+        """The counts from the core or from a file."""
         # The core has floats for all.
-        return cls(**{name: int(n) if name in _WHOLE else n for name, n in given.items()})
+        return cls(**{name: int(n) if name in _WHOLE else n for name, n in plain.items()})
 
 
 _WHOLE = frozenset(item.name for item in dataclasses.fields(Stats) if item.type == "int")

@@ -487,7 +487,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             features=FeatureTable.of_file(arrays, facts, intervals) if "features" in facts else None,
             degrees=None if facts["degrees"] is None else tuple(facts["degrees"]),
             nodes=tuple(facts["nodes"]),
-            bounds=facts.get("bounds", "eq31"),  # files before it was written
+            bounds=facts["bounds"],
             requirement=Requirement.from_dict(facts.get("requirement")),
             stats=Costs.joined([[Stats.from_dict(one) for one in facts["stats"]]]),
             warnings=tuple(facts["warnings"]),

@@ -1,8 +1,8 @@
 """Arithmetic expressions over named numbers, as they stand in scene files.
 
 A small language and nothing else: numbers, names, ``+ - * / **``, parentheses and a few functions. It is read
-with Python's own parser, but only the nodes listed here are ever evaluated, so a file from a stranger can
-compute numbers and do nothing more.
+with Python's own parser, but only the nodes listed here are ever evaluated, so that a file
+which is not trusted can compute numbers and do nothing else.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from ..base.arguments import did_you_mean
 
 Array = NDArray[np.float64]
 
-# What a formula of a mechanism needs, with much room: the inertia of a rod with two holes has 90 characters,
-# 40 nodes and depth 8. The limits keep hostile texts from costing time or stack.
+# More than a formula of a mechanism needs: the inertia of a rod with two holes has 90 characters, 40 nodes
+# and depth 8. The limits keep hostile texts from costing time or stack.
 MOST_CHARACTERS = 300
 MOST_NODES = 100
 MOST_DEPTH = 25
@@ -132,7 +132,7 @@ def parse(text: str) -> Expression:
     Raises
     ------
     ExpressionError
-        If it is no expression, holds anything but what is allowed, or is too large.
+        If it is no expression, contains anything that is not allowed, or is too large.
     """
     if len(text) > MOST_CHARACTERS:
         raise ExpressionError(f"has {len(text)} characters; at most {MOST_CHARACTERS} are accepted")

@@ -40,7 +40,7 @@ class Parameter:
     name : str
         Name, as expressions use it.
     nominal : float | Expression
-        Value if nothing else is said [SI unit]; an expression follows other parameters.
+        Default value [SI unit]; an expression follows other parameters.
     interval : Interval | None
         Interval it is known to lie in [SI unit]; None for a constant.
     unit : str
@@ -122,7 +122,7 @@ class Template:
 
     @property
     def __signature__(self) -> inspect.Signature:
-        # What a Study looks at to find out which keywords there are.
+        # `Study` takes the names of the parameters from this signature.
         return inspect.Signature(
             [
                 inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None)
@@ -305,7 +305,7 @@ def evaluated(nominal: Mapping[str, float | Expression]) -> dict[str, float]:
     Raises
     ------
     SceneError
-        If expressions need each other in a circle, or one has no value.
+        If expressions depend on each other in a cycle, or one has no value.
     """
     values: dict[str, float] = {}
     problems: list[Problem] = []
@@ -319,7 +319,7 @@ def evaluated(nominal: Mapping[str, float | Expression]) -> dict[str, float]:
             return False
         one = nominal[name]
         if isinstance(one, Expression):
-            # All of them, so that every circle is found; a name that is none is reported by the evaluation.
+            # All parameters, so that every cycle is found; the evaluation reports unknown names.
             if not all([settle(other, (*above, name)) for other in sorted(one.names) if other in nominal]):
                 return False
             try:

@@ -1,7 +1,7 @@
 """Quantities with units, as they stand in scene files: ``"20 um"``, ``"2000 rpm"``, ``"30 deg"``.
 
 They are converted to SI once, when a file is read. A bare number is SI already. Conversion is exact before
-the one rounding to a float: 20 um is the very float 2e-05, which 20 * 1e-6 misses.
+the one rounding to a float: 20 um is exactly the float 2e-05, unlike 20 * 1e-6.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ MOST_CHARACTERS = 100
 
 
 def is_quantity(text: str) -> bool:
-    """Whether a text is a number, a blank and a unit; such a text is never an expression."""
+    """Whether a text is a number, a space and a unit; such a text is never an expression."""
     return len(text) <= MOST_CHARACTERS and _QUANTITY.fullmatch(text) is not None
 
 
@@ -125,7 +125,7 @@ def parse_unit(text: str) -> Unit:
     Parameters
     ----------
     text : str
-        Symbols with powers; blanks or ``*`` multiply, what follows one ``/`` divides.
+        Symbols with powers; spaces or ``*`` multiply, what follows one ``/`` divides.
 
     Raises
     ------
@@ -154,7 +154,7 @@ def parse_unit(text: str) -> Unit:
                 angular.append(unit.angular if power == 1 else f"1/{unit.angular}")
                 if power not in (1, -1) or len(angular) > 1 or angular[0] not in _FACTORS:
                     raise UnitError(f'"{symbol}" stands in "{text}" with a power; use rad')
-            # A broken power, as in N/mm^1.5, has no exact scale but that of floats.
+            # A fractional power, as in N/mm^1.5, has no exact rational scale.
             whole = power.denominator == 1
             scale *= unit.scale ** int(power) if whole else Fraction(float(unit.scale) ** float(power))
             powers = [one + power * other for one, other in zip(powers, unit.dimension, strict=True)]
@@ -167,7 +167,7 @@ def convert(text: str, unit: str) -> float:
     Parameters
     ----------
     text : str
-        A number, a blank and a unit.
+        A number, a space and a unit.
     unit : str
         Unit of the place as the documentation writes it, such as ``"m"``, ``"rad or m"``; ``"unit"`` and
         whatever else is no known unit accepts any dimension, ``"-"`` a plain ratio.
@@ -201,7 +201,7 @@ def convert(text: str, unit: str) -> float:
 
 
 def _fitting(text: str, unit: str, wanted: list[Dimension]) -> str:
-    """What may be meant by a unit of another dimension: the fitting one with the nearest name, or some."""
+    """Units of the wanted dimension to suggest: the one with the nearest name, or some."""
     known = [one for one in (*UNITS, *_COMPOUND) if _dimension_of(one) in wanted]
     # An angle and a ratio have the same dimension, none.
     if _ONE in wanted:

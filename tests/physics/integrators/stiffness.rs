@@ -219,7 +219,7 @@ fn the_slope_at_the_end_of_an_explicit_step_is_that_at_the_start_of_the_next_to_
 }
 
 #[test]
-fn stiff_problems_without_a_contact_are_not_dearer_than_by_a_rosenbrock_method() {
+fn stiff_problems_without_a_contact_cost_no_more_than_by_a_rosenbrock_method() {
     let problems = [van_der_pol(1e-6, 0.0), problems::prothero_robinson(1e6), van_der_pol(1e-3, -0.66)];
     for problem in problems {
         for tolerance in [1e-4, 1e-6] {

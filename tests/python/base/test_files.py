@@ -78,17 +78,3 @@ def test_a_link_stays_a_link(tmp_path):
         pytest.skip("this system does not let us make links")
     resting().save(link)
     assert link.is_symlink() and target.read_bytes() == link.read_bytes() != b"old"
-
-
-def test_counters_of_files_with_earlier_names_are_read():
-    run = cc.simulate(cc.mechanisms.slider_crank(), duration=1e-4, samples=2)
-    plain = dataclasses.asdict(run.stats)
-    names = {
-        "relocations": "landings",
-        "impacts_at_floor": "floored_latches",
-        "factorizations": "factorisations",
-    }
-    assert (
-        type(run.stats).from_dict({names.get(name, name): value for name, value in plain.items()})
-        == run.stats
-    )

@@ -45,7 +45,7 @@ def test_a_study_without_time_gives_what_is_done(tmp_path, monkeypatch):
     clock = [0.0]
 
     def slow(crank_length, rod_length):
-        clock[0] += 1.0  # of a clock of its own: the test does not hang on the speed of a machine
+        clock[0] += 1.0  # of a clock of its own: the test does not depend on the speed of a machine
         return cc.mechanisms.slider_crank(crank_length=crank_length, rod_length=rod_length)
 
     monkeypatch.setattr(dispatch, "time", SimpleNamespace(monotonic=lambda: clock[0]))

@@ -11,7 +11,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 
-# Floored latches are meant here, and both codes have them.
+# Impacts at the velocity floor are intended here; both codes have them.
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
 CHANGES = 9  # of contact that are compared
@@ -334,7 +334,7 @@ LAWS = {
         CHANGES,
         dict(contact=cc.LankaraniNikravesh(3e10, 0.95, exponent=1.3), friction=EQ_11),
     ),
-    "floored": (CHANGES, dict(floor=0.5)),
+    "at_the_floor": (CHANGES, dict(floor=0.5)),
 }
 
 

@@ -79,7 +79,7 @@ def test_gate_04_a_failure_is_typed_and_nothing_follows_it(status, scene, settin
 
 
 # ----------------------------------------------------------------------------------------------------
-# Row 6: numbers that are none
+# Row 6: not-a-number and infinity
 
 
 def numbers_of(plain, path=()):
@@ -227,7 +227,7 @@ def test_gate_10_units_that_are_powers_of_two_give_the_same_bits():
 
 
 # ----------------------------------------------------------------------------------------------------
-# Row 13: limits are said
+# Row 13: limits are stated
 
 
 def test_gate_13_limits_are_documented_and_warned_of():
@@ -315,7 +315,8 @@ def test_gate_15_a_stuck_contact_breaks_away_on_time():
 
 @pytest.mark.parametrize("method", ["rodas5p", "rodas4", "auto"])
 def test_gate_15_a_tight_tolerance_finds_the_breakaway(method):
-    # Below the default tolerance that of a sticking velocity follows rtol; before, Rodas5P let go early.
+    # Below the default the tolerance of a sticking velocity follows rtol; with a fixed one Rodas5P breaks
+    # away early.
     assert breakaway(method, 2e-9) == pytest.approx(breakaway("rodas4", 1e-11), abs=1e-4)
 
 

@@ -125,7 +125,7 @@ def test_no_column_lacks_its_unit():
         assert not [name for name in columns if not cc.scene.columns.column_unit(name)]
         words = [column_words(name) for name in columns]
         assert len(set(words)) == len(words) and not [text for text in words if "_" in text or "." in text]
-    # Both end in "contact": an energy, and a yes or no.
+    # Both end in "contact": an energy, and a truth value.
     assert (
         cc.scene.columns.column_unit("energy.contact"),
         cc.scene.columns.column_unit("wrist.contact"),

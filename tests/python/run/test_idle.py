@@ -44,6 +44,6 @@ def test_outputs_that_are_not_asked_for(method):
     )
     assert np.array_equal(more["slider.x"], plain["slider.x"])
     assert more.end_time == plain.end_time and more.events == plain.events
-    # DOP853 pays for the dense output that the quadratures of work look at.
+    # DOP853 pays for the dense output that the quadratures of work use.
     assert more.stats.evaluations == plain.stats.evaluations or method == "dop853"
     assert dataclasses.replace(more.stats, evaluations=plain.stats.evaluations) == plain.stats

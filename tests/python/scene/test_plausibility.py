@@ -141,7 +141,7 @@ def test_everything_in_millimeters(factor):
 def test_a_journal_radius_in_millimeters():
     scene = MECHANISMS.slider_crank(journal_radius=9.8)
     assert doubt(scene).startswith("joints[3].journal_radius: ") and "9.8 mm are 0.0098" in doubt(scene)
-    # It is told before the run, which takes long, and its failure points to it before anything else.
+    # The warning comes before the run, which takes long, and the message of its failure names it first.
     with (
         pytest.warns(cc.ChebclearWarning, match="9.8 mm are 0.0098"),
         pytest.raises(cc.SimulationError) as caught,

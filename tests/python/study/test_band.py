@@ -140,7 +140,7 @@ def test_fresh_runs_keep_the_bands(wrist):
     for index, name in enumerate(WRIST):
         band = wrist[name]
         inside = (fresh[:, :, index] >= band.lower) & (fresh[:, :, index] <= band.upper)
-        # 60 runs tell 99.9 % to some tenths of a per cent; the extremes of the runs alone hold 95 %.
+        # 60 runs determine 99.9 % to some tenths of a per cent; the extremes of the runs alone hold 95 %.
         assert inside.mean() > 0.995, name
 
 

@@ -52,7 +52,7 @@ def test_what_may_turn_has_no_side():
 
 
 def rhombus(height):
-    """Two bars between a fixed point and a block on a guide; their rough angles choose the side."""
+    """Two bars between a fixed point and a block on a guide; the guesses of their angles choose the side."""
     lean = math.atan2(height, 0.5)
     return cc.Scene(
         [

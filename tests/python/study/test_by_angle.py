@@ -133,7 +133,7 @@ def test_fresh_revolutions_keep_the_band(wrist):
     values = fresh.values("wrist.normal_force")
     rows = np.stack([values[:, 72 * turn : 72 * turn + 73] for turn in range(4)])
     inside = (rows >= force.lower) & (rows <= force.upper)
-    # 40 runs tell 99.9 % to some tenths of a per cent; the extremes of the 60 revolutions hold about 97 %.
+    # 40 runs determine 99.9 % to some tenths of a per cent; the extremes of the 60 revolutions hold 97 %.
     assert inside.mean() > 0.995
 
 

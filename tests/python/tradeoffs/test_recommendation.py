@@ -68,7 +68,7 @@ def test_auto_is_taken_where_it_is_level_with_the_cheapest():
 
 
 def test_counters_do_not_scatter():
-    # One over the price: 500 and 526 stages, so a setting of auto that is 5 % dearer is dearer.
+    # One over the price: 500 and 526 stages, so a setting of auto that costs 5 % more costs more.
     errors = {("dop853", 1e-6): 0.005, ("auto", 1e-6): 0.005}
     prices = {("dop853", 1e-6): 2e-3, ("auto", 1e-6): 1.9e-3}
     result = made_up(errors, seconds=prices)
@@ -91,7 +91,7 @@ def test_the_uncertainty_of_the_reference_counts_as_error():
     assert advice.errors["slider.vx"] == pytest.approx(0.0025)
 
 
-def test_a_single_hit_is_luck():
+def test_a_single_accurate_run_is_not_recommended():
     errors = {("rodas4", 1e-4): 0.001, ("rodas4", 1e-5): 0.05, ("rodas4", 1e-6): 0.002}
     prices = {("rodas4", 1e-4): 1.0, ("rodas4", 1e-5): 2.0, ("rodas4", 1e-6): 3.0}
     assert made_up(errors, seconds=prices).recommendation(1e-3).point.rtol == 1e-6
@@ -125,7 +125,7 @@ def test_no_setting_is_said_with_the_nearest_and_with_what_is_possible():
 def test_nothing_is_recommended_beyond_what_the_reference_knows():
     errors = {("rodas4", 1e-4): 0.001}
     result = made_up(errors, uncertainty=[0.0, 1e-6, 1e-3, 5.0])
-    assert result.trusted_until == 0.03  # they part at that sample
+    assert result.trusted_until == 0.03  # they diverge at that sample
     advice = result.recommendation(1e-3)
     assert advice.point is not None and advice.until == 0.02
     assert "over the first 20 ms" in str(advice) and "beyond, the reference" in str(advice)

@@ -64,7 +64,7 @@ class Stage:
         return self.moving
 
     def settle(self) -> None:
-        """Lay the figure out once and for all: else the axes would breathe with the labels."""
+        """Lay the figure out once and for all: else the size of the axes would change with the labels."""
         from matplotlib.backends.backend_agg import FigureCanvasAgg
 
         FigureCanvasAgg(self.figure)
@@ -174,7 +174,7 @@ def drawn_path(loose: LooseJoint) -> Array:
 
 
 def force_words(force: float) -> str:
-    """What the contact force is [N]."""
+    """The contact force [N]."""
     return f"contact force {format_number(force, 3)} N" if force > 0.0 else "free flight"
 
 

@@ -49,7 +49,7 @@ class Spot:
     middle : ndarray, shape (2,)
         Its middle.
     cost : float
-        What speaks against it, in heights of a line.
+        Its cost, in heights of a line.
     on_body : bool
         Whether it names the body that it stands on.
     """
@@ -91,7 +91,7 @@ class Clutter:
         return nearest
 
     def place(self, spots: Iterable[Spot], size: tuple[float, float], line: float, on: str = "") -> Spot:
-        """The best of the spots that a label may have: room counts, less what a spot costs; it is then taken.
+        """The spot with the most room less its cost; it is then occupied.
 
         Parameters
         ----------

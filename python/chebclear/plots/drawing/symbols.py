@@ -36,7 +36,7 @@ def typical(value: float | TimeFunction) -> float:
 
 
 def varies(value: float | TimeFunction) -> bool:
-    """Whether a function comes back, so that its arrow should have two heads."""
+    """Whether a function changes its direction, so that its arrow should have two heads."""
     return isinstance(value, (Harmonic, Table))
 
 
