@@ -70,7 +70,7 @@ def hertz_stiffness(
     >>> f"{hertz_stiffness(9.8e-3, 2e-5, 207e9, 0.3):.6e}"
     '3.326530e+11'
     """
-    checks = Checks()
+    checks = Checks()  # the core never sees these numbers, but the stiffness alone
     checks.real("journal_radius", journal_radius, "m", above=0.0)
     checks.real("clearance", clearance, "m", above=0.0)
     checks.word("convention", convention, ("hertz", "as_printed"))

@@ -223,6 +223,7 @@ class Settings(Shown):
             _require_room(runs, self.samples, len(facts.columns))
             return self
         columns = facts.columns + facts.further_columns
+        # Not left to the core: it knows no patterns, and no words of textbooks to suggest names by.
         checks = Checks()
         names: dict[str, None] = {}
         for name in self.outputs:
@@ -237,7 +238,7 @@ class Settings(Shown):
 
 def require_features(facts: Inspection, features: Iterable[Feature]) -> None:
     """Refuse features of outputs and clearance joints that the scene does not have."""
-    checks = Checks()
+    checks = Checks()  # not left to the core, which has no words of textbooks to suggest names by
     columns = facts.columns + facts.further_columns
     for feature in features:
         joint = feature.kind in JOINT_KINDS
