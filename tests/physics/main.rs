@@ -1,5 +1,9 @@
 //! Tests of the core physics by room: closed forms, identities, independent references.
 
+mod numerics {
+    mod rotation;
+}
+
 mod contact {
     mod forces;
 }

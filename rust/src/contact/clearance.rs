@@ -173,13 +173,14 @@ impl ClearanceLaw {
         [state.force[0], state.force[1], state.friction_force]
     }
 
-    /// Normal force [N] and its rate [N/s] for a relative acceleration [m/s²].
-    pub fn normal_force_with_rate(
+    /// The state without friction, and the rate of the normal force [N/s] for a relative acceleration [m/s²].
+    #[inline]
+    pub fn state_with_rate(
         &self,
         motion: &RelativeMotion<f64>,
         acceleration: [f64; 2],
         phase: Phase,
-    ) -> [f64; 2] {
+    ) -> (ContactState<f64>, f64) {
         let along =
             |value: [f64; 2], rate: [f64; 2]| [0, 1].map(|k| Dual { value: value[k], gradient: [rate[k]] });
         let dual = RelativeMotion {
@@ -187,8 +188,16 @@ impl ClearanceLaw {
             rate: along(motion.rate, acceleration),
             spin: Dual::constant(motion.spin),
         };
-        let force = ClearanceLaw { friction: None, ..*self }.evaluate::<Dual<1>>(&dual, phase).normal_force;
-        [force.value, force.gradient[0]]
+        let state = ClearanceLaw { friction: None, ..*self }.evaluate::<Dual<1>>(&dual, phase);
+        let values = ContactState {
+            penetration: state.penetration.value,
+            penetration_rate: state.penetration_rate.value,
+            sliding_velocity: state.sliding_velocity.value,
+            normal_force: state.normal_force.value,
+            friction_force: 0.0,
+            force: state.force.map(|force| force.value),
+        };
+        (values, state.normal_force.gradient[0])
     }
 
     /// Sliding speed [m/s] below which the friction force changes steeply with the relative velocity, `None`

@@ -4,7 +4,7 @@ use super::Dynamics;
 use crate::contact::clearance::{ContactState, Phase, RelativeMotion};
 use crate::contact::normal::Latch;
 use crate::tree::elements::ClearanceJoint;
-use crate::tree::kinematics::Vec2;
+use crate::tree::kinematics::{PointState, Vec2};
 
 /// Journal center seen from the bearing center.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,11 +44,16 @@ impl JointContact {
 }
 
 impl Dynamics<'_> {
+    /// Centers of journal and bearing of a clearance joint, after [`Dynamics::move_to`].
+    #[inline(always)]
+    pub fn joint_ends(&self, joint: &ClearanceJoint) -> [PointState; 2] {
+        [self.point(joint.journal), self.point(joint.bearing)]
+    }
+
     /// Relative motion in a clearance joint after [`Dynamics::move_to`].
     #[inline]
     pub fn joint_motion(&self, joint: &ClearanceJoint) -> JointMotion {
-        let journal = self.point(joint.journal);
-        let bearing = self.point(joint.bearing);
+        let [journal, bearing] = self.joint_ends(joint);
         JointMotion {
             eccentricity: journal.position - bearing.position,
             rate: journal.velocity - bearing.velocity,
@@ -60,7 +65,15 @@ impl Dynamics<'_> {
     /// The same without accelerations, as the contact law needs it.
     #[inline(always)]
     pub(super) fn contact_motion(&self, joint: &ClearanceJoint) -> RelativeMotion<f64> {
-        let (journal, bearing) = (self.point(joint.journal), self.point(joint.bearing));
+        self.motion_between(joint, &self.joint_ends(joint))
+    }
+
+    #[inline(always)]
+    fn motion_between(
+        &self,
+        joint: &ClearanceJoint,
+        [journal, bearing]: &[PointState; 2],
+    ) -> RelativeMotion<f64> {
         RelativeMotion {
             eccentricity: (journal.position - bearing.position).into(),
             rate: (journal.velocity - bearing.velocity).into(),
@@ -94,15 +107,19 @@ impl Dynamics<'_> {
         joint.law.evaluate(&self.contact_motion(joint), self.phases[index])
     }
 
-    /// The same without its forces, for those who ask only how the surfaces move.
-    #[inline]
-    pub fn contact_without_forces(&self, index: usize) -> ContactState<f64> {
-        let joint = &self.tree.clearance_joints[index];
-        joint.law.without_forces(&self.contact_motion(joint))
+    /// The same without its forces, for those who ask only how the surfaces move between the ends of the joint.
+    #[inline(always)]
+    pub fn contact_without_forces(
+        &self,
+        joint: &ClearanceJoint,
+        ends: &[PointState; 2],
+    ) -> ContactState<f64> {
+        joint.law.without_forces(&self.motion_between(joint, ends))
     }
 
     /// Adds the generalized force of a contact.
-    #[inline]
+    // Inlined for the reason given at `add_pair`.
+    #[inline(always)]
     pub(super) fn add_contact(&self, joint: &ClearanceJoint, phase: Phase, forces: &mut [f64]) {
         let state = joint.law.evaluate(&self.contact_motion(joint), phase);
         let moments = [

@@ -303,7 +303,7 @@ impl Composites {
 
     /// Writes the lower triangle of the mass matrix, where it changes, to `mass`, and the generalized inertial forces at the
     /// accelerations of the frames to `forces`, with opposite sign.
-    #[inline]
+    #[inline(always)]
     pub(super) fn assemble(&mut self, states: &[FrameState], mass: &mut [f64], forces: &mut [f64]) {
         let d = forces.len();
         self.steady.add(states, mass, forces);

@@ -87,9 +87,6 @@ impl Dynamics<'_> {
         let tree = self.tree;
         let d = a.len();
         let rows = 2 * tree.closures.len();
-        if rows == 0 {
-            return true;
-        }
         self.loops.e.fill(0.0);
         for (index, closure) in tree.closures.iter().enumerate() {
             let mut bias = Vec2::zeros();

@@ -56,6 +56,8 @@ pub struct Dynamics<'m> {
     states: Vec<FrameState>,
     composites: Composites,
     mass: Vec<f64>,
+    /// Whether anything but contacts and inertia acts.
+    has_forces: bool,
     /// Derivative of the force residual with respect to (q, v) of every column, d x columns.
     residual_q: Vec<f64>,
     residual_v: Vec<f64>,
@@ -91,6 +93,7 @@ impl<'m> Dynamics<'m> {
             motions: FrameMotions::new(&tree.frames, &tree.free, &tree.driven),
             states: frames_at_rest(&tree.frames, -tree.gravity),
             mass: composites.matrix(d),
+            has_forces: tree.has_forces(),
             composites,
             residual_q: vec![0.0; d * columns],
             residual_v: vec![0.0; d * columns],
@@ -106,17 +109,19 @@ impl<'m> Dynamics<'m> {
 
     /// Moves all frames to a state, with zero accelerations of the free coordinates.
     pub fn move_to(&mut self, t: impl Into<Instant>, q: &[f64], v: &[f64]) {
-        let tree = self.tree;
-        let t = t.into();
+        self.move_to_instant(t.into(), q, v);
+    }
+
+    fn move_to_instant(&mut self, t: Instant, q: &[f64], v: &[f64]) {
+        let Self { tree, motions, coordinates, jerks, turns, states, .. } = self;
         for (&column, (&position, &velocity)) in tree.free.iter().zip(q.iter().zip(v)) {
-            self.coordinates[column] = Coordinate { position, velocity, acceleration: 0.0 };
+            coordinates[column] = Coordinate { position, velocity, acceleration: 0.0 };
         }
         if self.t != t {
             self.t = t;
-            let Self { coordinates, jerks, turns, states, .. } = self;
-            self.motions.place_driven(t, &tree.driven, coordinates, jerks, turns, states);
+            motions.place_driven(t, &tree.driven, coordinates, jerks, turns, states);
         }
-        self.motions.place_free(&self.coordinates, &mut self.states);
+        motions.place_free(coordinates, states);
     }
 
     /// Whether the frames have the positions and velocities of this state.
@@ -169,7 +174,7 @@ impl<'m> Dynamics<'m> {
     /// Accelerations of the degrees of freedom. Returns false where the mass matrix is singular, the loop
     /// closures are dependent or a result is not finite.
     pub fn acceleration(&mut self, t: impl Into<Instant>, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        self.move_to(t, q, v);
+        self.move_to_instant(t.into(), q, v);
         let d = a.len();
         self.composites.assemble(&self.states, &mut self.mass, a);
         for (joint, phase) in self.tree.clearance_joints.iter().zip(&self.phases) {
@@ -177,12 +182,14 @@ impl<'m> Dynamics<'m> {
                 self.add_contact(joint, *phase, a);
             }
         }
-        self.add_forces(a);
+        if self.has_forces {
+            self.add_forces(a);
+        }
         if !self.composites.factor(&mut self.mass, d) {
             return false;
         }
         self.composites.solve(&self.mass, a);
-        self.close_accelerations(a) && a.iter().all(|a| a.is_finite())
+        (self.tree.closures.is_empty() || self.close_accelerations(a)) && a.iter().all(|a| a.is_finite())
     }
 
     /// Column of the velocity transformation B (displacement and rotation per unit of a coordinate) for a

@@ -6,24 +6,23 @@
 ///
 /// There are no square roots as in Cholesky's form, whose last bits would depend on the unit of mass even if
 /// units differ by a factor of two.
-#[inline]
 pub fn symmetric_factor(matrix: &mut [f64], n: usize) -> bool {
-    // Most mechanisms have two degrees of freedom; the general loops cost ten times as much for them.
-    match matrix {
-        [first, _, lower, last] => {
-            let inverse = 1.0 / *first;
-            let scaled = *lower * inverse;
-            let pivot = *last - *lower * scaled;
-            // If the sum of positive numbers is finite, so are both.
-            let regular = *first > 0.0 && pivot > 0.0 && *first + pivot < f64::INFINITY;
-            (*first, *lower, *last) = (inverse, scaled, 1.0 / pivot);
-            regular
-        }
-        _ => symmetric_factor_any(matrix, n),
+    // Where the compiler knows the size it unrolls the loops and knows that no index is out of bounds.
+    match n {
+        1 => symmetric_factor_of(matrix, 1),
+        2 => symmetric_factor_of(matrix, 2),
+        3 => symmetric_factor_of(matrix, 3),
+        4 => symmetric_factor_of(matrix, 4),
+        5 => symmetric_factor_of(matrix, 5),
+        6 => symmetric_factor_of(matrix, 6),
+        8 => symmetric_factor_of(matrix, 8),
+        _ => symmetric_factor_of(matrix, n),
     }
 }
 
-fn symmetric_factor_any(matrix: &mut [f64], n: usize) -> bool {
+#[inline(always)]
+fn symmetric_factor_of(matrix: &mut [f64], n: usize) -> bool {
+    let matrix = &mut matrix[..n * n];
     for i in 0..n {
         let (above, rest) = matrix.split_at_mut(i * n);
         let row = &mut rest[..n];
@@ -50,26 +49,33 @@ fn is_pivot(pivot: f64) -> bool {
 }
 
 /// Solves L D Lᵀ x = b in place, with the factor of [`symmetric_factor`].
-#[inline]
 pub fn symmetric_solve(factor: &[f64], n: usize, b: &mut [f64]) {
-    match (factor, b) {
-        ([first, _, lower, last], [x, y]) => {
-            *y = (*y - lower * *x) * last;
-            *x = *x * first - lower * *y;
-        }
-        (factor, b) => symmetric_solve_any(factor, n, b),
+    match n {
+        1 => symmetric_solve_of(factor, 1, b),
+        2 => symmetric_solve_of(factor, 2, b),
+        3 => symmetric_solve_of(factor, 3, b),
+        4 => symmetric_solve_of(factor, 4, b),
+        5 => symmetric_solve_of(factor, 5, b),
+        6 => symmetric_solve_of(factor, 6, b),
+        8 => symmetric_solve_of(factor, 8, b),
+        _ => symmetric_solve_of(factor, n, b),
     }
 }
 
-fn symmetric_solve_any(factor: &[f64], n: usize, b: &mut [f64]) {
+#[inline(always)]
+fn symmetric_solve_of(factor: &[f64], n: usize, b: &mut [f64]) {
+    let (factor, b) = (&factor[..n * n], &mut b[..n]);
     for i in 1..n {
         b[i] -= dot(&factor[i * n..i * n + i], &b[..i]);
     }
-    for i in (0..n).rev() {
-        let row = &factor[i * n..i * n + n];
-        b[i] *= row[i];
-        for j in i + 1..n {
-            b[i] -= factor[j * n + i] * b[j];
+    for i in 0..n {
+        b[i] *= factor[i * n + i];
+    }
+    // Row by row, as the factor lies in memory.
+    for i in (1..n).rev() {
+        let (above, x) = b.split_at_mut(i);
+        for (above, lower) in above.iter_mut().zip(&factor[i * n..i * n + i]) {
+            *above -= lower * x[0];
         }
     }
 }

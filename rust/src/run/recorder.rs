@@ -234,13 +234,14 @@ impl<'a> Recorder<'a> {
         self.step.velocity_refinement = 1.0;
         for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
             let motion = self.dynamics.joint_motion(joint);
-            let penetration = motion.eccentricity.norm() - joint.law.clearance;
-            self.log.deepest[index] = self.log.deepest[index].max(penetration);
-            let presses = matches!(self.dynamics.phases[index], Phase::Contact { clipped: false, .. });
+            let phase = self.dynamics.phases[index];
+            let presses = matches!(phase, Phase::Contact { clipped: false, .. });
+            let acceleration = motion.acceleration.into();
+            let (state, rate) = joint.law.state_with_rate(&relative_motion(&motion), acceleration, phase);
+            self.log.deepest[index] = self.log.deepest[index].max(state.penetration);
+            self.watch_slide(index, &state);
             self.step.slides[index] = None;
             if presses && joint.law.friction.is_some() {
-                // In the free phase no force is computed: only the sliding velocity is needed.
-                let state = joint.law.without_forces(&relative_motion(&motion));
                 self.step.slides[index] = Some(state.sliding_velocity);
                 self.refine_velocity(index, &state);
             }
@@ -248,7 +249,7 @@ impl<'a> Recorder<'a> {
                 let sticks = self.sticks_at_start(index);
                 self.log.sticks[index].advance(t, presses, sticks);
             }
-            match self.dynamics.phases[index] {
+            match phase {
                 Phase::Free => {
                     // Half a clearance per step: the journal cannot cross the bearing without an event.
                     let (rate, acceleration) = (motion.rate.norm(), motion.acceleration.norm());
@@ -257,7 +258,7 @@ impl<'a> Recorder<'a> {
                     let bound = clearance / (rate + (rate * rate + acceleration * clearance).sqrt());
                     self.step.bound = self.step.bound.min(self.settings.refinement() * bound);
                 }
-                Phase::Contact { .. } => self.watch_contact(t, index),
+                Phase::Contact { .. } => self.watch_force(t, index, &motion, [state.normal_force, rate]),
             }
         }
     }
@@ -305,13 +306,15 @@ impl HybridSystem for Recorder<'_> {
         self.step.breaks_away = false;
         self.step.velocity_refinement = 1.0;
         for index in 0..self.dynamics.phases.len() {
-            let state = self.dynamics.contact_without_forces(index);
-            let steep = self.mechanism.clearance_joints[index].law.stick_velocity();
+            let joint = &self.mechanism.clearance_joints[index];
+            let ends = self.dynamics.joint_ends(joint);
+            let state = self.dynamics.contact_without_forces(joint, &ends);
+            let steep = joint.law.stick_velocity();
             self.step.breaks_away |= self.sticks_at_start(index)
                 && steep.is_some_and(|steep| state.sliding_velocity.abs() > steep);
             self.refine_velocity(index, &state);
-            guards[GUARDS * index] = self.gap_guard(index, &state);
-            guards[GUARDS * index + 1] = self.tension_guard(index, &state);
+            guards[GUARDS * index] = self.gap_guard(index, &state, &ends);
+            guards[GUARDS * index + 1] = self.tension_guard(index, &state, &ends);
         }
     }
 

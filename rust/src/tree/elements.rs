@@ -326,6 +326,12 @@ impl Tree {
         self.free.len().saturating_sub(2 * self.closures.len())
     }
 
+    /// Whether a spring, a damper or an applied force or torque acts.
+    pub fn has_forces(&self) -> bool {
+        let Self { links, torsions, applied_forces, applied_torques, .. } = self;
+        !(links.is_empty() && torsions.is_empty() && applied_forces.is_empty() && applied_torques.is_empty())
+    }
+
     /// The next instant after `t` [s] at which a function of time in the scene is not smooth.
     pub fn next_break(&self, t: f64) -> f64 {
         self.time_functions().map(|(_, function)| function.next_break(t)).fold(f64::INFINITY, f64::min)

@@ -18,6 +18,8 @@
 
 use nalgebra::Vector2;
 
+use crate::numerics::rotation::Anchor;
+
 /// A vector in the plane.
 pub type Vec2 = Vector2<f64>;
 
@@ -116,9 +118,14 @@ impl FrameState {
 
     /// Turns the frame against its parent.
     #[inline(always)]
-    pub(super) fn turn(&mut self, parent: &FrameState, z: f64, velocity: f64, acceleration: f64) {
-        self.angle = parent.angle + z;
-        (self.sine, self.cosine) = self.angle.sin_cos();
+    pub(super) fn turn(
+        &mut self,
+        parent: &FrameState,
+        Coordinate { position, velocity, acceleration }: Coordinate,
+        near: &mut Anchor,
+    ) {
+        self.angle = parent.angle + position;
+        (self.sine, self.cosine) = near.sin_cos(self.angle);
         self.angular_velocity = parent.angular_velocity + velocity;
         self.angular_acceleration = parent.angular_acceleration + acceleration;
     }

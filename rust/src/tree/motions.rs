@@ -1,56 +1,47 @@
 //! How the frames of a tree are moved, planned once: what drives alone move once an instant, the rest in every state.
 
 use crate::numerics::instant::Instant;
+use crate::numerics::rotation::{Anchor, LARGEST_ROTATION};
 use crate::numerics::turns::Turns;
 use crate::scene::time_function::power_of_two;
 use crate::tree::elements::DrivenCoordinate;
-use crate::tree::kinematics::{Coordinate, Frame, FrameKind, FrameState, Vec2, perp};
+use crate::tree::kinematics::{Coordinate, Frame, FrameKind, FrameState, PointState, Vec2, perp};
 
-/// Largest rotation [rad] from one anchor of a steady rotation to the next: half of it needs four terms of the sine.
-const LARGEST_ROTATION: f64 = 0.125;
-
-/// How a frame is moved, decided once: the less its parent moves, the less is left to do.
+/// How a frame on a moving frame is moved.
 #[derive(Clone, Copy, Debug)]
 enum Move {
-    /// It turns about a point that is in place already: on ground, or moved by drives alone.
+    /// It turns about a point of the other frame.
     Turn,
-    /// It slides on ground.
+    /// It slides along an axis of the other frame.
     Slide(Vec2),
-    /// It turns about a point of a moving frame.
-    TurnOn,
-    /// It slides on a moving frame.
-    SlideOn(Vec2),
 }
 
-/// A frame, where it hangs, and how it is moved.
+/// A frame on a moving frame.
 #[derive(Clone, Copy, Debug)]
-struct MovedFrame {
+struct CarriedFrame {
     index: usize,
     parent: usize,
     anchor: Vec2,
     how: Move,
+    /// Where its sine and cosine were last computed from.
+    near: Anchor,
 }
 
-impl MovedFrame {
-    /// Moves the frame to its coordinate. Constant entries keep the values of [`frames_at_rest`].
+impl CarriedFrame {
+    /// Moves the frame to its coordinate.
     #[inline(always)]
-    fn place(&self, coordinates: &[Coordinate], states: &mut [FrameState]) {
-        let Coordinate { position: z, velocity, acceleration } = coordinates[self.index - 1];
+    fn place(&mut self, coordinates: &[Coordinate], states: &mut [FrameState]) {
+        let coordinate = coordinates[self.index - 1];
         let (placed, rest) = states.split_at_mut(self.index);
         let (parent, state) = (&placed[self.parent], &mut rest[0]);
         match self.how {
-            Move::Turn => state.turn(parent, z, velocity, acceleration),
-            Move::Slide(axis) => {
-                state.position = self.anchor + z * axis;
-                state.velocity = velocity * axis;
-                state.acceleration = parent.acceleration + acceleration * axis;
-            }
-            Move::TurnOn => {
+            Move::Turn => {
                 state.hang(parent.point(self.anchor));
-                state.turn(parent, z, velocity, acceleration);
+                state.turn(parent, coordinate, &mut self.near);
             }
-            Move::SlideOn(axis) => {
-                let origin = parent.point(self.anchor + z * axis);
+            Move::Slide(axis) => {
+                let Coordinate { position, velocity, acceleration } = coordinate;
+                let origin = parent.point(self.anchor + position * axis);
                 let (omega, axis) = (parent.angular_velocity, parent.to_world(axis));
                 *state = FrameState {
                     position: origin.position,
@@ -74,60 +65,85 @@ impl MovedFrame {
         let (placed, rest) = states.split_at_mut(self.index);
         let (parent, state) = (&placed[self.parent], &mut rest[0]);
         let (omega, alpha) = (parent.angular_velocity, parent.angular_acceleration);
-        let carried = || {
-            let arm = state.position - parent.position;
-            parent.acceleration + alpha * perp(arm) - omega * omega * arm
-        };
+        let arm = state.position - parent.position;
+        state.acceleration = parent.acceleration + alpha * perp(arm) - omega * omega * arm;
         match self.how {
             Move::Turn => state.angular_acceleration = alpha + acceleration,
-            Move::Slide(axis) => state.acceleration = parent.acceleration + acceleration * axis,
-            Move::TurnOn => {
-                state.acceleration = carried();
-                state.angular_acceleration = alpha + acceleration;
-            }
-            Move::SlideOn(_) => {
-                state.acceleration =
-                    carried() + 2.0 * omega * velocity * perp(state.axis) + acceleration * state.axis;
+            Move::Slide(_) => {
+                state.acceleration += 2.0 * omega * velocity * perp(state.axis) + acceleration * state.axis;
                 state.angular_acceleration = alpha;
             }
         }
     }
 }
 
-/// A frame on ground that a drive turns at constant speed. From anchors at fixed instants on it is turned by the sine
-/// and cosine of a small angle, a fifth of the arithmetic of large ones and as accurate.
+/// A frame that turns freely about a point which is in place already: on ground, or moved by drives alone.
+#[derive(Clone, Copy, Debug)]
+struct Hinge {
+    index: usize,
+    parent: usize,
+    /// The point in the parent frame.
+    pivot: Vec2,
+    near: Anchor,
+}
+
+/// A frame that slides on ground, maybe on another one that slides there. It never turns.
+#[derive(Clone, Copy, Debug)]
+struct Slider {
+    index: usize,
+    parent: usize,
+    anchor: Vec2,
+    axis: Vec2,
+}
+
+impl Slider {
+    /// Moves the frame to its coordinate.
+    #[inline(always)]
+    fn place(&self, coordinates: &[Coordinate], states: &mut [FrameState]) {
+        let Coordinate { position, velocity, acceleration } = coordinates[self.index - 1];
+        let parent = states[self.parent].origin();
+        states[self.index].hang(PointState {
+            position: parent.position + self.anchor + position * self.axis,
+            velocity: parent.velocity + velocity * self.axis,
+            acceleration: parent.acceleration + acceleration * self.axis,
+        });
+    }
+}
+
+/// A frame on ground that a drive turns at constant speed: from anchors at fixed instants on.
 #[derive(Clone, Debug)]
 struct SteadyRotation {
     /// Place of its drive.
     drive: usize,
+    frame: usize,
     /// Angular velocity [rad/s].
     speed: f64,
     /// Time from one anchor to the next [s], a power of two: instants of anchors are exact.
     interval: f64,
-    /// The anchor nearest to the last instant [s].
-    anchor: f64,
-    /// Angle there [rad] within half a turn, and what rounding took from it.
-    angle: [f64; 2],
+    /// Instant of the anchor, the one nearest to the last instant [s].
+    start: f64,
+    /// The anchor, its angle within half a turn, and what rounding took from that [rad].
+    near: Anchor,
+    rest: f64,
     turns: Turns,
-    sine: f64,
-    cosine: f64,
 }
 
 impl SteadyRotation {
     /// The rotation that a drive gives to a frame, if it is one.
-    fn of(drive: usize, driven: &DrivenCoordinate, frame: &Frame) -> Option<Self> {
+    fn of(drive: usize, driven: &DrivenCoordinate, frames: &[Frame]) -> Option<Self> {
+        let frame = driven.column + 1;
         let speed = driven.sign * driven.motion.at(0.0)[1];
-        let interval = power_of_two(LARGEST_ROTATION / speed.abs());
-        let is_steady = driven.is_angle && driven.motion.is_linear() && frame.parent == 0;
+        let interval = power_of_two(2.0 * LARGEST_ROTATION / speed.abs());
+        let is_steady = driven.is_angle && driven.motion.is_linear() && frames[frame].parent == 0;
         (is_steady && interval.is_normal()).then_some(Self {
             drive,
+            frame,
             speed,
             interval,
-            anchor: f64::NAN,
-            angle: [f64::NAN; 2],
+            start: f64::NAN,
+            near: Anchor::NONE,
+            rest: f64::NAN,
             turns: f64::NAN,
-            sine: f64::NAN,
-            cosine: f64::NAN,
         })
     }
 
@@ -136,93 +152,94 @@ impl SteadyRotation {
     fn place(
         &mut self,
         t: Instant,
-        driven: &DrivenCoordinate,
+        driven: &[DrivenCoordinate],
         coordinates: &mut [Coordinate],
         turns: &mut [Turns],
         states: &mut [FrameState],
     ) {
-        let anchor = (t.time / self.interval).round_ties_even() * self.interval;
-        if anchor != self.anchor {
-            self.move_anchor(anchor, driven);
+        let start = (t.time / self.interval).round_ties_even() * self.interval;
+        if start != self.start {
+            self.move_anchor(start, &driven[self.drive]);
         }
-        let [angle, rest] = self.angle;
-        let by = self.speed * ((t.time - anchor) + t.rest) + rest;
-        // Taylor's series: the terms left out are below 1e-19 of 1 up to half of the largest rotation.
-        let square = by * by;
-        let sine = by - by * square * (1.0 / 6.0 - square * (1.0 / 120.0 - square * (1.0 / 5040.0)));
-        let change = -square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0 - square / 40320.0)));
-        let state = &mut states[driven.column + 1];
-        state.angle = angle + by;
-        state.sine = self.sine + (self.cosine * sine + self.sine * change);
-        state.cosine = self.cosine + (self.cosine * change - self.sine * sine);
+        let by = self.speed * ((t.time - start) + t.rest) + self.rest;
+        let state = &mut states[self.frame];
+        state.angle = self.near.angle + by;
+        (state.sine, state.cosine) = self.near.turned(by);
         state.angular_velocity = self.speed;
-        coordinates[driven.column] =
+        coordinates[self.frame - 1] =
             Coordinate { position: state.angle, velocity: self.speed, acceleration: 0.0 };
-        turns[driven.column] = self.turns;
+        turns[self.frame - 1] = self.turns;
     }
 
     /// Takes another instant for the anchor.
     #[inline(never)]
-    fn move_anchor(&mut self, anchor: f64, driven: &DrivenCoordinate) {
-        let ([angle, rest], turns) = driven.motion.exact_angle_at(anchor);
-        self.anchor = anchor;
-        self.angle = [driven.sign * angle, driven.sign * rest];
+    fn move_anchor(&mut self, start: f64, driven: &DrivenCoordinate) {
+        let ([angle, rest], turns) = driven.motion.exact_angle_at(start);
+        self.start = start;
+        self.near = Anchor::at(driven.sign * angle);
+        self.rest = driven.sign * rest;
         self.turns = driven.sign * turns;
-        (self.sine, self.cosine) = self.angle[0].sin_cos();
     }
 }
 
-/// The frames of a tree in the order in which they are moved.
-#[derive(Clone, Debug)]
+/// The frames of a tree by what moves them: the less that is, the less is left to do in every state.
+#[derive(Clone, Debug, Default)]
 pub struct FrameMotions {
     /// Frames on ground that drives turn at constant speed.
     rotations: Vec<SteadyRotation>,
     /// The other drives.
     drives: Vec<usize>,
     /// Other frames that drives alone move.
-    driven: Vec<MovedFrame>,
-    /// Pivots on them of frames that move freely.
-    pivots: Vec<MovedFrame>,
-    /// Frames that free coordinates move.
-    free: Vec<MovedFrame>,
+    driven: Vec<CarriedFrame>,
+    /// Frames that turn freely about points of those or of ground.
+    hinges: Vec<Hinge>,
+    /// Frames that slide freely on ground, parents before children.
+    sliders: Vec<Slider>,
+    /// Other frames that free coordinates move, parents before children.
+    carried: Vec<CarriedFrame>,
 }
 
 impl FrameMotions {
     /// The plan for frames whose `free` columns (ascending) are not driven.
     pub fn new(frames: &[Frame], free: &[usize], driven: &[DrivenCoordinate]) -> Self {
-        let drives = driven.iter().enumerate();
-        let rotations: Vec<SteadyRotation> = drives
-            .filter_map(|(drive, driven)| SteadyRotation::of(drive, driven, &frames[driven.column + 1]))
-            .collect();
-        let is_steady = |drive: usize| rotations.iter().any(|rotation| rotation.drive == drive);
-        let drives: Vec<usize> = (0..driven.len()).filter(|&drive| !is_steady(drive)).collect();
-        let turns_steadily: Vec<usize> =
-            rotations.iter().map(|rotation| driven[rotation.drive].column + 1).collect();
-        let mut plan = Self { rotations, drives, driven: Vec::new(), pivots: Vec::new(), free: Vec::new() };
-        let mut moves_freely = vec![false; frames.len()];
-        for (index, &Frame { parent, anchor, kind }) in frames.iter().enumerate().skip(1) {
-            moves_freely[index] = moves_freely[parent] || free.binary_search(&(index - 1)).is_ok();
-            let pivot_is_placed = parent == 0 || (moves_freely[index] && !moves_freely[parent]);
-            let how = match kind {
-                FrameKind::Revolute if pivot_is_placed => Move::Turn,
-                FrameKind::Revolute => Move::TurnOn,
-                FrameKind::Prismatic { axis } if parent == 0 => Move::Slide(axis),
-                FrameKind::Prismatic { axis } => Move::SlideOn(axis),
-            };
-            let frame = MovedFrame { index, parent, anchor, how };
-            if matches!(how, Move::Turn) && parent != 0 {
-                plan.pivots.push(frame);
+        let mut plan = Self::default();
+        for (drive, driven) in driven.iter().enumerate() {
+            match SteadyRotation::of(drive, driven, frames) {
+                Some(rotation) => plan.rotations.push(rotation),
+                None => plan.drives.push(drive),
             }
-            if moves_freely[index] {
-                plan.free.push(frame);
-            } else if !turns_steadily.contains(&index) {
-                plan.driven.push(frame);
+        }
+        let mut moves_freely = vec![false; frames.len()];
+        // Ground, and what slides there.
+        let mut never_turns = vec![true; frames.len()];
+        for (index, &Frame { parent, anchor, kind }) in frames.iter().enumerate().skip(1) {
+            let is_free = free.binary_search(&(index - 1)).is_ok();
+            moves_freely[index] = moves_freely[parent] || is_free;
+            let how = match kind {
+                FrameKind::Revolute => Move::Turn,
+                FrameKind::Prismatic { axis } => Move::Slide(axis),
+            };
+            never_turns[index] = is_free && never_turns[parent] && matches!(how, Move::Slide(_));
+            let near = Anchor::NONE;
+            match how {
+                Move::Slide(axis) if never_turns[index] => {
+                    plan.sliders.push(Slider { index, parent, anchor, axis });
+                }
+                Move::Turn if is_free && !moves_freely[parent] => {
+                    plan.hinges.push(Hinge { index, parent, pivot: anchor, near });
+                }
+                _ if moves_freely[index] => {
+                    plan.carried.push(CarriedFrame { index, parent, anchor, how, near });
+                }
+                _ if plan.rotations.iter().any(|rotation| rotation.frame == index) => {}
+                _ => plan.driven.push(CarriedFrame { index, parent, anchor, how, near }),
             }
         }
         plan
     }
 
     /// Moves what drives alone move, and writes their coordinates: `coordinates[k - 1]` belongs to frame k.
+    #[inline(always)]
     pub fn place_driven(
         &mut self,
         t: Instant,
@@ -233,32 +250,61 @@ impl FrameMotions {
         states: &mut [FrameState],
     ) {
         for rotation in &mut self.rotations {
-            rotation.place(t, &driven[rotation.drive], coordinates, turns, states);
+            rotation.place(t, driven, coordinates, turns, states);
         }
+        // Few mechanisms have other drives.
+        if !self.drives.is_empty() {
+            self.place_other_drives(t, driven, coordinates, jerks, turns);
+        }
+        for frame in &mut self.driven {
+            frame.place(coordinates, states);
+        }
+        for hinge in &self.hinges {
+            let pivot = states[hinge.parent].point(hinge.pivot);
+            states[hinge.index].hang(pivot);
+        }
+    }
+
+    #[inline(never)]
+    fn place_other_drives(
+        &self,
+        t: Instant,
+        driven: &[DrivenCoordinate],
+        coordinates: &mut [Coordinate],
+        jerks: &mut [f64],
+        turns: &mut [Turns],
+    ) {
         for &drive in &self.drives {
             let driven = &driven[drive];
             (coordinates[driven.column], jerks[drive], turns[driven.column]) = driven.at(t);
         }
-        for frame in &self.driven {
-            frame.place(coordinates, states);
-        }
-        for frame in &self.pivots {
-            let pivot = states[frame.parent].point(frame.anchor);
-            states[frame.index].hang(pivot);
-        }
     }
 
     /// Moves the rest, after [`FrameMotions::place_driven`].
-    #[inline]
-    pub fn place_free(&self, coordinates: &[Coordinate], states: &mut [FrameState]) {
-        for frame in &self.free {
+    #[inline(always)]
+    pub fn place_free(&mut self, coordinates: &[Coordinate], states: &mut [FrameState]) {
+        for hinge in &mut self.hinges {
+            let (placed, rest) = states.split_at_mut(hinge.index);
+            rest[0].turn(&placed[hinge.parent], coordinates[hinge.index - 1], &mut hinge.near);
+        }
+        for slider in &self.sliders {
+            slider.place(coordinates, states);
+        }
+        for frame in &mut self.carried {
             frame.place(coordinates, states);
         }
     }
 
     /// Recomputes the accelerations of frames in place from those of the free coordinates.
     pub fn accelerate(&self, coordinates: &[Coordinate], states: &mut [FrameState]) {
-        for frame in &self.free {
+        for &Hinge { index, parent, .. } in &self.hinges {
+            states[index].angular_acceleration =
+                states[parent].angular_acceleration + coordinates[index - 1].acceleration;
+        }
+        for slider in &self.sliders {
+            slider.place(coordinates, states);
+        }
+        for frame in &self.carried {
             frame.accelerate(coordinates, states);
         }
     }

@@ -3,6 +3,7 @@
 use crate::contact::clearance::{ContactState, Phase};
 use crate::integrators::events::Guard;
 use crate::run::recorder::Recorder;
+use crate::tree::kinematics::PointState;
 
 /// Error of the penetration rate, relative to the velocity tolerance, within which the sign of the normal
 /// force is undetermined. Tuned on overdamped contacts under explicit steps, which are clipped and released
@@ -42,21 +43,20 @@ impl StepDemands {
 
 impl Recorder<'_> {
     /// Rounding error of the penetration [m], a difference of two positions.
-    pub(crate) fn gap_resolution(&self, index: usize) -> f64 {
-        let mechanism = self.mechanism;
-        let joint = &mechanism.clearance_joints[index];
-        let [journal, bearing] =
-            [joint.journal, joint.bearing].map(|point| self.dynamics.point(point).position);
-        4.0 * f64::EPSILON * (journal.abs().sum() + bearing.abs().sum() + mechanism.scales.length)
+    #[inline]
+    pub(crate) fn gap_resolution(&self, [journal, bearing]: &[PointState; 2]) -> f64 {
+        let size = journal.position.abs().sum() + bearing.position.abs().sum();
+        4.0 * f64::EPSILON * (size + self.mechanism.scales.length)
     }
 
     /// Guard of the gap: zero where the surfaces touch or separate.
-    pub(crate) fn gap_guard(&self, index: usize, state: &ContactState<f64>) -> Guard {
+    #[inline]
+    pub(crate) fn gap_guard(&self, index: usize, state: &ContactState<f64>, ends: &[PointState; 2]) -> Guard {
         let sign = match self.dynamics.phases[index] {
             Phase::Free => -1.0,
             Phase::Contact { .. } => 1.0,
         };
-        let resolution = self.gap_resolution(index);
+        let resolution = self.gap_resolution(ends);
         Guard {
             value: sign * state.penetration,
             rate: sign * state.penetration_rate,
@@ -68,12 +68,17 @@ impl Recorder<'_> {
 
     /// Guard of the sign of the normal force: zero where the damping would make it tensile, or no longer
     /// does.
-    pub(crate) fn tension_guard(&self, index: usize, state: &ContactState<f64>) -> Guard {
+    #[inline]
+    pub(crate) fn tension_guard(
+        &self,
+        index: usize,
+        state: &ContactState<f64>,
+        [journal, bearing]: &[PointState; 2],
+    ) -> Guard {
         let Phase::Contact { latch, clipped } = self.dynamics.phases[index] else {
             return Guard::INACTIVE;
         };
-        let joint = &self.mechanism.clearance_joints[index];
-        let law = &joint.law.normal;
+        let law = &self.mechanism.clearance_joints[index].law.normal;
         let slope = law.force_ratio_slope(state.penetration, latch);
         if slope == 0.0 {
             return Guard::INACTIVE;
@@ -81,9 +86,7 @@ impl Recorder<'_> {
         let ratio = law.force_ratio(state.penetration, state.penetration_rate, latch);
         // Rounding error of the difference of two velocities, and part of the tolerance: with strong damping
         // the ratio stays near zero for long, and its noise must not count as events.
-        let journal = self.dynamics.point(joint.journal).velocity;
-        let bearing = self.dynamics.point(joint.bearing).velocity;
-        let rounding = 4.0 * f64::EPSILON * (journal.abs().sum() + bearing.abs().sum());
+        let rounding = 4.0 * f64::EPSILON * (journal.velocity.abs().sum() + bearing.velocity.abs().sum());
         let resolution = 64.0 * f64::EPSILON
             + slope * (rounding + RATIO_PART * self.tolerances.damped(law, self.dynamics.phases[index]));
         Guard {

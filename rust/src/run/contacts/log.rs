@@ -1,6 +1,6 @@
 //! The log of events and contacts that a run keeps, cut where the sampled time begins.
 
-use crate::dynamics::relative_motion;
+use crate::dynamics::{JointMotion, relative_motion};
 use crate::run::contacts::{Contact, Event, EventKind, ForceSample, OpenContact, Stick};
 use crate::run::recorder::Recorder;
 use crate::run::samples::Samples;
@@ -90,15 +90,28 @@ impl Recorder<'_> {
     /// Records the force of an open contact, after [`Dynamics::accelerate`].
     pub(crate) fn watch_contact(&mut self, t: f64, index: usize) {
         let joint = &self.mechanism.clearance_joints[index];
-        let (phase, Some(open)) = (self.dynamics.phases[index], &mut self.log.open[index]) else {
-            return;
-        };
         let motion = self.dynamics.joint_motion(joint);
-        let relative = relative_motion(&motion);
         let acceleration = motion.acceleration.into();
-        let [force, rate] = joint.law.normal_force_with_rate(&relative, acceleration, phase);
-        let sample = ForceSample { time: t, motion: relative, acceleration, force, rate };
-        open.watch(sample, |motion| joint.law.evaluate(motion, phase).normal_force);
+        let phase = self.dynamics.phases[index];
+        let (state, rate) = joint.law.state_with_rate(&relative_motion(&motion), acceleration, phase);
+        self.watch_force(t, index, &motion, [state.normal_force, rate]);
+    }
+
+    /// Records a force [N] of an open contact and its rate [N/s].
+    pub(crate) fn watch_force(
+        &mut self,
+        t: f64,
+        index: usize,
+        motion: &JointMotion,
+        [force, rate]: [f64; 2],
+    ) {
+        let law = &self.mechanism.clearance_joints[index].law;
+        let phase = self.dynamics.phases[index];
+        if let Some(open) = &mut self.log.open[index] {
+            let acceleration = motion.acceleration.into();
+            let sample = ForceSample { time: t, motion: relative_motion(motion), acceleration, force, rate };
+            open.watch(sample, |motion| law.evaluate(motion, phase).normal_force);
+        }
     }
 
     /// Records the forces of all open contacts in the state in `self.q`, `self.v`, from which no step starts.

@@ -65,7 +65,7 @@ impl Recorder<'_> {
             let slowest =
                 joint.impact_velocity_floor.unwrap_or(mechanism.scales.contacts[index].resting_velocity);
             // A journal that the scene places on the surface may lie on either side by a rounding error.
-            let touches = state.penetration > -self.gap_resolution(index);
+            let touches = state.penetration > -self.gap_resolution(&self.dynamics.joint_ends(joint));
             let rests = touches && state.penetration_rate.abs() < slowest;
             if !(state.penetration > 0.0 || rests) {
                 continue;

@@ -234,20 +234,21 @@ impl Recorder<'_> {
         self.balance.steps += 1;
         self.balance.always = self.needs.work;
         self.balance.time = t;
-        for index in 0..self.balance.slides.len() {
-            self.balance.slides[index] = self.slide(index);
-        }
     }
 
-    fn slide(&self, index: usize) -> Slide {
+    /// Records how a contact slides at the start of a step.
+    pub(crate) fn watch_slide(&mut self, index: usize, state: &ContactState<f64>) {
+        self.balance.slides[index] = self.slide(index, state);
+    }
+
+    fn slide(&self, index: usize, state: &ContactState<f64>) -> Slide {
         let joint = &self.mechanism.clearance_joints[index];
         let (Phase::Contact { clipped: false, .. }, Some(law)) =
             (self.dynamics.phases[index], joint.law.friction)
         else {
             return Slide { velocity: 1.0, rate: 0.0 };
         };
-        let ContactState { penetration, sliding_velocity, normal_force, .. } =
-            self.dynamics.contact_state(index);
+        let ContactState { penetration, sliding_velocity, normal_force, .. } = *state;
         // Ratio of the sliding velocity in the friction law to the relative velocity.
         let ratio = match joint.law.sliding {
             SlidingVelocity::Surface => 1.0,
@@ -273,7 +274,8 @@ impl Recorder<'_> {
             let (q, v) = step.end.split_at(step.end.len() / 2);
             self.dynamics.move_to(step.end_time(), q, v);
             for (index, start) in self.balance.slides.iter().enumerate() {
-                let change = self.slide(index).velocity - start.velocity;
+                let state = self.dynamics.contact_state(index);
+                let change = self.slide(index, &state).velocity - start.velocity;
                 probability = probability.max(change.abs() / ALWAYS_CHECKED_CHANGE);
             }
         }
