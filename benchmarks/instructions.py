@@ -22,6 +22,8 @@ DURATION, SAMPLES, FLOOR = 0.06, 1441, 1e-6
 ASKED = ["slider.x", "slider.vx"]
 SETTINGS = [("dop853", 1e-4), ("dop853", 1e-6), ("rodas4", 1e-5), ("rodas5p", 1e-5)]
 CONVENTIONS = ("as_printed", "corrected")
+# Methods of the five scenes: an explicit one and one with a Jacobian.
+METHODS = ("dop853", "rodas5p")
 
 
 def build() -> Path:
@@ -91,6 +93,22 @@ def _print(name: str, found: dict[str, Any]) -> None:
         print("   ", line)
 
 
+def scenes() -> dict[str, tuple[cc.Scene, float]]:
+    """Five scenes from small to large, with durations [s]."""
+    # Here, since chains.py needs this file.
+    from chains import pendulum
+
+    slider_crank = cc.mechanisms.slider_crank
+    pins = ("crank_pin", "wrist")
+    return {
+        "slider-crank": (slider_crank(impact_velocity_floor=FLOOR), 0.06),
+        "two loose pins": (slider_crank(impact_velocity_floor=FLOOR, clearance_at=pins), 0.02),
+        "four-bar": (cc.mechanisms.four_bar(impact_velocity_floor=FLOOR), 0.06),
+        "six-bar": (cc.mechanisms.six_bar(impact_velocity_floor=FLOOR), 0.06),
+        "chain of 8": (pendulum(8), 1.0),
+    }
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--functions", action="store_true", help="where the instructions go, by function")
@@ -108,6 +126,11 @@ def main() -> None:
             name = f"{convention} {method} {rtol:.0e}"
             settings = common | {"method": method, "rtol": rtol}
             _print(name, count(binary, scene, functions=arguments.functions, **settings))
+    print("\nfive scenes, rtol 1e-6, 2 samples")
+    for name, (scene, duration) in scenes().items():
+        for method in METHODS:
+            settings = {"duration": duration, "samples": 2, "method": method, "rtol": 1e-6}
+            _print(f"{name} {method}", count(binary, scene, functions=arguments.functions, **settings))
     print("\nwhat the samples cost: corrected, dop853, 1e-6")
     settings = {"duration": DURATION, "method": "dop853", "rtol": 1e-6}
     asked = {"2 columns": ASKED, "2 with accelerations": ["slider.ax", "rod.ax"], "all usual columns": None}
