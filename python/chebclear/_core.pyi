@@ -9,8 +9,9 @@ __all__ = [
     "METHODS",
     "MOST_SAMPLES",
     "RTOL_RANGE",
+    "Design",
     "Mechanism",
-    "calibrated_bands",
+    "band_terms",
     "chebyshev_derivative",
     "chebyshev_evaluate",
     "chebyshev_fit",
@@ -138,13 +139,18 @@ def total_degree_ranges(
     coefficients: NDArray[np.float64], parameters: int, degree: int, threads: int | None
 ) -> _Ranges: ...
 def total_degree_basis(points: NDArray[np.float64], degree: int) -> NDArray[np.float64]: ...
-def calibrated_bands(
-    values: NDArray[np.float64],
-    points: NDArray[np.float64],
-    scored: int,
-    limits: Sequence[tuple[float, float]],
-    coverage: float,
-    certified: bool,
-    revolutions: int | None,
-    threads: int | None,
-) -> list[_CalibratedBand]: ...
+def band_terms(runs: int, parameters: int) -> int: ...
+
+@final
+class Design:
+    def __new__(
+        cls,
+        points: NDArray[np.float64],
+        scored: int,
+        coverage: float,
+        certified: bool = False,
+        revolutions: int | None = None,
+    ) -> Design: ...
+    def band(
+        self, values: NDArray[np.float64], limits: tuple[float, float], threads: int | None = None
+    ) -> _CalibratedBand: ...

@@ -16,7 +16,7 @@ from ..run.settings import Settings
 from ..scene.structure import FlatScene
 from .counts import STATS
 from .dispatch import Task, dispatch
-from .memory import sample_array
+from .memory import SAMPLES_ALONE, Usage, release, sample_array
 from .pieces import BRANCH, DONE, NOT_BEGUN, End, Order, Piece, code_version
 from .store import Store, run_key
 
@@ -75,6 +75,8 @@ class Batch:
         Where finished runs are kept.
     in_memory : bool
         Whether the samples of all runs are in the memory, and not in a file beside the store.
+    usage : Usage
+        What the result takes besides the samples.
 
     Raises
     ------
@@ -93,6 +95,7 @@ class Batch:
         run_seconds: float | None = None,
         store: Store | None = None,
         in_memory: bool = True,
+        usage: Usage = SAMPLES_ALONE,
     ) -> None:
         self._build = build
         self._numbers = numbers
@@ -109,7 +112,7 @@ class Batch:
         self.done = 0
         self.t: Array | None = None
         folder = None if in_memory or store is None else store.path
-        self.values = sample_array((count, settings.samples, columns), folder)
+        self.values = sample_array((count, settings.samples, columns), folder, usage)
         self.features = np.full((count, settings.cycles, len(settings.features)), np.nan)
         self.counts = np.zeros((count, len(STATS)))
         self.ends: list[End] = [End()] * count
@@ -230,6 +233,7 @@ class Batch:
         if self.t is None and np.isfinite(piece.t).all():
             self.t = piece.t
         self.done += len(numbers)
+        release(self.values)
 
 
 # A name in quotes, a path or a word with digits, which distinguish warnings; or a number, which does not.

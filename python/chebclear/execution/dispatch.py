@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from ..base.progress import Progress
 from ..errors import ChebclearError
 from .calls import Answers, Calls, call_order
+from .memory import threads_started
 from .pieces import Order, Piece, simulate_order
 
 # Duration of a piece [s]: long compared with sending it, which takes a few milliseconds, and short enough
@@ -336,7 +337,8 @@ class _Here:
             self._source.keep(task, piece)
             return piece
 
-        return self._pool.submit(work)
+        with threads_started():
+            return self._pool.submit(work)
 
     def renew(self, error: BrokenExecutor) -> None:
         raise error

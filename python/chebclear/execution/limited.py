@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from ..errors import ChebclearError
+from .memory import threads_started
 
 Value = TypeVar("Value")
 
@@ -105,7 +106,8 @@ class _Worker:
         self.tasks: queue.SimpleQueue[Callable[[], Any] | None] = queue.SimpleQueue()
         self.results: queue.SimpleQueue[tuple[Any, BaseException | None]] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._serve, name="chebclear-call", daemon=True)
-        self._thread.start()
+        with threads_started():
+            self._thread.start()
 
     def _serve(self) -> None:
         try:

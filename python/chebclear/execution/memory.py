@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import math
+import mmap
 import os
+import sys
 import tempfile
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -16,25 +19,71 @@ from ..errors import MemoryLimitError, StoreError
 
 Array = NDArray[np.float64]
 
-# What a study takes while its result is made, over the size of its samples, and besides [bytes]. Measured
-# with 4 096 runs of 1441 samples of four outputs: 1.05 for extremes, 1.25 for polynomials, 1.95 for
-# calibrated bands, and 41 MB.
-_TIMES, _BESIDES = 1.5, 100_000_000
-# Studies of fewer samples [bytes] are not looked at: they fit, or the core says that they do not.
-_SMALL = 16_000_000
+# What a study takes besides its samples [bytes], measured by `benchmarks/memory.py`: in any case; for each
+# run (its parameters, counts, end, features); for blocks of an output while polynomials or bands are made.
+_ANY, _RUN, _BLOCKS = 10e6, 450.0, 30e6
+# Copies of the matrix of a least-squares problem while it is solved.
+_FACTORED = 3.5
+# What the package and NumPy take [bytes].
+_PACKAGE = 50e6
+# Studies that take less [bytes] are not looked at: they fit, or the core says that they do not.
+_SMALL = 30e6
+# Samples in a file that are in the memory at a time, as far as it is ours to say [bytes].
+_BLOCK = 32_000_000
 
+# What versions 1 and 2 of control groups call limit, use and idle files.
+_FIRST = ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file")
+_SECOND = ("memory.max", "memory.current", "inactive_file")
 _CGROUPS, _PROCESS, _MACHINE = Path("/sys/fs/cgroup"), Path("/proc/self"), Path("/proc/meminfo")
 
 
-def sample_array(shape: tuple[int, ...], folder: str | os.PathLike[str] | None) -> Array:
+@dataclass(frozen=True)
+class Usage:
+    """What the result of a method takes besides the samples of its runs."""
+
+    copies: int = 0
+    """Copies of all samples of one output, which are taken one output after the other [-]."""
+    terms: int = 0
+    """Terms of the polynomials that are kept for every sample [-]."""
+    matrix: int = 0
+    """Size of the matrix of a least-squares problem [-]."""
+
+
+SAMPLES_ALONE = Usage()
+
+
+def study_memory(shape: tuple[int, ...], usage: Usage, *, in_memory: bool = True) -> float:
+    """Memory that a study takes at most besides what the process has before [bytes].
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Runs, samples and outputs.
+    usage : Usage
+        What its result takes.
+    in_memory : bool
+        Whether the samples are in the memory, and not in a file.
+    """
+    size, column = 8.0 * math.prod(shape), 8.0 * math.prod(shape[:2])
+    taken = _ANY + _RUN * shape[0] + (size if in_memory else min(size, _BLOCK))
+    if not shape[2]:
+        return taken
+    blocks = min(_BLOCKS, column) if usage.copies or usage.terms else 0.0
+    kept = 8.0 * usage.terms * math.prod(shape[1:])
+    return taken + blocks + kept + usage.copies * column + _FACTORED * 8.0 * usage.matrix
+
+
+def sample_array(shape: tuple[int, ...], folder: str | os.PathLike[str] | None, usage: Usage) -> Array:
     """An array for the samples of all runs.
 
     Parameters
     ----------
     shape : tuple of int
-        Its shape.
+        Runs, samples and outputs.
     folder : path or None
         Where to put a file that holds it, which goes with the process; None for the memory.
+    usage : Usage
+        What the result takes besides.
 
     Raises
     ------
@@ -44,9 +93,10 @@ def sample_array(shape: tuple[int, ...], folder: str | os.PathLike[str] | None) 
         If the file does not fit on the disk.
     """
     size = 8 * math.prod(shape)
+    needed = study_memory(shape, usage, in_memory=folder is None)
+    if needed > _SMALL:
+        _require(needed)
     if folder is None or size == 0:
-        if size > _SMALL:
-            _require(_TIMES * size + _BESIDES)
         return np.empty(shape)
     try:
         descriptor, name = tempfile.mkstemp(prefix=".values-", dir=folder)
@@ -65,6 +115,57 @@ def sample_array(shape: tuple[int, ...], folder: str | os.PathLike[str] | None) 
         message = f"the samples of all runs take {size / 1e6:.0f} MB in {os.fspath(folder)}"
         raise StoreError(f"{message}: {error.strerror or error}") from error
     return np.asarray(mapped)
+
+
+def copy_output(values: Array, index: int, into: Array) -> None:
+    """Copy one output of all samples, in blocks: samples in a file are in the memory only in part.
+
+    Parameters
+    ----------
+    values : ndarray, shape (rows, samples, outputs)
+        The samples.
+    index : int
+        The output.
+    into : ndarray, shape (rows, samples)
+        Where to.
+    """
+    for part, place in zip(_blocks(values), _blocks(into, values[:1].nbytes), strict=True):
+        place[...] = part[:, :, index]
+        release(values)
+
+
+def _blocks(values: Array, row: int = 0) -> Iterator[Array]:
+    """Rows of an array, so many as fit a block if a row has a size [bytes], its own if not given."""
+    step = max(1, _BLOCK // max(1, row or values[:1].nbytes))
+    return (values[start : start + step] for start in range(0, len(values), step))
+
+
+def extremes(values: Array) -> tuple[Array, Array]:
+    """Smallest and largest value of all rows, of shape (samples, outputs); of a file in blocks as well."""
+    lowest, highest = values[0].copy(), values[0].copy()
+    for part in _blocks(values):
+        np.minimum(lowest, part.min(axis=0), out=lowest)
+        np.maximum(highest, part.max(axis=0), out=highest)
+        release(values)
+    return lowest, highest
+
+
+def release(values: Array) -> None:
+    """Let go of the memory of samples in a file; the system reads them again when they are needed."""
+    owner: object = values
+    while isinstance(owner, np.ndarray):
+        owner = owner.base
+    if isinstance(owner, mmap.mmap) and sys.platform == "linux":
+        owner.madvise(mmap.MADV_DONTNEED)
+
+
+def taken() -> float:
+    """What this process takes now [bytes], as far as the system tells."""
+    with contextlib.suppress(ImportError, OSError, ValueError):
+        import resource
+
+        return float(int((_PROCESS / "statm").read_text().split()[1]) * resource.getpagesize())
+    return _PACKAGE
 
 
 def _require(size: float) -> None:
@@ -87,16 +188,16 @@ def _left() -> Iterator[tuple[float, str]]:
         if limit != resource.RLIM_INFINITY:
             pages = int((_PROCESS / "statm").read_text().split()[0])
             yield float(limit - pages * resource.getpagesize()), "the limit of this process"
-    for folder in _groups():
+    for folder, (limit_name, used_name, idle) in _groups():
         with contextlib.suppress(OSError, ValueError):
-            most = (folder / "memory.max").read_text().strip()
+            most = (folder / limit_name).read_text().strip()
             if most != "max":
-                used = int((folder / "memory.current").read_text())
+                used = int((folder / used_name).read_text())
                 statistics = dict(
                     line.split(maxsplit=1) for line in (folder / "memory.stat").read_text().splitlines()
                 )
                 # Files that nobody uses are given up before anything else.
-                left = int(most) - used + int(statistics.get("inactive_file", 0))
+                left = int(most) - used + int(statistics.get(idle, 0))
                 yield float(left), "the control group of this process"
     with contextlib.suppress(OSError, ValueError, KeyError):
         facts = dict(line.split(":") for line in _MACHINE.read_text().splitlines())
@@ -104,10 +205,28 @@ def _left() -> Iterator[tuple[float, str]]:
         yield 1024.0 * free, "this machine"
 
 
-def _groups() -> Iterator[Path]:
-    """Folders of the control group of this process and of those that it is part of."""
+def _groups() -> Iterator[tuple[Path, tuple[str, str, str]]]:
+    """Folders of the control group of this process and of those that it is part of, and what they call its
+    limit, its use and the files in it that are idle."""
     with contextlib.suppress(OSError):
         for line in (_PROCESS / "cgroup").read_text().splitlines():
-            if line.startswith("0::/"):
-                path = Path(line.removeprefix("0::/"))
-                yield from (_CGROUPS / part for part in (path, *path.parents))
+            _, controllers, path = line.split(":", maxsplit=2)
+            group = Path(path.removeprefix("/"))
+            if controllers == "":
+                found, names = _CGROUPS, _SECOND
+            elif "memory" in controllers.split(","):
+                found, names = _CGROUPS / "memory", _FIRST
+            else:
+                continue
+            yield from ((found / part, names) for part in (group, *group.parents))
+
+
+@contextlib.contextmanager
+def threads_started() -> Iterator[None]:
+    """A block that starts threads: that this fails means too little memory for their stacks, or too many."""
+    try:
+        yield
+    except RuntimeError as error:
+        if "start new thread" not in str(error):
+            raise
+        raise MemoryLimitError("no further thread can be started: memory or processes are limited") from error

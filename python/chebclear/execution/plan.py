@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from ..base.units import unit
-
-# What a result takes besides its samples [bytes], and how often it takes its samples while bands are made:
-# the limits that are set for both.
-_BASE, _TWICE = 150_000_000, 1.3
 
 
 @dataclass(frozen=True)
@@ -22,7 +19,7 @@ class Plan:
     seconds : float
         Time until the result is there [s].
     memory : float
-        Memory [bytes].
+        Memory of this process at its peak [bytes].
     disk : float
         What a store of these runs takes [bytes].
     probes : int
@@ -45,26 +42,26 @@ class Plan:
         return f"<Plan: {self}>"
 
 
-def planned(runs: int, samples: int, features: int, probes: int, seconds: float) -> Plan:
+def planned(shape: tuple[int, int, int], features: int, probes: int, seconds: float, memory: float) -> Plan:
     """The plan for runs of which some took so long.
 
     Parameters
     ----------
-    runs : int
-        Runs in all [-].
-    samples : int
-        Numbers that a run leaves: samples times outputs [-].
+    shape : tuple of int
+        Runs in all, samples and outputs [-].
     features : int
         Features of a run, of all cycles [-].
     probes : int
         Runs that were measured [-].
     seconds : float
         Time that these took together [s].
+    memory : float
+        Memory of this process with the study [bytes].
     """
-    size = 8.0 * runs * samples
+    runs, size = shape[0], 8.0 * math.prod(shape)
     # A run leaves its counts, its key and a status besides.
     disk = size + runs * (8.0 * features + 160.0)
-    return Plan(runs, seconds / probes * runs, _BASE + _TWICE * size, disk, probes)
+    return Plan(runs, seconds / probes * runs, memory, disk, probes)
 
 
 def duration(seconds: float) -> str:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks
 from ..errors import ArgumentError
 from ..execution.dispatch import worker_count
+from ..execution.memory import SAMPLES_ALONE, Usage, study_memory, taken
 from ..execution.plan import Plan, planned
 from ..run.settings import Settings
 from ..run.simulation import warn_once
@@ -368,26 +369,29 @@ class Methods(Runner):
 class _Planned(Exception):
     """Carries the points and settings that a method was about to simulate."""
 
-    def __init__(self, points: Array, settings: Settings | None) -> None:
+    def __init__(self, points: Array, settings: Settings | None, usage: Usage) -> None:
         super().__init__()
         self.points = points
         self.settings = settings
+        self.usage = usage
 
 
 def plan_of(study: Methods, method: str, probes: int | None, arguments: Mapping[str, Any]) -> Plan:
     """The cost of a method; see `Study.plan`."""
 
-    def made(points: Array, settings: Settings | None, *, midpoint: bool = True) -> Runs:
-        raise _Planned(points, settings)
+    def made(
+        points: Array, settings: Settings | None, *, midpoint: bool = True, usage: Usage = SAMPLES_ALONE
+    ) -> Runs:
+        raise _Planned(points, settings, usage)
 
     probe = copy.copy(study)
     vars(probe)["made"] = made
     try:
         getattr(probe, method)(**arguments)
     except _Planned as found:
-        points, settings = found.points, found.settings
+        points, settings, usage = found.points, found.settings, found.usage
     del vars(probe)["made"]
-    probe.means = replace(study.means, store=None, max_seconds=None)
+    probe.means = replace(study.means, store=None, max_seconds=None, in_memory=True)
     probe.progress = None
     workers = probe.means.threads or os.cpu_count() or 1
     if probe.means.executor is not None:
@@ -396,6 +400,7 @@ def plan_of(study: Methods, method: str, probes: int | None, arguments: Mapping[
     count = min(len(points), probes or max(_PROBES, _PROBES_OF_WORKER * workers))
     rows = np.linspace(0, len(points) - 1, count).round().astype(int)
     runs = probe.made(points[rows], settings, midpoint=False)
-    samples = len(runs.t) * len(runs.outputs)
+    shape = (len(points) + 1, len(runs.t), len(runs.outputs))
     features = len(runs.feature_names) * (1 if runs.features is None else runs.features.shape[1])
-    return planned(len(points) + 1, samples, features, count, runs.seconds)
+    memory = taken() + study_memory(shape, usage, in_memory=study.means.in_memory)
+    return planned(shape, features, count, runs.seconds, memory)

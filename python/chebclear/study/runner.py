@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -15,6 +16,7 @@ from ..errors import SceneError, describe
 from ..execution.counts import Costs
 from ..execution.failures import count_failed, located
 from ..execution.means import Means
+from ..execution.memory import SAMPLES_ALONE, Usage
 from ..run.settings import Settings
 from ..run.tracking import settling_time
 from ..scene.scene import Interval, Scene
@@ -90,7 +92,8 @@ class Runner:
         SceneError, SimulationError
             As `chebyshev`.
         """
-        runs = self.made(points, self.settings)
+        terms = math.prod(degree + 1 for degree in degrees) if degrees is not None else 0
+        runs = self.made(points, self.settings, usage=Usage(terms=terms))
         points = points[runs.kept]
         table = None
         if runs.features is not None:
@@ -133,11 +136,18 @@ class Runner:
         """Parameters that are normally distributed."""
         return tuple(name for name, given in self.random.items() if isinstance(given, Normal))
 
-    def made(self, points: Array, settings: Settings | None, *, midpoint: bool = True) -> Runs:
+    def made(
+        self,
+        points: Array,
+        settings: Settings | None,
+        *,
+        midpoint: bool = True,
+        usage: Usage = SAMPLES_ALONE,
+    ) -> Runs:
         """The runs at the points and, if requested, last the nominal one, from any source."""
         start = time.perf_counter()
         if settings is not None:
-            runs = self.simulated(points, settings, midpoint=midpoint)
+            runs = self.simulated(points, settings, midpoint=midpoint, usage=usage)
             return replace(runs, seconds=time.perf_counter() - start)
         if isinstance(self.model, FinishedRuns):
             made = self.model.runs(points, midpoint=midpoint)
@@ -151,7 +161,9 @@ class Runner:
             facts = facts | {"kept": np.arange(len(points))}
         return Runs(stats=Costs.joined(()), settings=None, seconds=seconds, **facts)
 
-    def simulated(self, points: Array, settings: Settings, *, midpoint: bool = True) -> Runs:
+    def simulated(
+        self, points: Array, settings: Settings, *, midpoint: bool = True, usage: Usage = SAMPLES_ALONE
+    ) -> Runs:
         """The simulated runs at the points and, if requested, last at the midpoint; issues no warnings."""
         rtol = settings.rtol if self.settings is None else self.settings.rtol
         making = Making(
@@ -164,6 +176,7 @@ class Runner:
             self.means,
             rtol,
             midpoint,
+            usage,
         )
         with reporter(self.progress, "study") as report:
             return making.run(report)

@@ -28,6 +28,7 @@ from ..execution.failures import (
 )
 from ..execution.limited import LimitedCalls
 from ..execution.means import Means
+from ..execution.memory import Usage
 from ..execution.pieces import NOT_BEGUN, SCENE, SETTINGS, End
 from ..execution.store import Identity, Store
 from ..run.settings import Settings
@@ -147,6 +148,8 @@ class Making:
         Relative tolerance of the study [-], which single analyses replace.
     midpoint : bool
         Whether the run at the midpoint is simulated too, as the last one.
+    usage : Usage
+        What the result takes besides the samples.
     """
 
     def __init__(
@@ -160,7 +163,9 @@ class Making:
         means: Means,
         rtol: float,
         midpoint: bool,
+        usage: Usage,
     ) -> None:
+        self._usage = usage
         self._scene = scene
         self._many = many
         self._intervals = intervals
@@ -183,7 +188,7 @@ class Making:
         self._like = self._flat(self._nominal, middle)
         try:
             facts = self._nominal.check()
-            self.settings = settings.for_scene(self._nominal, runs=self.count)
+            self.settings = settings.for_scene(self._nominal, runs=self.count if means.in_memory else 1)
             self._branch = facts.branch
         except InputError as error:
             raise type(error)(located(middle, error.problems)) from None
@@ -216,6 +221,7 @@ class Making:
                 run_seconds=means.run_seconds,
                 store=store,
                 in_memory=means.in_memory,
+                usage=self._usage,
             )
             batch.run(means.executor, means.threads, report, means.max_seconds)
         except RefusedRunError as error:

@@ -15,11 +15,12 @@ from ..base.arguments import Checks
 from ..errors import ArgumentError
 from ..execution.counts import Costs
 from ..execution.failures import count_failed, failure_warnings, is_failure_warning
+from ..execution.memory import Usage
 from ..run.settings import Settings, checked_settings
 from ..run.tracking import settling_time
 from ..run.trajectory import Stats
 from ..scene.scene import ClearanceRevolute, Scene
-from .band.calibrated import Requirement, certifying_runs, is_remark, remarks
+from .band.calibrated import Requirement, band_usage, certifying_runs, is_remark, remarks
 from .band.judgment import early_widths
 from .band.limits import physical_limits
 from .by_angle import cut, turning, unpredictable
@@ -177,7 +178,8 @@ def _runs(
     midpoint: bool = True,
 ) -> Runs:
     """The runs at the points, divided into the revolutions that are pooled."""
-    new = study.made(points, settings, midpoint=midpoint)
+    usage = Usage(copies=2) if requirement.certified else band_usage(*points.shape)
+    new = study.made(points, settings, midpoint=midpoint, usage=usage)
     return new if requirement.revolutions is None else cut(new, requirement.revolutions)
 
 

@@ -1,14 +1,15 @@
 //! Points of studies, and bands from their runs.
 
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2, PyReadonlyArray3};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::PyDict;
 
 use super::arrays::{flat, matrix};
 use super::ranges::interruptible;
-use crate::study::band::{self, Method, OutputBand, Table, regression};
+use crate::study::band::{self, Method, OutputBand, regression};
 use crate::study::points::{self, MOST_PARAMETERS, MOST_POINTS};
+use crate::study::sweep::Monitor;
 
 /// Points of a scrambled Sobol' sequence in [-1, 1]^parameters; without a seed it is not scrambled.
 #[pyfunction]
@@ -60,41 +61,50 @@ pub fn total_degree_basis<'py>(
     matrix(py, regression::basis(&points, parameters, degree), regression::term_count(parameters, degree))
 }
 
-/// Calibrated or certified bands of all outputs; with revolutions each run has that many rows.
+/// Terms of the largest polynomial that bands of so many runs try.
 #[pyfunction]
-#[allow(clippy::too_many_arguments)]
-pub fn calibrated_bands<'py>(
-    py: Python<'py>,
-    values: PyReadonlyArray3<'py, f64>,
-    points: PyReadonlyArray2<'py, f64>,
-    scored: usize,
-    limits: Vec<[f64; 2]>,
-    coverage: f64,
-    certified: bool,
-    revolutions: Option<usize>,
-    threads: Option<usize>,
-) -> PyResult<Bound<'py, PyList>> {
-    let (points, [_, parameters]) = flat(&points)?;
-    let view = values.as_array();
-    let (samples, outputs) = (view.shape()[1], view.shape()[2]);
-    let copied;
-    let values = match view.as_slice() {
-        Some(values) => values,
-        None => {
-            copied = view.iter().copied().collect::<Vec<f64>>();
-            &copied
-        }
-    };
-    let method = if certified { Method::Certified } else { Method::Calibrated };
-    let table = Table { points: &points, parameters, values, samples, outputs, revolutions, scored };
-    let bands = interruptible(py, |monitor| {
-        band::watched_bands(&table, &limits, coverage, method, threads, monitor)
-    })?;
-    let result = PyList::empty(py);
-    for band in bands {
-        result.append(as_dict(py, band, samples)?)?;
+pub fn band_terms(runs: usize, parameters: usize) -> usize {
+    band::tried_terms(runs, parameters)
+}
+
+/// Points of runs, prepared for the calibrated or certified bands of one output after the other; with revolutions
+/// each run has that many rows.
+#[pyclass(frozen, module = "chebclear._core")]
+pub struct Design(band::Design);
+
+#[pymethods]
+impl Design {
+    #[new]
+    #[pyo3(signature = (points, scored, coverage, certified=false, revolutions=None))]
+    fn new(
+        py: Python<'_>,
+        points: PyReadonlyArray2<'_, f64>,
+        scored: usize,
+        coverage: f64,
+        certified: bool,
+        revolutions: Option<usize>,
+    ) -> PyResult<Self> {
+        let (points, [_, parameters]) = flat(&points)?;
+        let method = if certified { Method::Certified } else { Method::Calibrated };
+        let design = interruptible(py, |_| {
+            band::Design::new(&points, parameters, revolutions, scored, coverage, method).map(Some)
+        })?;
+        Ok(Self(design))
     }
-    Ok(result)
+
+    /// The band of one output, from its values rows x samples.
+    #[pyo3(signature = (values, limits, threads=None))]
+    fn band<'py>(
+        &self,
+        py: Python<'py>,
+        values: PyReadonlyArray2<'py, f64>,
+        limits: [f64; 2],
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (values, [_, samples]) = flat(&values)?;
+        let work = |monitor: Monitor| self.0.watched_band(&values, samples, limits, threads, monitor);
+        as_dict(py, interruptible(py, work)?, samples)
+    }
 }
 
 fn as_dict<'py>(py: Python<'py>, band: OutputBand, samples: usize) -> PyResult<Bound<'py, PyDict>> {

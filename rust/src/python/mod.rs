@@ -73,11 +73,13 @@ fn wait_for<T: Send>(
     let finished = Mutex::new(false);
     let bell = Condvar::new();
     std::thread::scope(|scope| {
-        let worker = std::thread::Builder::new().spawn_scoped(scope, || {
-            // Dropped when the work ends or panics.
-            let _ring = Ring { finished: &finished, bell: &bell };
-            work()
-        })?;
+        let worker = std::thread::Builder::new()
+            .spawn_scoped(scope, || {
+                // Dropped when the work ends or panics.
+                let _ring = Ring { finished: &finished, bell: &bell };
+                work()
+            })
+            .map_err(|error| PyMemoryError::new_err(format!("no thread can be started: {error}")))?;
         let mut raised = None;
         loop {
             let done = py.detach(|| {
@@ -331,6 +333,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(bands::random_points, module)?)?;
     module.add_function(wrap_pyfunction!(bands::total_degree_exponents, module)?)?;
     module.add_function(wrap_pyfunction!(bands::total_degree_basis, module)?)?;
-    module.add_function(wrap_pyfunction!(bands::calibrated_bands, module)?)?;
+    module.add_function(wrap_pyfunction!(bands::band_terms, module)?)?;
+    module.add_class::<bands::Design>()?;
     Ok(())
 }

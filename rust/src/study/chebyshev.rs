@@ -39,7 +39,7 @@ pub const MOST_NODES: usize = 10_000;
 pub struct GridError {
     /// The problem, the value found and what would be accepted.
     pub message: String,
-    /// Whether the only problem is that the result does not fit into the memory.
+    /// Whether the only problem is too little memory, for the result or for threads.
     pub out_of_memory: bool,
 }
 
@@ -51,7 +51,8 @@ impl GridError {
 
 impl From<rayon::ThreadPoolBuildError> for GridError {
     fn from(error: rayon::ThreadPoolBuildError) -> Self {
-        Self::new(format!("threads cannot be started: {error}"))
+        // Their number is bounded, so what lacks is memory for their stacks.
+        Self { message: format!("threads cannot be started: {error}"), out_of_memory: true }
     }
 }
 

@@ -31,7 +31,8 @@ pub struct FlatScene {
 /// Mechanisms that are simulated with the same settings.
 pub struct Sweep<'s> {
     settings: &'s Settings,
-    pool: rayon::ThreadPool,
+    /// None for the thread that asks alone.
+    pool: Option<rayon::ThreadPool>,
     mechanisms: Vec<Mechanism>,
     /// Names of the columns, the same for all.
     pub columns: Vec<String>,
@@ -43,7 +44,7 @@ pub type Monitor<'a> = &'a (dyn Fn() -> bool + Sync);
 
 impl<'s> Sweep<'s> {
     /// Compiles every scene on `threads` threads of a private pool (default: one for every processor), on which they
-    /// will also be simulated. `None` if the monitor cancels.
+    /// will also be simulated; on the thread that asks if it is one. `None` if the monitor cancels.
     ///
     /// # Errors
     /// The problems of all scenes together, with paths below `scenes[i]`, including those of the settings,
@@ -55,7 +56,10 @@ impl<'s> Sweep<'s> {
         monitor: Monitor,
     ) -> Result<Option<Sweep<'s>>, InputError> {
         settings.check()?;
-        let pool = private_pool(thread_count(threads, scenes.len()))
+        let count = thread_count(threads, scenes.len());
+        let pool = (count > 1)
+            .then(|| private_pool(count))
+            .transpose()
             .map_err(|error| Subject::Settings.error("threads", format!("cannot be started: {error}")))?;
         let checked = |scene: &FlatScene| {
             let mechanism = Mechanism::compile(&scene.structure.scene(&scene.numbers)?)?;
@@ -69,7 +73,10 @@ impl<'s> Sweep<'s> {
             Ok(mechanism)
         };
         let compile = |scene| monitor().then(|| checked(scene));
-        let compiled: Option<Vec<_>> = pool.install(|| scenes.par_iter().map(compile).collect());
+        let compiled: Option<Vec<_>> = match &pool {
+            Some(pool) => pool.install(|| scenes.par_iter().map(compile).collect()),
+            None => scenes.iter().map(compile).collect(),
+        };
         let Some(compiled) = compiled else { return Ok(None) };
         let mechanisms = gather(compiled)?;
         let names = mechanisms.first().map_or_else(Vec::new, |first| columns(first, settings));
@@ -120,9 +127,11 @@ impl<'s> Sweep<'s> {
             places.push(place);
             rest = others;
         }
-        let runs: Option<Vec<_>> = self
-            .pool
-            .install(|| self.mechanisms.par_iter().zip(places).with_max_len(1).map(simulate).collect());
+        let runs: Option<Vec<_>> = match &self.pool {
+            Some(pool) => pool
+                .install(|| self.mechanisms.par_iter().zip(places).with_max_len(1).map(simulate).collect()),
+            None => self.mechanisms.iter().zip(places).map(simulate).collect(),
+        };
         runs.map(gather).transpose()
     }
 }

@@ -35,7 +35,7 @@ def test_a_plan_counts_what_a_method_will_simulate():
 
 
 def test_the_time_of_a_plan_is_that_of_its_probes():
-    plan = planned(1000, 51, 0, 10, 0.2)
+    plan = planned((1000, 51, 1), 0, 10, 0.2, 1e8)
     assert plan.seconds == pytest.approx(20.0) and "1000 runs in about 20 s" in str(plan)
     assert [duration(t) for t in (0.5, 300.0, 7200.0)] == ["0.5 s", "5 min", "2.0 h"]
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import _core
+from ...execution.memory import Usage, copy_output
 from ...scene.scene import Interval
 from ..polynomials.points import on_cube
 from ..polynomials.total_degree import total_degree_polynomial
@@ -21,9 +22,6 @@ Array = NDArray[np.float64]
 # Related to the least number of held-out runs that can verify a share of 0.1 %; see `needed_runs`.
 _UNSEEN = 0.0112
 LEAST_CERTIFYING = 10
-# Values of a study [bytes] above which the bands of its outputs are made one after the other: each takes
-# about three copies of its values meanwhile.
-_MOST_COPIED = 64_000_000
 # Number of revolutions from which a run counts as more than one.
 _SEVERAL = 4
 
@@ -77,6 +75,11 @@ def needed_runs(requirement: Requirement) -> int:
     return max(3, int(np.ceil(runs)))
 
 
+def band_usage(runs: int, parameters: int) -> Usage:
+    """What bands of so many runs take: an output, its negative, and the basis of the polynomials."""
+    return Usage(copies=2, matrix=runs * _core.band_terms(runs, parameters))
+
+
 def calibrated_bands(
     t: Array,
     outputs: Sequence[str],
@@ -126,15 +129,14 @@ def calibrated_bands(
         parameters = np.repeat(np.vstack([parameters, middle]), kept, axis=0)
         nominal, rows = values[-1, 0], values.reshape(-1, *values.shape[2:])
         values = rows
-    if values.nbytes > _MOST_COPIED:
-        threads = 1
-    found = _core.calibrated_bands(
-        values, points, requirement.runs, limits, requirement.coverage, requirement.certified, kept, threads
-    )
+    design = _core.Design(points, requirement.runs, requirement.coverage, requirement.certified, kept)
     spacing = float(t[-1] - t[0]) / (len(t) - 1)
-    lowest, highest = values.min(axis=0), values.max(axis=0)
+    # One output at a time: samples in a file need not be in the memory all at once.
+    column = np.empty(values.shape[:2])
     bands = {}
-    for index, (name, band) in enumerate(zip(outputs, found, strict=True)):
+    for index, name in enumerate(outputs):
+        copy_output(values, index, column)
+        band = design.band(column, limits[index], threads)
         surrogate = None
         if band["degree"] is not None and band["coefficients"] is not None:
             surrogate = total_degree_polynomial(intervals, band["degree"], band["coefficients"])
@@ -151,7 +153,7 @@ def calibrated_bands(
             lower=band["lower"],
             upper=band["upper"],
             nominal=nominal[:, index],
-            hull=(lowest[:, index], highest[:, index]),
+            hull=(column.min(axis=0), column.max(axis=0)),
             intervals=intervals,
             parameters=parameters,
             runs=rows[:, :, index],

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ArgumentError
+from ...execution.memory import extremes
 from ...scene.scene import Interval
 from ..polynomials.holes import fit_holes
 from ..polynomials.surrogate import BoundKind, Surrogate
@@ -64,7 +65,8 @@ def grid_bands(
         If an output is not finite, or too few runs are left for a polynomial.
     """
     holes = None if degrees is None or not missing else fit_holes(nodes, degrees, missing)
-    lowest, highest = values.min(axis=0), values.max(axis=0)
+    lowest, highest = extremes(values)
+    inner = extremes(values[:-1]) if degrees is None else None
     bands = {}
     for index, name in enumerate(outputs):
         runs = grid = values[:-1, :, index]
@@ -80,7 +82,8 @@ def grid_bands(
                 kept = np.where(holes.dropped[:, None], 0.0, surrogate.terms)
                 surrogate = replace(surrogate, terms=kept)
         if surrogate is None:
-            lower, upper = runs.min(axis=0), runs.max(axis=0)
+            assert inner is not None, "without degrees"
+            lower, upper = inner[0][:, index], inner[1][:, index]
         else:
             lower, upper = surrogate.bounds(bounds, threads)
         hull = lowest[:, index], highest[:, index]

@@ -75,6 +75,20 @@ pub struct OutputBand {
 /// The band of a polynomial is used if it is at most this many times as wide as the calibrated one.
 const LARGEST_WIDTH_RATIO: f64 = 1.5;
 
+/// Most terms of a polynomial, however many the runs: the factorization takes a time that grows with the square of
+/// their number, with 4096 runs and 1287 terms (8 parameters, degree 5) 9 s.
+const LARGEST_TERM_COUNT: usize = 500;
+
+/// Terms of the polynomials of the largest degree that is tried.
+pub fn tried_terms(rows: usize, parameters: usize) -> usize {
+    let counts = (1..=LARGEST_DEGREE).map(|degree| regression::term_count(parameters, degree));
+    counts.take_while(|&count| count <= largest_term_count(rows)).last().unwrap_or(1)
+}
+
+fn largest_term_count(rows: usize) -> usize {
+    ((LARGEST_TERM_SHARE * rows as f64) as usize).min(LARGEST_TERM_COUNT)
+}
+
 /// How bands are made from runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
@@ -117,37 +131,116 @@ pub fn watched_bands(
     threads: Option<usize>,
     monitor: Monitor,
 ) -> Result<Option<Vec<OutputBand>>, GridError> {
-    check(table, limits, coverage)?;
-    if method == Method::Certified && table.scored < certify::least_runs(coverage) {
-        return Err(GridError::new(format!(
-            "{} runs cannot certify a coverage of {coverage}: at least {} are needed",
-            table.scored,
-            certify::least_runs(coverage)
-        )));
+    let Table { points, parameters, revolutions, scored, samples, outputs, .. } = *table;
+    let design = Design::new(points, parameters, revolutions, scored, coverage, method)?;
+    design.check_values(table.values, samples, outputs)?;
+    if limits.len() != outputs {
+        return Err(GridError::new(format!("{} limits: {outputs} are needed", limits.len())));
     }
-    let rows = table.points.len() / table.parameters;
-    let block = table.revolutions.unwrap_or(1);
-    if method == Method::Certified && block > 1 {
-        return Err(GridError::new("revolutions of a run are not independent: no band is certified of them"));
-    }
-    let ends = if table.revolutions.is_some() { Ends::Joined } else { Ends::Cut };
-    let largest_term_count = (LARGEST_TERM_SHARE * rows as f64) as usize;
-    let regression = Regression::new(table.points, table.parameters, LARGEST_DEGREE, largest_term_count);
-    let one = |output: usize| {
-        let column = gather(table, rows * block, output);
-        let Table { samples, scored, .. } = *table;
-        let runs = Runs { values: &column, samples, block, ends, scored, limits: limits[output] };
-        let requirement =
-            Requirement { coverage, runs: scored, block, samples, parameters: table.parameters };
-        match method {
-            Method::Calibrated => band(&runs, &regression, &requirement),
-            Method::Certified => certified(&runs, &requirement).into(),
-        }
-    };
+    let one = |output: usize| design.judged(&gather(table.values, output, outputs), samples, limits[output]);
     // Outputs, and in each of them sides, windows and blocks of time.
     let pool = private_pool(thread_count(threads, usize::MAX))?;
-    let outputs = || (0..table.outputs).into_par_iter().with_max_len(1);
-    Ok(pool.install(|| outputs().map(|output| monitor().then(|| one(output))).collect()))
+    let each = || (0..outputs).into_par_iter().with_max_len(1);
+    Ok(pool.install(|| each().map(|output| monitor().then(|| one(output))).collect()))
+}
+
+/// The points of the runs and what is asked of their bands, prepared for one output after the other: so only one
+/// need be in the memory as a table of its own.
+#[derive(Clone, Debug)]
+pub struct Design {
+    regression: Regression,
+    parameters: usize,
+    /// Number of runs.
+    rows: usize,
+    /// Rows of a run.
+    block: usize,
+    ends: Ends,
+    scored: usize,
+    coverage: f64,
+    method: Method,
+}
+
+impl Design {
+    /// Prepares the points; see [`Table`] for its numbers.
+    ///
+    /// # Errors
+    ///
+    /// As [`bands`], but for what concerns values.
+    pub fn new(
+        points: &[f64],
+        parameters: usize,
+        revolutions: Option<usize>,
+        scored: usize,
+        coverage: f64,
+        method: Method,
+    ) -> Result<Self, GridError> {
+        let block = revolutions.unwrap_or(1);
+        check(points, parameters, block, scored, coverage)?;
+        if method == Method::Certified && scored < certify::least_runs(coverage) {
+            return Err(GridError::new(format!(
+                "{scored} runs cannot certify a coverage of {coverage}: at least {} are needed",
+                certify::least_runs(coverage)
+            )));
+        }
+        if method == Method::Certified && block > 1 {
+            return Err(GridError::new(
+                "revolutions of a run are not independent: no band is certified of them",
+            ));
+        }
+        let ends = if revolutions.is_some() { Ends::Joined } else { Ends::Cut };
+        let rows = points.len() / parameters;
+        let regression = Regression::new(points, parameters, LARGEST_DEGREE, largest_term_count(rows));
+        Ok(Self { regression, parameters, rows, block, ends, scored, coverage, method })
+    }
+
+    /// The band of one output of values rows x samples; None if the monitor said no, which is asked before.
+    ///
+    /// # Errors
+    ///
+    /// As [`bands`].
+    pub fn watched_band(
+        &self,
+        values: &[f64],
+        samples: usize,
+        limits: [f64; 2],
+        threads: Option<usize>,
+        monitor: Monitor,
+    ) -> Result<Option<OutputBand>, GridError> {
+        self.check_values(values, samples, 1)?;
+        let pool = private_pool(thread_count(threads, usize::MAX))?;
+        Ok(monitor().then(|| pool.install(|| self.judged(values, samples, limits))))
+    }
+
+    /// The band of one output of values that were checked.
+    fn judged(&self, values: &[f64], samples: usize, limits: [f64; 2]) -> OutputBand {
+        let Self { block, ends, scored, coverage, parameters, .. } = *self;
+        let runs = Runs { values, samples, block, ends, scored, limits };
+        let requirement = Requirement { coverage, runs: scored, block, samples, parameters };
+        match self.method {
+            Method::Calibrated => band(&runs, &self.regression, &requirement),
+            Method::Certified => certified(&runs, &requirement).into(),
+        }
+    }
+
+    fn check_values(&self, values: &[f64], samples: usize, outputs: usize) -> Result<(), GridError> {
+        let Self { rows, block, .. } = *self;
+        if samples < 2 {
+            return Err(GridError::new(format!("samples must be >= 2, got {samples}")));
+        }
+        let sizes = [block, samples, outputs];
+        let needed = sizes.iter().try_fold(rows, |count: usize, &size| count.checked_mul(size));
+        if needed != Some(values.len()) {
+            return Err(GridError::new(format!(
+                "{} values: {rows} runs x {block} rows x {samples} samples x {outputs} outputs are needed",
+                values.len()
+            )));
+        }
+        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+            let run = at / (block * samples * outputs);
+            return Err(GridError::new(format!("run {run} has a value {}: all must be finite", values[at])));
+        }
+        Ok(())
+    }
 }
 
 /// The band of one output.
@@ -195,9 +288,9 @@ impl From<Resolved> for OutputBand {
 }
 
 /// The values of one output, rows x samples.
-fn gather(table: &Table<'_>, rows: usize, output: usize) -> Vec<f64> {
-    let mut column = Vec::with_capacity(rows * table.samples);
-    column.extend(table.values.iter().skip(output).step_by(table.outputs));
+fn gather(values: &[f64], output: usize, outputs: usize) -> Vec<f64> {
+    let mut column = Vec::with_capacity(values.len() / outputs);
+    column.extend(values.iter().skip(output).step_by(outputs));
     column
 }
 
@@ -215,46 +308,29 @@ fn in_parallel<T: Send>(
     Ok(pool.install(|| (0..outputs).into_par_iter().with_max_len(1).map(work).collect()))
 }
 
-fn check(table: &Table<'_>, limits: &[[f64; 2]], coverage: f64) -> Result<(), GridError> {
+fn check(
+    points: &[f64],
+    parameters: usize,
+    block: usize,
+    scored: usize,
+    coverage: f64,
+) -> Result<(), GridError> {
     let fail = |message: String| Err(GridError::new(message));
-    if table.parameters == 0 || !table.points.len().is_multiple_of(table.parameters) {
-        return fail(format!(
-            "{} coordinates do not make points of {} parameters",
-            table.points.len(),
-            table.parameters
-        ));
+    if parameters == 0 || !points.len().is_multiple_of(parameters) {
+        return fail(format!("{} coordinates do not make points of {parameters} parameters", points.len()));
     }
-    let rows = table.points.len() / table.parameters;
-    let block = table.revolutions.unwrap_or(1);
+    let rows = points.len() / parameters;
     if block == 0 {
         return fail("revolutions must be >= 1, got 0".to_owned());
     }
-    let sizes = [block, table.samples, table.outputs];
-    let needed = sizes.iter().try_fold(rows, |count: usize, &size| count.checked_mul(size));
-    if needed != Some(table.values.len()) || limits.len() != table.outputs {
-        return fail(format!(
-            "{} values and {} limits: {rows} runs x {block} rows x {} samples x {} outputs are needed",
-            table.values.len(),
-            limits.len(),
-            table.samples,
-            table.outputs
-        ));
-    }
-    if !(3..=rows).contains(&table.scored) || table.scored >= extremes::NEVER_LEFT_OUT as usize {
-        return fail(format!("scored must be >= 3 and <= {rows}, got {}", table.scored));
-    }
-    if table.samples < 2 {
-        return fail(format!("samples must be >= 2, got {}", table.samples));
+    if !(3..=rows).contains(&scored) || scored >= extremes::NEVER_LEFT_OUT as usize {
+        return fail(format!("scored must be >= 3 and <= {rows}, got {scored}"));
     }
     if !(coverage > 0.0 && coverage < 1.0) {
         return fail(format!("coverage must be > 0 and < 1, got {coverage}"));
     }
-    if let Some(at) = table.points.iter().position(|z| !(-1.0..=1.0).contains(z)) {
-        return fail(format!("run {} is at {}, outside [-1, 1]", at / table.parameters, table.points[at]));
-    }
-    if let Some(at) = table.values.iter().position(|value| !value.is_finite()) {
-        let run = at / (block * table.samples * table.outputs);
-        return fail(format!("run {run} has a value {}: all must be finite", table.values[at]));
+    if let Some(at) = points.iter().position(|z| !(-1.0..=1.0).contains(z)) {
+        return fail(format!("run {} is at {}, outside [-1, 1]", at / parameters, points[at]));
     }
     Ok(())
 }

@@ -66,22 +66,15 @@ pub struct Resolved {
 pub fn resolved(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> Option<Resolved> {
     let degree = chosen_degree(runs, regression)?;
     let samples = runs.samples;
-    let means = means(runs);
-    let projected = regression.project(&means, samples, degree);
-    let mut residuals = means.to_vec();
-    (0..=degree).for_each(|degree| regression.reduce(&mut residuals, &projected, samples, degree));
-    let mut errors = errors_of_rows(runs, &means, regression.leave_one_out(&residuals, samples, degree));
-    let error = relative_error(runs, &errors, samples);
+    let (coefficients, largest) = fitted(runs, regression, degree);
+    let errors: Vec<f64> = largest.iter().map(|top| top.first).collect();
+    let error = relative_error(runs, &errors);
     if error > LARGEST_TRUSTED_ERROR {
         return None;
     }
 
-    let coefficients = regression.coefficients(&projected, samples, degree);
     let [lowest, highest] = range(&coefficients, samples, regression.parameters, degree);
-    errors.iter_mut().for_each(|error| *error = error.abs());
-    let largest = top_two(&errors, samples, runs.scored, runs.block);
     let window = Window::new(MARGIN_WINDOW * (samples - 1) as f64);
-    let errors: Vec<f64> = largest.iter().map(|top| top.first).collect();
     let margin = runs.ends.over(&errors, window, running_maximum);
     let [hull_lower, hull_upper] = hull(runs);
     let [least, most] = runs.limits;
@@ -93,6 +86,40 @@ pub fn resolved(runs: &Runs<'_>, regression: &Regression, requirement: &Requirem
     let held_out = HeldOut::of(&excesses, requirement);
     let window = MARGIN_WINDOW * (samples - 1) as f64;
     Some(Resolved { lower, upper, degree, error, coefficients, window, held_out })
+}
+
+/// The polynomials of a degree, terms x samples, and the largest errors of runs that are left out at every instant.
+/// Found in blocks of time, so that residuals of all runs are never there at once.
+fn fitted(runs: &Runs<'_>, regression: &Regression, degree: usize) -> (Vec<f64>, Vec<TopTwo>) {
+    let starts: Vec<usize> = (0..runs.samples).step_by(BLOCK).collect();
+    let of_block = |&start: &usize| {
+        let end = (start + BLOCK).min(runs.samples);
+        let rows = runs.values.chunks_exact(runs.samples);
+        let values: Vec<f64> = rows.flat_map(|row| row[start..end].iter().copied()).collect();
+        fitted_block(&Runs { values: &values, samples: end - start, ..*runs }, regression, degree)
+    };
+    let blocks: Vec<(Vec<f64>, Vec<TopTwo>)> = starts.par_iter().map(of_block).collect();
+    let terms = regression.terms[degree];
+    let mut coefficients = Vec::with_capacity(terms * runs.samples);
+    for term in 0..terms {
+        for (block, largest) in &blocks {
+            coefficients.extend_from_slice(&block[term * largest.len()..][..largest.len()]);
+        }
+    }
+    (coefficients, blocks.into_iter().flat_map(|(_, largest)| largest).collect())
+}
+
+/// As [`fitted`], at once.
+fn fitted_block(runs: &Runs<'_>, regression: &Regression, degree: usize) -> (Vec<f64>, Vec<TopTwo>) {
+    let samples = runs.samples;
+    let means = means(runs);
+    let projected = regression.project(&means, samples, degree);
+    let mut residuals = means.to_vec();
+    (0..=degree).for_each(|degree| regression.reduce(&mut residuals, &projected, samples, degree));
+    let mut errors = errors_of_rows(runs, &means, regression.leave_one_out(&residuals, samples, degree));
+    errors.iter_mut().for_each(|error| *error = error.abs());
+    let largest = top_two(&errors, samples, runs.scored, runs.block);
+    (regression.coefficients(&projected, samples, degree), largest)
 }
 
 /// The degree with the least error at held-out runs, at some instants; None where no polynomial is nearly good
@@ -112,7 +139,7 @@ fn chosen_degree(runs: &Runs<'_>, regression: &Regression) -> Option<usize> {
     for degree in 0..=most {
         regression.reduce(&mut residuals, &projected, count, degree);
         let errors = errors_of_rows(&at_probes, &means, regression.leave_one_out(&residuals, count, degree));
-        let error = relative_error(&at_probes, &errors, count);
+        let error = relative_error(&at_probes, &largest_errors(&errors, count));
         if error < error_of_best {
             (best, error_of_best) = (degree, error);
         }
@@ -153,13 +180,18 @@ fn errors_of_rows(runs: &Runs<'_>, means: &[f64], mut errors: Vec<f64>) -> Vec<f
     .collect()
 }
 
-/// Largest error of the scored runs over the width of the hull, both averaged over time; 0 where the hull
-/// has no width and the error none.
-fn relative_error(runs: &Runs<'_>, errors: &[f64], samples: usize) -> f64 {
+/// Largest error of all rows at every instant.
+fn largest_errors(errors: &[f64], samples: usize) -> Vec<f64> {
     let mut largest = vec![0.0_f64; samples];
     for row in errors.chunks_exact(samples) {
         largest.iter_mut().zip(row).for_each(|(largest, error)| *largest = largest.max(error.abs()));
     }
+    largest
+}
+
+/// Largest error of the scored runs over the width of the hull, both averaged over time; 0 where the hull
+/// has no width and the error none.
+fn relative_error(runs: &Runs<'_>, largest: &[f64]) -> f64 {
     let [lower, upper] = hull(runs);
     let width: f64 = upper.iter().zip(&lower).map(|(upper, lower)| upper - lower).sum();
     let error: f64 = largest.iter().sum();
