@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from ..base.units import unit
@@ -42,7 +43,9 @@ class Plan:
         return f"<Plan: {self}>"
 
 
-def planned(shape: tuple[int, int, int], features: int, probes: int, seconds: float, memory: float) -> Plan:
+def planned(
+    shape: tuple[int, int, int], features: int, measured: Sequence[tuple[int, float]], memory: float
+) -> Plan:
     """The plan for runs of which some took so long.
 
     Parameters
@@ -51,17 +54,24 @@ def planned(shape: tuple[int, int, int], features: int, probes: int, seconds: fl
         Runs in all, samples and outputs [-].
     features : int
         Features of a run, of all cycles [-].
-    probes : int
-        Runs that were measured [-].
-    seconds : float
-        Time that these took together [s].
+    measured : sequence of tuple
+        Runs that were made at a time [-] and the time that they took together [s], the fewest first.
     memory : float
         Memory of this process with the study [bytes].
     """
     runs, size = shape[0], 8.0 * math.prod(shape)
     # A run leaves its counts, its key and a status besides.
-    disk = size + runs * (8.0 * features + 160.0)
-    return Plan(runs, seconds / probes * runs, memory, disk, probes)
+    disk = size + runs * (8.0 * features + 200.0)
+    return Plan(runs, _seconds(measured, runs), memory, disk, sum(count for count, _ in measured))
+
+
+def _seconds(measured: Sequence[tuple[int, float]], runs: int) -> float:
+    """Time of so many runs, on the line through the first and the last measurement."""
+    (few, short), (many, long) = measured[0], measured[-1]
+    if many == few or long <= short:
+        return long / many * runs
+    each = (long - short) / (many - few)
+    return long + each * (runs - many)
 
 
 def duration(seconds: float) -> str:

@@ -36,8 +36,11 @@ from .tradeoff import Asked, measure
 
 Array = NDArray[np.float64]
 
-# Runs that are simulated for a plan; the times of single runs scatter by about a third.
+# Runs that are simulated for a plan at first; the times of single runs scatter by about a third.
 _PROBES, _PROBES_OF_WORKER = 12, 4
+# They become more by this factor until they take so long [s], but no more than this part of the study: what a
+# study takes besides its runs, some tens of milliseconds, is then told from them.
+_MORE, _ENOUGH, _PART = 4, 0.5, 4
 
 
 class Methods(Runner):
@@ -398,9 +401,16 @@ def plan_of(study: Methods, method: str, probes: int | None, arguments: Mapping[
         workers = worker_count(probe.means.executor)
         probe.made(points[:workers], settings, midpoint=False)  # workers start with their first piece
     count = min(len(points), probes or max(_PROBES, _PROBES_OF_WORKER * workers))
-    rows = np.linspace(0, len(points) - 1, count).round().astype(int)
-    runs = probe.made(points[rows], settings, midpoint=False)
+    measured: list[tuple[int, float]] = []
+    while True:
+        rows = np.linspace(0, len(points) - 1, count).round().astype(int)
+        runs = probe.made(points[rows], settings, midpoint=False)
+        measured.append((count, runs.seconds))
+        most = max(count, len(points) // _PART)
+        if probes is not None or runs.seconds >= _ENOUGH or count == most:
+            break
+        count = min(most, _MORE * count)
     shape = (len(points) + 1, len(runs.t), len(runs.outputs))
     features = len(runs.feature_names) * (1 if runs.features is None else runs.features.shape[1])
     memory = taken() + study_memory(shape, usage, in_memory=study.means.in_memory)
-    return planned(shape, features, count, runs.seconds, memory)
+    return planned(shape, features, measured, memory)

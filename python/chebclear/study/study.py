@@ -180,8 +180,8 @@ class Study(Methods):
         method : {"band", "certify", "chebyshev", "scan", "sample"}
             The method.
         probes : int, optional
-            Runs that are made to find out [-]; 12, and at least 4 for each worker, if not given. Times of
-            single runs scatter by a third or so.
+            Runs that are made to find out [-]. If not given, 12 and at least 4 for each worker, then four
+            times as many until they take half a second or are a quarter of the study.
         **arguments
             Its arguments.
 
