@@ -42,6 +42,8 @@ FEATURES = {"peak force": cc.peak("wrist.normal_force"), "peak": cc.peak("slider
 # Workers, and seconds of a piece, that are simulated.
 WORKERS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1000)
 SECONDS = (0.1, 0.3, 1.0, 3.0, 10.0)
+# Measurements whose medians count.
+ROUNDS = 10
 # What a message between machines takes on top of the process pool's [s].
 NETWORK = 2e-3
 
@@ -86,14 +88,23 @@ def measure(path: Path, runs: int) -> None:
     for row in points:
         made.scene(dict(zip(made.intervals, map(float, row), strict=True))).to_json()
     facts["build"] = (time.perf_counter() - begin) / len(points)
-    for threads in (1, 2):
-        count = runs if threads == 2 else runs // 4
-        del SPENT[:]
-        cpu, begin = time.process_time(), time.perf_counter()
-        study(threads).sample(count, seed=2)
-        facts[f"wall {threads}"] = (time.perf_counter() - begin) / count
-        facts[f"processor {threads}"] = (time.process_time() - cpu) / count
-        facts[f"simulated {threads}"] = sum(SPENT) / count
+    rounds: dict[str, list[float]] = {}
+    for number in range(ROUNDS):
+        # In turn, so that a machine whose speed changes does not speak for one of them.
+        for threads in (1, 2):
+            count = runs // ROUNDS if threads == 2 else runs // (4 * ROUNDS)
+            del SPENT[:]
+            cpu, begin = time.process_time(), time.perf_counter()
+            study(threads).sample(count, seed=2 + number)
+            for what, took in (
+                ("wall", time.perf_counter() - begin),
+                ("processor", time.process_time() - cpu),
+                ("simulated", sum(SPENT)),
+            ):
+                rounds.setdefault(f"{what} {threads}", []).append(took / count)
+        pairs = rounds["wall 2"][-1], rounds["simulated 1"][-1], rounds["simulated 2"][-1]
+        print(f"round {number + 1}: " + " ".join(f"{1e3 * one:.3f}" for one in pairs) + " ms", flush=True)
+    facts |= {what: statistics.median(times) for what, times in rounds.items()}
     with ProcessPoolExecutor(2, mp_context=get_context("forkserver")) as pool:
         pool.submit(echo, b"").result()
         for size in (1_000, 1_000_000):
@@ -105,10 +116,9 @@ def measure(path: Path, runs: int) -> None:
             facts[f"latency {size}"] = statistics.median(times)
     path.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
     print(json.dumps(facts, indent=1))
-    simulated = facts["simulated 1"] * runs
-    print(
-        f"wall time on 2 threads over simulation time / 2: {facts['wall 2'] * runs / (simulated / 2.0):.3f}"
-    )
+    for threads in (1, 2):
+        ratio = 2.0 * facts["wall 2"] / facts[f"simulated {threads}"]
+        print(f"wall time on 2 threads over half the simulation time on {threads}: {ratio:.3f}")
 
 
 def simulated_time(
