@@ -14,13 +14,20 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks
 from ..errors import ArgumentError
 from ..execution.counts import Costs
-from ..execution.failures import count_failed, failure_warnings, is_failure_warning
+from ..execution.failures import FailedRun, count_failed, failure_warnings, is_failure_warning
 from ..execution.memory import Usage
 from ..run.settings import Settings, checked_settings
 from ..run.tracking import settling_time
 from ..run.trajectory import Stats
 from ..scene.scene import ClearanceRevolute, Scene
-from .band.calibrated import Requirement, band_usage, certifying_runs, is_remark, remarks
+from .band.calibrated import (
+    Requirement,
+    band_usage,
+    certifying_runs,
+    is_remark,
+    least_certifying,
+    remarks,
+)
 from .band.judgment import early_widths
 from .band.limits import physical_limits
 from .by_angle import cut, turning, unpredictable
@@ -200,6 +207,7 @@ def _made(
     requirement = dataclasses.replace(
         requirement, runs=len(new.kept), failed=count_failed(new.failures), limits=limits
     )
+    _check_enough(requirement, new.failures)
     table = Table.new(points, new)
     scored, nominal = table[: requirement.runs], table[requirement.runs :]
     facts = {"t": new.t, "outputs": new.outputs, "feature_names": new.feature_names, **new.facts}
@@ -208,6 +216,17 @@ def _made(
     messages = new.warnings if requirement.revolutions is not None else (*new.warnings, *unpredictable(new))
     whole = None if kept else table.values
     return _result(study, requirement, [scored], kept, nominal, messages, facts, whole)
+
+
+def _check_enough(requirement: Requirement, failures: Sequence[FailedRun]) -> None:
+    """Refuse to make bands of the few runs that failures left."""
+    least = least_certifying(requirement.coverage) if requirement.certified else LEAST_RUNS
+    if requirement.runs < least:
+        kind = f"a certified band of {requirement.coverage:g}" if requirement.certified else "a band"
+        raise ArgumentError(
+            f"{kind} needs at least {least} runs, {requirement.runs} of {requirement.runs + len(failures)} have a "
+            f"result; the first of the others is {failures[0]}"
+        )
 
 
 def extended(

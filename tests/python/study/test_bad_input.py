@@ -37,6 +37,39 @@ def test_too_few_runs_say_which_statement_falls():
         study.sample(1)
 
 
+@pytest.mark.parametrize("certified, needed", [(False, 3), (True, 9)])
+def test_runs_that_failures_leave_too_few_are_refused_with_the_failure(certified, needed):
+    def picky(a, b):
+        if a > 1.0:
+            raise RuntimeError("too long")
+        return {"t": T, "x": a * T}
+
+    study = cc.Study(picky, BOX)
+    found = set()
+    for seed in range(8):
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", cc.ChebclearWarning)
+                result = study.certify(0.9, seed=seed) if certified else study.band(4, seed=seed)
+            assert result.requirement.runs >= needed
+        except cc.ArgumentError as error:
+            found.add(str(error))
+        except RuntimeError as error:  # most runs failed
+            assert "too long" in str(error)
+    assert found and all(f"needs at least {needed} runs" in text and "too long" in text for text in found)
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_a_feature_of_two_runs_has_an_interval():
+    def noisy(a, b):
+        return {"t": T, "x": np.sin(1e3 * a * T), "top": np.sin(1e3 * a)}
+
+    result = cc.Study(noisy, BOX, features={"peak": cc.peak("x")}).sample(2)
+    for name in ("top", "peak"):
+        reach = result.feature(name).interval
+        assert reach.lower < reach.upper and reach.verdict == "sampled"
+
+
 @pytest.mark.parametrize("ask", ["band", "chebyshev", "scan", "sample"])
 def test_outputs_that_do_not_change_have_no_width_and_no_effects(ask):
     result = getattr(cc.Study(constant, BOX), ask)()

@@ -191,6 +191,11 @@ def doubling_narrows(runs: int) -> float:
     return float(min(0.25, 0.044 * (41.0 / runs) ** 1.5))
 
 
+def least_certifying(coverage: float) -> int:
+    """Least number of runs that certify a coverage: one is always counted as entirely outside."""
+    return max(3, int(np.ceil(1.0 / (1.0 - coverage) * (1.0 - 1e-12))) - 1)
+
+
 def certifying_runs(coverage: float) -> int:
     """Runs that certify a coverage: 1.5 times as many as needed if one run may be entirely outside."""
     return max(LEAST_CERTIFYING, int(np.ceil(1.5 / (1.0 - coverage) * (1.0 - 1e-12))))
@@ -201,9 +206,9 @@ def statement(requirement: Requirement) -> str:
     share = f"{100.0 * requirement.coverage:g} %"
     if requirement.failed:
         plain = statement(dataclasses.replace(requirement, failed=0))
-        return (
-            f"{plain} This holds for runs that succeed: {requirement.failed} others failed and were left out."
-        )
+        one = requirement.failed == 1
+        others = "1 other failed and was" if one else f"{requirement.failed} others failed and were"
+        return f"{plain} This holds for runs that succeed: {others} left out."
     if requirement.certified:
         return (
             "If parameters are drawn independently and uniformly from the box, the expected share of the "

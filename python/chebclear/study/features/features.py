@@ -325,11 +325,14 @@ def find_interval(points: Array, values: Array, nominal: Array, random: bool) ->
 def _reach(points: Array, values: Array) -> tuple[float, float, bool]:
     """Lower and upper end from some runs, and whether a polynomial follows them."""
     lower, upper = float(values.min()), float(values.max())
+    # A single run cannot be left out.
+    if len(values) < 2 or upper == lower:
+        return lower, upper, upper == lower
     mean = values.mean(axis=1)
     fits = fits_of(points)
     degree = best_degree(fits, mean)
-    if degree == 0 or upper == lower:
-        return lower, upper, upper == lower
+    if degree == 0:
+        return lower, upper, False
     fit = fits[degree]
     error = float(np.max(np.abs(left_out(fit, mean)))) + float(np.max(np.abs(values - mean[:, None])))
     if error > RESOLVED * (upper - lower):
