@@ -61,6 +61,7 @@ mod study {
     pub(crate) mod polynomials;
     mod ranges;
     mod sparse_ranges;
+    mod tails;
 }
 
 mod gates;

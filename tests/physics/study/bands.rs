@@ -1,7 +1,7 @@
 //! Bands from runs: windows and leave-one-out against brute force, coverage of processes of known
 //! distribution.
 
-use chebclear::study::band::calibrate::{Excess, HeldOut, Requirement, inflation};
+use chebclear::study::band::calibrate::{Excess, HeldOut, Requirement, Tail, inflation};
 use chebclear::study::band::certify::least_runs;
 use chebclear::study::band::extremes::{Bound, GrowingWindow, NEVER_LEFT_OUT, top_two};
 use chebclear::study::band::regression::{Regression, basis, exponents, term_count};
@@ -224,7 +224,7 @@ fn excesses(scores: &[(u32, f64)]) -> Vec<Excess> {
 #[test]
 fn a_band_that_all_runs_keep_is_not_widened() {
     let requirement = Requirement { coverage: 0.999, runs: 41, block: 1, samples: 721, parameters: 2 };
-    assert_eq!(inflation(&[], &requirement, 1.0), 0.0);
+    assert_eq!(inflation(&[], &requirement, &Tail::USUAL), 0.0);
     let held_out = HeldOut::of(&[], &requirement);
     assert_eq!(held_out.coverage, 1.0);
     assert!((held_out.whole_run - 40.0 / 42.0).abs() < 1e-15);
@@ -247,15 +247,15 @@ fn exponential_scores(runs: usize, samples: usize) -> Vec<(u32, f64)> {
 
 #[test]
 fn exponential_scores_of_the_usual_size_are_met_at_the_share_aimed_at() {
-    let (runs, samples, usual) = (90, 1000, 0.065);
+    let (runs, samples, usual) = (90, 1000, 0.0625);
     let mut scores = exponential_scores(runs, samples);
     scores.iter_mut().for_each(|score| score.1 *= 0.5 * usual);
     for (coverage, parameters) in [(0.9, 2), (0.99, 2), (0.999, 2), (0.999, 8)] {
         let requirement = Requirement { coverage, runs, block: 1, samples, parameters };
-        let level = inflation(&excesses(&scores), &requirement, 1.0);
+        let level = inflation(&excesses(&scores), &requirement, &Tail::USUAL);
         let beyond = (-level / usual).exp();
-        // 90 / 180 of what is allowed with two parameters, half of that at either side; half as much with eight.
-        let aim = 0.25 * (1.0 - coverage) * (2.0 / parameters as f64).sqrt();
+        // 90 / 180 of what is allowed with two parameters, half of that at either side; less with eight.
+        let aim = 0.25 * (1.0 - coverage) * (2.0 / parameters as f64).powf(0.5 * (41.0_f64 / 90.0).sqrt());
         assert!((0.9..1.1).contains(&(beyond / aim)), "{coverage}: {beyond} {aim}");
     }
 }
@@ -264,10 +264,10 @@ fn exponential_scores_of_the_usual_size_are_met_at_the_share_aimed_at() {
 fn one_run_far_outside_does_not_decide_alone() {
     let requirement = Requirement { coverage: 0.999, runs: 41, block: 1, samples: 721, parameters: 2 };
     let mut scores: Vec<(u32, f64)> = exponential_scores(1, 2000);
-    scores.iter_mut().for_each(|score| score.1 *= 0.5 * 0.065);
-    let usual = inflation(&excesses(&scores), &requirement, 1.0);
+    scores.iter_mut().for_each(|score| score.1 *= 0.5 * 0.0625);
+    let usual = inflation(&excesses(&scores), &requirement, &Tail::USUAL);
     scores.iter_mut().for_each(|score| score.1 *= 32.0);
-    let far = inflation(&excesses(&scores), &requirement, 1.0);
+    let far = inflation(&excesses(&scores), &requirement, &Tail::USUAL);
     // The power 0.6 of 32 is 8.
     assert!((far / usual - 8.0).abs() < 1e-9, "{far} {usual}");
 }
@@ -276,7 +276,7 @@ fn one_run_far_outside_does_not_decide_alone() {
 fn the_level_does_not_grow_with_the_number_of_samples() {
     let level = |samples: usize| {
         let requirement = Requirement { coverage: 0.999, runs: 60, block: 1, samples, parameters: 2 };
-        inflation(&excesses(&exponential_scores(60, samples)), &requirement, 1.0)
+        inflation(&excesses(&exponential_scores(60, samples)), &requirement, &Tail::USUAL)
     };
     // The largest score of a run grows by 2 ln 4 = 2.8 in the mean.
     assert!((level(4000) - level(1000)).abs() < 0.3, "{} {}", level(4000), level(1000));

@@ -8,7 +8,7 @@
 
 use rayon::prelude::*;
 
-use super::calibrate::{Excess, HeldOut, Requirement, inflation};
+use super::calibrate::{Excess, HeldOut, Requirement, Tail, inflation};
 use super::extremes::{Bound, GrowingWindow, NEVER_LEFT_OUT, TopTwo, top_two};
 use super::running::{Ends, Window, running_mean};
 
@@ -84,8 +84,8 @@ struct Side<'a> {
     runs: Vec<u32>,
     /// Local spread.
     spread: Vec<f64>,
-    /// Root mean square over mean of the reach of the runs beyond the mean run, over time.
-    unevenness: f64,
+    /// What the level of the inflation depends on.
+    tail: Tail,
     /// Physical limit of the output, and the distance from it [local spreads] below which bounds are moved to
     /// it; 0 where no run reaches it.
     limit: f64,
@@ -172,8 +172,7 @@ impl<'a> Side<'a> {
         let labels: Vec<u32> = largest.iter().map(|top| top.run).collect();
         let reach: Vec<f64> = hull.iter().zip(mean).map(|(hull, mean)| (hull - mean).max(0.0)).collect();
         let floor = reach.iter().sum::<f64>() / samples as f64;
-        let square = reach.iter().map(|reach| reach * reach).sum::<f64>() / samples as f64;
-        let unevenness = if floor > 0.0 { square.sqrt() / floor } else { 1.0 };
+        let tail = Tail::of(values, &reach, runs.scored, runs.block, &labels);
         let window = Window::new(SPREAD_WINDOW * (samples - 1) as f64);
         let mut spread = runs.ends.over(&reach, window, running_mean);
         spread.iter_mut().for_each(|spread| *spread += floor);
@@ -199,7 +198,7 @@ impl<'a> Side<'a> {
         let families = [extremes, of_deviations];
         let reached = hull.iter().any(|&largest| largest >= limit);
         let near = if reached { LIMIT_MARGIN / runs.scored as f64 } else { 0.0 };
-        Self { values, block: runs.block, hull, runs: labels, spread, unevenness, limit, near, families }
+        Self { values, block: runs.block, hull, runs: labels, spread, tail, limit, near, families }
     }
 
     /// The mean of the bounds over the `longest`-th window, the next shorter ones and the instant itself.
@@ -247,7 +246,7 @@ impl Candidate {
     fn new(shapes: [Shape; 2], sides: &[Side<'_>; 2], window: f64, requirement: &Requirement) -> Self {
         let level = |side: usize| {
             let excesses: Vec<Excess> = shapes[side].excesses.iter().map(|(_, excess)| *excess).collect();
-            inflation(&excesses, requirement, sides[side].unevenness)
+            inflation(&excesses, requirement, &sides[side].tail)
         };
         let inflation = [level(0), level(1)];
         let mut candidate = Self { shapes, window, inflation, width: 0.0 };

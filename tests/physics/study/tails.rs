@@ -1,0 +1,116 @@
+//! Bands whose bounds are set by rare motions: the tail of runs of known distribution, and the share of new runs
+//! that are inside.
+
+use chebclear::study::band::calibrate::{Excess, Requirement, Tail, inflation};
+use chebclear::study::band::{Method, Table, bands};
+use chebclear::study::points::{SplitMix64, random_points};
+
+const NONE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
+/// The tail of runs whose values at all instants are independent.
+fn tail_of(runs: usize, samples: usize, mean: f64, mut value: impl FnMut(usize) -> f64) -> Tail {
+    let values: Vec<f64> = (0..runs).flat_map(|run| vec![run; samples]).map(&mut value).collect();
+    let (mut reach, mut holders) = (Vec::new(), Vec::new());
+    for at in 0..samples {
+        let run =
+            (0..runs).max_by(|a, b| values[a * samples + at].total_cmp(&values[b * samples + at])).unwrap();
+        holders.push(run as u32);
+        reach.push(values[run * samples + at] - mean);
+    }
+    Tail::of(&values, &reach, runs, 1, &holders)
+}
+
+#[test]
+fn exponential_values_have_the_heaviness_one_and_uniform_ones_less() {
+    for runs in [5, 41, 321] {
+        let mut random = SplitMix64::new(7);
+        let exponential = tail_of(runs, 4000, 1.0, |_| -random.uniform().ln());
+        assert!((exponential.heaviness - 1.0).abs() < 0.05, "{runs}: {exponential:?}");
+        // All runs alike, up to chance and what the squares of the reach count more.
+        let share = exponential.holders / runs as f64;
+        assert!((0.7..=1.0).contains(&share), "{runs}: {exponential:?}");
+    }
+    let mut random = SplitMix64::new(7);
+    let uniform = tail_of(41, 4000, 0.5, |_| random.uniform());
+    // Largest less fourth largest of 41 uniform ones: 3 / 42; the largest less the mean: 41 / 42 - 1 / 2.
+    let harmonic: f64 = (2..=41).map(|rank| 1.0 / f64::from(rank)).sum();
+    let expected = 3.0 / 42.0 / (41.0 / 42.0 - 0.5) * harmonic / (1.0 + 0.5 + 1.0 / 3.0);
+    assert!((uniform.heaviness - expected).abs() < 0.02, "{uniform:?} {expected}");
+}
+
+#[test]
+fn the_effective_number_of_holders_counts_runs_by_the_square_of_their_reach() {
+    // Two of ten runs are the largest by turns, one by 3, the other by 1.
+    let tail = tail_of(10, 100, 0.0, |run| f64::from(u8::from(run == 4)));
+    assert_eq!(tail.holders, 1.0);
+    assert_eq!(tail.unevenness, 1.0);
+    let mut instant = 0;
+    let tail = tail_of(10, 100, 0.0, |run| {
+        instant = (instant + 1) % 100;
+        if run == 2 + instant % 2 { [3.0, 1.0][instant % 2] } else { 0.0 }
+    });
+    assert!((tail.holders - 100.0 / 82.0).abs() < 1e-12, "{tail:?}");
+    assert!((tail.unevenness - 5.0_f64.sqrt() / 2.0).abs() < 1e-12, "{tail:?}");
+}
+
+#[test]
+fn a_bound_that_few_runs_with_a_heavy_tail_hold_is_widened_by_more() {
+    let requirement = Requirement { coverage: 0.99, runs: 41, block: 1, samples: 721, parameters: 2 };
+    let score = |at: u32| -0.02 * ((f64::from(at) + 0.5) / 300.0).ln();
+    let excesses: Vec<Excess> = (0..300).map(|at| Excess { run: at % 7, score: score(at) }).collect();
+    let level =
+        |heaviness, holders| inflation(&excesses, &requirement, &Tail { heaviness, holders, ..Tail::USUAL });
+    assert_eq!(level(0.5, 12.0), level(0.65, 20.0));
+    // The usual excess is twice as large and has the weight 0.4.
+    assert!((level(1.3, 40.0) / level(0.65, 40.0) - 2.0_f64.powf(0.4)).abs() < 1e-12);
+    // A smooth motion is held by few runs too.
+    assert_eq!(level(0.3, 2.0), level(0.5, 12.0));
+    assert!(level(0.9, 2.5) > 3.0 * level(0.9, 12.0));
+    // One that is alone far out says that it is.
+    assert!(level(0.9, 1.0) < level(0.9, 1.8));
+    assert!(level(0.9, 1.0) > level(0.9, 12.0));
+}
+
+/// Small oscillations, from which a tenth of the runs departs once to one side.
+fn run_with_rare_motion(random: &mut SplitMix64, samples: usize) -> Vec<f64> {
+    let phase = 6.3 * random.uniform();
+    let rare = random.uniform() < 0.1;
+    let (size, center) = (0.2 + 0.8 * random.uniform(), random.uniform());
+    let width = 0.02 * size.sqrt();
+    (0..samples)
+        .map(|at| {
+            let t = at as f64 / (samples - 1) as f64;
+            let departure = if rare { (1.0 - ((t - center) / width).powi(2)).max(0.0) } else { 0.0 };
+            0.02 * (40.0 * t + phase).sin() - size * departure
+        })
+        .collect()
+}
+
+#[test]
+fn rare_motions_leave_bands_less_often_than_a_usual_tail_would_let_them() {
+    let (runs, samples, fresh, repetitions) = (41, 241, 300, 12);
+    let mut outside = 0;
+    for repetition in 0..repetitions {
+        let mut random = SplitMix64::new(60 + repetition);
+        let values: Vec<f64> = (0..runs).flat_map(|_| run_with_rare_motion(&mut random, samples)).collect();
+        let points = random_points(2, 0, runs, repetition);
+        let table = Table {
+            points: &points,
+            parameters: 2,
+            values: &values,
+            samples,
+            outputs: 1,
+            revolutions: None,
+            scored: runs,
+        };
+        let band = bands(&table, &[NONE], 0.999, Method::Calibrated, Some(1)).unwrap().remove(0);
+        for _ in 0..fresh {
+            let values = run_with_rare_motion(&mut random, samples);
+            let inside = |(at, value): &(usize, &f64)| (band.lower[*at]..=band.upper[*at]).contains(*value);
+            outside += samples - values.iter().enumerate().filter(inside).count();
+        }
+    }
+    let share = outside as f64 / (repetitions as usize * fresh * samples) as f64;
+    // Where no run departs, nothing tells of it. With the level of a usual tail 0.2 % are outside.
+    assert!(share < 1.6e-3, "{share}");
+}
