@@ -47,7 +47,7 @@ class InputError(ChebclearError, ValueError):
     problems: list[Problem]
 
     def __init__(self, problems: Iterable[tuple[str, str]]) -> None:
-        self.problems = [Problem(path, message) for path, message in problems]
+        self.problems = [one if isinstance(one, Problem) else Problem(*one) for one in problems]
         super().__init__(self.problems)
 
     def __str__(self) -> str:

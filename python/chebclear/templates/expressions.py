@@ -11,14 +11,15 @@ import ast
 import math
 import operator
 import string
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import did_you_mean
+from ..errors import Problem
 
 Array = NDArray[np.float64]
 
@@ -27,6 +28,7 @@ Array = NDArray[np.float64]
 MOST_CHARACTERS = 300
 MOST_NODES = 100
 MOST_DEPTH = 25
+_MOST_NAMES = 12  # that an error lists
 
 FUNCTIONS: dict[str, Callable[..., float]] = {
     "abs": abs,
@@ -70,6 +72,18 @@ class ExpressionError(ValueError):
         self.column = column
 
 
+class ExpressionProblem(Problem):
+    """A problem inside the text of an expression."""
+
+    offset: int
+    """Characters of the text before it [-]."""
+
+    def __new__(cls, path: str, message: str, offset: int = 0) -> Self:
+        problem = super().__new__(cls, path, message)
+        problem.offset = offset
+        return problem
+
+
 @dataclass(frozen=True)
 class Expression:
     """A checked expression.
@@ -103,6 +117,19 @@ class Expression:
             If a name is unknown, or some step of the calculation has no finite real value.
         """
         return _evaluate(self._tree, {**CONSTANTS, **values})
+
+    def require(self, known: Iterable[str]) -> None:
+        """Raise an ExpressionError at the first name that is not known."""
+        known = [*known, *CONSTANTS]
+        functions = {id(node.func) for node in ast.walk(self._tree) if isinstance(node, ast.Call)}
+        unknown = [
+            (node.col_offset, node.id)
+            for node in ast.walk(self._tree)
+            if isinstance(node, ast.Name) and id(node) not in functions and node.id not in known
+        ]
+        if unknown:
+            column, name = min(unknown)
+            raise ExpressionError(_unknown(name, known), column)
 
     def column(self, values: Mapping[str, float | Array], runs: int) -> Array:
         """The values for many runs, shape (runs,), to the same bits; NaN where `evaluate` raises.
@@ -148,8 +175,12 @@ def parse(text: str) -> Expression:
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except SyntaxError as error:
-        column = before + max(0, (error.offset or 1) - 1)
-        raise ExpressionError("is no arithmetic expression", min(column, len(text) - 1)) from None
+        if not error.offset:  # how the parser tells that the text should have gone on
+            message = "is no arithmetic expression: it ends too early"
+            raise ExpressionError(message, min(len(text.rstrip()), len(text) - 1)) from None
+        raise ExpressionError(
+            "is no arithmetic expression", min(before + error.offset, len(text)) - 1
+        ) from None
     except (RecursionError, MemoryError, ValueError):
         raise ExpressionError("is nested too deeply") from None
     for node in ast.walk(tree):
@@ -202,7 +233,7 @@ def _evaluate(node: ast.expr, values: Mapping[str, float]) -> float:
                 result = _as_float(node.value)
             case ast.Name():
                 if node.id not in values:
-                    raise ExpressionError(f'unknown name "{node.id}"{did_you_mean(node.id, values)}', column)
+                    raise ExpressionError(_unknown(node.id, values), column)
                 result = float(values[node.id])
             case ast.BinOp():
                 left, right = _evaluate(node.left, values), _evaluate(node.right, values)
@@ -273,6 +304,13 @@ def _value(function: Callable[..., float], arguments: Sequence[float]) -> float:
         return float(function(*arguments))
     except (ArithmeticError, ValueError, TypeError):
         return math.nan
+
+
+def _unknown(name: str, known: Iterable[str]) -> str:
+    known = list(known)
+    more = "" if len(known) <= _MOST_NAMES else f" and {len(known) - _MOST_NAMES} more"
+    hint = did_you_mean(name, known) or f"; known are {', '.join(known[:_MOST_NAMES])}{more}"
+    return f'unknown name "{name}"{hint}'
 
 
 def _as_float(value: object) -> float:

@@ -15,11 +15,11 @@ from ..errors import Problem, SceneError
 from ..scene.scene import Scene
 from ..scene.schema import Part, at_or_below
 from .changes import SECTIONS, changed
-from .expressions import Expression, ExpressionError
+from .expressions import Expression, ExpressionError, ExpressionProblem
 from .parameters import read_parameters
 from .run_table import check_names, read_features, read_run
 from .template import Template, path_text
-from .toml_text import MOST_CHARACTERS, Path, Place, read_toml
+from .toml_text import MOST_CHARACTERS, Path, Place, inside, read_toml
 from .values import Values
 
 FORMAT = 1
@@ -159,6 +159,8 @@ def _located(
         if place is None:
             found.append(((0, 0), Problem(f"{name}: {problem.path}", problem.message)))
             continue
+        if isinstance(problem, ExpressionProblem) and path == problem.path:
+            place = inside(text, place, problem.offset)
         column = (
             place.key_column if problem.message.startswith(("unknown key", "unknown field")) else place.column
         )
@@ -275,18 +277,14 @@ class _Reader:
         if not isinstance(number, Expression):
             return 0.0 if number is None else number
         parameters = self.file.get("parameters", {})
-        unknown = [name for name in sorted(number.names) if name not in parameters]
-        if unknown:
-            hint = did_you_mean(unknown[0], parameters)
-            self.values.note(path, f'"{number.text}": unknown name "{unknown[0]}"{hint}')
-            return 0.0
-        if number.names:
+        if number.names and number.names <= set(parameters):
             self.expressions.append((path, number))
             return 0.0
         try:
+            number.require(parameters)
             return number.evaluate({})
         except ExpressionError as error:
-            self.values.note(path, f'"{number.text}" {error}')
+            self.values.refuse(path, number.text, error)
             return 0.0
 
 

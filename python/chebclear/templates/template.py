@@ -25,7 +25,7 @@ from ..scene.scene import Scene
 from ..scene.schema import read
 from ..scene.structure import Structure
 from ..study.study import Study
-from .expressions import Expression, ExpressionError
+from .expressions import Expression, ExpressionError, ExpressionProblem
 from .toml_text import Path, write_toml
 
 Array = NDArray[np.float64]
@@ -183,7 +183,8 @@ class Template:
             try:
                 holder[path[-1]] = expression.evaluate(values)
             except ExpressionError as error:
-                problems.append(Problem(path_text(path), f'"{expression.text}" {error}'))
+                words = f'"{expression.text}" {error}'
+                problems.append(ExpressionProblem(path_text(path), words, error.column))
         if problems:
             raise SceneError(problems)
         scene = read(plain, (Scene,), "", problems)
@@ -325,7 +326,8 @@ def evaluated(nominal: Mapping[str, float | Expression]) -> dict[str, float]:
             try:
                 values[name] = one.evaluate(values)
             except ExpressionError as error:
-                problems.append(Problem(f"parameters.{name}", f'"{one.text}" {error}'))
+                words = f'"{one.text}" {error}'
+                problems.append(ExpressionProblem(f"parameters.{name}", words, error.column))
                 return False
         else:
             values[name] = one

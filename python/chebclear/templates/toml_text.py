@@ -82,6 +82,40 @@ def _syntax_problem(message: str, text: str) -> Problem:
     return Problem(f"{line}:{column}", words)
 
 
+def inside(text: str, place: Place, offset: int) -> Place:
+    """Where a letter inside the text of a value stands.
+
+    Parameters
+    ----------
+    text : str
+        The file.
+    place : Place
+        Where the value begins, a text in quotes.
+    offset : int
+        Letters of the value before the one that is meant.
+    """
+    lines = text.replace("\r\n", "\n").split("\n")
+    rest = "\n".join([lines[place.line - 1][place.column - 1 :], *lines[place.line :]])
+    quotes = re.match(r'"""\n?|\'\'\'\n?|"|\'', rest)
+    assert quotes is not None, "only texts have letters inside"
+    at = quotes.end()
+    letter = _LETTER if rest[0] == '"' else re.compile(r"()(.)", re.DOTALL)
+    while True:
+        found = letter.match(rest, at)
+        assert found is not None, "the letter is inside"
+        if offset == 0 and not found[1]:
+            break
+        at = found.end()
+        offset -= not found[1]
+    before = rest[:at].split("\n")
+    start = place.column if len(before) == 1 else 1
+    return Place(place.line + len(before) - 1, start + len(before[-1]), place.key_column)
+
+
+# One letter of a text between double quotes; the first group is a line end that does not count.
+_LETTER = re.compile(r"(\\[ \t]*\n\s*)?(?(1)|(\\u[0-9A-Fa-f]{4}|\\U[0-9A-Fa-f]{8}|\\.|.))", re.DOTALL)
+
+
 class _Locator:
     """Walks over a text that `tomllib` has accepted, and so can trust it."""
 

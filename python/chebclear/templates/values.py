@@ -8,7 +8,7 @@ from typing import Any
 
 from ..base.arguments import as_number
 from ..errors import Problem
-from .expressions import Expression, ExpressionError, parse
+from .expressions import Expression, ExpressionError, ExpressionProblem, parse
 from .template import path_text
 from .toml_text import Path
 from .units import UnitError, convert, is_quantity
@@ -40,8 +40,12 @@ class Values:
         except UnitError as error:
             self.note(path, f'"{value}": {error}')
         except ExpressionError as error:
-            self.note(path, f'"{value}" {error}')
+            self.refuse(path, value, error)
         return None
+
+    def refuse(self, path: Path, text: str, error: ExpressionError, more: str = "") -> None:
+        """Note an expression that cannot be read or evaluated, with the place inside its text."""
+        self.problems.append(ExpressionProblem(path_text(path), f'"{text}" {error}{more}', error.column))
 
     def constant(
         self, value: Any, path: Path, unit: str = "unit", known: Mapping[str, float] | None = None
@@ -54,5 +58,5 @@ class Values:
             return number.evaluate(known or {})
         except ExpressionError as error:
             more = "" if known else "; no parameters are known here"
-            self.note(path, f'"{number.text}" {error}{more}')
+            self.refuse(path, number.text, error, more)
             return None

@@ -343,7 +343,7 @@ def test_all_problems_are_reported_with_their_lines():
     lines = wrong.split("\n")
     expected = {
         'tol = "0.2': "parameters.crank_length.tol: unknown key",
-        '"rod_mas *': 'bodies[1].inertia: "rod_mas * rod_length**2 / 12": unknown name "rod_mas"',
+        "rod_mas *": 'bodies[1].inertia: "rod_mas * rod_length**2 / 12" unknown name "rod_mas"',
         '"140 gg"': 'bodies[2].mass: "140 gg": unknown unit "gg"; did you mean "g"',
         "sample = 31": 'run.sample: unknown key; did you mean "samples"',
         '"sped"': 'drives[0].type: must be one of "speed", "motion"',

@@ -1,0 +1,129 @@
+"""Where in a file a wrong expression is: the line and the column inside its text."""
+
+import copy
+import json
+import pickle
+
+import chebclear as cc
+import pytest
+from chebclear.templates.expressions import MOST_CHARACTERS, MOST_DEPTH, MOST_NODES
+from chebclear.templates.toml_text import inside, read_toml
+
+# « stands before the letter that an error must point at.
+WRONG = {
+    "length * «lenth": 'unknown name "lenth"; did you mean "length"',
+    "1 / (0 * 2) + «nowhere": 'unknown name "nowhere"; known are length, width, pi',
+    "length + «1 / (length - length)": "divides by zero",
+    "2 * «sqrt(-length)": "has no real value",
+    "length + «9**9**9": "is too large a number",
+    "length + «sine(1)": 'unknown function "sine"; did you mean "sin"',
+    "2 + «max(1)": "max takes 2 to 8 arguments, got 1",
+    "length«^2": "a power is written **",
+    "2 * «__import__(1)": 'unknown function "__import__"',
+    "2 + «length.real": "holds something else than numbers",
+    "1 + length«[0]": "is not accepted",
+    "length «2": "is no arithmetic expression",
+    "2 +« ": "is no arithmetic expression: it ends too early",
+    f"1 + {'-' * MOST_DEPTH}«-1": "is too large",
+    "«" + "+".join(["1"] * (MOST_NODES // 2 + 1)): "is too large",
+    "«" + "1" * (MOST_CHARACTERS + 1): "has 301 characters; at most 300",
+    "2 * «é": "is not accepted",
+    "  length *  «lenth": "unknown name",
+}
+QUOTES = ['"{}"', "'{}'", '"""{}"""', "'''{}'''", '"""\n{}"""']
+FILE = """format = 1
+parameters.length = "40 cm"
+parameters.width = 1
+[[joints]]
+type = "revolute"
+name = "pin"
+a = "ground"
+b = "bob.A"
+[[bodies]]
+name = "bob"
+inertia = 1
+points = {{ A = [1, {value}] }} # where
+mass = 1
+"""
+
+
+def shown(error: cc.SceneError) -> tuple[str, str]:
+    """The place that the first problem names, and the letter under which its caret stands."""
+    where, line, caret = str(error).split("\n")[:3]
+    return where, line[caret.index("^")] if len(line) > caret.index("^") else ""
+
+
+@pytest.mark.parametrize("marked", WRONG, ids=range(len(WRONG)))
+@pytest.mark.parametrize("quotes", QUOTES)
+def test_the_column_inside_an_expression_is_told(marked, quotes):
+    text = FILE.format(value=quotes.format(marked))
+    before, after = text.split("«")
+    line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
+    with pytest.raises(cc.SceneError) as caught:
+        cc.loads(before + after, "rod.toml")
+    where, letter = shown(caught.value)
+    assert where.startswith(f"rod.toml:{line}:{column}: bodies[0].points.A[1]: "), where
+    assert WRONG[marked] in where
+    assert letter == after[0]
+
+
+@pytest.mark.parametrize(
+    "marked", ["length * «(width - 3)**0.5", "width«^2", "2 * «lenth", "length / «sqrt(width - 3)"]
+)
+def test_so_is_that_of_a_parameter(marked):
+    before, after = (
+        FILE.format(value=0).replace("width = 1", f'width = 1\nparameters.x = "{marked}"').split("«")
+    )
+    with pytest.raises(cc.SceneError) as caught:
+        cc.loads(before + after)
+    assert shown(caught.value)[0].startswith(f"scene:4:{len(before) - before.rfind(chr(10))}: parameters.x: ")
+
+
+def test_every_one_of_many_wrong_expressions_is_told():
+    marked = ["length / «0 * lenth", "«sine(1)", "1 +« "]
+    rows = "\n".join(f'points.P{index} = [0, "{text}"]' for index, text in enumerate(marked))
+    text = FILE.format(value=0).replace("points = { A = [1, 0] }", f"points.A = [0, 0]\n{rows}")
+    columns = [row.replace("0 * «lenth", "").index("«") + 1 for row in rows.split("\n")]
+    columns[0] = rows.split("\n")[0].index("lenth")  # the name is wrong whatever the numbers are
+    with pytest.raises(cc.SceneError) as caught:
+        cc.loads(text.replace("«", ""))
+    places = [problem.path.split(":")[1:3] for problem in caught.value.problems]
+    assert places == [[str(13 + index), str(column)] for index, column in enumerate(columns)]
+
+
+@pytest.mark.parametrize(
+    ("written", "letter", "line", "column"),
+    [
+        (r'x = "a \u002b b"', "b", 1, 15),
+        (r'x = "a \U0000002b b"', "+", 1, 8),
+        (r'x = "\" \\ b"', "b", 1, 12),
+        ('x = """a \\\n   \n    + b"""', "b", 3, 7),
+        ('x = """a \\\n    + b"""', "+", 2, 5),
+        (r"x = '\u b'", "b", 1, 9),
+    ],
+)
+def test_a_letter_is_found_behind_escapes(written, letter, line, column):
+    values, places = read_toml(written)
+    found = inside(written, places["x",], values["x"].index(letter))
+    assert (found.line, found.column) == (line, column)
+
+
+def test_a_value_that_stands_in_no_file_has_no_column():
+    text = FILE.format(value=0)
+    with pytest.raises(cc.SceneError, match=r'^scene: parameters.width: "2 \* lenth" unknown name "lenth"'):
+        cc.loads(text, changes={"width": "2 * lenth"})
+    as_json = json.loads(cc.loads(text)().to_json())
+    as_json["bodies"][0]["mass"] = "2 * lenth"
+    with pytest.raises(cc.SceneError, match=r"^scene: bodies\[0\].mass: "):
+        cc.loads(json.dumps(as_json))
+
+
+def test_the_error_of_a_value_survives_copies():
+    template = cc.loads(FILE.format(value='"1 / (length - 1)"'))
+    with pytest.raises(cc.SceneError) as caught:
+        template(length=1.0)
+    [problem] = caught.value.problems
+    for again in (pickle.loads(pickle.dumps(caught.value)), copy.deepcopy(caught.value)):
+        assert again.problems == [problem]
+        assert str(again) == str(caught.value)
+        assert again.problems[0].offset == problem.offset == 0
