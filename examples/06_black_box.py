@@ -27,10 +27,10 @@ def car(mass, stiffness, damping, bump):
 
     t = np.linspace(0.0, 1.5, 301)
     found = solve_ivp(slope, (0.0, 1.5), [0.0, 0.0], t_eval=t, rtol=1e-8, atol=1e-10, max_step=0.02)
-    # Any names will do; those that end in x, vx and the like have their units and words.
     return {"t": t, "body.x": found.y[0], "body.vx": found.y[1], "largest_rise": found.y[0].max()}
 
 
+units = {"mass": "kg", "stiffness": "N/m", "damping": "N s/m", "bump": "m"}
 study = cc.Study(
     car,
     {
@@ -39,6 +39,8 @@ study = cc.Study(
         "damping": cc.interval(1500.0, rel=0.3),
         "bump": cc.interval(0.05, rel=0.05),
     },
+    # Any names will do. Units are those that are given here; nothing is guessed.
+    units=units | {"body.x": "m", "body.vx": "m/s", "largest_rise": "m"},
 )
 result, scan = study.band(60), study.scan(3)
 print(result["body.x"].verdict, result.feature("largest_rise"))

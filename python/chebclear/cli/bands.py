@@ -7,7 +7,6 @@ import dataclasses
 
 from ..base.files import complete_folder
 from ..execution.plan import Plan
-from ..scene.columns import column_unit
 from ..study.results import StudyResult
 from .figures import draw_bands
 from .output import Rows, print_json, write_table
@@ -30,7 +29,7 @@ def verdicts(result: StudyResult) -> Rows:
         rows.append(
             {
                 "output": name,
-                "unit": column_unit(name),
+                "unit": band.unit,
                 "lowest": float(band.lower.min()) + 0.0,  # no -0
                 "largest": float(band.upper.max()) + 0.0,
                 "widest": band.max_width,

@@ -87,8 +87,8 @@ def add_settings(command: Command, *, single: bool = True, outputs: bool = True)
             "--outputs",
             type=words,
             metavar="A,B",
-            help="outputs of interest, or patterns as 'wrist.*' (default: the file's, or those of all "
-            "bodies, clearance joints and drives)",
+            help="outputs of interest, or patterns as 'wrist.*' (default: the file's, or the motion of what "
+            "slides or swings, forces in clearance joints and driving torques)",
         )
     if single:
         command.add_argument("--method", choices=METHODS, help="integrator (default: the file's, or auto)")

@@ -76,6 +76,11 @@ def unit_scale(si_unit: str, unit: str | None) -> tuple[float, str]:
     """
     if unit is None or unit == si_unit:
         return 1.0, si_unit
+    if not si_unit:
+        raise ArgumentError(
+            f"unit={unit!r} needs the unit of the data, which is not known: give it to the study, "
+            'units={"NAME": "UNIT"}'
+        )
     try:
         return _CONVERSIONS[unit, si_unit], unit
     except KeyError:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.columns import column_unit, column_words, plain_words
+from ..scene.columns import plain_words
 from .axes import distinct_colors, line_style, new_axes, unit_scale
-from .labels import legend_above_the_data, set_x_label, set_y_label, with_unit
+from .labels import legend_above_the_data, set_x_label, set_y_label, with_unit, words_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -91,7 +91,7 @@ def plot_band(
     ... )
     >>> ax = cc.plot_band(study.band(runs=12)["slider.x"])
     """
-    scale, shown = unit_scale(column_unit(band.name), unit)
+    scale, shown = unit_scale(band.unit, unit)
     ax = new_axes(ax)
     abscissa, own_label = _own_abscissa(band) if x is None else (x, "")
     color = fill.pop("color", fill.pop("facecolor", BOUNDS))
@@ -120,9 +120,20 @@ def plot_band(
     if nominal:
         ax.plot(abscissa, scale * band.nominal, color=NOMINAL, linewidth=0.7, label="nominal")
     set_x_label(ax, own_label if x_label is None else x_label)
-    set_y_label(ax, with_unit(column_words(band.name), shown))
+    set_y_label(ax, with_unit(words_of(band.name, band.unit), shown))
     legend_above_the_data(ax)
     return ax
+
+
+def _slope_unit(band: BandLike, parameter: str, given: str | None, *, normalized: bool) -> str:
+    """The unit of a sensitivity, in words where one of the two units is not known."""
+    per = band.parameter_units.get(parameter, "") if given is None else given
+    if normalized:
+        return f"{band.unit} per half interval".lstrip()
+    if not band.unit:
+        return f"per {per}" if per else "per unit of the parameter"
+    per = f"({per})" if " " in per or "/" in per else per
+    return f"({band.unit})/{per}" if per else f"({band.unit}) per SI unit"
 
 
 def _own_abscissa(band: BandLike) -> tuple[Array, str]:
@@ -154,7 +165,7 @@ def plot_sensitivity(
     *,
     ax: Axes | None = None,
     normalized: bool = False,
-    parameter_unit: str = "",
+    parameter_unit: str | None = None,
     ideal: BandLike | None = None,
     zones: ZonesLike | None = None,
     x: Array | None = None,
@@ -175,8 +186,8 @@ def plot_sensitivity(
         Where to draw; a new figure if not given.
     normalized : bool
         Derivative with respect to the normalized variable in [-1, 1] instead of the physical parameter.
-    parameter_unit : str
-        Unit of the parameter, such as ``"m"``, for the label.
+    parameter_unit : str, optional
+        Unit of the parameter, such as ``"m"``, for the label; that of the study, if it has one, if not given.
     ideal : Band, optional
         The same output of the mechanism without clearance, drawn dashed.
     zones : RestraintZones, optional
@@ -209,12 +220,8 @@ def plot_sensitivity(
     reference = None if ideal is None else ideal.sensitivity(parameter, normalized=normalized)
     ax = new_axes(ax)
     distinct_colors(ax)
-    unit = column_unit(band.name)
-    if normalized:
-        what = f"{unit} per half interval"
-    else:
-        what = f"({unit})/{parameter_unit}" if parameter_unit else f"({unit}) per SI unit"
-    name = f"{column_words(band.name)} to {plain_words(parameter)}"
+    what = _slope_unit(band, parameter, parameter_unit, normalized=normalized)
+    name = f"{words_of(band.name, band.unit)} to {plain_words(parameter)}"
     # Those that were drawn before have their unit behind their names.
     earlier = [text for text in ax.get_legend_handles_labels()[1] if text.endswith("]")]
     style = line_style(line, linewidth=0.9, label=f"{name} [{what}]")

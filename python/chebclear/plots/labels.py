@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..scene.columns import column_words
+from ..scene.columns import column_unit, column_words, plain_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -88,6 +88,20 @@ def _latex(letter: str) -> str:
 def with_unit(name: str, unit: str) -> str:
     """A name and its unit in brackets; either may be empty."""
     return " ".join(part for part in (name, f"[{unit}]" if unit else "") if part)
+
+
+def words_of(name: str, unit: str) -> str:
+    """What an output is, in words.
+
+    The names of a model of the user's own may mean anything: only an output in the unit of a column of that
+    name is one.
+
+    Examples
+    --------
+    >>> words_of("slider.vx", "m/s"), words_of("engine.power", "kW"), words_of("x", "")
+    ('x velocity of slider', 'engine power', 'x')
+    """
+    return column_words(name) if unit and unit == column_unit(name) else plain_words(name)
 
 
 def words_in_common(names: list[str]) -> str:

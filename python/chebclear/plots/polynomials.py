@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ArgumentError
-from ..scene.columns import column_unit, column_words, plain_words
+from ..scene.columns import plain_words
 from .axes import MARKERS, distinct_colors, line_style, new_axes, unit_scale
-from .labels import legend_above_the_data, set_x_label, set_y_label, with_unit
+from .labels import legend_above_the_data, set_x_label, set_y_label, with_unit, words_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -74,8 +74,8 @@ def plot_coefficients(band: PolynomialBandLike, *, ax: Axes | None = None, **lin
     ax.set_yscale("log")
     ax.set_xticks(range(max(sizes.shape)))
     set_x_label(ax, "degree in the parameter [-]")
-    what = f"largest coefficient of {column_words(band.name)} over time"
-    set_y_label(ax, with_unit(what, column_unit(band.name)))
+    what = f"largest coefficient of {words_of(band.name, band.unit)} over time"
+    set_y_label(ax, with_unit(what, band.unit))
     legend_above_the_data(ax)
     return ax
 
@@ -135,7 +135,7 @@ def plot_prediction(
         raise ArgumentError(
             f"holdout must have runs of {band.name} at the same instants and over the same parameters"
         )
-    scale, shown = unit_scale(column_unit(band.name), unit)
+    scale, shown = unit_scale(band.unit, unit)
     given = dict(zip(band.intervals, holdout.parameters.T, strict=True))
     predicted, simulated = scale * band.evaluate(**given).ravel(), scale * holdout.runs.ravel()
     error, reach = float(np.abs(predicted - simulated).max()), float(np.ptp(simulated))
@@ -152,7 +152,7 @@ def plot_prediction(
     ax.plot(simulated[chosen], predicted[chosen], **style)
     ends = np.array([min(simulated.min(), predicted.min()), max(simulated.max(), predicted.max())])
     ax.plot(ends, ends, color="black", linewidth=0.8, linestyle="--", label="exact")
-    what = with_unit(column_words(band.name), shown)
+    what = with_unit(words_of(band.name, band.unit), shown)
     set_x_label(ax, f"simulated {what}")
     set_y_label(ax, f"predicted {what}")
     legend_above_the_data(ax)

@@ -261,7 +261,7 @@ def _mobility(scene: Described, facts: Inspection) -> list[str]:
     if facts.coordinates:
         named = ", ".join(f"{name} [{_coordinate_unit(name, joints)}]" for name in facts.coordinates)
         lines.append(f"coordinates: {named}")
-    ends = {end.partition(".")[0] for joint in scene.joints for end in _ends(joint)}
+    ends = {end.partition(".")[0] for joint in scene.joints for end in joint_ends(joint)}
     loops = len(scene.joints) - len(facts.bodies) + (0 if _GROUND in ends else 1)
     lines.append(f"independent loops: {loops}")
     lines += ["cut joints" if facts.cut_joints else "cut joints: none"]
@@ -276,7 +276,7 @@ def _mobility(scene: Described, facts: Inspection) -> list[str]:
     return lines
 
 
-def _ends(joint: Any) -> tuple[str, str]:
+def joint_ends(joint: Any) -> tuple[str, str]:
     """The two points of a joint."""
     return (joint.bearing, joint.journal) if isinstance(joint, ClearanceRevolute) else (joint.a, joint.b)
 

@@ -6,7 +6,7 @@ import dataclasses
 import json
 import math
 import os
-from collections.abc import Sequence, ValuesView
+from collections.abc import Mapping, Sequence, ValuesView
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, overload
@@ -31,11 +31,12 @@ from ..scene.scene import Interval, Scene
 from .band.band import Band
 from .band.calibrated import Requirement, calibrated_bands, statement
 from .band.gridded import grid_bands
+from .band.units import with_units
 from .band.worst import WorstCase
 from .features.features import FeatureResult, FeatureTable
 from .features.ranking import Ranking
 from .polynomials.surrogate import BoundKind
-from .report.dataset import study_dataset
+from .report.dataset import facts_of, more_arrays, study_dataset
 from .report.document import study_document, verdict_table
 from .report.summary import summary
 
@@ -97,6 +98,8 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         Time of the runs on the machine where they were made [s].
     worst_cases : tuple[WorstCase, ...]
         Runs at the worst cases that the polynomials predict; none before `check`.
+    units : dict[str, str]
+        Units that were given to the study, by the names of parameters, outputs and features.
     """
 
     kind: str
@@ -120,6 +123,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     failures: tuple[FailedRun, ...] = ()
     seconds: float = field(default=math.nan, compare=False, metadata=unit("s"))
     worst_cases: tuple[WorstCase, ...] = ()
+    units: dict[str, str] = field(default_factory=dict)
 
     def __str__(self) -> str:
         return summary(self)
@@ -326,6 +330,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         threads: int | None = None,
         nominal_parameters: Array | None = None,
         failures: tuple[FailedRun, ...] = (),
+        units: Mapping[str, str] | None = None,
         **facts: Any,
     ) -> StudyResult:
         """The result from the values of all runs.
@@ -359,20 +364,26 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             Parameters of the nominal run [SI units]; the midpoints if not given.
         failures : tuple of FailedRun
             The runs that failed, whose values and parameters are not among the others.
+        units : mapping of str to str, optional
+            Units of parameters, and of outputs and features of a model of the user's own, by name.
         **facts
             The remaining fields.
         """
         facts["nominal_parameters"] = at = nominal_parameters
-        facts |= {"bounds": bounds, "requirement": requirement, "failures": failures}
+        given = dict(units or {})
+        facts |= {"bounds": bounds, "requirement": requirement, "failures": failures, "units": given}
+        simulated = facts.get("scene") is not None
         if requirement is not None:
             bands = calibrated_bands(t, outputs, values, intervals, parameters, requirement, threads, at)
             kind = "certify" if requirement.certified else "band"
+            bands = with_units(bands, given, simulated=simulated)
             return cls(kind, bands, degrees=None, nodes=(), **facts)
         missing = [one.index for one in failures]
         bands = grid_bands(
             t, outputs, values, intervals, parameters, degrees, nodes, bounds, threads, at, missing
         )
         kind = kind or ("scan" if degrees is None else "chebyshev")
+        bands = with_units(bands, given, simulated=simulated)
         return cls(kind, bands, degrees=degrees, nodes=nodes, **facts)
 
     def dataset(self) -> Dataset:
@@ -384,15 +395,17 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             ``slider.x.lower``, ``.upper`` and ``.nominal`` over ``t``, ``slider.x.runs`` over ``run`` and
             ``t``, ``parameters.NAME`` over ``run``, ``features.NAME`` over ``run`` and ``cycle``.
         """
-        features = {}
+        features, units = {}, dict(self.units)
         if self.features is not None:
             features = {name: self.features.values[:, :, k] for k, name in enumerate(self.features.names)}
+            units |= dict(zip(self.features.names, self.features.units, strict=False))
         metadata: dict[str, str | int | float] = {"kind": self.kind, "runs": len(self.parameters)}
         return study_dataset(
             self.t,
             self.bands,
             dict(zip(self.parameter_names, self.parameters.T, strict=True)),
             features,
+            units,
             metadata | common_facts(self.settings, self.scene, self.warnings),
         )
 
@@ -430,32 +443,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         parts = list(zip(*map(self._tables, self.bands), strict=True))
         values = records.Stacked(parts) if self.bands else empty
         arrays = {"t": self.t, "values": values, "parameters": self.parameters}
-        facts: dict[str, Any] = {
-            "kind_of_study": self.kind,
-            "outputs": self.outputs,
-            "intervals": {name: [side.lower, side.upper] for name, side in self.intervals.items()},
-            "degrees": self.degrees,
-            "nodes": self.nodes,
-            "bounds": self.bounds,
-            "requirement": None if self.requirement is None else dataclasses.asdict(self.requirement),
-            "stats": [dataclasses.asdict(stats) for stats in self.stats],
-            "warnings": self.warnings,
-            "settings": None if self.settings is None else dataclasses.asdict(self.settings),
-            "scene": None if self.scene is None else json.loads(self.scene.to_json()),
-            "failures": [dataclasses.asdict(failure) for failure in self.failures],
-        }
-        facts |= {"seconds": self.seconds, "worst_cases": [dataclasses.asdict(c) for c in self.worst_cases]}
-        if self.nominal_parameters is not None:
-            arrays["nominal_parameters"] = self.nominal_parameters
-        if self.features is not None:
-            arrays |= {"features": self.features.values, "nominal_features": self.features.nominal}
-            facts |= {
-                "features": self.features.names,
-                "random": self.features.random,
-                "normal": self.features.normal,
-                "feature_units": self.features.units,
-            }
-        return records.save(path, "study", arrays, facts)
+        return records.save(path, "study", arrays | more_arrays(self), facts_of(self))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> StudyResult:
@@ -497,4 +485,5 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             seconds=facts.get("seconds", math.nan),
             worst_cases=tuple(WorstCase(**case) for case in facts.get("worst_cases", ())),
             failures=tuple(map(FailedRun.from_dict, facts.get("failures", ()))),
+            units=facts.get("units"),
         )

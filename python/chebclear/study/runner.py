@@ -23,9 +23,10 @@ from ..scene.scene import Interval, Scene
 from ..scene.structure import ManyScenes
 from .band.hybrid import Normal, Uniform
 from .band.judgment import doubts, early_widths, told_holes
-from .features.features import Asked, FeatureTable, units_of
+from .features.features import Asked, FeatureTable
 from .models.finished import FinishedRuns
 from .models.own import OwnModel
+from .models.units import units_of
 from .polynomials.holes import fit_holes
 from .polynomials.surrogate import BoundKind
 from .results import StudyResult
@@ -51,6 +52,8 @@ class Runner:
     """The user's model or table of runs; None if `build` returns scenes."""
     features: dict[str, Asked]
     """Features of every run by name."""
+    units: dict[str, str]
+    """Units that were given, by the names of parameters, outputs and features."""
     means: Means
     """Where runs are simulated, and how failed runs are treated."""
     progress: bool | Progress | None
@@ -106,7 +109,7 @@ class Runner:
                 points,
                 random,
                 self.normal,
-                units_of(runs.feature_names, self.features),
+                units_of(runs.feature_names, self.features, self.units, simulated=self.settings is not None),
                 count_failed(runs.failures),
             )
         result = StudyResult.from_runs(
@@ -121,6 +124,7 @@ class Runner:
             threads=self.means.threads,
             kind=kind,
             features=table,
+            units=self.units,
             **runs.facts,
         )
         # A result that is read from a file already has these warnings.

@@ -31,8 +31,9 @@ from .band.calibrated import (
 from .band.judgment import early_widths
 from .band.limits import physical_limits
 from .by_angle import cut, turning, unpredictable
-from .features.features import FeatureTable, units_of
+from .features.features import FeatureTable
 from .models.finished import FinishedRuns
+from .models.units import units_of
 from .polynomials.points import random_points, sobol_points
 from .results import StudyResult
 from .runner import Runner
@@ -319,7 +320,7 @@ def _result(
             parameters,
             random,
             study.normal,
-            units_of(names, study.features),
+            units_of(names, study.features, study.units, simulated=study.settings is not None),
             requirement.failed,
         )
     result = StudyResult.from_runs(
@@ -333,6 +334,7 @@ def _result(
         stats=Costs.joined(table.stats for table in [*tables, nominal]),
         warnings=tuple(warnings),
         features=features,
+        units=study.units,
         **facts,
     )
     # Shortcomings of the bands are known only now.

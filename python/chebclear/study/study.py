@@ -26,6 +26,7 @@ from .features.features import Asked, checked_features, tracked_features
 from .methods import Methods, plan_of
 from .models.finished import FinishedRuns, finished_runs
 from .models.own import OwnModel, check_own_features, check_unused
+from .models.units import checked_units, require_known
 
 
 @with_settings(RunOptions)
@@ -67,6 +68,10 @@ class Study(Methods):
         each cycle. Samples are available to it at once; contacts, peaks and other results of the continuous
         motion need the run to be repeated. For a model of your own it gets a dictionary of the instants
         ``"t"``, arrays and numbers that the model returned.
+    units : mapping of str to str, optional
+        Units by the names of parameters, of features that callables return, and, for a model of your own, of
+        everything it returns, such as ``{"stiffness": "N/m", "x": "m"}``. Tables, pictures, exports and
+        reports show them; nothing is converted. Outputs of simulations have their units already.
     store : path, optional
         Folder that keeps every finished run; created if it does not exist. An interrupted study continues
         from there with exactly the same result, and a later study of the mechanism simulates only new runs.
@@ -135,6 +140,7 @@ class Study(Methods):
         run_seconds: float | None = None,
         max_seconds: float | None = None,
         in_memory: bool = True,
+        units: Mapping[str, str] | None = None,
         **options: Unpack[RunOptions],
     ) -> None:
         checks = Checks()
@@ -145,6 +151,7 @@ class Study(Methods):
             self.features = {str(feature): feature for feature in settings.features}
         self.build: Callable[..., Any] = build
         self.intervals = checked_intervals(checks, parameters)
+        self.units = checked_units(checks, units)
         self.random = {
             name: given
             for name, given in (parameters.items() if isinstance(parameters, Mapping) else ())
@@ -163,6 +170,7 @@ class Study(Methods):
         self.settings, self.model = None, None
         if simulated:
             given = {"outputs": outputs, "features": tracked_features(self.features.values()), **options}
+            require_known(checks, self.units, [*self.intervals, *self.features], simulated=True)
             self.settings = Settings.gathered(checks, settings, given, outputs_needed=not self.features)
             return
         cycles = checked_settings(checks, {"cycles": options.get("cycles", 1)})["cycles"]
@@ -170,7 +178,9 @@ class Study(Methods):
         check_own_features(checks, self.features)
         names = checked_names(checks, outputs)
         checks.finish()
-        self.model = OwnModel(build, self.intervals, self.fixed, names, self.features, cycles)
+        self.model = OwnModel(
+            build, self.intervals, self.fixed, names, self.features, cycles, tuple(self.units)
+        )
 
     def plan(self, method: str = "band", *, probes: int | None = None, **arguments: Any) -> Plan:
         """Estimate the cost of a method of this study from a few of its runs.
@@ -223,6 +233,7 @@ class Study(Methods):
         cycles: int = 1,
         independent: bool = False,
         threads: int | None = None,
+        units: Mapping[str, str] | None = None,
     ) -> Study:
         """A study of a table of finished runs from any source.
 
@@ -248,6 +259,8 @@ class Study(Methods):
         independent : bool
             Whether the runs were drawn independently and uniformly from the box. Only then the
             probability that a further run stays inside is defined.
+        units : mapping of str to str, optional
+            Units of parameters, outputs and features by name, such as ``{"stiffness": "N/m", "x": "m"}``.
         threads : int, optional
             Threads for the bands [-], at most 1024; all processors if not given.
 
@@ -279,9 +292,11 @@ class Study(Methods):
             features=features,
             cycles=cycles,
             independent=independent,
+            units=units,
         )
         study = cls(table.run, table.intervals, threads=threads)
         study.model = table
+        study.units = dict(units or {})
         return study
 
     def __repr__(self) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..base.arguments import did_you_mean
-from ..run.features import JOINT_KINDS, KINDS, Feature
+from ..run.features import JOINT_KINDS, KINDS, Feature, meant_kind
 from ..run.settings import Settings, require_features
 from ..scene.scene import Inspection
 from .values import Values
@@ -91,8 +91,7 @@ def read_features(given: Any, values: Values) -> dict[str, Feature]:
         if found is None:
             values.note(("features", name), f"must be a text such as {_EXAMPLE}, got {text!r}")
         elif found[1] not in KINDS:
-            hint = did_you_mean(found[1], KINDS) or f"; known are {', '.join(KINDS)}"
-            values.note(("features", name), f'unknown feature "{found[1]}"{hint}')
+            values.note(("features", name), f'unknown feature "{found[1]}"{meant_kind(found[1])}')
         elif not found[2]:
             what = "a clearance joint" if found[1] in JOINT_KINDS else "an output"
             values.note(("features", name), f"misses the name of {what} in its parentheses")

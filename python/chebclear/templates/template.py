@@ -27,6 +27,7 @@ from ..scene.structure import Structure
 from ..study.study import Study
 from .expressions import Expression, ExpressionError, ExpressionProblem
 from .toml_text import Path, write_toml
+from .units import si_unit
 
 Array = NDArray[np.float64]
 
@@ -273,7 +274,10 @@ class Template:
                 "no parameter of the template has an interval: give one rel, plus and minus, or limits"
             )
         features = dict(self.features) or None
-        return Study(self, self.intervals, **({"features": features} | dict(self.run) | options))
+        units = {name: si_unit(self.parameters[name].unit) for name in self.intervals}
+        units = {name: unit for name, unit in units.items() if unit}
+        own = {"features": features, "units": units}
+        return Study(self, self.intervals, **(own | dict(self.run) | options))
 
     def to_toml(self) -> str:
         """The template as TOML; `loads` reads the same template back, to the last bit."""

@@ -231,6 +231,38 @@ def written(value: float, unit: str) -> str:
     return f"{value / (_FACTORS[parsed.angular](1.0) * float(parsed.scale)):.6g} {unit}"
 
 
+# What a symbol becomes in SI units; those of one size are there already.
+_BASES = {"rpm": "rad/s", "%": "-", "mN": "N", "min": "s", "h": "s"}
+
+
+def si_unit(unit: str) -> str:
+    """The SI unit of what is written in another one; empty if there is none.
+
+    Examples
+    --------
+    >>> si_unit("um"), si_unit("N/mm^1.5"), si_unit("g mm2"), si_unit("rpm"), si_unit("N m s/deg")
+    ('m', 'N/m^1.5', 'kg m2', 'rad/s', 'N m s/rad')
+    """
+    if "rpm" in unit and unit.strip() != "rpm":
+        return ""  # revolutions would divide twice
+    try:
+        parse_unit(unit)
+    except UnitError:
+        return ""
+    return re.sub(r"[^\W\d_]+|[%\u00b0]", lambda symbol: _base(symbol[0]), unit.translate(_RAISED))
+
+
+def _base(symbol: str) -> str:
+    """The symbol of the SI unit of the same dimension."""
+    own = UNITS[symbol]
+    if symbol in _BASES or (own.scale == 1 and not own.angular):
+        return _BASES.get(symbol, symbol)
+    if own.angular or own.dimension == _ONE:
+        return "rad"
+    alike = (name for name, one in UNITS.items() if one.dimension == own.dimension)
+    return next((name for name in alike if UNITS[name].scale == 1), symbol)
+
+
 def _rounded(value: Fraction) -> float:
     try:
         return float(value)

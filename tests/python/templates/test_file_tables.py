@@ -54,6 +54,10 @@ def test_features_of_a_file_are_those_of_runs_and_studies(tmp_path):
     ("line", "message"),
     [
         ('force = "peek(slider.ax)"', 'unknown feature "peek"; did you mean "peak"'),
+        ('force = "range(slider.ax)"', 'unknown feature "range"; did you mean "peak_to_peak"'),
+        ('force = "Max(slider.ax)"', 'unknown feature "Max"; did you mean "peak"'),
+        ('force = "median(slider.ax)"', 'unknown feature "median"; did you mean "mean"'),
+        ('force = "curl(slider.ax)"', 'unknown feature "curl"; known are peak, lowest, peak_to_peak'),
         ('force = "peak(slider.az)"', 'peak of the unknown output "slider.az"'),
         ('force = "impacts(guide)"', 'impacts of the unknown clearance joint "guide"'),
         ('force = "peak()"', "misses the name of an output"),

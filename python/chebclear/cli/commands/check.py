@@ -9,6 +9,7 @@ from typing import Any
 
 from ...base.files import complete_folder
 from ...scene.columns import column_unit
+from ...scene.description import joint_ends
 from ...scene.scene import ClearanceRevolute, Scene
 from ...templates.template import Template
 from ...templates.units import written
@@ -59,6 +60,9 @@ def check(options: argparse.Namespace) -> int:
         return 0
     print(f"{options.scene.name}  {template.title}".rstrip(), end="\n\n")
     print(at_the_command_line(scene.describe()), end="\n\n")
+    remarks = _remarks(template, scene)
+    if remarks:
+        print("left to defaults", *(f"  {text}" for text in remarks), sep="\n", end="\n\n")
     for line in [*_play(scene), *(_outputs(scene) if options.list_outputs else []), *_parameters(template)]:
         print(line)
     warnings = scene.check().warnings
@@ -67,6 +71,24 @@ def check(options: argparse.Namespace) -> int:
         print(f"wrote    {picture}")
     hint(options, "chebclear study FILE --out results" if template.intervals else "chebclear run FILE")
     return 0
+
+
+def _remarks(template: Template, scene: Scene) -> list[str]:
+    """Defaults that may be slips: a center of mass that the file does not give, at one of several joints."""
+    told = []
+    ends = {end for joint in scene.joints for end in joint_ends(joint)}
+    for written_body, body in zip(template.source.get("bodies", ()), scene.bodies, strict=True):
+        if "center_of_mass" in written_body:
+            continue
+        used = {name: place for name, place in body.points.items() if f"{body.name}.{name}" in ends}
+        there = [name for name, place in used.items() if place == body.center_of_mass]
+        if there and len(set(used.values())) > 1:
+            told.append(
+                f'bodies.{body.name}: no center_of_mass is given, so it is at the joint "{there[0]}". Of a '
+                "uniform link it is half way between its ends; if this is meant, as of a balanced crank, "
+                "write center_of_mass = [0, 0]"
+            )
+    return told
 
 
 def _play(scene: Scene) -> list[str]:
@@ -128,5 +150,6 @@ def _facts(template: Template, scene: Scene, picture: Path | None) -> dict[str, 
             for name, one in template.parameters.items()
         },
         "warnings": facts.warnings,
+        "remarks": _remarks(template, scene),
         "picture": None if picture is None else str(picture),
     }

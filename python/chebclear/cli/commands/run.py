@@ -15,7 +15,7 @@ from ...scene.scene import ClearanceRevolute
 from ..figures import draw_run
 from ..options import Commands, add_out, add_scene, add_settings, new_command
 from ..output import Rows, print_json, require_writable, table_text, write_table
-from ..scenes import hint, progress_of, settings_of, template_of
+from ..scenes import hint, outputs_of, progress_of, settings_of, template_of
 
 
 def add(commands: Commands) -> None:
@@ -39,7 +39,7 @@ def add(commands: Commands) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     template = template_of(options)
-    settings = settings_of(template, options)
+    settings = outputs_of(template, settings_of(template, options), options, orbits=True)
     require_writable(options.out)
     result = template.simulate(**settings, progress=progress_of(options))
     extremes, contacts = _extremes(result), _contacts(result)

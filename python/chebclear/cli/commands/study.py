@@ -21,7 +21,7 @@ from ..options import (
 )
 from ..output import require_writable
 from ..plans import plan_of
-from ..scenes import progress_of, settings_of, template_of
+from ..scenes import outputs_of, progress_of, settings_of, template_of
 
 # Which options each kind of study takes besides those of every one.
 _KINDS = {
@@ -130,7 +130,7 @@ def study_of(options: argparse.Namespace) -> tuple[Study, str]:
             "which parameters are uncertain? give one an interval in the table [parameters] of the file, as "
             "rel, plus and minus, or limits"
         )
-    keywords = settings_of(template, options)
+    keywords = outputs_of(template, settings_of(template, options), options)
     require_writable(options.out)
     study = template.study(
         **keywords,

@@ -12,7 +12,7 @@ from ...templates.template import Template
 from ...tradeoffs.recommendation import COSTS, MOST_ACCURACY
 from ..options import Commands, add_out, add_scene, add_settings, new_command, positive, tolerances, words
 from ..output import print_json, require_writable
-from ..scenes import changes_of, progress_of, settings_of, template_of
+from ..scenes import changes_of, outputs_of, progress_of, settings_of, template_of
 
 _CONVENTIONS = ("as_printed", "corrected")
 
@@ -96,7 +96,7 @@ def _subject(options: argparse.Namespace) -> tuple[Scene, dict[str, Any]]:
         options.usage_error("give either a scene or --paper")
     else:
         template = template_of(options)
-    settings = settings_of(template, options)
+    settings = outputs_of(template, settings_of(template, options), options)
     # Method and tolerances are what is to be found.
     kept = ("duration", "samples", "outputs", "skip", "max_steps", "max_events")
     return template.scene(), {name: settings[name] for name in kept if name in settings}

@@ -107,6 +107,10 @@ class Band(records.ArrayRecord):
         Probability that a further run at random parameters is entirely in the band [-]; NaN if it is unknown.
     angle : Array | None
         Crank angle of the samples [rad], shape (samples,); None for a band over time.
+    unit : str
+        Unit of the output; empty if it is not known, as of a model of the user's own without ``units``.
+    parameter_units : dict[str, str]
+        Units of the parameters, as far as they are known.
     """
 
     name: str
@@ -124,6 +128,8 @@ class Band(records.ArrayRecord):
     coverage: float = math.nan
     whole_run: float = math.nan
     angle: Array | None = field(default=None, metadata=unit("rad"))
+    unit: str = ""
+    parameter_units: dict[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"<Band of {self.name}: {len(self.t)} samples, largest width {self.max_width:.6g}>"

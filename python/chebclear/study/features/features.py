@@ -390,12 +390,6 @@ def checked_features(checks: Checks, given: object) -> dict[str, Asked]:
     return asked
 
 
-def units_of(names: Iterable[str], asked: Mapping[str, Asked]) -> tuple[str, ...]:
-    """SI unit of each feature by its name; empty for the results of callables and of a user's model."""
-    found = (asked.get(name) for name in names)
-    return tuple(feature.unit if isinstance(feature, Feature) else "" for feature in found)
-
-
 def tracked_features(asked: Iterable[Asked]) -> tuple[Feature, ...]:
     """Features that the core must compute: those of its own kinds, and the times of their extrema."""
     known = [feature for feature in asked if isinstance(feature, Feature)]

@@ -15,6 +15,7 @@ from ...run.features import Feature
 from ...scene.scene import Interval
 from .own import Returned, check_own_features, sampled_feature
 from .returned import time_axis
+from .units import checked_units, require_known
 
 Array = NDArray[np.float64]
 
@@ -129,6 +130,7 @@ def finished_runs(
     features: Mapping[str, Feature] | None,
     cycles: int,
     independent: bool,
+    units: Mapping[str, str] | None = None,
 ) -> FinishedRuns:
     """A table of runs, checked; arguments as those of `Study.from_runs`.
 
@@ -157,6 +159,7 @@ def finished_runs(
         elif name in numbers:
             checks.add(f'"{name}" is in values and in features')
     check_own_features(checks, asked)
+    require_known(checks, checked_units(checks, units), [*columns, *series, *asked, *numbers])
     checks.whole("cycles", cycles, least=1)
     checks.finish()
     found = [sampled_feature(one, instants, series[one.of], cycles) for one in asked.values()]

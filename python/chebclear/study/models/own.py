@@ -26,6 +26,7 @@ from ..features.features import Asked, called
 from .calling import Calling, call_model
 from .identity import ModelIdentity
 from .returned import ReturnedRun
+from .units import require_known
 
 Array = NDArray[np.float64]
 
@@ -147,6 +148,8 @@ class OwnModel:
     """Features besides the numbers that the model returns."""
     cycles: int
     """Equal pieces of the time, each with features of its own [-]."""
+    with_unit: Sequence[str] = ()
+    """Names that were given a unit."""
     first: ReturnedRun | None = field(default=None, init=False)
     """The run with whose names and instants all others are compared; None before there is one."""
 
@@ -215,6 +218,11 @@ class _Table:
         both = [name for name in first.numbers if name in model.features]
         if both:
             raise ArgumentError(f'"{both[0]}" is a number that the model returns and a name in features')
+        checks = Checks()
+        require_known(
+            checks, model.with_unit, [*model.intervals, *first.series, *model.features, *first.numbers]
+        )
+        checks.finish()
         self.t = first.t
         self.chosen = chosen_outputs(list(first.series), model.outputs)
         self.names = (*model.features, *first.numbers)

@@ -15,7 +15,6 @@ from ...base.prefixes import format_quantity
 from ...errors import ChebclearError, ChebclearWarning
 from ...report.document import Block, Cell, Table, Text
 from ...run.simulation import simulate
-from ...scene.columns import column_unit
 from ..band.band import Band
 from ..band.calibrated import Requirement, calibrated_bands
 
@@ -59,7 +58,7 @@ def _fewer_runs(result: Any) -> list[Block]:
         others = band.runs[count:]
         inside = float(((others >= lower) & (others <= upper)).mean())
         width, whole = float((upper - lower).mean()), float(band.width.mean())
-        unit = column_unit(name) if result.scene is not None else ""
+        unit = band.unit
         change = "-" if whole <= 0.0 else f"{100.0 * (width / whole - 1.0):+.1f} %"
         rows.append([name, *(format_quantity(size, unit) for size in (width, whole)), change, _share(inside)])
     total = len(result.parameters)

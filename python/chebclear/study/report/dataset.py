@@ -1,14 +1,16 @@
-"""The bands of a study as named arrays, for other programs."""
+"""The bands of a study as named arrays, for other programs, and what a file of a study holds."""
 
 from __future__ import annotations
 
+import dataclasses
+import json
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...data.dataset import Dataset, Variable
-from ...scene.columns import column_unit
 from ..band.band import Band
 
 Array = NDArray[np.float64]
@@ -19,6 +21,7 @@ def study_dataset(
     bands: Mapping[str, Band],
     parameters: Mapping[str, Array],
     features: Mapping[str, Array],
+    units: Mapping[str, str],
     facts: Mapping[str, str | int | float],
 ) -> Dataset:
     """Bands and runs of a study.
@@ -33,6 +36,8 @@ def study_dataset(
         Values of each parameter in the runs [SI units].
     features : mapping of str to ndarray, shape (runs, cycles)
         Features of the runs.
+    units : mapping of str to str
+        Units of parameters and features, as far as they are known.
     facts : mapping
         What else is known.
 
@@ -47,8 +52,7 @@ def study_dataset(
     metadata = dict(facts)
     runs = len(next(iter(parameters.values())))
     for name, band in bands.items():
-        # Outputs of a model of the user's own may have any unit, whatever their names.
-        unit = column_unit(name) if "scene" in facts else ""
+        unit = band.unit
         for side in ("lower", "upper", "nominal"):
             variables[f"{name}.{side}"] = Variable(("t",), getattr(band, side), unit)
         if band.angle is None:
@@ -60,6 +64,46 @@ def study_dataset(
         metadata[f"{name}.verdict"] = band.verdict
         if band.coverage == band.coverage:  # not NaN
             metadata[f"{name}.coverage"] = band.coverage
-    variables |= {f"parameters.{name}": Variable(("run",), values) for name, values in parameters.items()}
-    variables |= {f"features.{name}": Variable(("run", "cycle"), values) for name, values in features.items()}
+    for name, values in parameters.items():
+        variables[f"parameters.{name}"] = Variable(("run",), values, units.get(name, ""))
+    for name, values in features.items():
+        variables[f"features.{name}"] = Variable(("run", "cycle"), values, units.get(name, ""))
     return Dataset("t", variables, metadata)
+
+
+def facts_of(result: Any) -> dict[str, Any]:
+    """What the file of a `StudyResult` holds besides its arrays."""
+    facts: dict[str, Any] = {
+        "kind_of_study": result.kind,
+        "outputs": result.outputs,
+        "intervals": {name: [side.lower, side.upper] for name, side in result.intervals.items()},
+        "degrees": result.degrees,
+        "nodes": result.nodes,
+        "bounds": result.bounds,
+        "requirement": None if result.requirement is None else dataclasses.asdict(result.requirement),
+        "stats": [dataclasses.asdict(stats) for stats in result.stats],
+        "warnings": result.warnings,
+        "settings": None if result.settings is None else dataclasses.asdict(result.settings),
+        "scene": None if result.scene is None else json.loads(result.scene.to_json()),
+        "failures": [dataclasses.asdict(failure) for failure in result.failures],
+        "units": result.units,
+    }
+    facts |= {"seconds": result.seconds, "worst_cases": [dataclasses.asdict(c) for c in result.worst_cases]}
+    if result.features is not None:
+        facts |= {
+            "features": result.features.names,
+            "random": result.features.random,
+            "normal": result.features.normal,
+            "feature_units": result.features.units,
+        }
+    return facts
+
+
+def more_arrays(result: Any) -> dict[str, Array]:
+    """The arrays of a `StudyResult` besides those of its runs, for its file."""
+    arrays: dict[str, Array] = {}
+    if result.nominal_parameters is not None:
+        arrays["nominal_parameters"] = result.nominal_parameters
+    if result.features is not None:
+        arrays |= {"features": result.features.values, "nominal_features": result.features.nominal}
+    return arrays

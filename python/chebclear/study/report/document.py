@@ -15,7 +15,6 @@ from ...base.tables import format_number
 from ...report.document import Block, Cell, Document, Items, Judgment, Picture, Section, Table, Verdict
 from ...run.report import costs_table, mechanism_picture, reproduction, version_fact, warnings_section
 from ...run.settings import Settings
-from ...scene.columns import column_unit
 from ...scene.scene import Interval, Scene
 from ..band.band import Band
 from .alternatives import alternatives
@@ -60,6 +59,8 @@ class ReportedStudy(Protocol):
     def features(self) -> Any: ...
     @property
     def intervals(self) -> dict[str, Interval]: ...
+    @property
+    def units(self) -> dict[str, str]: ...
     @property
     def parameters(self) -> Array: ...
     @property
@@ -118,10 +119,8 @@ def study_document(result: ReportedStudy, title: str | None) -> Document:
 def _subject(result: ReportedStudy) -> Section:
     """What was studied: a mechanism, or a model of the user's own."""
     if result.scene is None:
-        return Section("The parameters and their intervals", [_parameters(result.intervals)])
-    return Section(
-        "The mechanism and its tolerances", [mechanism_picture(result.scene), _parameters(result.intervals)]
-    )
+        return Section("The parameters and their intervals", [_parameters(result)])
+    return Section("The mechanism and its tolerances", [mechanism_picture(result.scene), _parameters(result)])
 
 
 def _again(result: ReportedStudy) -> list[Section]:
@@ -148,7 +147,7 @@ def _method(result: ReportedStudy) -> str:
 
 def _reach(band: Band) -> str:
     """How far an output moves, with the kind of statement that it is."""
-    unit = column_unit(band.name)
+    unit = band.unit
     widest = int(np.argmax(band.width))
     reach = format_range((float(band.lower.min()), float(band.upper.max())), unit)
     verbs = {"sampled": "reached in the runs", "not resolved": "may be within (not resolved)"}
@@ -183,30 +182,24 @@ def _doubts(result: ReportedStudy) -> list[str]:
     return doubts
 
 
-def _parameters(intervals: Mapping[str, Interval]) -> Table:
+def _parameters(result: ReportedStudy) -> Table:
     """The box."""
-    rows = [
-        [
-            name,
-            format_number(side.lower, 6),
-            format_number(side.midpoint, 6),
-            format_number(side.upper, 6),
-            f"±{format_number(side.half_width, 3)}",
-        ]
-        for name, side in intervals.items()
-    ]
-    return Table(
-        "The parameters and their intervals [SI units]",
-        ["parameter", "from", "middle", "to", "half width"],
-        rows,
-    )
+    rows: list[list[Cell]] = []
+    units = [result.units.get(name, "") for name in result.intervals]
+    for (name, side), unit in zip(result.intervals.items(), units, strict=True):
+        row: list[Cell] = [name]
+        row += [format_range((value,), unit, 6) for value in (side.lower, side.midpoint, side.upper)]
+        rows.append([*row, f"±{format_quantity(side.half_width, unit)}"])
+    told = "" if all(units) else " in SI units" if result.scene is not None else " in their own units"
+    caption = f"The parameters and their intervals{told}"
+    return Table(caption, ["parameter", "from", "middle", "to", "half width"], rows)
 
 
 def verdict_table(bands: Mapping[str, Band]) -> Table:
     """Every band in a line, with its verdict."""
     rows: list[list[Cell]] = []
     for name, band in bands.items():
-        unit = column_unit(name)
+        unit = band.unit
         further = "-" if math.isnan(band.whole_run) else _share(band.whole_run)
         rows.append(
             [
@@ -230,7 +223,7 @@ def _band_blocks(result: ReportedStudy) -> list[Block]:
         Items([f"{verdict}: {MEANINGS[verdict]}." for verdict in said]),
     ]
     for name, band in result.bands.items():
-        reach = format_range((float(band.lower.min()), float(band.upper.max())), column_unit(name))
+        reach = format_range((float(band.lower.min()), float(band.upper.max())), band.unit)
         blocks.append(
             Picture(
                 f"Band of {name} against time with the nominal run, {reach}, {band.verdict}.",
@@ -248,7 +241,7 @@ def _worst_cases(result: ReportedStudy) -> Table:
     """The runs in which each output was largest and smallest, and their parameters."""
     rows = []
     for name, band in result.bands.items():
-        unit = column_unit(name)
+        unit = band.unit
         for word, find in (("largest", np.argmax), ("smallest", np.argmin)):
             run, sample = np.unravel_index(int(find(band.runs)), band.runs.shape)
             rows.append(

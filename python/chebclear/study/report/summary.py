@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from ...base.shown import listed
 from ...base.tables import format_table
 from ...run.features import Feature
-from ...scene.columns import column_unit
 from ..band.band import Band
 from ..band.calibrated import doubling_narrows
 from ..features.features import FeatureInterval, find_interval
@@ -30,7 +29,9 @@ def summary(result: Any) -> str:
     """The text of a `StudyResult`."""
     sides = list(result.intervals.items())
     lines = [_head(result)]
-    lines += [f"  {name}: {side.lower:.6g} to {side.upper:.6g}" for name, side in sides[:_MOST_LINES]]
+    for name, side in sides[:_MOST_LINES]:
+        unit = f" {result.units[name]}" if result.units.get(name, "-") != "-" else ""
+        lines.append(f"  {name}: {side.lower:.6g} to {side.upper:.6g}{unit}")
     lines += [f"  and {len(sides) - _MOST_LINES} more parameters"] * (len(sides) > _MOST_LINES)
     bands = list(result.bands.values())
     if bands:
@@ -69,15 +70,13 @@ def _head(result: Any) -> str:
 
 def _row(result: Any, band: Band) -> list[str]:
     """One output in a line."""
-    # Outputs of a model of the user's own may have any unit, whatever their names.
-    unit = "" if result.scene is None else column_unit(band.name)
     peak = _peak(result, band)
     checked = {case.output: case for case in result.worst_cases if case.side == "upper"}.get(band.name)
     simulated = f"{band.hull[1].max():.5g} (largest run)"
     if checked is not None:
         simulated = f"{checked.simulated:.5g} (there)"
     return [
-        f"{band.name} [{unit}]" if unit else band.name,
+        f"{band.name} [{band.unit}]" if band.unit else band.name,
         f"{band.max_width:.4g}",
         band.verdict,
         _percent(band.coverage),

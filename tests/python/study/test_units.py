@@ -1,0 +1,186 @@
+"""Units that a study was given by name: of a model of one's own, of a table, of the parameters of a file."""
+
+import csv
+import pickle
+import re
+from pathlib import Path
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear.templates.units import UNITS, convert, parse_unit, si_unit
+
+# The names suggest other units on purpose: a pressure that ends in x, a level that ends in force.
+UNITS_OF_MODEL = {
+    "tank.x": "bar",
+    "level.force": "mm",
+    "spring": "N/mm",
+    "flow": "l/min",
+    "largest": "kg",
+    "crest": "mbar",
+}
+
+
+def model(spring, flow):
+    t = np.linspace(0.0, 1.0, 41)
+    return {
+        "t": t,
+        "tank.x": spring * np.cos(flow * t),
+        "level.force": flow * t,
+        "largest": spring * flow,
+        "silent": spring,
+    }
+
+
+BOX = {"spring": cc.interval(10.0, rel=0.05), "flow": cc.interval(3.0, rel=0.05)}
+
+
+def made(units):
+    features = {
+        "top": cc.peak("tank.x"),
+        "when": cc.time_of_peak("tank.x"),
+        "crest": lambda run: run["tank.x"][3],
+    }
+    return cc.Study(model, BOX, features=features, units=units).band(runs=31)
+
+
+@pytest.fixture(scope="module")
+def result():
+    return made(UNITS_OF_MODEL)
+
+
+@pytest.fixture(scope="module")
+def silent():
+    return made(None)
+
+
+def drawn(result):
+    """All words of pictures of the result."""
+    band = result["tank.x"]
+    plain = {name: unit for name, unit in result.units.items() if name != "crest"}
+    axes = [
+        cc.plot_band(band),
+        cc.plot_sensitivity(band, "flow"),
+        cc.plot_coefficients(cc.Study(model, BOX, units=plain).chebyshev(4)["tank.x"]),
+        cc.plot_tornado(result.feature("top")),
+    ]
+    return [re.sub(r"\s+", " ", ax.get_xlabel() + "|" + ax.get_ylabel()) for ax in axes]
+
+
+def test_units_are_those_that_were_given(result):
+    assert result.units == UNITS_OF_MODEL
+    assert [result[name].unit for name in result] == ["bar", "mm"]
+    assert result["tank.x"].parameter_units == {"spring": "N/mm", "flow": "l/min"}
+    table = result.features
+    assert dict(zip(table.names, table.units, strict=True)) == {
+        "top": "bar",  # of its output
+        "when": "s",  # a time, whatever the output
+        "crest": "mbar",
+        "largest": "kg",
+        "silent": "",
+    }
+
+
+def test_pictures_show_them_and_guess_none(result, silent):
+    assert drawn(result) == [
+        "time [s]|tank x [bar]",
+        "time [s]|sensitivity of tank x to flow [(bar)/(l/min)]",
+        "degree in the parameter [-]|largest coefficient of tank x over time [bar]",
+        "top, on average [bar]|",
+    ]
+    # Without units a name says nothing: no length for what ends in x, no force for what ends in force.
+    assert drawn(silent) == [
+        "time [s]|tank x",
+        "time [s]|sensitivity of tank x to flow [per unit of the parameter]",
+        "degree in the parameter [-]|largest coefficient of tank x over time",
+        "top, on average|",
+    ]
+    with pytest.raises(cc.ArgumentError, match="the unit of the data, which is not known: give it to the"):
+        silent["tank.x"].plot(unit="mm")
+
+
+def test_tables_and_exports_show_them(result, silent, tmp_path):
+    assert "tank.x [bar]" in str(result)
+    assert "spring: 9.5 to 10.5 N/mm" in str(result)
+    with result.to_csv(tmp_path / "result.csv").open(encoding="utf-8", newline="") as file:
+        head = next(csv.reader(row for row in file if not row.startswith("#")))
+    assert {"tank.x.lower [bar]", "level.force.upper [mm]"} <= set(head)
+    data = result.to_xarray()
+    told = {name: data[name].attrs.get("units") for name in data.variables}
+    assert told["tank.x.runs"] == "bar"
+    assert told["parameters.flow"] == "l/min"
+    assert (told["features.largest"], told["features.crest"]) == ("kg", "mbar")
+    assert told["features.when"] == "s"
+    assert told["features.silent"] is None
+    assert silent.to_xarray()["level.force.runs"].attrs.get("units") is None
+    frame = result.to_dataframe()
+    assert frame.attrs["units"]["tank.x.lower"] == "bar"
+
+
+def test_the_report_shows_them(result, silent, tmp_path):
+    text = result.report(tmp_path / "a.html").read_text(encoding="utf-8")
+    assert re.search(r">9.50000 N/mm<", text)
+    assert "10.5 bar" in text
+    assert "mm wide" in text
+    quiet = silent.report(tmp_path / "b.html").read_text(encoding="utf-8")
+    assert "in their own units" in quiet
+    assert not re.search(r"\d (k|M)?N\b", quiet)
+
+
+def test_they_survive_files_and_copies(result, tmp_path):
+    for again in (cc.load_result(result.save(tmp_path / "a.npz")), pickle.loads(pickle.dumps(result))):
+        assert again == result
+        assert again.units == UNITS_OF_MODEL
+        assert again["level.force"].unit == "mm"
+    assert result.extend(4)["tank.x"].unit == "bar"
+
+
+def test_a_table_of_runs_has_them(result):
+    runs = dict(zip(BOX, result.parameters.T, strict=True))
+    values = {"tank.x": result.values("tank.x"), "largest": result.features.values[:, 0, 3]}
+    with pytest.warns(cc.ChebclearWarning, match="midpoint"):
+        table = cc.Study.from_runs(
+            runs, result.t, values, units={"tank.x": "bar", "largest": "kg", "flow": "l/min"}
+        ).band()
+    assert table["tank.x"].unit == "bar"
+    assert table.feature("largest").unit == "kg"
+    assert table["tank.x"].parameter_units == {"flow": "l/min"}
+
+
+def test_wrong_units_are_told():
+    with pytest.raises(cc.ArgumentError, match=r'units names no .* with "tank.z"; did you mean "tank.x"'):
+        made({"tank.z": "bar"})
+    with pytest.raises(TypeError, match=r'units\["tank.x"\] must be a text such as "mm", .* got 3'):
+        made({"tank.x": 3})
+    with pytest.raises(TypeError, match="units must map names to units, got 'm'"):
+        made("m")
+    with pytest.raises(cc.ArgumentError, match=r"slider.x.*; outputs of simulations have their units"):
+        cc.Study(
+            cc.mechanisms.slider_crank,
+            {"rod_length": cc.interval(0.12, rel=0.01)},
+            ["slider.x"],
+            duration=1e-3,
+            samples=11,
+            units={"slider.x": "mm"},
+        )
+    columns = {"a": [1.0, 2.0]}
+    with pytest.raises(cc.ArgumentError, match='units names no parameter, output or feature with "y"'):
+        cc.Study.from_runs(columns, None, {"x": [1.0, 2.0]}, units={"y": "m"})
+
+
+def test_parameters_of_a_file_have_si_units():
+    study = cc.load(Path(__file__).parents[3] / "examples" / "toggle_press.toml").study(
+        duration=1e-3, samples=3, skip=0.0
+    )
+    assert study.units["crank_length"] == "m"
+    result = study.sample(2)
+    assert "crank_length: 0.0198 to 0.0202 m" in str(result)
+
+
+@pytest.mark.parametrize(
+    "unit", [*UNITS, "mm/s2", "N/mm", "kN/mm^1.5", "g mm2", "N mm/deg", "kW h", "m\u00b2", "t/min"]
+)
+def test_the_si_unit_of_a_unit_has_its_dimension_and_no_factor(unit):
+    base = si_unit(unit)
+    assert parse_unit(base if base != "-" else "1").dimension == parse_unit(unit).dimension
+    assert convert(f"1 {base}", base) == 1.0 if base != "-" else unit == "%"
