@@ -16,7 +16,7 @@ from collections.abc import Sequence
 
 from ..base.files import package_version
 from ..errors import ArgumentError, ChebclearError, InputError
-from .commands import animate, check, completion, new, paper, report, run, scan, study, tradeoff
+from .commands import animate, check, completion, fields, new, paper, report, run, scan, study, tradeoff
 from .ending import Terminated, terminable
 from .output import plain_warnings
 from .words import at_the_command_line
@@ -29,7 +29,7 @@ EXIT_TERMINATED = 143  # 128 + SIGTERM, likewise
 EXIT_UNREAD = 141  # 128 + SIGPIPE, likewise
 
 # In the order of the help: as one needs them.
-_COMMANDS = (new, check, run, study, scan, tradeoff, report, animate, paper, completion)
+_COMMANDS = (new, fields, check, run, study, scan, tradeoff, report, animate, paper, completion)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

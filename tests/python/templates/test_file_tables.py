@@ -10,7 +10,7 @@ import chebclear as cc
 import jsonschema
 import pytest
 from chebclear.templates.fits import radial_clearance
-from chebclear.templates.json_schema import scene_file_schema
+from chebclear.templates.reference.json_schema import scene_file_schema
 from chebclear.templates.units import UnitError, convert
 
 CRANK = (Path(__file__).parents[3] / "examples" / "slider_crank.toml").read_text(encoding="utf-8")

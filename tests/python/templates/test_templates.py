@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from chebclear.scene.structure import Structures
 from chebclear.templates.expressions import ExpressionError, parse
-from chebclear.templates.json_schema import scene_file_schema
+from chebclear.templates.reference.json_schema import scene_file_schema
 from chebclear.templates.toml_text import read_toml, write_toml
 from chebclear.templates.units import UnitError, convert, is_quantity, parse_unit
 

@@ -5,9 +5,10 @@
 #    source ~/.local/share/bash_completion/chebclear
 # See also: https://github.com/scop/bash-completion/blob/main/doc/configuration.md
 
-_shtab_chebclear_subparsers=(new check run study scan tradeoff report animate paper completion)
+_shtab_chebclear_subparsers=(new fields check run study scan tradeoff report animate paper completion)
 
 _shtab_chebclear_new_option_strings=(-h --help --json --quiet --force)
+_shtab_chebclear_fields_option_strings=(-h --help --json --quiet)
 _shtab_chebclear_check_option_strings=(-h --help --json --quiet --set --out --list-outputs --no-picture)
 _shtab_chebclear_run_option_strings=(-h --help --json --quiet --set --duration --skip --samples --outputs --method --rtol --out)
 _shtab_chebclear_study_option_strings=(-h --help --json --quiet --set --kind --runs --coverage --degree --seed --cycles --discard --check --require --duration --skip --samples --outputs --method --rtol --out --threads --store --run-seconds --max-seconds --plan)
@@ -49,13 +50,18 @@ _shtab_chebclear_tradeoff___paper_choices=(as_printed corrected)
 _shtab_chebclear_tradeoff___cost_choices=(seconds steps stages evaluations)
 _shtab_chebclear_animate___method_choices=(auto rodas5p rodas4 dop853)
 _shtab_chebclear_completion_pos_0_choices=(bash fish zsh)
-_shtab_chebclear_pos_0_choices=(new check run study scan tradeoff report animate paper completion)
+_shtab_chebclear_pos_0_choices=(new fields check run study scan tradeoff report animate paper completion)
 
 _shtab_chebclear_new__h_nargs=0
 _shtab_chebclear_new___help_nargs=0
 _shtab_chebclear_new___json_nargs=0
 _shtab_chebclear_new___quiet_nargs=0
 _shtab_chebclear_new___force_nargs=0
+_shtab_chebclear_fields_pos_0_nargs='*'
+_shtab_chebclear_fields__h_nargs=0
+_shtab_chebclear_fields___help_nargs=0
+_shtab_chebclear_fields___json_nargs=0
+_shtab_chebclear_fields___quiet_nargs=0
 _shtab_chebclear_check__h_nargs=0
 _shtab_chebclear_check___help_nargs=0
 _shtab_chebclear_check___json_nargs=0

@@ -50,7 +50,7 @@ function _shtab_chebclear_using
   test "$_shtab_chebclear_cmdpath" = "$argv"
 end
 
-set -g _shtab_chebclear_commands new check run study scan tradeoff report animate paper completion
+set -g _shtab_chebclear_commands new fields check run study scan tradeoff report animate paper completion
 set -g _shtab_chebclear_opts_with_value --accuracy --cost --coverage --cycles --degree --discard --duration --frames --joint --kind --max-seconds --method --methods --out --output --outputs --paper --points --require --rtol --rtols --run-seconds --runs --samples --seed --set --skip --store --threads --title --to --until
 
 complete -c chebclear -e
@@ -65,6 +65,10 @@ complete -c chebclear -n '_shtab_chebclear_using new' -l quiet -d 'neither progr
 complete -c chebclear -n '_shtab_chebclear_using new' -l force -d 'replace FILE if it exists'
 complete -c chebclear -n '_shtab_chebclear_using new; and test $_shtab_chebclear_npos -eq 0' -ka "flores_slider_crank four_bar free_journal pendulum_in_bearing quick_return six_bar slider_crank" -d 'one of flores_slider_crank, four_bar, free_journal, pendulum_in_bearing, quick_return, six_bar, slider_crank'
 complete -c chebclear -n '_shtab_chebclear_using new; and test $_shtab_chebclear_npos -eq 1' -ka "(__fish_complete_path (commandline -ct))" -d 'where to, such as press.toml'
+complete -c chebclear -n '_shtab_chebclear_using; and test $_shtab_chebclear_npos -eq 0' -a fields -d 'list what may stand in a scene file: tables, types, fields with units and defaults'
+complete -c chebclear -n '_shtab_chebclear_using fields' -s h -l help -d 'show this help message and exit'
+complete -c chebclear -n '_shtab_chebclear_using fields' -l json -d 'print one JSON object and nothing else'
+complete -c chebclear -n '_shtab_chebclear_using fields' -l quiet -d 'neither progress nor warnings on standard error, no hints'
 complete -c chebclear -n '_shtab_chebclear_using; and test $_shtab_chebclear_npos -eq 0' -a check -d 'check a scene file: its parts, what can move, what looks wrong, a picture'
 complete -c chebclear -n '_shtab_chebclear_using check' -s h -l help -d 'show this help message and exit'
 complete -c chebclear -n '_shtab_chebclear_using check' -l json -d 'print one JSON object and nothing else'

@@ -13,6 +13,7 @@ _shtab_chebclear_commands() {
     animate:'simulate a scene and show it as a moving picture'
     check:'check a scene file: its parts, what can move, what looks wrong, a picture'
     completion:'print the script that completes this command in your shell'
+    fields:'list what may stand in a scene file: tables, types, fields with units and defaults'
     new:'write a commented scene file of a ready-made mechanism to start from'
     paper:'compute the case study: tables, figures, arrays'
     report:'write the report of a saved run, study or tradeoff'
@@ -76,6 +77,16 @@ _shtab_chebclear_completion_options=(
 
 # guard to ensure default positional specs are added only once per session
 _shtab_chebclear_completion_defaults_added=0
+
+_shtab_chebclear_fields_options=(
+  "(- : *)"{-h,--help}"[show this help message and exit]"
+  "--json[print one JSON object and nothing else]"
+  "--quiet[neither progress nor warnings on standard error, no hints]"
+  "(*)::a table or a type, such as joints, spring or all:"
+)
+
+# guard to ensure default positional specs are added only once per session
+_shtab_chebclear_fields_defaults_added=0
 
 _shtab_chebclear_new_options=(
   "(- : *)"{-h,--help}"[show this help message and exit]"
@@ -234,6 +245,7 @@ _shtab_chebclear() {
         animate) _arguments -C -s $_shtab_chebclear_animate_options ;;
         check) _arguments -C -s $_shtab_chebclear_check_options ;;
         completion) _arguments -C -s $_shtab_chebclear_completion_options ;;
+        fields) _arguments -C -s $_shtab_chebclear_fields_options ;;
         new) _arguments -C -s $_shtab_chebclear_new_options ;;
         paper) _arguments -C -s $_shtab_chebclear_paper_options ;;
         report) _arguments -C -s $_shtab_chebclear_report_options ;;

@@ -12,12 +12,12 @@ from collections.abc import Iterator
 from dataclasses import MISSING, Field, fields
 from typing import Any
 
-from ..run.features import KINDS
-from ..run.settings import METHODS
-from ..scene.scene import Scene
-from ..scene.schema import Part
-from .reader import FORMAT
-from .run_table import UNITS
+from ...run.features import KINDS
+from ...run.settings import METHODS
+from ...scene.scene import Scene
+from ...scene.schema import Part
+from ..reader import FORMAT
+from ..run_table import UNITS
 
 _TEXT = {"type": "string"}
 
@@ -30,7 +30,7 @@ def scene_file_schema() -> dict[str, Any]:
     dict
         To be written as JSON; ``chebclear/templates/scene.schema.json`` holds it.
     """
-    definitions = {part.__name__: _record(part) for part in _records(Scene)}
+    definitions = {part.__name__: _record(part) for part in records(Scene)}
     scene = definitions.pop("Scene")
     head = {
         "format": {"description": "Number of the file format.", "enum": [FORMAT]},
@@ -38,7 +38,7 @@ def scene_file_schema() -> dict[str, Any]:
         "parameters": {
             "description": "Named numbers that expressions use.",
             "type": "object",
-            "additionalProperties": {"anyOf": [_number("the parameter"), _PARAMETER]},
+            "additionalProperties": {"anyOf": [_number("the parameter"), PARAMETER]},
         },
         "features": {
             "description": "Numbers of the continuous motion by name, such as 'peak(wrist.normal_force)'.",
@@ -64,11 +64,12 @@ def scene_file_schema() -> dict[str, Any]:
     }
 
 
-def _records(part: type[Part]) -> Iterator[type[Part]]:
+def records(part: type[Part]) -> Iterator[type[Part]]:
+    """A record and all that it may hold, each as often as it may be held."""
     yield part
     for choices in part._choices.values():
         for choice in choices:
-            yield from _records(choice)
+            yield from records(choice)
 
 
 def _number(description: str) -> dict[str, Any]:
@@ -79,7 +80,7 @@ def _number(description: str) -> dict[str, Any]:
     }
 
 
-_PARAMETER = {
+PARAMETER: dict[str, Any] = {
     "type": "object",
     "additionalProperties": False,
     "properties": {
@@ -105,7 +106,7 @@ _PARAMETER = {
 
 
 def _record(part: type[Part]) -> dict[str, Any]:
-    words = _descriptions(part)
+    words = descriptions(part)
     items = fields(part)  # type: ignore[arg-type]
     properties = {item.name: _property(part, item, words.get(item.name, "")) for item in items}
     required = [item.name for item in items if item.default is MISSING and item.default_factory is MISSING]
@@ -113,7 +114,7 @@ def _record(part: type[Part]) -> dict[str, Any]:
         properties = {part._tag[0]: {"enum": [part._tag[1]]}, **properties}
         required = [part._tag[0], *required]
     return {
-        "description": inspect.cleandoc(part.__doc__ or "").split("\n")[0],
+        "description": summary(part),
         "type": "object",
         "additionalProperties": False,
         "required": required,
@@ -152,10 +153,22 @@ def _filled(part: type[Part], item: Field[Any], words: str) -> dict[str, Any]:
         return said | numbers
     if annotation.startswith("Mapping"):
         return said | {"type": "object", "additionalProperties": pair}
-    return said | _TEXT
+    words_of_field = accepted_words(part).get(item.name)
+    return said | (_TEXT if words_of_field is None else {"type": "string", "enum": list(words_of_field)})
 
 
-def _descriptions(part: type[Part]) -> dict[str, str]:
+def summary(part: type[Any]) -> str:
+    """The first line of the docstring of a record."""
+    return inspect.cleandoc(part.__doc__ or "").split("\n")[0]
+
+
+def accepted_words(part: type[Any]) -> dict[str, tuple[str, ...]]:
+    """The words of the fields that accept no others, as the docstring lists them in braces."""
+    found = re.findall(r"^(\w+) : \{(.*?)\}", inspect.cleandoc(part.__doc__ or ""), re.MULTILINE)
+    return {name: tuple(re.findall(r'"(\w+)"', words)) for name, words in found}
+
+
+def descriptions(part: type[Any]) -> dict[str, str]:
     """What the docstring says of each parameter."""
     text = inspect.cleandoc(part.__doc__ or "")
     found = re.search(r"Parameters\n-+\n(.*?)(?:\n\n[A-Z]\w+\n-+\n|\Z)", text, re.DOTALL)

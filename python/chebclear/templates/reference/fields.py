@@ -1,0 +1,287 @@
+"""Tables of everything that may stand in a scene file: a page of the documentation, and plain text."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, Field, dataclass, fields
+from typing import Any
+
+from ...run.features import JOINT_KINDS, KINDS
+from ...run.settings import METHODS, Settings
+from ...scene.scene import Scene
+from ...scene.schema import Part
+from ..expressions import CONSTANTS, FUNCTIONS
+from ..reader import FORMAT
+from ..run_table import UNITS
+from .json_schema import PARAMETER, accepted_words, descriptions, records, summary
+
+WIDTH = 100
+"""Columns of the tables in plain text [-]."""
+# How the tables of a scene are written; the ground is one, all else are lists of them.
+_HEADS = {"ground": "[ground]"}
+
+
+@dataclass(frozen=True)
+class FieldRow:
+    """One field."""
+
+    name: str
+    """Its key in the file."""
+    value: str
+    """What it may be, with its unit."""
+    default: str
+    """What holds if it is left out; ``"required"`` if it may not be."""
+    meaning: str
+    """What it is."""
+
+
+@dataclass(frozen=True)
+class FieldTable:
+    """The fields of one kind of table of a scene file."""
+
+    section: str
+    """Where it stands, such as ``"[[joints]]"``."""
+    kind: str
+    """The word that selects it, such as ``"revolute"``; empty where there is only one kind."""
+    summary: str
+    """What it is."""
+    rows: tuple[FieldRow, ...]
+    """Its fields."""
+
+    @property
+    def title(self) -> str:
+        """How the table is written, with the word that selects its kind."""
+        if "..." in self.section:
+            return self.section.replace("...", f'"{self.kind}"')
+        return f'{self.section} type = "{self.kind}"' if self.kind else self.section
+
+
+def field_tables() -> list[FieldTable]:
+    """All tables that a scene file may hold, in the order in which one writes them.
+
+    Returns
+    -------
+    list of FieldTable
+    """
+    parts = {name: choices for name, choices in Scene._choices.items()}
+    told = descriptions(Scene)
+    tables = [_head(), _parameters(), FieldTable("[ground]", "", told["ground"], (_points(),))]
+    held: dict[str, tuple[type[Part], ...]] = {}
+    for name, choices in parts.items():
+        for part in choices:
+            tables.append(_table(f"[[{name}]]", part))
+            for field_name, inner in part._choices.items():
+                key = _key_of(inner)
+                held.setdefault(key if key != "law" else f"{field_name} = {{ law = ... }}", inner)
+    for key, choices in held.items():
+        section = key if "law" in key else "torque = { function = ... }"
+        tables += [_table(section, part) for part in choices]
+    return [*tables, _run(), _features()]
+
+
+def page(tables: list[FieldTable]) -> str:
+    """The tables as a page of the documentation."""
+    text = [
+        "# Fields of scene files",
+        "",
+        "Every table, type and field of a {doc}`scene file <scene_files>`; `chebclear fields` prints it.",
+        'A number may also be a quantity in its unit or any other of the dimension (`"20 um"`), or an',
+        "expression of parameters. This page is made by `.ci/schema` from the records that the reader uses.",
+        "",
+    ]
+    for table in tables:
+        head = f"`{table.title}`" if table.title[0] == "[" or "{" in table.title else _capital(table.title)
+        text.append(f"## {head}\n\n{_marked(table.summary)}\n")
+        text.append("| field | value | if left out | meaning |\n|---|---|---|---|")
+        for row in table.rows:
+            default = row.default if row.default in _WORDS else f"`{row.default}`"
+            cells = [f"`{row.name}`", row.value, default, _marked(row.meaning)]
+            text.append(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |")
+        text.append("")
+    return "\n".join(text).rstrip() + "\n"
+
+
+def plain(tables: list[FieldTable]) -> str:
+    """The tables as text for a terminal."""
+    lines: list[str] = []
+    for table in tables:
+        lines += [table.title, *textwrap.wrap(_unmarked(table.summary), WIDTH - 2, **_indent(2))]
+        width = max(len(row.name) for row in table.rows)
+        for row in table.rows:
+            default = row.default if row.default in _WORDS else f"default {row.default}"
+            told = f"{row.value}; {default}. {_unmarked(row.meaning)}"
+            wrapped = textwrap.wrap(told, WIDTH - width - 6)
+            lines.append(f"    {row.name.ljust(width)}  {wrapped[0]}")
+            lines += [f"{' ' * (width + 6)}{line}" for line in wrapped[1:]]
+        lines.append("")
+    return "\n".join(lines).rstrip()
+
+
+def overview(tables: list[FieldTable]) -> str:
+    """The kinds of tables, each section in a line."""
+    kinds: dict[str, list[str]] = {}
+    for table in tables:
+        kinds.setdefault(table.section, []).append(table.kind or _unmarked(table.summary))
+    width = max(map(len, kinds))
+    lines = []
+    for section, names in kinds.items():
+        wrapped = textwrap.wrap(", ".join(names), WIDTH - width - 2) or [""]
+        lines.append(f"{section.ljust(width)}  {wrapped[0]}")
+        lines += [f"{' ' * (width + 2)}{line}" for line in wrapped[1:]]
+    return "\n".join(lines)
+
+
+def matching(tables: list[FieldTable], words: list[str]) -> list[FieldTable]:
+    """The tables whose section or kind one of the words names, such as ``"joints"`` or ``"spring"``."""
+    asked = [word.strip("[]").lower() for word in words]
+    return [
+        table for table in tables if any(word in (table.kind, first_word(table.section)) for word in asked)
+    ]
+
+
+def first_word(section: str) -> str:
+    """The word by which a section is asked for."""
+    return "function" if "function" in section else section.strip("[]").split(" ")[0]
+
+
+_WORDS = ("required", "optional", "-")
+_HEAD = {
+    "format": ("number", str(FORMAT), "Number of the file format."),
+    "title": ("text", "optional", "What the mechanism is, for people."),
+}
+
+
+def _indent(columns: int) -> dict[str, Any]:
+    return {"initial_indent": " " * columns, "subsequent_indent": " " * columns}
+
+
+def _marked(text: str) -> str:
+    return text.replace("``", "`")
+
+
+def _unmarked(text: str) -> str:
+    return text.replace("`", "")
+
+
+def _key_of(choices: tuple[type[Part], ...]) -> str:
+    tag = choices[0]._tag
+    return tag[0] if tag is not None else ""
+
+
+def _head() -> FieldTable:
+    rows = tuple(FieldRow(name, *cells) for name, cells in _HEAD.items())
+    return FieldTable(
+        "top of the file", "", "A bare number is in SI units; a text is a quantity or an expression.", rows
+    )
+
+
+def _points() -> FieldRow:
+    return FieldRow("NAME", "[x, y] [m]", "-", "A point, as in `O = [0, 0]`; elsewhere it is `ground.O`.")
+
+
+def _parameters() -> FieldTable:
+    functions = ", ".join(FUNCTIONS)
+    words = (
+        "A named number is a number, a quantity, an expression, or a table of these fields. Expressions of "
+        f"parameters hold numbers, names, ``+ - * / **``, parentheses, {', '.join(CONSTANTS)} and the "
+        f"functions {functions}; angles are in rad."
+    )
+    forms = {"limits": "[lower, upper]", "fit": "text", "unit": "text", "note": "text"}
+    rows = [
+        FieldRow(
+            f"NAME.{name}",
+            forms.get(name, "number"),
+            "optional",
+            f"{_capital(str(property['description']).partition(': a number in SI')[0])}.",
+        )
+        for name, property in PARAMETER["properties"].items()
+    ]
+    return FieldTable("[parameters]", "", words, tuple(rows))
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _run() -> FieldTable:
+    told, rows = descriptions(Settings), []
+    own = {item.name: item for item in fields(Settings)}
+    for name in (*UNITS, "method", "outputs"):
+        item = own[name]
+        value = f"number [{UNITS[name]}]" if name in UNITS else _quoted(METHODS)
+        if name == "outputs":
+            value = "list of texts"
+        default = {"duration": "required", "samples": "1001", "outputs": "optional"}.get(name, _default(item))
+        rows.append(FieldRow(name, value, default, _without_unit(told[name], UNITS.get(name, ""))))
+    words = "How to simulate; the command line replaces each by an option of the same name."
+    return FieldTable("[run]", "", words, tuple(rows))
+
+
+def _features() -> FieldTable:
+    outputs = ", ".join(kind for kind in KINDS if kind not in JOINT_KINDS)
+    words = (
+        f"Numbers of the continuous motion by names of your choice: {outputs} of an output, "
+        f"{', '.join(JOINT_KINDS)} of a clearance joint."
+    )
+    row = FieldRow("NAME", "text", "-", 'As in `"peak force" = "peak(wrist.normal_force)"`.')
+    return FieldTable("[features]", "", words, (row,))
+
+
+def _table(section: str, part: type[Part]) -> FieldTable:
+    told, words = descriptions(part), accepted_words(part)
+    rows = (
+        []
+        if part._tag is None
+        else [FieldRow(part._tag[0], f'"{part._tag[1]}"', "required", "Selects this kind.")]
+    )
+    for item in fields(part):  # type: ignore[arg-type]
+        unit = str(item.metadata.get("unit", ""))
+        value = _value(part, item, unit, words)
+        rows.append(FieldRow(item.name, value, _default(item), _without_unit(told.get(item.name, ""), unit)))
+    return FieldTable(section, "" if part._tag is None else part._tag[1], summary(part), tuple(rows))
+
+
+def _value(part: type[Part], item: Field[Any], unit: str, words: Mapping[str, tuple[str, ...]]) -> str:
+    annotation, in_unit = str(item.type), f" [{unit}]" if unit else ""
+    if item.name in part._choices:
+        inner = part._choices[item.name]
+        tables = (
+            f"table with {_key_of(inner)} = {_quoted([choice._tag[1] for choice in inner if choice._tag])}"
+        )
+        return f"number{in_unit} or {tables}" if annotation.startswith("float") else tables
+    if annotation.startswith("float"):
+        return f"number{in_unit}"
+    if annotation == "Vector":
+        return f"[x, y]{in_unit}"
+    if annotation == "Numbers":
+        return f"[number, ...]{in_unit}"
+    if annotation.startswith("Mapping"):
+        return f"table of NAME = [x, y]{in_unit}"
+    return _quoted(words[item.name]) if item.name in words else "text"
+
+
+def _quoted(words: Any) -> str:
+    return ", ".join(f'"{word}"' for word in words)
+
+
+def _default(item: Field[Any]) -> str:
+    if item.default is MISSING:
+        return "required" if item.default_factory is MISSING else "optional"
+    if item.default is None:
+        return "optional"
+    if isinstance(item.default, tuple):
+        return f"[{', '.join(f'{number:g}' for number in item.default)}]"
+    return f'"{item.default}"' if isinstance(item.default, str) else f"{item.default:g}"
+
+
+def _without_unit(text: str, unit: str) -> str:
+    """A description without the unit, which stands beside it."""
+    return text.replace(f" [{unit}]", "", 1) if unit else text
+
+
+def every_field(part: type[Part] = Scene) -> Iterator[tuple[type[Part], str]]:
+    """Every record of a scene with the names of its fields; tests hold the tables to them."""
+    for record in records(part):
+        for item in fields(record):  # type: ignore[arg-type]
+            yield record, item.name
