@@ -14,7 +14,7 @@ copyright = f"2026, {author}"
 version = release = chebclear.__version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-extensions += ["mathml"]
+extensions += ["mathml", "answers"]
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
 # Included in other pages.

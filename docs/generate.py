@@ -23,8 +23,8 @@ def everything(folder: Path) -> None:
         (folder / f"api_{name}.md").write_text(page, encoding="utf-8")
     with warnings.catch_warnings(), matplotlib.rc_context(STYLE):
         warnings.simplefilter("ignore", cc.ChebclearWarning)
-        for draw in (signs, play, peaks, horizon, verdicts):
-            figure = Figure(figsize=(7.0, 5.0 if draw is verdicts else 3.4), layout="constrained")
+        for draw in (signs, frames, play, latching, peaks, horizon, verdicts):
+            figure = Figure(figsize=(7.0, 6.4 if draw is verdicts else 3.4), layout="constrained")
             draw(figure)
             figure.savefig(folder / f"{draw.__name__}.png", dpi=150, metadata={"Software": None})
 
@@ -179,20 +179,105 @@ def horizon(figure: Figure) -> None:
     ax.legend()
 
 
+def latching(figure: Figure) -> None:
+    """The loops of force against penetration of two impacts, and the rates that they keep."""
+    scene = cc.mechanisms.free_journal(clearance=2e-4, restitution=0.6)
+    run = cc.simulate(scene, duration=0.04, samples=200_001)
+    left, right = figure.subplots(1, 2)
+    rate, force, depth = (
+        run[f"bearing.{kind}"] for kind in ("penetration_rate", "normal_force", "penetration")
+    )
+    for number, color in ((0, "tab:blue"), (2, "tab:red")):
+        start, end = run.contacts.onset[number], run.contacts.separation[number]
+        inside = (run.t >= start) & (run.t <= end)
+        kept = run.contacts.impact_velocity[number]
+        label = f"impact {number + 1}, at {1e3 * kept:.1f} mm/s"
+        left.plot(1e6 * depth[inside], force[inside], color=color, label=label)
+        since = 1e6 * (run.t[inside] - start)
+        right.plot(since, 1e3 * rate[inside], color=color)
+        right.plot(0.0, 1e3 * kept, "o", color=color, clip_on=False)
+    right.axhline(0.0, color="black", linewidth=0.8)
+    left.set(xlabel="penetration [µm]", ylabel="normal force [N]", xlim=(0.0, None), ylim=(0.0, None))
+    right.set(xlabel="time since the onset [µs]", ylabel="penetration rate [mm/s]", xlim=(0.0, None))
+    left.legend(loc="upper left")
+
+
 def verdicts(figure: Figure) -> None:
-    """A band that a polynomial follows, and one that is calibrated."""
+    """The six kinds of statement that a band may make, on one mechanism."""
     study = cc.Study(
         cc.mechanisms.slider_crank,
         {"crank_length": cc.interval(0.05, rel=0.02), "clearance": cc.interval(2e-5, rel=0.5)},
         outputs=["slider.x", "wrist.normal_force"],
-        duration=0.03,
-        samples=361,
-        skip=0.03,
+        duration=0.004,
+        samples=201,
+        skip=0.037,
     )
-    result = study.band(41)
-    for ax, name in zip(figure.subplots(2, 1), result.outputs, strict=True):
-        result[name].plot(ax=ax)
-        ax.set_title(f"{name}: {result[name].verdict}")
+    force, band = "wrist.normal_force", study.band(41)
+    shown = [
+        band["slider.x"],
+        band[force],
+        study.certify(0.95)[force],
+        study.sample(20)[force],
+        study.band(5)[force],
+        study.chebyshev(4)[force],
+    ]
+    for ax, one in zip(figure.subplots(3, 2, sharex=True).flat, shown, strict=True):
+        color = {"resolved": "tab:green", "not resolved": "tab:red"}.get(one.verdict, "tab:blue")
+        ax.fill_between(1e3 * one.t, one.lower, one.upper, color=color, alpha=0.3, linewidth=0.0)
+        for run in one.runs[:: max(1, len(one.runs) // 12)]:
+            ax.plot(1e3 * one.t, run, color="0.4", linewidth=0.3)
+        ax.set_title(f"{one.verdict}: {len(one.runs)} runs")
+    for ax, label in zip(figure.axes, ["slider x [m]"] + ["force in wrist [N]"] * 5, strict=True):
+        ax.set_ylabel(label)
+    for ax in figure.axes[-2:]:
+        ax.set_xlabel("time [ms]")
+
+
+def frames(figure: Figure) -> None:
+    """A body in ground: its frame, its points, its angle, and a torque."""
+    ax = figure.add_subplot()
+    ax.set_aspect("equal")
+    ax.axis("off")
+    turn, origin = 0.5, np.array([1.5, 0.45])
+    along = np.array([np.cos(turn), np.sin(turn)])
+    across = np.array([-along[1], along[0]])
+    tip, center = origin + 2.6 * along, origin + 1.1 * along + 0.12 * across
+
+    def label(place: np.ndarray, right: float, up: float, text: str, color: str = "black") -> None:
+        ax.text(place[0] + right, place[1] + up, text, color=color)
+
+    def arrow(start: np.ndarray, end: np.ndarray, color: str, text: str, offset: tuple[float, float]) -> None:
+        ax.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": color, "linewidth": 1.5})
+        label(end, *offset, text, color)
+
+    ground = np.zeros(2)
+    arrow(ground, np.array([1.0, 0.0]), "black", "x", (0.03, -0.05))
+    arrow(ground, np.array([0.0, 1.0]), "black", "y", (-0.05, 0.05))
+    ax.text(-0.1, -0.28, "ground", ha="left")
+    outline = [origin - 0.25 * along, origin + 0.28 * across, tip + 0.2 * across, tip + 0.25 * along]
+    outline += [tip - 0.2 * across, origin - 0.28 * across]
+    ax.add_patch(patches.Polygon(outline, facecolor="tab:blue", alpha=0.18, edgecolor="tab:blue"))
+    arrow(origin, origin + 0.8 * along, "tab:blue", "", (0.0, 0.0))
+    arrow(origin, origin + 0.8 * across, "tab:blue", "frame of the body", (-0.65, 0.08))
+    ax.plot(*origin, "o", color="tab:blue")
+    label(origin, 0.1, -0.3, "point A = (0, 0)")
+    ax.plot(*tip, "o", color="tab:blue")
+    label(tip, 0.3, -0.12, "point B = (length, 0)")
+    ax.plot(*center, marker="P", color="black", markersize=8)
+    label(center, -0.75, 0.5, "center of mass")
+    ax.plot([origin[0], origin[0] + 1.7], [origin[1]] * 2, color="0.5", linestyle="--", linewidth=0.9)
+    ax.add_patch(patches.Arc(origin, 3.0, 3.0, theta1=0.0, theta2=np.degrees(turn), color="tab:red"))
+    label(origin, 1.58, 0.22, "angle > 0", "tab:red")
+    turned = {
+        "arrowstyle": "-|>",
+        "connectionstyle": "arc3,rad=0.55",
+        "color": "tab:purple",
+        "linewidth": 2.0,
+    }
+    ax.annotate("", tip + 0.45 * across - 0.1 * along, tip - 0.42 * across + 0.25 * along, arrowprops=turned)
+    label(tip, 0.1, 0.62, "torque > 0", "tab:purple")
+    ax.set_xlim(-0.4, 6.2)
+    ax.set_ylim(-0.4, 2.8)
 
 
 def front(figure: Figure) -> None:
