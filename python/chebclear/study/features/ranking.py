@@ -23,7 +23,8 @@ class Rank(Shown):
     parameter : str
         Name of the parameter.
     narrowing : Estimate
-        Relative reduction of the interval of 95 % of the feature's values when that of the parameter is halved [-].
+        Relative reduction of the interval of 95 % of the feature's values when that of the parameter is
+        halved [-].
     share : Estimate
         Share of the variance that the parameter alone explains [-].
     monotone : str | None
