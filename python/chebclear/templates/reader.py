@@ -199,7 +199,7 @@ class _Reader:
             _scene=scene,
             _expressions=tuple(self.expressions),
         )
-        self._check_scene(template)
+        self._check_scene(template, constants)
         if self.values.problems:
             raise SceneError(self.values.problems)
         return template
@@ -212,10 +212,16 @@ class _Reader:
             self.values.note(("title",), f"must be a text, got {self.file['title']!r}")
             self.file = {**self.file, "title": ""}
 
-    def _check_scene(self, template: Template) -> None:
+    def _check_scene(self, template: Template, constants: Mapping[str, float]) -> None:
         """What only the whole scene shows, at the nominal values."""
         known = list(self.values.problems)
+        names = self.file.get("parameters", {})
+        lost = not isinstance(names, Mapping) or not set(names) <= set(constants)
         try:
+            if lost:
+                # Any number will do to see whether the tables are right; what it leads to is no news.
+                template.scene_at(dict.fromkeys(names, 1.0) | dict(constants))
+                return
             facts = template.scene().check()
         except SceneError as error:
             seen = {problem.path for problem in known}
@@ -223,8 +229,8 @@ class _Reader:
             self.values.problems += [
                 problem
                 for problem in error.problems
-                if not known
-                or not any(
+                if not (lost and isinstance(problem, ExpressionProblem))
+                and not any(
                     at_or_below(problem.path, path) or at_or_below(path, problem.path) for path in seen
                 )
             ]

@@ -174,7 +174,16 @@ class Template:
         TypeError
             If a name is unknown.
         """
-        values = self.values(**given)
+        return self.scene_at(self.values(**given))
+
+    def scene_at(self, values: Mapping[str, float]) -> Scene:
+        """The scene with these values of all parameters [SI units].
+
+        Raises
+        ------
+        SceneError
+            If a number of the scene has no value, or a table is wrong.
+        """
         plain = copy.deepcopy(dict(self._scene))
         problems: list[Problem] = []
         for path, expression in self._expressions:
@@ -186,8 +195,7 @@ class Template:
             except ExpressionError as error:
                 words = f'"{expression.text}" {error}'
                 problems.append(ExpressionProblem(path_text(path), words, error.column))
-        if problems:
-            raise SceneError(problems)
+        # A number that has no value stays zero: what else is wrong is told at once.
         scene = read(plain, (Scene,), "", problems)
         if problems:
             raise SceneError(problems)

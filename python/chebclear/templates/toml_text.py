@@ -73,13 +73,19 @@ def _syntax_problem(message: str, text: str) -> Problem:
         return Problem("end of file", words)
     line, column = int(found[1]), int(found[2])
     written = text.split("\n")[line - 1]
-    bare = re.search(r"=\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s+([A-Za-z\u00b5\u03bc%]\S*)\s*$", written)
+    bare = _BARE_QUANTITY.search(written)
     dot = re.search(r"[=\s\[,]([+-]?(?:\d+\.(?!\d)|\.\d+))", written)
     if bare:
         words += f'; write a quantity in quotes: "{bare[1]} {bare[2]}"'
     elif dot:
         words += f"; {dot[1]} needs a digit on both sides of the point"
-    return Problem(f"{line}:{column}", words)
+    return Problem(f"{line}:{column}", f"{words}\n    | {written}\n    | {' ' * (column - 1)}^")
+
+
+# A number with a unit that stands in no quotes, as a value of its own, in a list or in a table.
+_BARE_QUANTITY = re.compile(
+    r"[=\[,]\s*([+-]?\d[\d.]*(?:[eE][+-]?\d+)?)\s+([A-Za-z\u00b5\u03bc%\u00b0][^\s,\]}#]*)\s*(?:[,\]}#]|$)"
+)
 
 
 def inside(text: str, place: Place, offset: int) -> Place:
