@@ -66,6 +66,27 @@ def format_quantity(value: float, unit: str, digits: int = 3) -> str:
     return format_range((value,), unit, digits)
 
 
+def format_exact(value: float, unit: str, size: float | None = None) -> str:
+    """A number as it was given, with up to six digits and no zeros at its end.
+
+    Parameters
+    ----------
+    value : float
+        In the unit.
+    unit : str
+        SI unit; ``"-"`` and ``""`` are not written.
+    size : float, optional
+        Size of the quantity whose prefix is taken; that of the number if not given.
+
+    Examples
+    --------
+    >>> format_exact(0.02, "m"), format_exact(2e-4, "m", 0.02), format_exact(1e-4, "-")
+    ('20 mm', '0.2 mm', '0.0001')
+    """
+    factor, shown = prefix_of(abs(value) if size is None else size, unit)
+    return f"{factor * value:.6g} {shown}" if shown not in ("", "-") else f"{factor * value:.6g}"
+
+
 def format_range(values: tuple[float, ...], unit: str, digits: int = 3) -> str:
     """Numbers with one unit, with the prefix of the largest: ``"-1.20 .. 2.31 kN"``.
 

@@ -28,6 +28,19 @@ def listed(names: Iterable[str], most: int = 8) -> str:
     return f"{', '.join(known[:most])} and {len(known) - most} more"
 
 
+def in_a_sentence(names: Sequence[str]) -> str:
+    """Names in a sentence; of many the first ones.
+
+    Examples
+    --------
+    >>> in_a_sentence(["slider.x", "slider.vx"]), in_a_sentence(list("abcdef"))
+    ('slider.x and slider.vx', 'a, b, c and 3 more')
+    """
+    if len(names) > 4:
+        return f"{', '.join(names[:3])} and {len(names) - 3} more"
+    return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else "".join(names)
+
+
 def shortened(lines: Sequence[str], most: int = MOST_LINES) -> list[str]:
     """Lines, without the middle ones if there are too many.
 

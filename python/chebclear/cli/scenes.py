@@ -7,17 +7,13 @@ import shlex
 import sys
 from typing import Any
 
-from ..scene.parts import ClearanceRevolute, Prismatic, Revolute
-from ..scene.scene import Scene
+from ..scene.usual import loose_joints, usual_outputs
 from ..templates.reader import load
 from ..templates.template import Template
 
 _SETTINGS = ("duration", "skip", "samples", "outputs", "method")
 SAMPLES = 1001
 """Samples of a run whose file does not say."""
-MOST_OUTPUTS = 12
-"""Outputs of a command that names none [-]: as many as a report shows without tiring its reader."""
-_GROUND = "ground"
 
 
 def template_of(options: argparse.Namespace) -> Template:
@@ -37,9 +33,20 @@ def settings_of(template: Template, options: argparse.Namespace) -> dict[str, An
     Exits with a usage error if nothing says how long to simulate.
     """
     if "duration" not in template.run:
-        options.usage_error("how long? give --duration, or duration in the table [run] of the file")
+        turn = period_of(template)
+        told = f"; one revolution of its drive takes {turn}" if turn else ""
+        options.usage_error(f"how long? give --duration, or duration in the table [run] of the file{told}")
     rtol = getattr(options, "rtol", None)
     return {"samples": SAMPLES, **template.run} | ({} if rtol is None else {"rtol": rtol})
+
+
+def period_of(template: Template) -> str:
+    """One revolution of the drive as an argument of the command line; empty without such a drive."""
+    try:
+        turn = template.scene().period
+    except ValueError:  # no drive at constant speed, or several
+        return ""
+    return f"{1e3 * turn:.6g} ms"
 
 
 def outputs_of(
@@ -73,42 +80,8 @@ def outputs_of(
         )
     if orbits:
         kinds = ("eccentricity", "eccentricity_x", "eccentricity_y", "penetration")
-        chosen += [f"{joint.name}.{kind}" for joint in _loose(scene) for kind in kinds]
+        chosen += [f"{joint.name}.{kind}" for joint in loose_joints(scene) for kind in kinds]
     return settings | {"outputs": chosen}
-
-
-def usual_outputs(scene: Scene) -> list[str]:
-    """What is mostly asked of a mechanism: the motion of what slides or swings, forces in play, torques.
-
-    Bodies that slide on the ground; without one, those on a bearing of the ground that no drive turns; else
-    the position of the last body.
-    """
-    driven = {drive.joint for drive in scene.drives}
-    sliding: list[str] = []
-    swinging: list[str] = []
-    for joint in scene.joints:
-        if isinstance(joint, ClearanceRevolute) or joint.name in driven:
-            continue
-        ends = [end.partition(".")[0] for end in (joint.a, joint.b)]
-        if _GROUND not in ends:
-            continue
-        body = ends[ends[0] == _GROUND]
-        if isinstance(joint, Prismatic):
-            along = "x" if abs(joint.axis[0]) >= abs(joint.axis[1]) else "y"
-            sliding += [f"{body}.{kind}{along}" for kind in ("", "v", "a")]
-        elif isinstance(joint, Revolute):
-            swinging += [f"{body}.{kind}" for kind in ("angle", "angular_velocity", "angular_acceleration")]
-    chosen = sliding or swinging
-    if not chosen:
-        chosen = [f"{scene.bodies[-1].name}.{kind}" for kind in ("x", "y")]
-    chosen += [f"{joint.name}.normal_force" for joint in _loose(scene)]
-    known = scene.check().columns
-    chosen += [f"{drive.name}.torque" for drive in scene.drives if f"{drive.name}.torque" in known]
-    return list(dict.fromkeys(chosen))[:MOST_OUTPUTS]
-
-
-def _loose(scene: Scene) -> list[ClearanceRevolute]:
-    return [joint for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
 
 
 def progress_of(options: argparse.Namespace) -> bool | None:

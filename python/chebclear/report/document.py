@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
@@ -10,6 +11,9 @@ from ..base.units import unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+_NUMBER = re.compile(r"[-+−±<>≤≥]?\s?\d")
+_GAPS = ("-", "", "not known")
 
 Judgment = Literal["good", "fair", "bad"]
 
@@ -67,6 +71,12 @@ class Table:
         if wrong:
             raise ValueError(f'rows {wrong} of the table "{self.caption}" do not have {len(self.head)} cells')
 
+    def in_numbers(self, column: int) -> bool:
+        """Whether a column holds numbers and gaps only, and so is set flush right."""
+        cells = [row[column] for row in self.rows]
+        numbers = [cell for cell in cells if isinstance(cell, str) and _NUMBER.match(cell)]
+        return bool(numbers) and all(cell in numbers or cell in _GAPS for cell in cells)
+
 
 @dataclass(frozen=True)
 class Picture:
@@ -108,6 +118,16 @@ class Section:
 
 
 @dataclass(frozen=True)
+class Finding:
+    """A part of the answer."""
+
+    subject: str
+    """What it is about."""
+    text: str
+    """What is found of it, a sentence or some."""
+
+
+@dataclass(frozen=True)
 class Document:
     """A whole report."""
 
@@ -115,8 +135,8 @@ class Document:
     """The question, in words."""
     facts: Sequence[str]
     """A line of short facts below the title: runs, seconds, version, date."""
-    answer: Sequence[str]
-    """The answer, a sentence each."""
+    answer: Sequence[Finding | str]
+    """The answer: findings, and sentences that are about no single subject."""
     doubts: Sequence[str]
     """What cannot be trusted and why, a sentence each."""
     sections: Sequence[Section] = field(default_factory=tuple)

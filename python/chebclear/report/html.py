@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import os
-import re
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -68,7 +67,7 @@ def _environment() -> Environment:
         lstrip_blocks=True,
     )
     environment.filters.update(embedded=embedded, download=_download, kind=_kind)
-    environment.tests.update(verdict=_is_verdict, number=_is_number)
+    environment.tests.update(verdict=_is_verdict)
     return environment
 
 
@@ -109,8 +108,3 @@ def _kind(block: Block) -> str:
 
 def _is_verdict(cell: object) -> bool:
     return isinstance(cell, Verdict)
-
-
-def _is_number(cell: object) -> bool:
-    """Whether a cell begins like a number, so that its column is set flush right."""
-    return isinstance(cell, str) and re.match(r"[-+−±<>≤≥]?\s?\d", cell) is not None

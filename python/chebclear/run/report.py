@@ -12,13 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.files import package_version
-from ..base.prefixes import format_quantity, format_range
+from ..base.prefixes import format_exact, format_quantity, format_range
+from ..base.shown import in_a_sentence
 from ..base.units import units
 from ..plots.drawing.scene import plot_scene
 from ..plots.subjects import RunLike
-from ..report.document import Document, Items, Listing, Picture, Section, Table
+from ..report.document import Document, Finding, Items, Listing, Picture, Section, Table
 from ..scene.columns import column_unit
 from ..scene.scene import ClearanceRevolute, Scene
+from ..scene.usual import usual_outputs
 from .settings import Settings
 
 if TYPE_CHECKING:
@@ -52,11 +54,18 @@ class ReportedRun(RunLike, Protocol):
 
 def run_document(run: ReportedRun, outputs: Sequence[str] | None, title: str | None) -> Document:
     """The report of one run; see `Trajectory.report`."""
-    shown = list(outputs) if outputs is not None else outputs_to_show(run.scene, run.columns)
+    shown = (
+        list(outputs)
+        if outputs is not None
+        else outputs_to_show(run.scene, run.columns, run.settings.outputs or ())
+    )
     extremes = [_extremes(run, name) for name in shown]
     answer = [
-        f"{name} goes from {format_quantity(low.value, unit)} at {format_quantity(low.time, 's')} to "
-        f"{format_quantity(high.value, unit)} at {format_quantity(high.time, 's')}."
+        Finding(
+            name,
+            f"from {format_quantity(low.value, unit)} at {format_quantity(low.time, 's')} to "
+            f"{format_quantity(high.value, unit)} at {format_quantity(high.time, 's')}.",
+        )
         for name, unit, low, high in extremes
     ]
     blocks: list[Any] = [_extremes_table(run, extremes)]
@@ -80,7 +89,7 @@ def run_document(run: ReportedRun, outputs: Sequence[str] | None, title: str | N
     if run.error is None:
         doubts.append('The error of the run was not estimated; simulate(..., error="estimate") does so.')
     return Document(
-        title=title or f"How do {', '.join(shown)} move?",
+        title=title or _question(shown),
         facts=[run.status, f"{run.stats.steps} steps", f"{run.stats.events} contact changes", version_fact()],
         answer=answer,
         doubts=doubts,
@@ -96,14 +105,18 @@ def run_document(run: ReportedRun, outputs: Sequence[str] | None, title: str | N
     )
 
 
-def outputs_to_show(scene: Scene, columns: Sequence[str]) -> list[str]:
-    """The outputs to draw: all of few, otherwise forces in the bearings, the drives and the last body."""
+def _question(names: Sequence[str]) -> str:
+    """The question that a run answers."""
+    if not names:
+        return "How does the mechanism move?"
+    return f"How {'does' if len(names) == 1 else 'do'} {in_a_sentence(names)} move?"
+
+
+def outputs_to_show(scene: Scene, columns: Sequence[str], named: Sequence[str] = ()) -> list[str]:
+    """The outputs to draw: all of few, otherwise the usual ones, then those that were named."""
     if len(columns) <= MOST_PICTURES:
         return list(columns)
-    joints = [joint.name for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
-    wanted = [f"{name}.normal_force" for name in joints]
-    wanted += [f"{drive.name}.torque" for drive in scene.drives]
-    wanted += [f"{scene.bodies[-1].name}.{kind}" for kind in ("x", "vx", "ax")] if scene.bodies else []
+    wanted = dict.fromkeys([*usual_outputs(scene), *named])
     found = [name for name in wanted if name in columns]
     return (found or list(columns))[:MOST_PICTURES]
 
@@ -191,8 +204,8 @@ def costs_table(stats: Sequence[Any]) -> Table:
     rows = []
     for name in names:
         counts = [getattr(one, name) for one in stats]
-        row = [name, str(sum(counts))]
-        rows.append(row if len(stats) == 1 else [*row, str(min(counts)), str(max(counts))])
+        shown = [sum(counts)] if len(stats) == 1 else [sum(counts), min(counts), max(counts)]
+        rows.append([name, *(f"{count:,}".replace(",", "\u202f") for count in shown)])
     head = ["count", "in all"] if len(stats) == 1 else ["count", "in all", "least of a run", "most of a run"]
     return Table("Work of the integrator", head, rows)
 
@@ -217,7 +230,7 @@ def reproduction(
         if isinstance(value, tuple):
             text = ", ".join(map(str, value))
         elif item.name in known:
-            text = format_quantity(value, known[item.name], 6)
+            text = format_exact(value, known[item.name])
         else:
             text = f"{value:g}" if isinstance(value, float) else str(value)
         rows.append([item.name, text])

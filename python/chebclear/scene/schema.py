@@ -272,7 +272,10 @@ def read(plain: Any, accepted: tuple[type[Part], ...], path: str, problems: list
         elif item.default is dataclasses.MISSING and item.default_factory is dataclasses.MISSING:
             problems.append(Problem(where, "is missing"))
     names = [item.name for item in _fields(part)]
-    problems += [Problem(join(path, name), f"unknown field{did_you_mean(name, names)}") for name in left]
+    known = f"; known are {', '.join(names)}"
+    problems += [
+        Problem(join(path, name), f"unknown field{did_you_mean(name, names) or known}") for name in left
+    ]
     return part(**values) if len(problems) == before else None
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import chebclear as cc
 import pytest
 from chebclear.cli import main
-from chebclear.cli.scenes import MOST_OUTPUTS, usual_outputs
+from chebclear.scene.usual import MOST_OUTPUTS, usual_outputs
 
 ROOT = Path(__file__).parents[3]
 STARTERS = importlib.resources.files("chebclear.templates") / "starters"

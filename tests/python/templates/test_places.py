@@ -127,3 +127,37 @@ def test_the_error_of_a_value_survives_copies():
         assert again.problems == [problem]
         assert str(again) == str(caught.value)
         assert again.problems[0].offset == problem.offset == 0
+
+
+def test_what_is_wrong_elsewhere_is_told_beside_a_parameter_without_a_value():
+    text = FILE.format(value='"width"').replace("width = 1", 'width = "1 / (length - length)"')
+    text = text.replace('type = "revolute"', 'type = "pin"').replace("inertia = 1", "inertias = 1")
+    with pytest.raises(cc.SceneError) as caught:
+        cc.loads(text)
+    paths = [problem.path.rpartition(": ")[2] for problem in caught.value.problems]
+    assert paths == ["parameters.width", "joints[0].type", "bodies[0].inertia", "bodies[0].inertias"]
+    assert 'did you mean "inertia"' in caught.value.problems[-1].message
+
+
+def test_nothing_is_told_of_what_depends_on_a_parameter_without_a_value():
+    text = FILE.format(value='"1 / (width - 1)"').replace("width = 1", 'width = "1 mmm"')
+    with pytest.raises(cc.SceneError) as caught:
+        cc.loads(text)
+    assert [problem.path for problem in caught.value.problems] == ["scene:3:20: parameters.width"]
+
+
+@pytest.mark.parametrize(
+    ("line", "quantity"),
+    [
+        ("length = 40 cm", "40 cm"),
+        ("a = { nominal = 1.5e-3 m, rel = 0.1 }", "1.5e-3 m"),
+        ("a = { rel = 0.1, nominal = 40 mm }", "40 mm"),
+        ("a = { limits = [1 um, 2] }", "1 um"),
+        ("a = 30 deg # at the start", "30 deg"),
+    ],
+)
+def test_a_quantity_without_quotes_is_told_wherever_it_stands(line, quantity):
+    with pytest.raises(cc.SceneError) as caught:
+        cc.loads(f"[parameters]\n{line}\n")
+    assert f'write a quantity in quotes: "{quantity}"' in str(caught.value)
+    assert f"    | {line}\n" in str(caught.value)

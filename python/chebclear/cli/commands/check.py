@@ -16,7 +16,7 @@ from ...templates.units import written
 from ..figures import draw_scene, file_name
 from ..options import Commands, add_scene, directory, new_command
 from ..output import print_json, require_writable
-from ..scenes import hint, template_of
+from ..scenes import hint, period_of, template_of
 from ..words import at_the_command_line
 
 
@@ -69,7 +69,11 @@ def check(options: argparse.Namespace) -> int:
     print(f"plausible: {'see the numbers to check above' if warnings else 'yes'}")
     if picture is not None:
         print(f"wrote    {picture}")
-    hint(options, "chebclear study FILE --out results" if template.intervals else "chebclear run FILE")
+    words = "chebclear study FILE --out results" if template.intervals else "chebclear run FILE"
+    if "duration" not in template.run:
+        turn = period_of(template) or "T"
+        words += f" --skip '{turn}' --duration '{turn}'"
+    hint(options, words)
     return 0
 
 

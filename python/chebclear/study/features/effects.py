@@ -58,7 +58,8 @@ class Estimate(NamedTuple):
     """Upper end of the interval."""
 
     def __str__(self) -> str:
-        return f"{100.0 * self.value:.0f} % ({100.0 * self.lower:.0f} to {100.0 * self.upper:.0f})"
+        # z: no -0.
+        return f"{100.0 * self.value:z.0f} % ({100.0 * self.lower:z.0f} to {100.0 * self.upper:z.0f})"
 
 
 class Swing(NamedTuple):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ...base.shown import Shown, shortened
+from ...base.shown import Shown, in_a_sentence, shortened
 from ...report import html
 from ...report.document import Items, Table
 from .effects import Estimate
@@ -35,6 +35,11 @@ class Rank(Shown):
     narrowing: Estimate
     share: Estimate
     monotone: str | None
+
+    @property
+    def is_useless(self) -> bool:
+        """Whether halving the interval certainly does not help."""
+        return self.narrowing.upper < _HELPFUL and self.narrowing.lower <= 0.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -81,7 +86,7 @@ class Ranking:
         sentences = []
         largest = max(self.rows, key=lambda row: row.share.value)
         for row in self.rows:
-            if row.narrowing.upper < _HELPFUL and row.narrowing.lower <= 0.0:
+            if row.is_useless:
                 scattered = self.scatter.value >= max(0.5, largest.share.value)
                 part = self.scatter.value if scattered else largest.share.value
                 why = "scatter that no parameter explains" if scattered else f"that of {largest.parameter}"
@@ -91,6 +96,30 @@ class Ranking:
             elif row.narrowing.lower > 0.0:
                 sentences.append(f"halving the interval of {row.parameter} narrows it by {row.narrowing}")
         return tuple(sentences)
+
+    def in_short(self) -> str:
+        """The conclusions in two or three sentences."""
+        told = self.advice()
+        if len(told) == 1 and told[0].endswith("in every run"):
+            return "It is the same in every run."
+        helpful = [
+            f"of {row.parameter} narrows it by {row.narrowing}"
+            for row in self.rows
+            if row.narrowing.lower > 0.0
+        ]
+        useless = [row.parameter for row in self.rows if row.is_useless]
+        sentences = []
+        if helpful:
+            more = "".join(f", {text.replace(' narrows it', '')}" for text in helpful[1:3])
+            sentences.append(f"Halving the interval {helpful[0]}{more}.")
+        else:
+            sentences.append("No single tolerance is certain to narrow it.")
+        if useless:
+            sentences.append(f"Tightening {in_a_sentence(useless)} does not help.")
+        if self.scatter.value >= 0.1:
+            share = f"{100.0 * self.scatter.value:.0f} %"
+            sentences.append(f"{share} of its spread is scatter, which no tolerance removes.")
+        return " ".join(sentences)
 
     def _repr_html_(self) -> str:
         return html.fragment(self.feature, [ranking_table(self), Items(self.advice())])

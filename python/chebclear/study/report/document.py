@@ -10,9 +10,20 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.prefixes import format_quantity, format_range
-from ...base.tables import format_number
-from ...report.document import Block, Cell, Document, Items, Judgment, Picture, Section, Table, Verdict
+from ...base.prefixes import format_exact, format_quantity, format_range
+from ...base.shown import in_a_sentence
+from ...report.document import (
+    Block,
+    Cell,
+    Document,
+    Finding,
+    Items,
+    Judgment,
+    Picture,
+    Section,
+    Table,
+    Verdict,
+)
 from ...run.report import costs_table, mechanism_picture, reproduction, version_fact, warnings_section
 from ...run.settings import Settings
 from ...scene.scene import Interval, Scene
@@ -25,6 +36,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
+
+# Outputs that the answer tells of; the table has all.
+_MOST_FINDINGS = 8
 
 JUDGMENTS: dict[str, Judgment] = {
     "resolved": "good",
@@ -94,13 +108,16 @@ def study_document(result: ReportedStudy, title: str | None) -> Document:
     features = (
         [feature_section(result.features[name]) for name in result.features.names] if result.features else []
     )
-    answer = [sentence for _, sentences in features for sentence in sentences]
-    answer += [_reach(band) for band in bands.values()]
+    answer: list[Finding | str] = [finding for _, finding in features]
+    answer += [_reach(band) for band in list(bands.values())[:_MOST_FINDINGS]]
+    if len(bands) > _MOST_FINDINGS:
+        answer.append(f"{len(bands) - _MOST_FINDINGS} more outputs are in the table below.")
     counted = f"{len(result.parameters)} runs and the one at the midpoint"
     more = alternatives(result)
     return Document(
-        title=title or f"How far do {_listed(names)} move over the tolerances?",
-        facts=[_method(result), counted, version_fact()],
+        title=title
+        or f"How far {'does' if len(names) == 1 else 'do'} {in_a_sentence(names)} move over the tolerances?",
+        facts=[_method(result), counted, *_time(result), version_fact()],
         answer=answer,
         doubts=_doubts(result),
         sections=[
@@ -114,6 +131,11 @@ def study_document(result: ReportedStudy, title: str | None) -> Document:
             *_again(result),
         ],
     )
+
+
+def _time(result: ReportedStudy) -> list[str]:
+    """The time of the runs, where it is known."""
+    return [f"{format_quantity(result.seconds, 's', 2)} of runs"] if math.isfinite(result.seconds) else []
 
 
 def _subject(result: ReportedStudy) -> Section:
@@ -130,13 +152,6 @@ def _again(result: ReportedStudy) -> list[Section]:
     return [reproduction(result.settings, result.scene, *study_listings(result))]
 
 
-def _listed(names: Sequence[str]) -> str:
-    """Names in a sentence; of many the first ones."""
-    if len(names) > 4:
-        return f"{', '.join(names[:3])} and {len(names) - 3} more outputs"
-    return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else "".join(names)
-
-
 def _method(result: ReportedStudy) -> str:
     """How the bands were made, in a few words."""
     if result.degrees is not None:
@@ -145,21 +160,19 @@ def _method(result: ReportedStudy) -> str:
     return words.get(result.kind, "random runs")
 
 
-def _reach(band: Band) -> str:
+def _reach(band: Band) -> Finding:
     """How far an output moves, with the kind of statement that it is."""
     unit = band.unit
     widest = int(np.argmax(band.width))
     reach = format_range((float(band.lower.min()), float(band.upper.max())), unit)
-    verbs = {"sampled": "reached in the runs", "not resolved": "may be within (not resolved)"}
-    verb = verbs.get(band.verdict, f"stays within ({band.verdict})")
+    verbs = {"sampled": "reached in the runs:", "not resolved": "may be within"}
+    verb = verbs.get(band.verdict, "stays within")
     width, when = float(band.width[widest]), float(band.t[widest])
-    text = (
-        f"{band.name} {verb} {reach}. It is least certain at {format_quantity(when, 's')}, where the band is "
-    )
-    text += f"{format_quantity(width, unit)} wide"
+    text = f"{verb} {reach} ({band.verdict}"
     if math.isfinite(band.coverage):
-        text += f"; {_share(band.coverage)} of the samples of held-out runs are inside"
-    return f"{text}."
+        text += f": {_share(band.coverage)} of held-out samples inside"
+    text += f"). Widest at {format_quantity(when, 's')}: {format_quantity(width, unit)}."
+    return Finding(band.name, text)
 
 
 def _share(share: float) -> str:
@@ -173,7 +186,7 @@ def _doubts(result: ReportedStudy) -> list[str]:
     for verdict, meaning in MEANINGS.items():
         found = [name for name, band in result.bands.items() if band.verdict == verdict]
         if found and JUDGMENTS[verdict] != "good":
-            doubts.append(f"{_listed(found)}: {verdict}; {meaning}.")
+            doubts.append(f"{in_a_sentence(found)}: {verdict}; {meaning}.")
     if result.statement is not None:
         doubts.append(result.statement)
     if result.warnings:
@@ -187,9 +200,10 @@ def _parameters(result: ReportedStudy) -> Table:
     rows: list[list[Cell]] = []
     units = [result.units.get(name, "") for name in result.intervals]
     for (name, side), unit in zip(result.intervals.items(), units, strict=True):
+        size = max(abs(side.lower), abs(side.upper))
         row: list[Cell] = [name]
-        row += [format_range((value,), unit, 6) for value in (side.lower, side.midpoint, side.upper)]
-        rows.append([*row, f"±{format_quantity(side.half_width, unit)}"])
+        row += [format_exact(value, unit, size) for value in (side.lower, side.midpoint, side.upper)]
+        rows.append([*row, f"±{format_exact(side.half_width, unit, size)}"])
     told = "" if all(units) else " in SI units" if result.scene is not None else " in their own units"
     caption = f"The parameters and their intervals{told}"
     return Table(caption, ["parameter", "from", "middle", "to", "half width"], rows)
@@ -200,7 +214,7 @@ def verdict_table(bands: Mapping[str, Band]) -> Table:
     rows: list[list[Cell]] = []
     for name, band in bands.items():
         unit = band.unit
-        further = "-" if math.isnan(band.whole_run) else _share(band.whole_run)
+        further = "-" if math.isnan(band.whole_run) else f"{math.floor(1e3 * band.whole_run) / 10.0:g} %"
         rows.append(
             [
                 name,
@@ -240,6 +254,7 @@ def _band(band: Band, ax: Axes) -> None:
 def _worst_cases(result: ReportedStudy) -> Table:
     """The runs in which each output was largest and smallest, and their parameters."""
     rows = []
+    sides = list(result.intervals.values())
     for name, band in result.bands.items():
         unit = band.unit
         for word, find in (("largest", np.argmax), ("smallest", np.argmin)):
@@ -250,11 +265,20 @@ def _worst_cases(result: ReportedStudy) -> Table:
                     word,
                     format_quantity(float(band.runs[run, sample]), unit),
                     _place(band, int(sample)),
-                    *(format_number(float(value), 4) for value in band.parameters[run]),
+                    *(
+                        _deviation(float(value), side)
+                        for value, side in zip(band.parameters[run], sides, strict=True)
+                    ),
                 ]
             )
     head = ["output", "case", "simulated there", "at", *result.intervals]
-    return Table("The extreme runs of each output, with their parameters [SI units]", head, rows)
+    words = "each parameter from -100 % at the lower to +100 % at the upper end of its interval"
+    return Table(f"The extreme runs of each output; {words}", head, rows)
+
+
+def _deviation(value: float, side: Interval) -> str:
+    """Where in its interval a parameter is, so that runs near a corner of the box are seen."""
+    return f"{100.0 * (value - side.midpoint) / side.half_width:+.0f} %"
 
 
 def _place(band: Band, sample: int) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ...base.prefixes import format_range
 from ...plots.features import plot_ranking
-from ...report.document import Block, Picture, Section, Text
+from ...report.document import Block, Finding, Picture, Section, Text
 from ..features.features import FeatureResult
 from ..features.ranking import Ranking, ranking_table
 
@@ -16,25 +16,32 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def feature_section(feature: FeatureResult) -> tuple[Section, list[str]]:
-    """The section of a feature, and its sentences for the answer of the report."""
+def feature_section(feature: FeatureResult) -> tuple[Section, Finding]:
+    """The section of a feature, and what the answer of the report says of it."""
     reach = feature.interval
-    text = f"{feature.name}: {format_range((reach.lower, reach.upper), feature.unit, 4)}, {reach.verdict}"
-    text += f"; {100.0 * reach.coverage:.3g} % of the runs are in the interval made from the others"
+    text = f"{format_range((reach.lower, reach.upper), feature.unit, 4)} ({reach.verdict}"
+    told = f"{text}); {100.0 * reach.coverage:.3g} % of the runs are in the interval made from the others"
     if not math.isnan(reach.whole_run):
-        text += f"; a further run is in it with a probability of at least {100.0 * reach.whole_run:.3g} %"
-    blocks: list[Block] = [Text(f"{text}.")]
+        share = f"{100.0 * reach.whole_run:.3g} %"
+        text += f": a further run with a probability of at least {share}"
+        told += f"; a further run is in it with a probability of at least {share}"
+    blocks: list[Block] = [Text(f"{_capital(told)}.")]
     try:
         ranking = feature.ranking()
     except ValueError as error:  # too few runs
         blocks.append(Text(f"No ranking of the tolerances: {error}."))
-        return Section(f"Feature: {feature.name}", blocks), [f"{text}."]
-    advice = [f"{feature.name}: {sentence}." for sentence in ranking.advice()]
+        return Section(f"Feature: {feature.name}", blocks), Finding(feature.name, f"{text}).")
     blocks += [
         ranking_table(ranking),
         Picture(_finding(ranking), partial(_bars, ranking), height=1.0 + 0.3 * len(ranking)),
     ]
-    return Section(f"Feature: {feature.name}", blocks), [f"{text}.", *advice]
+    return Section(f"Feature: {feature.name}", blocks), Finding(
+        feature.name, f"{text}). {ranking.in_short()}"
+    )
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _finding(ranking: Ranking) -> str:
