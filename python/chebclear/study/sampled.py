@@ -225,8 +225,8 @@ def _check_enough(requirement: Requirement, failures: Sequence[FailedRun]) -> No
     if requirement.runs < least:
         kind = f"a certified band of {requirement.coverage:g}" if requirement.certified else "a band"
         raise ArgumentError(
-            f"{kind} needs at least {least} runs, {requirement.runs} of {requirement.runs + len(failures)} have a "
-            f"result; the first of the others is {failures[0]}"
+            f"{kind} needs at least {least} runs, {requirement.runs} of "
+            f"{requirement.runs + len(failures)} have a result; the first of the others is {failures[0]}"
         )
 
 
