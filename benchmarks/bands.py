@@ -5,8 +5,8 @@
 The reference hull, the fresh runs and the runs of the studies of a problem are made once and kept in FOLDER:
 some minutes for each. Of every output it prints: the share of the samples of fresh runs that are inside, its
 standard deviation between studies, the width over that of the hull, what held-out runs said, the share of
-whole runs inside and what was promised of it, the verdicts, and the time of the bands over that of the runs, on
-the processor. With --certify it judges certified bands.
+whole runs inside and what was promised of it, the verdicts, and the processor time of the bands over that of
+the runs. With --certify it judges certified bands.
 """
 
 from __future__ import annotations

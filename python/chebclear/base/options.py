@@ -65,7 +65,7 @@ def _keyword(item: dataclasses.Field[Any]) -> inspect.Parameter:
 def _documentation_of(text: str, names: Collection[str]) -> str:
     """The documentation of fields, from the section "Parameters" of a docstring."""
     lines = inspect.cleandoc(text).partition("----------\n")[2].splitlines()
-    lines, wanted = [], False
+    documentation, wanted = [], False
     for line in lines:
         heading = re.match(r"(\w[\w, ]*) : ", line)
         if heading:
@@ -73,5 +73,5 @@ def _documentation_of(text: str, names: Collection[str]) -> str:
         elif not line.startswith(" "):  # the end of the section
             break
         if wanted:
-            lines.append(line)
-    return "\n".join(lines)
+            documentation.append(line)
+    return "\n".join(documentation)

@@ -119,7 +119,7 @@ def test_tables_and_exports_show_them(result, silent, tmp_path):
 
 def test_the_report_shows_them(result, silent, tmp_path):
     text = result.report(tmp_path / "a.html").read_text(encoding="utf-8")
-    assert re.search(r">9.50000 N/mm<", text)
+    assert re.search(r">9.5 N/mm<", text)
     assert "10.5 bar" in text
     assert "mm wide" in text
     quiet = silent.report(tmp_path / "b.html").read_text(encoding="utf-8")

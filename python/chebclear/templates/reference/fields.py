@@ -41,7 +41,7 @@ class FieldTable:
     """The fields of one kind of table of a scene file."""
 
     section: str
-    """Where it stands, such as ``"[[joints]]"``."""
+    """The head of the table, as it is written in a file."""
     kind: str
     """The word that selects it, such as ``"revolute"``; empty where there is only one kind."""
     summary: str
