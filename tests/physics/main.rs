@@ -9,8 +9,9 @@ mod contact {
 }
 
 mod scene {
-    mod bad_elements;
-    mod scenes;
+    pub(crate) mod bad_elements;
+    mod properties;
+    pub(crate) mod scenes;
     mod time_functions;
 }
 

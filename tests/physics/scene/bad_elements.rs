@@ -10,7 +10,7 @@ use chebclear::scene::time_function::{Spline, TimeFunction};
 
 use crate::support::compile;
 
-const GOOD: &str = r#"{
+pub(crate) const GOOD: &str = r#"{
   "ground": {"O": [0, 0], "W": [-1, 0]},
   "bodies": [
     {"name": "cart", "mass": 1, "inertia": 1},

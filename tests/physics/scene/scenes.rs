@@ -275,7 +275,7 @@ fn loops_without_a_joint_that_could_be_cut_are_refused() {
     );
 }
 
-const GOOD: &str = r#"{
+pub(crate) const GOOD: &str = r#"{
   "ground": {"A": [0, 0], "G": [0.01, -0.02]},
   "bodies": [
     {"name": "arm", "mass": 0.5, "inertia": 0.25, "inertia_about": "A", "center_of_mass": [0.1, 0.05],
