@@ -91,14 +91,25 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// Rows are scaled by `weights` for the choice of pivots, which must not depend on the units of the equations
 /// (angles and lengths). The weights are permuted with the rows and restored.
 pub fn lu_factor(matrix: &mut [f64], n: usize, weights: &mut [f64], pivots: &mut [usize]) -> bool {
-    let regular = eliminate(matrix, n, weights, pivots);
+    let regular = match n {
+        1 => eliminate(matrix, 1, weights, pivots),
+        2 => eliminate(matrix, 2, weights, pivots),
+        3 => eliminate(matrix, 3, weights, pivots),
+        4 => eliminate(matrix, 4, weights, pivots),
+        5 => eliminate(matrix, 5, weights, pivots),
+        6 => eliminate(matrix, 6, weights, pivots),
+        8 => eliminate(matrix, 8, weights, pivots),
+        _ => eliminate(matrix, n, weights, pivots),
+    };
     for (column, &pivot) in pivots.iter().enumerate().rev() {
         weights.swap(column, pivot);
     }
     regular
 }
 
+#[inline(always)]
 fn eliminate(matrix: &mut [f64], n: usize, weights: &mut [f64], pivots: &mut [usize]) -> bool {
+    let (matrix, weights, pivots) = (&mut matrix[..n * n], &mut weights[..n], &mut pivots[..n]);
     for (column, pivot) in pivots.iter_mut().enumerate() {
         *pivot = column;
     }
@@ -136,21 +147,22 @@ fn eliminate(matrix: &mut [f64], n: usize, weights: &mut [f64], pivots: &mut [us
 }
 
 /// Solves A x = b in place, with the factor of [`lu_factor`].
-#[inline]
 pub fn lu_solve(factor: &[f64], n: usize, pivots: &[usize], b: &mut [f64]) {
-    match (factor, pivots, b) {
-        ([first, upper, lower, last], [pivot, _], [x, y]) => {
-            if *pivot == 1 {
-                std::mem::swap(x, y);
-            }
-            *y = (*y - lower * *x) * last;
-            *x = (*x - upper * *y) * first;
-        }
-        (factor, pivots, b) => lu_solve_any(factor, n, pivots, b),
+    match n {
+        1 => lu_solve_of(factor, 1, pivots, b),
+        2 => lu_solve_of(factor, 2, pivots, b),
+        3 => lu_solve_of(factor, 3, pivots, b),
+        4 => lu_solve_of(factor, 4, pivots, b),
+        5 => lu_solve_of(factor, 5, pivots, b),
+        6 => lu_solve_of(factor, 6, pivots, b),
+        8 => lu_solve_of(factor, 8, pivots, b),
+        _ => lu_solve_of(factor, n, pivots, b),
     }
 }
 
-fn lu_solve_any(factor: &[f64], n: usize, pivots: &[usize], b: &mut [f64]) {
+#[inline(always)]
+fn lu_solve_of(factor: &[f64], n: usize, pivots: &[usize], b: &mut [f64]) {
+    let (factor, pivots, b) = (&factor[..n * n], &pivots[..n], &mut b[..n]);
     for (i, &pivot) in pivots.iter().enumerate() {
         b.swap(i, pivot);
     }
