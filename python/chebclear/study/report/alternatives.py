@@ -17,6 +17,7 @@ from ...report.document import Block, Cell, Table, Text
 from ...run.simulation import simulate
 from ..band.band import Band
 from ..band.calibrated import Requirement, calibrated_bands
+from ..polynomials.surrogate import Surrogate
 
 Array = NDArray[np.float64]
 
@@ -40,22 +41,20 @@ def alternatives(result: Any) -> list[Block]:
     list of Block
         Empty where nothing was measured.
     """
-    return [*_fewer_runs(result), *_tolerances(result)]
+    return [*_fewer_runs(result), *_lower_degree(result), *_tolerances(result)]
 
 
 def _fewer_runs(result: Any) -> list[Block]:
     """Bands of the first half of the runs beside those of all, judged by the other half."""
-    kinds = {"band": _calibrated_half, "sample": _sampled_half}
+    kinds = {"band": _calibrated_half, "certify": _calibrated_half, "sample": _sampled_half}
     count = len(result.parameters) // 2
     if result.kind not in kinds or count < _LEAST_HALF or not result.bands:
         return []
-    if any(band.angle is not None for band in result.bands.values()):
-        return []  # the revolutions of a run are pooled: they are no further runs
     halves = kinds[result.kind](result, count)
     rows: list[list[Cell]] = []
     for name, band in result.bands.items():
         lower, upper = halves[name]
-        others = band.runs[count:]
+        others = _by_run(result, band)[count : len(result.parameters)]
         inside = float(((others >= lower) & (others <= upper)).mean())
         width, whole = float((upper - lower).mean()), float(band.width.mean())
         unit = band.unit
@@ -65,6 +64,8 @@ def _fewer_runs(result: Any) -> list[Block]:
     head = ["output", f"mean width, {count} runs", f"mean width, {total} runs", "change", "other runs inside"]
     caption = f"The first {count} runs alone, judged by the other {total - count}"
     blocks: list[Block] = [Table(caption, head, rows)]
+    if result.kind == "certify":
+        blocks.append(Text(f"Half the runs prove a mean coverage of {_share(_proved_by_half(result))} only."))
     if math.isfinite(result.seconds):
         half, twice = result.seconds * count / total, 2.0 * result.seconds
         blocks.append(
@@ -72,26 +73,50 @@ def _fewer_runs(result: Any) -> list[Block]:
                 f"Half the runs would have taken {format_quantity(half, 's', 2)} in place of "
                 f"{format_quantity(result.seconds, 's', 2)}; twice as many would take about "
                 f"{format_quantity(twice, 's', 2)}. What the second half of the runs changed is the best "
-                "guess of what another doubling would: it was not measured. result.extend(runs) adds runs "
-                "and repeats none; at the command line --runs asks for more."
+                f"guess of what another doubling would: it was not measured. {_HOW_TO_ADD[result.kind]}"
             )
         )
     return blocks
 
 
+_HOW_TO_ADD = {
+    "band": "result.extend(runs) adds runs and repeats none; at the command line --runs asks for more.",
+    "certify": "A larger coverage asks for more.",
+    "sample": "In Python runs=, at the command line --runs asks for more.",
+}
+
+
+def _by_run(result: Any, band: Band) -> Array:
+    """The values of all runs, the first axis that of the runs; by crank angle the nominal one is the last."""
+    if band.angle is None:
+        return band.runs
+    return band.runs.reshape(len(result.parameters) + 1, -1, len(band.t))
+
+
+def _proved_by_half(result: Any) -> float:
+    """The coverage that half the runs prove: the share outside goes with their reciprocal."""
+    return 1.0 - 2.0 * (1.0 - float(result.requirement.coverage))
+
+
 def _calibrated_half(result: Any, count: int) -> Mapping[str, tuple[Array, Array]]:
-    """Bands calibrated on the first runs alone, by the rule of the whole."""
+    """Bands of the first runs alone, by the rule of the whole; by crank angle with all their revolutions."""
     names = list(result.bands)
     bands = list(result.bands.values())
-    runs = np.stack([np.vstack([band.runs[:count], band.nominal]) for band in bands], axis=2)
-    requirement: Requirement = dataclasses.replace(result.requirement, runs=count, failed=0)
     first: Band = bands[0]
+    parts = []
+    for band in bands:
+        runs = _by_run(result, band)
+        nominal = band.nominal if band.angle is None else runs[-1]
+        parts.append(np.concatenate([runs[:count], nominal[None]]))
+    requirement: Requirement = dataclasses.replace(result.requirement, runs=count, failed=0)
+    if requirement.certified:
+        requirement = dataclasses.replace(requirement, coverage=_proved_by_half(result))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ChebclearWarning)
         made = calibrated_bands(
             first.t,
             names,
-            runs,
+            np.stack(parts, axis=-1),
             dict(result.intervals),
             result.parameters[:count],
             requirement,
@@ -109,6 +134,39 @@ def _sampled_half(result: Any, count: int) -> Mapping[str, tuple[Array, Array]]:
         )
         for name, band in result.bands.items()
     }
+
+
+def _lower_degree(result: Any) -> list[Block]:
+    """The bounds of polynomials of one degree less on the same runs, beside those of the study."""
+    if result.degrees is None or result.failures or not result.bands or max(result.degrees) < 2:
+        return []
+    degrees = tuple(max(1, degree - 1) for degree in result.degrees)
+    rows: list[list[Cell]] = []
+    for name, band in result.bands.items():
+        lower, upper = Surrogate.fit(result.intervals, result.nodes, degrees, band.runs).bounds(result.bounds)
+        width, whole = float((upper - lower).mean()), float(band.width.mean())
+        change = "-" if whole <= 0.0 else f"{100.0 * (width / whole - 1.0):+.1f} %"
+        error = "-" if math.isnan(band.margin.error) else f"{100.0 * band.margin.error:.2g} %"
+        rows.append([name, *(format_quantity(size, band.unit) for size in (width, whole)), change, error])
+    less, own = (" x ".join(map(str, each)) for each in (degrees, result.degrees))
+    head = [
+        "output",
+        f"mean width, degree {less}",
+        f"mean width, degree {own}",
+        "change",
+        "error of the study",
+    ]
+    caption = (
+        "One degree less on the same runs; the error is that at runs left out, over the width of the runs"
+    )
+    cheaper, dearer = (math.prod(nodes + step for nodes in result.nodes) + 1 for step in (-1, 1))
+    text = (
+        f"A degree less would need {cheaper} runs in place of {len(result.parameters) + 1}, one more "
+        f"{dearer}. Where the width hardly changes and the error is small, the degree is high enough. "
+        "Where both are large, no affordable degree follows the response; calibrated bands (Study.band) "
+        "and features need none that does."
+    )
+    return [Table(caption, head, rows), Text(text)]
 
 
 def _tolerances(result: Any) -> list[Block]:

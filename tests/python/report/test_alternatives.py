@@ -1,0 +1,85 @@
+"""What a report says of cheaper and tighter settings, against studies made with those settings."""
+
+import math
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear.report.document import Table, Text
+from chebclear.study.report.alternatives import alternatives
+
+BOX = {"stiffness": cc.interval(40.0, rel=0.1), "damping": cc.interval(0.5, rel=0.2)}
+
+
+def oscillator(stiffness, damping):
+    t = np.linspace(0.0, 2.0, 101)
+    omega = np.sqrt(stiffness - damping**2 / 4.0)
+    return {"t": t, "x": np.exp(-damping * t / 2.0) * np.cos(omega * t)}
+
+
+def found(result):
+    blocks = alternatives(result)
+    table = next(block for block in blocks if isinstance(block, Table))
+    return table, " ".join(block.text for block in blocks if isinstance(block, Text))
+
+
+def number(cell):
+    """The number of a cell, in SI units."""
+    value, *unit = cell.split()
+    return float(value) * {"mm": 1e-3, "µm": 1e-6}.get("".join(unit), 1.0)
+
+
+def mean_width(band):
+    return float(np.mean(band.upper - band.lower))
+
+
+def test_a_lower_degree_on_the_same_runs():
+    study = cc.Study(oscillator, BOX)
+    result = study.chebyshev(3)
+    table, text = found(result)
+    [row] = table.rows
+    # The polynomials of degree 2 on the nodes of degree 3, made as a study of its own.
+    less = study.chebyshev(2, nodes=4)
+    assert number(row[1]) == pytest.approx(mean_width(less["x"]), rel=2e-3)
+    assert number(row[2]) == pytest.approx(mean_width(result["x"]), rel=2e-3)
+    assert "need 10 runs in place of 17, one more 26" in text
+    assert len(study.chebyshev(2).parameters) + 1 == 10
+    assert len(study.chebyshev(4).parameters) + 1 == 26
+    assert not alternatives(study.chebyshev(1))
+
+
+def test_half_of_a_certified_study():
+    study = cc.Study(oscillator, BOX)
+    result = study.certify(0.95)
+    table, text = found(result)
+    [row] = table.rows
+    half = len(result.parameters) // 2
+    runs = result["x"].runs
+    width = np.maximum(runs[:half].max(axis=0), result["x"].nominal)
+    width = width - np.minimum(runs[:half].min(axis=0), result["x"].nominal)
+    # The band is at least the hull of its runs.
+    assert number(row[1]) >= 0.999 * width.mean()
+    assert number(row[2]) == pytest.approx(mean_width(result["x"]), rel=2e-3)
+    assert "prove a mean coverage of 90 % only" in text
+    smaller = study.certify(0.9)
+    assert len(smaller.parameters) == half
+
+
+def test_half_of_a_study_by_crank_angle():
+    turn = cc.mechanisms.slider_crank().period
+    study = cc.Study(
+        cc.mechanisms.slider_crank,
+        {"crank_length": cc.interval(0.05, rel=0.01), "clearance": cc.interval(2e-5, rel=0.3)},
+        ["slider.x"],
+        duration=turn,
+        samples=31,
+        rtol=1e-3,
+    )
+    result = study.band(16, cycles=2)
+    [row] = found(result)[0].rows
+    first = study.band(8, cycles=2)  # the first eight points of the sequence
+    assert number(row[1]) == pytest.approx(mean_width(first["slider.x"]), rel=5e-3)
+    assert number(row[2]) == pytest.approx(mean_width(result["slider.x"]), rel=5e-3)
+    kept = result.values("slider.x")[8:]
+    inside = (kept >= first["slider.x"].lower) & (kept <= first["slider.x"].upper)
+    assert number(row[4]) == pytest.approx(math.floor(1e4 * inside.mean()) / 1e2, abs=0.02)
