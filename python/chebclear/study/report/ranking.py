@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ...base.prefixes import format_range
 from ...plots.features import plot_ranking
-from ...report.document import Block, Finding, Picture, Section, Text
+from ...report.document import Block, Finding, Items, Picture, Section, Text
 from ..features.features import FeatureResult
 from ..features.ranking import Ranking, ranking_table
 
@@ -33,6 +33,7 @@ def feature_section(feature: FeatureResult) -> tuple[Section, Finding]:
         return Section(f"Feature: {feature.name}", blocks), Finding(feature.name, f"{text}).")
     blocks += [
         ranking_table(ranking),
+        Items([f"{sentence}." for sentence in ranking.advice()]),
         Picture(_finding(ranking), partial(_bars, ranking), height=1.0 + 0.3 * len(ranking)),
     ]
     return Section(f"Feature: {feature.name}", blocks), Finding(
