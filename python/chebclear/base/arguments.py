@@ -20,6 +20,25 @@ def did_you_mean(name: object, known: Iterable[str]) -> str:
     return f'; did you mean "{same[nearest[0]]}"?' if nearest else ""
 
 
+def meant_or_known(name: object, known: Iterable[str], most: int = 12) -> str:
+    """What `did_you_mean` says, or the known names if none is near.
+
+    Examples
+    --------
+    >>> meant_or_known("rod", ["rod_length", "clearance"]), meant_or_known("x", ["b", "a"])
+    ('; did you mean "rod_length"?', '; known are b, a')
+    """
+    names = list(known)
+    longer = [other for other in names if other.lower().startswith(str(name).lower())]
+    hint = did_you_mean(name, names)
+    if not hint and 0 < len(longer) <= 3:
+        hint = "; did you mean " + " or ".join(f'"{one}"' for one in longer) + "?"
+    if hint or not names:
+        return hint
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return f"; known are {', '.join(names[:most])}{more}"
+
+
 def as_number(value: object) -> float | None:
     """A Python or NumPy number as a float; None for anything else, bool included."""
     if type(value) is float:  # the usual case; the tests below take a microsecond

@@ -150,6 +150,8 @@ def replaced(path: Path) -> Iterator[Path]:
         The file to write, in the same folder.
     """
     path = path.resolve()
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"there is no folder {str(path.parent)!r} for {path.name}: make it first")
     beside = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         yield beside
@@ -251,7 +253,7 @@ def kind_of(path: str | os.PathLike[str]) -> str:
 @contextmanager
 def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[np.lib.npyio.NpzFile, dict[str, Any]]]:
     """The archive and the facts in a file that `save` wrote."""
-    stranger = ArgumentError(f"{os.fspath(path)} was not written by chebclear")
+    stranger = ArgumentError(f"{os.fspath(path)} was not written by chebclear: give a file that save() wrote")
     # Opened here, because numpy leaves a file open if it is not an archive.
     with Path(path).open("rb") as file, ExitStack() as closing:
         try:

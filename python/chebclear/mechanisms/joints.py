@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypedDict
 
-from ..base.arguments import Checks, as_number, did_you_mean
+from ..base.arguments import Checks, as_number, did_you_mean, meant_or_known
 from ..base.options import with_fields
 from ..errors import ChebclearWarning, SceneError
 from ..scene.scene import (
@@ -229,7 +229,7 @@ class Pins:
         known = list(PinOptions.__annotations__)
         for name in options:
             if name not in known:
-                raise TypeError(f'unknown keyword "{name}"{did_you_mean(name, known)}')
+                raise TypeError(f'unknown keyword "{name}"{meant_or_known(name, known)}')
         pins = cls(**options)
         arguments.positive(
             journal_radius=(pins.journal_radius, "m"), young_modulus=(pins.young_modulus, "Pa")

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.arguments import did_you_mean
+from ..base.arguments import meant_or_known
 from ..errors import ArgumentError
 from ..scene.columns import column_unit, column_words, plain_words
 from ..scene.scene import ClearanceRevolute
@@ -401,5 +401,5 @@ def _clearance_joint(run: RunLike | ContactsLike, name: str) -> ClearanceRevolut
     """The clearance joint of a run's scene."""
     known = {joint.name: joint for joint in run.scene.joints if isinstance(joint, ClearanceRevolute)}
     if name not in known:
-        raise ArgumentError(f'unknown clearance joint "{name}"{did_you_mean(name, list(known))}')
+        raise ArgumentError(f'unknown clearance joint "{name}"{meant_or_known(name, list(known))}')
     return known[name]

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
-from ..base.arguments import as_number, did_you_mean
+from ..base.arguments import as_number, did_you_mean, meant_or_known
 from ..errors import Problem
 
 Vector: TypeAlias = tuple[float, float]
@@ -272,10 +272,7 @@ def read(plain: Any, accepted: tuple[type[Part], ...], path: str, problems: list
         elif item.default is dataclasses.MISSING and item.default_factory is dataclasses.MISSING:
             problems.append(Problem(where, "is missing"))
     names = [item.name for item in _fields(part)]
-    known = f"; known are {', '.join(names)}"
-    problems += [
-        Problem(join(path, name), f"unknown field{did_you_mean(name, names) or known}") for name in left
-    ]
+    problems += [Problem(join(path, name), f"unknown field{meant_or_known(name, names)}") for name in left]
     return part(**values) if len(problems) == before else None
 
 

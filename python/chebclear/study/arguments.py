@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from ..base.arguments import Checks, did_you_mean
+from ..base.arguments import Checks, did_you_mean, meant_or_known
 from ..errors import ArgumentError
 from ..scene.scene import Interval
 from .band.hybrid import Normal, Uniform
@@ -102,7 +102,7 @@ def check_keywords(checks: Checks, build: object, intervals: Iterable[str], fixe
     if not any(item.kind is item.VAR_KEYWORD for item in signature):
         for name in given:
             if name not in known:
-                checks.add(f'build has no parameter "{name}"{did_you_mean(name, known)}')
+                checks.add(f'build has no parameter "{name}"{meant_or_known(name, known)}')
     for name in needed:
         if name not in given:
             checks.add(f'build needs a value for "{name}": give it in parameters or fixed')

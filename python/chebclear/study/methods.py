@@ -344,7 +344,10 @@ class Methods(Runner):
             for extreme in predicted_extremes(band)
         ]
         if not found:
-            raise ArgumentError("no output is resolved by a polynomial: there is no worst case to be checked")
+            raise ArgumentError(
+                "no output is resolved by a polynomial, so there is no worst case to be checked: more runs "
+                "may resolve one; features of the runs and their ranking need none"
+            )
         points = np.array([at for _, _, _, at, _ in found])
         runs = self.made(points, result.settings, midpoint=False)
         columns = [runs.outputs.index(name) for name, *_ in found]

@@ -18,7 +18,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.arguments import did_you_mean
+from ..base.arguments import did_you_mean, meant_or_known
 from ..errors import Problem
 
 Array = NDArray[np.float64]
@@ -28,7 +28,6 @@ Array = NDArray[np.float64]
 MOST_CHARACTERS = 300
 MOST_NODES = 100
 MOST_DEPTH = 25
-_MOST_NAMES = 12  # that an error lists
 
 FUNCTIONS: dict[str, Callable[..., float]] = {
     "abs": abs,
@@ -129,7 +128,7 @@ class Expression:
         ]
         if unknown:
             column, name = min(unknown)
-            raise ExpressionError(_unknown(name, known), column)
+            raise ExpressionError(f'unknown name "{name}"{meant_or_known(name, known)}', column)
 
     def column(self, values: Mapping[str, float | Array], runs: int) -> Array:
         """The values for many runs, shape (runs,), to the same bits; NaN where `evaluate` raises.
@@ -233,7 +232,8 @@ def _evaluate(node: ast.expr, values: Mapping[str, float]) -> float:
                 result = _as_float(node.value)
             case ast.Name():
                 if node.id not in values:
-                    raise ExpressionError(_unknown(node.id, values), column)
+                    hint = meant_or_known(node.id, values)
+                    raise ExpressionError(f'unknown name "{node.id}"{hint}', column)
                 result = float(values[node.id])
             case ast.BinOp():
                 left, right = _evaluate(node.left, values), _evaluate(node.right, values)
@@ -304,13 +304,6 @@ def _value(function: Callable[..., float], arguments: Sequence[float]) -> float:
         return float(function(*arguments))
     except (ArithmeticError, ValueError, TypeError):
         return math.nan
-
-
-def _unknown(name: str, known: Iterable[str]) -> str:
-    known = list(known)
-    more = "" if len(known) <= _MOST_NAMES else f" and {len(known) - _MOST_NAMES} more"
-    hint = did_you_mean(name, known) or f"; known are {', '.join(known[:_MOST_NAMES])}{more}"
-    return f'unknown name "{name}"{hint}'
 
 
 def _as_float(value: object) -> float:

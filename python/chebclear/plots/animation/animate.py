@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...base.arguments import Checks, did_you_mean
+from ...base.arguments import Checks, meant_or_known
 from ...errors import ArgumentError, MissingProgramError
 from ...scene.columns import column_words, plain_words
 from ...scene.scene import ClearanceRevolute, Scene
@@ -187,7 +187,7 @@ def animate(
     pace = checks.whole("rate", rate, least=1, most=MOST_RATE)
     loose = [each.name for each in run.scene.joints if isinstance(each, ClearanceRevolute)]
     if joint is not None and joint not in loose:
-        checks.add(f'unknown clearance joint "{joint}"{did_you_mean(joint, loose)}')
+        checks.add(f'unknown clearance joint "{joint}"{meant_or_known(joint, loose)}')
     chosen = joint if joint is not None else loose[0] if loose else None
     shown = output if output is not None else f"{chosen}.normal_force" if chosen else run.columns[0]
     needed = [shown, *(f"{chosen}.{quantity}" for quantity in _JOINT_COLUMNS if chosen)]

@@ -330,8 +330,8 @@ def _models(points: Array, values: Array, seed: int) -> tuple[list[_Model], int]
         parameters = points.shape[1]
         least = max(parameters + 1 + _LEAST_FREE, math.ceil((parameters + 1) / _TERMS_PART))
         raise ArgumentError(
-            f"effects of {parameters} parameters need at least {least} runs that vary all of them, "
-            f"got {len(points)}"
+            f"effects of {parameters} parameter{'s' * (parameters > 1)} need at least {least} runs that vary "
+            f"all of them, got {len(points)}: ask for more runs"
         )
     degree = best_degree(fits, values.mean(axis=1))
     return [_model(fit, points, values, seed) for fit in fits[degree : degree + _DEGREES]], degree

@@ -91,7 +91,7 @@ def read_run(given: object) -> ReturnedRun:
                 unknown.append(f'"{name}" is not finite: {value!r}')
             else:
                 numbers[name] = number
-    if not series and not numbers:
+    if not series and not numbers and not unknown:
         checks.add(f"a model must return at least one output besides t, got {sorted(map(str, given))}")
     checks.finish()
     if unknown:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from ...base.arguments import Checks, did_you_mean
+from ...base.arguments import Checks, meant_or_known
 from ...run.features import Feature
 from ..features.features import Asked
 
@@ -29,7 +29,7 @@ def require_known(
     """Refuse units of names that a study does not have."""
     for name in with_unit:
         if name not in known:
-            hint = did_you_mean(name, known) or f"; known are {', '.join(known)}"
+            hint = meant_or_known(name, known)
             what = "parameter or feature" if simulated else "parameter, output or feature"
             own = "; outputs of simulations have their units" if simulated else ""
             checks.add(f'units names no {what} with "{name}"{hint}{own}')
