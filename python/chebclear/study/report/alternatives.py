@@ -159,10 +159,10 @@ def _lower_degree(result: Any) -> list[Block]:
     caption = (
         "One degree less on the same runs; the error is that at runs left out, over the width of the runs"
     )
-    cheaper, dearer = (math.prod(nodes + step for nodes in result.nodes) + 1 for step in (-1, 1))
+    fewer, more = (math.prod(nodes + step for nodes in result.nodes) + 1 for step in (-1, 1))
     text = (
-        f"A degree less would need {cheaper} runs in place of {len(result.parameters) + 1}, one more "
-        f"{dearer}. Where the width hardly changes and the error is small, the degree is high enough. "
+        f"A degree less would need {fewer} runs in place of {len(result.parameters) + 1}, one more "
+        f"{more}. Where the width hardly changes and the error is small, the degree is high enough. "
         "Where both are large, no affordable degree follows the response; calibrated bands (Study.band) "
         "and features need none that does."
     )
