@@ -245,7 +245,8 @@ class _Reader:
         part = accepted[0]
         if part._tag is not None:
             words = {choice._tag[1]: choice for choice in accepted if choice._tag is not None}
-            part = words.get(plain.get(part._tag[0], ""), part)
+            word = plain.get(part._tag[0], "")
+            part = words.get(word, part) if isinstance(word, str) else part
         known = {item.name: item for item in fields(part)}  # type: ignore[arg-type]
         return {
             name: self._field(value, known[name], part, (*path, name), _unit_of(known[name], known, plain))

@@ -1,0 +1,115 @@
+"""Properties of what reads texts and files: anything is refused with a typed error, or is sound."""
+
+import json
+import math
+import os
+from pathlib import Path
+
+import chebclear as cc
+import pytest
+from chebclear.templates.expressions import ExpressionError, parse
+
+hypothesis = pytest.importorskip("hypothesis", reason="needs hypothesis")
+from hypothesis import HealthCheck, given, settings  # noqa: E402
+from hypothesis import strategies as st  # noqa: E402
+
+pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+
+# The same examples every time; more of them by the environment variable.
+MANY = int(os.environ.get("CHEBCLEAR_CASES", "150"))
+few = settings(
+    max_examples=MANY, derandomize=True, deadline=None, database=None, suppress_health_check=list(HealthCheck)
+)
+EXAMPLE = (Path(__file__).parents[3] / "examples" / "slider_crank.toml").read_text(encoding="utf-8")
+
+numbers = st.one_of(
+    st.floats(allow_nan=False, allow_infinity=False).map(abs).map(repr), st.integers(0, 10**30).map(str)
+)
+names = st.sampled_from(["a", "b", "pi", "c", "sqrt", "__class__"])
+functions = st.sampled_from(["sqrt", "sin", "cos", "atan2", "min", "max", "abs", "eval", "getattr"])
+
+
+def larger(inner):
+    operators = st.sampled_from([" + ", " - ", " * ", " / ", " ** ", " // ", " % ", " < ", ".", ", "])
+    return st.one_of(
+        st.tuples(inner, operators, inner).map("".join),
+        inner.map("({})".format),
+        inner.map("-{}".format),
+        st.tuples(functions, inner).map(lambda pair: f"{pair[0]}({pair[1]})"),
+        st.tuples(inner, inner).map(lambda pair: f"{pair[0]}[{pair[1]}]"),
+    )
+
+
+expressions = st.one_of(st.recursive(st.one_of(numbers, names), larger, max_leaves=12), st.text(max_size=30))
+
+
+@few
+@given(expressions, st.floats(), st.floats(-1e3, 1e3))
+def test_expressions_give_a_number_or_are_refused(text, a, b):
+    try:
+        found = parse(text).evaluate({"a": a, "b": b})
+    except ExpressionError:
+        return
+    assert isinstance(found, float) and math.isfinite(found)
+
+
+scalars = st.one_of(
+    st.text(max_size=12).map(lambda text: json.dumps(text, ensure_ascii=True)),
+    st.floats().map(repr),
+    st.integers(-(2**63), 2**63 - 1).map(str),
+    st.sampled_from(
+        ["true", "[]", "{}", "'20 um'", "'1 kg'", "'a'", "'ground.O'", "1979-05-27", "'1e999 m'"]
+    ),
+)
+toml_values = st.recursive(
+    scalars,
+    lambda inner: st.lists(inner, max_size=4).map(lambda items: f"[{', '.join(items)}]"),
+    max_leaves=8,
+)
+
+
+@few
+@given(st.data())
+def test_files_with_any_value_are_read_or_refused(data):
+    lines = EXAMPLE.splitlines()
+    for _ in range(data.draw(st.integers(1, 3))):
+        place = data.draw(st.integers(0, len(lines) - 1))
+        key, sign, _ = lines[place].partition("=")
+        lines[place] = f"{key}= {data.draw(toml_values)}" if sign else data.draw(st.text(max_size=20))
+    try:
+        scene = cc.loads("\n".join(lines))()
+    except cc.SceneError as error:
+        assert error.problems and all(str(problem) for problem in error.problems)
+        return
+    assert cc.Scene.from_json(scene.to_json()) == scene
+
+
+def test_a_type_that_is_no_word_is_refused():
+    with pytest.raises(cc.SceneError):
+        cc.loads(EXAMPLE.replace('type = "', 'type = [] # "', 1))()
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """A saved result, and the bytes of it."""
+    box = {"rod_length": cc.interval(0.12, rel=0.01)}
+    study = cc.Study(cc.mechanisms.slider_crank, box, ["slider.x"], duration=0.001, samples=5)
+    result = study.chebyshev(degree=2)
+    path = result.save(tmp_path_factory.mktemp("saved") / "result.npz")
+    return result, path.read_bytes(), path
+
+
+@few
+@given(st.lists(st.tuples(st.integers(0, 10**6), st.binary(min_size=1, max_size=8)), min_size=1, max_size=4))
+def test_result_files_with_any_bytes_are_the_same_or_refused(saved, changes):
+    result, data, path = saved
+    changed = bytearray(data)
+    for place, put in changes:
+        start = place % len(changed)
+        changed[start : start + len(put)] = put
+    path.write_bytes(changed)
+    try:
+        found = cc.load_result(path)
+    except ValueError:
+        return
+    assert found == result
