@@ -39,8 +39,12 @@ const MOST_STEPS: usize = 100_000;
 /// What a Jacobian costs in evaluations.
 const JACOBIAN: usize = 2;
 
-const OURS: [(&str, Method); 3] =
-    [("auto", Method::Auto), ("rodas4", Method::Rodas4), ("dop853", Method::Dop853)];
+const OURS: [(&str, Method); 4] = [
+    ("auto", Method::Auto),
+    ("rodas4", Method::Rodas4),
+    ("dop853", Method::Dop853),
+    ("adams", Method::Adams),
+];
 const BY_HAND: [&str; 3] = ["Dormand-Prince 5", "Rodas4", "Rodas5P"];
 
 /// (rod angle, slider position, their rates).

@@ -14,7 +14,7 @@ use chebclear::tree::elements::State;
 use crate::integrators::problems::{distance, kepler, van_der_pol};
 use crate::support::{Random, body, compile, slider_crank};
 
-const METHODS: [Method; 3] = [Method::Rodas5P, Method::Rodas4, Method::Dop853];
+const METHODS: [Method; 4] = [Method::Rodas5P, Method::Rodas4, Method::Dop853, Method::Adams];
 
 #[test]
 fn gate_05_a_step_that_the_clock_cannot_resolve_ends_the_run() {

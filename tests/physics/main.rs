@@ -35,6 +35,7 @@ mod mechanism {
 mod integrators {
     mod constrained;
     mod events;
+    mod multistep;
     mod orders;
     pub(crate) mod problems;
     pub(crate) mod rattle;

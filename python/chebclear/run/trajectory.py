@@ -49,7 +49,8 @@ class Stats(Shown):
     steps : int
         Accepted steps [-].
     explicit_steps : int
-        Accepted steps of the explicit method [-]: all with ``"dop853"``, none with Rosenbrock methods.
+        Accepted steps of an explicit method [-]: all with ``"adams"`` or ``"dop853"``, none with Rosenbrock
+        methods.
     switches : int
         Changes between the explicit and the Rosenbrock method by ``"auto"`` [-].
     rejected : int

@@ -54,6 +54,8 @@ pub struct Dynamics<'m> {
     jerks: Vec<f64>,
     motions: FrameMotions,
     states: Vec<FrameState>,
+    /// Whether they have the accelerations of the free coordinates.
+    accelerated: bool,
     composites: Composites,
     mass: Vec<f64>,
     /// Whether anything but contacts and inertia acts.
@@ -92,6 +94,7 @@ impl<'m> Dynamics<'m> {
             coordinates: vec![Coordinate::default(); columns],
             motions: FrameMotions::new(&tree.frames, &tree.free, &tree.driven),
             states: frames_at_rest(&tree.frames, -tree.gravity),
+            accelerated: false,
             mass: composites.matrix(d),
             has_forces: tree.has_forces(),
             composites,
@@ -122,6 +125,7 @@ impl<'m> Dynamics<'m> {
             motions.place_driven(t, &tree.driven, coordinates, jerks, turns, states);
         }
         motions.place_free(coordinates, states);
+        self.accelerated = false;
     }
 
     /// Whether the frames have the positions and velocities of this state.
@@ -140,6 +144,7 @@ impl<'m> Dynamics<'m> {
             self.coordinates[column].acceleration = acceleration;
         }
         self.motions.accelerate(&self.coordinates, &mut self.states);
+        self.accelerated = true;
     }
 
     /// Motion of a frame after [`Dynamics::move_to`]; accelerations are relative to free fall.
@@ -174,7 +179,11 @@ impl<'m> Dynamics<'m> {
     /// Accelerations of the degrees of freedom. Returns false where the mass matrix is singular, the loop
     /// closures are dependent or a result is not finite.
     pub fn acceleration(&mut self, t: impl Into<Instant>, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        self.move_to_instant(t.into(), q, v);
+        let t = t.into();
+        // The guards may have moved the frames there.
+        if self.accelerated || !self.is_at(t, q, v) {
+            self.move_to_instant(t, q, v);
+        }
         let d = a.len();
         self.composites.assemble(&self.states, &mut self.mass, a);
         for (joint, phase) in self.tree.clearance_joints.iter().zip(&self.phases) {

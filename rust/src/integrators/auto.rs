@@ -183,6 +183,7 @@ impl Stepper for Auto {
             let stiffness = self.explicit.stiffness();
             (stiffness, Dop853::largest_growth(stiffness))
         };
-        Settled { largest_growth, switched: self.switches(stiffness, system, (t, q, v), stats) }
+        let switched = self.switches(stiffness, system, (t, q, v), stats);
+        Settled { largest_growth, switched, order_error: None }
     }
 }

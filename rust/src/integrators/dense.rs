@@ -26,6 +26,8 @@ pub struct DenseStep {
     pub embedded_order: usize,
     /// Whether the method that took it is explicit.
     pub is_explicit: bool,
+    /// Whether it is short against every oscillation of the motion, so that its ends tell what happens inside.
+    pub is_short: bool,
     /// Rows K_r of the dense output, (q, v) each.
     pub(super) rows: Vec<f64>,
 }
@@ -42,6 +44,7 @@ impl DenseStep {
             damping: 0.0,
             embedded_order,
             is_explicit,
+            is_short: false,
             rows: vec![0.0; rows * n],
         }
     }
@@ -61,6 +64,22 @@ impl DenseStep {
             }
             let value = rest * self.start[k] + theta * (self.end[k] + rest * sum);
             if k < n / 2 { q[k] = value } else { v[k - n / 2] = value }
+        }
+    }
+
+    /// Accelerations at `t + theta h`: the derivatives of its velocities.
+    pub(super) fn rates(&self, theta: f64, a: &mut [f64]) {
+        let n = self.start.len();
+        let d = n / 2;
+        let count = self.rows.len().checked_div(n).unwrap_or(0);
+        for (k, a) in a.iter_mut().enumerate() {
+            let (mut sum, mut slope) = (0.0, 0.0);
+            for r in (0..count).rev() {
+                slope = slope * theta + sum;
+                sum = sum * theta + self.rows[r * n + d + k];
+            }
+            let change = self.end[d + k] - self.start[d + k];
+            *a = (change + (1.0 - 2.0 * theta) * sum + theta * (1.0 - theta) * slope) / self.h;
         }
     }
 

@@ -235,6 +235,6 @@ impl Stepper for Dop853 {
         _v: &[f64],
         _stats: &mut Stats,
     ) -> Settled {
-        Settled { largest_growth: Self::largest_growth(self.stiffness()), switched: false }
+        Settled { largest_growth: Self::largest_growth(self.stiffness()), switched: false, order_error: None }
     }
 }

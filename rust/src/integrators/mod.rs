@@ -4,6 +4,7 @@
 //! The integrator knows no mechanism and no contact. A [`HybridSystem`] gives accelerations, their exact
 //! derivatives, guard functions whose zeros end the present phase, and the change of phase.
 
+pub mod adams;
 pub mod auto;
 mod control;
 pub mod dense;
@@ -42,6 +43,12 @@ pub trait HybridSystem {
     /// Longest step from the state of the last [`HybridSystem::begin`] that cannot step over an event.
     fn step_bound(&self) -> f64 {
         f64::INFINITY
+    }
+
+    /// Whether the accelerations and their derivatives go on smoothly beyond the instant at which a step from
+    /// the state of the last [`HybridSystem::begin`] ends.
+    fn is_smooth_at(&self, _t: f64) -> bool {
+        true
     }
 
     /// Number of guards.
@@ -145,6 +152,9 @@ pub struct Settled {
     pub largest_growth: f64,
     /// Whether another method takes it.
     pub switched: bool,
+    /// Of a multistep method: error of a step of the same length at the order that it has chosen for the next
+    /// step, relative to the error of the last one.
+    pub order_error: Option<f64>,
 }
 
 /// How a projection onto the constraints went.

@@ -76,13 +76,16 @@ impl Run<'_> {
         Ok(Some(event.index))
     }
 
-    /// Whether an event in the step is possible, judged by its ends and its middle. The ends alone miss a
-    /// minimum between two ends with small rates.
+    /// Whether an event in the step is possible, judged by its ends and, unless it is short, its middle. The
+    /// ends alone miss a minimum between two ends with small rates.
     fn may_have_event(&mut self) -> bool {
         let step = self.method.step();
-        let (middle, h) = (step.instant(0.5), step.h);
+        let (middle, h, is_short) = (step.instant(0.5), step.h, step.is_short);
         if EventFinder::may_have_event(h, &self.start_guards, &self.end_guards) {
             return true;
+        }
+        if is_short {
+            return false;
         }
         self.method.estimate_inside(0.5, &mut self.inner_q, &mut self.inner_v);
         self.system.guards(middle, &self.inner_q, &self.inner_v, &mut self.inner_guards);

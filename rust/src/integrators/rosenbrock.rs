@@ -248,6 +248,6 @@ impl Stepper for Rosenbrock {
         _v: &[f64],
         _stats: &mut Stats,
     ) -> Settled {
-        Settled { largest_growth: f64::INFINITY, switched: false }
+        Settled { largest_growth: f64::INFINITY, switched: false, order_error: None }
     }
 }

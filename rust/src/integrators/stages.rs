@@ -36,6 +36,22 @@ impl Stages {
         self.rows[stage * self.width + component / BLOCK][component % BLOCK]
     }
 
+    /// Replaces every row up to the one behind the last weight: the first by the row `from`, each other one by
+    /// the row before it less the weighted old row in that place.
+    pub(super) fn renew(&mut self, weights: &[f64], from: usize) {
+        for block in 0..self.width {
+            let mut carry = self.rows[from * self.width + block];
+            for (stage, weight) in weights.iter().enumerate() {
+                let row = &mut self.rows[stage * self.width + block];
+                let old = std::mem::replace(row, carry);
+                for (carry, old) in carry.iter_mut().zip(old) {
+                    *carry -= weight * old;
+                }
+            }
+            self.rows[weights.len() * self.width + block] = carry;
+        }
+    }
+
     /// `start + h Σ w_j k_j` over the first stages, one for each weight.
     #[inline]
     pub(super) fn advance(&self, start: &[f64], h: f64, weights: &[f64], out: &mut [f64]) {

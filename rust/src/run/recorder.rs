@@ -230,7 +230,8 @@ impl<'a> Recorder<'a> {
     /// Bounds the next step and records penetrations and forces, after [`Dynamics::accelerate`].
     fn watch(&mut self, t: f64) {
         let mechanism = self.mechanism;
-        self.step.bound = mechanism.next_break(t) - t;
+        self.step.next_break = mechanism.next_break(t);
+        self.step.bound = self.step.next_break - t;
         self.step.velocity_refinement = 1.0;
         for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
             let motion = self.dynamics.joint_motion(joint);
@@ -288,6 +289,10 @@ impl HybridSystem for Recorder<'_> {
 
     fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
         self.tolerances.in_phases(self.mechanism, &self.dynamics.phases, position, velocity);
+    }
+
+    fn is_smooth_at(&self, t: f64) -> bool {
+        t * (1.0 + 32.0 * f64::EPSILON) < self.step.next_break
     }
 
     fn step_bound(&self) -> f64 {

@@ -5,6 +5,7 @@ use std::fmt::Debug;
 use serde_json::Value;
 
 use crate::error::{InputError, Problem, Subject};
+use crate::integrators::adams::Adams;
 use crate::integrators::auto::Auto;
 use crate::integrators::dop853::Dop853;
 use crate::integrators::rosenbrock::Rosenbrock;
@@ -24,6 +25,8 @@ pub enum Method {
     Rodas5P,
     /// DOP853, order 8(5,3), explicit.
     Dop853,
+    /// The Adams method of variable order.
+    Adams,
 }
 
 impl Method {
@@ -34,6 +37,7 @@ impl Method {
             Method::Rodas4 => Box::new(Rosenbrock::new(RODAS4, d)),
             Method::Rodas5P => Box::new(Rosenbrock::new(RODAS5P, d)),
             Method::Dop853 => Box::new(Dop853::new(d)),
+            Method::Adams => Box::new(Adams::new(d)),
         }
     }
 }
@@ -51,11 +55,12 @@ pub const DEFAULT_RTOL: f64 = 1e-6;
 const REFINEMENT_POWER: f64 = 0.25;
 
 /// Words for the methods.
-pub const METHOD_WORDS: [(&str, Method); 4] = [
+pub const METHOD_WORDS: [(&str, Method); 5] = [
     ("auto", Method::Auto),
     ("rodas5p", Method::Rodas5P),
     ("rodas4", Method::Rodas4),
     ("dop853", Method::Dop853),
+    ("adams", Method::Adams),
 ];
 
 /// Least and largest relative tolerance [-]: below, rounding errors exceed it; above, nothing is accurate.

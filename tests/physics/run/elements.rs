@@ -9,7 +9,7 @@ use crate::integrators::problems::driven_pendulum;
 use crate::integrators::rodas6p::RODAS6P;
 use crate::support::{body, compile, ideal, point};
 
-const METHODS: [Method; 3] = [Method::Rodas4, Method::Rodas5P, Method::Dop853];
+const METHODS: [Method; 4] = [Method::Rodas4, Method::Rodas5P, Method::Dop853, Method::Adams];
 
 fn run(scene: &Scene, duration: f64, samples: usize, method: Method, outputs: &[&str]) -> Trajectory {
     let settings = Settings {

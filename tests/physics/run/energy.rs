@@ -128,7 +128,7 @@ fn the_balance_closes_for_every_law_and_method() {
     }
     scenes.push(slider_crank(true));
     for (index, scene) in scenes.iter().enumerate() {
-        for method in [Method::Rodas4, Method::Rodas5P, Method::Dop853] {
+        for method in [Method::Rodas4, Method::Rodas5P, Method::Dop853, Method::Adams] {
             let error = imbalance(scene, 3e-3, 1e-8, method);
             assert!(error < 1e-6, "scene {index}, {method:?}: {error:e}");
         }
@@ -161,7 +161,7 @@ fn the_balance_closes_where_a_crank_turns_many_times_in_one_step() {
         };
         let steps = simulate(&compile(&scene), &Settings::new(1.0, 2), &|_| true).unwrap().stats.steps;
         assert!(steps < 20, "{steps} steps");
-        for method in [Method::Rodas5P, Method::Dop853] {
+        for method in [Method::Rodas5P, Method::Dop853, Method::Adams] {
             let error = imbalance(&scene, 1.0, 1e-6, method);
             assert!(error < 1e-8, "{:?}, {method:?}: {error:e}", scene.drives);
         }
@@ -220,7 +220,7 @@ fn the_balance_closes_with_every_element_around_a_loop_with_clearance() {
             },
         ];
     });
-    for method in [Method::Rodas4, Method::Rodas5P, Method::Dop853] {
+    for method in [Method::Rodas4, Method::Rodas5P, Method::Dop853, Method::Adams] {
         let error = imbalance(&scene, 5e-3, 1e-8, method);
         assert!(error < 1e-6, "{method:?}: {error:e}");
     }

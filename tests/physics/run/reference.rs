@@ -46,7 +46,7 @@ pub fn velocity_error(run: &Trajectory, reference: &[(f64, f64)], end: f64) -> f
 fn both_reference_trajectories_are_met() {
     for (as_printed, file) in [(true, "as_printed"), (false, "physical")] {
         let reference = reference_velocity(file);
-        for method in [Method::Auto, Method::Rodas5P, Method::Rodas4, Method::Dop853] {
+        for method in [Method::Auto, Method::Rodas5P, Method::Rodas4, Method::Dop853, Method::Adams] {
             let run = run(as_printed, method, 1e-9);
             assert_eq!(run.status.word(), "done");
             let short = velocity_error(&run, &reference, 0.01);

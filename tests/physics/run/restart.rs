@@ -10,7 +10,7 @@ use chebclear::scene::time_function::{Spline, TimeFunction};
 
 use crate::support::{body, compile, ideal, point, slider_crank};
 
-const METHODS: [Method; 3] = [Method::Rodas4, Method::Rodas5P, Method::Dop853];
+const METHODS: [Method; 4] = [Method::Rodas4, Method::Rodas5P, Method::Dop853, Method::Adams];
 
 fn settings(method: Method, duration: f64, samples: usize) -> Settings {
     let outputs = ["energy.total", "energy.input", "energy.balance"].map(str::to_owned).to_vec();

@@ -174,7 +174,7 @@ impl Units {
 }
 
 fn same_bits(scene: &Scene, duration: f64, units: Units) {
-    for method in [Method::Auto, Method::Rodas5P, Method::Rodas4, Method::Dop853] {
+    for method in [Method::Auto, Method::Rodas5P, Method::Rodas4, Method::Dop853, Method::Adams] {
         let base = Units::SAME.run(scene, duration, method);
         let scaled = units.run(scene, duration, method);
         assert_eq!(base.status.word(), "done");

@@ -131,7 +131,7 @@ fn points_as_close_as_the_times_can_tell_are_no_step_too_short() {
         let times =
             [0.0, 1.0, 2.0, 2.0 * (1.0 + gap), 2.0 * (1.0 + 2.0 * gap), 2.0 * (1.0 + 3.5 * gap), 3.0, 4.0];
         let mechanism = compile(&wheel(0.7, table(&times, &times)));
-        for method in [Method::Rodas5P, Method::Dop853] {
+        for method in [Method::Rodas5P, Method::Dop853, Method::Adams] {
             let run = simulate(&mechanism, &Settings { method, ..Settings::new(4.0, 5) }, &|_| true).unwrap();
             assert_eq!(run.status.word(), "done", "{gap:e}: {}", run.message());
             let exact = 4.0_f64.powi(3) / 6.0 / 0.7;
@@ -194,7 +194,7 @@ fn steps_end_at_knots_so_polynomial_pieces_cost_no_accuracy() {
     let exact = turned_by_pieces(0.7, &function);
     // Angles are polynomials of degree 5 between the knots: both methods integrate them exactly, but
     // only if no step goes over a knot.
-    for method in [Method::Rodas5P, Method::Dop853] {
+    for method in [Method::Rodas5P, Method::Dop853, Method::Adams] {
         let ends = RefCell::new(Vec::new());
         let settings = Settings { rtol: 1e-3, method, ..Settings::new(1.0, 2) };
         let run = simulate(&mechanism, &settings, &|t| {

@@ -124,7 +124,7 @@ def test_spring_loaded_loop_with_a_loose_joint_agrees():
     assert_same_motion(scene, 0.01, 201)
 
 
-@pytest.mark.parametrize("method", ["rodas5p", "rodas4", "dop853"])
+@pytest.mark.parametrize("method", ["rodas5p", "rodas4", "dop853", "adams"])
 def test_andrews_mechanism_has_the_published_values(method):
     scene = andrews.scene(
         [

@@ -179,13 +179,13 @@ def test_gate_11_another_process_finds_the_same_bits():
     code = (
         "import warnings, chebclear as cc, hashlib\n"
         "warnings.simplefilter('ignore')\n"
-        "for method in ('rodas5p', 'rodas4', 'dop853'):\n"
+        "for method in ('rodas5p', 'rodas4', 'dop853', 'adams'):\n"
         "    run = cc.simulate(cc.mechanisms.slider_crank(), duration=0.005, samples=51, method=method)\n"
         "    print(hashlib.sha256(run.values.tobytes()).hexdigest())\n"
     )
     found = {subprocess.check_output([sys.executable, "-c", code], text=True) for _ in range(3)}
     assert len(found) == 1
-    for word, method in zip(found.pop().split(), ("rodas5p", "rodas4", "dop853"), strict=True):
+    for word, method in zip(found.pop().split(), ("rodas5p", "rodas4", "dop853", "adams"), strict=True):
         run = cc.simulate(cc.mechanisms.slider_crank(), duration=0.005, samples=51, method=method)
         assert fingerprint(run.values) == word
 

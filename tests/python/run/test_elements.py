@@ -8,7 +8,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 
-METHODS = ["rodas5p", "rodas4", "dop853"]
+METHODS = ["rodas5p", "rodas4", "dop853", "adams"]
 GRAVITY = cc.Gravity((0.0, -9.81))
 
 

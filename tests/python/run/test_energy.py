@@ -24,7 +24,7 @@ ENERGIES = [
     "friction_loss",
     "damping_loss",
 ]
-METHODS = ["rodas5p", "rodas4", "dop853"]
+METHODS = ["rodas5p", "rodas4", "dop853", "adams"]
 
 
 def imbalance(scene, duration, method="rodas5p", rtol=RTOL):

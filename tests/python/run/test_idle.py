@@ -6,7 +6,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 
-METHODS = ["rodas5p", "rodas4", "dop853"]
+METHODS = ["rodas5p", "rodas4", "dop853", "adams"]
 
 
 @pytest.mark.parametrize("method", METHODS)

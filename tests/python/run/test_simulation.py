@@ -40,7 +40,7 @@ def run():
         return cc.simulate(cc.mechanisms.slider_crank(), duration=0.004, samples=401)
 
 
-@pytest.mark.parametrize("method", ["auto", "rodas5p", "rodas4", "dop853"])
+@pytest.mark.parametrize("method", ["auto", "rodas5p", "rodas4", "dop853", "adams"])
 def test_free_fall(method):
     run = cc.simulate(faller(), duration=0.5, samples=51, rtol=1e-9, method=method)
     assert run.status == "done" and run.success and run.end_time == 0.5
@@ -52,7 +52,7 @@ def test_free_fall(method):
     assert np.abs(run["block.x"]).max() < 1e-15
 
 
-@pytest.mark.parametrize("method", [None, "auto", "rodas5p", "rodas4", "dop853"])
+@pytest.mark.parametrize("method", [None, "auto", "rodas5p", "rodas4", "dop853", "adams"])
 def test_stats_tell_which_method_took_the_steps(method):
     chosen = {} if method is None else {"method": method}
     run = cc.simulate(faller(), duration=0.5, samples=3, **chosen)

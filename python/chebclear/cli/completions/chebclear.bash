@@ -41,14 +41,14 @@ _shtab_chebclear_animate___out_COMPGEN=_shtab_compgen_dirs
 _shtab_chebclear_paper___out_COMPGEN=_shtab_compgen_dirs
 
 _shtab_chebclear_new_pos_0_choices=(flores_slider_crank four_bar free_journal pendulum_in_bearing quick_return six_bar slider_crank)
-_shtab_chebclear_run___method_choices=(auto rodas5p rodas4 dop853)
+_shtab_chebclear_run___method_choices=(auto rodas5p rodas4 dop853 adams)
 _shtab_chebclear_study___kind_choices=(band certify chebyshev sample)
 _shtab_chebclear_study___require_choices=(resolved calibrated)
-_shtab_chebclear_study___method_choices=(auto rodas5p rodas4 dop853)
-_shtab_chebclear_scan___method_choices=(auto rodas5p rodas4 dop853)
+_shtab_chebclear_study___method_choices=(auto rodas5p rodas4 dop853 adams)
+_shtab_chebclear_scan___method_choices=(auto rodas5p rodas4 dop853 adams)
 _shtab_chebclear_tradeoff___paper_choices=(as_printed corrected)
 _shtab_chebclear_tradeoff___cost_choices=(seconds steps stages evaluations)
-_shtab_chebclear_animate___method_choices=(auto rodas5p rodas4 dop853)
+_shtab_chebclear_animate___method_choices=(auto rodas5p rodas4 dop853 adams)
 _shtab_chebclear_completion_pos_0_choices=(bash fish zsh)
 _shtab_chebclear_pos_0_choices=(new fields check run study scan tradeoff report animate paper completion)
 

@@ -19,6 +19,8 @@ const ONSET_PART: f64 = 1e-2;
 pub(crate) struct StepDemands {
     /// Longest step [s].
     pub(crate) bound: f64,
+    /// Instant of the next break of a driven motion or a force [s].
+    pub(crate) next_break: f64,
     /// Factor by which the velocity tolerance must be divided, up to the state at which the guards were last
     /// evaluated.
     pub(crate) velocity_refinement: f64,
@@ -34,6 +36,7 @@ impl StepDemands {
     pub(crate) fn new(joints: usize) -> Self {
         Self {
             bound: f64::INFINITY,
+            next_break: f64::INFINITY,
             velocity_refinement: 1.0,
             slides: vec![None; joints],
             breaks_away: false,

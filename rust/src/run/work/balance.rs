@@ -12,7 +12,7 @@ use crate::contact::clearance::{ContactState, Phase, SlidingVelocity};
 use crate::integrators::dense::DenseStep;
 use crate::run::recorder::Recorder;
 use crate::run::settings::Settings;
-use crate::run::work::GAUSS;
+use crate::run::work::{GAUSS, GAUSS_OF_SHORT};
 
 /// Rotation of a drive [rad] over which Gauss's quadrature with four points integrates its power to rounding.
 pub(crate) const WORK_ROTATION: f64 = 0.5;
@@ -75,6 +75,8 @@ pub(crate) struct Balance {
     pub(crate) largest: f64,
     /// Sums of the absolute gaps [J]: without and with stiff friction.
     sizes: [f64; 2],
+    /// Instant and energies of the end of the last checked step.
+    checked: Option<(f64, Stored)>,
 }
 
 /// Sliding of a contact.
@@ -110,11 +112,17 @@ impl Estimate {
     }
 }
 
-/// Energies of a state, and work and losses up to it.
-struct Account {
+/// Energies of a state [J].
+#[derive(Clone, Copy, Debug)]
+struct Stored {
     kinetic: f64,
     potential: f64,
     contact: f64,
+}
+
+/// Energies of a state, and work and losses up to it.
+struct Account {
+    stored: Stored,
     input: f64,
     losses: f64,
 }
@@ -162,7 +170,10 @@ impl Balance {
 
     /// Adds a step that was drawn with a probability.
     fn add(&mut self, start: &Account, end: &Account, stiff: bool, probability: f64) {
-        let stored = |account: &Account| account.kinetic + account.potential + account.contact;
+        let stored = |account: &Account| {
+            let Stored { kinetic, potential, contact } = account.stored;
+            kinetic + potential + contact
+        };
         let works = [end.input - start.input, end.losses - start.losses];
         let gap = stored(end) - stored(start) - works[0] + works[1];
         if !gap.is_finite() {
@@ -179,16 +190,17 @@ impl Balance {
         }
         self.gap.add(gap, square, probability);
         self.sizes[usize::from(stiff)] += gap.abs() / probability;
-        let potential = *self.potential.get_or_insert(start.potential);
-        for account in [start, end] {
-            let kinds = [account.kinetic, account.potential - potential, account.contact];
+        let potential = *self.potential.get_or_insert(start.stored.potential);
+        for Stored { kinetic, potential: present, contact } in [start.stored, end.stored] {
+            let kinds = [kinetic, present - potential, contact];
             self.largest = kinds.into_iter().map(f64::abs).fold(self.largest, f64::max);
         }
         for (sum, work) in self.works.iter_mut().zip(works) {
             sum.add(work, work * work, probability);
             self.largest = self.largest.max(sum.lower_bound());
         }
-        let least_error = self.gap.lower_bound() - ROUNDING * (end.kinetic + end.potential.abs());
+        let least_error =
+            self.gap.lower_bound() - ROUNDING * (end.stored.kinetic + end.stored.potential.abs());
         if least_error > self.least_error {
             (self.least_error, self.worst) = (least_error, self.gap.sum.abs());
         }
@@ -209,11 +221,16 @@ impl Recorder<'_> {
     /// Adds the work from the start of a step to the instant `to` in it, in pieces that resolve the drives:
     /// the step resolves the free motion only, and a crank may turn many times in it.
     pub(crate) fn add_work_of(&mut self, step: &DenseStep, to: f64) {
+        self.add_work_by(&GAUSS, step, to);
+    }
+
+    /// The same with given nodes and weights in every piece.
+    fn add_work_by(&mut self, nodes: &[(f64, f64)], step: &DenseStep, to: f64) {
         let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
         let mut from = step.t;
         while from < to {
             let next = (from + self.continued(from, f64::NAN, WORK_ROTATION)).min(to);
-            for (place, weight) in GAUSS {
+            for &(place, weight) in nodes {
                 let t = from + place * (next - from);
                 step.at((t - step.t) / step.h, &mut q, &mut v);
                 self.add_work(t, &q, &v, weight * (next - from));
@@ -280,13 +297,23 @@ impl Recorder<'_> {
             }
         }
         if self.balance.draws(probability) {
-            let (q, v) = step.start.split_at(step.start.len() / 2);
-            self.dynamics.move_to(step.t, q, v);
-            let start = self.account();
-            self.add_work_of(step, step.end_time());
+            let known = self.balance.checked.take().filter(|(t, _)| *t == step.t);
+            let start = match known {
+                Some((_, stored)) => self.account_of(stored),
+                None => {
+                    let (q, v) = step.start.split_at(step.start.len() / 2);
+                    self.dynamics.move_to(step.t, q, v);
+                    self.account()
+                }
+            };
+            // In a short step two points find the work to a part of 1e-3 of the change of the power.
+            let nodes: &[(f64, f64)] =
+                if step.is_short && !self.needs.work { &GAUSS_OF_SHORT } else { &GAUSS };
+            self.add_work_by(nodes, step, step.end_time());
             self.move_inside(step, step.end_time());
             self.dynamics.move_to(step.end_time(), &self.q, &self.v);
             let end = self.account();
+            self.balance.checked = Some((step.end_time(), end.stored));
             self.balance.add(&start, &end, stiff, probability.min(1.0));
         }
     }
@@ -294,12 +321,15 @@ impl Recorder<'_> {
     /// The account in the state that the dynamics was last moved to.
     fn account(&mut self) -> Account {
         self.dynamics.find_contacts();
-        Account {
+        self.account_of(Stored {
             kinetic: self.dynamics.kinetic_energy(),
             potential: self.dynamics.potential_energy(),
             contact: self.dynamics.contact_energies(),
-            input: self.work.input,
-            losses: self.work.losses(),
-        }
+        })
+    }
+
+    /// The present work and losses beside stored energies.
+    fn account_of(&self, stored: Stored) -> Account {
+        Account { stored, input: self.work.input, losses: self.work.losses() }
     }
 }

@@ -15,6 +15,10 @@ pub(crate) const GAUSS: [(f64, f64); 4] = [
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
 
+/// The same with two points, of order 4.
+pub(crate) const GAUSS_OF_SHORT: [(f64, f64); 2] =
+    [(0.211_324_865_405_187_1, 0.5), (0.788_675_134_594_812_9, 0.5)];
+
 /// Work and losses since the start of the run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Work {

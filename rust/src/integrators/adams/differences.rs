@@ -1,0 +1,255 @@
+//! Modified divided differences of the accelerations at past instants, and the coefficients with which they
+//! extrapolate and integrate over the next step `[ShampineGordon1975]`.
+//!
+//! With ψ_i the time back to the i-th instant before the present one, the polynomial through the last k
+//! accelerations is, on the next step of length h,
+//!
+//! ```text
+//! a(t + θh) = Σ c_i(θ) β_i φ_i,   c_i(θ) = Π_{j<i} α_j (θ + ψ_{j-1}/h),   α_j = h / (h + ψ_{j-1})
+//! ```
+//!
+//! All coefficients belong to the instants alone and are shared by all components. The single and the double
+//! integral of the polynomial give velocities and positions.
+
+use crate::integrators::stages::Stages;
+
+/// Largest order of the predictor.
+pub(super) const MOST: usize = 12;
+/// Accelerations kept: one more than the predictor uses, for the error of the next order.
+const KEPT: usize = MOST + 1;
+/// Lengths of steps are equal if they differ by so many roundings of the time: the steps end on rounded
+/// instants.
+const ROUNDINGS: f64 = 4.0;
+
+/// The differences, and the coefficients of the step that was last prepared.
+#[derive(Clone, Debug)]
+pub(super) struct Differences {
+    /// φ_1 (the present accelerations), φ_2, ...
+    rows: Stages,
+    /// Number of instants they know.
+    count: usize,
+    /// ψ_0 = 0, ψ_1, ...: time from the present instant back to each one [s].
+    back: [f64; KEPT],
+    /// Length of the prepared step [s].
+    h: f64,
+    /// α_1, ..., α_{count}.
+    alpha: [f64; KEPT],
+    /// β_1, ..., β_{count}: their products with the differences continue these over the step.
+    beta: [f64; KEPT],
+    /// Single and double integral of every c_i over the step, in h and h².
+    integrals: [[f64; KEPT]; 2],
+    /// Products of these with β.
+    weights: [[f64; KEPT]; 2],
+    /// Number of last distances between the instants that are equal, and their length [s].
+    equal: usize,
+    length: f64,
+    /// Differences of lengths that are roundings of the time [s].
+    slack: f64,
+    /// Whether the prepared step and all that it follows from are equally long.
+    regular: bool,
+}
+
+impl Differences {
+    /// No differences yet, for `d` components.
+    pub(super) fn new(d: usize) -> Self {
+        Self {
+            rows: Stages::new(KEPT + 1, d),
+            count: 0,
+            back: [0.0; KEPT],
+            h: 0.0,
+            alpha: [1.0; KEPT],
+            beta: [1.0; KEPT],
+            integrals: REGULAR,
+            weights: REGULAR,
+            equal: 0,
+            length: 0.0,
+            slack: 0.0,
+            regular: false,
+        }
+    }
+
+    /// Number of instants whose accelerations are known.
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Forgets all.
+    pub(super) fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// Starts with accelerations at equal distances `h` [s], the earliest first.
+    pub(super) fn begin(&mut self, h: f64, mut accelerations: impl FnMut(usize, &mut [f64]), count: usize) {
+        self.clear();
+        for index in 0..count {
+            self.beta = [1.0; KEPT];
+            self.push(|out| accelerations(index, out));
+        }
+        for (index, back) in self.back.iter_mut().enumerate() {
+            *back = index as f64 * h;
+        }
+        (self.equal, self.length) = (count - 1, h);
+    }
+
+    /// Computes the coefficients of a step of length `h` from `t` at order `order`, and those that tell its
+    /// error.
+    pub(super) fn prepare(&mut self, t: f64, h: f64, order: usize) {
+        self.h = h;
+        // A step may raise the order by one, and that needs one difference more.
+        self.count = self.count.min(order + 2);
+        self.slack = ROUNDINGS * f64::EPSILON * (t.abs() + h);
+        self.regular = self.equal > order && (h - self.length).abs() <= self.slack;
+        if self.regular {
+            (self.alpha, self.beta) = (RECIPROCALS, [1.0; KEPT]);
+            (self.integrals, self.weights) = (REGULAR, REGULAR);
+            return;
+        }
+        let mut product = 1.0;
+        for i in 0..self.count {
+            let ahead = h + self.back[i];
+            self.alpha[i] = h / ahead;
+            self.beta[i] = product;
+            if i + 1 < self.count {
+                product *= ahead / self.back[i + 1];
+            }
+        }
+        self.integrals = integrals(&self.alpha, order);
+        for (weights, integrals) in self.weights.iter_mut().zip(&self.integrals) {
+            for ((weight, integral), beta) in weights.iter_mut().zip(integrals).zip(&self.beta) {
+                *weight = beta * integral;
+            }
+        }
+    }
+
+    /// Accelerations at the end of the prepared step, extrapolated at an order.
+    pub(super) fn extrapolate(&self, order: usize, out: &mut [f64]) {
+        self.rows.combine(&self.beta[..order], out, |_, sum| sum);
+    }
+
+    /// Change of the velocities over the prepared step by the extrapolated accelerations.
+    pub(super) fn velocities(&self, order: usize, out: &mut [f64], finish: impl Fn(usize, f64) -> f64) {
+        let h = self.h;
+        self.rows.combine(&self.weights[0][..order], out, |k, sum| finish(k, h * sum));
+    }
+
+    /// Change of the positions by them, besides that by the velocities.
+    pub(super) fn positions(&self, order: usize, out: &mut [f64], finish: impl Fn(usize, f64) -> f64) {
+        let square = self.h * self.h;
+        self.rows.combine(&self.weights[1][..order], out, |k, sum| finish(k, square * sum));
+    }
+
+    /// What the difference number `order` (from 0) at the end of the prepared step adds to positions and
+    /// velocities, per unit of it.
+    pub(super) fn correction(&self, order: usize) -> [f64; 2] {
+        [self.h * self.h * self.integrals[1][order], self.h * self.integrals[0][order]]
+    }
+
+    /// β_i φ_i of a component: the difference number i (from 0) continued over the prepared step.
+    pub(super) fn continued(&self, i: usize, component: usize) -> f64 {
+        self.beta[i] * self.rows.at(i, component)
+    }
+
+    /// φ_i of a component: the difference number i (from 0) at the present instant.
+    pub(super) fn row(&self, i: usize, component: usize) -> f64 {
+        self.rows.at(i, component)
+    }
+
+    /// All of them, up to an order.
+    pub(super) fn all_continued(&self, order: usize, component: usize) -> [f64; KEPT] {
+        let mut values = [0.0; KEPT];
+        for (i, value) in values.iter_mut().enumerate().take(order) {
+            *value = self.continued(i, component);
+        }
+        values
+    }
+
+    /// Ratio of the difference number i (from 0) at equal steps of the prepared length to that at the end of
+    /// the prepared step.
+    pub(super) fn at_equal_steps(&self, i: usize) -> f64 {
+        if self.regular {
+            return 1.0;
+        }
+        self.alpha[..i].iter().enumerate().map(|(j, alpha)| (j + 1) as f64 * alpha).product()
+    }
+
+    /// Moves to the end of the prepared step, with the accelerations there.
+    pub(super) fn advance(&mut self, a: &[f64]) {
+        for i in (1..KEPT).rev() {
+            self.back[i] = self.h + self.back[i - 1];
+        }
+        if (self.h - self.length).abs() <= self.slack {
+            self.equal += 1;
+        } else {
+            (self.equal, self.length) = (1, self.h);
+        }
+        self.push(|out| out.copy_from_slice(a));
+    }
+
+    /// New first row; every other one is the row before less what was continued in its place.
+    fn push(&mut self, accelerations: impl FnOnce(&mut [f64])) {
+        let count = (self.count + 1).min(KEPT);
+        // The row behind the last one is free: the new accelerations wait there.
+        accelerations(self.rows.row_mut(KEPT));
+        self.rows.renew(&self.beta[..count - 1], KEPT);
+        self.count = count;
+    }
+
+    /// Coefficients of the polynomial on the prepared step, a(t + θh) = Σ b_p θ^p with b_p = Σ_i T_pi β_i
+    /// φ_i: row p of T, of `order` + 1 columns. The last column belongs to the difference at the end of the
+    /// step.
+    pub(super) fn powers(&self, order: usize) -> [[f64; KEPT]; KEPT] {
+        let mut rows = [[0.0; KEPT]; KEPT];
+        rows[0][0] = 1.0;
+        for i in 1..=order {
+            let alpha = self.alpha[i - 1];
+            let offset = alpha * self.back[i - 1] / self.h;
+            let mut before = 0.0;
+            for row in &mut rows[..=i] {
+                let same = row[i - 1];
+                row[i] = offset * same + alpha * before;
+                before = same;
+            }
+        }
+        rows
+    }
+}
+
+/// Single and double integrals of c_1, ..., c_{order + 1} over the step, from the α.
+const fn integrals(alpha: &[f64; KEPT], order: usize) -> [[f64; KEPT]; 2] {
+    // Row i of the recursion g_{i+1,q} = g_{i,q} - α_i g_{i,q+1}, g_{1,q} = 1/q; columns q = 1 and 2 are the
+    // single and the double integral.
+    let mut row = [0.0; KEPT + 1];
+    let mut q = 0;
+    while q <= order + 1 {
+        row[q] = 1.0 / (q + 1) as f64;
+        q += 1;
+    }
+    let mut integrals = [[0.0; KEPT]; 2];
+    let mut i = 0;
+    while i <= order {
+        if i > 0 {
+            q = 0;
+            while q < order + 2 - i {
+                row[q] -= alpha[i - 1] * row[q + 1];
+                q += 1;
+            }
+        }
+        (integrals[0][i], integrals[1][i]) = (row[0], row[1]);
+        i += 1;
+    }
+    integrals
+}
+
+/// α at equal steps: 1, 1/2, 1/3, ...
+const RECIPROCALS: [f64; KEPT] = {
+    let mut values = [0.0; KEPT];
+    let mut i = 0;
+    while i < KEPT {
+        values[i] = 1.0 / (i + 1) as f64;
+        i += 1;
+    }
+    values
+};
+
+/// The integrals at equal steps.
+const REGULAR: [[f64; KEPT]; 2] = integrals(&RECIPROCALS, MOST);

@@ -1,0 +1,426 @@
+//! The Adams method of variable order and step in the form PECE `[ShampineGordon1975]`. In: a system, lengths
+//! of steps; out: steps with their errors and dense output. Uses `integrators`, `numerics`.
+//!
+//! For equations of second order: differences of the accelerations alone, whose single and double integrals are velocities
+//! and positions `[Krogh1974]`.
+//!
+//! A step costs two evaluations whatever its order: one in the predicted state, which tells the error, and
+//! one in the corrected state. Its dense output costs none. After a change of phase the past is of no use; a
+//! step of a Runge-Kutta method then supplies the first differences.
+
+mod differences;
+mod start;
+
+use crate::integrators::dense::DenseStep;
+use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
+use crate::numerics::instant::Instant;
+use differences::{Differences, MOST};
+use start::Start;
+
+/// Accelerations that the first step supplies, at equal distances in it: the order of the next one.
+const STARTING: usize = 4;
+/// Failures in a row after which the past is forgotten.
+const FAILURES: u32 = 2;
+/// Largest growth of a step.
+const LARGEST_GROWTH: f64 = 2.0;
+/// Stability limit of the step times the frequency of an oscillation, for orders up to 9.
+const STABLE: f64 = 1.0;
+/// A force that follows the velocity looks like an oscillation of 1 / h at a fraction of that rate, and is
+/// stable for longer. So after as many steps at the limit it is raised by a factor, and if a step fails
+/// thereafter, it is what it was and the next trial comes after twice as many steps.
+const PATIENCE: [u32; 2] = [8, 256];
+const RAISE: f64 = 1.25;
+/// The start goes on while its error is below this, so that its steps grow fivefold.
+const FAR_BELOW: f64 = 1e-4;
+/// No step is as stiff: it would not be stable. A larger ratio of the differences is noise of the
+/// accelerations.
+const LARGEST_STIFFNESS: f64 = 2.5;
+/// Relative difference of two states that may be a rounding error.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+/// A lower order is taken if its steps may be longer by this factor.
+const CLEARLY_LONGER: f64 = 1.1;
+
+/// The method with its scratch memory.
+#[derive(Clone, Debug)]
+pub struct Adams {
+    d: usize,
+    differences: Differences,
+    start: Start,
+    /// Order of the predictor in the next attempt; that of the solution is one higher.
+    order: usize,
+    /// That in the last one.
+    taken_order: usize,
+    t: f64,
+    /// Accelerations at the start of the step, and at its end once it has settled.
+    a: Vec<f64>,
+    /// The state (q, v, a) that was predicted for its end.
+    predicted: Vec<f64>,
+    /// Accelerations there less the extrapolated ones: the difference number `taken_order`.
+    last: Vec<f64>,
+    step: DenseStep,
+    /// Largest error of the step relative to the tolerances.
+    error: f64,
+    /// That of the next step, if it is as long.
+    next_error: f64,
+    /// Reciprocal tolerances of positions and velocities.
+    weights: [Vec<f64>; 2],
+    /// Instant of the state at which [`Stepper::settle`] has taken the accelerations into the differences.
+    settled: Option<f64>,
+    /// Whether the start took the last step.
+    started: bool,
+    /// Failed attempts in a row.
+    failures: u32,
+    /// Whether the dense output of the step is complete.
+    dense: bool,
+    stiffness: Option<f64>,
+    /// Present limit of the stiffness, number of steps at it, and after how many it is raised.
+    limit: f64,
+    held: u32,
+    patience: u32,
+}
+
+impl Adams {
+    /// The method for `d` degrees of freedom.
+    pub fn new(d: usize) -> Self {
+        Self {
+            d,
+            differences: Differences::new(d),
+            start: Start::new(2 * d),
+            order: STARTING,
+            taken_order: STARTING,
+            t: 0.0,
+            a: vec![0.0; d],
+            predicted: vec![0.0; 3 * d],
+            last: vec![0.0; d],
+            step: DenseStep::new(2 * d, MOST + 1, STARTING, true),
+            error: 0.0,
+            next_error: 0.0,
+            weights: [vec![1.0; d], vec![1.0; d]],
+            settled: None,
+            started: false,
+            failures: 0,
+            dense: false,
+            stiffness: None,
+            limit: STABLE,
+            held: 0,
+            patience: PATIENCE[0],
+        }
+    }
+
+    /// Length of the last step times the fastest rate of the motion [-]: the square root of |Δa|/|Δq|, the
+    /// differences between the predicted and the corrected state at its end. Where the positions differ by
+    /// rounding alone it is |Δa|/|Δv|; zero where the velocities do as well, or where the differences are
+    /// noise. `None` after the first step.
+    pub fn stiffness(&self) -> Option<f64> {
+        self.stiffness
+    }
+
+    /// Factor by which the next step could be longer than the last one for its error alone.
+    pub fn possible_growth(&self) -> f64 {
+        self.next_error.powf(-1.0 / (self.order + 1) as f64)
+    }
+
+    /// Forgets the past: the next step starts anew.
+    pub fn forget(&mut self) {
+        self.settled = None;
+    }
+
+    /// Error of positions and velocities that a difference of accelerations tells of, per unit of it.
+    ///
+    /// The asymptotic error is a small part of the last difference, but relies on differences that fall with
+    /// their order, which they do not where friction changes within a few steps. The whole difference gives
+    /// the errors of DOP853 at the same tolerance.
+    fn error_factors(&self) -> [f64; 2] {
+        let [position, velocity] = self.differences.correction(self.taken_order);
+        let h = self.step.h;
+        [h * position / velocity, h]
+    }
+
+    /// Largest error relative to the tolerances that differences of the components tell of.
+    fn error_of(&self, [of_position, of_velocity]: [f64; 2], difference: impl Fn(usize) -> f64) -> f64 {
+        let [positions, velocities] = &self.weights;
+        positions.iter().zip(velocities).enumerate().fold(0.0, |largest, (k, (position, velocity))| {
+            let error = (of_velocity * velocity).max(of_position * position) * difference(k).abs();
+            // A NaN must not get lost.
+            if error > largest || error.is_nan() { error } else { largest }
+        })
+    }
+
+    /// Predicts the end of the step, evaluates there and corrects; false where something is not finite.
+    fn take(&mut self, system: &mut dyn HybridSystem) -> bool {
+        let d = self.d;
+        let h = self.step.h;
+        let order = self.order.min(self.differences.count());
+        (self.order, self.taken_order) = (order, order);
+        self.differences.prepare(self.t, h, order);
+        let (q_start, v_start) = self.step.start.split_at(d);
+        let (q, rest) = self.predicted.split_at_mut(d);
+        let (v, a) = rest.split_at_mut(d);
+        self.differences.positions(order, q, |k, change| q_start[k] + (h * v_start[k] + change));
+        self.differences.velocities(order, v, |k, change| v_start[k] + change);
+        self.differences.extrapolate(order, &mut self.last);
+        if !system.acceleration(Instant::after(self.t, h), q, v, a) {
+            return false;
+        }
+        let [position, velocity] = self.differences.correction(order);
+        let (q_end, v_end) = self.step.end.split_at_mut(d);
+        for k in 0..d {
+            let difference = a[k] - self.last[k];
+            self.last[k] = difference;
+            q_end[k] = q[k] + position * difference;
+            v_end[k] = v[k] + velocity * difference;
+        }
+        let factors = self.error_factors();
+        self.error = self.error_of(factors, |k| self.last[k]);
+        if self.error > 1.0 && order > 1 {
+            // The next attempt takes the lower order if its error would have been smaller.
+            let lower = self.error_of(factors, |k| self.last[k] + self.differences.continued(order - 1, k));
+            if lower < self.error {
+                (self.order, self.error) = (order - 1, lower);
+            }
+        }
+        self.step.embedded_order = self.order;
+        let (q_error, v_error) = self.step.error.split_at_mut(d);
+        for k in 0..d {
+            let difference = if self.order < order {
+                self.last[k] + self.differences.continued(order - 1, k)
+            } else {
+                self.last[k]
+            };
+            q_error[k] = factors[0] * difference;
+            v_error[k] = factors[1] * difference;
+        }
+        self.step.end.iter().all(|y| y.is_finite())
+    }
+
+    /// Takes the step by the start; false where something is not finite.
+    fn take_start(&mut self, system: &mut dyn HybridSystem) -> bool {
+        let finite = self.start.take(system, &self.a, &mut self.step);
+        let [positions, velocities] = &self.weights;
+        let scaled = self.step.error.iter().zip(positions.iter().chain(velocities));
+        self.error = scaled.map(|(error, weight)| (error * weight).abs()).fold(0.0, f64::max);
+        finite
+    }
+
+    /// Takes the accelerations in the start and at the end of its step into the differences; returns the
+    /// error of an Adams step of the same length.
+    fn begin_differences(&mut self) -> f64 {
+        self.write_dense();
+        let parts = (STARTING - 1) as f64;
+        let Self { differences, step, a, .. } = self;
+        let accelerations = |index: usize, out: &mut [f64]| {
+            if index + 1 == STARTING { out.copy_from_slice(a) } else { step.rates(index as f64 / parts, out) }
+        };
+        differences.begin(step.h / parts, accelerations, STARTING);
+        differences.prepare(step.t, step.h, STARTING);
+        (self.order, self.taken_order) = (STARTING, STARTING);
+        // Differences at distances of a whole step. The next one is not known: it continues the last two.
+        let factors = self.error_factors();
+        let [before, last] = [STARTING - 2, STARTING - 1]
+            .map(|i| parts.powi(i as i32) * self.error_of(factors, |k| self.differences.row(i, k)));
+        last * (last / before).min(1.0)
+    }
+
+    /// Takes the accelerations at the end of the step into the differences and chooses the order of the next
+    /// one; returns its error, if it is as long.
+    fn advance(&mut self) -> f64 {
+        let order = self.taken_order;
+        let factors = self.error_factors();
+        self.measure_stiffness();
+        // A higher order needs a difference more than are used.
+        let highest = if self.differences.count() > order { (order + 1).min(MOST) } else { order };
+        let lowest = (order - 1).max(1);
+        let scales = [lowest, order, highest].map(|i| self.differences.at_equal_steps(i));
+        self.differences.advance(&self.a);
+        // Error at an order, and the negative logarithm of the length of its steps.
+        let at = |order: usize, scale: f64| {
+            let error = scale * self.error_of(factors, |k| self.differences.row(order, k));
+            (error, error.ln() / (order + 1) as f64)
+        };
+        let (same, lower) = (at(order, scales[1]), at(lowest, scales[0]));
+        let (chosen, error) = if lower.1 + CLEARLY_LONGER.ln() < same.1 {
+            (lowest, lower.0)
+        } else if highest > order {
+            let higher = at(highest, scales[2]);
+            if higher.1 < same.1 { (highest, higher.0) } else { (order, same.0) }
+        } else {
+            (order, same.0)
+        };
+        self.order = chosen;
+        error
+    }
+
+    /// Computes [`Adams::stiffness`] from the accelerations in the predicted and in the corrected state.
+    fn measure_stiffness(&mut self) {
+        let d = self.d;
+        let (mut accelerations, mut corrections) = (0.0, 0.0);
+        let mut roundings = [0.0; 2];
+        for (k, weight) in self.weights[0].iter().enumerate() {
+            accelerations += (weight * (self.a[k] - self.predicted[2 * d + k])).powi(2);
+            corrections += (weight * self.last[k]).powi(2);
+            for (rounding, k) in roundings.iter_mut().zip([k, d + k]) {
+                *rounding += (weight * ROUNDING * self.step.end[k]).powi(2);
+            }
+        }
+        // The sums are squares of norms, so each rate takes one more square root.
+        let ratio = (accelerations / corrections).sqrt();
+        let [position, velocity] = self.differences.correction(self.taken_order);
+        let rate = if position * position * corrections > roundings[0] {
+            (ratio / position).sqrt()
+        } else if velocity * velocity * corrections > roundings[1] {
+            ratio / velocity
+        } else {
+            0.0
+        };
+        let stiffness = self.step.h * rate;
+        self.stiffness = Some(if stiffness < LARGEST_STIFFNESS { stiffness } else { 0.0 });
+    }
+
+    /// Largest growth of the next step within the limit of stability.
+    fn stable_growth(&mut self) -> f64 {
+        let stiffness = match self.stiffness {
+            Some(stiffness) if stiffness > 0.0 => stiffness,
+            _ => return LARGEST_GROWTH,
+        };
+        if self.failures > 0 && self.limit > STABLE {
+            (self.limit, self.held) = (STABLE, 0);
+            self.patience = (2 * self.patience).min(PATIENCE[1]);
+        }
+        let growth = self.limit / stiffness;
+        if growth < CLEARLY_LONGER && self.possible_growth() > RAISE {
+            self.held += 1;
+            if self.held >= self.patience {
+                (self.limit, self.held) = (RAISE * self.limit, 0);
+            }
+        }
+        growth.min(LARGEST_GROWTH)
+    }
+
+    /// Completes the dense output, once: the polynomial whose integral the corrector is.
+    fn write_dense(&mut self) {
+        if std::mem::replace(&mut self.dense, true) {
+            return;
+        }
+        if self.started {
+            self.start.finish_dense(&mut self.step);
+            return;
+        }
+        let (d, h, order) = (self.d, self.step.h, self.taken_order);
+        let n = 2 * d;
+        let powers = self.differences.powers(order);
+        self.step.rows.resize((order + 1) * n, 0.0);
+        for k in 0..d {
+            // y(θ) = y₀ + Σ m_p θ^p; row r holds the negative sum of the m_p from p = r + 2 on.
+            let (mut of_position, mut of_velocity) = (0.0, 0.0);
+            let mut differences = self.differences.all_continued(order, k);
+            differences[order] = self.last[k];
+            for p in (0..=order).rev() {
+                let power: f64 =
+                    powers[p][p..=order].iter().zip(&differences[p..=order]).map(|(c, f)| c * f).sum();
+                self.step.rows[p * n + d + k] = of_velocity;
+                let integral = h * power / (p + 1) as f64;
+                of_velocity -= integral;
+                of_position -= h * integral / (p + 2) as f64;
+                self.step.rows[p * n + k] = of_position;
+            }
+        }
+    }
+}
+
+impl Stepper for Adams {
+    fn restart(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]) {
+        self.forget();
+        (self.limit, self.held, self.patience) = (STABLE, 0, PATIENCE[0]);
+        for (weights, tolerances) in self.weights.iter_mut().zip([position_tolerance, velocity_tolerance]) {
+            for (weight, tolerance) in weights.iter_mut().zip(tolerances) {
+                *weight = 1.0 / tolerance;
+            }
+        }
+    }
+
+    fn begin(
+        &mut self,
+        system: &mut dyn HybridSystem,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        stats: &mut Stats,
+    ) -> bool {
+        self.t = t;
+        self.failures = 0;
+        self.step.start[..self.d].copy_from_slice(q);
+        self.step.start[self.d..].copy_from_slice(v);
+        if self.settled.take() != Some(t) {
+            self.differences.clear();
+            stats.evaluations += 1;
+            if !system.acceleration(t.into(), q, v, &mut self.a) {
+                return false;
+            }
+        }
+        system.begin(t, q, v, &self.a);
+        true
+    }
+
+    fn attempt(&mut self, system: &mut dyn HybridSystem, h: f64, stats: &mut Stats) -> bool {
+        self.step.t = self.t;
+        self.step.h = h;
+        self.dense = false;
+        if self.failures >= FAILURES {
+            self.differences.clear();
+        }
+        self.started = self.differences.count() == 0;
+        self.step.is_short = !self.started;
+        let evaluations = if self.started { Start::EVALUATIONS } else { 1 };
+        stats.stages += evaluations;
+        stats.evaluations += evaluations;
+        let finite = if self.started { self.take_start(system) } else { self.take(system) };
+        self.failures += u32::from(!finite || self.error > 1.0);
+        finite
+    }
+
+    fn step(&mut self) -> &mut DenseStep {
+        &mut self.step
+    }
+
+    fn estimate_inside(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
+        self.write_dense();
+        self.step.at(theta, q, v);
+    }
+
+    fn finish_dense(&mut self, _system: &mut dyn HybridSystem, _stats: &mut Stats) -> bool {
+        self.write_dense();
+        true
+    }
+
+    fn settle(
+        &mut self,
+        system: &mut dyn HybridSystem,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        stats: &mut Stats,
+    ) -> Settled {
+        self.stiffness = None;
+        stats.stages += 1;
+        stats.evaluations += 1;
+        let none = Settled { largest_growth: f64::INFINITY, switched: false, order_error: None };
+        if !system.acceleration(t.into(), q, v, &mut self.a) {
+            return none;
+        }
+        self.settled = Some(t);
+        if !system.is_smooth_at(t) {
+            // What was before a break of a driven motion or a force says nothing of what comes.
+            self.differences.clear();
+            return none;
+        }
+        if self.started && self.error < FAR_BELOW {
+            self.differences.clear();
+            return none;
+        }
+        self.next_error = if self.started { self.begin_differences() } else { self.advance() };
+        self.step.embedded_order = self.order;
+        let order_error = self.next_error / self.error;
+        let order_error = Some(if order_error.is_finite() { order_error } else { 1.0 });
+        Settled { largest_growth: self.stable_growth(), switched: false, order_error }
+    }
+}
