@@ -86,8 +86,8 @@ impl Design {
     ) -> PyResult<Self> {
         let (points, [_, parameters]) = flat(&points)?;
         let method = if certified { Method::Certified } else { Method::Calibrated };
-        let design = interruptible(py, |_| {
-            band::Design::new(&points, parameters, revolutions, scored, coverage, method).map(Some)
+        let design = interruptible(py, |monitor| {
+            band::Design::new(&points, parameters, revolutions, scored, coverage, method, monitor)
         })?;
         Ok(Self(design))
     }

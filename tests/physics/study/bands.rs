@@ -1,6 +1,8 @@
 //! Bands from runs: windows and leave-one-out against brute force, coverage of processes of known
 //! distribution.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use chebclear::study::band::calibrate::{Excess, HeldOut, Requirement, Tail, inflation};
 use chebclear::study::band::certify::least_runs;
 use chebclear::study::band::extremes::{Bound, GrowingWindow, NEVER_LEFT_OUT, top_two};
@@ -181,11 +183,37 @@ fn two_outputs(points: &[f64]) -> Vec<f64> {
         .collect()
 }
 
+fn prepared(points: &[f64], parameters: usize, degree: usize, terms: usize) -> Regression {
+    Regression::new(points, parameters, degree, terms, &|| true).unwrap()
+}
+
+#[test]
+fn preparing_points_stops_between_two_columns() {
+    let points = sobol_points(2, 0, 30, Some(1));
+    let asked = AtomicUsize::new(0);
+    let third = || asked.fetch_add(1, Ordering::Relaxed) < 2;
+    assert!(Regression::new(&points, 2, 8, 21, &third).is_none());
+    assert_eq!(asked.into_inner(), 3);
+}
+
+#[test]
+fn a_basis_is_orthonormal_also_where_its_columns_are_nearly_dependent() {
+    // Points so close together that the last terms differ by 1e-5 of their size from the span of the others.
+    let points: Vec<f64> = sobol_points(1, 0, 200, Some(3)).iter().map(|z| 0.5 + 0.1 * z).collect();
+    let regression = prepared(&points, 1, 4, 5);
+    assert_eq!(regression.largest_degree(), Some(4));
+    let rows: Vec<&[f64]> = (0..200).map(|run| regression.row(run, 4)).collect();
+    for (a, b) in (0..5).flat_map(|a| (0..5).map(move |b| (a, b))) {
+        let product: f64 = rows.iter().map(|row| row[a] * row[b]).sum();
+        assert!((product - f64::from(a == b)).abs() < 1e-13, "{a} {b} {product:e}");
+    }
+}
+
 #[test]
 fn errors_at_points_left_out_are_those_of_fits_without_them() {
     let points = sobol_points(2, 0, 30, Some(1));
     let values = two_outputs(&points);
-    let regression = Regression::new(&points, 2, 8, 21);
+    let regression = prepared(&points, 2, 8, 21);
     assert_eq!(regression.largest_degree(), Some(5));
     for degree in 0..=4 {
         let projected = regression.project(&values, 2, degree);
@@ -195,7 +223,7 @@ fn errors_at_points_left_out_are_those_of_fits_without_them() {
         for run in [0, 7, 29] {
             let without = |list: &[f64]| [&list[..2 * run], &list[2 * run + 2..]].concat();
             let (points, others) = (without(&points), without(&values));
-            let fit = Regression::new(&points, 2, degree, 21);
+            let fit = prepared(&points, 2, degree, 21);
             let coefficients = fit.coefficients(&fit.project(&others, 2, degree), 2, degree);
             let terms = basis(&sobol_points(2, run as u64, 1, Some(1)), 2, degree);
             for output in 0..2 {
@@ -213,8 +241,8 @@ fn points_on_a_grid_bear_only_the_degrees_they_tell_apart() {
     let levels = [-1.0, 0.0, 1.0];
     let points: Vec<f64> = levels.iter().flat_map(|&x| levels.iter().flat_map(move |&y| [x, y])).collect();
     // T_3 takes the values of T_1 there.
-    assert_eq!(Regression::new(&points, 2, 8, 9).largest_degree(), Some(2));
-    assert_eq!(Regression::new(&points[..2], 2, 8, 9).largest_degree(), None);
+    assert_eq!(prepared(&points, 2, 8, 9).largest_degree(), Some(2));
+    assert_eq!(prepared(&points[..2], 2, 8, 9).largest_degree(), None);
 }
 
 fn excesses(scores: &[(u32, f64)]) -> Vec<Excess> {

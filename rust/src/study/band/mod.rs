@@ -118,7 +118,7 @@ pub fn bands(
     Ok(watched_bands(table, limits, coverage, method, threads, &|| true)?.unwrap_or_default())
 }
 
-/// As [`bands`]; the monitor is called before every output, and None is returned if it cancels.
+/// As [`bands`]; the monitor is called while the points are prepared and before every output, and None is returned if it cancels.
 ///
 /// # Errors
 ///
@@ -132,7 +132,10 @@ pub fn watched_bands(
     monitor: Monitor,
 ) -> Result<Option<Vec<OutputBand>>, GridError> {
     let Table { points, parameters, revolutions, scored, samples, outputs, .. } = *table;
-    let design = Design::new(points, parameters, revolutions, scored, coverage, method)?;
+    let Some(design) = Design::new(points, parameters, revolutions, scored, coverage, method, monitor)?
+    else {
+        return Ok(None);
+    };
     design.check_values(table.values, samples, outputs)?;
     if limits.len() != outputs {
         return Err(GridError::new(format!("{} limits: {outputs} are needed", limits.len())));
@@ -161,7 +164,7 @@ pub struct Design {
 }
 
 impl Design {
-    /// Prepares the points; see [`Table`] for its numbers.
+    /// Prepares the points; see [`Table`] for its numbers. None if the monitor said no.
     ///
     /// # Errors
     ///
@@ -173,7 +176,8 @@ impl Design {
         scored: usize,
         coverage: f64,
         method: Method,
-    ) -> Result<Self, GridError> {
+        monitor: Monitor,
+    ) -> Result<Option<Self>, GridError> {
         let block = revolutions.unwrap_or(1);
         check(points, parameters, block, scored, coverage)?;
         if method == Method::Certified && scored < certify::least_runs(coverage) {
@@ -189,8 +193,18 @@ impl Design {
         }
         let ends = if revolutions.is_some() { Ends::Joined } else { Ends::Cut };
         let rows = points.len() / parameters;
-        let regression = Regression::new(points, parameters, LARGEST_DEGREE, largest_term_count(rows));
-        Ok(Self { regression, parameters, rows, block, ends, scored, coverage, method })
+        let terms = largest_term_count(rows);
+        let regression = Regression::new(points, parameters, LARGEST_DEGREE, terms, monitor);
+        Ok(regression.map(|regression| Self {
+            regression,
+            parameters,
+            rows,
+            block,
+            ends,
+            scored,
+            coverage,
+            method,
+        }))
     }
 
     /// The band of one output of values rows x samples; None if the monitor said no, which is asked before.
