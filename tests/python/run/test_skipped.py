@@ -26,7 +26,7 @@ def test_a_tradeoff_tells_the_times_of_its_samples():
         swing(), duration=0.25, samples=6, outputs=["bob.angle"], rtols=[1e-6, 1e-8], repeats=1, skip=0.5
     )
     assert result.duration == 0.25 and result.end == result.trusted_until == result.t[-1] == 0.75
-    assert repr(result) == "<Tradeoff: 8 runs from t = 0.5 s to t = 0.75 s, bob.angle>"
+    assert repr(result) == "<Tradeoff: 10 runs from t = 0.5 s to t = 0.75 s, bob.angle>"
     advice = result.recommendation(1e-3)
     assert advice.until == 0.75 and "over all 250 ms" in str(advice)
     shorter = result.recommendation(1e-3, until=0.6)
