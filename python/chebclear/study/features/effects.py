@@ -255,7 +255,8 @@ def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) 
         # Not limited to 0 and 1 before the ends are taken.
         ranges.append(_ends(model.resampled / np.where(totals > 0.0, totals, math.inf)))
         tops.append(_highest_share(model))
-    lower, upper = np.min([low for low, _ in ranges], axis=0), np.max([high for _, high in ranges], axis=0)
+    lower: Array = np.stack([low for low, _ in ranges]).min(axis=0)
+    upper: Array = np.stack([high for _, high in ranges]).max(axis=0)
     missed = _missed(models[0], values)
     lower[:-1] -= missed
     upper[:-1] += missed
