@@ -4,84 +4,36 @@ A `Scene` says what the mechanism is, `simulate` gives its `Trajectory`, and a `
 every output when parameters are only known to lie in intervals. Units are SI with angles in radians.
 """
 
+from __future__ import annotations
+
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
-from . import mechanisms
-from .base.files import package_version
-from .base.quantities import Interval, interval, rpm
-from .errors import (
-    ArgumentError,
-    ChebclearError,
-    ChebclearWarning,
-    HorizonWarning,
-    InputError,
-    MemoryLimitError,
-    MissingProgramError,
-    Problem,
-    SceneError,
-    SettingsError,
-    SimulationError,
-    StartError,
-    StoreError,
-)
-from .mechanisms import hertz_stiffness
-from .run.accuracy import ErrorEstimate
-from .run.contacts import Contact, Contacts, Event, Events
-from .run.features import (
-    Extremum,
-    Feature,
-    contact_share,
-    impacts,
-    impulse,
-    loss,
-    lowest,
-    mean,
-    peak,
-    peak_to_peak,
-    rms,
-    time_of_lowest,
-    time_of_peak,
-    wear,
-)
-from .run.settings import Settings
-from .run.simulation import simulate
-from .run.trajectory import EndState, Stats, Trajectory
-from .scene.scene import (
-    Body,
-    BodyStart,
-    ClearanceRevolute,
-    ClearanceStart,
-    Damper,
-    Fixed,
-    Flores,
-    Force,
-    Gravity,
-    Harmonic,
-    Hertz,
-    HuntCrossley,
-    Inspection,
-    JointStart,
-    LankaraniNikravesh,
-    ModifiedCoulomb,
-    Motion,
-    Polynomial,
-    Prismatic,
-    Revolute,
-    Scene,
-    SmoothedCoulomb,
-    Speed,
-    Spring,
-    Table,
-    Torque,
-    TorsionDamper,
-    TorsionSpring,
-)
-
+# As checkers of types know it: the module that has it takes longer to import than all else here.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
+    from . import mechanisms
+    from .base.quantities import Interval, interval, rpm
+    from .errors import (
+        ArgumentError,
+        ChebclearError,
+        ChebclearWarning,
+        HorizonWarning,
+        InputError,
+        MemoryLimitError,
+        MissingProgramError,
+        Problem,
+        SceneError,
+        SettingsError,
+        SimulationError,
+        StartError,
+        StoreError,
+    )
     from .execution.failures import FailedRun
     from .execution.plan import Plan
     from .loading import load_result
+    from .mechanisms import hertz_stiffness
     from .plots.public import (
         Animation,
         animate,
@@ -102,6 +54,57 @@ if TYPE_CHECKING:
         plot_tradeoff,
         plot_trajectory,
         print_style,
+    )
+    from .run.accuracy import ErrorEstimate
+    from .run.contacts import Contact, Contacts, Event, Events
+    from .run.features import (
+        Extremum,
+        Feature,
+        contact_share,
+        impacts,
+        impulse,
+        loss,
+        lowest,
+        mean,
+        peak,
+        peak_to_peak,
+        rms,
+        time_of_lowest,
+        time_of_peak,
+        wear,
+    )
+    from .run.settings import Settings
+    from .run.simulation import simulate
+    from .run.trajectory import EndState, Stats, Trajectory
+    from .scene.scene import (
+        Body,
+        BodyStart,
+        ClearanceRevolute,
+        ClearanceStart,
+        Damper,
+        Fixed,
+        Flores,
+        Force,
+        Gravity,
+        Harmonic,
+        Hertz,
+        HuntCrossley,
+        Inspection,
+        JointStart,
+        LankaraniNikravesh,
+        ModifiedCoulomb,
+        Motion,
+        Polynomial,
+        Prismatic,
+        Revolute,
+        Scene,
+        SmoothedCoulomb,
+        Speed,
+        Spring,
+        Table,
+        Torque,
+        TorsionDamper,
+        TorsionSpring,
     )
     from .study.band.band import Band, Margin
     from .study.band.hybrid import Normal, QuantileBand, Uniform, normal, uniform
@@ -258,8 +261,77 @@ __all__ = [
     "wear",
 ]
 
-# Where public names come from that are imported when they are asked for: half the time of an import.
+# Where public names come from. Each is imported when it is asked for: all of them take half a second, and the
+# command line answers Ctrl-C earlier than that.
 _LATE = {
+    "base.quantities": ["Interval", "interval", "rpm"],
+    "errors": [
+        "ArgumentError",
+        "ChebclearError",
+        "ChebclearWarning",
+        "HorizonWarning",
+        "InputError",
+        "MemoryLimitError",
+        "MissingProgramError",
+        "Problem",
+        "SceneError",
+        "SettingsError",
+        "SimulationError",
+        "StartError",
+        "StoreError",
+    ],
+    "mechanisms": ["hertz_stiffness"],
+    "run.accuracy": ["ErrorEstimate"],
+    "run.contacts": ["Contact", "Contacts", "Event", "Events"],
+    "run.features": [
+        "Extremum",
+        "Feature",
+        "contact_share",
+        "impacts",
+        "impulse",
+        "loss",
+        "lowest",
+        "mean",
+        "peak",
+        "peak_to_peak",
+        "rms",
+        "time_of_lowest",
+        "time_of_peak",
+        "wear",
+    ],
+    "run.settings": ["Settings"],
+    "run.simulation": ["simulate"],
+    "run.trajectory": ["EndState", "Stats", "Trajectory"],
+    "scene.scene": [
+        "Body",
+        "BodyStart",
+        "ClearanceRevolute",
+        "ClearanceStart",
+        "Damper",
+        "Fixed",
+        "Flores",
+        "Force",
+        "Gravity",
+        "Harmonic",
+        "Hertz",
+        "HuntCrossley",
+        "Inspection",
+        "JointStart",
+        "LankaraniNikravesh",
+        "ModifiedCoulomb",
+        "Motion",
+        "Polynomial",
+        "Prismatic",
+        "Revolute",
+        "Scene",
+        "SmoothedCoulomb",
+        "Speed",
+        "Spring",
+        "Table",
+        "Torque",
+        "TorsionDamper",
+        "TorsionSpring",
+    ],
     "execution.failures": ["FailedRun"],
     "execution.plan": ["Plan"],
     "loading": ["load_result"],
@@ -299,7 +371,11 @@ def __dir__() -> list[str]:
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        return package_version()
+        return import_module(".base.files", __name__).package_version()
+    if name == "mechanisms":
+        return import_module(".mechanisms", __name__)
     if name in _ROOMS:
-        return getattr(import_module(f".{_ROOMS[name]}", __name__), name)
+        # Kept, so that the next time costs nothing.
+        found = globals()[name] = getattr(import_module(f".{_ROOMS[name]}", __name__), name)
+        return found
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

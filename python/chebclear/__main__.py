@@ -1,6 +1,6 @@
 """``python -m chebclear`` is the command ``chebclear``."""
 
-from .cli import main
+from .cli import run_process
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(run_process())

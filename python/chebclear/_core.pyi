@@ -17,7 +17,9 @@ __all__ = [
     "chebyshev_fit",
     "chebyshev_nodes",
     "check_settings",
+    "flatten",
     "interval_bounds",
+    "least_certifying_runs",
     "polynomial_ranges",
     "random_points",
     "sobol_points",
@@ -107,6 +109,7 @@ class Mechanism:
         start: str | None = None,
     ) -> _Run: ...
 
+def flatten(record: object, part: type, points: type) -> tuple[tuple[Any, ...], bytes]: ...
 def sweep(
     scenes: Sequence[tuple[str, bytes, tuple[int, ...]]],
     settings: str,
@@ -139,6 +142,7 @@ def total_degree_ranges(
     coefficients: NDArray[np.float64], parameters: int, degree: int, threads: int | None
 ) -> _Ranges: ...
 def total_degree_basis(points: NDArray[np.float64], degree: int) -> NDArray[np.float64]: ...
+def least_certifying_runs(coverage: float) -> int: ...
 def band_terms(runs: int, parameters: int) -> int: ...
 
 @final

@@ -9,21 +9,23 @@ from .base.files import kind_of
 from .errors import ArgumentError
 from .run.trajectory import Trajectory
 from .study.bifurcation import Bifurcation
+from .study.costs import StudyTradeoff
 from .study.results import StudyResult
 from .tradeoffs.result import Tradeoff
 
-Saved: TypeAlias = Trajectory | StudyResult | Tradeoff | Bifurcation
+Saved: TypeAlias = Trajectory | StudyResult | Tradeoff | StudyTradeoff | Bifurcation
 
 _CLASSES: dict[str, type[Saved]] = {
     "bifurcation": Bifurcation,
     "trajectory": Trajectory,
     "study": StudyResult,
+    "study tradeoff": StudyTradeoff,
     "tradeoff": Tradeoff,
 }
 
 
 def load_result(path: str | os.PathLike[str]) -> Saved:
-    """Read what ``save`` of a `Trajectory`, `StudyResult`, `Tradeoff` or `Bifurcation` wrote.
+    """Read what ``save`` of a result wrote, whichever it is of the classes below.
 
     Parameters
     ----------
@@ -32,7 +34,7 @@ def load_result(path: str | os.PathLike[str]) -> Saved:
 
     Returns
     -------
-    Trajectory, StudyResult, Tradeoff or Bifurcation
+    Trajectory, StudyResult, Tradeoff, StudyTradeoff or Bifurcation
         What was saved.
 
     Raises

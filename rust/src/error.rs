@@ -88,6 +88,23 @@ pub fn did_you_mean<'a>(wrong: &str, known: impl Iterator<Item = &'a str>) -> St
     }
 }
 
+/// What [`did_you_mean`] says, or the known names if none is near.
+pub fn meant_or_known<'a>(wrong: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
+    const MOST: usize = 12;
+    let hint = did_you_mean(wrong, known.clone());
+    if !hint.is_empty() {
+        return hint;
+    }
+    let names: Vec<&str> = known.collect();
+    match names.len() {
+        0 => "; there is none".to_owned(),
+        count if count > MOST => {
+            format!("; known are {} and {} more", names[..MOST].join(", "), count - MOST)
+        }
+        _ => format!("; known are {}", names.join(", ")),
+    }
+}
+
 /// Levenshtein distance: letters to insert, delete or replace.
 fn edit_distance(first: &str, second: &str) -> usize {
     let second: Vec<char> = second.chars().collect();

@@ -63,6 +63,7 @@ mod study {
     pub(crate) mod polynomials;
     mod ranges;
     mod sparse_ranges;
+    mod tables;
     mod tails;
 }
 

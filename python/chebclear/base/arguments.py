@@ -43,10 +43,11 @@ def as_number(value: object) -> float | None:
     """A Python or NumPy number as a float; None for anything else, bool included."""
     if type(value) is float:  # the usual case; the tests below take a microsecond
         return value
-    if isinstance(value, np.ndarray) and value.ndim == 0:
-        value = value[()]
-    if isinstance(value, bool) or not isinstance(value, numbers.Real):
-        return None
+    if type(value) is not int:
+        if isinstance(value, np.ndarray) and value.ndim == 0:
+            value = value[()]
+        if isinstance(value, bool) or not isinstance(value, numbers.Real):
+            return None
     try:
         return float(value)
     except OverflowError:  # an integer beyond the range of floats

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .tables import format_number
+from .tables import format_number, without_rounding
 
 _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
@@ -42,7 +42,7 @@ def prefix_of(size: float, unit: str) -> tuple[float, str]:
     return 10.0**-power, f"{_PREFIXES[power]}{unit}"
 
 
-def format_quantity(value: float, unit: str, digits: int = 3) -> str:
+def format_quantity(value: float, unit: str, digits: int = 3, scale: float = 0.0) -> str:
     """A number with its unit, with a prefix where the unit takes one.
 
     Parameters
@@ -53,6 +53,8 @@ def format_quantity(value: float, unit: str, digits: int = 3) -> str:
         SI unit; ``"-"`` and ``""`` are not written.
     digits : int
         Significant digits.
+    scale : float
+        The largest of the quantity, whose rounding is shown as 0; not known if 0.
 
     Returns
     -------
@@ -60,10 +62,12 @@ def format_quantity(value: float, unit: str, digits: int = 3) -> str:
 
     Examples
     --------
+    >>> format_quantity(-9.3e-17, "m", scale=0.17)
+    '0 m'
     >>> format_quantity(2e-5, "m"), format_quantity(-2310.0, "N"), format_quantity(0.5, "-")
     ('20.0 µm', '-2.31 kN', '0.500')
     """
-    return format_range((value,), unit, digits)
+    return format_range((without_rounding(value, scale),), unit, digits)
 
 
 def format_exact(value: float, unit: str, size: float | None = None) -> str:
@@ -88,7 +92,7 @@ def format_exact(value: float, unit: str, size: float | None = None) -> str:
 
 
 def format_range(values: tuple[float, ...], unit: str, digits: int = 3) -> str:
-    """Numbers with one unit, with the prefix of the largest: ``"-1.20 .. 2.31 kN"``.
+    """Numbers with one unit, with the prefix of the largest, whose rounding is 0: ``"-1.20 .. 2.31 kN"``.
 
     Examples
     --------
@@ -97,5 +101,6 @@ def format_range(values: tuple[float, ...], unit: str, digits: int = 3) -> str:
     """
     known = [abs(value) for value in values if math.isfinite(value)]
     factor, shown = prefix_of(max(known, default=0.0), unit)
-    text = " .. ".join(format_number(factor * value, digits) for value in values)
+    scale = factor * max(known, default=0.0)
+    text = " .. ".join(format_number(factor * value, digits, scale) for value in values)
     return f"{text} {shown}" if shown not in ("", "-") else text

@@ -37,8 +37,13 @@ def in_a_sentence(names: Sequence[str]) -> str:
     ('slider.x and slider.vx', 'a, b, c and 3 more')
     """
     if len(names) > 4:
-        return f"{', '.join(names[:3])} and {len(names) - 3} more"
+        return listed(names, most=3)
     return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else "".join(names)
+
+
+def capital(text: str) -> str:
+    """A text that begins with a capital letter; the others stay, unlike with ``str.capitalize``."""
+    return text[:1].upper() + text[1:]
 
 
 def shortened(lines: Sequence[str], most: int = MOST_LINES) -> list[str]:

@@ -5,8 +5,45 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+# Numbers below this part of the largest of their quantity are the rounding of sums, some fifty of the last
+# places of a double, and are shown as 0.
+_ROUNDING = 1e-14
 
-def format_number(value: float, digits: int = 3) -> str:
+
+def without_rounding(value: float, scale: float) -> float:
+    """The number, or 0 where it is no more than the rounding of numbers of a scale.
+
+    Only for numbers that are shown: results keep what was computed.
+
+    Parameters
+    ----------
+    value : float
+        The number, in any unit.
+    scale : float
+        The largest of the quantity, in that unit.
+
+    Examples
+    --------
+    >>> without_rounding(-9.3e-17, 0.17), without_rounding(-9.3e-17, 1e-6), without_rounding(0.02, 0.17)
+    (0.0, -9.3e-17, 0.02)
+    """
+    return 0.0 if abs(value) <= _ROUNDING * abs(scale) else value
+
+
+def format_ends(lower: float, upper: float, digits: int = 6) -> str:
+    """An interval in words, of numbers with up to so many digits: rounding of the larger end is 0.
+
+    Examples
+    --------
+    >>> format_ends(-9.3e-17, 0.17), format_ends(-1.5, float("inf"))
+    ('0 to 0.17', '-1.5 to inf')
+    """
+    known = [abs(value) for value in (lower, upper) if math.isfinite(value)]
+    scale = max(known, default=0.0)
+    return " to ".join(f"{without_rounding(value, scale):.{digits}g}" for value in (lower, upper))
+
+
+def format_number(value: float, digits: int = 3, scale: float = 0.0) -> str:
     """A number with a fixed count of significant digits.
 
     Parameters
@@ -15,6 +52,8 @@ def format_number(value: float, digits: int = 3) -> str:
         The number, in any unit.
     digits : int
         Significant digits, trailing zeros included.
+    scale : float
+        The largest of the quantity, whose rounding is shown as 0; not known if 0.
 
     Returns
     -------
@@ -30,6 +69,7 @@ def format_number(value: float, digits: int = 3) -> str:
     """
     if math.isnan(value):
         return "-"
+    value = without_rounding(value, scale)
     if value == 0.0 or math.isinf(value):
         return f"{value + 0.0:g}"  # no "-0"
     scientific = f"{value:.{digits - 1}e}"

@@ -4,6 +4,5 @@ In: the words of a command line; out: tables on standard output, files, an exit 
 `commands` are one file each.
 """
 
-from .program import EXIT_BAD_INPUT as EXIT_BAD_INPUT
-from .program import EXIT_UNREAD as EXIT_UNREAD
-from .program import main as main
+from .entry import main as main
+from .entry import run_process as run_process

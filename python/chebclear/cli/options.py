@@ -154,6 +154,8 @@ def directory(text: str) -> Path:
 def file(text: str) -> Path:
     """A file that exists."""
     path = Path(text)
+    if path.is_dir():
+        raise argparse.ArgumentTypeError(f"must be a file, {text!r} is a directory")
     if not path.is_file():
         raise argparse.ArgumentTypeError(f"must be a file, there is none named {text!r}")
     return path

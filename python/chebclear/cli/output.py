@@ -97,7 +97,19 @@ def write_table(rows: Rows, folder: Path, name: str) -> None:
 
 def _cells(rows: Rows) -> tuple[list[str], list[list[str]]]:
     cells = [
-        [format_number(cell, 4) if isinstance(cell, float) else str(cell) for cell in row.values()]
-        for row in rows
+        [_cell(cell, _scale(row) if name in _ENDS else 0.0) for name, cell in row.items()] for row in rows
     ]
     return list(rows[0]) if rows else [], cells
+
+
+# Columns of the ends of one quantity: the rounding of the larger one is shown as 0, not written to files so.
+_ENDS = ("lowest", "largest")
+
+
+def _scale(row: Mapping[str, object]) -> float:
+    """The larger of the two ends of a quantity."""
+    return max((abs(end) for name in _ENDS if isinstance(end := row.get(name), float)), default=0.0)
+
+
+def _cell(cell: object, scale: float) -> str:
+    return format_number(cell, 4, scale) if isinstance(cell, float) else str(cell)

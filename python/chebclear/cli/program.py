@@ -17,16 +17,14 @@ from collections.abc import Sequence
 from ..base.files import package_version
 from ..errors import ArgumentError, ChebclearError, InputError
 from .commands import animate, check, completion, fields, new, paper, report, run, scan, study, tradeoff
-from .ending import Terminated, terminable
+from .ending import EXIT_INTERRUPTED, EXIT_TERMINATED, Terminated, terminable
 from .output import plain_warnings
 from .words import at_the_command_line
 
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2  # also what argparse uses for bad arguments
 EXIT_DEFECT = 70  # "internal software error" of sysexits.h
-EXIT_INTERRUPTED = 130  # 128 + SIGINT, as shells report it
-EXIT_TERMINATED = 143  # 128 + SIGTERM, likewise
-EXIT_UNREAD = 141  # 128 + SIGPIPE, likewise
+EXIT_UNREAD = 141  # 128 + SIGPIPE, as shells report it
 
 # In the order of the help: as one needs them.
 _COMMANDS = (new, fields, check, run, study, scan, tradeoff, report, animate, paper, completion)

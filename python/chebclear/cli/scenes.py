@@ -7,7 +7,8 @@ import shlex
 import sys
 from typing import Any
 
-from ..scene.usual import loose_joints, usual_outputs
+from ..scene.parts import loose_joints
+from ..scene.usual import usual_outputs
 from ..templates.reader import load
 from ..templates.template import Template
 
@@ -80,7 +81,7 @@ def outputs_of(
         )
     if orbits:
         kinds = ("eccentricity", "eccentricity_x", "eccentricity_y", "penetration")
-        chosen += [f"{joint.name}.{kind}" for joint in loose_joints(scene) for kind in kinds]
+        chosen += [f"{joint.name}.{kind}" for joint in loose_joints(scene.joints) for kind in kinds]
     return settings | {"outputs": chosen}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +31,7 @@ _MOST_BUILT = 1_000_000
 _MOST_BYTES = 16_000_000
 
 
-@dataclass(frozen=True)
-class Built:
+class Built(NamedTuple):
     """A scene that is to be simulated."""
 
     flat: FlatScene
@@ -159,7 +158,8 @@ class Batch:
                     self.end(number, built)
                     self.done += 1
                     continue
-                self.warnings.add(number, built.warnings)
+                if built.warnings:
+                    self.warnings.add(number, built.warnings)
                 if self._store is not None:
                     key = run_key(built.flat, self._settings)
                     if key in self._store:
@@ -229,7 +229,8 @@ class Batch:
                 raise RefusedRunError(number, end)
             if end.status != DONE:
                 self.end(number, end)
-            self.warnings.add(number, warnings, after=_MOST_BUILT)
+            if warnings:
+                self.warnings.add(number, warnings, after=_MOST_BUILT)
         if self.t is None and np.isfinite(piece.t).all():
             self.t = piece.t
         self.done += len(numbers)

@@ -22,8 +22,11 @@ Array = NDArray[np.float64]
 # What a study takes besides its samples [bytes], measured by `benchmarks/memory.py`: in any case; for each
 # run (its parameters, counts, end, features); for blocks of an output while polynomials or bands are made.
 _ANY, _RUN, _BLOCKS = 10e6, 450.0, 30e6
-# Copies of the matrix of a least-squares problem while it is solved.
-_FACTORED = 3.5
+# Copies of the matrix of a least-squares problem while it is solved: 2.5 and 2.9 of 16 and of 63 MB.
+_FACTORED = 3.0
+# Address space of a thread of Python where its stack has no limit, and of the two that the core starts beside
+# it [bytes]; they count against the limit of a process, but hardly as memory.
+_STACK, _CORE_STACKS = 8e6, 4e6
 # What the package and NumPy take [bytes].
 _PACKAGE = 50e6
 # Studies that take less [bytes] are not looked at: they fit, or the core says that they do not.
@@ -47,6 +50,8 @@ class Usage:
     """Terms of the polynomials that are kept for every sample [-]."""
     matrix: int = 0
     """Size of the matrix of a least-squares problem [-]."""
+    threads: int = 0
+    """Threads of this process that simulate [-]."""
 
 
 SAMPLES_ALONE = Usage()
@@ -95,7 +100,7 @@ def sample_array(shape: tuple[int, ...], folder: str | os.PathLike[str] | None, 
     size = 8 * math.prod(shape)
     needed = study_memory(shape, usage, in_memory=folder is None)
     if needed > _SMALL:
-        _require(needed)
+        _require(needed, usage.threads)
     if folder is None or size == 0:
         return np.empty(shape)
     try:
@@ -168,9 +173,9 @@ def taken() -> float:
     return _PACKAGE
 
 
-def _require(size: float) -> None:
-    """Raise if so many bytes are more than this process may still take."""
-    left, whose = min(_left(), default=(math.inf, ""))
+def _require(size: float, threads: int = 0) -> None:
+    """Raise if so many bytes are more than this process may still take when it has started its threads."""
+    left, whose = min(_left(threads), default=(math.inf, ""))
     if size > left:
         room = f"{size / 1e6:.0f} MB, and {whose} leaves {max(left, 0.0) / 1e6:.0f} MB"
         raise MemoryLimitError(
@@ -179,7 +184,7 @@ def _require(size: float) -> None:
         )
 
 
-def _left() -> Iterator[tuple[float, str]]:
+def _left(threads: int) -> Iterator[tuple[float, str]]:
     """How much each limit leaves [bytes], and whose it is, as far as the system reports it."""
     with contextlib.suppress(ImportError, OSError, ValueError):
         import resource
@@ -187,7 +192,10 @@ def _left() -> Iterator[tuple[float, str]]:
         limit = resource.getrlimit(resource.RLIMIT_AS)[0]
         if limit != resource.RLIM_INFINITY:
             pages = int((_PROCESS / "statm").read_text().split()[0])
-            yield float(limit - pages * resource.getpagesize()), "the limit of this process"
+            stack = resource.getrlimit(resource.RLIMIT_STACK)[0]
+            each = _CORE_STACKS + (_STACK if stack == resource.RLIM_INFINITY else float(stack))
+            left = limit - pages * resource.getpagesize() - threads * each
+            yield left, "the limit of this process"
     for folder, (limit_name, used_name, idle) in _groups():
         with contextlib.suppress(OSError, ValueError):
             most = (folder / limit_name).read_text().strip()

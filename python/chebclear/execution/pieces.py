@@ -224,8 +224,9 @@ class _Rows:
         self.features[made] = runs["features"]
         for column, name in enumerate(STATS):
             self.counts[made, column] = runs["stats"][name]
+        done = End()
         for row in made:
-            self.ends[row], self.warnings[row] = End(), ()
+            self.ends[row], self.warnings[row] = done, ()
         for position, messages in runs["warnings"].items():
             self.warnings[made[position]] = tuple(messages)
         finite = np.all(np.isfinite(values if len(good) == len(values) else values[good]), axis=1)

@@ -44,7 +44,11 @@ class Plan:
 
 
 def planned(
-    shape: tuple[int, int, int], features: int, measured: Sequence[tuple[int, float]], memory: float
+    shape: tuple[int, int, int],
+    features: int,
+    measured: Sequence[tuple[int, float]],
+    memory: float,
+    fits: float = 0.0,
 ) -> Plan:
     """The plan for runs of which some took so long.
 
@@ -58,11 +62,13 @@ def planned(
         Runs that were made at a time [-] and the time that they took together [s], the fewest first.
     memory : float
         Memory of this process with the study [bytes].
+    fits : float
+        Time of what follows the runs [s].
     """
     runs, size = shape[0], 8.0 * math.prod(shape)
     # A run leaves its counts, its key and a status besides.
     disk = size + runs * (8.0 * features + 200.0)
-    return Plan(runs, _seconds(measured, runs), memory, disk, sum(count for count, _ in measured))
+    return Plan(runs, _seconds(measured, runs) + fits, memory, disk, sum(count for count, _ in measured))
 
 
 def _seconds(measured: Sequence[tuple[int, float]], runs: int) -> float:

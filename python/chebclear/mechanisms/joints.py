@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypedDict
 
@@ -224,11 +225,13 @@ class Pins:
     impact_velocity_floor: float | None = None
 
     @classmethod
-    def checked(cls, arguments: Arguments, options: Mapping[str, Any]) -> Pins:
+    def checked(
+        cls, arguments: Arguments, options: Mapping[str, Any], mechanism: Callable[..., object]
+    ) -> Pins:
         """The pins from the keywords of a mechanism; what is wrong with them is noted."""
-        known = list(PinOptions.__annotations__)
         for name in options:
-            if name not in known:
+            if name not in PinOptions.__annotations__:
+                known = [one for one in inspect.signature(mechanism).parameters if one != "options"]
                 raise TypeError(f'unknown keyword "{name}"{meant_or_known(name, known)}')
         pins = cls(**options)
         arguments.positive(

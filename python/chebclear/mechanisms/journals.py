@@ -70,7 +70,7 @@ def pendulum_in_bearing(
     3
     """
     arguments = Arguments()
-    shared = Pins.checked(arguments, options)
+    shared = Pins.checked(arguments, options, pendulum_in_bearing)
     arguments.positive(
         length=(length, "m"),
     )
@@ -156,7 +156,7 @@ def free_journal(
     3
     """
     arguments = Arguments()
-    shared = Pins.checked(arguments, options)
+    shared = Pins.checked(arguments, options, free_journal)
     arguments.positive(mass=(mass, "kg"))
     if inertia is not None:
         arguments.numbers(inertia=(inertia, "kg m²"))

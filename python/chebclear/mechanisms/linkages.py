@@ -102,7 +102,7 @@ def four_bar(
     4
     """
     arguments = Arguments()
-    shared = Pins.checked(arguments, options)
+    shared = Pins.checked(arguments, options, four_bar)
     arguments.positive(
         ground_length=(ground_length, "m"),
         crank_length=(crank_length, "m"),
@@ -242,7 +242,7 @@ def six_bar(
     0
     """
     arguments = Arguments()
-    shared = Pins.checked(arguments, options)
+    shared = Pins.checked(arguments, options, six_bar)
     arguments.positive(
         ground_length=(ground_length, "m"),
         crank_length=(crank_length, "m"),

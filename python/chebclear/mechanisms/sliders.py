@@ -97,7 +97,7 @@ def slider_crank(
     4
     """
     arguments = Arguments()
-    shared = Pins.checked(arguments, options)
+    shared = Pins.checked(arguments, options, slider_crank)
     arguments.positive(
         crank_length=(crank_length, "m"),
         rod_length=(rod_length, "m"),
@@ -306,7 +306,7 @@ def quick_return(
     0
     """
     arguments = Arguments()
-    shared = Pins.checked(arguments, options)
+    shared = Pins.checked(arguments, options, quick_return)
     arguments.positive(
         crank_length=(crank_length, "m"),
         pivot_distance=(pivot_distance, "m"),

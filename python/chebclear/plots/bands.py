@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..scene.columns import plain_words
 from .axes import distinct_colors, line_style, new_axes, unit_scale
-from .labels import legend_above_the_data, set_x_label, set_y_label, with_unit, words_of
+from .labels import legend_above_the_data, set_labels, with_unit, words_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -119,8 +119,9 @@ def plot_band(
             ax.plot(abscissa, scale * bound, color="black", linewidth=0.8, linestyle=(0, (4, 2)), label=label)
     if nominal:
         ax.plot(abscissa, scale * band.nominal, color=NOMINAL, linewidth=0.7, label="nominal")
-    set_x_label(ax, own_label if x_label is None else x_label)
-    set_y_label(ax, with_unit(words_of(band.name, band.unit), shown))
+    set_labels(
+        ax, own_label if x_label is None else x_label, with_unit(words_of(band.name, band.unit), shown)
+    )
     legend_above_the_data(ax)
     return ax
 
@@ -221,10 +222,8 @@ def plot_sensitivity(
     ax = new_axes(ax)
     distinct_colors(ax)
     what = _slope_unit(band, parameter, parameter_unit, normalized=normalized)
-    name = f"{words_of(band.name, band.unit)} to {plain_words(parameter)}"
-    # Those that were drawn before have their unit behind their names.
-    earlier = [text for text in ax.get_legend_handles_labels()[1] if text.endswith("]")]
-    style = line_style(line, linewidth=0.9, label=f"{name} [{what}]")
+    output = words_of(band.name, band.unit)
+    style = line_style(line, linewidth=0.9, label=f"{output} to {plain_words(parameter)} [{what}]")
     abscissa, own_label = _own_abscissa(band) if x is None else (x, "")
     ax.plot(abscissa, slope, **style)
     if reference is not None:
@@ -240,18 +239,25 @@ def plot_sensitivity(
         ends = np.interp((start, end), band.t, abscissa)
         label = "restraint zone: clearance disturbs it least" if number == 0 else None
         ax.axvspan(ends[0], ends[1], color=ZONE, alpha=0.15, linewidth=0.0, zorder=0, label=label)
-    set_x_label(ax, own_label if x_label is None else x_label)
-    # One unit for all of them, or each its own in the legend.
-    shared = all(other.endswith(f" [{what}]") for other in earlier)
-    many = bool(earlier)
-    set_y_label(
-        ax,
-        f"sensitivity of {name} [{what}]"
-        if not many
-        else f"sensitivity [{what}]"
-        if shared
-        else "sensitivity [see legend]",
-    )
+    label, shown = _slope_labels(ax, output, what)
+    set_labels(ax, own_label if x_label is None else x_label, label)
     if len(ax.get_legend_handles_labels()[1]) > 1:
-        legend_above_the_data(ax)
+        legend_above_the_data(ax, shown=shown)
     return ax
+
+
+def _slope_labels(ax: Axes, output: str, unit: str) -> tuple[str, dict[str, str]]:
+    """The label of the ordinate for all sensitivities on the axes, and what the legend then adds for each."""
+    start, end = f"{output} to ", f" [{unit}]"
+    # Those that were drawn have their unit behind their names, unless the user named them.
+    drawn = [text for text in ax.get_legend_handles_labels()[1] if text.endswith("]")]
+    one_output = all(text.startswith(start) for text in drawn)
+    one_unit = all(text.endswith(end) for text in drawn)
+    if len(drawn) == 1 and one_output and one_unit:
+        return f"sensitivity of {drawn[0]}", {drawn[0]: drawn[0].removesuffix(end)}
+    shown = {}
+    for text in drawn:
+        short = f"to {text.removeprefix(start)}" if one_output else text
+        shown[text] = short.removesuffix(end) if one_unit else short
+    what = f"sensitivity of {output}" if one_output else "sensitivity"
+    return f"{what} [{unit if one_unit else 'see legend'}]", shown

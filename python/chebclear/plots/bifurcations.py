@@ -8,7 +8,7 @@ import numpy as np
 
 from ..scene.columns import column_unit, column_words, plain_words
 from .axes import distinct_colors, line_style, new_axes, unit_scale
-from .labels import set_x_label, set_y_label, with_unit
+from .labels import set_labels, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -68,6 +68,6 @@ def plot_bifurcation(
         rasterized=many,
     )
     ax.plot(np.repeat(parameter_scale * diagram.values, count), scale * diagram.samples.ravel(), **style)
-    set_x_label(ax, with_unit(plain_words(diagram.parameter), parameter_unit))
-    set_y_label(ax, with_unit(f"{column_words(diagram.output)}, once a period", shown))
+    ordinate = with_unit(f"{column_words(diagram.output)}, once a period", shown)
+    set_labels(ax, with_unit(plain_words(diagram.parameter), parameter_unit), ordinate)
     return ax

@@ -10,11 +10,10 @@ import numpy as np
 from ..errors import ArgumentError
 from ..scene.columns import column_unit, column_words
 from .axes import COLORS, MARKERS, line_style, new_axes
-from .labels import set_x_label, set_y_label, typeset, with_unit
+from .labels import legend_columns, plain_numbers, set_labels, typeset, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
 
     from .subjects import BoundCostsLike, CostsLike
 
@@ -85,7 +84,7 @@ def plot_tradeoff(
     ax.set_xscale("log")
     ax.set_yscale("log")
     if uncertainty > 0.0:
-        label = f"the reference is not known better: {uncertainty:.1e} {column_unit(name)}".rstrip()
+        label = f"uncertainty of the reference, {uncertainty:.1e} {column_unit(name)}".rstrip()
         ax.axvspan(least, uncertainty, color="0.9", linewidth=0.0, label=label)
     failures: dict[tuple[str, str, str], list[float]] = {}
     leftmost = uncertainty
@@ -124,17 +123,16 @@ def plot_tradeoff(
             label=f"{method}, {len(prices)} failed: {status}",
         )
     if scale > 0.0:
-        label = f"{100.0 * result.horizon_part:g} % of the range: past the chaos horizon"
+        label = f"chaos horizon, {100.0 * result.horizon_part:g} % of the range"
         ax.axvline(result.horizon_part * scale, color="0.4", linewidth=0.8, linestyle="--", label=label)
     if uncertainty > 0.0:
         # The gray area is seen, but does not push the points aside.
         ax.set_xlim(left=0.3 * leftmost)
     span = result.end if until is None else until
     what = f"largest error of {column_words(name)} to {1e3 * span:.3g} ms"
-    set_x_label(ax, with_unit(what, column_unit(name)))
-    set_y_label(ax, _COSTS[cost])
-    _plain_ticks(ax.yaxis)
-    _legend_above(ax)
+    plain_numbers(ax.yaxis)
+    set_labels(ax, with_unit(what, column_unit(name)), _COSTS[cost])
+    _legends_above(ax, guides=("uncertainty of the reference", "chaos horizon"))
     return ax
 
 
@@ -194,25 +192,41 @@ def plot_study_tradeoff(
         for count, size, error in zip(runs, sizes, errors, strict=True):
             if error < 0.0:
                 ax.plot(count, size, **{**style, "markerfacecolor": "white", "label": None})
-    set_x_label(ax, "runs [-]")
-    set_y_label(ax, f"error of the width of {column_words(name)} [-]")
-    _plain_ticks(ax.xaxis)
-    _legend_above(ax, title="bounds; hollow: too narrow", columns=2)
+    plain_numbers(ax.xaxis)
+    plain_numbers(ax.yaxis)
+    set_labels(ax, "runs [-]", f"error of the width of {column_words(name)} [-]")
+    _legends_above(ax, title="bounds; hollow: too narrow")
     return ax
 
 
-def _plain_ticks(axis: Axis) -> None:
-    """Plain numbers on a logarithmic axis that may span less than a decade: 6 and 20, not 2 x 10^1."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+def _legends_above(ax: Axes, title: str | None = None, guides: tuple[str, ...] = ()) -> None:
+    """Legends above the axes, where they can cover no point: one of lines, one of guides below it."""
+    from matplotlib.transforms import ScaledTranslation
 
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_formatter(NullFormatter())
-
-
-def _legend_above(ax: Axes, title: str | None = None, columns: int = 1) -> None:
-    """A legend above the axes, where it can cover no point."""
-    style: dict[str, Any] = {"fontsize": "small", "frameon": False, "title_fontsize": "small"}
-    handles, labels = ax.get_legend_handles_labels()
-    style |= {"loc": "lower center", "bbox_to_anchor": (0.5, 1.01), "borderaxespad": 0.0}
-    ax.legend(handles, list(map(typeset, labels)), title=title, ncols=columns, **style)
+    style: dict[str, Any] = {
+        "fontsize": "small",
+        "frameon": False,
+        "title_fontsize": "small",
+        "loc": "lower center",
+        "borderaxespad": 0.0,
+    }
+    entries = list(zip(*ax.get_legend_handles_labels(), strict=True))
+    lines = [entry for entry in entries if not entry[1].startswith(guides or ("\n",))]
+    gap = 3.0  # [points]
+    for group in ([entry for entry in entries if entry not in lines], lines):
+        if not group:
+            continue
+        labels = [label for _, label in group]
+        anchor = ax.transAxes + ScaledTranslation(0.0, gap / 72.0, ax.figure.dpi_scale_trans)
+        legend = ax.legend(
+            [handle for handle, _ in group],
+            list(map(typeset, labels)),
+            title=title,
+            ncols=legend_columns(ax, labels),
+            bbox_to_anchor=(0.5, 1.0),
+            bbox_transform=anchor,
+            **style,
+        )
+        gap += legend.get_window_extent().height / ax.figure.dpi * 72.0
+        if group is not lines:
+            ax.add_artist(legend)

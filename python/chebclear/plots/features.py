@@ -10,7 +10,16 @@ from numpy.typing import NDArray
 
 from ..scene.columns import plain_words
 from .axes import COLORS, new_axes, unit_scale
-from .labels import legend_columns, set_x_label, size_of, typeset, with_unit
+from .labels import (
+    lay_out,
+    legend_columns,
+    set_row_names,
+    set_x_label,
+    size_of,
+    text_width,
+    typeset,
+    with_unit,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,10 +29,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 LOW, HIGH, TOGETHER, SCATTER = COLORS[0], COLORS[1], "0.6", "0.8"
-
-
-# Part of the width of a figure for labels of axes that have names of rows beside them.
-_BESIDE_NAMES = 0.55
 
 
 def plot_tornado(
@@ -100,8 +105,9 @@ def plot_tornado(
         sides["right"].append((float(reaches.max()), row, float(ends.max())))
     # Not up into the legend.
     ax.plot((mean, mean), (-0.5, len(shown) - 0.5), color="0.2", linewidth=0.8)
+    set_row_names(ax, [plain_words(name) for name in shown])
+    lay_out(ax)
     _values_beside(ax, sides)
-    _rows(ax, [plain_words(name) for name in shown])
     ax.locator_params(axis="x", nbins=4)
     ax.ticklabel_format(axis="x", useOffset=False)
     set_x_label(ax, with_unit(f"{plain_words(feature.name)}, on average", shown_unit))
@@ -128,7 +134,8 @@ def _values_beside(ax: Axes, sides: dict[str, list[tuple[float, int, float]]]) -
 
 def _room(ax: Axes, texts: list[str]) -> float:
     """Part of the width of the axes that the longest of some small texts takes, with its gaps."""
-    points = 0.65 * float(ax.xaxis.label.get_fontsize()) * max(map(len, texts), default=0) + 16.0
+    size = float(ax.xaxis.label.get_fontsize())
+    points = max((text_width(text, size) for text in texts), default=0.0) + 16.0
     return points / size_of(ax)[0]
 
 
@@ -187,7 +194,7 @@ def plot_shares(
     _bars_with_whiskers(ax, rows, bars)
     feature = getattr(effects, "feature", None) or getattr(effects, "name", None)
     of = f" of {plain_words(feature)}" if feature else ""
-    set_x_label(ax, f"share of the variance{of} [%]", _BESIDE_NAMES)
+    set_x_label(ax, f"share of the variance{of} [%]")
     return ax
 
 
@@ -227,14 +234,14 @@ def plot_ranking(ranking: RankingLike, *, ax: Axes | None = None, **bars: Any) -
     rows = [(plain_words(row.parameter), row.narrowing, COLORS[0]) for row in ranking.rows]
     _bars_with_whiskers(ax, rows, bars)
     ax.axvline(0.0, color="0.2", linewidth=0.8)
-    set_x_label(
-        ax, f"{plain_words(ranking.feature)} narrows when the tolerance is halved, by [%]", _BESIDE_NAMES
-    )
+    set_x_label(ax, f"{plain_words(ranking.feature)} narrows when the tolerance is halved, by [%]")
     return ax
 
 
 def _bars_with_whiskers(ax: Axes, rows: list[tuple[str, Any, str]], bars: dict[str, Any]) -> None:
     """Bars of estimates in per cent from the top down, with their intervals and values."""
+    set_row_names(ax, [name for name, _, _ in rows])
+    lay_out(ax)
     for row, (_, estimate, color) in enumerate(rows):
         value, lower, upper = (100.0 * number for number in estimate)
         style: dict[str, Any] = {"height": 0.6, "color": color} | bars
@@ -246,7 +253,6 @@ def _bars_with_whiskers(ax: Axes, rows: list[tuple[str, Any, str]], bars: dict[s
     room = _room(ax, ["100 %"])
     span = (high - low or 1.0) / (1.0 - room - 0.03)
     ax.set_xlim(low - (0.03 * span if low < 0.0 else 0.0), low + span * 0.97 if low < 0.0 else span)
-    _rows(ax, [name for name, _, _ in rows])
 
 
 def _beside(ax: Axes, place: float, row: int, text: str, side: str) -> None:
@@ -261,12 +267,6 @@ def _beside(ax: Axes, place: float, row: int, text: str, side: str) -> None:
         va="center",
         fontsize="small",
     )
-
-
-def _rows(ax: Axes, names: list[str]) -> None:
-    """Names of rows from the top down."""
-    ax.set_yticks(range(len(names)), [typeset(name) for name in names])
-    ax.set_ylim(len(names) - 0.4, -0.6)
 
 
 def _legend_on_top(ax: Axes) -> None:

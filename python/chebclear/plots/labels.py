@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import textwrap
 import unicodedata
+import warnings
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,14 +15,22 @@ from ..scene.columns import column_unit, column_words, plain_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.cm import ScalarMappable
 
-# Width of a letter, as a part of the size of the font: that of a wide text in matplotlib's own font.
-_LETTER = 0.6
-# The frame of a legend and its distance from the axes [letters].
-_LEGEND_FRAME = 2.0
-# The line or patch of a legend beside its text, with the gaps [letters].
-_LEGEND_HANDLE = 5.0
+# The frame of a legend and its distance from the axes, and the line or patch beside a text of it with the
+# gaps, as parts of the size of the font.
+_LEGEND_FRAME, _LEGEND_HANDLE = 2.0, 4.8
+# What names of rows take of the width of their axes at most, before there are any names, and the size of
+# their type: the first of these that the height holds. And the height of a line over the size of its type.
+_ROW_NAMES, _LINE = ((0.4, 1.0), (0.4, 0.85), (0.4, 0.7), (0.55, 0.7)), 1.4
+# Least gap between the numbers of an axis, as a part of the size of the font.
+_GAP = 0.7
+# Small type is smaller than that of the labels by this factor.
+_SMALLER = 1.2
+# How often room for a legend is asked for where scales are equal.
+_ROUNDS = 4
+_NO_BREAK = "\u00a0"
 
 # Characters that must be escaped for LaTeX.
 _LATEX = {
@@ -105,71 +116,174 @@ def words_of(name: str, unit: str) -> str:
 
 
 def words_in_common(names: list[str]) -> str:
-    """The quantity that several columns share, in words, without its owner; empty if they differ.
+    """The quantity that several columns share, in words, without its owner; empty if they share none.
 
     Examples
     --------
     >>> words_in_common(["slider.vx", "rod.vx"]), words_in_common(["slider.vx", "rod.vy"])
-    ('x velocity', '')
+    ('x velocity', 'velocity')
     """
-    words = [column_words(name) for name in names]
-    if len(words) == 1:
-        return words[0]
-    quantities = {text.rpartition(" of ")[0] or text.rpartition(" in ")[0] for text in words}
-    return quantities.pop() if len(quantities) == 1 else ""
+    if len(names) == 1:
+        return column_words(names[0])
+    quantities = [_quantity(name).split() for name in names]
+    common: list[str] = []
+    for ends in zip(*(reversed(quantity) for quantity in quantities), strict=False):
+        if len(set(ends)) > 1:
+            break
+        common.insert(0, ends[0])
+    return " ".join(common)
 
 
-def set_x_label(ax: Axes, text: str, share: float = 0.8) -> None:
-    """A label below the axes, in as many lines as it needs to be no wider than a share of the figure."""
+def _quantity(name: str) -> str:
+    """What a column is in words, without its owner."""
+    words = column_words(name)
+    owner = plain_words(name.rpartition(".")[0])
+    return words.removesuffix(f" of {owner}").removesuffix(f" in {owner}")
+
+
+def text_width(text: str, size: float) -> float:
+    """Width of a text of one line in matplotlib's own font at a size of it [points]."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
+    return float(text_to_path.get_text_width_height_descent(text, FontProperties(size=size), False)[0])
+
+
+def lay_out(ax: Axes) -> None:
+    """Give axes the place that the layout of their figure will leave them, as far as they are drawn.
+
+    Not where LaTeX sets the labels: it would be called for each of them, each time.
+    """
+    import matplotlib as mpl
+
+    if mpl.rcParams["text.usetex"]:
+        return
+    figure = ax.figure.figure
+    engine = figure.get_layout_engine() if figure is not None else None
+    if engine is not None:
+        with warnings.catch_warnings():
+            # It warns when the figure is drawn, if it still has to.
+            warnings.simplefilter("ignore")
+            engine.execute(figure)
+
+
+def set_labels(ax: Axes, x: str, y: str) -> None:
+    """Labels of both axes, in as many lines as they need; then numbers below that do not touch."""
+    set_y_label(ax, y)
+    set_x_label(ax, x)
+
+
+def set_x_label(ax: Axes, text: str) -> None:
+    """A label below the axes, in as many lines as it needs to be no wider; and numbers that do not touch.
+
+    To be called when all else but a legend is there: the width of the axes depends on what is beside them.
+    """
+    lay_out(ax)
     label = ax.set_xlabel("")
-    # Beside other axes a label has the width of its own and of their numbers.
-    figure = ax.figure
-    alone = share * figure.bbox.width / figure.dpi * 72.0
-    width = 1.15 * size_of(ax)[0] if len(figure.axes) > 1 else alone
-    label.set_text(_in_lines(text, width, float(label.get_fontsize())))
+    label.set_text(in_lines(text, size_of(ax)[0], float(label.get_fontsize())))
+    _part_numbers(ax)
+
+
+def _part_numbers(ax: Axes) -> None:
+    """Fewer numbers below the axes where they would touch."""
+    import matplotlib as mpl
+    from matplotlib.ticker import AutoLocator
+
+    if mpl.rcParams["text.usetex"] or not isinstance(ax.xaxis.get_major_locator(), AutoLocator):
+        return
+    for count in (8, 6, 5, 4, 3, 2):
+        low, high = sorted(ax.get_xlim())
+        texts = ax.xaxis.get_majorticklabels()
+        shown = [text for text in texts if low <= text.get_position()[0] <= high and text.get_text()]
+        boxes = sorted((box.x0, box.x1) for box in (text.get_window_extent() for text in shown))
+        gap = _GAP * (float(shown[0].get_fontsize()) if shown else 0.0) / 72.0 * ax.figure.dpi
+        if all(left[1] + gap <= right[0] for left, right in itertools.pairwise(boxes)):
+            return
+        ax.locator_params(axis="x", nbins=count)
+
+
+def plain_numbers(axis: Axis) -> None:
+    """Plain numbers on a logarithmic axis that may span less than a decade: 6 and 20, not 2 x 10^1.
+
+    Where they span more than five decades the axis keeps powers of ten.
+    """
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    low, high = sorted(axis.get_view_interval())
+    if high > 1e5 * low:
+        return
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def set_y_label(ax: Axes, text: str) -> None:
     """A label beside the axes, in as many lines as the height needs."""
     label = ax.set_ylabel("")
-    # Beside other axes a label has the height of its own, alone that of the figure.
-    figure = ax.figure
-    height = size_of(ax)[1] if len(figure.axes) > 1 else figure.bbox.height / figure.dpi * 72.0
-    label.set_text(_in_lines(text, height, float(label.get_fontsize())))
+    figure, size = ax.figure, float(label.get_fontsize())
+    # Beside other axes a label has the height of its own, alone that of the figure: it is centered on the
+    # axes, which stand above what is written below them.
+    alone = figure.bbox.height / figure.dpi * 72.0 - 5.0 * size
+    label.set_text(in_lines(text, size_of(ax)[1] - size if len(figure.axes) > 1 else alone, size))
+
+
+def set_row_names(ax: Axes, names: Sequence[str]) -> None:
+    """Names of rows from the top down, in as many lines as they need to leave room for what the rows show."""
+    (width, height), size = size_of(ax), float(ax.xaxis.label.get_fontsize())
+    for share, scale in _ROW_NAMES:
+        texts = [in_lines(name, share * width, scale * size) for name in names]
+        lines = max((text.count("\n") + 1 for text in texts), default=1)
+        if _LINE * scale * size * lines * len(texts) < height:
+            break
+    ax.set_yticks(range(len(names)), texts, fontsize=scale * size)
+    ax.set_ylim(len(names) - 0.4, -0.6)
 
 
 def add_color_bar(ax: Axes, shades: ScalarMappable, text: str, **bar: Any) -> None:
     """A color bar beside the axes, with a label in as many lines as their height needs."""
     size = float(ax.yaxis.label.get_fontsize())
-    ax.figure.colorbar(shades, ax=ax, label=_in_lines(text, size_of(ax)[1], size), **bar)
+    ax.figure.colorbar(shades, ax=ax, label=in_lines(text, size_of(ax)[1], size), **bar)
 
 
-def _in_lines(text: str, length: float, size: float) -> str:
-    """A text in lines that a length [points] holds at a size of the font [points]."""
-    width = max(8, int(length / (_LETTER * size)))
-    return typeset(textwrap.fill(text, width, break_long_words=False, break_on_hyphens=False))
+def in_lines(text: str, length: float, size: float) -> str:
+    """A text in lines that a length [points] holds at a size of the font [points], typeset."""
+    width = text_width(text, size)
+    # A unit stays in one line.
+    name, bracket, unit = text.rpartition(" [")
+    if bracket and text.endswith("]") and text_width(bracket + unit, size) < length:
+        text = f"{name} [{unit.replace(' ', _NO_BREAK)}"
+    letters, lines = len(text), [text]
+    while letters > 8 and max(text_width(line, size) for line in lines) > length:
+        # Lines of wide letters are longer than the mean: then shorter ones.
+        letters = max(8, min(letters - 1, int(len(text) * length / width)))
+        lines = textwrap.wrap(text, letters, break_long_words=False, break_on_hyphens=False) or [""]
+    text = "\n".join(lines)
+    return typeset(text.replace(_NO_BREAK, " "))
 
 
-def legend_above_the_data(ax: Axes, title: str | None = None) -> None:
+def legend_above_the_data(ax: Axes, title: str | None = None, shown: Mapping[str, str] | None = None) -> None:
     """A legend in the upper part of the axes, whose limits leave it room above all that is drawn.
 
-    Where the user has set the limits it goes to where it covers least.
+    Where the user has set the limits it goes to where it covers least. `shown` has shorter words for labels.
     """
     handles, labels = ax.get_legend_handles_labels()
     if not labels:
         return
+    texts = [(shown or {}).get(label, label) for label in labels]
+    before = ax.get_legend()
+    if before is not None:
+        before.remove()
+    lay_out(ax)
     height = size_of(ax)[1]
-    legend = ax.legend(handles, list(map(typeset, labels)), title=title, loc="upper center", fontsize="small")
-    font = float(legend.get_texts()[0].get_fontsize())
-    columns = legend_columns(ax, labels)
+    font = float(ax.xaxis.label.get_fontsize()) / _SMALLER
+    columns = legend_columns(ax, texts)
     # Alone in its row an entry is as wide as the axes at most.
-    wide = size_of(ax)[0] - (_LEGEND_HANDLE * _LETTER + _LEGEND_FRAME) * font
-    texts = [_in_lines(label, wide, font) if columns == 1 else typeset(label) for label in labels]
+    wide = size_of(ax)[0] - (_LEGEND_HANDLE + _LEGEND_FRAME) * font
     limits = _drawn_limits(ax)
     free = ax.get_autoscaley_on() and limits is not None
     legend = ax.legend(
         handles,
-        texts,
+        [in_lines(text, wide, font) if columns == 1 else typeset(text) for text in texts],
         title=title,
         title_fontsize="small",
         loc="upper center" if free else "best",
@@ -181,18 +295,29 @@ def legend_above_the_data(ax: Axes, title: str | None = None) -> None:
         share = min(0.6, (tall + font) / height)
         scale = ax.yaxis.get_transform()
         low, high = scale.transform(np.array(limits))
-        top = float(scale.inverted().transform(np.array([low + (high - low) / (1.0 - share)]))[0])
-        # No fixed limits: they would prevent equal scales and hide what is drawn later.
-        ax.update_datalim([(0.0, top)], updatex=False)
-        ax.autoscale_view()
+        # With equal scales the limits give more than the share, or less: then once more.
+        for _ in range(_ROUNDS):
+            top = float(scale.inverted().transform(np.array([low + (high - low) / (1.0 - share)]))[0])
+            # No fixed limits: they would prevent equal scales and hide what is drawn later.
+            ax.update_datalim([(0.0, top)], updatex=False)
+            ax.autoscale_view()
+            ax.apply_aspect()
+            covered = ax.transData.transform((0.0, limits[1]))[1] - legend.get_window_extent().y0
+            if covered < 0.0:
+                break
+            share = min(0.8, share + covered / ax.get_window_extent().height + 0.02)
 
 
-def legend_columns(ax: Axes, labels: list[str]) -> int:
-    """How many entries of a legend of small type fit beside each other [-]."""
-    # Small type is a sixth smaller than that of the labels.
-    font = float(ax.xaxis.label.get_fontsize()) / 1.2
-    longest = max(map(len, labels)) * _LETTER + _LEGEND_HANDLE
-    return max(1, min(len(labels), int(size_of(ax)[0] / (font * longest))))
+def legend_columns(ax: Axes, labels: Sequence[str]) -> int:
+    """How many columns of a legend of small type fit into the width of the axes [-]."""
+    font = float(ax.xaxis.label.get_fontsize()) / _SMALLER
+    room = size_of(ax)[0] / font - _LEGEND_FRAME
+    widths = np.array([text_width(label, font) / font + _LEGEND_HANDLE for label in labels])
+    for columns in range(len(labels), 1, -1):
+        # Each column is as wide as its widest entry.
+        if sum(float(part.max()) for part in np.array_split(widths, columns)) <= room:
+            return columns
+    return 1
 
 
 def _drawn_limits(ax: Axes) -> tuple[float, float] | None:

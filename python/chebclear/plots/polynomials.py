@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.tables import format_number
 from ..errors import ArgumentError
 from ..scene.columns import plain_words
 from .axes import MARKERS, distinct_colors, line_style, new_axes, unit_scale
-from .labels import legend_above_the_data, set_x_label, set_y_label, with_unit, words_of
+from .labels import legend_above_the_data, plain_numbers, set_labels, with_unit, words_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -72,10 +73,10 @@ def plot_coefficients(band: PolynomialBandLike, *, ax: Axes | None = None, **lin
         # A coefficient that is exactly zero has no place on a logarithmic axis.
         ax.plot(np.arange(len(largest)), np.where(largest > 0.0, largest, np.nan), **style)
     ax.set_yscale("log")
+    plain_numbers(ax.yaxis)
     ax.set_xticks(range(max(sizes.shape)))
-    set_x_label(ax, "degree in the parameter [-]")
     what = f"largest coefficient of {words_of(band.name, band.unit)} over time"
-    set_y_label(ax, with_unit(what, band.unit))
+    set_labels(ax, "degree in the parameter [-]", with_unit(what, band.unit))
     legend_above_the_data(ax)
     return ax
 
@@ -144,7 +145,7 @@ def plot_prediction(
     distinct_colors(ax)
     count = len(holdout.runs)
     share = error / reach if reach else 0.0
-    size = f"{100.0 * share:.2g} %" if share >= 1e-4 else "below 0.01 %"
+    size = "below 0.01 %" if share < 1e-4 else f"{format_number(100.0 * share, 2)} %"
     label = f"{count} runs, largest error {size} of their range"
     style = line_style(
         points, marker=".", markersize=3.0, linestyle="none", alpha=0.4, rasterized=True, label=label
@@ -153,7 +154,6 @@ def plot_prediction(
     ends = np.array([min(simulated.min(), predicted.min()), max(simulated.max(), predicted.max())])
     ax.plot(ends, ends, color="black", linewidth=0.8, linestyle="--", label="exact")
     what = with_unit(words_of(band.name, band.unit), shown)
-    set_x_label(ax, f"simulated {what}")
-    set_y_label(ax, f"predicted {what}")
+    set_labels(ax, f"simulated {what}", f"predicted {what}")
     legend_above_the_data(ax)
     return ax

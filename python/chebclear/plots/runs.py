@@ -17,14 +17,15 @@ from numpy.typing import NDArray
 from ..base.arguments import meant_or_known
 from ..errors import ArgumentError
 from ..scene.columns import column_unit, column_words, plain_words
+from ..scene.parts import loose_joints
 from ..scene.scene import ClearanceRevolute
 from .axes import distinct_colors, line_style, new_axes, unit_scale
 from .labels import (
     add_color_bar,
     legend_above_the_data,
+    set_labels,
+    set_row_names,
     set_x_label,
-    set_y_label,
-    typeset,
     with_unit,
     words_in_common,
 )
@@ -94,8 +95,12 @@ def plot_trajectory(
     abscissa = run.t if x is None else np.asarray(x, dtype=float)
     ax = new_axes(ax)
     distinct_colors(ax)
+    common = words_in_common(names)
     for name, curve in zip(names, curves, strict=True):
-        style = line_style(line, linewidth=0.9, label=column_words(name))
+        words = column_words(name)
+        # What all of them are is on the axis.
+        own = words.removeprefix(f"{common} of ").removeprefix(f"{common} in ") if len(names) > 1 else words
+        style = line_style(line, linewidth=0.9, label=own)
         ax.plot(abscissa, curve, **style)
     # A column of the run as abscissa is no more known after the end than the curves are.
     known = np.isfinite(abscissa)
@@ -106,9 +111,7 @@ def plot_trajectory(
         ax.axvline(end, color="black", linewidth=0.9, linestyle=":", label=words)
         if known.all():
             ax.set_xlim(abscissa.min(), abscissa.max())
-    set_x_label(ax, x_label)
-    # The legend names the columns; what they have in common is on the axis.
-    set_y_label(ax, with_unit(words_in_common(names), shown))
+    set_labels(ax, x_label, with_unit(common, shown))
     if len(ax.get_legend_handles_labels()[1]) > 1:
         legend_above_the_data(ax)
     return ax
@@ -200,8 +203,7 @@ def plot_orbit(
             add_color_bar(ax, shades, label)
     ax.set_aspect("equal", adjustable="datalim")
     ax.autoscale_view()
-    set_x_label(ax, with_unit(column_words(f"{joint}.eccentricity_x"), shown))
-    set_y_label(ax, with_unit(column_words(f"{joint}.eccentricity_y"), shown))
+    set_labels(ax, *(with_unit(column_words(f"{joint}.eccentricity_{axis}"), shown) for axis in "xy"))
     legend_above_the_data(ax)
     return ax
 
@@ -265,8 +267,7 @@ def plot_poincare(
     distinct_colors(ax)
     style = line_style(points, marker=".", markersize=4.0, linestyle="none")
     ax.plot(data[0][0], data[1][0], **style)
-    set_x_label(ax, data[0][1])
-    set_y_label(ax, data[1][1])
+    set_labels(ax, data[0][1], data[1][1])
     return ax
 
 
@@ -363,7 +364,7 @@ def plot_contacts(
     rows: list[str] = []
     boxes, forces, onsets = [], [], []
     for number, run in enumerate(several):
-        known = [joint.name for joint in run.scene.joints if isinstance(joint, ClearanceRevolute)]
+        known = [joint.name for joint in loose_joints(run.scene.joints)]
         for joint in known if joints is None else joints:
             _clearance_joint(run, joint)
             name = labels[number] if labels is not None else f"run {number + 1}"
@@ -388,18 +389,17 @@ def plot_contacts(
         ax.plot(
             times, places, linestyle="none", marker="|", markersize=9.0, color="0.15", markeredgewidth=0.4
         )
-    ax.set_yticks(range(len(rows)), [typeset(row) for row in rows])
-    ax.set_ylim(len(rows) - 0.4, -0.6)
+    set_row_names(ax, rows)
     ax.set_xlim(several[0].t[0], several[0].t[-1])
-    set_x_label(ax, "time [s]")
     if color_bar and boxes:
         add_color_bar(ax, shades, "largest normal force of the contact [N]")
+    set_x_label(ax, "time [s]")
     return ax
 
 
 def _clearance_joint(run: RunLike | ContactsLike, name: str) -> ClearanceRevolute:
     """The clearance joint of a run's scene."""
-    known = {joint.name: joint for joint in run.scene.joints if isinstance(joint, ClearanceRevolute)}
+    known = {joint.name: joint for joint in loose_joints(run.scene.joints)}
     if name not in known:
         raise ArgumentError(f'unknown clearance joint "{name}"{meant_or_known(name, list(known))}')
     return known[name]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..errors import ArgumentError
 from ..scene.columns import column_unit, column_words
 from .axes import new_axes
-from .labels import add_color_bar, set_x_label
+from .labels import add_color_bar, set_labels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -156,11 +156,10 @@ def plot_spectrogram(
         "rasterized": True,
     } | mesh
     image = ax.pcolormesh(abscissa, frequencies / 1e3, level, vmax=top, **style)
-    set_x_label(ax, x_label)
-    ax.set_ylabel("frequency [kHz]")
     if color_bar:
         what = f"amplitude of {column_words(column)}" if isinstance(column, str) else "amplitude"
         add_color_bar(ax, image, f"{what} [dB re 1 {unit or 'unit'}]", extend="min")
+    set_labels(ax, x_label, "frequency [kHz]")
     return ax
 
 

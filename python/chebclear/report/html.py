@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import os
+import re
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -15,6 +16,7 @@ from .pictures import embedded
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+    from markupsafe import Markup
 
 _KINDS = {Text: "text", Items: "items", Table: "table", Picture: "picture", Listing: "listing"}
 
@@ -66,7 +68,7 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update(embedded=embedded, download=_download, kind=_kind)
+    environment.filters.update(embedded=embedded, download=_download, kind=_kind, breakable=_breakable)
     environment.tests.update(verdict=_is_verdict)
     return environment
 
@@ -100,6 +102,13 @@ def _download(listing: Listing) -> str:
 def _anchor(sections: list[Section], section: Section) -> str:
     """Address of a section within the page."""
     return f"section-{1 + sections.index(section)}"
+
+
+def _breakable(name: str) -> Markup:
+    """A name that may go on in another line after a point or an underscore; escaped."""
+    from markupsafe import Markup, escape
+
+    return Markup(re.sub(r"([._])(?=[^\W\d])", r"\1<wbr>", str(escape(name))))
 
 
 def _kind(block: Block) -> str:

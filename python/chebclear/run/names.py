@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..base.arguments import did_you_mean
+from ..base.arguments import did_you_mean, meant_or_known
 
 _VELOCITIES = (
     ("vx", "vy"),
@@ -36,21 +36,44 @@ _MEANT: dict[str, tuple[tuple[str, ...], ...]] = {
     "indentation": (("penetration",),),
 }
 
+_ABBREVIATED = {
+    "pos": "position",
+    "vel": "velocity",
+    "acc": "acceleration",
+    "accel": "acceleration",
+    "rot": "rotation",
+}
 
-def output_meant(name: object, columns: Sequence[str]) -> str:
+
+def near_output(name: object, columns: Sequence[str]) -> str:
     """``'; did you mean "..."?'`` for an unknown name of an output, or nothing.
 
     Quantities of the named part come before similar names of other parts.
+    """
+    owner, _, quantity = str(name).rpartition(".")
+    own = [column for column in columns if column.rpartition(".")[0] == owner]
+    meant = _MEANT.get(quantity.lower()) or _MEANT.get(_ABBREVIATED.get(quantity.lower(), ""), ())
+    for group in meant:
+        known = [f'"{owner}.{other}"' for other in group if f"{owner}.{other}" in own]
+        if known:
+            return f"; did you mean {' or '.join(known)}?"
+    return did_you_mean(name, own) or did_you_mean(name, [] if own else columns)
+
+
+def output_meant(name: object, columns: Sequence[str]) -> str:
+    """What :func:`near_output` says, or else what there is.
 
     Examples
     --------
     >>> output_meant("slider.velocity", ["slider.vx", "slider.vy", "guide.velocity"])
     '; did you mean "slider.vx" or "slider.vy"?'
+    >>> output_meant("piston.ax", ["slider.vx", "slider.vy", "guide.velocity"])
+    '; there are outputs of slider, guide'
     """
-    owner, _, quantity = str(name).rpartition(".")
-    own = [column for column in columns if column.rpartition(".")[0] == owner]
-    for group in _MEANT.get(quantity.lower(), ()):
-        known = [f'"{owner}.{other}"' for other in group if f"{owner}.{other}" in own]
-        if known:
-            return f"; did you mean {' or '.join(known)}?"
-    return did_you_mean(name, own) or did_you_mean(name, columns)
+    if near := near_output(name, columns):
+        return near
+    owner = str(name).rpartition(".")[0]
+    if own := [column for column in columns if column.rpartition(".")[0] == owner]:
+        return meant_or_known(name, own, most=40)
+    owners = list(dict.fromkeys(column.rpartition(".")[0] or column for column in columns))
+    return f"; there are outputs of {', '.join(owners)}" if owners else "; there is none"

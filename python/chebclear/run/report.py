@@ -63,8 +63,9 @@ def run_document(run: ReportedRun, outputs: Sequence[str] | None, title: str | N
     answer = [
         Finding(
             name,
-            f"from {format_quantity(low.value, unit)} at {format_quantity(low.time, 's')} to "
-            f"{format_quantity(high.value, unit)} at {format_quantity(high.time, 's')}.",
+            f"from {format_quantity(low.value, unit, scale=high.value)} at "
+            f"{format_quantity(low.time, 's')} to {format_quantity(high.value, unit, scale=low.value)} at "
+            f"{format_quantity(high.time, 's')}.",
         )
         for name, unit, low, high in extremes
     ]
@@ -134,9 +135,9 @@ def _extremes_table(run: ReportedRun, extremes: Sequence[tuple[str, str, Any, An
     rows = [
         [
             name,
-            format_quantity(low.value, unit),
+            format_quantity(low.value, unit, scale=high.value),
             format_quantity(low.time, "s"),
-            format_quantity(high.value, unit),
+            format_quantity(high.value, unit, scale=low.value),
             format_quantity(high.time, "s"),
         ]
         for name, unit, low, high in extremes

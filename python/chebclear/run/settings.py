@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypedDict
 
 from .. import _core
-from ..base.arguments import Checks, did_you_mean
+from ..base.arguments import Checks, did_you_mean, meant_or_known
 from ..base.named import matching
 from ..base.options import Documented, with_fields
 from ..base.shown import Shown
@@ -81,11 +81,10 @@ class Settings(Shown):
     rtol : float
         Relative tolerance of the integrator [-], from 1e-13 to 0.1.
     method : {"auto", "rodas5p", "rodas4", "dop853", "adams"}
-        ``"auto"`` switches between the explicit method of order 8 (DOP853) and a Rosenbrock method (Rodas4,
-        or Rodas5P at an rtol below 3e-8) with the stiffness of the motion; the others use one method
-        throughout. ``"adams"``, the Adams method of variable order, needs a half to a fifth of the
-        evaluations of ``"auto"`` where no contact sticks. Where one sticks it is much more expensive, though
-        not less accurate, as is DOP853 alone.
+        ``"auto"`` switches between an explicit multistep method, the Adams method of variable order, and a
+        Rosenbrock method (Rodas4, or Rodas5P at an rtol below 3e-8), which it takes where friction or damping
+        limits the steps of the other; the others use one method throughout. ``"adams"`` and ``"dop853"``
+        alone are much more expensive where a contact sticks, though not less accurate.
     outputs : sequence of str, optional
         Names of the columns to return, or patterns such as ``"energy.*"``; all quantities of bodies,
         clearance joints and drives if not given. ``scene.check()`` lists them, and further ones.
@@ -246,9 +245,8 @@ def require_features(facts: Inspection, features: Iterable[Feature]) -> None:
         joint = feature.kind in JOINT_KINDS
         what, known = ("clearance joint", facts.clearance_joints) if joint else ("output", columns)
         if feature.of not in known:
-            checks.add(
-                f'{feature.kind} of the unknown {what} "{feature.of}"{output_meant(feature.of, known)}'
-            )
+            hint = meant_or_known(feature.of, known) if joint else output_meant(feature.of, known)
+            checks.add(f'{feature.kind} of the unknown {what} "{feature.of}"{hint}')
     checks.finish()
 
 

@@ -26,7 +26,7 @@ from .accuracy import ErrorEstimate
 from .contacts import Contacts, Events
 from .dataset import common_facts, run_dataset
 from .features import EXTREMA, Extremum, Feature
-from .names import output_meant
+from .names import near_output, output_meant
 from .settings import Settings, checked_settings, require_features
 from .tracking import settling_time, simulate_features
 
@@ -485,4 +485,5 @@ def column_index(columns: Sequence[str], name: str, scene: Scene | None = None) 
     known = () if scene is None else scene.check().columns + scene.check().further_columns
     if name in known:
         raise KeyError(f'"{name}" was not asked for: name it in outputs=')
-    raise KeyError(f'unknown column "{name}"{output_meant(name, columns) or output_meant(name, known)}')
+    hint = near_output(name, columns) or output_meant(name, known or columns)
+    raise KeyError(f'unknown column "{name}"{hint}')

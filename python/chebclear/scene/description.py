@@ -14,10 +14,9 @@ from ..base.arguments import as_number
 from ..base.shown import listed
 from ..base.units import units
 from ..errors import SceneError
-from .parts import Body, ClearanceRevolute, Inspection, Prismatic
+from .parts import GROUND, Body, ClearanceRevolute, Inspection, Prismatic, ends_of, loose_joints, owner_of
 from .schema import Part, Points
 
-_GROUND = "ground"
 # Most numbers of a table that are shown.
 _LONG = 8
 
@@ -169,7 +168,7 @@ def _floors(joints: Iterable[Any], facts: Inspection | None) -> dict[str, str]:
     """The default floor of the impact velocity of each clearance joint for which the scene gives none."""
     if facts is None:
         return {}
-    clearance = [joint for joint in joints if isinstance(joint, ClearanceRevolute)]
+    clearance = loose_joints(joints)
     return {
         joint.name: f"{floor:.3g} m/s at the default rtol, in proportion to rtol"
         for joint, floor in zip(clearance, facts.impact_velocity_floors, strict=True)
@@ -261,8 +260,8 @@ def _mobility(scene: Described, facts: Inspection) -> list[str]:
     if facts.coordinates:
         named = ", ".join(f"{name} [{_coordinate_unit(name, joints)}]" for name in facts.coordinates)
         lines.append(f"coordinates: {named}")
-    ends = {end.partition(".")[0] for joint in scene.joints for end in joint_ends(joint)}
-    loops = len(scene.joints) - len(facts.bodies) + (0 if _GROUND in ends else 1)
+    ends = {owner_of(end) for joint in scene.joints for end in ends_of(joint)}
+    loops = len(scene.joints) - len(facts.bodies) + (0 if GROUND in ends else 1)
     lines.append(f"independent loops: {loops}")
     lines += ["cut joints" if facts.cut_joints else "cut joints: none"]
     lines += [f"  {name}: it has clearance and acts by a contact force" for name in clearance]
@@ -274,11 +273,6 @@ def _mobility(scene: Described, facts: Inspection) -> list[str]:
         f"{len(facts.further_columns)} further ones by name, see check().further_columns"
     )
     return lines
-
-
-def joint_ends(joint: Any) -> tuple[str, str]:
-    """The two points of a joint."""
-    return (joint.bearing, joint.journal) if isinstance(joint, ClearanceRevolute) else (joint.a, joint.b)
 
 
 def _coordinate_unit(name: str, joints: dict[str, Any]) -> str:

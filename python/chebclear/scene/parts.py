@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar, TypeAlias
 
@@ -228,3 +228,22 @@ class Inspection(Shown):
         return tuple(
             name.removesuffix(".penetration") for name in self.columns if name.endswith(".penetration")
         )
+
+
+GROUND = "ground"
+"""Name of the frame to which bodies are joined."""
+
+
+def ends_of(joint: Joint) -> tuple[str, str]:
+    """The two points of a joint."""
+    return (joint.bearing, joint.journal) if isinstance(joint, ClearanceRevolute) else (joint.a, joint.b)
+
+
+def owner_of(end: str) -> str:
+    """Body of a point ``"body.point"``."""
+    return end.partition(".")[0]
+
+
+def loose_joints(joints: Iterable[Joint]) -> list[ClearanceRevolute]:
+    """Those with clearance."""
+    return [joint for joint in joints if isinstance(joint, ClearanceRevolute)]

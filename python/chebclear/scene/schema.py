@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import inspect
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, ValuesView
 from typing import Any, ClassVar, TypeAlias
 
@@ -29,6 +31,9 @@ _POINTS = "Mapping[str, Vector]"
 _LIST = "Numbers"
 # A number, or a record in its place.
 _EITHER = "float | "
+
+# Types of numbers that are neither looked at as arrays nor asked whether they are booleans.
+_PLAIN = frozenset({float, int})
 
 _NOT_FINITE = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 
@@ -74,16 +79,19 @@ class Part:
 
     _tag: ClassVar[tuple[str, str] | None] = None
     """The JSON key and word that distinguish this class from its alternatives."""
+    __match_args__: ClassVar[tuple[str, ...]]
+    """Names of the fields, in their order; a dataclass has them."""
     _choices: ClassVar[Mapping[str, tuple[type[Part], ...]]] = {}
     """For each field that holds other records, or a sequence of them, their classes."""
 
     def __post_init__(self) -> None:
-        # Nearly all values are as they should be; studies make thousands of scenes.
+        # Nearly all values are as they should be; studies make thousands of scenes. What is frozen is set in
+        # its dictionary, which costs half of what `object.__setattr__` does.
         values = vars(self)
         for name, settle in _settling(type(self)):  # type: ignore[arg-type]  # a class has another hash
             value = values[name]
             if type(value) is not float and (settled := settle(value)) is not value:
-                object.__setattr__(self, name, settled)
+                values[name] = settled
 
 
 def _fields(part: type[Part]) -> tuple[dataclasses.Field[Any], ...]:
@@ -106,10 +114,13 @@ def _is_flat(value: Any) -> bool:
 
 def _as_vector(value: Any) -> Any:
     if type(value) is tuple:
-        for item in value:
-            if type(item) is not float:
-                break
-        else:  # nearly always
+        if len(value) == 2:  # nearly always
+            x, y = value
+            if type(x) is type(y) is float:
+                return value
+            if type(x) in _PLAIN and type(y) in _PLAIN:
+                return as_number(x), as_number(y)
+        elif set(map(type, value)) == {float}:
             return value
     if not isinstance(value, (list, tuple, range, np.ndarray)) or not _is_flat(value):
         return value
@@ -270,10 +281,32 @@ def read(plain: Any, accepted: tuple[type[Part], ...], path: str, problems: list
                 else _read_records(value, str(item.type), choices, where, problems)
             )
         elif item.default is dataclasses.MISSING and item.default_factory is dataclasses.MISSING:
-            problems.append(Problem(where, "is missing"))
+            problems.append(Problem(where, f"is missing{_meaning(part, item.name)}"))
     names = [item.name for item in _fields(part)]
     problems += [Problem(join(path, name), f"unknown field{meant_or_known(name, names)}") for name in left]
     return part(**values) if len(problems) == before else None
+
+
+def _meaning(part: type[Part], name: str) -> str:
+    """The first sentence on a field, to follow the problem that it is missing."""
+    words = descriptions(part).get(name, "").partition(". ")[0].rstrip(".").replace("`", "")
+    return f": {words[0].lower()}{words[1:]}" if words else ""
+
+
+def descriptions(part: type[Any]) -> dict[str, str]:
+    """What the docstring says of each parameter."""
+    text = inspect.cleandoc(part.__doc__ or "")
+    found = re.search(r"Parameters\n-+\n(.*?)(?:\n\n[A-Z]\w+\n-+\n|\Z)", text, re.DOTALL)
+    words: dict[str, str] = {}
+    names: list[str] = []
+    for line in found[1].split("\n") if found else []:
+        head = re.match(r"(\w+(?:, \w+)*) : ", line)
+        if head:
+            names = head[1].split(", ")
+        elif line.strip():
+            for name in names:
+                words[name] = f"{words.get(name, '')} {line.strip()}".strip()
+    return words
 
 
 def _read_records(

@@ -5,8 +5,6 @@ The core reads a structure once and many scenes from it. The order of the number
 
 from __future__ import annotations
 
-import dataclasses
-import functools
 import hashlib
 import itertools
 import json
@@ -17,6 +15,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _core
 from .parts import ClearanceRevolute
 from .scene import Scene
 from .schema import Part, Points
@@ -96,81 +95,37 @@ class Structures:
     def __len__(self) -> int:
         return len(self._known)
 
-    def flat(self, scene: Scene) -> tuple[Structure, list[float]]:
-        """A scene as its structure and its numbers.
+    def flat(self, scene: Scene) -> tuple[Structure, bytes]:
+        """A scene as its structure and its numbers, as the core takes them.
 
         Raises
         ------
         SceneError
             If a field has the wrong type.
         """
-        shape: list[Any] = []
-        numbers: list[float] = []
-        _flatten(scene, shape, numbers)
-        key = tuple(shape)
+        key, numbers = _core.flatten(scene, Part, Points)
         try:
             structure = self._known.get(key)
         except TypeError:  # a field that cannot be hashed has a wrong type, which the structure reports
             structure = None
-        if structure is None:
+        # A wrong field that holds the type `float` itself looks like the mark of a number.
+        if structure is None or 8 * structure.count != len(numbers):
             structure = Structure(scene)
-            assert structure.count == len(numbers)
+            assert 8 * structure.count == len(numbers)
             self._known[key] = structure
         return structure, numbers
 
 
-def packed(numbers: Sequence[float]) -> bytes:
-    """Numbers as the core takes them."""
-    return struct.pack(f"{len(numbers)}d", *numbers)
+def unpacked(numbers: bytes) -> tuple[float, ...]:
+    """Numbers of a scene from what the core takes."""
+    return struct.unpack(f"{len(numbers) // 8}d", numbers)
 
 
-@functools.cache
-def _names(part: Any) -> tuple[str, ...]:
-    return tuple(item.name for item in dataclasses.fields(part))
-
-
-_PAIR = float, float
-
-
-def _flatten(part: Part, shape: list[Any], numbers: list[float]) -> None:
-    """Append the numbers of a record, and to `shape` all else, with a mark where each number stands.
-
-    Records with the same shape have the same structure: what is no number is there as it is, and every list
-    comes with its length.
-    """
-    shape.append(type(part))
-    fields = vars(part)
-    for name in _names(type(part)):  # type: ignore[arg-type]  # a class has another hash
-        value = fields[name]
-        kind = type(value)
-        if kind is float:
-            numbers.append(value)
-            shape.append(float)
-        elif kind is str:
-            shape.append(value)
-        else:
-            _flatten_other(value, shape, numbers)
-
-
-def _flatten_other(value: Any, shape: list[Any], numbers: list[float]) -> None:
-    if type(value) is tuple and len(value) == 2 and type(value[0]) is type(value[1]) is float:
-        numbers += value
-        shape.append(_PAIR)
-    elif type(value) is tuple:
-        shape += (tuple, len(value))
-        for item in value:
-            if type(item) is float:
-                numbers.append(item)
-                shape.append(float)
-            else:
-                _flatten_other(item, shape, numbers)
-    elif type(value) is Points:
-        shape += (Points, *value)
-        _flatten_other(tuple(value.values()), shape, numbers)
-    elif isinstance(value, Part):
-        _flatten(value, shape, numbers)
-    else:
-        shape.append(value)
+def number_at(index: int, numbers: bytes) -> float:
+    """One of them."""
+    (number,) = struct.unpack_from("d", numbers, 8 * index)
+    assert isinstance(number, float)
+    return number
 
 
 def _numbered(value: Any, count: Iterator[int]) -> Any:
@@ -179,7 +134,7 @@ def _numbered(value: Any, count: Iterator[int]) -> Any:
         return next(count)
     if isinstance(value, Part):
         tag = {} if value._tag is None else {value._tag[0]: value._tag[1]}
-        return tag | {name: _numbered(getattr(value, name), count) for name in _names(type(value))}  # type: ignore[arg-type]
+        return tag | {name: _numbered(getattr(value, name), count) for name in value.__match_args__}
     if isinstance(value, Points):
         return {name: _numbered(position, count) for name, position in value.items()}
     if isinstance(value, tuple):

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from .parts import ClearanceRevolute, Prismatic, Revolute
+from .parts import GROUND, ClearanceRevolute, Prismatic, Revolute, ends_of, loose_joints, owner_of
 from .scene import Scene
 
 MOST_OUTPUTS = 12
 """Outputs that are taken where none are named [-]: as many as a report shows without tiring its reader."""
-_GROUND = "ground"
 
 
 def usual_outputs(scene: Scene) -> list[str]:
@@ -22,10 +21,10 @@ def usual_outputs(scene: Scene) -> list[str]:
     for joint in scene.joints:
         if isinstance(joint, ClearanceRevolute) or joint.name in driven:
             continue
-        ends = [end.partition(".")[0] for end in (joint.a, joint.b)]
-        if _GROUND not in ends:
+        ends = [owner_of(end) for end in ends_of(joint)]
+        if GROUND not in ends:
             continue
-        body = ends[ends[0] == _GROUND]
+        body = ends[ends[0] == GROUND]
         if isinstance(joint, Prismatic):
             along = "x" if abs(joint.axis[0]) >= abs(joint.axis[1]) else "y"
             sliding += [f"{body}.{kind}{along}" for kind in ("", "v", "a")]
@@ -34,12 +33,7 @@ def usual_outputs(scene: Scene) -> list[str]:
     chosen = sliding or swinging
     if not chosen:
         chosen = [f"{scene.bodies[-1].name}.{kind}" for kind in ("x", "y")]
-    chosen += [f"{joint.name}.normal_force" for joint in loose_joints(scene)]
+    chosen += [f"{joint.name}.normal_force" for joint in loose_joints(scene.joints)]
     known = scene.check().columns
     chosen += [f"{drive.name}.torque" for drive in scene.drives if f"{drive.name}.torque" in known]
     return list(dict.fromkeys(chosen))[:MOST_OUTPUTS]
-
-
-def loose_joints(scene: Scene) -> list[ClearanceRevolute]:
-    """The joints with clearance."""
-    return [joint for joint in scene.joints if isinstance(joint, ClearanceRevolute)]

@@ -28,6 +28,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+# Fields of a point with one value, and with one for each output.
+_BY_POINT = ("bounds", "degree", "points", "runs", "stages", "seconds", "status")
+_BY_OUTPUT = ("width_error", "containment", "escape", "fit_error")
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StudyTradeoffPoint(records.ArrayRecord):
@@ -265,14 +269,65 @@ class StudyTradeoff(records.ArrayRecord, Exports):
             The fields of the points; those with one number for each output as ``"width_error NAME"`` and so
             on [-].
         """
-        plain = ("bounds", "degree", "points", "runs", "stages", "seconds", "status")
         columns: dict[str, list[Any]] = {
-            name: [getattr(point, name) for point in self.points] for name in plain
+            name: [getattr(point, name) for point in self.points] for name in _BY_POINT
         }
         for index, output in enumerate(self.outputs):
-            for name in ("width_error", "containment", "escape", "fit_error"):
+            for name in _BY_OUTPUT:
                 columns[f"{name} {output}"] = [float(getattr(point, name)[index]) for point in self.points]
         return columns
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write everything to one compressed ``.npz`` file.
+
+        Parameters
+        ----------
+        path : path
+            Where to; ``.npz`` is appended if it is missing.
+
+        Returns
+        -------
+        Path
+            The file written.
+        """
+        arrays = {name: np.stack([getattr(point, name) for point in self.points]) for name in _BY_OUTPUT}
+        arrays |= {name: getattr(self, name) for name in ("reference_width", "reference_change")}
+        facts = {name: getattr(self, name) for name in ("outputs", "holdout", "reference_runs", "warnings")}
+        points = [{name: getattr(point, name) for name in _BY_POINT} for point in self.points]
+        return records.save(path, "study tradeoff", arrays, facts | {"points": points})
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> StudyTradeoff:
+        """Read what `save` wrote.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+
+        Returns
+        -------
+        StudyTradeoff
+
+        Raises
+        ------
+        ValueError
+            If the file holds something else, is damaged, or was written by a later version.
+        """
+        arrays, facts = records.load(path, "study tradeoff")
+        points = tuple(
+            StudyTradeoffPoint(**point, **{name: arrays[name][index] for name in _BY_OUTPUT})
+            for index, point in enumerate(facts["points"])
+        )
+        return cls(
+            outputs=tuple(facts["outputs"]),
+            points=points,
+            holdout=facts["holdout"],
+            reference_runs=facts["reference_runs"],
+            reference_width=arrays["reference_width"],
+            reference_change=arrays["reference_change"],
+            warnings=tuple(facts["warnings"]),
+        )
 
     def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
         """Write a report: one HTML file that needs no network and runs no scripts.

@@ -5,15 +5,19 @@ from __future__ import annotations
 import copy
 import math
 import os
+import time
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.random import default_rng
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..errors import ArgumentError
+from ..execution.counts import Costs
 from ..execution.dispatch import worker_count
 from ..execution.memory import SAMPLES_ALONE, Usage, study_memory, taken
 from ..execution.plan import Plan, planned
@@ -41,6 +45,8 @@ _PROBES, _PROBES_OF_WORKER = 12, 4
 # They become more by this factor until they take so long [s], but no more than this part of the study: what a
 # study takes besides its runs, some tens of milliseconds, is then told from them.
 _MORE, _ENOUGH, _PART = 4, 0.5, 4
+# Samples of which polynomials are fitted for a plan, at first and then.
+_FITTED = 8, 32
 
 
 class Methods(Runner):
@@ -275,7 +281,7 @@ class Methods(Runner):
                 self.run_points(own, (len(own),), None, random=self.model.independent, kind="sample")
             )
         sides = list(self.intervals.values())
-        points = np.random.default_rng(start).uniform(
+        points = default_rng(start).uniform(
             [side.lower for side in sides], [side.upper for side in sides], (count, len(sides))
         )
         return self._with_warnings(self.run_points(points, (count,), None, random=True, kind="sample"))
@@ -416,4 +422,42 @@ def plan_of(study: Methods, method: str, probes: int | None, arguments: Mapping[
     shape = (len(points) + 1, len(runs.t), len(runs.outputs))
     features = len(runs.feature_names) * (1 if runs.features is None else runs.features.shape[1])
     memory = taken() + study_memory(shape, usage, in_memory=study.means.in_memory)
-    return planned(shape, features, measured, memory)
+    fits = 0.0
+    if usage.terms and runs.outputs:
+        fits = _fit_seconds(probe, method, arguments, points, replace(runs, kept=rows[runs.kept]))
+    return planned(shape, features, measured, memory, fits)
+
+
+def _fit_seconds(
+    probe: Methods, method: str, arguments: Mapping[str, Any], points: Array, runs: Runs
+) -> float:
+    """Time of the polynomials of a study [s], on the line through the times of a few samples and of more.
+
+    The values are those of planes through the runs that were made: they are fitted in the time of any others,
+    and bounded in that of smooth ones. Nothing better is known before the runs.
+    """
+    known = np.column_stack([np.ones(len(points)), (points - points.mean(axis=0)) / np.ptp(points, axis=0)])
+    known = np.vstack([known, np.eye(1, known.shape[1])])
+    took = []
+    for count in _FITTED:
+        at = np.linspace(0, len(runs.t) - 1, min(count, len(runs.t))).round().astype(int)
+        made = runs.values[:, at]
+        plane = np.linalg.lstsq(known[runs.kept], made.reshape(len(made), -1), rcond=None)[0]
+        all_runs = replace(
+            runs,
+            t=runs.t[at],
+            values=(known @ plane).reshape(len(known), *made.shape[1:]),
+            kept=np.arange(len(points)),
+            stats=Costs.joined(()),
+            features=None,
+            failures=(),
+        )
+        vars(probe)["made"] = lambda *given, result=all_runs, **options: result
+        begin = time.perf_counter()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            getattr(probe, method)(**arguments)
+        took.append((len(at), time.perf_counter() - begin))
+    (few, short), (many, long) = took
+    each = max(0.0, long - short) / max(1, many - few)
+    return long + each * (len(runs.t) - many)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -34,7 +35,7 @@ from ..execution.store import Identity, Store
 from ..run.settings import Settings
 from ..run.trajectory import Stats
 from ..scene.scene import Interval, Scene
-from ..scene.structure import FlatScene, Structure, Structures, packed
+from ..scene.structure import FlatScene, Structure, Structures, number_at, unpacked
 from .features.features import Asked, feature_values, settling_warnings
 from .features.swept import SweptRun
 
@@ -221,7 +222,7 @@ class Making:
                 run_seconds=means.run_seconds,
                 store=store,
                 in_memory=means.in_memory,
-                usage=self._usage,
+                usage=replace(self._usage, threads=self._threads),
             )
             batch.run(means.executor, means.threads, report, means.max_seconds)
         except RefusedRunError as error:
@@ -232,13 +233,20 @@ class Making:
                 store.close()
         return self._sorted(batch, [] if store is None else store.remarks)
 
+    @property
+    def _threads(self) -> int:
+        """Threads of this process that simulate."""
+        if self._means.executor is not None:
+            return 0
+        return min(self.count, self._means.threads or os.cpu_count() or 1)
+
     def _build(self, numbers: Sequence[int]) -> Sequence[Built | End]:
         """The scenes of some runs for the core."""
         if self._many is None:
             return self._build_each(numbers)
         structure, like = self._like
         values = dict(zip(self._intervals, self._points[numbers].T, strict=True))
-        table, refused = self._many(structure, like, values)
+        table, refused = self._many(structure, unpacked(like), values)
         for name, index in structure.clearances.items():
             self._note_clearance(name, float(np.max(table[~refused, index], initial=0.0)))
         built: list[Built | End] = [
@@ -263,15 +271,16 @@ class Making:
                     built.append(end_of(error, BUILD))
                     continue
                 for name, index in structure.clearances.items():
-                    self._note_clearance(name, values[index])
-                messages = tuple(
-                    str(one.message) for one in caught[before:] if one.category is ChebclearWarning
-                )
+                    self._note_clearance(name, number_at(index, values))
+                messages: tuple[str, ...] = ()
+                if len(caught) > before:
+                    told = (one for one in caught[before:] if one.category is ChebclearWarning)
+                    messages = tuple(str(one.message) for one in told)
                 branch = self._branch if structure is self._like[0] else ()
-                built.append(Built(FlatScene(structure.text, packed(values), branch), messages))
+                built.append(Built(FlatScene(structure.text, values, branch), messages))
         return built
 
-    def _flat(self, scene: Scene, parameters: Mapping[str, float]) -> tuple[Structure, list[float]]:
+    def _flat(self, scene: Scene, parameters: Mapping[str, float]) -> tuple[Structure, bytes]:
         try:
             return self._structures.flat(scene)
         except SceneError as error:

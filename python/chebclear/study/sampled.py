@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _core
 from ..base.arguments import Checks
 from ..errors import ArgumentError
 from ..execution.counts import Costs
@@ -25,7 +26,6 @@ from .band.calibrated import (
     band_usage,
     certifying_runs,
     is_remark,
-    least_certifying,
     remarks,
 )
 from .band.judgment import early_widths
@@ -221,7 +221,9 @@ def _made(
 
 def _check_enough(requirement: Requirement, failures: Sequence[FailedRun]) -> None:
     """Refuse to make bands of the few runs that failures left."""
-    least = least_certifying(requirement.coverage) if requirement.certified else LEAST_RUNS
+    least = LEAST_RUNS
+    if requirement.certified:
+        least = max(least, _core.least_certifying_runs(requirement.coverage))
     if requirement.runs < least:
         kind = f"a certified band of {requirement.coverage:g}" if requirement.certified else "a band"
         raise ArgumentError(

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.random import default_rng
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
@@ -88,7 +89,7 @@ def measure(study: Runner, asked: Asked) -> StudyTradeoff:
         for name in outputs
     }
     count = len(runs[outputs[0]])
-    half = np.random.default_rng(seed).permutation(count)[: count // 2]
+    half = default_rng(seed).permutation(count)[: count // 2]
     reference = {name: (values.min(axis=0), values.max(axis=0)) for name, values in runs.items()}
     widths = np.array([np.mean(upper - lower) for lower, upper in reference.values()])
     halves = np.array([np.mean(np.ptp(values[half], axis=0)) for values in runs.values()])
@@ -161,7 +162,7 @@ def _holdout_points(study: Runner, count: int, seed: int) -> Array:
     """Random points of the box and its corners, shape (runs, parameters)."""
     sides = list(study.intervals.values())
     lower, upper = (np.array([getattr(side, end) for side in sides]) for end in ("lower", "upper"))
-    points: Array = lower + (upper - lower) * np.random.default_rng(seed).random((count, len(sides)))
+    points: Array = lower + (upper - lower) * default_rng(seed).random((count, len(sides)))
     if len(sides) > _MOST_CORNERS:
         return points
     corners = np.array(list(itertools.product(*zip(lower, upper, strict=True))))

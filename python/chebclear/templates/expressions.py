@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import math
 import operator
+import re
 import string
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 
 from ..base.arguments import did_you_mean, meant_or_known
 from ..errors import Problem
+from .units import with_blank
 
 Array = NDArray[np.float64]
 
@@ -163,6 +165,12 @@ def parse(text: str) -> Expression:
     if len(text) > MOST_CHARACTERS:
         raise ExpressionError(f"has {len(text)} characters; at most {MOST_CHARACTERS} are accepted")
     column = next((index for index, letter in enumerate(text) if letter not in _LETTERS), None)
+    meant = with_blank(text)
+    if re.fullmatch(r"\s*[+-]?\d+,\d+(\s+\S.*)?", text):
+        point = text.strip().replace(",", ".", 1)
+        raise ExpressionError(f'has a comma; decimals follow a point, "{point}"', text.index(","))
+    if meant:
+        raise ExpressionError(f'is no arithmetic expression; a quantity has a blank, "{meant}"', 0)
     if column is not None:
         power = "; a power is written **" if text[column] == "^" else ""
         raise ExpressionError(

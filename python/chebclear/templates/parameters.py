@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -22,6 +23,7 @@ KEYS = ("nominal", "rel", "plus", "minus", "limits", "fit", "unit", "note")
 _WAYS = (("rel",), ("plus", "minus"), ("limits",), ("fit",))
 # These have a middle, which is the nominal value unless another is given.
 _CLOSED = ("limits", "fit")
+_FIT = re.compile(r"\s*[\d.]+\s*[A-Za-z]{1,2}\d{1,2}\s*/\s*[A-Za-z]{1,2}\d{1,2}\s*")
 
 
 def read_parameters(given: Any, values: Values) -> tuple[dict[str, Parameter], dict[str, float]]:
@@ -139,6 +141,9 @@ class _Reader:
                         self.values.note(path, "misses nominal, limits or a fit")
                     continue
                 value, path = value["nominal"], (*path, "nominal")
+            if isinstance(value, str) and _FIT.fullmatch(value):
+                self.values.note(path, f'is an ISO fit: write {{ fit = "{value}" }} without a nominal value')
+                continue
             number = self.values.number(value, self.units[name] or "unit", path)
             if number is not None:
                 nominal[name] = number

@@ -108,7 +108,7 @@ def loads(text: str, name: str = "scene", *, changes: Mapping[str, Any] | None =
     places: Mapping[Path, Place] = {}
     replaced: list[str] = []
     try:
-        if text.lstrip()[:1] == "{":
+        if text.lstrip()[:1] == "{" or name.endswith(".json"):
             values = _read_json(text)
         else:
             values, places = read_toml(text)
@@ -127,7 +127,10 @@ def _read_json(text: str) -> dict[str, Any]:
         values = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise SceneError([("file", f"is not valid JSON: {error}")]) from None
-    assert isinstance(values, dict)
+    if not isinstance(values, dict):
+        raise SceneError(
+            [("file", f"holds no scene: must be an object in braces, got a {type(values).__name__}")]
+        )
     return values
 
 

@@ -79,6 +79,14 @@ def _syntax_problem(message: str, text: str) -> Problem:
         words += f'; write a quantity in quotes: "{bare[1]} {bare[2]}"'
     elif dot:
         words += f"; {dot[1]} needs a digit on both sides of the point"
+    elif words.endswith("invalid value"):
+        word = re.match(r"[^\W\d]\w*", written[column - 1 :])
+        words += (
+            f'; a text stands in quotes: "{word[0]}"' if word else "; texts and quantities stand in quotes"
+        )
+    elif "cannot overwrite a value" in words and written.lstrip().startswith("["):
+        name = written.strip().strip("[]")
+        words += f"; every table of a list begins with [[{name}]], the first one too"
     return Problem(f"{line}:{column}", f"{words}\n    | {written}\n    | {' ' * (column - 1)}^")
 
 

@@ -108,7 +108,9 @@ _FACTORS: dict[str, Callable[[float], float]] = {
     "1/deg": math.degrees,
     "rpm": rpm,
 }
-_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s+([^\s*+/()-].*?)\s*")
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?"
+_QUANTITY = re.compile(rf"\s*({_NUMBER})\s+([^\s*+/()-].*?)\s*")
+_GLUED = re.compile(rf"\s*({_NUMBER})([^\s\d.*+/()-].*?)\s*")
 _FACTOR = re.compile(r"([^\s*/^\d.()]+)(?:\^?\(?(-?\d+(?:\.\d+)?)\)?)?")
 _RAISED = str.maketrans("\u00b2\u00b3\u2074\u00b7", "234*")
 MOST_CHARACTERS = 100
@@ -117,6 +119,24 @@ MOST_CHARACTERS = 100
 def is_quantity(text: str) -> bool:
     """Whether a text is a number, a space and a unit; such a text is never an expression."""
     return len(text) <= MOST_CHARACTERS and _QUANTITY.fullmatch(text) is not None
+
+
+def with_blank(text: str) -> str:
+    """The quantity that a text such as ``"20um"`` was meant as, or nothing.
+
+    Examples
+    --------
+    >>> with_blank("20um"), with_blank("2*a"), with_blank("1e-3")
+    ('20 um', '', '')
+    """
+    found = _GLUED.fullmatch(text) if len(text) <= MOST_CHARACTERS else None
+    if found is None:
+        return ""
+    try:
+        parse_unit(found[2])
+    except UnitError:
+        return ""
+    return f"{found[1]} {found[2]}"
 
 
 def parse_unit(text: str) -> Unit:
@@ -185,8 +205,13 @@ def convert(text: str, unit: str) -> float:
     found = _QUANTITY.fullmatch(text) if len(text) <= MOST_CHARACTERS else None
     if found is None:
         raise UnitError("is no number with a unit")
-    given = parse_unit(found[2])
     wanted = [one for one in map(_dimension_of, unit.split(" or ")) if one is not None]
+    try:
+        given = parse_unit(found[2])
+    except UnitError as error:
+        # Units of the place, rather than any that has a similar symbol.
+        hint = _fitting(found[2], unit, wanted) if wanted else ""
+        raise UnitError(str(error).partition("; did you mean")[0] + hint if hint else str(error)) from None
     if wanted and given.dimension not in wanted:
         hint = _fitting(found[2], unit, wanted)
         raise UnitError(f'"{found[2]}" is not of the dimension of [{unit}]{hint}')

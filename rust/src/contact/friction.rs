@@ -56,10 +56,10 @@ impl FrictionLaw {
             // Odd in v: no sign to restore, and no special case at v = 0.
             return (sliding_velocity * (half_pi / stick_slip_velocity)).sin() * static_coefficient;
         }
-        let sign = sliding_velocity.value().signum();
         if speed > static_sliding_velocity {
-            return S::constant(sign * sliding_coefficient);
+            return S::constant(sliding_coefficient.copysign(sliding_velocity.value()));
         }
+        let sign = sliding_velocity.value().signum();
         let mean = 0.5 * (static_coefficient + sliding_coefficient);
         let amplitude = 0.5 * (static_coefficient - sliding_coefficient);
         let width = static_sliding_velocity - stick_slip_velocity;

@@ -128,6 +128,11 @@ impl<'m> Dynamics<'m> {
         self.accelerated = false;
     }
 
+    /// The instant of the state that the frames have.
+    pub fn instant(&self) -> Instant {
+        self.t
+    }
+
     /// Whether the frames have the positions and velocities of this state.
     #[inline]
     pub fn is_at(&self, t: Instant, q: &[f64], v: &[f64]) -> bool {

@@ -60,6 +60,8 @@ pub(super) struct Run<'a> {
     pub(super) standing_events: usize,
     /// The dense output of the present step is complete.
     pub(super) dense: bool,
+    /// Errors of the present step, once found.
+    errors: Option<[f64; 2]>,
     /// The present step ends beyond a kink.
     pub(super) beyond_kink: bool,
     /// [`HybridSystem::velocity_refinement`] at the start of the step, and its maximum over the step.
@@ -123,6 +125,7 @@ pub fn integrate_with(
         was_rejected: false,
         standing_events: 0,
         dense: false,
+        errors: None,
         beyond_kink: false,
         start_refinement: 1.0,
         velocity_refinement: 1.0,
@@ -204,6 +207,7 @@ impl Run<'_> {
 
     pub(super) fn take(&mut self, h: f64) -> bool {
         self.dense = false;
+        self.errors = None;
         // The length is rounded so that t + h is exact and the next step starts exactly where this one ends.
         // While steps are longer than t, the difference is rounded as well and may miss that by one unit in
         // the last place.
@@ -213,17 +217,26 @@ impl Run<'_> {
 
     /// Local error relative to the tolerances: the largest over all coordinates.
     fn error_norm(&mut self) -> f64 {
-        let d = self.q.len();
-        let (position, velocity) = self.method.step().error.split_at(d);
+        let [a, b] = match self.errors {
+            Some(errors) => errors,
+            None => self.find_errors(),
+        };
+        let b = self.velocity_refinement * b;
+        if a > b || a.is_nan() { a } else { b }
+    }
+
+    /// Largest local errors of positions and velocities relative to their tolerances without refinement.
+    fn find_errors(&mut self) -> [f64; 2] {
+        let (position, velocity) = self.method.step().error.split_at(self.q.len());
         let scaled = |error: &[f64], tolerance: &[f64]| {
             error.iter().zip(tolerance).map(|(e, tol)| e.abs() / tol).fold(0.0, |largest: f64, e| {
                 // max would drop a NaN, and a NaN must reject the step.
                 if e > largest || e.is_nan() { e } else { largest }
             })
         };
-        let (a, b) = (scaled(position, &self.position_tolerance), scaled(velocity, &self.velocity_tolerance));
-        let b = self.velocity_refinement * b;
-        if a > b || a.is_nan() { a } else { b }
+        let errors = [scaled(position, &self.position_tolerance), scaled(velocity, &self.velocity_tolerance)];
+        self.errors = Some(errors);
+        errors
     }
 
     /// Factor for the length of the next step from the error of this one.
@@ -362,7 +375,7 @@ impl Run<'_> {
         if settled.order_error.is_some() {
             // A multistep method keeps the length of its steps unless they may grow clearly: differences at
             // equal distances tell the error best.
-            factor *= MULTISTEP_SAFETY;
+            factor = (factor * MULTISTEP_SAFETY).min(settled.largest_growth.max(1.0));
             if factor > 1.0 && factor < LEAST_GROWTH {
                 factor = 1.0;
             }

@@ -51,19 +51,16 @@ impl DenseStep {
 
     /// State at `t + theta h`, theta in [0, 1], written to `q` and `v`.
     pub fn at(&self, theta: f64, q: &mut [f64], v: &mut [f64]) {
-        let n = self.start.len();
-        if n == 0 {
-            return;
-        }
-        let rest = 1.0 - theta;
-        let count = self.rows.len() / n;
-        for k in 0..n {
-            let mut sum = 0.0;
-            for r in (0..count).rev() {
-                sum = sum * theta + self.rows[r * n + k];
+        let (d, rest) = (q.len(), 1.0 - theta);
+        let (start_q, start_v) = self.start.split_at(d);
+        let (end_q, end_v) = self.end.split_at(d);
+        for (k, (q, v)) in q.iter_mut().zip(v).enumerate() {
+            let mut sums = [0.0; 2];
+            for row in self.rows.rchunks_exact(2 * d) {
+                sums = [sums[0] * theta + row[k], sums[1] * theta + row[d + k]];
             }
-            let value = rest * self.start[k] + theta * (self.end[k] + rest * sum);
-            if k < n / 2 { q[k] = value } else { v[k - n / 2] = value }
+            *q = rest * start_q[k] + theta * (end_q[k] + rest * sums[0]);
+            *v = rest * start_v[k] + theta * (end_v[k] + rest * sums[1]);
         }
     }
 

@@ -10,7 +10,7 @@
 
 use crate::integrators::dense::DenseStep;
 use crate::integrators::dop853_coefficients::{A, C, D, E3, E5, E5_OTHER, SLOPES, STAGES};
-use crate::integrators::stages::Stages;
+use crate::integrators::stages::{Stages, Weights};
 use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
 use crate::numerics::instant::Instant;
 
@@ -21,6 +21,19 @@ const STABLE: f64 = 5.9;
 /// Relative difference of two states that may be a rounding error.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
+/// Weights of the slopes before each one.
+static ROWS: [Weights; SLOPES] = {
+    let mut rows = [Weights::sparse(&[]); SLOPES];
+    let mut stage = 0;
+    while stage < SLOPES {
+        rows[stage] = Weights::sparse(A[stage].split_at(stage).0);
+        stage += 1;
+    }
+    rows
+};
+/// Weights of the error estimates: two of order 5 and one of order 3.
+const ESTIMATES: [Weights; 3] = [Weights::sparse(&E5), Weights::sparse(&E5_OTHER), Weights::sparse(&E3)];
+
 /// The method with its scratch memory.
 #[derive(Clone, Debug)]
 pub struct Dop853 {
@@ -29,8 +42,6 @@ pub struct Dop853 {
     /// Slopes (v, a).
     slopes: Stages,
     argument: Vec<f64>,
-    /// The second of the two combinations of order 5.
-    other_error: Vec<f64>,
     step: DenseStep,
     /// State of the last stage, which like the solution belongs to the end of the step.
     last_argument: Vec<f64>,
@@ -49,7 +60,6 @@ impl Dop853 {
             t: 0.0,
             slopes: Stages::new(SLOPES, n),
             argument: vec![0.0; n],
-            other_error: vec![0.0; n],
             // The estimate combines those of orders 5 and 3; it is proportional to the eighth power of the
             // step.
             step: DenseStep::new(n, 6, 7, true),
@@ -73,20 +83,18 @@ impl Dop853 {
     /// alone it is |Δa|/|Δv|; zero where the velocities do as well.
     pub fn stiffness(&self) -> f64 {
         let d = self.d;
+        let (end_q, end_v) = self.step.end.split_at(d);
+        let (last_q, last_v) = self.last_argument.split_at(d);
+        let (end_a, last_a) = (&self.slopes.row(STAGES)[d..], &self.slopes.row(STAGES - 1)[d..]);
         let (mut accelerations, mut velocities, mut positions) = (0.0, 0.0, 0.0);
         let mut roundings = [0.0; 2];
-        for k in 0..d {
-            let weight = self.weights[k];
-            let difference = |k: usize| weight * (self.step.end[k] - self.last_argument[k]);
-            let rise = weight * (self.slopes.at(STAGES, d + k) - self.slopes.at(STAGES - 1, d + k));
-            let (q, v) = (difference(k), difference(d + k));
-            accelerations += rise * rise;
-            positions += q * q;
-            velocities += v * v;
-            for (rounding, k) in roundings.iter_mut().zip([k, d + k]) {
-                let noise = weight * ROUNDING * self.step.end[k];
-                *rounding += noise * noise;
-            }
+        let square = |value: f64| value * value;
+        for (k, &weight) in self.weights[..d].iter().enumerate() {
+            accelerations += square(weight * (end_a[k] - last_a[k]));
+            positions += square(weight * (end_q[k] - last_q[k]));
+            velocities += square(weight * (end_v[k] - last_v[k]));
+            roundings[0] += square(weight * ROUNDING * end_q[k]);
+            roundings[1] += square(weight * ROUNDING * end_v[k]);
         }
         // The sums are squares of norms, so each rate takes one more square root.
         if positions > roundings[0] {
@@ -103,16 +111,11 @@ impl Dop853 {
         if stiffness > 0.0 { STABLE / stiffness } else { f64::INFINITY }
     }
 
-    /// Local error estimate of the last step relative to the tolerances.
-    pub fn error_in_tolerances(&self) -> f64 {
-        self.step.error.iter().zip(&self.weights).map(|(error, weight)| error * weight).fold(0.0, f64::max)
-    }
-
     /// Evaluates the slope number `stage` from the ones before it.
     fn evaluate(&mut self, system: &mut dyn HybridSystem, stage: usize, stats: &mut Stats) -> bool {
         let d = self.d;
         let h = self.step.h;
-        self.slopes.advance(&self.step.start, h, &A[stage][..stage], &mut self.argument);
+        self.slopes.advance_by(&self.step.start, h, ROWS[stage], &mut self.argument);
         stats.evaluations += 1;
         let (q, v) = self.argument.split_at(d);
         let (slope_q, slope_v) = self.slopes.row_mut(stage).split_at_mut(d);
@@ -172,15 +175,11 @@ impl Stepper for Dop853 {
             }
         }
         self.step.end.copy_from_slice(&self.argument);
-        self.slopes.combine(&E5, &mut self.step.error, |_, sum| sum);
-        self.slopes.combine(&E5_OTHER, &mut self.other_error, |_, sum| sum);
-        self.slopes.combine(&E3, &mut self.argument, |_, sum| sum);
-        let others = self.other_error.iter().zip(&self.argument);
-        for (error, (other, third)) in self.step.error.iter_mut().zip(others) {
-            let square = *error * *error + other * other;
+        self.slopes.combine_all(ESTIMATES, &mut self.step.error, |[fifth, other, third]| {
+            let square = fifth * fifth + other * other;
             let size = (square + 0.01 * third * third).sqrt();
-            *error = if size > 0.0 { h * square / size } else { 0.0 * size };
-        }
+            if size > 0.0 { h * square / size } else { 0.0 * size }
+        });
         self.end_slope_holds = self.step.end.iter().all(|y| y.is_finite());
         self.end_slope_holds
     }
@@ -191,14 +190,17 @@ impl Stepper for Dop853 {
 
     fn estimate_inside(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
         // The cubic Hermite interpolant of both ends; the full dense output costs three evaluations.
-        let (d, h, rest) = (self.d, self.step.h, 1.0 - theta);
-        for k in 0..2 * d {
-            let (start, end) = (self.step.start[k], self.step.end[k]);
-            let (change, slopes) = (end - start, [0, STAGES].map(|stage| h * self.slopes.at(stage, k)));
-            let bend = rest * (slopes[0] - change) - theta * (slopes[1] - change);
-            let value = rest * start + theta * end + theta * rest * bend;
-            if k < d { q[k] = value } else { v[k - d] = value }
+        let (h, rest) = (self.step.h, 1.0 - theta);
+        let ends = self.step.start.iter().zip(&self.step.end);
+        let slopes = self.slopes.row(0).iter().zip(self.slopes.row(STAGES));
+        for (inside, ((start, end), (first, last))) in self.argument.iter_mut().zip(ends.zip(slopes)) {
+            let change = end - start;
+            let bend = rest * (h * first - change) - theta * (h * last - change);
+            *inside = rest * start + theta * end + theta * rest * bend;
         }
+        let (inside_q, inside_v) = self.argument.split_at(self.d);
+        q.copy_from_slice(inside_q);
+        v.copy_from_slice(inside_v);
     }
 
     fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool {
@@ -210,7 +212,7 @@ impl Stepper for Dop853 {
         let n = 2 * self.d;
         let h = self.step.h;
         for (weights, row) in D.iter().zip(self.step.rows.chunks_exact_mut(n.max(1))) {
-            self.slopes.combine(weights, row, |_, sum| h * sum);
+            self.slopes.combine_all([Weights::sparse(weights)], row, |[sum]| h * sum);
         }
         for k in 0..n {
             let change = self.step.end[k] - self.step.start[k];
@@ -235,6 +237,6 @@ impl Stepper for Dop853 {
         _v: &[f64],
         _stats: &mut Stats,
     ) -> Settled {
-        Settled { largest_growth: Self::largest_growth(self.stiffness()), switched: false, order_error: None }
+        Settled { largest_growth: Self::largest_growth(self.stiffness()), ..Settled::UNLIMITED }
     }
 }

@@ -54,6 +54,8 @@ pub struct LocationFailure {
 /// The guards are sampled at every PIECES-th part of the step. With the test of the rates at the samples,
 /// only two extrema within one piece can be missed.
 const PIECES: usize = 8;
+/// The same in a step that is short against every oscillation of the motion.
+const PIECES_OF_SHORT: usize = 2;
 
 /// Ratio of the golden section.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
@@ -69,6 +71,8 @@ const ITERATIONS: usize = 60;
 pub struct EventFinder {
     /// Guards at the start of the step, at its interior samples and at its end.
     samples: Vec<Guard>,
+    /// Parts of the step between them.
+    pieces: usize,
     count: usize,
     q: Vec<f64>,
     v: Vec<f64>,
@@ -80,6 +84,7 @@ impl EventFinder {
     pub fn new(count: usize, d: usize) -> Self {
         Self {
             samples: vec![Guard::INACTIVE; (PIECES + 1) * count],
+            pieces: PIECES,
             count,
             q: vec![0.0; d],
             v: vec![0.0; d],
@@ -111,14 +116,16 @@ impl EventFinder {
         end: &[Guard],
     ) -> Result<Option<Located>, LocationFailure> {
         let count = self.count;
+        let pieces = if step.is_short { PIECES_OF_SHORT } else { PIECES };
+        self.pieces = pieces;
         self.samples[..count].copy_from_slice(start);
-        for piece in 1..PIECES {
-            let theta = piece as f64 / PIECES as f64;
+        for piece in 1..pieces {
+            let theta = piece as f64 / pieces as f64;
             step.at(theta, &mut self.q, &mut self.v);
             let range = piece * count..(piece + 1) * count;
             system.guards(step.instant(theta), &self.q, &self.v, &mut self.samples[range]);
         }
-        self.samples[PIECES * count..].copy_from_slice(end);
+        self.samples[pieces * count..(pieces + 1) * count].copy_from_slice(end);
         let mut first: Option<Located> = None;
         for index in 0..count {
             if let Some(theta) = self.root_of(system, step, index)?
@@ -136,13 +143,13 @@ impl EventFinder {
         step: &DenseStep,
         index: usize,
     ) -> Result<Option<f64>, LocationFailure> {
-        for piece in 0..PIECES {
+        for piece in 0..self.pieces {
             let left = self.samples[piece * self.count + index];
             let right = self.samples[(piece + 1) * self.count + index];
             if left.value.is_nan() || right.value.is_nan() {
                 return Err(LocationFailure { index });
             }
-            let (mut a, mut b) = (piece as f64 / PIECES as f64, (piece + 1) as f64 / PIECES as f64);
+            let [mut a, mut b] = [piece, piece + 1].map(|sample| sample as f64 / self.pieces as f64);
             let mut bracketed = right.is_crossed();
             if !bracketed && self.may_have_minimum(piece, index) {
                 let (theta, lowest) = self.minimum(system, step, index, a, b);
@@ -203,7 +210,7 @@ impl EventFinder {
         }
         // Slope at a sample and second difference, in the spacing of the samples.
         let parabola = |sample: usize| {
-            let middle = sample.clamp(1, PIECES - 1);
+            let middle = sample.clamp(1, self.pieces - 1);
             let [a, b, c] = [middle - 1, middle, middle + 1].map(|sample| guard(sample).value);
             let curvature = a - 2.0 * b + c;
             (0.5 * (c - a) + curvature * (sample as f64 - middle as f64), curvature)

@@ -157,6 +157,11 @@ pub struct Settled {
     pub order_error: Option<f64>,
 }
 
+impl Settled {
+    /// The same method takes the next step, which only its error limits.
+    pub const UNLIMITED: Self = Self { largest_growth: f64::INFINITY, switched: false, order_error: None };
+}
+
 /// How a projection onto the constraints went.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {

@@ -10,7 +10,7 @@
 
 use crate::dynamics::Linearization;
 use crate::integrators::dense::DenseStep;
-use crate::integrators::stages::Stages;
+use crate::integrators::stages::{Stages, Weights};
 use crate::integrators::tableaus::Tableau;
 use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
 use crate::numerics::instant::Instant;
@@ -40,6 +40,8 @@ pub struct Rosenbrock {
     linear: Linearization,
     /// (t, q, v) there.
     start: (f64, Vec<f64>, Vec<f64>),
+    /// Whether they are known before the step begins.
+    is_known: bool,
 }
 
 impl Rosenbrock {
@@ -60,6 +62,7 @@ impl Rosenbrock {
             dense: false,
             linear: Linearization::new(d),
             start: (0.0, vec![0.0; d], vec![0.0; d]),
+            is_known: false,
         }
     }
 
@@ -95,9 +98,8 @@ impl Rosenbrock {
         for i in 0..stages {
             let a_row = &a_coefficients[i * stages..i * stages + i];
             let c_row = &c_coefficients[i * stages..i * stages + i];
-            self.argument.copy_from_slice(&self.step.start);
-            self.stages.add(a_row, &mut self.argument);
-            self.stages.combine(c_row, &mut self.residual, |_, sum| sum * inverse);
+            self.stages.add(&self.step.start, a_row, &mut self.argument);
+            self.stages.combine_all([Weights::dense(c_row)], &mut self.residual, |[sum]| sum * inverse);
             if i == 0 {
                 self.a.copy_from_slice(&linear.a);
             } else {
@@ -122,9 +124,8 @@ impl Rosenbrock {
                 *u_q = diagonal * (u_v + r_q);
             }
         }
-        let start = &self.step.start[..];
-        self.stages.combine(self.tableau.m, &mut self.step.end, |k, sum| start[k] + sum);
-        self.stages.combine(self.tableau.e, &mut self.step.error, |_, sum| sum);
+        self.stages.advance(&self.step.start, 1.0, self.tableau.m, &mut self.step.end);
+        self.stages.combine_all([Weights::dense(self.tableau.e)], &mut self.step.error, |[sum]| sum);
         self.step.end.iter().all(|y| y.is_finite())
     }
 
@@ -143,7 +144,12 @@ impl Rosenbrock {
     /// Length of the last step times an upper bound of the fastest rate of the motion [-], from the Jacobian
     /// at its start.
     pub fn stiffness(&self) -> f64 {
-        self.step.h * (self.norm(&self.linear.a_v) + self.norm(&self.linear.a_q).sqrt())
+        self.step.h * self.rate()
+    }
+
+    /// Upper bound of the fastest rate of the motion [1/s], from the Jacobian of the last [`Stepper::begin`].
+    pub fn rate(&self) -> f64 {
+        self.norm(&self.linear.a_v) + self.norm(&self.linear.a_q).sqrt()
     }
 
     /// Upper bound of the rate at which velocities are damped [1/s], from the Jacobian of the last
@@ -152,15 +158,23 @@ impl Rosenbrock {
         self.norm(&self.linear.a_v)
     }
 
-    /// Change of the velocities within a step of length `h` by the rounding of the positions, relative to the
-    /// tolerance, from the Jacobian of the last [`Stepper::begin`].
-    pub fn noise(&self, h: f64) -> f64 {
-        let row_sum = |(row, weight): (&[f64], &f64)| {
-            weight * row.iter().zip(&self.start.1).map(|(a, q)| (a * q).abs()).sum::<f64>()
-        };
-        let largest =
-            self.linear.a_q.chunks_exact(self.d.max(1)).zip(&self.weights).map(row_sum).fold(0.0, f64::max);
-        h * f64::EPSILON * largest
+    /// Computes accelerations and Jacobian in a state, from which the next step may start; false where they do
+    /// not exist.
+    pub(super) fn linearize(
+        &mut self,
+        system: &mut dyn HybridSystem,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        stats: &mut Stats,
+    ) -> bool {
+        stats.jacobians += 1;
+        stats.evaluations += 1;
+        self.start.0 = t;
+        self.start.1.copy_from_slice(q);
+        self.start.2.copy_from_slice(v);
+        self.is_known = system.linearize(t, q, v, &mut self.linear);
+        self.is_known
     }
 
     /// Maximum row sum, with rows and columns scaled by the tolerances so that units do not matter.
@@ -180,13 +194,15 @@ impl Rosenbrock {
         // At least 1: without a degree of freedom there are no rows, and no chunks of length zero.
         let rows = self.step.rows.chunks_exact_mut((2 * self.d).max(1));
         for (row, weights) in rows.zip(self.tableau.h.chunks_exact(stages)) {
-            self.stages.combine(weights, row, |_, sum| sum);
+            self.stages.combine_all([Weights::dense(weights)], row, |[sum]| sum);
         }
     }
 }
 
 impl Stepper for Rosenbrock {
     fn restart(&mut self, _position_tolerance: &[f64], velocity_tolerance: &[f64]) {
+        // The forces change with the phase.
+        self.is_known = false;
         for (weight, tolerance) in self.weights.iter_mut().zip(velocity_tolerance) {
             *weight = 1.0 / tolerance;
         }
@@ -200,14 +216,12 @@ impl Stepper for Rosenbrock {
         v: &[f64],
         stats: &mut Stats,
     ) -> bool {
-        stats.jacobians += 1;
-        stats.evaluations += 1;
-        self.start.0 = t;
-        self.start.1.copy_from_slice(q);
-        self.start.2.copy_from_slice(v);
-        if !system.linearize(t, q, v, &mut self.linear) {
+        let known = std::mem::take(&mut self.is_known)
+            && (self.start.0, &self.start.1[..], &self.start.2[..]) == (t, q, v);
+        if !known && !self.linearize(system, t, q, v, stats) {
             return false;
         }
+        self.is_known = false;
         system.begin(t, q, v, &self.linear.a);
         true
     }
@@ -248,6 +262,6 @@ impl Stepper for Rosenbrock {
         _v: &[f64],
         _stats: &mut Stats,
     ) -> Settled {
-        Settled { largest_growth: f64::INFINITY, switched: false, order_error: None }
+        Settled::UNLIMITED
     }
 }

@@ -1,7 +1,40 @@
 //! Stage vectors of a step, laid out in memory for fast weighted sums.
 
 /// Components that are summed together in one vector register.
-const BLOCK: usize = 4;
+pub(super) const BLOCK: usize = 4;
+
+/// Weights of the first stages.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Weights<'a> {
+    /// `None` where there are no stages yet: their memory may hold anything.
+    first: Option<f64>,
+    /// Number of zeros behind the first one.
+    gap: usize,
+    /// Those behind the zeros.
+    others: &'a [f64],
+}
+
+impl<'a> Weights<'a> {
+    /// Weights of which many behind the first may be zero: their stages are left out.
+    pub(super) const fn sparse(weights: &'a [f64]) -> Self {
+        let Self { first, mut gap, mut others } = Self::dense(weights);
+        while let [weight, rest @ ..] = others
+            && *weight == 0.0
+        {
+            (gap, others) = (gap + 1, rest);
+        }
+        Self { first, gap, others }
+    }
+
+    /// Weights as they are.
+    #[inline(always)]
+    pub(super) const fn dense(weights: &'a [f64]) -> Self {
+        match weights {
+            [first, others @ ..] => Self { first: Some(*first), gap: 0, others },
+            [] => Self { first: None, gap: 0, others: &[] },
+        }
+    }
+}
 
 /// One row for each stage, padded to whole blocks.
 #[derive(Clone, Debug)]
@@ -25,6 +58,12 @@ impl Stages {
         &mut self.rows[stage * self.width..].as_flattened_mut()[..self.n]
     }
 
+    /// The same to read.
+    #[inline]
+    pub(super) fn row(&self, stage: usize) -> &[f64] {
+        &self.rows[stage * self.width..].as_flattened()[..self.n]
+    }
+
     /// Copies the row of a stage to another.
     pub(super) fn copy_row(&mut self, from: usize, to: usize) {
         self.rows.copy_within(from * self.width..(from + 1) * self.width, to * self.width);
@@ -34,6 +73,13 @@ impl Stages {
     #[inline]
     pub(super) fn at(&self, stage: usize, component: usize) -> f64 {
         self.rows[stage * self.width + component / BLOCK][component % BLOCK]
+    }
+
+    /// Components of a stage from the number `first` on, a multiple of the size of a block; zeros behind the last
+    /// one.
+    #[inline]
+    pub(super) fn block(&self, stage: usize, first: usize) -> [f64; BLOCK] {
+        self.rows[stage * self.width + first / BLOCK]
     }
 
     /// Replaces every row up to the one behind the last weight: the first by the row `from`, each other one by
@@ -53,77 +99,188 @@ impl Stages {
     }
 
     /// `start + h Σ w_j k_j` over the first stages, one for each weight.
-    #[inline]
     pub(super) fn advance(&self, start: &[f64], h: f64, weights: &[f64], out: &mut [f64]) {
-        let (starts, start_of_rest) = start.as_chunks::<BLOCK>();
-        let (blocks, rest) = out.as_chunks_mut::<BLOCK>();
-        for (block, (out, start)) in blocks.iter_mut().zip(starts).enumerate() {
-            let sum = self.sum_of_block(block, weights, [0.0; BLOCK]);
-            *out = std::array::from_fn(|k| start[k] + h * sum[k]);
-        }
-        if !rest.is_empty() {
-            let sum = self.sum_of_block(starts.len(), weights, [0.0; BLOCK]);
-            for ((out, start), sum) in rest.iter_mut().zip(start_of_rest).zip(sum) {
-                *out = start + h * sum;
-            }
-        }
+        self.advance_by(start, h, Weights::dense(weights), out);
     }
 
-    /// Adds Σ w_j k_j over the first stages, one for each weight, in their order.
+    /// The same with sparse weights.
+    #[inline(always)]
+    pub(super) fn advance_by(&self, start: &[f64], h: f64, weights: Weights, out: &mut [f64]) {
+        if self.width > 1 {
+            return self.advance_wide(start, h, weights, out);
+        }
+        // Two degrees of freedom, as in the paper: without a call and without loops over blocks.
+        let (rows, _) = self.rows.as_chunks();
+        let ([sum], start) = (weighted_sum(rows, [[0.0; BLOCK]], weights), read(start, 0));
+        write(out, std::array::from_fn(|k| start[k] + h * sum[k]));
+    }
+
+    #[inline(never)]
+    fn advance_wide(&self, start: &[f64], h: f64, weights: Weights, out: &mut [f64]) {
+        let nothing = |_: usize| [0.0; BLOCK];
+        self.each_block([weights], nothing, out, |block, [sum]| {
+            let start = read(start, block);
+            std::array::from_fn(|k| start[k] + h * sum[k])
+        });
+    }
+
+    /// `start + Σ w_j k_j` over the first stages, one for each weight, added in their order.
     #[inline]
-    pub(super) fn add(&self, weights: &[f64], out: &mut [f64]) {
-        self.sums(weights, out, |out| out, |_, sum| sum);
+    pub(super) fn add(&self, start: &[f64], weights: &[f64], out: &mut [f64]) {
+        self.each_block([Weights::dense(weights)], |block| read(start, block), out, |_, [sum]| sum);
     }
 
     /// Writes `finish(component, Σ w_j k_j)` for all components to `out`.
     #[inline]
     pub(super) fn combine(&self, weights: &[f64], out: &mut [f64], finish: impl Fn(usize, f64) -> f64) {
-        self.sums(weights, out, |_| 0.0, finish);
+        self.combine_all([Weights::dense(weights)], out, |[sum]| sum);
+        for (k, out) in out.iter_mut().enumerate() {
+            *out = finish(k, *out);
+        }
     }
 
+    /// Writes `finish` of several sums Σ w_j k_j over the first stages to `out`.
     #[inline]
-    fn sums(
+    pub(super) fn combine_all<const SUMS: usize>(
         &self,
-        weights: &[f64],
+        weights: [Weights; SUMS],
         out: &mut [f64],
-        begin: impl Fn(f64) -> f64,
-        finish: impl Fn(usize, f64) -> f64,
+        finish: impl Fn([f64; SUMS]) -> f64,
     ) {
-        let (blocks, rest) = out.as_chunks_mut::<BLOCK>();
-        let first_of_rest = blocks.len() * BLOCK;
-        for (block, out) in blocks.iter_mut().enumerate() {
-            let sum = self.sum_of_block(block, weights, out.map(&begin));
-            *out = std::array::from_fn(|k| finish(block * BLOCK + k, sum[k]));
-        }
-        if !rest.is_empty() {
-            let begun = std::array::from_fn(|k| rest.get(k).map_or(0.0, |&out| begin(out)));
-            let sum = self.sum_of_block(first_of_rest / BLOCK, weights, begun);
-            for (k, out) in rest.iter_mut().enumerate() {
-                *out = finish(first_of_rest + k, sum[k]);
+        let nothing = |_: usize| [0.0; BLOCK];
+        self.each_block(weights, nothing, out, |_, sums| {
+            std::array::from_fn(|k| finish(sums.map(|sum| sum[k])))
+        });
+    }
+
+    /// Writes `finish(block, sums)` to every block of `out`, of sums Σ w_j k_j that begin with `begin(block)`.
+    #[inline(always)]
+    fn each_block<const SUMS: usize>(
+        &self,
+        weights: [Weights; SUMS],
+        begin: impl Fn(usize) -> [f64; BLOCK],
+        out: &mut [f64],
+        finish: impl Fn(usize, [[f64; BLOCK]; SUMS]) -> [f64; BLOCK],
+    ) {
+        // The compiler keeps the sums in registers where it knows their number.
+        match self.width {
+            1 => self.each_block_of::<1, SUMS>(weights, begin, out, finish),
+            2 => self.each_block_of::<2, SUMS>(weights, begin, out, finish),
+            3 => self.each_block_of::<3, SUMS>(weights, begin, out, finish),
+            4 => self.each_block_of::<4, SUMS>(weights, begin, out, finish),
+            width => {
+                for (block, out) in out.chunks_mut(BLOCK).enumerate() {
+                    let rows = || self.rows.chunks_exact(width).map(|row| &row[block]);
+                    let sums = weights.map(|Weights { first, gap, others }| {
+                        let first = first.iter().zip(rows());
+                        let others = others.iter().zip(rows().skip(1 + gap));
+                        first.chain(others).fold(begin(block), |sum, (weight, row)| plus(sum, *weight, row))
+                    });
+                    write(out, finish(block, sums));
+                }
             }
         }
     }
 
     #[inline(always)]
-    fn sum_of_block(&self, block: usize, weights: &[f64], sum: [f64; BLOCK]) -> [f64; BLOCK] {
-        match self.width {
-            // One block holds positions and velocities of two degrees of freedom; few mechanisms have more.
-            1 => weighted_sum(weights, self.rows.iter(), sum),
-            width => weighted_sum(weights, self.rows.chunks_exact(width).map(|row| &row[block]), sum),
+    fn each_block_of<const WIDTH: usize, const SUMS: usize>(
+        &self,
+        weights: [Weights; SUMS],
+        begin: impl Fn(usize) -> [f64; BLOCK],
+        out: &mut [f64],
+        finish: impl Fn(usize, [[f64; BLOCK]; SUMS]) -> [f64; BLOCK],
+    ) {
+        let (rows, _) = self.rows.as_chunks::<WIDTH>();
+        let sums = weights.map(|weights| weighted_sum(rows, std::array::from_fn(&begin), weights));
+        for (block, out) in (0..WIDTH).zip(out.chunks_mut(BLOCK)) {
+            write(out, finish(block, sums.map(|sum| sum[block])));
         }
     }
 }
 
+/// The sum of weighted rows.
 #[inline(always)]
-fn weighted_sum<'a>(
-    weights: &[f64],
-    rows: impl Iterator<Item = &'a [f64; BLOCK]>,
-    mut sum: [f64; BLOCK],
-) -> [f64; BLOCK] {
-    for (weight, row) in weights.iter().zip(rows) {
-        for (sum, k) in sum.iter_mut().zip(row) {
-            *sum += weight * k;
+fn weighted_sum<const WIDTH: usize>(
+    rows: &[[[f64; BLOCK]; WIDTH]],
+    begin: [[f64; BLOCK]; WIDTH],
+    weights: Weights,
+) -> [[f64; BLOCK]; WIDTH] {
+    let plus = |sum: [[f64; BLOCK]; WIDTH], weight: f64, row: &[[f64; BLOCK]; WIDTH]| {
+        std::array::from_fn(|block| plus(sum[block], weight, &row[block]))
+    };
+    let (Some(first), Some((row, rows))) = (weights.first, rows.split_first()) else { return begin };
+    let sum = plus(begin, first, row);
+    weights.others.iter().zip(&rows[weights.gap..]).fold(sum, |sum, (weight, row)| plus(sum, *weight, row))
+}
+
+/// `sum + weight block`.
+#[inline(always)]
+fn plus(sum: [f64; BLOCK], weight: f64, block: &[f64; BLOCK]) -> [f64; BLOCK] {
+    std::array::from_fn(|k| sum[k] + weight * block[k])
+}
+
+/// A block of components, filled up with zeros.
+#[inline(always)]
+fn read(components: &[f64], block: usize) -> [f64; BLOCK] {
+    let rest = components.get(block * BLOCK..).unwrap_or_default();
+    match rest.first_chunk() {
+        Some(block) => *block,
+        None => std::array::from_fn(|k| rest.get(k).copied().unwrap_or(0.0)),
+    }
+}
+
+/// Writes as many components of a block as there are.
+#[inline(always)]
+fn write(out: &mut [f64], block: [f64; BLOCK]) {
+    match out.first_chunk_mut() {
+        Some(out) => *out = block,
+        None => out.iter_mut().zip(block).for_each(|(out, component)| *out = component),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Stages of `n` components that hold small integers, whose sums are exact.
+    fn stages(n: usize) -> Stages {
+        let mut stages = Stages::new(6, n);
+        for stage in 0..6 {
+            for (k, value) in stages.row_mut(stage).iter_mut().enumerate() {
+                *value = (7 * stage + 3 * k) as f64;
+            }
+        }
+        stages
+    }
+
+    #[test]
+    fn sums_are_those_of_plain_loops_for_every_width() {
+        let weights = [2.0, 0.0, 0.0, -3.0, 5.0];
+        for n in 1..=22 {
+            let stages = stages(n);
+            let start: Vec<f64> = (0..n).map(|k| k as f64).collect();
+            let sum = |k: usize| (0..5).map(|stage| weights[stage] * stages.at(stage, k)).sum::<f64>();
+            for weights in [Weights::sparse(&weights), Weights::dense(&weights)] {
+                let mut out = vec![f64::NAN; n];
+                stages.advance_by(&start, 0.5, weights, &mut out);
+                assert!((0..n).all(|k| out[k] == start[k] + 0.5 * sum(k)));
+                stages.combine_all([weights, weights], &mut out, |[a, b]| a + 2.0 * b);
+                assert!((0..n).all(|k| out[k] == 3.0 * sum(k)));
+            }
+            let mut out = vec![f64::NAN; n];
+            stages.add(&start, &weights, &mut out);
+            assert!((0..n).all(|k| out[k] == start[k] + sum(k)));
         }
     }
-    sum
+
+    #[test]
+    fn no_weights_read_no_stage() {
+        for n in [4, 8, 12, 16, 20] {
+            let mut stages = Stages::new(2, n);
+            stages.row_mut(0).fill(f64::NAN);
+            let mut out = vec![f64::NAN; n];
+            stages.add(&vec![1.0; n], &[], &mut out);
+            assert_eq!(out, vec![1.0; n]);
+        }
+    }
 }

@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 
 use super::arrays::{flat, matrix};
 use super::ranges::interruptible;
-use crate::study::band::{self, Method, OutputBand, regression};
+use crate::study::band::{self, Method, OutputBand, certify, regression};
 use crate::study::points::{self, MOST_PARAMETERS, MOST_POINTS};
 use crate::study::sweep::Monitor;
 
@@ -61,6 +61,12 @@ pub fn total_degree_basis<'py>(
     matrix(py, regression::basis(&points, parameters, degree), regression::term_count(parameters, degree))
 }
 
+/// Least number of runs that can certify a coverage.
+#[pyfunction]
+pub fn least_certifying_runs(coverage: f64) -> usize {
+    certify::least_runs(coverage)
+}
+
 /// Terms of the largest polynomial that bands of so many runs try.
 #[pyfunction]
 pub fn band_terms(runs: usize, parameters: usize) -> usize {
@@ -102,7 +108,7 @@ impl Design {
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let (values, [_, samples]) = flat(&values)?;
-        let work = |monitor: Monitor| self.0.watched_band(&values, samples, limits, threads, monitor);
+        let work = |monitor: Monitor| self.0.band(&values, samples, limits, threads, monitor);
         as_dict(py, interruptible(py, work)?, samples)
     }
 }

@@ -9,6 +9,7 @@ mod arrays;
 mod bands;
 mod mechanism;
 mod ranges;
+mod records;
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -317,6 +318,7 @@ fn interval_bounds<'py>(
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<mechanism::CompiledMechanism>()?;
+    module.add_function(wrap_pyfunction!(records::flatten, module)?)?;
     module.add_function(wrap_pyfunction!(sweep, module)?)?;
     module.add_function(wrap_pyfunction!(check_settings, module)?)?;
     module.add("METHODS", METHOD_WORDS.map(|(word, _)| word))?;
@@ -334,6 +336,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(bands::total_degree_exponents, module)?)?;
     module.add_function(wrap_pyfunction!(bands::total_degree_basis, module)?)?;
     module.add_function(wrap_pyfunction!(bands::band_terms, module)?)?;
+    module.add_function(wrap_pyfunction!(bands::least_certifying_runs, module)?)?;
     module.add_class::<bands::Design>()?;
     Ok(())
 }

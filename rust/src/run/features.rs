@@ -6,7 +6,7 @@
 //! not matter.
 
 use crate::dynamics::Dynamics;
-use crate::error::{InputError, Problem, Subject, did_you_mean};
+use crate::error::{InputError, Problem, Subject, meant_or_known};
 use crate::mechanism::compiled::Mechanism;
 use crate::run::contacts::{Contact, Event, EventKind};
 use crate::run::outputs::{Column, Needs, parse_columns};
@@ -164,7 +164,10 @@ impl Plan {
             Impacts | ContactShare | Impulse | Wear | Loss => {
                 let joints = || mechanism.clearance_joints.iter().map(|joint| joint.name.as_str());
                 let Some(joint) = joints().position(|known| known == name) else {
-                    return Err(format!("unknown clearance joint {name:?}{}", did_you_mean(name, joints())));
+                    return Err(format!(
+                        "unknown clearance joint {name:?}{}",
+                        meant_or_known(name, joints())
+                    ));
                 };
                 Ok(match feature.kind {
                     Wear => self.track(Quantity::WearRate(joint), false, false),

@@ -2,7 +2,7 @@
 
 use crate::contact::clearance::Phase;
 use crate::dynamics::{Dynamics, JointContact};
-use crate::error::{InputError, Problem, Subject, did_you_mean};
+use crate::error::{InputError, Problem, Subject, meant_or_known};
 use crate::mechanism::compiled::Mechanism;
 use crate::run::work::Work;
 use crate::scene::parts::ENERGY as ENERGY_OUTPUT;
@@ -153,14 +153,18 @@ fn further_columns(mechanism: &Mechanism) -> Vec<Named> {
 /// Every unknown name, with the nearest known one.
 pub fn parse_columns(mechanism: &Mechanism, names: &[String]) -> Result<Vec<Column>, InputError> {
     let mut known = usual_columns(mechanism);
-    known.extend(further_columns(mechanism));
+    // Each run of a study does this, and to write a hundred names takes as long as to assemble a mechanism.
+    let is_usual = |name: &String| known.iter().any(|(other, _)| other == name);
+    if !names.iter().all(is_usual) {
+        known.extend(further_columns(mechanism));
+    }
     let mut problems = Vec::new();
     let mut columns = Vec::with_capacity(names.len());
     for (index, name) in names.iter().enumerate() {
         match known.iter().find(|(other, _)| other == name) {
             Some(&(_, column)) => columns.push(column),
             None => {
-                let hint = did_you_mean(name, known.iter().map(|(name, _)| name.as_str()));
+                let hint = meant_or_known(name, known.iter().map(|(name, _)| name.as_str()));
                 problems.push(Problem::new(
                     format!("settings.outputs[{index}]"),
                     format!("unknown output {name:?}{hint}"),

@@ -38,6 +38,8 @@ pub(crate) const GUARDS: usize = 2;
 pub(crate) struct Recorder<'a> {
     pub(crate) mechanism: &'a Mechanism,
     pub(crate) dynamics: Dynamics<'a>,
+    /// The frames in states inside a step, so that those of `dynamics` stay at its end, where the next begins.
+    inside: Dynamics<'a>,
     pub(crate) settings: &'a Settings,
     pub(crate) monitor: &'a dyn Fn(f64) -> bool,
     pub(crate) tolerances: Tolerances,
@@ -77,9 +79,11 @@ impl<'a> Recorder<'a> {
         let needs = Needs::of(&table.0);
         let samples = Samples::new(settings, table, from);
         let tracking = Tracking::new(plan, settings, samples.from, d);
+        let dynamics = Dynamics::new(mechanism);
         Self {
             mechanism,
-            dynamics: Dynamics::new(mechanism),
+            inside: dynamics.clone(),
+            dynamics,
             settings,
             monitor,
             tolerances: Tolerances::new(mechanism, start, settings),
@@ -200,7 +204,8 @@ impl<'a> Recorder<'a> {
     fn state_inside(&mut self, step: &DenseStep, t: f64, q: &mut [f64], v: &mut [f64]) {
         let theta = (t - step.t) / step.h;
         step.at(theta, q, v);
-        if self.dynamics.project(t, q, v, &self.mechanism.scales).is_none() {
+        let is_tree = self.mechanism.closures.is_empty();
+        if !is_tree && self.dynamics.project(t, q, v, &self.mechanism.scales).is_none() {
             step.at(theta, q, v);
         }
     }
@@ -230,7 +235,9 @@ impl<'a> Recorder<'a> {
     /// Bounds the next step and records penetrations and forces, after [`Dynamics::accelerate`].
     fn watch(&mut self, t: f64) {
         let mechanism = self.mechanism;
-        self.step.next_break = mechanism.next_break(t);
+        if t >= self.step.next_break {
+            self.step.next_break = mechanism.next_break(t);
+        }
         self.step.bound = self.step.next_break - t;
         self.step.velocity_refinement = 1.0;
         for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
@@ -304,16 +311,19 @@ impl HybridSystem for Recorder<'_> {
     }
 
     fn guards(&mut self, t: Instant, q: &[f64], v: &[f64], guards: &mut [Guard]) {
+        let is_inside = self.dynamics.instant() != t;
+        let moved = if is_inside { &mut self.inside } else { &mut self.dynamics };
         // The last stage of a method may have been evaluated in this state.
-        if !self.dynamics.is_at(t, q, v) {
-            self.dynamics.move_to(t, q, v);
+        if !moved.is_at(t, q, v) {
+            moved.move_to(t, q, v);
         }
         self.step.breaks_away = false;
         self.step.velocity_refinement = 1.0;
         for index in 0..self.dynamics.phases.len() {
             let joint = &self.mechanism.clearance_joints[index];
-            let ends = self.dynamics.joint_ends(joint);
-            let state = self.dynamics.contact_without_forces(joint, &ends);
+            let dynamics = if is_inside { &self.inside } else { &self.dynamics };
+            let ends = dynamics.joint_ends(joint);
+            let state = dynamics.contact_without_forces(joint, &ends);
             let steep = joint.law.stick_velocity();
             self.step.breaks_away |= self.sticks_at_start(index)
                 && steep.is_some_and(|steep| state.sliding_velocity.abs() > steep);

@@ -17,7 +17,7 @@ use crate::scene::json::{Node, Problems};
 /// Integration method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// DOP853 while the motion is not stiff, else Rodas4, or Rodas5P at a tight tolerance.
+    /// The Adams method while no damping limits its steps, else Rodas4, or Rodas5P at a tight tolerance.
     Auto,
     /// Rodas4, order 4(3).
     Rodas4,

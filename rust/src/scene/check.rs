@@ -2,7 +2,7 @@
 
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Damping, NormalLaw};
-use crate::error::{InputError, Problem, Subject, did_you_mean};
+use crate::error::{InputError, Problem, Subject, meant_or_known};
 use crate::scene::parts::{
     Body, CENTER_OF_MASS, Drive, ENERGY, Force, GROUND, Joint, JointKind, Point, Scene, Start,
 };
@@ -47,7 +47,7 @@ impl Scene {
         checker.points(&format!("{path}.points"), &body.points);
         let known = || body.points.iter().map(|point| point.name.as_str()).chain([CENTER_OF_MASS]);
         if !known().any(|name| name == body.inertia_about) {
-            let hint = did_you_mean(&body.inertia_about, known());
+            let hint = meant_or_known(&body.inertia_about, known());
             checker.add(
                 format!("{path}.inertia_about"),
                 format!("unknown point {:?} of {:?}{hint}", body.inertia_about, body.name),
@@ -267,7 +267,7 @@ impl Scene {
 
     fn find_joint(&self, name: &str) -> Result<&Joint, String> {
         self.joints.iter().find(|joint| joint.name() == name).ok_or_else(|| {
-            let hint = did_you_mean(name, self.joints.iter().map(Joint::name));
+            let hint = meant_or_known(name, self.joints.iter().map(Joint::name));
             format!("unknown joint {name:?}{hint}")
         })
     }

@@ -7,7 +7,7 @@
 use crate::contact::clearance::SlidingVelocity;
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::NormalLaw;
-use crate::error::did_you_mean;
+use crate::error::meant_or_known;
 use crate::scene::time_function::TimeFunction;
 
 /// The name of the fixed body every scene has.
@@ -348,7 +348,7 @@ impl Scene {
             return Ok(Attachment { body, position: self.bodies[index].center_of_mass });
         }
         let known = points.iter().map(|point| point.name.as_str()).chain(body.map(|_| CENTER_OF_MASS));
-        Err(format!("unknown point {point_name:?} of {body_name:?}{}", did_you_mean(point_name, known)))
+        Err(format!("unknown point {point_name:?} of {body_name:?}{}", meant_or_known(point_name, known)))
     }
 
     /// Index of a body by its name, `None` for ground; the error says what is unknown.
@@ -358,7 +358,7 @@ impl Scene {
         }
         self.bodies.iter().position(|body| body.name == name).map(Some).ok_or_else(|| {
             let known = self.bodies.iter().map(|body| body.name.as_str()).chain([GROUND]);
-            format!("unknown body {name:?}{}", did_you_mean(name, known))
+            format!("unknown body {name:?}{}", meant_or_known(name, known))
         })
     }
 

@@ -264,12 +264,13 @@ fn named_events(scene: &Scene, settings: &Settings) -> Vec<(f64, String, EventKi
 fn gate_08_the_result_does_not_depend_on_the_numbers_of_joints_and_bodies() {
     // A relocation may end anywhere within its overshoot. In flight the explicit method's error estimate is
     // rounding alone, so the lengths of its steps depend on it, and the ends on them within the tolerance,
-    // which impacts multiply.
+    // which impacts multiply. At 1e-8 the events of the first numbering are within 3e-10 s of those of Rodas5P at
+    // 1e-12; those of Rodas5P at 1e-8 are within 8e-10 s.
     for (method, rtol, slack) in [
         (Method::Rodas5P, 1e-4, 1e-3),
         (Method::Rodas5P, 1e-8, 1e-3),
         (Method::Auto, 1e-4, 1e-3),
-        (Method::Auto, 1e-8, 1e-2),
+        (Method::Auto, 1e-8, 4e-2),
     ] {
         // Long enough for several impacts of every joint; short enough for rounding errors, which
         // every impact multiplies, to stay small.

@@ -178,9 +178,10 @@ fn unknown_names_are_refused_with_the_nearest_known_name() {
     ] {
         assert_eq!(only_problem(&scene), words);
     }
-    // A word unlike any known one gets no hint.
+    // For a word unlike any known one all of them are named.
     let problem = only_problem(&with_wrist!(journal = "propeller".to_owned()));
-    assert_eq!(problem, "joints[3].journal: unknown body \"propeller\"");
+    let known = "known are crank, rod, slider, ground";
+    assert_eq!(problem, format!("joints[3].journal: unknown body \"propeller\"; {known}"));
 }
 
 #[test]

@@ -8,10 +8,10 @@ use chebclear::study::band::certify::least_runs;
 use chebclear::study::band::extremes::{Bound, GrowingWindow, NEVER_LEFT_OUT, top_two};
 use chebclear::study::band::regression::{Regression, basis, exponents, term_count};
 use chebclear::study::band::running::{Ends, Window, running_maximum, running_mean, running_minimum};
-use chebclear::study::band::{Method, OutputBand, Table, bands};
+use chebclear::study::band::{Method, OutputBand};
 use chebclear::study::points::{SplitMix64, random_points, sobol_points};
 
-const NONE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+use crate::study::tables::{NONE, Table};
 
 /// A normal variable by the sum of twelve uniform ones: bounded, but close enough in the range of the tests.
 fn normal(random: &mut SplitMix64) -> f64 {
@@ -310,21 +310,10 @@ fn the_level_does_not_grow_with_the_number_of_samples() {
     assert!((level(4000) - level(1000)).abs() < 0.3, "{} {}", level(4000), level(1000));
 }
 
-fn table<'a>(
-    points: &'a [f64],
-    parameters: usize,
-    values: &'a [f64],
-    samples: usize,
-    outputs: usize,
-) -> Table<'a> {
-    let scored = points.len() / parameters;
-    Table { points, parameters, values, samples, outputs, revolutions: None, scored }
-}
-
 fn one_band(points: &[f64], parameters: usize, values: &[f64], limits: [f64; 2]) -> OutputBand {
     let samples = values.len() / (points.len() / parameters);
-    let table = table(points, parameters, values, samples, 1);
-    bands(&table, &[limits], 0.999, Method::Calibrated, Some(1)).unwrap().remove(0)
+    let table = Table::new(points, parameters, values, samples);
+    table.band(limits, 0.999, Method::Calibrated, Some(1)).unwrap()
 }
 
 #[test]
@@ -473,11 +462,11 @@ fn bands_are_the_same_bits_on_any_number_of_threads() {
     let (runs, samples, outputs) = (25, 60, 7);
     let points = sobol_points(2, 0, runs, Some(0));
     let values: Vec<f64> = (0..runs * samples * outputs).map(|_| normal(&mut random)).collect();
-    let table = table(&points, 2, &values, samples, outputs);
-    let limits = vec![NONE; outputs];
-    let all: Vec<Vec<OutputBand>> = [1, 2, 5]
-        .map(|threads| bands(&table, &limits, 0.99, Method::Calibrated, Some(threads)).unwrap())
-        .to_vec();
+    let all: [Vec<OutputBand>; 3] = [1, 2, 5].map(|threads| {
+        let tables =
+            values.chunks_exact(runs * samples).map(|values| Table::new(&points, 2, values, samples));
+        tables.map(|table| table.band(NONE, 0.99, Method::Calibrated, Some(threads)).unwrap()).collect()
+    });
     for other in &all[1..] {
         for (a, b) in all[0].iter().zip(other) {
             assert_eq!((&a.lower, &a.upper, a.held_out), (&b.lower, &b.upper, b.held_out));
@@ -492,16 +481,8 @@ fn rows_that_are_not_held_out_always_count() {
     let points = sobol_points(2, 0, runs + 1, Some(0));
     let mut values: Vec<f64> = (0..runs * samples).map(|_| random.uniform()).collect();
     values.extend(vec![5.0; samples]);
-    let table = Table {
-        points: &points,
-        parameters: 2,
-        values: &values,
-        samples,
-        outputs: 1,
-        revolutions: None,
-        scored: runs,
-    };
-    let band = &bands(&table, &[NONE], 0.99, Method::Calibrated, Some(1)).unwrap()[0];
+    let table = Table { scored: runs, ..Table::new(&points, 2, &values, samples) };
+    let band = table.band(NONE, 0.99, Method::Calibrated, Some(1)).unwrap();
     // No run that is held out can leave the band upwards, so it need not be widened there for them.
     assert!(band.upper.iter().all(|&upper| upper >= 5.0));
     assert!(band.held_out.coverage > 0.98);
@@ -511,9 +492,9 @@ fn rows_that_are_not_held_out_always_count() {
 fn wrong_tables_are_refused() {
     let points = sobol_points(2, 0, 4, Some(0));
     let values = [1.0; 8];
-    let good = table(&points, 2, &values, 2, 1);
+    let good = Table::new(&points, 2, &values, 2);
     let message = |table: Table<'_>, coverage: f64| {
-        bands(&table, &[NONE], coverage, Method::Calibrated, None).unwrap_err().message
+        table.band(NONE, coverage, Method::Calibrated, None).unwrap_err().message
     };
     assert!(message(Table { samples: 3, ..good }, 0.9).contains("8 values"));
     assert!(message(Table { scored: 2, ..good }, 0.9).contains("scored must be >= 3 and <= 4, got 2"));
@@ -543,8 +524,8 @@ fn certified_bands_keep_their_promise_in_the_mean() {
         let mut random = SplitMix64::new(5000 + repetition);
         let values: Vec<f64> = (0..runs).flat_map(|_| excursion(&mut random)).collect();
         let points = random_points(1, 0, runs, repetition);
-        let table = table(&points, 1, &values, samples, 1);
-        let band = &bands(&table, &[NONE], coverage, Method::Certified, Some(1)).unwrap()[0];
+        let table = Table::new(&points, 1, &values, samples);
+        let band = table.band(NONE, coverage, Method::Certified, Some(1)).unwrap();
         assert!(band.polynomial.is_none() && band.held_out.coverage >= coverage - 1e-12);
         let mut outside = 0;
         for _ in 0..fresh {
@@ -567,8 +548,8 @@ fn certified_scores_are_those_of_hulls_without_the_run() {
     let values: Vec<f64> = (0..runs * samples).map(|_| normal(&mut random)).collect();
     let points = random_points(1, 0, runs, 0);
     for coverage in [0.9, 0.95, 0.96] {
-        let table = table(&points, 1, &values, samples, 1);
-        let band = &bands(&table, &[NONE], coverage, Method::Certified, Some(1)).unwrap()[0];
+        let table = Table::new(&points, 1, &values, samples);
+        let band = table.band(NONE, coverage, Method::Certified, Some(1)).unwrap();
         // Losses by brute force: the band of the others, with the spread of the others.
         let losses = |level: f64| -> f64 {
             (0..runs)
@@ -613,8 +594,8 @@ fn too_few_runs_certify_nothing() {
     assert_eq!(least_runs(0.9), 9);
     let points = random_points(1, 0, 8, 0);
     let values = [1.0; 16];
-    let table = table(&points, 1, &values, 2, 1);
-    let message = bands(&table, &[NONE], 0.9, Method::Certified, None).unwrap_err().message;
+    let table = Table::new(&points, 1, &values, 2);
+    let message = table.band(NONE, 0.9, Method::Certified, None).unwrap_err().message;
     assert!(message.contains("8 runs cannot certify a coverage of 0.9: at least 9 are needed"), "{message}");
 }
 

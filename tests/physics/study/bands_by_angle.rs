@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use chebclear::study::band::extremes::{GrowingWindow, top_two};
 use chebclear::study::band::running::{Ends, Window, running_maximum, running_mean};
-use chebclear::study::band::{Method, OutputBand, Table, bands};
+use chebclear::study::band::{Method, OutputBand};
 use chebclear::study::points::{SplitMix64, random_points, sobol_points};
 
-const NONE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+use crate::study::tables::{NONE, Table};
 
 fn pooled(
     points: &[f64],
@@ -18,8 +18,8 @@ fn pooled(
 ) -> OutputBand {
     let scored = points.len() / parameters;
     let revolutions = Some(revolutions);
-    let table = Table { points, parameters, values, samples, outputs: 1, revolutions, scored };
-    bands(&table, &[NONE], 0.999, Method::Calibrated, Some(1)).unwrap().remove(0)
+    let table = Table { points, parameters, values, samples, revolutions, scored };
+    table.band(NONE, 0.999, Method::Calibrated, Some(1)).unwrap()
 }
 
 fn turn(at: usize, samples: usize) -> f64 {
@@ -84,7 +84,7 @@ fn a_run_is_left_out_with_all_its_revolutions() {
 
 #[test]
 fn a_smooth_response_by_angle_is_resolved_with_whole_runs_left_out() {
-    let (runs, revolutions, samples) = (20, 4, 61);
+    let (runs, revolutions, samples) = (20, 16, 61);
     let points = sobol_points(2, 0, runs, Some(0));
     let mut random = SplitMix64::new(1);
     let mut deviation = 0.0_f64;
@@ -107,8 +107,8 @@ fn a_smooth_response_by_angle_is_resolved_with_whole_runs_left_out() {
     for at in 0..samples {
         let wide = turn(at, samples).cos().abs();
         // The margin holds what revolutions of one run differ by, and the error of their means left out.
-        assert!(band.upper[at] >= wide + 1.0 && band.upper[at] <= wide + 1.0 + 0.06, "{at}");
-        assert!(band.lower[at] <= -wide && band.lower[at] >= -wide - 0.06, "{at}");
+        assert!(band.upper[at] >= wide + 1.0 + deviation && band.upper[at] <= wide + 1.0 + 0.06, "{at}");
+        assert!(band.lower[at] <= -wide - deviation && band.lower[at] >= -wide - 0.06, "{at}");
     }
     assert!(deviation > 0.009);
 }
@@ -116,10 +116,10 @@ fn a_smooth_response_by_angle_is_resolved_with_whole_runs_left_out() {
 #[test]
 fn fresh_revolutions_of_runs_that_differ_keep_the_band() {
     // What runs differ by stays the same in all revolutions of a run, and each has noise of its own: were
-    // revolutions left out one by one, the run's own others would hide how far a further run is away.
+    // revolutions left out one by one, the run's own others would hide how far a further run is away. Runs are
+    // spread evenly, as those of a study: drawn at random, 15 runs leave 0.0 to 1.3 % outside (forty sets of seeds).
     let (runs, revolutions, samples, fresh, repetitions) = (15, 6, 91, 150, 8);
-    let run = |random: &mut SplitMix64| -> Vec<f64> {
-        let own = 2.0 * random.uniform() - 1.0;
+    let run = |random: &mut SplitMix64, own: f64| -> Vec<f64> {
         (0..revolutions)
             .flat_map(|_| {
                 let (height, phase) = (0.3 * random.uniform(), 2.0 * PI * random.uniform());
@@ -133,7 +133,11 @@ fn fresh_revolutions_of_runs_that_differ_keep_the_band() {
     let (mut inside, mut inside_of_rows, mut width) = (0, 0, 0.0);
     for repetition in 0..repetitions {
         let mut random = SplitMix64::new(40 + repetition);
-        let values: Vec<f64> = (0..runs).flat_map(|_| run(&mut random)).collect();
+        let spread = |place: usize, random: &mut SplitMix64| {
+            let own = 2.0 * (place as f64 + random.uniform()) / runs as f64 - 1.0;
+            run(random, own)
+        };
+        let values: Vec<f64> = (0..runs).flat_map(|place| spread(place, &mut random)).collect();
         // Points that tell nothing of the run.
         let points = random_points(2, 0, runs * revolutions, repetition);
         let band = pooled(&points[..2 * runs], 2, &values, samples, revolutions);
@@ -142,7 +146,8 @@ fn fresh_revolutions_of_runs_that_differ_keep_the_band() {
         let count = (samples * repetitions as usize) as f64;
         width += band.upper.iter().zip(&band.lower).map(|(upper, lower)| upper - lower).sum::<f64>() / count;
         for _ in 0..fresh {
-            let fresh_run = run(&mut random);
+            let own = 2.0 * random.uniform() - 1.0;
+            let fresh_run = run(&mut random, own);
             let count_in = |band: &OutputBand| {
                 let bounds = |k: usize| band.lower[k % samples]..=band.upper[k % samples];
                 fresh_run.iter().enumerate().filter(|(k, value)| bounds(*k).contains(value)).count()
@@ -154,10 +159,9 @@ fn fresh_revolutions_of_runs_that_differ_keep_the_band() {
     let all = (repetitions as usize * fresh * samples * revolutions) as f64;
     let (coverage, of_rows) = (inside as f64 / all, inside_of_rows as f64 / all);
     let outside = [1.0 - coverage, 1.0 - of_rows];
-    assert!(
-        outside[0] < 0.0025 && outside[1] > 2.0 * outside[0],
-        "{coverage}, revolutions as runs {of_rows}"
-    );
+    // In forty sets of seeds 0.004 % in the mean and 0.024 % at most, and six to over a hundred times as much with
+    // revolutions as runs.
+    assert!(outside[0] < 5e-4 && outside[1] > 3.0 * outside[0], "{coverage}, revolutions as runs {of_rows}");
     // The range is that of sin, and 0.3 to either side.
     let range = 2.0 * (2.0 / PI + 0.3);
     assert!((0.95..1.3).contains(&(width / range)), "{}", width / range);
@@ -172,12 +176,11 @@ fn wrong_revolutions_are_refused() {
         parameters: 1,
         values: &values,
         samples: 3,
-        outputs: 1,
         revolutions: Some(2),
         scored: 4,
     };
     let refused =
-        |table: Table<'_>, method: Method| bands(&table, &[NONE], 0.5, method, Some(1)).unwrap_err().message;
+        |table: Table<'_>, method: Method| table.band(NONE, 0.5, method, Some(1)).unwrap_err().message;
     assert!(refused(table, Method::Certified).contains("not independent"));
     assert!(refused(Table { revolutions: Some(0), ..table }, Method::Calibrated).contains(">= 1"));
     assert!(refused(Table { revolutions: Some(3), ..table }, Method::Calibrated).contains("x 3 rows"));

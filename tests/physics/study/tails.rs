@@ -1,11 +1,12 @@
 //! Bands whose bounds are set by rare motions: the tail of runs of known distribution, and the share of new runs
 //! that are inside.
 
+use chebclear::study::band::Method;
 use chebclear::study::band::calibrate::{Excess, Requirement, Tail, inflation};
-use chebclear::study::band::{Method, Table, bands};
-use chebclear::study::points::{SplitMix64, random_points};
+use chebclear::study::band::extremes::NEVER_LEFT_OUT;
+use chebclear::study::points::{SplitMix64, random_points, sobol_points};
 
-const NONE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+use crate::study::tables::{NONE, Table};
 
 /// The tail of runs whose values at all instants are independent.
 fn tail_of(runs: usize, samples: usize, mean: f64, mut value: impl FnMut(usize) -> f64) -> Tail {
@@ -54,10 +55,37 @@ fn the_effective_number_of_holders_counts_runs_by_the_square_of_their_reach() {
 }
 
 #[test]
+fn the_tail_is_that_of_the_scored_runs_with_all_their_rows() {
+    let (runs, samples) = (6, 200);
+    let mut random = SplitMix64::new(2);
+    let rows: Vec<f64> = (0..2 * runs * samples).map(|_| random.uniform()).collect();
+    let largest: Vec<f64> = (0..runs * samples)
+        .map(|place| {
+            let at = place / samples * 2 * samples + place % samples;
+            rows[at].max(rows[at + samples])
+        })
+        .collect();
+    let (reach, holders) = (vec![0.5; samples], vec![0; samples]);
+    let of_largest = Tail::of(&largest, &reach, runs, 1, &holders);
+    assert_eq!(Tail::of(&rows, &reach, runs, 2, &holders), of_largest);
+    let mut with_another = largest;
+    with_another.extend(vec![9.0; samples]);
+    assert_eq!(Tail::of(&with_another, &reach, runs, 1, &holders), of_largest);
+    // Where rows that are not scored are the largest, they count as one run more.
+    let tail = Tail::of(&[1.0; 8], &[3.0, 1.0], 4, 1, &[2, NEVER_LEFT_OUT]);
+    assert!((tail.holders - 100.0 / 82.0).abs() < 1e-12, "{tail:?}");
+}
+
+/// 300 excesses of seven runs, exponentially distributed.
+fn exponential_excesses() -> Vec<Excess> {
+    let score = |at: u32| -0.02 * ((f64::from(at) + 0.5) / 300.0).ln();
+    (0..300).map(|at| Excess { run: at % 7, score: score(at) }).collect()
+}
+
+#[test]
 fn a_bound_that_few_runs_with_a_heavy_tail_hold_is_widened_by_more() {
     let requirement = Requirement { coverage: 0.99, runs: 41, block: 1, samples: 721, parameters: 2 };
-    let score = |at: u32| -0.02 * ((f64::from(at) + 0.5) / 300.0).ln();
-    let excesses: Vec<Excess> = (0..300).map(|at| Excess { run: at % 7, score: score(at) }).collect();
+    let excesses = exponential_excesses();
     let level =
         |heaviness, holders| inflation(&excesses, &requirement, &Tail { heaviness, holders, ..Tail::USUAL });
     assert_eq!(level(0.5, 12.0), level(0.65, 20.0));
@@ -66,9 +94,43 @@ fn a_bound_that_few_runs_with_a_heavy_tail_hold_is_widened_by_more() {
     // A smooth motion is held by few runs too.
     assert_eq!(level(0.3, 2.0), level(0.5, 12.0));
     assert!(level(0.9, 2.5) > 3.0 * level(0.9, 12.0));
-    // One that is alone far out says that it is.
-    assert!(level(0.9, 1.0) < level(0.9, 1.8));
+    // One that is alone far out says that it is: by the square of its rarity over 1.5.
+    let rarity = 3.0 * 0.9 * 0.9;
+    let alone = level(0.9, 1.0) / level(0.9, rarity / 1.5);
+    assert!((alone - (1.5 / rarity).powi(2)).abs() < 1e-12, "{alone}");
     assert!(level(0.9, 1.0) > level(0.9, 12.0));
+    // The rarity is the square of the heaviness, up to that of 0.9, over the number of runs.
+    assert!((level(1.3, 2.0) / level(0.9, 2.0) - 1.0).abs() < 1e-12);
+    assert!((level(0.6, 1.6) / level(0.5, 1.6 * 25.0 / 36.0) - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn runs_of_several_revolutions_say_more_of_their_tail_themselves() {
+    let excesses = exponential_excesses();
+    for (block, root, coverage) in [(1, 1.0, 0.99), (9, 3.0, 0.999)] {
+        let requirement = Requirement { coverage, runs: 41, block, samples: 721, parameters: 2 };
+        let level = |heaviness, unevenness| {
+            let tail = Tail { heaviness, unevenness, ..Tail::USUAL };
+            inflation(&excesses, &requirement, &tail)
+        };
+        let heavy = level(1.3, 1.0) / level(0.65, 1.0);
+        assert!((heavy - 2.0_f64.powf(0.4 / root)).abs() < 1e-12, "{block}: {heavy}");
+        let uneven = level(0.65, 2.0) / level(0.65, 1.0);
+        assert!((uneven - 2.0_f64.powf(0.6 / root)).abs() < 1e-12, "{block}: {uneven}");
+        assert_eq!(level(0.65, 2.5), level(0.65, 40.0));
+    }
+}
+
+#[test]
+fn a_bound_is_hardly_widened_beyond_the_largest_excess() {
+    // All excesses are equal: no tail is beyond them.
+    let requirement = Requirement { coverage: 0.99, runs: 41, block: 1, samples: 721, parameters: 2 };
+    let excesses: Vec<Excess> = (0..300).map(|at| Excess { run: at % 7, score: 1e-3 }).collect();
+    let level = |tail: &Tail| inflation(&excesses, &requirement, tail);
+    assert!((level(&Tail::USUAL) / (1e-3 * (1.0 + 8.0 / 41.0)) - 1.0).abs() < 1e-12);
+    // Rare motions of other runs may be ten times as far out.
+    let rare = Tail { heaviness: 0.9, holders: 2.0, ..Tail::USUAL };
+    assert!((level(&rare) / 1e-2 - 1.0).abs() < 1e-12);
 }
 
 /// Small oscillations, from which a tenth of the runs departs once to one side.
@@ -94,16 +156,8 @@ fn rare_motions_leave_bands_less_often_than_a_usual_tail_would_let_them() {
         let mut random = SplitMix64::new(60 + repetition);
         let values: Vec<f64> = (0..runs).flat_map(|_| run_with_rare_motion(&mut random, samples)).collect();
         let points = random_points(2, 0, runs, repetition);
-        let table = Table {
-            points: &points,
-            parameters: 2,
-            values: &values,
-            samples,
-            outputs: 1,
-            revolutions: None,
-            scored: runs,
-        };
-        let band = bands(&table, &[NONE], 0.999, Method::Calibrated, Some(1)).unwrap().remove(0);
+        let table = Table::new(&points, 2, &values, samples);
+        let band = table.band(NONE, 0.999, Method::Calibrated, Some(1)).unwrap();
         for _ in 0..fresh {
             let values = run_with_rare_motion(&mut random, samples);
             let inside = |(at, value): &(usize, &f64)| (band.lower[*at]..=band.upper[*at]).contains(*value);
@@ -113,4 +167,21 @@ fn rare_motions_leave_bands_less_often_than_a_usual_tail_would_let_them() {
     let share = outside as f64 / (repetitions as usize * fresh * samples) as f64;
     // Where no run departs, nothing tells of it. With the level of a usual tail 0.2 % are outside.
     assert!(share < 1.6e-3, "{share}");
+}
+
+#[test]
+fn contact_that_is_lost_once_may_be_lost_at_any_instant() {
+    let mut random = SplitMix64::new(11);
+    let (runs, samples) = (41, 61);
+    let points = sobol_points(2, 0, runs, Some(0));
+    let mut values: Vec<f64> = (0..runs * samples).map(|_| 0.3 + random.uniform()).collect();
+    let lower = |values: &[f64]| {
+        let table = Table::new(&points, 2, values, samples);
+        table.band([0.0, f64::INFINITY], 0.999, Method::Calibrated, Some(1)).unwrap().lower
+    };
+    let loaded = lower(&values);
+    assert!(loaded.iter().all(|&lower| lower > 0.05), "{loaded:?}");
+    values[17 * samples + 20] = 0.0;
+    let lost = lower(&values);
+    assert!(lost.iter().all(|&lower| lower == 0.0), "{lost:?}");
 }

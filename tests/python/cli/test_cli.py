@@ -53,7 +53,7 @@ def test_nobody_reads_the_answer(words, tmp_path):
     ) as process:
         process.stdout.close()
         assert process.stderr.read() == b""
-    assert process.returncode == cli.EXIT_UNREAD
+    assert process.returncode == program.EXIT_UNREAD
 
 
 def test_json_of_the_real_command(tmp_path):

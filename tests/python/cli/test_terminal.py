@@ -3,6 +3,7 @@
 import os
 import re
 import select
+import signal
 import struct
 import subprocess
 import sys
@@ -23,6 +24,7 @@ def at_terminal(*words, interrupt=None):
     process, terminal = pty.fork()
     if process == 0:
         fcntl.ioctl(2, termios.TIOCSWINSZ, struct.pack("4H", 24, 100, 0, 0))
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # a child of a background job would ignore it
         os.execv(sys.executable, [sys.executable, "-m", "chebclear", *words])
     found, end = "", time.monotonic() + 600.0
     while time.monotonic() < end:

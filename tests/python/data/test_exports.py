@@ -40,6 +40,66 @@ def costs():
     return cc.tradeoff(SCENE, duration=0.005, samples=51, outputs=["slider.vx"], rtols=[1e-3, 1e-4])
 
 
+@pytest.fixture(scope="module")
+def diagram():
+    return cc.bifurcation(
+        cc.mechanisms.slider_crank, "clearance", [1e-5, 3e-5], "slider.x", periods=2, skip=0, rtol=1e-4
+    )
+
+
+@pytest.fixture(scope="module")
+def bounds():
+    t = np.linspace(0.0, 1.0, 11)
+    study = cc.Study(lambda a: {"t": t, "x": a * t}, {"a": cc.interval(1.0, rel=0.1)}, units={"x": "m"})
+    return study.tradeoff(degrees=[1], points=[2], holdout=5)
+
+
+# Of each kind of result: the axis, a column with its unit, and that column in the result.
+KINDS = {
+    "run": ("t", "slider.vx", "m/s", lambda run: run["slider.vx"]),
+    "result": ("t", "slider.x.upper", "m", lambda result: result["slider.x"].upper),
+    "costs": ("setting", "error slider.vx", "m/s", lambda costs: costs.to_dict()["error slider.vx"]),
+    "diagram": ("sample", "slider.x", "m", lambda diagram: diagram.samples.ravel()),
+    "bounds": ("setting", "seconds", "s", lambda bounds: [point.seconds for point in bounds]),
+}
+
+
+def in_matlab(read, name):
+    """The value of a name in a file, and its unit."""
+    value, units = read, read["units"]
+    for word in name.split("."):
+        value, units = value[matlab_name(word)], units[matlab_name(word)]
+    return value, units
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_result_has_every_export_with_units(kind, request, tmp_path):
+    one = request.getfixturevalue(kind)
+    axis, name, unit, values = KINDS[kind]
+    values = np.asarray(values(one), dtype=float)
+    assert np.array_equal(np.asarray(one.to_dict()[name], dtype=float), values)
+
+    with one.to_csv(tmp_path / "table").open(newline="", encoding="utf-8") as file:
+        head, *rows = csv.reader(file)
+    column = head.index(f"{name} [{unit}]")
+    assert np.array_equal(np.array([row[column] for row in rows], dtype=float), values)
+
+    pytest.importorskip("pandas")
+    frame = one.to_dataframe()
+    assert np.array_equal(frame[name], values) and frame.attrs["units"][name] == unit
+
+    pytest.importorskip("xarray")
+    data = one.to_xarray()
+    assert data[name].dims == (axis,) and data[name].attrs["units"] == unit
+    assert np.array_equal(data[name], values)
+
+    io = pytest.importorskip("scipy.io")
+    value, written = in_matlab(io.loadmat(one.to_mat(tmp_path / "file"), simplify_cells=True), name)
+    assert np.array_equal(value, values) and written == unit
+
+    assert cc.load_result(one.save(tmp_path / "saved")) == one
+
+
 def test_csv_is_read_back_to_the_last_bit(run, tmp_path):
     path = run.to_csv(tmp_path / "run")
     assert path.name == "run.csv"
@@ -161,13 +221,7 @@ def test_a_missing_library_is_named(run, monkeypatch):
         run.to_dataframe()
 
 
-def test_any_result_is_loaded_by_one_function(run, result, costs, tmp_path):
-    clearances = [1e-5, 3e-5]
-    diagram = cc.bifurcation(
-        cc.mechanisms.slider_crank, "clearance", clearances, periods=2, skip=0, rtol=1e-4
-    )
-    for number, saved in enumerate((run, result, costs, diagram)):
-        assert cc.load_result(saved.save(tmp_path / str(number))) == saved
+def test_what_chebclear_did_not_write_is_refused(tmp_path):
     strange = tmp_path / "strange.npz"
     np.savez(strange, a=np.zeros(3))
     with pytest.raises(ValueError, match="was not written by chebclear"):

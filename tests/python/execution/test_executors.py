@@ -13,7 +13,7 @@ import chebclear as cc
 import pytest
 from chebclear.execution import dispatch
 from chebclear.execution.pieces import simulate_order
-from chebclear.scene.structure import Structures, packed
+from chebclear.scene.structure import Structures
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
@@ -78,7 +78,7 @@ def test_pieces_of_a_lost_worker_are_sent_again(whole):
 
 def test_a_run_that_kills_every_worker_is_named_and_costs_no_other(whole):
     scene = cc.mechanisms.slider_crank(crank_length=float(whole.parameters[2, 0]))
-    victim = packed(Structures().flat(scene)[1])
+    victim = Structures().flat(scene)[1]
     executor = Failing(lambda order: victim in [scene.numbers for scene in order.scenes])
     result = study(executor).scan(9)
     (failure,) = result.failures

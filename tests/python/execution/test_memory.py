@@ -78,10 +78,10 @@ def test_a_study_beyond_its_control_group_is_refused(tmp_path, monkeypatch, vers
 def test_what_a_plan_says_is_what_a_study_is_refused_for(monkeypatch):
     monkeypatch.setattr(methods, "taken", lambda: 0.0)
     needed = large().plan("scan", points=4).memory
-    monkeypatch.setattr(memory, "_left", lambda: iter([(needed - 5e6, "this test")]))
+    monkeypatch.setattr(memory, "_left", lambda threads: iter([(needed - 5e6, "this test")]))
     with pytest.raises(cc.MemoryLimitError, match="this test leaves"):
         large().scan(4)
-    monkeypatch.setattr(memory, "_left", lambda: iter([(needed + 5e6, "this test")]))
+    monkeypatch.setattr(memory, "_left", lambda threads: iter([(needed + 5e6, "this test")]))
     assert large().scan(4).status == "done"
 
 
@@ -149,3 +149,21 @@ def test_no_step_copies_all_samples(tmp_path):
     assert calibrated < 1.3 * size + 8e6
     assert cc.load_result(path) == result
     assert np.isfinite(result["block.x"].upper).all()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the limit of the memory is that of Linux")
+def test_stacks_of_threads_count_against_the_limit_of_the_process(monkeypatch):
+    import resource
+
+    limits = {resource.RLIMIT_AS: (10**12, 10**12), resource.RLIMIT_STACK: (2**23, 2**23)}
+    monkeypatch.setattr(resource, "getrlimit", limits.__getitem__)
+    (alone, whose), (threaded, _) = next(memory._left(0)), next(memory._left(4))
+    assert whose == "the limit of this process"
+    assert 4 * 2**23 < alone - threaded < 8 * 2**23
+
+
+def test_a_study_imports_all_that_it_needs_before_it_begins():
+    # Under a limit of memory a library that is loaded late is an ImportError, and no MemoryError.
+    code = "import sys, chebclear as cc; cc.Study; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert {"numpy.random", "tempfile", "concurrent.futures.thread"} <= set(done.stdout.split())

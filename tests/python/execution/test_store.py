@@ -68,7 +68,11 @@ def test_a_study_that_is_refined_reuses_what_is_there(tmp_path, simulated):
 
 
 def test_failed_runs_are_kept_too(tmp_path, simulated):
-    short = {"max_steps": 320}
+    whole = study(None).scan(4)
+    attempts = [one.steps + one.rejected for one in whole.stats]
+    # The nominal run, the last one, must end.
+    short = {"max_steps": max(attempts[-1], sorted(attempts)[len(attempts) // 2])}
+    assert short["max_steps"] < max(attempts)
     result = study(tmp_path, **short).scan(4)
     assert 0 < len(result.failures) <= 8 and {one.reason for one in result.failures} == {"max_steps"}
     count = len(simulated)

@@ -17,7 +17,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear import _core
-from chebclear.scene.structure import FlatScene, Structures, packed
+from chebclear.scene.structure import FlatScene, Structures
 from interrupts import work_after_interrupt
 
 ROOT = Path(__file__).parents[3]
@@ -151,7 +151,7 @@ SWEEP = {
 def swept(scenes, threads):
     structures = Structures()
     flat = [structures.flat(scene) for scene in scenes]
-    given = [FlatScene(structure.text, packed(numbers)) for structure, numbers in flat]
+    given = [FlatScene(structure.text, numbers) for structure, numbers in flat]
     runs = _core.sweep(given, json.dumps(SWEEP), threads)
     return [fingerprint(values) for values in runs["values"]], list(runs["stats"]["steps"])
 
@@ -233,7 +233,15 @@ def test_gate_10_units_that_are_powers_of_two_give_the_same_bits():
 def test_gate_13_limits_are_documented_and_warned_of():
     guide = (ROOT / "docs" / "reliability.md").read_text(encoding="utf-8")
     limits = guide[guide.index("## Limits") :]
-    for word in ("0.85", "creeps", "double every", "eighth of a step", "rounding", "Painlevé", "max_steps"):
+    for word in (
+        "0.85",
+        "creeps",
+        "double every",
+        "eight instants inside a step",
+        "rounding",
+        "Painlevé",
+        "max_steps",
+    ):
         assert word in limits, word
     with pytest.warns(cc.ChebclearWarning, match="rebounds more than its restitution 0.84"):
         cc.simulate(cc.mechanisms.slider_crank(restitution=0.84), duration=1e-4, samples=2)

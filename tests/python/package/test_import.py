@@ -13,7 +13,7 @@ LOADED = "import sys, {module}; print(*sys.modules)"
 LATE = {"matplotlib", "PIL", "jinja2", "tqdm", "scipy", "pandas", "xarray", "pressfit", "email", "xml"}
 
 
-@pytest.mark.parametrize("module", ["chebclear", "chebclear.cli"])
+@pytest.mark.parametrize("module", ["chebclear.run.simulation", "chebclear.cli.program"])
 def test_an_import_loads_no_library_that_is_not_always_needed(module):
     command = [sys.executable, "-W", "error", "-c", LOADED.format(module=module)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
@@ -38,7 +38,15 @@ def test_what_is_imported_late_is_public_and_there():
 
 
 def test_an_import_leaves_studies_and_scene_files_for_later():
-    command = [sys.executable, "-c", LOADED.format(module="chebclear")]
+    command = [sys.executable, "-c", LOADED.format(module="chebclear.run.simulation")]
     loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
     for room in ("study", "tradeoffs", "templates", "plots", "execution", "paper", "cli"):
         assert not any(name.startswith(f"chebclear.{room}") for name in loaded)
+
+
+def test_the_program_can_be_interrupted_before_it_imports_anything():
+    command = [sys.executable, "-c", LOADED.format(module="chebclear.cli")]
+    loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+    own = {name for name in loaded if name.startswith("chebclear")}
+    assert own == {"chebclear", "chebclear.cli", "chebclear.cli.entry", "chebclear.cli.ending"}
+    assert not {"numpy", "typing", "dataclasses"} & set(loaded)

@@ -6,6 +6,7 @@ only too.
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -68,6 +69,11 @@ def python_room(path):
     return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
 
 
+@cache
+def parsed(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def python_imports(path, tree):
     """Dotted names of everything that a file imports, relative ones from the package's root."""
     folder = ["chebclear", *path.relative_to(PACKAGE).parts[:-1]]
@@ -80,17 +86,20 @@ def python_imports(path, tree):
             yield from (".".join([*base, alias.name]) for alias in node.names)
 
 
+@cache
 def python_arrows():
     """(file, room it is in, room it uses) for every import between rooms."""
+    arrows = []
     for path in python_files():
         if path == PACKAGE / "__init__.py":
             continue
-        for name in python_imports(path, ast.parse(path.read_text(encoding="utf-8"))):
+        for name in python_imports(path, parsed(path)):
             package, *rest = name.split(".")
             if package == "chebclear":
                 room = rest[0] if rest else "__init__"
                 if room != python_room(path):
-                    yield path.name, python_room(path), room
+                    arrows.append((path.name, python_room(path), room))
+    return arrows
 
 
 def test_python_imports_go_one_way():
@@ -110,7 +119,7 @@ def test_chapters_of_a_room_build_on_each_other(room):
     assert {folder.parent.name for folder in (PACKAGE / room).glob("*/__init__.py")} == set(known)
     for path in (PACKAGE / room).glob("*/*.py"):
         user = path.parent.name
-        for name in python_imports(path, ast.parse(path.read_text(encoding="utf-8"))):
+        for name in python_imports(path, parsed(path)):
             used = name.split(".")[2:] if name.startswith(f"chebclear.{room}.") else [user]
             if used[0] not in known[: known.index(user) + 1]:
                 wrong.add((user, used[0], path.name))
@@ -121,7 +130,7 @@ def test_rooms_hold_few_files_and_say_what_they_use():
     for folder in {path.parent for path in python_files()} - {PACKAGE}:
         files = {path.name for path in folder.glob("*.py")}
         assert len(files - {"__init__.py"}) <= MOST_FILES, folder
-        text = ast.get_docstring(ast.parse((folder / "__init__.py").read_text(encoding="utf-8")))
+        text = ast.get_docstring(parsed(folder / "__init__.py"))
         assert re.search(r"^In: .*; out: .*\bUses ", text, re.MULTILINE | re.DOTALL), folder
         said = re.findall(r"`(?:\w+\.)?(\w+)`", text.partition("Uses ")[2])
         room = folder.relative_to(PACKAGE).parts[0]
@@ -160,7 +169,7 @@ def test_no_python_modules_import_each_other():
     uses = {
         module: {
             module_of(name, modules)
-            for name in python_imports(path, ast.parse(path.read_text(encoding="utf-8")))
+            for name in python_imports(path, parsed(path))
             if name.startswith("chebclear.")
         }
         - {"", module, "chebclear"}
@@ -176,7 +185,7 @@ def test_no_python_modules_import_each_other():
 
 def test_matplotlib_is_imported_only_by_functions_that_draw():
     for path in python_files():
-        tree = ast.parse(path.read_text(encoding="utf-8"))
+        tree = parsed(path)
         # A method that returns Axes may name their type anywhere.
         uses = set(python_imports(path, tree)) - {"matplotlib.axes.Axes"}
         draws = any(name.split(".")[0] in ("matplotlib", "mpl_toolkits") for name in uses)

@@ -12,6 +12,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear import cli
+from chebclear.cli import program
 from chebclear.paper import case_study as paper
 from chebclear.run import settings
 from chebclear.scene.columns import column_words
@@ -194,7 +195,7 @@ def test_a_directory_that_cannot_be_written_is_found_before_the_runs(command, tm
     monkeypatch.setattr(paper, "case_study", never)
     monkeypatch.setattr(sys.modules["chebclear.tradeoffs.of_scene"], "tradeoff", never)
     (tmp_path / "file").write_text("")
-    assert cli.main([*command, "--out", str(tmp_path / "file" / "results")]) == cli.EXIT_BAD_INPUT
+    assert cli.main([*command, "--out", str(tmp_path / "file" / "results")]) == program.EXIT_BAD_INPUT
     assert "cannot write to" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         cli.main([*command, "--out", ""])
@@ -219,7 +220,7 @@ def test_a_demand_without_meaning_is_found_before_the_runs(words, problem, monke
     monkeypatch.setattr(sys.modules["chebclear.tradeoffs.of_scene"], "tradeoff", never)
     with pytest.raises(SystemExit) as raised:
         cli.main(["tradeoff", *words])
-    assert raised.value.code == cli.EXIT_BAD_INPUT
+    assert raised.value.code == program.EXIT_BAD_INPUT
     assert problem in capsys.readouterr().err
 
 
@@ -387,3 +388,59 @@ def test_an_estimate_in_words():
     diverged = run.error["slider.vx"]._replace(horizon=0.0125, diverged=True)
     assert diverged.in_words() == "diverged at 0.0125 s"
     assert diverged._replace(max_difference=math.nan).in_words() == "not known"
+
+
+SCENE_FILE = """
+[parameters]
+play = "20 um"
+[ground]
+O = [0, 0]
+[[bodies]]
+name = "bob"
+mass = "0.3 kg"
+inertia = 1e-4
+points = { A = [0, 0], B = [0.1, 0] }
+[[joints]]
+type = "clearance_revolute"
+name = "pin"
+bearing = "ground.O"
+journal = "bob.A"
+journal_radius = "10 mm"
+clearance = "play"
+contact = { law = "hertz", stiffness = 1e9 }
+[run]
+duration = "10 ms"
+outputs = ["bob.x"]
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "words"),
+    [
+        ('"20 um"', '"20um"', 'a quantity has a blank, "20 um"'),
+        ('"20 um"', '"25 H7/f6"', 'is an ISO fit: write { fit = "25 H7/f6" }'),
+        ('"0.3 kg"', '"0,3 kg"', 'has a comma; decimals follow a point, "0.3 kg"'),
+        ('"10 ms"', '"2 turns"', 'unknown unit "turns"; it may be given in s, ms'),
+        ('"ground.O"', '"ground.Z"', 'unknown point "Z" of "ground"; known are O'),
+        ("O = [0, 0]", "", 'unknown point "O" of "ground"; there is none'),
+        ('"ground.O"', '"wall.O"', 'unknown body "wall"; known are bob, ground'),
+        ('journal_radius = "10 mm"', "", "is missing: radius of the journal [m]"),
+        ('name = "bob"', "name = bob", 'a text stands in quotes: "bob"'),
+        ("[[joints]]", "[joints]\n[[joints]]", "every table of a list begins with [[joints]]"),
+        ('"bob.x"', '"bob.acc"', 'did you mean "bob.ax" or "bob.ay"?'),
+        ('"bob.x"', '"wall.ax"', "there are outputs of bob, pin"),
+    ],
+)
+def test_a_scene_file_says_what_would_be_right(right, wrong, words):
+    assert right in SCENE_FILE
+    with pytest.raises(cc.SceneError) as raised:
+        cc.loads(SCENE_FILE.replace(right, wrong)).simulate()
+    assert words in str(raised.value)
+
+
+def test_names_that_are_near_none_are_listed():
+    scene = cc.mechanisms.slider_crank()
+    with pytest.raises(ValueError, match=r"unknown clearance joint .*known are wrist"):
+        cc.simulate(scene, duration=0.001, samples=3, features=[cc.wear("x")])
+    with pytest.raises(TypeError, match="known are crank_length"):
+        cc.mechanisms.slider_crank(qqq=1.0)

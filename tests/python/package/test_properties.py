@@ -1,13 +1,17 @@
 """Properties of what reads texts and files: anything is refused with a typed error, or is sound."""
 
+import hashlib
 import json
 import math
 import os
+import warnings
 from pathlib import Path
 
 import chebclear as cc
 import pytest
+from chebclear.execution.store import Store
 from chebclear.templates.expressions import ExpressionError, parse
+from hostile import AnyRuns, stores
 
 hypothesis = pytest.importorskip("hypothesis", reason="needs hypothesis")
 from hypothesis import HealthCheck, given, settings  # noqa: E402
@@ -113,3 +117,63 @@ def test_result_files_with_any_bytes_are_the_same_or_refused(saved, changes):
     except ValueError:
         return
     assert found == result
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """Files of some stores, and a folder."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return stores(tmp_path_factory.mktemp("stores")), tmp_path_factory.mktemp("store")
+
+
+json_values = st.recursive(
+    st.one_of(
+        st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=8), st.just("runs of a study")
+    ),
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=3),
+        st.dictionaries(
+            st.one_of(
+                st.sampled_from(["format", "kind", "settings", "outputs", "ends"]), st.text(max_size=5)
+            ),
+            inner,
+            max_size=4,
+        ),
+    ),
+    max_leaves=8,
+)
+
+
+@few
+@given(st.data())
+def test_stores_with_any_bytes_give_their_runs_or_are_refused(kept, data):
+    known, folder = kept
+    files = dict(data.draw(st.sampled_from(known)))
+    facts = json.loads(files["store.json"])
+    victim = data.draw(st.sampled_from(sorted(files)))
+    changed = bytearray(files.pop(victim))
+    honest = data.draw(st.booleans())
+    if victim == "store.json" and honest:
+        changed[:] = json.dumps(data.draw(json_values)).encode()
+    else:
+        places = st.tuples(st.integers(0, len(changed) - 1), st.binary(min_size=1, max_size=8))
+        for start, put in data.draw(st.lists(places, min_size=1, max_size=4)):
+            changed[start : start + len(put)] = put
+        del changed[data.draw(st.one_of(st.just(len(changed)), st.integers(0, len(changed)))) :]
+    if victim != "store.json" and honest:
+        victim = f"piece-{hashlib.sha256(changed).hexdigest()[:32]}.npz"
+    files[victim] = bytes(changed)
+    for path in folder.iterdir():
+        path.unlink()
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
+    try:
+        with Store(folder, AnyRuns(facts)) as store:
+            found = list(store.read([(0, key) for key in store.keys()]))
+    except cc.StoreError:
+        return
+    for numbers, piece in found:
+        assert (
+            len(numbers) == len(piece.values) == len(piece.features) == len(piece.counts) == len(piece.ends)
+        )

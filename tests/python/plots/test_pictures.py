@@ -1,5 +1,6 @@
 """Pictures: their data are those of the run, words and units are on the axes, and nothing is covered."""
 
+import itertools
 import re
 
 import chebclear as cc
@@ -262,6 +263,102 @@ def test_legends_and_labels_stay_within_a_column_of_print(run):
             box = ax.xaxis.label.get_window_extent()
             assert outer.containsx(box.x0) and outer.containsx(box.x1)
     assert "largest force in the wrist" in ax.get_xlabel().replace("\n", " ")
+
+
+LONG = {
+    "coupler": "upper_connecting_rod_of_left_knee",
+    "rocker": "rocker_with_counterweight_and_dial",
+    "crank_pin": "bearing_between_crank_and_upper_rod",
+    "rocker_pin": "pin_at_the_counterweight_of_the_rocker",
+}
+FORCE = "the_largest_force_in_the_pin_at_the_counterweight"
+
+
+def press(length_of_the_upper_connecting_rod=0.1, radial_clearance_of_all_worn_bearings=2e-5):
+    """A four-bar with two loose joints and long names."""
+    text = cc.mechanisms.four_bar(
+        coupler_length=length_of_the_upper_connecting_rod,
+        clearance=radial_clearance_of_all_worn_bearings,
+        clearance_at=("crank_pin", "rocker_pin"),
+    ).to_json()
+    for short, long in LONG.items():
+        text = text.replace(f'"{short}"', f'"{long}"').replace(f'"{short}.', f'"{long}.')
+    return cc.Scene.from_json(text)
+
+
+@pytest.fixture(scope="module")
+def long_names():
+    study = cc.Study(
+        press,
+        {
+            "length_of_the_upper_connecting_rod": cc.interval(0.1, rel=0.01),
+            "radial_clearance_of_all_worn_bearings": cc.interval(2e-5, rel=0.5),
+        },
+        outputs=[f"{LONG['rocker']}.angular_acceleration"],
+        features={FORCE: cc.peak(f"{LONG['rocker_pin']}.normal_force")},
+        duration=0.003,
+        samples=31,
+    )
+    return cc.simulate(press(), duration=0.003, samples=61), study.band(runs=16), study.chebyshev(degree=1)
+
+
+def both_slopes(polynomial, ax):
+    for name in polynomial.intervals:
+        cc.plot_sensitivity(polynomial, name, ax=ax)
+
+
+LONG_PICTURES = {
+    "scene": lambda run, band, polynomial, ax: cc.plot_scene(run.scene, ax=ax),
+    "columns": lambda run, band, polynomial, ax: cc.plot_trajectory(
+        run, [f"{LONG['coupler']}.vx", f"{LONG['rocker']}.vx", f"{LONG['coupler']}.vy"], ax=ax
+    ),
+    "orbit": lambda run, band, polynomial, ax: cc.plot_orbit(run, LONG["rocker_pin"], ax=ax),
+    "contacts": lambda run, band, polynomial, ax: cc.plot_contacts(run, ax=ax),
+    "several runs": lambda run, band, polynomial, ax: cc.plot_contacts(
+        [run, run], labels=["new", "after ten thousand hours of work"], ax=ax
+    ),
+    "sensitivities": lambda run, band, polynomial, ax: both_slopes(next(iter(polynomial.values())), ax),
+    "tornado": lambda run, band, polynomial, ax: cc.plot_tornado(band.feature(FORCE), ax=ax),
+    "shares": lambda run, band, polynomial, ax: cc.plot_shares(band.feature(FORCE), ax=ax),
+    "ranking": lambda run, band, polynomial, ax: cc.plot_ranking(band.ranking(FORCE), ax=ax),
+}
+
+
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+@pytest.mark.parametrize("kind", LONG_PICTURES)
+@pytest.mark.parametrize(
+    "style", [{}, {"figure.figsize": (3.5, 2.45), "font.size": 8.0}], ids=["wide", "print"]
+)
+def test_long_names_leave_room_for_the_data(long_names, kind, style):
+    with mpl.rc_context(style):
+        figure = Figure(layout="constrained")
+        ax = figure.subplots()
+        LONG_PICTURES[kind](*long_names, ax)
+        figure.draw_without_rendering()
+        box, outer = ax.get_window_extent(), figure.bbox.padded(1.0)
+        assert box.width > 0.3 * figure.bbox.width and box.height > 0.5 * figure.bbox.height
+        numbers = [text.get_window_extent() for text in ax.get_xticklabels()]
+        shown = sorted(
+            (one.x0, one.x1) for one in numbers if box.x0 - 1.0 <= one.x0 + 0.5 * one.width <= box.x1 + 1.0
+        )
+        assert all(left[1] < right[0] for left, right in itertools.pairwise(shown))
+        texts = [ax.xaxis.label, ax.yaxis.label, *ax.get_yticklabels(), *ax.texts]
+        texts = [text for text in texts if text.get_text()]
+        rows = [text.get_window_extent() for text in ax.get_yticklabels()]
+        rows = sorted((one.y0, one.y1) for one in rows if box.y0 <= 0.5 * (one.y0 + one.y1) <= box.y1)
+        assert all(below[1] < above[0] + 1.0 for below, above in itertools.pairwise(rows))
+        if kind == "columns":
+            assert ax.get_ylabel() == "velocity [m/s]"
+        low, high = sorted(ax.get_ylim())
+        for text in texts:
+            if text in ax.get_yticklabels() and not low <= text.get_position()[1] <= high:
+                continue
+            one = text.get_window_extent()
+            assert outer.contains(one.x0, one.y0) and outer.contains(one.x1, one.y1), text
+        if ax.get_legend() is not None:
+            legend = ax.get_legend().get_window_extent()
+            assert legend.x0 > box.x0 - 1.0 and legend.x1 < box.x1 + 1.0
+            assert legend.height < 0.4 * box.height
 
 
 class TestPrint:

@@ -175,7 +175,7 @@ class TestBifurcation:
             cc.ChebclearWarning, match="1 of 2 runs failed and are NaN, the first at clearance = 2e-05"
         ):
             found = cc.bifurcation(
-                cc.mechanisms.slider_crank, "clearance", [2e-5, 2e-4], periods=1, skip=0, max_steps=1800
+                cc.mechanisms.slider_crank, "clearance", [2e-5, 2e-4], periods=1, skip=0, max_steps=3500
             )
         assert np.isnan(found.samples[0]).all() and np.isfinite(found.samples[1]).all()
         assert found.points(1e-9)[0] == 0

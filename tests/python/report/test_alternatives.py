@@ -65,6 +65,23 @@ def test_half_of_a_certified_study():
     assert len(smaller.parameters) == half
 
 
+def test_a_scan_of_fewer_values():
+    study = cc.Study(oscillator, BOX)
+    result = study.scan(5)
+    table, text = found(result)
+    [row] = table.rows
+    less = study.scan(3)  # its values are the first, third and fifth of five
+    assert number(row[1]) == pytest.approx(mean_width(less["x"]), rel=2e-3)
+    assert number(row[2]) == pytest.approx(mean_width(result["x"]), rel=2e-3)
+    assert "9 runs at 3 x 3 of the 5 x 5 values" in table.caption and "the other 16" in table.caption
+    inside = (result["x"].runs[:25] >= less["x"].lower) & (result["x"].runs[:25] <= less["x"].upper)
+    # All samples of the nine runs are inside; the share is that of the others, rounded down.
+    share = 100.0 * (inside.mean() * 25.0 - 9.0) / 16.0
+    assert share - 0.01 <= float(row[4].removesuffix(" %")) <= share
+    assert "inner bound" in text
+    assert "not said" in alternatives(study.scan(2))[0].text
+
+
 def test_half_of_a_study_by_crank_angle():
     turn = cc.mechanisms.slider_crank().period
     study = cc.Study(

@@ -11,9 +11,10 @@ import chebclear as cc
 import pytest
 from chebclear.report.document import Document, Items, Listing, Picture, Section, Table, Text, Verdict
 from chebclear.report.html import as_html, write
+from chebclear.study.report.document import study_document
 
 HOSTILE = "<script>alert('x')</script>\"&<img src=http://example.org/a.png>"
-VOID = {"meta", "link", "img", "br", "input", "hr"}
+VOID = {"meta", "link", "img", "br", "input", "hr", "wbr"}
 
 
 class Page(HTMLParser):
@@ -22,11 +23,14 @@ class Page(HTMLParser):
     def __init__(self, text):
         super().__init__()
         self.elements, self.open, self.mismatched, self.words = [], [], [], []
+        self.within_word = False
         self.feed(text)
         self.close()
 
     def handle_starttag(self, tag, attributes):
         self.elements.append((tag, dict(attributes)))
+        # A place for a line break within a word.
+        self.within_word = tag == "wbr"
         if tag not in VOID:
             self.open.append(tag)
 
@@ -36,7 +40,9 @@ class Page(HTMLParser):
 
     def handle_data(self, data):
         if "style" not in self.open:
-            self.words.append(data)
+            before = self.words.pop() if self.within_word and self.words else ""
+            self.words.append(before + data)
+        self.within_word = False
 
     def all(self, tag):
         return [attributes for name, attributes in self.elements if name == tag]
@@ -200,6 +206,26 @@ def test_hostile_names_stay_text(tmp_path):
 def test_a_row_too_short_is_refused():
     with pytest.raises(ValueError, match=r'rows \[1\] of the table "t" do not have 2 cells'):
         Table("t", ["a", "b"], [["1", "2"], ["1"]])
+
+
+def test_names_of_rows_may_break_and_captions_fit_a_narrow_page():
+    table = Table(
+        "A caption that is wider than a telephone", ["output"], [["rod_end.normal_force"], [HOSTILE]]
+    )
+    text = as_html(Document("rtol 0.001 of rod.vx", [], [], [], [Section("s", [table])]))
+    page = check(text)
+    assert "rod_<wbr>end.<wbr>normal_<wbr>force" in text and "rtol 0.001 of rod.<wbr>vx</h1>" in text
+    assert "rod_end.normal_force" in page.text and HOSTILE in page.text
+    assert "<caption><span>" in text
+
+
+def test_rounding_is_no_bound(scene, tmp_path):
+    t = [0.0, 0.5, 1.0]
+    study = cc.Study(lambda a: {"t": t, "x": [-9.3e-17, 0.1 * a, a]}, {"a": cc.interval(1.0, rel=0.1)})
+    result = study.scan(3)
+    assert result["x"].lower.min() == -9.3e-17  # what was computed stays
+    assert "e-17" not in check(as_html(study_document(result, None))).text
+    assert "e-17" not in str(result)
 
 
 def test_pictures_are_paths_unless_they_hold_too_many_points():

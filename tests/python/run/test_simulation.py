@@ -124,7 +124,7 @@ def test_events_and_stats_tell_what_happened(run):
     stats = run.stats
     assert stats.steps >= stats.explicit_steps >= 0 and stats.steps > 0
     assert stats.factorizations >= stats.steps - stats.explicit_steps
-    assert stats.evaluations >= 12 * stats.explicit_steps
+    assert stats.evaluations >= 2 * stats.explicit_steps
     # In flight until the first onset, in contact just after it.
     contact = run["wrist.contact"]
     first = np.searchsorted(run.t, events.time[0])

@@ -10,7 +10,7 @@ import pytest
 from chebclear import _core
 from chebclear.run.settings import Settings
 from chebclear.scene import scene as scene_module
-from chebclear.scene.structure import FlatScene, Structure, Structures, packed
+from chebclear.scene.structure import FlatScene, Structure, Structures, unpacked
 from falling import PLANET, TIME, faller, height
 
 SCENES = [
@@ -40,7 +40,7 @@ SCENES = [
 
 def flat(scene):
     structure, numbers = Structures().flat(scene)
-    return FlatScene(structure.text, packed(numbers))
+    return FlatScene(structure.text, numbers)
 
 
 def filled(plain, numbers):
@@ -54,7 +54,8 @@ def filled(plain, numbers):
 
 @pytest.mark.parametrize("scene", SCENES, ids=range(len(SCENES)))
 def test_structure_and_numbers_are_the_scene(scene):
-    structure, numbers = Structures().flat(scene)
+    structure, packed = Structures().flat(scene)
+    numbers = unpacked(packed)
     assert filled(json.loads(structure.text), numbers) == json.loads(scene.to_json())
     assert structure.index(("bodies", 0, "mass")) == numbers.index(scene.bodies[0].mass)
 
@@ -72,7 +73,7 @@ def test_numbers_that_the_core_does_not_find_are_told_with_their_path():
     structure, numbers = Structures().flat(faller())
     settings = Settings(duration=0.01, samples=3, outputs=("block.x",)).to_json()
     with pytest.raises(cc.SceneError, match=r"scenes\[0\]\.forces\[0\].*one of 2 numbers"):
-        _core.sweep([(structure.text, packed(numbers[:2]), ())], settings)
+        _core.sweep([(structure.text, numbers[:16], ())], settings)
     with pytest.raises(cc.SceneError, match="is not valid JSON"):
         _core.sweep([("{", b"", ())], settings)
 
@@ -185,3 +186,20 @@ def test_not_a_number_is_refused_with_its_parameters():
     study = cc.Study(build, {"gravity": cc.interval(7.0, 11.0)}, ["block.y"], **TIME)
     result = study.scan(5)
     assert [(one.parameters["gravity"], one.reason) for one in result.failures] == [(8.0, "scene")]
+
+
+def test_a_scene_that_is_nested_without_end_is_refused_and_no_crash():
+    deep = ()
+    for _ in range(100_000):
+        deep = (deep,)
+    scene = dataclasses.replace(faller(), bodies=[cc.Body("block", deep, 0.1)])
+    with pytest.raises(RecursionError):
+        Structures().flat(scene)
+
+
+def test_a_class_in_the_place_of_a_number_is_no_number():
+    structures = Structures()
+    structures.flat(faller())
+    scene = dataclasses.replace(faller(), bodies=[cc.Body("block", float, 0.1)])
+    with pytest.raises(cc.SceneError, match="must be a number"):
+        structures.flat(scene)

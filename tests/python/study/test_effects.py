@@ -84,6 +84,26 @@ def test_scatter_between_cycles_is_scatter():
     assert np.mean(hits) >= 0.85
 
 
+def test_intervals_hold_what_a_low_degree_misses():
+    """Where scatter is large, 41 runs often choose degree 1 for what is of degree 3: z1 (3 z0² - 1) / 2,
+    whose variance is 1/3 times 1/5. Intervals of that degree and the next hold its share in 83 % of 30
+    studies, those of that degree alone in 43 %."""
+    interaction, line, scatter = 0.1, 0.5, 0.4
+    hits, degrees = [], []
+    for repetition in range(30):
+        random = np.random.default_rng([repetition, 9])
+        z = random.uniform(-1.0, 1.0, (41, 2))
+        product = 0.5 * (3.0 * z[:, 0] ** 2 - 1.0) * z[:, 1]
+        values = math.sqrt(line / LINE) * z[:, 1] + math.sqrt(interaction / (LINE / 5.0)) * product
+        values += math.sqrt(scatter) * random.normal(size=41)
+        effects = find_effects(["a", "b"], z, values[:, None])
+        degrees.append(effects.degree)
+        found = (effects.interactions, interaction), (effects.main["b"], line), (effects.scatter, scatter)
+        hits.append([estimate.lower <= truth <= estimate.upper for estimate, truth in found])
+    assert degrees.count(1) > 10
+    assert np.mean(hits, axis=0).min() >= 0.95
+
+
 def test_narrowing_of_a_sum_of_lines():
     """The interval of one line halves; where two share the spread, brute force says by how much."""
     points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 2))
@@ -273,6 +293,31 @@ class TestStudy:
         assert sum(row.share.value for row in ranking) == pytest.approx(1.0, abs=1e-3)
         assert ranking.scatter.value < 1e-3
         assert "halving the interval of rod_length narrows it by" in str(ranking)
+
+    def test_ranking_agrees_with_the_differences_of_halved_boxes(self):
+        """The RMS acceleration of the paper's mechanism. Samples with one seed are at the same places of
+        every box: the narrowing of 120 runs is that of 2,000 within 0.05, which is 0.45 for the crank and
+        0.03 for the rod."""
+
+        def sampled(crank, rod, runs, seed):
+            sides = {"crank_length": cc.interval(0.05, rel=crank), "rod_length": cc.interval(0.12, rel=rod)}
+            features = {"rms": cc.rms("slider.ax")}
+            turn = {"duration": 0.03, "skip": 0.03, "samples": 2, "rtol": 1e-3}
+            return cc.Study(slider, sides, [], features=features, **turn).sample(runs, seed=seed)
+
+        def width(crank, rod):
+            values = sampled(crank, rod, 120, 1).feature("rms").values
+            return np.ptp(np.quantile(values, [0.025, 0.975]))
+
+        whole = width(0.1, 0.1)
+        halved = {"crank_length": width(0.05, 0.1), "rod_length": width(0.1, 0.05)}
+        ranking = sampled(0.1, 0.1, 81, 20).ranking("rms")
+        assert [row.parameter for row in ranking] == ["crank_length", "rod_length"]
+        for row in ranking:
+            effect = 1.0 - halved[row.parameter] / whole
+            assert row.narrowing.lower <= effect <= row.narrowing.upper
+            assert row.narrowing.upper - row.narrowing.lower < 0.35
+            assert row.narrowing.value == pytest.approx(effect, abs=0.1)
 
     def test_a_normal_parameter_is_said_to_be_taken_as_uniform(self, tmp_path):
         sides = {"crank_length": cc.normal(0.05, 1e-3), "rod_length": cc.interval(0.12, rel=0.05)}

@@ -11,7 +11,7 @@ import chebclear as cc
 import jsonschema
 import numpy as np
 import pytest
-from chebclear.scene.structure import Structures
+from chebclear.scene.structure import Structures, unpacked
 from chebclear.templates.expressions import ExpressionError, parse
 from chebclear.templates.reference.json_schema import scene_file_schema
 from chebclear.templates.toml_text import read_toml, write_toml
@@ -453,10 +453,10 @@ def test_the_numbers_of_many_scenes_are_those_of_each_to_the_last_bit(fixed):
     structure, like = Structures().flat(template(b=0.5, **fixed))
     rng = random.Random(11)
     values = np.array([rng.uniform(0.1, 0.9) for _ in range(300)])
-    numbers, refused = template.scene_numbers(structure, like, {"b": values}, fixed)
+    numbers, refused = template.scene_numbers(structure, unpacked(like), {"b": values}, fixed)
     assert not refused.any()
     for row, b in zip(numbers, values.tolist(), strict=True):
-        assert row.tolist() == Structures().flat(template(b=b, **fixed))[1]
+        assert row.tobytes() == Structures().flat(template(b=b, **fixed))[1]
 
 
 def test_scenes_without_a_value_among_many_are_those_that_are_refused_alone():
@@ -468,7 +468,7 @@ def test_scenes_without_a_value_among_many_are_those_that_are_refused_alone():
     values = np.array([0.1, 0.3, 0.5, 0.65, 0.7, 0.71, 0.72, 0.73, 0.8, 2.0])
     nominal = template(b=0.72)
     structure, like = Structures().flat(nominal)
-    _, refused = template.scene_numbers(structure, like, {"b": values}, {})
+    _, refused = template.scene_numbers(structure, unpacked(like), {"b": values}, {})
     alone = []
     for b in values.tolist():
         try:

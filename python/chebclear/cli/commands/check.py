@@ -9,7 +9,7 @@ from typing import Any
 
 from ...base.files import complete_folder
 from ...scene.columns import column_unit
-from ...scene.description import joint_ends
+from ...scene.parts import ends_of, loose_joints
 from ...scene.scene import ClearanceRevolute, Scene
 from ...templates.template import Template
 from ...templates.units import written
@@ -80,7 +80,7 @@ def check(options: argparse.Namespace) -> int:
 def _remarks(template: Template, scene: Scene) -> list[str]:
     """Defaults that may be slips: a center of mass that the file does not give, at one of several joints."""
     told = []
-    ends = {end for joint in scene.joints for end in joint_ends(joint)}
+    ends = {end for joint in scene.joints for end in ends_of(joint)}
     for written_body, body in zip(template.source.get("bodies", ()), scene.bodies, strict=True):
         if "center_of_mass" in written_body:
             continue
@@ -97,7 +97,7 @@ def _remarks(template: Template, scene: Scene) -> list[str]:
 
 def _play(scene: Scene) -> list[str]:
     """The clearances as radial values and as diametral values for tables of fits."""
-    loose = [joint for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
+    loose = loose_joints(scene.joints)
     if not loose:
         return []
     lines = [

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from ...base.units import unit
 from ...scene.columns import column_unit
+from ...scene.parts import GROUND, owner_of
 from ...scene.scene import ClearanceRevolute, Prismatic, Scene
 from ..drawing.pen import strokes_of
-from ..drawing.pose import GROUND, Pose, owner_of
+from ..drawing.pose import Pose
 from ..drawing.strokes import Owner, Stroke
 from ..drawing.symbols import along
 

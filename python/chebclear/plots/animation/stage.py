@@ -14,7 +14,7 @@ from ...scene.scene import ClearanceRevolute
 from ..axes import COLORS
 from ..drawing.scene import draw_gravity
 from ..drawing.strokes import put_on
-from ..labels import set_x_label, set_y_label, typeset, with_unit
+from ..labels import in_lines, set_labels, typeset, with_unit
 from .motion import LooseJoint, Motion
 
 if TYPE_CHECKING:
@@ -26,6 +26,8 @@ Array = NDArray[np.float64]
 # The magnified joint in radii of the journal: clearance, longest arrow, and half the width of the picture.
 GAP, REACH, VIEW = 0.35, 1.0, 2.5
 FORCE = "#AA3377"
+# Part of the width of the figure for the mechanism [-].
+_SCENE_SHARE = 0.6
 
 
 class Stage:
@@ -36,7 +38,7 @@ class Stage:
 
         self.motion = motion
         self.figure: Figure = Figure(figsize=size, layout="constrained")
-        grid = self.figure.add_gridspec(2, 2, width_ratios=(1.5, 1.0))
+        grid = self.figure.add_gridspec(2, 2, width_ratios=(_SCENE_SHARE, 1.0 - _SCENE_SHARE))
         self.scene = self.figure.add_subplot(grid[:, 0])
         self.moving: list[Any] = []
         self.artists = self._draw_scene(self.scene)
@@ -100,8 +102,7 @@ class Stage:
         ax.margins(0.0)
         ax.update_datalim([low - margin, high + margin])
         ax.autoscale_view()
-        set_x_label(ax, "x [m]")
-        set_y_label(ax, "y [m]")
+        set_labels(ax, "x [m]", "y [m]")
         draw_gravity(ax, self.motion.scene)
         self.clock = ax.text(0.02, 0.02, "", transform=ax.transAxes, fontsize="small", color="0.3", zorder=10)
         self.moving += [*artists, self.clock]
@@ -136,8 +137,12 @@ class Stage:
         name = plain_words(loose.joint.name)
         words = f"{name}, clearance drawn {magnification(loose.joint):.3g} times larger;"
         full = full_force(loose, self.motion.frames)
-        words += f"\ncontact force on the journal, arrow full from {format_number(full, 3)} N"
-        ax.set_title(typeset(words), fontsize="small")
+        force = f"contact force on the journal, arrow full from {format_number(full, 3)} N"
+        title = ax.set_title("", fontsize="small")
+        # The column that holds these axes is wider than they are; some of it is for the numbers of the plot.
+        room = 0.8 * (1.0 - _SCENE_SHARE) * self.figure.get_figwidth() * 72.0
+        lines = [in_lines(text, room, float(title.get_fontsize())) for text in (words, force)]
+        title.set_text("\n".join(lines))
         self.moving += [self.trail, self.journal, self.center, self.shaft, self.head, self.strength]
 
     def _show_bearing(self, loose: LooseJoint, sample: int) -> None:
@@ -157,8 +162,7 @@ class Stage:
         ax.plot(motion.t, motion.values, color="0.75", linewidth=0.7)
         (self.done,) = ax.plot([], [], color=COLORS[0], linewidth=0.9)
         (self.now,) = ax.plot([], [], color=COLORS[0], marker="o", markersize=4.0)
-        set_x_label(ax, "time [s]")
-        set_y_label(ax, with_unit(column_words(motion.output), motion.unit))
+        set_labels(ax, "time [s]", with_unit(column_words(motion.output), motion.unit))
         self.moving += [self.done, self.now]
 
 

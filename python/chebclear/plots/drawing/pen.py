@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...scene.parts import GROUND, ends_of, owner_of
 from ...scene.scene import (
     Body,
     ClearanceRevolute,
@@ -23,7 +24,7 @@ from ...scene.scene import (
     TorsionSpring,
 )
 from .plane import Clutter, hull
-from .pose import GROUND, GROUND_COLOR, Pose, ends_of, owner_of
+from .pose import GROUND_COLOR, Pose
 from .strokes import Owner, Stroke
 from .symbols import along, arc, beside, dashpot, drum, spiral, typical, varies, zigzag
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ArgumentError
-from ...scene.scene import ClearanceRevolute, Damper, Force, Scene, Spring
+from ...scene.parts import GROUND, ends_of, loose_joints, owner_of
+from ...scene.scene import Damper, Force, Scene, Spring
 from ..axes import COLORS
 
 if TYPE_CHECKING:
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-GROUND = "ground"
 GROUND_COLOR = "0.45"
 
 
@@ -61,7 +61,7 @@ class Pose:
             if len(self.points[body.name]) < 2:
                 self._note(f"{body.name}.center_of_mass")
         everything = np.array([point for points in self.points.values() for point in points])
-        radii = [joint.journal_radius for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
+        radii = [joint.journal_radius for joint in loose_joints(scene.joints)]
         span = float(np.hypot(*np.ptp(everything, axis=0))) if len(everything) else 0.0
         # A lone body in a bearing has no extent but its journal's.
         self.size = max([span, *(4.0 * radius for radius in radii)]) or 1.0
@@ -99,18 +99,6 @@ class Pose:
     def _rotated(vector: Sequence[float], angle: float) -> Array:
         sine, cosine = math.sin(angle), math.cos(angle)
         return np.array([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]])
-
-
-def ends_of(joint: Any) -> tuple[str, str]:
-    """The two points of a joint."""
-    if isinstance(joint, ClearanceRevolute):
-        return joint.bearing, joint.journal
-    return joint.a, joint.b
-
-
-def owner_of(end: str) -> str:
-    """Body of a point ``"body.point"``."""
-    return end.partition(".")[0]
 
 
 def simulated_poses(run: RunLike) -> Array:

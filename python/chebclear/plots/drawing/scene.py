@@ -36,7 +36,7 @@ Array = NDArray[np.float64]
 _BOLD, _ITALIC = 0.58, 0.44
 _OF_BODIES = {"fontsize": 0.83, "weight": "bold"}
 _BESIDE = {"fontsize": 0.69, "style": "italic"}
-# Letters of a line of names of joints.
+# Letters of a line of names of joints and of bodies.
 _LONGEST = 16
 _ROUNDS = 4
 # Type is made smaller where the labels would leave the mechanism less than this share of the axes.
@@ -260,21 +260,26 @@ def _placed(pen: Pen, letter: float) -> list[_Label]:
     """Names of bodies, joints and forces where they have room, for a size of the font [m]."""
     pose, clutter, labels = pen.pose, pen.clutter.copy(), []
     for body in pose.scene.bodies:
-        text, corners = plain_words(body.name), np.array(pose.points[body.name])
-        size = (_BOLD * letter * len(text) + 0.2 * letter, letter)
+        words, corners = _lines(plain_words(body.name)), np.array(pose.points[body.name])
+        size = (_BOLD * letter * max(map(len, words)) + 0.2 * letter, letter * len(words))
         place = corners.mean(axis=0)
         spots = along_body(corners, size, letter, _outward(pose, place))
         spot = clutter.place(spots, size, letter, body.name)
         shown = spot.middle if spot.on_body else place
-        labels.append(_Label(text, shown, 0.0, spot.middle, size, letter, body.name))
+        labels.append(_Label("\n".join(words), shown, 0.0, spot.middle, size, letter, body.name))
     for place, names, radius in _named_by_place(pen):
-        words = textwrap.wrap(", ".join(map(plain_words, names)), _LONGEST, break_long_words=False)
+        words = _lines(", ".join(map(plain_words, names)))
         line = 0.85 * letter
         size = (_ITALIC * letter * max(map(len, words)) + 0.2 * letter, line * len(words))
         keep = radius + 0.012 * pen.unit
         spot = clutter.place(around(place, keep, size, line, _outward(pose, place)), size, line)
         labels.append(_Label("\n".join(words), place, keep, spot.middle, size, line))
     return labels
+
+
+def _lines(text: str) -> list[str]:
+    """The lines of a label."""
+    return textwrap.wrap(text, _LONGEST, break_long_words=False) or [""]
 
 
 def _outward(pose: Pose, place: Array) -> Array:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from statistics import NormalDist
 
 import numpy as np
+from numpy.random import Generator, default_rng
 from numpy.typing import NDArray
 
 from ... import _core
@@ -184,7 +185,7 @@ def quantile_bounds(
     start = checks.whole("seed", seed, least=0)
     checks.finish()
 
-    lows, highs = _worst_of_draws(surrogate, random, count, np.random.default_rng(start))
+    lows, highs = _worst_of_draws(surrogate, random, count, default_rng(start))
     tail = 0.5 * (1.0 - share)
     lower = np.quantile(lows, tail, axis=0, method="lower")
     upper = np.quantile(highs, 1.0 - tail, axis=0, method="higher")
@@ -200,7 +201,7 @@ def quantile_bounds(
 
 
 def _worst_of_draws(
-    surrogate: Surrogate, random: Mapping[str, Normal | Uniform], draws: int, rng: np.random.Generator
+    surrogate: Surrogate, random: Mapping[str, Normal | Uniform], draws: int, rng: Generator
 ) -> tuple[Array, Array]:
     """Lowest and highest value over the interval parameters for each draw, shape (draws, samples)."""
     names = list(surrogate.intervals)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.random import Generator, default_rng
 from numpy.typing import NDArray
 
 from ...base import files as records
@@ -344,7 +345,7 @@ def _model(fit: _Fit, points: Array, values: Array, seed: int) -> _Model:
     Residuals are resampled, divided by their leverage, and with them the variance between cycles; the
     scatter is scaled as its own estimate may be off.
     """
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     runs, cycles = values.shape
     free = runs - len(fit.powers)
     mean = values.mean(axis=1)
@@ -405,7 +406,7 @@ def _narrowed(model: _Model, points: Array, seed: int) -> tuple[Array, Array]:
     Resampled sets have random weights of the runs and random signs of the residuals.
     """
     runs, parameters = points.shape
-    random = np.random.default_rng([seed, 1])
+    random = default_rng([seed, 1])
     near = min(runs, max(_LEAST_NEIGHBORS, min(_MOST_NEIGHBORS, round(_NEIGHBORS_PART * runs))))
     smooth, residuals = model.fit.basis @ model.terms, model.left.mean(axis=1)
     signs = random.choice([-1.0, 1.0], size=(runs, _REPLICATES))
@@ -447,7 +448,7 @@ def _narrowed(model: _Model, points: Array, seed: int) -> tuple[Array, Array]:
     return narrowing, resampled
 
 
-def _is_uneven(points: Array, residuals: Array, random: np.random.Generator) -> bool:
+def _is_uneven(points: Array, residuals: Array, random: Generator) -> bool:
     """Whether the size of the scatter follows parabolas in the parameters better than when it is shuffled."""
     runs, parameters = points.shape
     if runs < 2 * parameters + 1 + _LEAST_FREE:

@@ -16,6 +16,7 @@ from ...base import files as records
 from ...base.arguments import Checks, as_number, did_you_mean
 from ...base.named import Named
 from ...base.shown import Shown, listed
+from ...base.tables import format_ends
 from ...errors import ArgumentError, describe
 from ...run.features import Feature
 from ...run.settings import Settings
@@ -174,13 +175,13 @@ class FeatureResult(records.ArrayRecord):
     def __repr__(self) -> str:
         runs, cycles = self.values.shape
         counted = f"{runs} runs" if cycles == 1 else f"{runs} runs of {cycles} cycles"
-        reach = f"{np.min(self.values):.6g} to {np.max(self.values):.6g}"
+        reach = format_ends(float(np.min(self.values)), float(np.max(self.values)))
         return f"<FeatureResult of {self.name}: {counted}, {reach}>"
 
     def __str__(self) -> str:
         reach = self.interval
         unit = f" {self.unit}" if self.unit not in ("", "-") else ""
-        text = f"{self.name}: {reach.lower:.6g} to {reach.upper:.6g}{unit} ({reach.verdict})"
+        text = f"{self.name}: {format_ends(reach.lower, reach.upper)}{unit} ({reach.verdict})"
         text += f"; of the runs {100.0 * reach.coverage:.1f} % are in the interval of the others"
         if not math.isnan(reach.whole_run):
             text += f", of a further one at least {100.0 * reach.whole_run:.1f} % may be expected"

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ... import _core
 from ...base import files as records
-from ...base.arguments import Checks, did_you_mean
+from ...base.arguments import Checks, did_you_mean, meant_or_known
 from ...errors import ArgumentError
 from ...execution.means import MOST_THREADS
 from ...scene.scene import Interval
@@ -297,7 +297,7 @@ class Surrogate(records.ArrayRecord):
     def _axis(self, parameter: str) -> int:
         names = list(self.intervals)
         if parameter not in names:
-            raise ArgumentError(f'unknown parameter "{parameter}"{did_you_mean(parameter, names)}')
+            raise ArgumentError(f'unknown parameter "{parameter}"{meant_or_known(parameter, names)}')
         return names.index(parameter)
 
     def evaluate(self, values: Mapping[str, ArrayLike]) -> Array:

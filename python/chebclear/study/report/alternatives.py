@@ -41,7 +41,7 @@ def alternatives(result: Any) -> list[Block]:
     list of Block
         Empty where nothing was measured.
     """
-    return [*_fewer_runs(result), *_lower_degree(result), *_tolerances(result)]
+    return [*_fewer_runs(result), *_fewer_values(result), *_lower_degree(result), *_tolerances(result)]
 
 
 def _fewer_runs(result: Any) -> list[Block]:
@@ -56,10 +56,7 @@ def _fewer_runs(result: Any) -> list[Block]:
         lower, upper = halves[name]
         others = _by_run(result, band)[count : len(result.parameters)]
         inside = float(((others >= lower) & (others <= upper)).mean())
-        width, whole = float((upper - lower).mean()), float(band.width.mean())
-        unit = band.unit
-        change = "-" if whole <= 0.0 else f"{100.0 * (width / whole - 1.0):+.1f} %"
-        rows.append([name, *(format_quantity(size, unit) for size in (width, whole)), change, _share(inside)])
+        rows.append([name, *_widths(upper - lower, band), _share(inside)])
     total = len(result.parameters)
     head = ["output", f"mean width, {count} runs", f"mean width, {total} runs", "change", "other runs inside"]
     caption = f"The first {count} runs alone, judged by the other {total - count}"
@@ -136,6 +133,60 @@ def _sampled_half(result: Any, count: int) -> Mapping[str, tuple[Array, Array]]:
     }
 
 
+def _widths(width: Array, band: Band) -> list[Cell]:
+    """Mean width of other bounds and of the band, and by how much the first differs."""
+    other, own = float(width.mean()), float(band.width.mean())
+    change = "-" if own <= 0.0 else f"{100.0 * (other / own - 1.0):+z.1f} %"
+    return [format_quantity(other, band.unit), format_quantity(own, band.unit), change]
+
+
+def _fewer_values(result: Any) -> list[Block]:
+    """The extremes of a scan over every second value of each parameter, beside those of all its runs."""
+    if result.kind != "scan" or not result.bands:
+        return []
+    if (
+        result.failures
+        or max(result.nodes) < 3
+        or any(band.angle is not None for band in result.bands.values())
+    ):
+        return [
+            Text(
+                "What a scan of fewer values would give is not said: that takes at least three values of a "
+                "parameter, all runs, and bands over time."
+            )
+        ]
+    # Both ends stay, since a response that grows with a parameter is largest there.
+    kept = [np.linspace(0, count - 1, (count + 2) // 2).round().astype(int) for count in result.nodes]
+    chosen = np.zeros(result.nodes, dtype=bool)
+    chosen[np.ix_(*kept)] = True
+    few = chosen.ravel()
+    rows: list[list[Cell]] = []
+    for name, band in result.bands.items():
+        part = np.concatenate([band.runs[: few.size][few], band.nominal[None]])
+        lower, upper = part.min(axis=0), part.max(axis=0)
+        others = band.runs[: few.size][~few]
+        inside = float(((others >= lower) & (others <= upper)).mean())
+        rows.append([name, *_widths(upper - lower, band), _share(inside)])
+    values, own = (" x ".join(str(count) for count in each) for each in (map(len, kept), result.nodes))
+    head = [
+        "output",
+        f"mean width, {values} values",
+        f"mean width, {own} values",
+        "change",
+        "other runs inside",
+    ]
+    caption = (
+        f"The {few.sum()} runs at {values} of the {own} values alone, judged by the other {(~few).sum()}"
+    )
+    text = (
+        "A scan is an inner bound: runs between its values may leave it, and how far is not known. Where the "
+        "width hardly changes and nearly all other runs are inside, more values would change little; "
+        "where they are not, more of them are needed, or bands that say how far a further run may go "
+        "(Study.band)."
+    )
+    return [Table(caption, head, rows), Text(text)]
+
+
 def _lower_degree(result: Any) -> list[Block]:
     """The bounds of polynomials of one degree less on the same runs, beside those of the study."""
     if result.degrees is None or result.failures or not result.bands or max(result.degrees) < 2:
@@ -144,10 +195,8 @@ def _lower_degree(result: Any) -> list[Block]:
     rows: list[list[Cell]] = []
     for name, band in result.bands.items():
         lower, upper = Surrogate.fit(result.intervals, result.nodes, degrees, band.runs).bounds(result.bounds)
-        width, whole = float((upper - lower).mean()), float(band.width.mean())
-        change = "-" if whole <= 0.0 else f"{100.0 * (width / whole - 1.0):+.1f} %"
         error = "-" if math.isnan(band.margin.error) else f"{100.0 * band.margin.error:.2g} %"
-        rows.append([name, *(format_quantity(size, band.unit) for size in (width, whole)), change, error])
+        rows.append([name, *_widths(upper - lower, band), error])
     less, own = (" x ".join(map(str, each)) for each in (degrees, result.degrees))
     head = [
         "output",

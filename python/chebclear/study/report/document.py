@@ -257,13 +257,14 @@ def _worst_cases(result: ReportedStudy) -> Table:
     sides = list(result.intervals.values())
     for name, band in result.bands.items():
         unit = band.unit
+        scale = float(np.abs(band.runs).max())
         for word, find in (("largest", np.argmax), ("smallest", np.argmin)):
             run, sample = np.unravel_index(int(find(band.runs)), band.runs.shape)
             rows.append(
                 [
                     name,
                     word,
-                    format_quantity(float(band.runs[run, sample]), unit),
+                    format_quantity(float(band.runs[run, sample]), unit, scale=scale),
                     _place(band, int(sample)),
                     *(
                         _deviation(float(value), side)

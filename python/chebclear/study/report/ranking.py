@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ...base.prefixes import format_range
+from ...base.shown import capital
 from ...plots.features import plot_ranking
 from ...report.document import Block, Finding, Items, Picture, Section, Text
 from ..features.features import FeatureResult
@@ -25,7 +26,7 @@ def feature_section(feature: FeatureResult) -> tuple[Section, Finding]:
         share = f"{100.0 * reach.whole_run:.3g} %"
         text += f": a further run with a probability of at least {share}"
         told += f"; a further run is in it with a probability of at least {share}"
-    blocks: list[Block] = [Text(f"{_capital(told)}.")]
+    blocks: list[Block] = [Text(f"{capital(told)}.")]
     try:
         ranking = feature.ranking()
     except ValueError as error:  # too few runs
@@ -39,10 +40,6 @@ def feature_section(feature: FeatureResult) -> tuple[Section, Finding]:
     return Section(f"Feature: {feature.name}", blocks), Finding(
         feature.name, f"{text}). {ranking.in_short()}"
     )
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
 
 
 def _finding(ranking: Ranking) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.shown import listed
-from ...base.tables import format_table
+from ...base.tables import format_ends, format_table
 from ...run.features import Feature
 from ..band.band import Band
 from ..band.calibrated import doubling_narrows
@@ -81,7 +81,7 @@ def _row(result: Any, band: Band) -> list[str]:
         band.verdict,
         _percent(band.coverage),
         _percent(band.whole_run),
-        f"{peak.lower:.5g} to {peak.upper:.5g}",
+        format_ends(peak.lower, peak.upper, 5),
         f"{band.upper.max() if checked is None else checked.predicted:.5g}",
         simulated,
     ]

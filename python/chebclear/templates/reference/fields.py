@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import MISSING, Field, dataclass, fields
 from typing import Any
 
+from ...base.shown import capital
 from ...run.features import JOINT_KINDS, KINDS
 from ...run.settings import METHODS, Settings
 from ...scene.scene import Scene
-from ...scene.schema import Part
+from ...scene.schema import Part, descriptions
 from ..expressions import CONSTANTS, FUNCTIONS
 from ..reader import FORMAT
 from ..run_table import UNITS
-from .json_schema import PARAMETER, accepted_words, descriptions, records, summary
+from .json_schema import PARAMETER, accepted_words, summary
 
 WIDTH = 100
 """Columns of the tables in plain text [-]."""
@@ -91,7 +92,7 @@ def page(tables: list[FieldTable]) -> str:
         "",
     ]
     for table in tables:
-        head = f"`{table.title}`" if table.title[0] == "[" or "{" in table.title else _capital(table.title)
+        head = f"`{table.title}`" if table.title[0] == "[" or "{" in table.title else capital(table.title)
         text.append(f"## {head}\n\n{_marked(table.summary)}\n")
         text.append("| field | value | if left out | meaning |\n|---|---|---|---|")
         for row in table.rows:
@@ -193,15 +194,11 @@ def _parameters() -> FieldTable:
             f"NAME.{name}",
             forms.get(name, "number"),
             "optional",
-            f"{_capital(str(property['description']).partition(': a number in SI')[0])}.",
+            f"{capital(str(property['description']).partition(': a number in SI')[0])}.",
         )
         for name, property in PARAMETER["properties"].items()
     ]
     return FieldTable("[parameters]", "", words, tuple(rows))
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
 
 
 def _run() -> FieldTable:
@@ -278,10 +275,3 @@ def _default(item: Field[Any]) -> str:
 def _without_unit(text: str, unit: str) -> str:
     """A description without the unit, which stands beside it."""
     return text.replace(f" [{unit}]", "", 1) if unit else text
-
-
-def every_field(part: type[Part] = Scene) -> Iterator[tuple[type[Part], str]]:
-    """Every record of a scene with the names of its fields; tests hold the tables to them."""
-    for record in records(part):
-        for item in fields(record):  # type: ignore[arg-type]
-            yield record, item.name

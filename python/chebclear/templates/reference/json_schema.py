@@ -15,7 +15,7 @@ from typing import Any
 from ...run.features import KINDS
 from ...run.settings import METHODS
 from ...scene.scene import Scene
-from ...scene.schema import Part
+from ...scene.schema import Part, descriptions
 from ..reader import FORMAT
 from ..run_table import UNITS
 
@@ -166,19 +166,3 @@ def accepted_words(part: type[Any]) -> dict[str, tuple[str, ...]]:
     """The words of the fields that accept no others, as the docstring lists them in braces."""
     found = re.findall(r"^(\w+) : \{(.*?)\}", inspect.cleandoc(part.__doc__ or ""), re.MULTILINE)
     return {name: tuple(re.findall(r'"(\w+)"', words)) for name, words in found}
-
-
-def descriptions(part: type[Any]) -> dict[str, str]:
-    """What the docstring says of each parameter."""
-    text = inspect.cleandoc(part.__doc__ or "")
-    found = re.search(r"Parameters\n-+\n(.*?)(?:\n\n[A-Z]\w+\n-+\n|\Z)", text, re.DOTALL)
-    words: dict[str, str] = {}
-    names: list[str] = []
-    for line in found[1].split("\n") if found else []:
-        head = re.match(r"(\w+(?:, \w+)*) : ", line)
-        if head:
-            names = head[1].split(", ")
-        elif line.strip():
-            for name in names:
-                words[name] = f"{words.get(name, '')} {line.strip()}".strip()
-    return words

@@ -11,12 +11,12 @@
 //! All coefficients belong to the instants alone and are shared by all components. The single and the double
 //! integral of the polynomial give velocities and positions.
 
-use crate::integrators::stages::Stages;
+use crate::integrators::stages::{BLOCK, Stages};
 
 /// Largest order of the predictor.
 pub(super) const MOST: usize = 12;
 /// Accelerations kept: one more than the predictor uses, for the error of the next order.
-const KEPT: usize = MOST + 1;
+pub(super) const KEPT: usize = MOST + 1;
 /// Lengths of steps are equal if they differ by so many roundings of the time: the steps end on rounded
 /// instants.
 const ROUNDINGS: f64 = 4.0;
@@ -32,8 +32,8 @@ pub(super) struct Differences {
     back: [f64; KEPT],
     /// Length of the prepared step [s].
     h: f64,
-    /// α_1, ..., α_{count}.
-    alpha: [f64; KEPT],
+    /// α_1, ..., α_{count}, and one place that none takes.
+    alpha: [f64; KEPT + 1],
     /// β_1, ..., β_{count}: their products with the differences continue these over the step.
     beta: [f64; KEPT],
     /// Single and double integral of every c_i over the step, in h and h².
@@ -47,6 +47,8 @@ pub(super) struct Differences {
     slack: f64,
     /// Whether the prepared step and all that it follows from are equally long.
     regular: bool,
+    /// Whether the coefficients are those of equal steps.
+    constant: bool,
 }
 
 impl Differences {
@@ -57,7 +59,7 @@ impl Differences {
             count: 0,
             back: [0.0; KEPT],
             h: 0.0,
-            alpha: [1.0; KEPT],
+            alpha: [1.0; KEPT + 1],
             beta: [1.0; KEPT],
             integrals: REGULAR,
             weights: REGULAR,
@@ -65,6 +67,7 @@ impl Differences {
             length: 0.0,
             slack: 0.0,
             regular: false,
+            constant: false,
         }
     }
 
@@ -81,8 +84,9 @@ impl Differences {
     /// Starts with accelerations at equal distances `h` [s], the earliest first.
     pub(super) fn begin(&mut self, h: f64, mut accelerations: impl FnMut(usize, &mut [f64]), count: usize) {
         self.clear();
+        self.beta = [1.0; KEPT];
+        self.constant = false;
         for index in 0..count {
-            self.beta = [1.0; KEPT];
             self.push(|out| accelerations(index, out));
         }
         for (index, back) in self.back.iter_mut().enumerate() {
@@ -100,10 +104,13 @@ impl Differences {
         self.slack = ROUNDINGS * f64::EPSILON * (t.abs() + h);
         self.regular = self.equal > order && (h - self.length).abs() <= self.slack;
         if self.regular {
-            (self.alpha, self.beta) = (RECIPROCALS, [1.0; KEPT]);
-            (self.integrals, self.weights) = (REGULAR, REGULAR);
+            if !std::mem::replace(&mut self.constant, true) {
+                (self.alpha, self.beta) = (RECIPROCALS, [1.0; KEPT]);
+                (self.integrals, self.weights) = (REGULAR, REGULAR);
+            }
             return;
         }
+        self.constant = false;
         let mut product = 1.0;
         for i in 0..self.count {
             let ahead = h + self.back[i];
@@ -149,18 +156,14 @@ impl Differences {
         self.beta[i] * self.rows.at(i, component)
     }
 
+    /// The same of the components of a block from the number `first` on.
+    pub(super) fn continued_block(&self, i: usize, first: usize) -> [f64; BLOCK] {
+        self.rows.block(i, first).map(|difference| self.beta[i] * difference)
+    }
+
     /// φ_i of a component: the difference number i (from 0) at the present instant.
     pub(super) fn row(&self, i: usize, component: usize) -> f64 {
         self.rows.at(i, component)
-    }
-
-    /// All of them, up to an order.
-    pub(super) fn all_continued(&self, order: usize, component: usize) -> [f64; KEPT] {
-        let mut values = [0.0; KEPT];
-        for (i, value) in values.iter_mut().enumerate().take(order) {
-            *value = self.continued(i, component);
-        }
-        values
     }
 
     /// Ratio of the difference number i (from 0) at equal steps of the prepared length to that at the end of
@@ -194,45 +197,52 @@ impl Differences {
         self.count = count;
     }
 
-    /// Coefficients of the polynomial on the prepared step, a(t + θh) = Σ b_p θ^p with b_p = Σ_i T_pi β_i
-    /// φ_i: row p of T, of `order` + 1 columns. The last column belongs to the difference at the end of the
-    /// step.
-    pub(super) fn powers(&self, order: usize) -> [[f64; KEPT]; KEPT] {
-        let mut rows = [[0.0; KEPT]; KEPT];
-        rows[0][0] = 1.0;
-        for i in 1..=order {
-            let alpha = self.alpha[i - 1];
-            let offset = alpha * self.back[i - 1] / self.h;
-            let mut before = 0.0;
-            for row in &mut rows[..=i] {
-                let same = row[i - 1];
-                row[i] = offset * same + alpha * before;
-                before = same;
-            }
-        }
-        rows
+    /// Coefficients of the powers of θ in c_1, ..., c_{order + 1} on the prepared step: a row of each.
+    pub(super) fn powers(&self, order: usize) -> Powers {
+        if self.regular { REGULAR_POWERS } else { powers(&self.alpha, order) }
     }
 }
 
-/// Single and double integrals of c_1, ..., c_{order + 1} over the step, from the α.
-const fn integrals(alpha: &[f64; KEPT], order: usize) -> [[f64; KEPT]; 2] {
-    // Row i of the recursion g_{i+1,q} = g_{i,q} - α_i g_{i,q+1}, g_{1,q} = 1/q; columns q = 1 and 2 are the
-    // single and the double integral.
-    let mut row = [0.0; KEPT + 1];
-    let mut q = 0;
-    while q <= order + 1 {
-        row[q] = 1.0 / (q + 1) as f64;
-        q += 1;
-    }
-    let mut integrals = [[0.0; KEPT]; 2];
-    let mut i = 0;
+/// Rows of coefficients of powers.
+pub(super) type Powers = [[f64; KEPT]; KEPT];
+
+/// Coefficients of the powers of θ in c_1, ..., c_{order + 1}, a row of each, from the α.
+const fn powers(alpha: &[f64; KEPT + 1], order: usize) -> Powers {
+    assert!(order <= MOST);
+    let mut rows = [[0.0; KEPT]; KEPT];
+    rows[0][0] = 1.0;
+    let mut i = 1;
     while i <= order {
-        if i > 0 {
-            q = 0;
-            while q < order + 2 - i {
-                row[q] -= alpha[i - 1] * row[q + 1];
-                q += 1;
-            }
+        // c_{i+1} = c_i (α_i θ + 1 - α_i)
+        let (last, linear) = (rows[i - 1], alpha[i - 1]);
+        let constant = 1.0 - linear;
+        rows[i][0] = constant * last[0];
+        let mut p = 1;
+        // All of the row: loops of fixed length are the faster ones.
+        while p < KEPT {
+            rows[i][p] = constant * last[p] + linear * last[p - 1];
+            p += 1;
+        }
+        i += 1;
+    }
+    rows
+}
+
+/// Single and double integrals of c_1, ..., c_{order + 1} over the step, from the α.
+const fn integrals(alpha: &[f64; KEPT + 1], order: usize) -> [[f64; KEPT]; 2] {
+    assert!(order <= MOST);
+    // Row i of the recursion g_{i+1,q} = g_{i,q} - α_i g_{i,q+1}, g_{1,q} = 1/q; columns q = 1 and 2 are the
+    // single and the double integral. The last column is not renewed, and what follows from it reaches these
+    // after the last row only.
+    let mut row = RECIPROCALS;
+    let mut integrals = [[0.0; KEPT]; 2];
+    (integrals[0][0], integrals[1][0]) = (row[0], row[1]);
+    let mut i = 1;
+    while i <= order {
+        let mut q = 0;
+        while q < KEPT {
+            row[q] -= alpha[i - 1] * row[q + 1];
+            q += 1;
         }
         (integrals[0][i], integrals[1][i]) = (row[0], row[1]);
         i += 1;
@@ -240,11 +250,11 @@ const fn integrals(alpha: &[f64; KEPT], order: usize) -> [[f64; KEPT]; 2] {
     integrals
 }
 
-/// α at equal steps: 1, 1/2, 1/3, ...
-const RECIPROCALS: [f64; KEPT] = {
-    let mut values = [0.0; KEPT];
+/// 1, 1/2, 1/3, ...: at equal steps the α.
+pub(super) const RECIPROCALS: [f64; KEPT + 1] = {
+    let mut values = [0.0; KEPT + 1];
     let mut i = 0;
-    while i < KEPT {
+    while i <= KEPT {
         values[i] = 1.0 / (i + 1) as f64;
         i += 1;
     }
@@ -253,3 +263,6 @@ const RECIPROCALS: [f64; KEPT] = {
 
 /// The integrals at equal steps.
 const REGULAR: [[f64; KEPT]; 2] = integrals(&RECIPROCALS, MOST);
+
+/// The coefficients of the powers at equal steps.
+const REGULAR_POWERS: Powers = powers(&RECIPROCALS, MOST);

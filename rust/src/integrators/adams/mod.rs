@@ -12,9 +12,10 @@ mod differences;
 mod start;
 
 use crate::integrators::dense::DenseStep;
+use crate::integrators::stages::BLOCK;
 use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
 use crate::numerics::instant::Instant;
-use differences::{Differences, MOST};
+use differences::{Differences, KEPT, MOST, RECIPROCALS};
 use start::Start;
 
 /// Accelerations that the first step supplies, at equal distances in it: the order of the next one.
@@ -30,7 +31,8 @@ const STABLE: f64 = 1.0;
 /// thereafter, it is what it was and the next trial comes after twice as many steps.
 const PATIENCE: [u32; 2] = [8, 256];
 const RAISE: f64 = 1.25;
-/// The start goes on while its error is below this, so that its steps grow fivefold.
+/// The start goes on while its error is below this and no attempt fails, so that its steps grow fivefold. Where
+/// one has failed, stability limits them.
 const FAR_BELOW: f64 = 1e-4;
 /// No step is as stiff: it would not be stable. A larger ratio of the differences is noise of the
 /// accelerations.
@@ -305,23 +307,35 @@ impl Adams {
             self.start.finish_dense(&mut self.step);
             return;
         }
-        let (d, h, order) = (self.d, self.step.h, self.taken_order);
-        let n = 2 * d;
+        let Self { d, taken_order: order, .. } = *self;
+        let (n, h) = (2 * d, self.step.h);
         let powers = self.differences.powers(order);
         self.step.rows.resize((order + 1) * n, 0.0);
-        for k in 0..d {
+        for first in (0..d).step_by(BLOCK) {
+            let lanes = BLOCK.min(d - first);
+            let mut differences = [[0.0; BLOCK]; KEPT];
+            for (i, difference) in differences[..order].iter_mut().enumerate() {
+                *difference = self.differences.continued_block(i, first);
+            }
+            differences[order][..lanes].copy_from_slice(&self.last[first..first + lanes]);
             // y(θ) = y₀ + Σ m_p θ^p; row r holds the negative sum of the m_p from p = r + 2 on.
-            let (mut of_position, mut of_velocity) = (0.0, 0.0);
-            let mut differences = self.differences.all_continued(order, k);
-            differences[order] = self.last[k];
+            let (mut of_position, mut of_velocity) = ([0.0; BLOCK], [0.0; BLOCK]);
             for p in (0..=order).rev() {
-                let power: f64 =
-                    powers[p][p..=order].iter().zip(&differences[p..=order]).map(|(c, f)| c * f).sum();
-                self.step.rows[p * n + d + k] = of_velocity;
-                let integral = h * power / (p + 1) as f64;
-                of_velocity -= integral;
-                of_position -= h * integral / (p + 2) as f64;
-                self.step.rows[p * n + k] = of_position;
+                let mut power = [0.0; BLOCK];
+                for (powers, difference) in powers[p..=order].iter().zip(&differences[p..=order]) {
+                    for (power, difference) in power.iter_mut().zip(difference) {
+                        *power += powers[p] * difference;
+                    }
+                }
+                let once = h * RECIPROCALS[p];
+                let twice = h * once * RECIPROCALS[p + 1];
+                let (positions, velocities) = self.step.rows[p * n..(p + 1) * n].split_at_mut(d);
+                velocities[first..first + lanes].copy_from_slice(&of_velocity[..lanes]);
+                for lane in 0..BLOCK {
+                    of_velocity[lane] -= once * power[lane];
+                    of_position[lane] -= twice * power[lane];
+                }
+                positions[first..first + lanes].copy_from_slice(&of_position[..lanes]);
             }
         }
     }
@@ -403,24 +417,23 @@ impl Stepper for Adams {
         self.stiffness = None;
         stats.stages += 1;
         stats.evaluations += 1;
-        let none = Settled { largest_growth: f64::INFINITY, switched: false, order_error: None };
         if !system.acceleration(t.into(), q, v, &mut self.a) {
-            return none;
+            return Settled::UNLIMITED;
         }
         self.settled = Some(t);
         if !system.is_smooth_at(t) {
             // What was before a break of a driven motion or a force says nothing of what comes.
             self.differences.clear();
-            return none;
+            return Settled::UNLIMITED;
         }
-        if self.started && self.error < FAR_BELOW {
+        if self.started && self.error < FAR_BELOW && self.failures == 0 {
             self.differences.clear();
-            return none;
+            return Settled::UNLIMITED;
         }
         self.next_error = if self.started { self.begin_differences() } else { self.advance() };
         self.step.embedded_order = self.order;
         let order_error = self.next_error / self.error;
         let order_error = Some(if order_error.is_finite() { order_error } else { 1.0 });
-        Settled { largest_growth: self.stable_growth(), switched: false, order_error }
+        Settled { largest_growth: self.stable_growth(), order_error, ..Settled::UNLIMITED }
     }
 }

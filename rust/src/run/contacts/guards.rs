@@ -36,7 +36,8 @@ impl StepDemands {
     pub(crate) fn new(joints: usize) -> Self {
         Self {
             bound: f64::INFINITY,
-            next_break: f64::INFINITY,
+            // Found where the first step starts.
+            next_break: f64::NEG_INFINITY,
             velocity_refinement: 1.0,
             slides: vec![None; joints],
             breaks_away: false,

@@ -23,27 +23,6 @@ use regression::Regression;
 use resolve::{LARGEST_DEGREE, LARGEST_TERM_SHARE, ROUNDING, Resolved, resolved};
 use running::Ends;
 
-/// Runs at points of the box, of all outputs.
-#[derive(Clone, Copy, Debug)]
-pub struct Table<'a> {
-    /// Points in [-1, 1]^k, rows x parameters.
-    pub points: &'a [f64],
-    /// Number of parameters.
-    pub parameters: usize,
-    /// Values, rows x samples x outputs; with revolutions runs x revolutions x samples x outputs.
-    pub values: &'a [f64],
-    /// Number of samples, of a revolution if there are any.
-    pub samples: usize,
-    /// Revolutions of every run, pooled over the crank angle, the first and last sample of each at the same
-    /// angle; none where the samples are instants.
-    pub revolutions: Option<usize>,
-    /// Number of outputs.
-    pub outputs: usize,
-    /// Number of runs, the first rows, that are spread evenly or at random over the box. They are held out in turn;
-    /// the others are never left out.
-    pub scored: usize,
-}
-
 /// A polynomial that follows the response.
 #[derive(Clone, Debug)]
 pub struct Polynomial {
@@ -76,7 +55,10 @@ pub struct OutputBand {
 const LARGEST_WIDTH_RATIO: f64 = 1.5;
 
 /// Most terms of a polynomial, however many the runs: the factorization takes a time that grows with the square of
-/// their number, with 4096 runs and 1287 terms (8 parameters, degree 5) 9 s.
+/// their number, with 4096 runs and 1287 terms (8 parameters, degree 5) 9 s. It costs no accuracy where impacts
+/// scatter: with eight parameters and 1000 to 3000 runs degree 2 is the best for displacement and velocity of P5
+/// of `benchmarks/bands.py` (5.9 % of the width for the velocity; degree 4 7.6 %, degree 5 17 % with 3000 runs). A six-bar
+/// without clearance and seven parameters has 0.3 % for the acceleration with degree 4 and would have 0.1 % with degree 5.
 const LARGEST_TERM_COUNT: usize = 500;
 
 /// Terms of the polynomials of the largest degree that is tried.
@@ -98,55 +80,6 @@ pub enum Method {
     Certified,
 }
 
-/// The bands of all outputs so that `coverage` of the samples of further runs are inside.
-///
-/// `limits` are the physical limits of the outputs. The work is done on `threads` threads of a private pool
-/// (default: one for every processor); its pieces are put together in order, so the results are the same bits
-/// for any number.
-///
-/// # Errors
-///
-/// Numbers that do not fit each other, fewer than three scored runs or two samples, a value or point that is
-/// not finite, a coverage that is not between 0 and 1, threads that cannot be started.
-pub fn bands(
-    table: &Table<'_>,
-    limits: &[[f64; 2]],
-    coverage: f64,
-    method: Method,
-    threads: Option<usize>,
-) -> Result<Vec<OutputBand>, GridError> {
-    Ok(watched_bands(table, limits, coverage, method, threads, &|| true)?.unwrap_or_default())
-}
-
-/// As [`bands`]; the monitor is called while the points are prepared and before every output, and None is returned if it cancels.
-///
-/// # Errors
-///
-/// As [`bands`].
-pub fn watched_bands(
-    table: &Table<'_>,
-    limits: &[[f64; 2]],
-    coverage: f64,
-    method: Method,
-    threads: Option<usize>,
-    monitor: Monitor,
-) -> Result<Option<Vec<OutputBand>>, GridError> {
-    let Table { points, parameters, revolutions, scored, samples, outputs, .. } = *table;
-    let Some(design) = Design::new(points, parameters, revolutions, scored, coverage, method, monitor)?
-    else {
-        return Ok(None);
-    };
-    design.check_values(table.values, samples, outputs)?;
-    if limits.len() != outputs {
-        return Err(GridError::new(format!("{} limits: {outputs} are needed", limits.len())));
-    }
-    let one = |output: usize| design.judged(&gather(table.values, output, outputs), samples, limits[output]);
-    // Outputs, and in each of them sides, windows and blocks of time.
-    let pool = private_pool(thread_count(threads, usize::MAX))?;
-    let each = || (0..outputs).into_par_iter().with_max_len(1);
-    Ok(pool.install(|| each().map(|output| monitor().then(|| one(output))).collect()))
-}
-
 /// The points of the runs and what is asked of their bands, prepared for one output after the other: so only one
 /// need be in the memory as a table of its own.
 #[derive(Clone, Debug)]
@@ -164,11 +97,16 @@ pub struct Design {
 }
 
 impl Design {
-    /// Prepares the points; see [`Table`] for its numbers. None if the monitor said no.
+    /// Prepares runs at `points` in [-1, 1]^k, row-major rows x parameters, for bands with `coverage` of the samples of
+    /// further runs inside. With `revolutions` every run has that many rows, pooled over the crank angle, the first
+    /// and last sample of each at the same angle; else the samples are instants. The first `scored` runs are spread
+    /// evenly or at random over the box and are held out in turn; the others are never left out. None if the monitor
+    /// said no.
     ///
     /// # Errors
     ///
-    /// As [`bands`], but for what concerns values.
+    /// Numbers that do not fit each other, fewer than three scored runs or too few for a proof, a point outside the
+    /// cube, a coverage that is not between 0 and 1.
     pub fn new(
         points: &[f64],
         parameters: usize,
@@ -207,12 +145,14 @@ impl Design {
         }))
     }
 
-    /// The band of one output of values rows x samples; None if the monitor said no, which is asked before.
+    /// The band of one output of values rows x samples with physical `limits`; None if the monitor said no, which is
+    /// asked before. The work is done on `threads` threads of a private pool (default: one for every processor); its
+    /// pieces are put together in order, so the bits are the same for any number.
     ///
     /// # Errors
     ///
-    /// As [`bands`].
-    pub fn watched_band(
+    /// Values that do not fit the points or are not finite, fewer than two samples, threads that cannot be started.
+    pub fn band(
         &self,
         values: &[f64],
         samples: usize,
@@ -220,7 +160,7 @@ impl Design {
         threads: Option<usize>,
         monitor: Monitor,
     ) -> Result<Option<OutputBand>, GridError> {
-        self.check_values(values, samples, 1)?;
+        self.check_values(values, samples)?;
         let pool = private_pool(thread_count(threads, usize::MAX))?;
         Ok(monitor().then(|| pool.install(|| self.judged(values, samples, limits))))
     }
@@ -236,21 +176,20 @@ impl Design {
         }
     }
 
-    fn check_values(&self, values: &[f64], samples: usize, outputs: usize) -> Result<(), GridError> {
+    fn check_values(&self, values: &[f64], samples: usize) -> Result<(), GridError> {
         let Self { rows, block, .. } = *self;
         if samples < 2 {
             return Err(GridError::new(format!("samples must be >= 2, got {samples}")));
         }
-        let sizes = [block, samples, outputs];
-        let needed = sizes.iter().try_fold(rows, |count: usize, &size| count.checked_mul(size));
+        let needed = [block, samples].iter().try_fold(rows, |count: usize, &size| count.checked_mul(size));
         if needed != Some(values.len()) {
             return Err(GridError::new(format!(
-                "{} values: {rows} runs x {block} rows x {samples} samples x {outputs} outputs are needed",
+                "{} values: {rows} runs x {block} rows x {samples} samples are needed",
                 values.len()
             )));
         }
         if let Some(at) = values.iter().position(|value| !value.is_finite()) {
-            let run = at / (block * samples * outputs);
+            let run = at / (block * samples);
             return Err(GridError::new(format!("run {run} has a value {}: all must be finite", values[at])));
         }
         Ok(())
@@ -299,13 +238,6 @@ impl From<Resolved> for OutputBand {
             polynomial: Some(polynomial),
         }
     }
-}
-
-/// The values of one output, rows x samples.
-fn gather(values: &[f64], output: usize, outputs: usize) -> Vec<f64> {
-    let mut column = Vec::with_capacity(values.len() / outputs);
-    column.extend(values.iter().skip(output).step_by(outputs));
-    column
 }
 
 /// `work` for every output, in order, on threads of a private pool.

@@ -1,0 +1,71 @@
+"""The program from its first moment to its last, so that Ctrl-C is answered at all of them.
+
+Nothing of the package is imported before: that takes half a second, in which an interrupt would end in a
+traceback.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from types import FrameType
+
+from .ending import EXIT_INTERRUPTED, EXIT_TERMINATED
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line in this process; see `program.main`.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        The words after ``chebclear``; those of the process if not given.
+
+    Returns
+    -------
+    int
+        The exit code.
+    """
+    from .program import main as run
+
+    return run(arguments)
+
+
+def run_process() -> int:
+    """Run the command line as all that this process does.
+
+    Returns
+    -------
+    int
+        The exit code.
+    """
+    try:
+        # One that is ignored, as in a job in the background, stays so.
+        answered = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        if answered:
+            # Nothing has begun that must end in order, and libraries under way may keep an exception.
+            signal.signal(signal.SIGINT, _leave)
+        from . import program
+
+        if answered:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        code = program.main()
+        if code in (EXIT_INTERRUPTED, EXIT_TERMINATED):
+            # All that must be closed is closed, and taking down large libraries would take as long again.
+            sys.stderr.flush()
+            os._exit(code)
+        return code
+    except KeyboardInterrupt:
+        # Between the lines above, or after all is done.
+        print("chebclear: interrupted", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    finally:
+        # What is done is done: the process only has to leave, which takes some hundredths of a second.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _leave(number: int, frame: FrameType | None) -> None:
+    os.write(2, b"chebclear: interrupted\n")
+    os._exit(EXIT_INTERRUPTED)
