@@ -322,8 +322,8 @@ def budgets_of(name: str, asked: argparse.Namespace) -> list[list[Any]]:
     few = max([budget for budget in asked.budgets if budget <= MANY], default=0)
     often = (asked.seeds + 1) // 2
     designs = [
-        Design.of(name, asked.folder, max(asked.budgets) if seed < often else few, seed)
-        for seed in range(asked.seeds if few else often)
+        Design.of(name, asked.folder, max(asked.budgets) if index < often else few, asked.first_seed + index)
+        for index in range(asked.seeds if few else often)
     ]
     known = reference(name, asked.folder, asked.hull, asked.fresh) if asked.hull else of_designs(designs)
     for budget in sorted(asked.budgets):
@@ -345,7 +345,8 @@ def main() -> None:
     parser.add_argument("folder", type=Path, help="where hulls and runs are kept")
     parser.add_argument("--problems", nargs="+", default=list(PROBLEMS), choices=list(PROBLEMS))
     parser.add_argument("--budgets", nargs="+", type=int, default=[9, 41, 81, 321])
-    parser.add_argument("--seeds", type=int, default=6)
+    parser.add_argument("--seeds", type=int, default=6, help="number of studies, each with its seed")
+    parser.add_argument("--first-seed", type=int, default=0, help="others are tried with 100")
     parser.add_argument(
         "--hull",
         type=int,
@@ -362,7 +363,7 @@ def main() -> None:
     for name in asked.problems:
         if asked.certify:
             study, known = study_of(name), reference(name, asked.folder, asked.hull, asked.fresh)
-            results = [study.certify(seed=seed) for seed in range(asked.seeds)]
+            results = [study.certify(seed=asked.first_seed + index) for index in range(asked.seeds)]
             runs = len(results[0].parameters)
             print(f"{name}, certified by {runs} runs")
             rows += judged([result.bands for result in results], known, [name, runs, asked.seeds, ""])

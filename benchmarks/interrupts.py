@@ -1,9 +1,15 @@
 """How long a study takes to end after Ctrl-C or SIGTERM, in every stage of it.
 
     python benchmarks/interrupts.py [--repeats 5] [--stages simulating pool]
+    python benchmarks/interrupts.py --life 50 [--last 0.1]
 
 A program of its own repeats the stage until it gets the signal at a random moment. Prints the median and the
 longest time until the process is gone, and the processes that it left behind.
+
+With `--life` the command `chebclear study` with a store and a report gets Ctrl-C at so many moments of its
+whole life, or of the last seconds of it. Each time it must be gone within half a second with one line and
+the right exit code, leave no process behind and a store from which the study goes on. Ends with status 1
+otherwise. Before the first line of the package, while Python itself starts, Python answers.
 """
 
 from __future__ import annotations
@@ -16,6 +22,7 @@ import subprocess
 import sys
 import time
 import warnings
+from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
@@ -130,17 +137,76 @@ def left(group: int) -> list[str]:
     return [line for line in found.stdout.splitlines() if line.split()[1][0] != "Z"]
 
 
+def program(folder: Path, scene: Path, *more: str) -> subprocess.Popen[str]:
+    """A study by the command line, whose folder is empty or holds the store of another."""
+    words = ["study", str(scene), "--runs", "60", "--samples", "101", "--out", "out", "--store", "runs"]
+    return subprocess.Popen(
+        [str(Path(sys.executable).with_name("chebclear")), *words, *more],
+        cwd=folder,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        # A child of a background job would ignore it.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+
+
+def life(count: int, last: float, chance: random.Random) -> int:
+    """Interrupt the program at random moments, those of its last seconds [s] if there are any."""
+    starter = Path(cc.__file__).parent / "templates" / "starters" / "slider_crank.toml"
+    ends: Counter[str] = Counter()
+    wrong, longest, lives = 0, 0.0, 0.0
+    for number in range(-2, count):
+        with TemporaryDirectory() as name:
+            folder = Path(name)
+            begin = time.perf_counter()
+            process = program(folder, starter)
+            if number < 0:  # to know how long it lives; the first one may have to read from the disk
+                process.communicate()
+                lives = time.perf_counter() - begin
+                continue
+            delay = chance.uniform(lives - last if last else 0.0, lives + 0.02)
+            time.sleep(delay)
+            sent = time.perf_counter()
+            process.send_signal(signal.SIGINT)
+            _, told = process.communicate()
+            took = time.perf_counter() - sent
+            time.sleep(0.3)  # workers end a moment later
+            orphans = left(process.pid)
+            lines = [line for line in told.splitlines() if not line.startswith(("warning:", "study:"))]
+            again = program(folder, starter)
+            _, later = again.communicate()
+            code = process.returncode
+            good = not orphans and took < 0.5 and again.returncode == 0 and "damaged" not in later
+            if code == 130:
+                good &= len(lines) == 1 and lines[0].startswith("chebclear: interrupted")
+            else:  # it was over
+                good &= code == 0 and not lines
+            ends[f"exit code {code}, {len(lines)} lines{'' if good else ', WRONG'}"] += 1
+            longest = max(longest, took)
+            wrong += not good
+            if not good:
+                print(f"after {delay:.3f} of {lives:.3f} s: {code}, {took:.2f} s, {orphans}\n{told[-600:]}")
+    print(f"{count} interrupts in a life of {lives:.2f} s: {dict(ends)}; longest {longest:.3f} s", flush=True)
+    return int(wrong > 0)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--stages", nargs="+", default=STAGES)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--life", type=int, default=0, help="interrupts of the program")
+    parser.add_argument("--last", type=float, default=0.0, help="only in its last seconds [s]")
     parser.add_argument("--child", nargs=2, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.child:
         child(options.child[0], Path(options.child[1]))
         return 0
     chance = random.Random(options.seed)
+    if options.life:
+        return life(options.life, options.last, chance)
     print(f"{'stage':24} {'signal':6} {'median':>8} {'longest':>8}  left behind", flush=True)
     for name in options.stages:
         for word, number in SIGNALS.items():
