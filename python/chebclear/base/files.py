@@ -8,6 +8,7 @@ import json
 import math
 import os
 import platform
+import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -152,7 +153,8 @@ def replaced(path: Path) -> Iterator[Path]:
     path = path.resolve()
     if not path.parent.is_dir():
         raise FileNotFoundError(f"there is no folder {str(path.parent)!r} for {path.name}: make it first")
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    # Threads of one process may write the same path at once, such as two pieces that hold the same run.
+    beside = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}")
     try:
         yield beside
         beside.replace(path)

@@ -3,6 +3,8 @@
 import dataclasses
 import json
 import math
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import chebclear as cc
 import numpy as np
@@ -67,6 +69,22 @@ def test_a_kill_leaves_the_old_file(tmp_path):
         beside.write_bytes(b"new, half of it")
         assert path.read_bytes() == b"old" and beside.parent == tmp_path
     assert path.read_bytes() == b"new, half of it"
+
+
+def test_threads_may_replace_a_file_at_the_same_time(tmp_path):
+    """Each writes a file of its own; the last one to end stays, and none is lost in between."""
+    path, both_write = tmp_path / "run.npz", threading.Barrier(2)
+
+    def write(content):
+        with files.replaced(path) as beside:
+            beside.write_bytes(content)
+            both_write.wait(timeout=60)
+            assert beside.read_bytes() == content
+
+    with ThreadPoolExecutor(2) as pool:
+        for written in [pool.submit(write, content) for content in (b"one", b"two")]:
+            written.result()
+    assert path.read_bytes() in (b"one", b"two") and list(tmp_path.iterdir()) == [path]
 
 
 def test_a_link_stays_a_link(tmp_path):
