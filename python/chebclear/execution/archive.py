@@ -48,7 +48,7 @@ class UnfitError(Exception):
         self.damaged = damaged
 
 
-def packed(facts: Mapping[str, Any], keys: Sequence[bytes], piece: Piece) -> memoryview:
+def packed(facts: Mapping[str, Any], keys: Sequence[bytes], piece: Piece) -> bytes:
     """The bytes of a file of runs with these keys."""
     memory = io.BytesIO()
     np.savez(
@@ -61,7 +61,7 @@ def packed(facts: Mapping[str, Any], keys: Sequence[bytes], piece: Piece) -> mem
         counts=piece.counts,
         ends=np.array(as_text(piece.ends, piece.warnings)),
     )
-    return memory.getbuffer()
+    return memory.getvalue()
 
 
 def looked_at(file: IO[bytes]) -> tuple[dict[str, Any], NDArray[np.uint8]]:

@@ -145,8 +145,8 @@ def test_pieces_with_a_checksum_that_fits_and_other_content_are_refused(tmp_path
     arrays[member] = change(arrays[member])
     memory = io.BytesIO()
     np.savez(memory, **arrays)
-    name = f"piece-{hashlib.sha256(memory.getbuffer()).hexdigest()[:32]}.npz"
-    (tmp_path / name).write_bytes(memory.getbuffer())
+    name = f"piece-{hashlib.sha256(memory.getvalue()).hexdigest()[:32]}.npz"
+    (tmp_path / name).write_bytes(memory.getvalue())
     del simulated[:]
     again = study(tmp_path).scan(2)
     assert again["slider.x"] == whole["slider.x"] and simulated
@@ -161,8 +161,8 @@ def test_packed_pieces_are_refused(tmp_path, simulated):
         arrays = dict(archive)
     memory = io.BytesIO()
     np.savez_compressed(memory, **arrays)
-    name = f"piece-{hashlib.sha256(memory.getbuffer()).hexdigest()[:32]}.npz"
-    (tmp_path / name).write_bytes(memory.getbuffer())
+    name = f"piece-{hashlib.sha256(memory.getvalue()).hexdigest()[:32]}.npz"
+    (tmp_path / name).write_bytes(memory.getvalue())
     assert any(f"{name} is no piece of a store" in told for told in study(tmp_path).scan(2).warnings)
 
 
