@@ -16,7 +16,8 @@ scene = cc.mechanisms.slider_crank(clearance=2e-5, crank_speed=cc.rpm(2000))
 turn = scene.period
 run = cc.simulate(scene, duration=turn, samples=7201, skip=turn)
 print(f"{run.message}: {run.stats.steps} steps, {len(run.skipped_events)} contact changes, all in the start")
-print(f"largest force in the wrist: {run.peak('wrist.normal_force')} N")
+peak = run.peak("wrist.normal_force")
+print(f"largest force in the wrist: {peak.value:.1f} N at t = {peak.time:.4f} s")
 
 # The same with both lengths known to 10 % only: 16 runs for a polynomial, 100 for the brute force.
 box = {"crank_length": cc.interval(0.05, rel=0.10), "rod_length": cc.interval(0.12, rel=0.10)}

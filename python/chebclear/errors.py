@@ -6,6 +6,8 @@ which is also a ``ValueError``, or a plain ``TypeError`` if it has a wrong type.
 
 from __future__ import annotations
 
+import sys
+import warnings
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
@@ -136,6 +138,15 @@ class HorizonWarning(ChebclearWarning):
 
 HORIZON = "past the chaos horizon: "
 """How the text of a `HorizonWarning` begins."""
+
+
+def warn(message: str, category: type[Warning] = ChebclearWarning) -> None:
+    """Issue a warning at the line that called the package, however deep in it the cause is."""
+    package = __name__.partition(".")[0]
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == package:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, category, stacklevel=level)
 
 
 def describe(parameters: Mapping[str, float]) -> str:

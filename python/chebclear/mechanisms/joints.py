@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import inspect
 import math
-import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypedDict
 
 from ..base.arguments import Checks, as_number, did_you_mean, meant_or_known
 from ..base.options import with_fields
-from ..errors import ChebclearWarning, SceneError
+from ..errors import SceneError, warn
 from ..scene.scene import (
     Body,
     ClearanceRevolute,
@@ -335,8 +334,6 @@ def on_circle(radius: float, angle: float) -> tuple[float, float]:
 
 def warn_of_a_jam(mechanism: str, reason: str) -> None:
     """Say that a crank at constant speed cannot turn all the way."""
-    warnings.warn(
+    warn(
         f"the crank of this {mechanism} cannot make a full turn: {reason}; driven beyond its range it jams",
-        ChebclearWarning,
-        stacklevel=3,
     )

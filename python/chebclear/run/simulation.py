@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Literal, Unpack
 
 from ..base.arguments import Checks
 from ..base.progress import bar, is_request
-from ..errors import HORIZON, ChebclearWarning, HorizonWarning, SimulationError
+from ..errors import HORIZON, ChebclearWarning, HorizonWarning, SimulationError, warn
 from ..scene.scene import Scene, compiled
 from .accuracy import ErrorEstimate, past_horizon
 from .contacts import Contacts, Events
@@ -115,7 +114,7 @@ def simulate(
     facts = scene.check()
     settings = settings.fitted(facts)
     # Warned of before the run: wrong numbers in a scene may make it long.
-    warn_once(facts.warnings, stacklevel=3)
+    warn_once(facts.warnings)
     changes: tuple[str, ...] = ()
     if start is not None:
         changes = continuation(scene, start, settings)
@@ -130,7 +129,7 @@ def simulate(
             estimate = _estimate(trajectory, companions)
             lost = past_horizon(estimate, settling_time(scene), trajectory.end_time)
             trajectory = dataclasses.replace(trajectory, error=estimate, warnings=trajectory.warnings + lost)
-    warn_once([message for message in trajectory.warnings if message not in facts.warnings], stacklevel=3)
+    warn_once([message for message in trajectory.warnings if message not in facts.warnings])
     if not trajectory.success and on_failure == "raise":
         failure = SimulationError(
             trajectory.status, trajectory.end_time, trajectory.joint, message=trajectory.message
@@ -241,11 +240,11 @@ def _share(
     return None if report is None else lambda share: report(start + (end - start) * share)
 
 
-def warn_once(messages: Iterable[str], stacklevel: int) -> None:
-    """Issue the warnings of the core, each text once; for `stacklevel`, this function is level 1."""
+def warn_once(messages: Iterable[str]) -> None:
+    """Issue the warnings of the core, each text once."""
     for message in dict.fromkeys(messages):
         category = HorizonWarning if message.startswith(HORIZON) else ChebclearWarning
-        warnings.warn(message, category, stacklevel=stacklevel)
+        warn(message, category)
 
 
 @contextmanager

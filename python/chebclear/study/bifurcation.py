@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import threading
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
@@ -20,7 +19,7 @@ from ..base.progress import Progress, is_request, reporter
 from ..base.units import unit
 from ..data.dataset import Dataset, Variable
 from ..data.exports import Exports
-from ..errors import ArgumentError, ChebclearWarning
+from ..errors import ArgumentError, warn
 from ..run.settings import Settings, StepOptions, with_settings
 from ..run.simulation import run_scene
 from ..scene.columns import column_unit
@@ -249,11 +248,9 @@ def bifurcation(
     columns = _simulated(scenes, each, name, threads, progress)
     failed = np.flatnonzero(~np.isfinite(columns).all(axis=1))
     if len(failed):
-        warnings.warn(
+        warn(
             f"{len(failed)} of {len(given)} runs failed and are NaN, the first at {parameter} = "
             f"{given[failed[0]]:g}: simulate that scene to see why",
-            ChebclearWarning,
-            stacklevel=2,
         )
     return Bifurcation(parameter, given, name, columns, times, skipped)
 

@@ -248,7 +248,7 @@ class Methods(Runner):
         self, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult] = ()
     ) -> StudyResult:
         """A result of `band` with further runs; see `StudyResult.extend`."""
-        return self._with_warnings(sampled.extended(self, result, runs, include), stacklevel=5)
+        return self._with_warnings(sampled.extended(self, result, runs, include))
 
     def sample(self, runs: int = 81, *, seed: int = 0) -> StudyResult:
         """Simulate at independent, uniformly distributed random points of the box, as for features.
@@ -338,7 +338,7 @@ class Methods(Runner):
             raise ArgumentError("a tradeoff makes further runs, which a table of finished runs does not have")
         asked = Asked(degrees, points, runs, certify, holdout, seed, max_runs)
         result = measure(self, asked)
-        warn_once(result.warnings, stacklevel=3)
+        warn_once(result.warnings)
         return result
 
     def worst_cases(self, result: StudyResult) -> tuple[WorstCase, ...]:
@@ -372,9 +372,9 @@ class Methods(Runner):
             )
         )
 
-    def _with_warnings(self, result: StudyResult, stacklevel: int = 4) -> StudyResult:
-        """The result of this study, after issuing its warnings to the caller of the calling method."""
-        warn_once(result.warnings, stacklevel=stacklevel)
+    def _with_warnings(self, result: StudyResult) -> StudyResult:
+        """The result of this study, after issuing its warnings."""
+        warn_once(result.warnings)
         return replace(result, study=self)
 
 

@@ -163,7 +163,7 @@ def tradeoff(
         _require_success(reference)
         check, check_seconds = run(dataclasses.replace(tight, method=REFERENCE_METHODS[1]))
         _require_success(check)
-        warn_once(reference.warnings, stacklevel=3)
+        warn_once(reference.warnings)
         ranges, thresholds = output_ranges(reference.columns, reference.values)
         kept = np.unique(np.linspace(0, len(reference.t) - 1, _INSTANTS).round().astype(int))
 

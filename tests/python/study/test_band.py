@@ -249,8 +249,9 @@ def test_results_are_values(wrist, tmp_path):
 
 def test_too_few_runs_are_told():
     study = wrist_study(samples=61)
-    with pytest.warns(cc.ChebclearWarning, match="undersampled: 5 runs cannot verify that 99.9 %"):
+    with pytest.warns(cc.ChebclearWarning, match="undersampled: 5 runs cannot verify that 99.9 %") as told:
         result = study.band(5)
+    assert {one.filename for one in told} == {__file__}
     assert result["wrist.normal_force"].verdict == "undersampled"
     with pytest.warns(cc.ChebclearWarning, match="undersampled"):
         again = result.extend(0)

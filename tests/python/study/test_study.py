@@ -100,6 +100,10 @@ def test_a_polynomial_is_judged_by_a_run_it_was_not_fitted_to(scan):
     wide = cc.Study(faller, {"tilt": cc.interval(0.0, 9.0)}, ["block.y"], **TIME)
     coarse = wide.chebyshev(degree=3)["block.y"]
     assert coarse.verdict == "not resolved" and coarse.margin.error > 0.05
+    for doubtful in (lambda: coarse.sensitivity("tilt"), lambda: cc.plot_sensitivity(coarse, "tilt")):
+        with pytest.warns(cc.ChebclearWarning, match="not resolved") as told:
+            doubtful()
+        assert {one.filename for one in told} == {__file__}, "the user's line, however deep the cause"
     through_the_middle = wide.chebyshev(degree=2)["block.y"]
     assert through_the_middle.verdict == "not resolved" and through_the_middle.margin.error > 0.05
     assert scan["block.y"].verdict == "sampled" and scan["block.y"].margin.method == "runs"

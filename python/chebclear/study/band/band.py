@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
@@ -14,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...base import files as records
 from ...base.arguments import Checks, as_number
 from ...base.units import unit
-from ...errors import ArgumentError, ChebclearWarning
+from ...errors import ArgumentError, warn
 from ...scene.scene import Interval
 from ..polynomials.sensitivity import VarianceShares, variance_shares
 from ..polynomials.surrogate import Surrogate
@@ -471,11 +470,9 @@ class Band(records.ArrayRecord):
     def _doubt(self, what: str) -> None:
         """Warn where the polynomial is not the response."""
         if self.verdict == "not resolved":
-            warnings.warn(
+            warn(
                 f"{self.name} is not resolved: {what} of its polynomial is not that of the response. Use "
                 "features of the runs, or Study.band, instead",
-                ChebclearWarning,
-                stacklevel=3,
             )
 
     def _polynomial(self) -> Surrogate:
