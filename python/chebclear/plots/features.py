@@ -195,6 +195,8 @@ def plot_shares(
     feature = getattr(effects, "feature", None) or getattr(effects, "name", None)
     of = f" of {plain_words(feature)}" if feature else ""
     set_x_label(ax, f"share of the variance{of} [%]")
+    # The room for the numbers beside the bars is beyond 100 %, where no share can be.
+    ax.set_xticks([tick for tick in ax.get_xticks() if 0.0 <= tick <= 100.0])
     return ax
 
 
