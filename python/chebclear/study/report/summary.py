@@ -28,10 +28,12 @@ _MOST_WARNINGS = 3
 def summary(result: Any) -> str:
     """The text of a `StudyResult`."""
     sides = list(result.intervals.items())
+    normal = getattr(result.study, "normal", ())
     lines = [_head(result)]
     for name, side in sides[:_MOST_LINES]:
         unit = f" {result.units[name]}" if result.units.get(name, "-") != "-" else ""
-        lines.append(f"  {name}: {side.lower:.6g} to {side.upper:.6g}{unit}")
+        known = " (normal: three standard deviations, over which the runs are spread evenly)"
+        lines.append(f"  {name}: {side.lower:.6g} to {side.upper:.6g}{unit}{known if name in normal else ''}")
     lines += [f"  and {len(sides) - _MOST_LINES} more parameters"] * (len(sides) > _MOST_LINES)
     bands = list(result.bands.values())
     if bands:
