@@ -33,7 +33,7 @@ velocity = result["slider.vx"]
 zones = cc.restraint_zones(velocity, ideal["slider.vx"], "rod_length", window=turn / 36.0)
 for name in result.parameter_names:
     slope = abs(velocity.sensitivity(name))
-    print(f"{name}: at most {slope.max():.1f} (m/s)/m, at t = {run.t[slope.argmax() * 10]:.4f} s")
+    print(f"{name}: at most {slope.max():.1f} m/s per m, at t = {run.t[slope.argmax() * 10]:.4f} s")
 
 figure = Figure(figsize=(12, 11), layout="constrained")
 axes = figure.subplots(3, 2)

@@ -6,7 +6,7 @@ import inspect
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypedDict
+from typing import Any, TypedDict, TypeVar
 
 from ..base.arguments import Checks, as_number, did_you_mean, meant_or_known
 from ..base.options import with_fields
@@ -19,7 +19,10 @@ from ..scene.scene import (
     LankaraniNikravesh,
     ModifiedCoulomb,
     Revolute,
+    Scene,
 )
+
+Mechanism = TypeVar("Mechanism", bound=Callable[..., Scene])
 
 TABLE_2_FRICTION = ModifiedCoulomb(0.04, 0.03, 1e-3, 1.5e-3)
 """Friction of the paper's Table 2."""
@@ -108,24 +111,62 @@ def _stiffness(
         return math.nan
 
 
+UNITS = {
+    **dict.fromkeys(("load_x", "load_y"), "N"),
+    **dict.fromkeys(("poisson_ratio", "restitution"), "-"),
+    "angle": "rad",
+    "clearance": "m",
+    "gravity": "m/s²",
+    "height": "m",
+    "impact_velocity_floor": "m/s",
+    "inertia": "kg m²",
+    "journal_radius": "m",
+    "length": "m",
+    "mass": "kg",
+    "pivot_distance": "m",
+    "point_x": "m",
+    "point_y": "m",
+    "pivot_x": "m",
+    "pivot_y": "m",
+    "speed": "rad/s",
+    "young_modulus": "Pa",
+}
+"""Units of the numbers that a mechanism takes, by their names or what these end in."""
+
+
+def unit_of(name: str) -> str:
+    """Unit of an argument: ``crank_length`` is a length, ``clearance.wrist`` a clearance; empty if unknown.
+
+    Examples
+    --------
+    >>> unit_of("crank_length"), unit_of("clearance.wrist"), unit_of("clearance_at")
+    ('m', 'm', '')
+    """
+    name = name.partition(".")[0]
+    return UNITS.get(name) or next((unit for end, unit in UNITS.items() if name.endswith(f"_{end}")), "")
+
+
 class Arguments(Checks):
     """The checks of a mechanism's arguments: those of any call, and where its pins have clearance."""
 
     def __init__(self) -> None:
         super().__init__(SceneError)
 
-    def positive(self, **arguments: tuple[object, str]) -> None:
-        """Note the arguments that are no finite numbers above 0, each with its unit.
+    def positive(self, **arguments: object) -> None:
+        """Note the arguments that are no finite numbers above 0.
 
         For what the core never sees, or sees only what a formula makes of it.
         """
-        for name, (value, unit) in arguments.items():
-            self.real(name, value, unit, above=0.0)
+        for name, value in arguments.items():
+            number = as_number(value)
+            if number is None or not 0.0 < number < math.inf:
+                self.real(name, value, unit_of(name), above=0.0)
 
-    def numbers(self, **arguments: tuple[object, str]) -> None:
-        """Note the arguments that are no numbers, each with its unit; the core judges what they are."""
-        for name, (value, unit) in arguments.items():
-            self.number(name, value, unit)
+    def numbers(self, **arguments: object) -> None:
+        """Note the arguments that are no numbers; the core judges what they are."""
+        for name, value in arguments.items():
+            if as_number(value) is None:
+                self.number(name, value, unit_of(name))
 
     def places(
         self,
@@ -155,9 +196,9 @@ class Arguments(Checks):
         known = [name for name in names if isinstance(name, str) and name in pins]
         if not isinstance(clearance, Mapping):
             if known:
-                self.positive(clearance=(clearance, "m"))
+                self.positive(clearance=clearance)
             else:
-                self.numbers(clearance=(clearance, "m"))
+                self.numbers(clearance=clearance)
             return {name: as_number(clearance) or 0.0 for name in known}
         given = dict(clearance)
         for name in known:
@@ -167,7 +208,7 @@ class Arguments(Checks):
             if name not in known:
                 self.add_at(f"clearance.{name}", f"has no place in clearance_at{did_you_mean(name, known)}")
             else:
-                self.positive(**{f"clearance.{name}": (value, "m")})
+                self.positive(**{f"clearance.{name}": value})
         return {name: as_number(given.get(name)) or 0.0 for name in known}
 
 
@@ -233,15 +274,20 @@ class Pins:
                 known = [one for one in inspect.signature(mechanism).parameters if one != "options"]
                 raise TypeError(f'unknown keyword "{name}"{meant_or_known(name, known)}')
         pins = cls(**options)
-        arguments.positive(
-            journal_radius=(pins.journal_radius, "m"), young_modulus=(pins.young_modulus, "Pa")
-        )
-        arguments.numbers(poisson_ratio=(pins.poisson_ratio, "-"), restitution=(pins.restitution, "-"))
+        arguments.positive(journal_radius=pins.journal_radius, young_modulus=pins.young_modulus)
+        arguments.numbers(poisson_ratio=pins.poisson_ratio, restitution=pins.restitution)
         return pins
 
 
-with_pins = with_fields(Pins, PinOptions, "{pins}")
-"""Gives a mechanism the keywords of its pins and their documentation."""
+def with_units(mechanism: Mechanism) -> Mechanism:
+    """Give a mechanism the units of its numbers, which `Study` asks for."""
+    vars(mechanism)["unit_of"] = unit_of
+    return mechanism
+
+
+def with_pins(mechanism: Mechanism) -> Mechanism:
+    """Give a mechanism the keywords of its pins, their documentation, and the units of its numbers."""
+    return with_units(with_fields(Pins, PinOptions, "{pins}")(mechanism))
 
 
 @dataclass(frozen=True)

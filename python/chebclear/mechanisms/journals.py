@@ -72,13 +72,13 @@ def pendulum_in_bearing(
     arguments = Arguments()
     shared = Pins.checked(arguments, options, pendulum_in_bearing)
     arguments.positive(
-        length=(length, "m"),
+        length=length,
     )
     arguments.numbers(
-        mass=(mass, "kg"),
-        inertia=(inertia, "kg m²"),
-        angle=(angle, "rad"),
-        gravity=(gravity, "m/s²"),
+        mass=mass,
+        inertia=inertia,
+        angle=angle,
+        gravity=gravity,
     )
     clearances = arguments.places(clearance_at, shared.clearance, ("pivot",))
     arguments.finish()
@@ -157,14 +157,14 @@ def free_journal(
     """
     arguments = Arguments()
     shared = Pins.checked(arguments, options, free_journal)
-    arguments.positive(mass=(mass, "kg"))
+    arguments.positive(mass=mass)
     if inertia is not None:
-        arguments.numbers(inertia=(inertia, "kg m²"))
+        arguments.numbers(inertia=inertia)
     arguments.numbers(
-        load_x=(load_x, "N"),
-        load_y=(load_y, "N"),
-        gravity=(gravity, "m/s²"),
-        clearance=(shared.clearance, "m"),
+        load_x=load_x,
+        load_y=load_y,
+        gravity=gravity,
+        clearance=shared.clearance,
     )
     arguments.finish()
     play = Play({"bearing": as_number(shared.clearance) or 0.0}, shared)

@@ -104,18 +104,18 @@ def four_bar(
     arguments = Arguments()
     shared = Pins.checked(arguments, options, four_bar)
     arguments.positive(
-        ground_length=(ground_length, "m"),
-        crank_length=(crank_length, "m"),
-        coupler_length=(coupler_length, "m"),
-        rocker_length=(rocker_length, "m"),
+        ground_length=ground_length,
+        crank_length=crank_length,
+        coupler_length=coupler_length,
+        rocker_length=rocker_length,
     )
     arguments.numbers(
-        crank_mass=(crank_mass, "kg"),
-        coupler_mass=(coupler_mass, "kg"),
-        rocker_mass=(rocker_mass, "kg"),
-        crank_speed=(crank_speed, "rad/s"),
-        crank_angle=(crank_angle, "rad"),
-        gravity=(gravity, "m/s²"),
+        crank_mass=crank_mass,
+        coupler_mass=coupler_mass,
+        rocker_mass=rocker_mass,
+        crank_speed=crank_speed,
+        crank_angle=crank_angle,
+        gravity=gravity,
     )
     arguments.word("branch", branch, _BRANCHES)
     pins = ("crank_pin", "rocker_pin", "rocker_bearing")
@@ -244,26 +244,26 @@ def six_bar(
     arguments = Arguments()
     shared = Pins.checked(arguments, options, six_bar)
     arguments.positive(
-        ground_length=(ground_length, "m"),
-        crank_length=(crank_length, "m"),
-        coupler_length=(coupler_length, "m"),
-        rocker_length=(rocker_length, "m"),
-        link_length=(link_length, "m"),
-        output_length=(output_length, "m"),
+        ground_length=ground_length,
+        crank_length=crank_length,
+        coupler_length=coupler_length,
+        rocker_length=rocker_length,
+        link_length=link_length,
+        output_length=output_length,
     )
     arguments.numbers(
-        crank_mass=(crank_mass, "kg"),
-        coupler_mass=(coupler_mass, "kg"),
-        rocker_mass=(rocker_mass, "kg"),
-        link_mass=(link_mass, "kg"),
-        output_mass=(output_mass, "kg"),
-        coupler_point_x=(coupler_point_x, "m"),
-        coupler_point_y=(coupler_point_y, "m"),
-        output_pivot_x=(output_pivot_x, "m"),
-        output_pivot_y=(output_pivot_y, "m"),
-        crank_speed=(crank_speed, "rad/s"),
-        crank_angle=(crank_angle, "rad"),
-        gravity=(gravity, "m/s²"),
+        crank_mass=crank_mass,
+        coupler_mass=coupler_mass,
+        rocker_mass=rocker_mass,
+        link_mass=link_mass,
+        output_mass=output_mass,
+        coupler_point_x=coupler_point_x,
+        coupler_point_y=coupler_point_y,
+        output_pivot_x=output_pivot_x,
+        output_pivot_y=output_pivot_y,
+        crank_speed=crank_speed,
+        crank_angle=crank_angle,
+        gravity=gravity,
     )
     arguments.word("branch", branch, _BRANCHES)
     arguments.word("output_branch", output_branch, _BRANCHES)

@@ -8,7 +8,18 @@ from typing import Any, Unpack
 
 from ..base.arguments import as_number
 from ..scene.scene import Body, Gravity, Prismatic, Revolute, Scene, Speed, rpm
-from .joints import Arguments, PinOptions, Pins, Play, as_mass, bar, direction, on_circle, with_pins
+from .joints import (
+    Arguments,
+    PinOptions,
+    Pins,
+    Play,
+    as_mass,
+    bar,
+    direction,
+    on_circle,
+    with_pins,
+    with_units,
+)
 
 _TABLE_2_SPEED = rpm(2000.0)
 
@@ -99,19 +110,19 @@ def slider_crank(
     arguments = Arguments()
     shared = Pins.checked(arguments, options, slider_crank)
     arguments.positive(
-        crank_length=(crank_length, "m"),
-        rod_length=(rod_length, "m"),
+        crank_length=crank_length,
+        rod_length=rod_length,
     )
     given = {"crank_inertia": crank_inertia, "rod_inertia": rod_inertia}
-    arguments.numbers(**{name: (value, "kg m²") for name, value in given.items() if value is not None})
+    arguments.numbers(**{name: value for name, value in given.items() if value is not None})
     arguments.numbers(
-        crank_mass=(crank_mass, "kg"),
-        rod_mass=(rod_mass, "kg"),
-        slider_mass=(slider_mass, "kg"),
-        slider_inertia=(slider_inertia, "kg m²"),
-        crank_speed=(crank_speed, "rad/s"),
-        crank_angle=(crank_angle, "rad"),
-        gravity=(gravity, "m/s²"),
+        crank_mass=crank_mass,
+        rod_mass=rod_mass,
+        slider_mass=slider_mass,
+        slider_inertia=slider_inertia,
+        crank_speed=crank_speed,
+        crank_angle=crank_angle,
+        gravity=gravity,
     )
     arguments.word("convention", convention, ("corrected", "as_printed"))
     clearances = arguments.places(
@@ -163,6 +174,7 @@ def slider_crank(
     )
 
 
+@with_units
 def flores_slider_crank(
     *,
     clearance: float = 5e-4,
@@ -308,24 +320,24 @@ def quick_return(
     arguments = Arguments()
     shared = Pins.checked(arguments, options, quick_return)
     arguments.positive(
-        crank_length=(crank_length, "m"),
-        pivot_distance=(pivot_distance, "m"),
-        lever_length=(lever_length, "m"),
+        crank_length=crank_length,
+        pivot_distance=pivot_distance,
+        lever_length=lever_length,
     )
     if ram:
-        arguments.positive(link_length=(link_length, "m"))
-        arguments.numbers(link_mass=(link_mass, "kg"), ram_mass=(ram_mass, "kg"))
+        arguments.positive(link_length=link_length)
+        arguments.numbers(link_mass=link_mass, ram_mass=ram_mass)
     arguments.numbers(
-        crank_mass=(crank_mass, "kg"),
-        block_mass=(block_mass, "kg"),
-        block_inertia=(block_inertia, "kg m²"),
-        lever_mass=(lever_mass, "kg"),
-        crank_speed=(crank_speed, "rad/s"),
-        crank_angle=(crank_angle, "rad"),
-        gravity=(gravity, "m/s²"),
+        crank_mass=crank_mass,
+        block_mass=block_mass,
+        block_inertia=block_inertia,
+        lever_mass=lever_mass,
+        crank_speed=crank_speed,
+        crank_angle=crank_angle,
+        gravity=gravity,
     )
     if ram_height is not None:
-        arguments.numbers(ram_height=(ram_height, "m"))
+        arguments.numbers(ram_height=ram_height)
     pins = ("crank_pin", "lever_bearing", *(("lever_pin", "ram_pin") if ram else ()))
     clearances = arguments.places(clearance_at, shared.clearance, pins, driven="crank_bearing")
     radius, depth = as_number(crank_length), as_number(pivot_distance)

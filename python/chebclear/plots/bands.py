@@ -127,14 +127,13 @@ def plot_band(
 
 
 def _slope_unit(band: BandLike, parameter: str, given: str | None, *, normalized: bool) -> str:
-    """The unit of a sensitivity, in words where one of the two units is not known."""
+    """The unit of a sensitivity, in words where that of the parameter is not known."""
     per = band.parameter_units.get(parameter, "") if given is None else given
     if normalized:
-        return f"{band.unit} per half interval".lstrip()
-    if not band.unit:
-        return f"per {per}" if per else "per unit of the parameter"
-    per = f"({per})" if " " in per or "/" in per else per
-    return f"({band.unit})/{per}" if per else f"({band.unit}) per SI unit"
+        per = "half interval"
+    elif per in ("", "-"):
+        per = "unit of the parameter"
+    return f"{band.unit} per {per}".lstrip()
 
 
 def _own_abscissa(band: BandLike) -> tuple[Array, str]:

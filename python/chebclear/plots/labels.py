@@ -39,7 +39,8 @@ _LATEX = {
     "_": r"\_",
     "&": r"\&",
     "#": r"\#",
-    "$": r"\$",
+    # In a formula: the dollar of the text is in a font that small installations do not have.
+    "$": r"$\$$",
     "{": r"\{",
     "}": r"\}",
     "^": r"\textasciicircum{}",

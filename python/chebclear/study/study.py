@@ -26,7 +26,7 @@ from .features.features import Asked, checked_features, tracked_features
 from .methods import Methods, plan_of
 from .models.finished import FinishedRuns, finished_runs
 from .models.own import OwnModel, check_own_features, check_unused
-from .models.units import checked_units, require_known
+from .models.units import checked_units, known_units, require_known
 
 
 @with_settings(RunOptions)
@@ -71,7 +71,8 @@ class Study(Methods):
     units : mapping of str to str, optional
         Units by the names of parameters, of features that callables return, and, for a model of your own, of
         everything it returns, such as ``{"stiffness": "N/m", "x": "m"}``. Tables, pictures, exports and
-        reports show them; nothing is converted. Outputs of simulations have their units already.
+        reports show them; nothing is converted. Outputs of simulations, and parameters of ready-made
+        mechanisms and scene files, have their units already.
     store : path, optional
         Folder that keeps every finished run; created if it does not exist. An interrupted study continues
         from there with exactly the same result, and a later study of the mechanism simulates only new runs.
@@ -151,7 +152,7 @@ class Study(Methods):
             self.features = {str(feature): feature for feature in settings.features}
         self.build: Callable[..., Any] = build
         self.intervals = checked_intervals(checks, parameters)
-        self.units = checked_units(checks, units)
+        self.units = known_units(build, self.intervals) | checked_units(checks, units)
         self.random = {
             name: given
             for name, given in (parameters.items() if isinstance(parameters, Mapping) else ())

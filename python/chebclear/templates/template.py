@@ -140,6 +140,10 @@ class Template:
         """The parameters that are known as intervals [SI units]."""
         return {name: one.interval for name, one in self.parameters.items() if one.interval is not None}
 
+    def unit_of(self, name: str) -> str:
+        """SI unit of the values of a parameter; empty if the file gives it none."""
+        return si_unit(self.parameters[name].unit)
+
     def values(self, **given: float) -> dict[str, float]:
         """Value of every parameter [SI units]: as given, else its nominal one.
 
@@ -282,10 +286,7 @@ class Template:
                 "no parameter of the template has an interval: give one rel, plus and minus, or limits"
             )
         features = dict(self.features) or None
-        units = {name: si_unit(self.parameters[name].unit) for name in self.intervals}
-        units = {name: unit for name, unit in units.items() if unit}
-        own = {"features": features, "units": units}
-        return Study(self, self.intervals, **(own | dict(self.run) | options))
+        return Study(self, self.intervals, **({"features": features} | dict(self.run) | options))
 
     def to_toml(self) -> str:
         """The template as TOML; `loads` reads the same template back, to the last bit."""

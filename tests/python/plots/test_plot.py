@@ -197,7 +197,7 @@ def test_sensitivity_units(bands, ax):
     physical = cc.plot_sensitivity(band, "crank_length", ax=ax, parameter_unit="m")
     assert (
         physical.get_ylabel().replace("\n", " ")
-        == "sensitivity of x velocity of slider to crank length [(m/s)/m]"
+        == "sensitivity of x velocity of slider to crank length [m/s per m]"
     )
     normalized = cc.plot_sensitivity(band, "crank_length", ax=Figure().subplots(), normalized=True)
     assert (
@@ -213,17 +213,17 @@ def test_two_sensitivities_are_told_apart(bands, ax):
     velocity, penetration = bands[0]["slider.vx"], bands[0]["wrist.penetration"]
     cc.plot_sensitivity(velocity, "crank_length", ax=ax, parameter_unit="m")
     cc.plot_sensitivity(velocity, "crank_length", ax=ax, parameter_unit="m", label="again")
-    assert ax.get_ylabel() == "sensitivity of x velocity of slider to crank length [(m/s)/m]"
+    assert ax.get_ylabel() == "sensitivity of x velocity of slider to crank length [m/s per m]"
     cc.plot_sensitivity(velocity, "crank_length", ax=ax, parameter_unit="m", linestyle=":")
-    assert ax.get_ylabel() == "sensitivity of x velocity of slider [(m/s)/m]"
+    assert ax.get_ylabel() == "sensitivity of x velocity of slider [m/s per m]"
     words = [text.get_text() for text in ax.get_legend().get_texts()]
     assert words == ["to crank length", "again", "to crank length"]
     cc.plot_sensitivity(penetration, "crank_length", ax=ax, normalized=True)
     assert ax.get_ylabel() == "sensitivity [see legend]"
     assert [text.get_text() for text in ax.get_legend().get_texts()] == [
-        "x velocity of slider to crank length [(m/s)/m]",
+        "x velocity of slider to crank length [m/s per m]",
         "again",
-        "x velocity of slider to crank length [(m/s)/m]",
+        "x velocity of slider to crank length [m/s per m]",
         "penetration in wrist to crank length [m per half interval]",
     ]
 

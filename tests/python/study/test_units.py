@@ -84,7 +84,7 @@ def test_units_are_those_that_were_given(result):
 def test_pictures_show_them_and_guess_none(result, silent):
     assert drawn(result) == [
         "time [s]|tank x [bar]",
-        "time [s]|sensitivity of tank x to flow [(bar)/(l/min)]",
+        "time [s]|sensitivity of tank x to flow [bar per l/min]",
         "degree in the parameter [-]|largest coefficient of tank x over time [bar]",
         "top, on average [bar]|",
     ]

@@ -196,7 +196,7 @@ class Band(records.ArrayRecord):
         Returns
         -------
         ndarray, shape (..., samples)
-            In the unit of the output per SI unit of the parameter; in the unit of the output if normalized.
+            In the unit of the output per unit of the parameter; in the unit of the output if normalized.
 
         Raises
         ------
@@ -222,7 +222,7 @@ class Band(records.ArrayRecord):
         Returns
         -------
         ndarray, shape (..., samples)
-            In the unit of the output per SI unit of the parameter; in the unit of the output if normalized.
+            In the unit of the output per unit of the parameter; in the unit of the output if normalized.
 
         Raises
         ------
@@ -244,7 +244,7 @@ class Band(records.ArrayRecord):
         Returns
         -------
         tuple of ndarray, shape (samples,)
-            Lower and upper bounds in the unit of the output per SI unit of the parameter.
+            Lower and upper bounds in the unit of the output per unit of the parameter.
 
         Raises
         ------

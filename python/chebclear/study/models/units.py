@@ -23,6 +23,13 @@ def checked_units(checks: Checks, units: object) -> dict[str, str]:
     return {str(name): str(unit) for name, unit in units.items()}
 
 
+def known_units(build: object, names: Iterable[str]) -> dict[str, str]:
+    """Units of parameters that their mechanism knows, as the ready-made ones and scene files do."""
+    unit_of = getattr(build, "unit_of", None)
+    units = {name: unit_of(name) for name in names} if callable(unit_of) else {}
+    return {name: unit for name, unit in units.items() if unit}
+
+
 def require_known(
     checks: Checks, with_unit: Iterable[str], known: Sequence[str], *, simulated: bool = False
 ) -> None:

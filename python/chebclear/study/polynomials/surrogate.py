@@ -258,7 +258,7 @@ class Surrogate(records.ArrayRecord):
         Returns
         -------
         Surrogate
-            In the unit of the output per SI unit of the parameter.
+            In the unit of the output per unit of the parameter.
 
         Raises
         ------
