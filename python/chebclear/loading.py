@@ -9,14 +9,16 @@ from .base.files import kind_of
 from .errors import ArgumentError
 from .run.trajectory import Trajectory
 from .study.bifurcation import Bifurcation
+from .study.comparison import Comparison
 from .study.costs import StudyTradeoff
 from .study.results import StudyResult
 from .tradeoffs.result import Tradeoff
 
-Saved: TypeAlias = Trajectory | StudyResult | Tradeoff | StudyTradeoff | Bifurcation
+Saved: TypeAlias = Trajectory | StudyResult | Tradeoff | StudyTradeoff | Bifurcation | Comparison
 
 _CLASSES: dict[str, type[Saved]] = {
     "bifurcation": Bifurcation,
+    "comparison": Comparison,
     "trajectory": Trajectory,
     "study": StudyResult,
     "study tradeoff": StudyTradeoff,
@@ -34,7 +36,7 @@ def load_result(path: str | os.PathLike[str]) -> Saved:
 
     Returns
     -------
-    Trajectory, StudyResult, Tradeoff, StudyTradeoff or Bifurcation
+    Trajectory, StudyResult, Tradeoff, StudyTradeoff, Bifurcation or Comparison
         What was saved.
 
     Raises

@@ -88,6 +88,14 @@ pub fn did_you_mean<'a>(wrong: &str, known: impl Iterator<Item = &'a str>) -> St
     }
 }
 
+/// A refused number for a message: without the rounding of its last digits, unless only these cross the limit.
+pub fn refused(value: f64, limit: f64) -> String {
+    let rounded: f64 = format!("{value:.11e}").parse().unwrap_or(value);
+    let shown = if rounded == limit { value } else { rounded };
+    let plain = shown == 0.0 || !shown.is_finite() || (1e-4..1e16).contains(&shown.abs());
+    if plain { format!("{shown}") } else { format!("{shown:e}") }
+}
+
 /// What [`did_you_mean`] says, or the known names if none is near.
 pub fn meant_or_known<'a>(wrong: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
     const MOST: usize = 12;

@@ -54,6 +54,18 @@ def as_number(value: object) -> float | None:
         return -math.inf if value < 0 else math.inf
 
 
+def refused(value: float, limits: Iterable[float | None]) -> str:
+    """A refused number without the rounding of its last digits, unless only these cross a limit.
+
+    Examples
+    --------
+    >>> refused(-4.9999999999999996e-06, [0.0]), refused(1.0000000000000002, [1.0])
+    ('-5e-06', '1.0000000000000002')
+    """
+    rounded = float(f"{value:.12g}")
+    return repr(value if rounded in limits else rounded)
+
+
 def as_whole(value: object) -> int | None:
     """A Python or NumPy integer as an int; None for anything else, bool and 3.0 included."""
     if isinstance(value, bool) or not isinstance(value, numbers.Integral):
@@ -139,7 +151,8 @@ class Checks:
         limits = ((">", above), (">=", least), ("<", below), ("<=", most))
         words = " and ".join(f"{sign} {limit:g}" for sign, limit in limits if limit is not None)
         accepted = f"a finite number {words}".strip()
-        self.add_at(name, f"must be {accepted} [{unit}], got {value!r}", wrong_type=number is None)
+        shown = refused(value, [limit for _, limit in limits]) if isinstance(value, float) else repr(value)
+        self.add_at(name, f"must be {accepted} [{unit}], got {shown}", wrong_type=number is None)
         return math.nan if number is None else number
 
     def whole(self, name: str, value: object, *, least: int, most: int | None = None) -> int:

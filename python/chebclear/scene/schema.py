@@ -264,8 +264,10 @@ def read(plain: Any, accepted: tuple[type[Part], ...], path: str, problems: list
         word = left.pop(key, None)
         if not isinstance(word, str) or word not in words:
             known = ", ".join(f'"{choice}"' for choice in words)
-            hint = did_you_mean(word, words)
-            problems.append(Problem(join(path, key), f"must be one of {known}, got {word!r}{hint}"))
+            missing = "is missing: "
+            if word is not None:
+                missing, known = "", f"{known}, got {word!r}{did_you_mean(word, words)}"
+            problems.append(Problem(join(path, key), f"{missing}must be one of {known}"))
             return None
         part = words[word]
     before = len(problems)

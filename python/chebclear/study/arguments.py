@@ -9,7 +9,7 @@ from typing import Any
 
 from ..base.arguments import Checks, did_you_mean, meant_or_known
 from ..errors import ArgumentError
-from ..scene.scene import Interval
+from ..scene.scene import Interval, Scene
 from .band.hybrid import Normal, Uniform
 from .runs import MOST_NODES, MOST_RUNS
 
@@ -82,6 +82,15 @@ def check_runs(counts: Sequence[int], max_runs: int, fewer: str) -> None:
             f"{grid} = {runs} runs are more than max_runs = {max_runs}: take {fewer}, or allow them with "
             f"max_runs={runs}"
         )
+
+
+def returns_a_scene(build: object) -> bool:
+    """Whether `build` says that it returns a scene, as ready-made mechanisms and annotated functions do."""
+    try:
+        returned = inspect.signature(build).return_annotation  # type: ignore[arg-type]
+    except (TypeError, ValueError):  # no callable, or one without a signature
+        return False
+    return returned is Scene or (isinstance(returned, str) and returned.rpartition(".")[2] == Scene.__name__)
 
 
 def check_keywords(checks: Checks, build: object, intervals: Iterable[str], fixed: Iterable[str]) -> None:

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import os
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base import files
 from ..base.arguments import Checks
 from ..base.named import Named
 from ..base.shown import Shown, shortened
 from ..base.units import unit
+from ..data.dataset import Dataset, numbered
+from ..data.exports import Exports
 from ..run.trajectory import column_index
 from .results import StudyResult
 
@@ -35,6 +40,8 @@ class BoundErrors(Shown):
         Largest width of the reference band in the unit of the output.
     slack : float
         Largest width of the band minus that of the reference, relative to the latter [-].
+    unit : str
+        Unit of the output; empty if it is not known.
     """
 
     lower: float
@@ -42,11 +49,18 @@ class BoundErrors(Shown):
     width: float
     reference_width: float
     slack: float
+    unit: str = ""
+
+
+_FIELDS = tuple(item.name for item in dataclasses.fields(BoundErrors))
 
 
 @dataclass(frozen=True, repr=False)
-class Comparison(Named[BoundErrors]):
+class Comparison(Named[BoundErrors], Exports):
     """Comparison of two studies; ``comparison["slider.vx"]`` holds the `BoundErrors` of that output.
+
+    Its exports have a row for each output. The unit of the widths is in a column of its own, since every
+    output has another.
 
     Attributes
     ----------
@@ -73,15 +87,61 @@ class Comparison(Named[BoundErrors]):
     def __repr__(self) -> str:
         return "\n".join(shortened(str(self).splitlines()))
 
-    def to_dict(self) -> dict[str, dict[str, float]]:
-        """Plain numbers: for each output the fields of `BoundErrors`, relative ones as fractions [-]."""
-        return {name: dataclasses.asdict(row) for name, row in self.errors.items()}
+    def dataset(self) -> Dataset:
+        """The fields of `BoundErrors`, a row for each output; see `Exports`.
+
+        Returns
+        -------
+        Dataset
+        """
+        columns = {"output": list(self.errors)}
+        columns |= {name: [getattr(row, name) for row in self.errors.values()] for name in _FIELDS}
+        data = numbered("row", columns, dict.fromkeys(("lower", "upper", "slack"), "-"))
+        return dataclasses.replace(data, facts={"start": self.start, "end": self.end})
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write everything to one compressed ``.npz`` file.
+
+        Parameters
+        ----------
+        path : path
+            Where to; ``.npz`` is appended if it is missing.
+
+        Returns
+        -------
+        Path
+            The file written.
+        """
+        rows = {name: dataclasses.asdict(row) for name, row in self.errors.items()}
+        return files.save(path, "comparison", {}, {"errors": rows, "start": self.start, "end": self.end})
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Comparison:
+        """Read what `save` wrote.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+
+        Returns
+        -------
+        Comparison
+
+        Raises
+        ------
+        ValueError
+            If the file holds something else, is damaged, or was written by a later version.
+        """
+        _, facts = files.load(path, "comparison")
+        errors = {name: BoundErrors(**row) for name, row in facts["errors"].items()}
+        return cls(errors, facts["start"], facts["end"])
 
     def __str__(self) -> str:
         head = ("output", "lower [%]", "upper [%]", "width", "reference", "slack [%]")
         rows = [head] + [
             (
-                name,
+                f"{name} [{row.unit}]" if row.unit else name,
                 f"{100.0 * row.lower:.3f}",
                 f"{100.0 * row.upper:.3f}",
                 f"{row.width:.6g}",
@@ -175,6 +235,7 @@ def compare(
             width=width,
             reference_width=reference_width,
             slack=_relative(width, reference_width),
+            unit=band.unit,
         )
     return Comparison(errors, float(t[span][0]), float(t[span][-1]))
 

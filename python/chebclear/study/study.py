@@ -20,6 +20,7 @@ from .arguments import (
     check_keywords,
     checked_fixed,
     checked_intervals,
+    returns_a_scene,
 )
 from .band.hybrid import Normal, Uniform
 from .features.features import Asked, checked_features, tracked_features
@@ -37,7 +38,8 @@ class Study(Methods):
     ----------
     build : callable
         Called as ``build(**parameters, **fixed)`` with physical values; returns the scene. Without `duration`
-        and `samples` it is a model of your own and returns a mapping: equally spaced instants as ``"t"``,
+        and `samples`, unless its annotation says that it returns a scene, it is a model of your own and
+        returns a mapping: equally spaced instants as ``"t"``,
         arrays of as many values for outputs, numbers for features. Such a model may return numbers alone.
     parameters : mapping of str to Interval, Normal or Uniform
         Interval of each uncertain parameter [SI units]. The interval of a `normal` distribution is three
@@ -146,7 +148,8 @@ class Study(Methods):
     ) -> None:
         checks = Checks()
         # Simulations have a duration; a model of your own returns its instants.
-        simulated = settings is not None or not options.keys().isdisjoint(("duration", "samples"))
+        timed = settings is not None or not options.keys().isdisjoint(("duration", "samples"))
+        simulated = timed or returns_a_scene(build)
         self.features = checked_features(checks, features)
         if features is None and isinstance(settings, Settings):
             self.features = {str(feature): feature for feature in settings.features}

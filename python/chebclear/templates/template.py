@@ -128,7 +128,8 @@ class Template:
             [
                 inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None)
                 for name in self.parameters
-            ]
+            ],
+            return_annotation=Scene,
         )
 
     @property

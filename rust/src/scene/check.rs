@@ -2,7 +2,7 @@
 
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Damping, NormalLaw};
-use crate::error::{InputError, Problem, Subject, meant_or_known};
+use crate::error::{InputError, Problem, Subject, meant_or_known, refused};
 use crate::scene::parts::{
     Body, CENTER_OF_MASS, Drive, ENERGY, Force, GROUND, Joint, JointKind, Point, Scene, Start,
 };
@@ -202,6 +202,11 @@ impl Scene {
         match self.find_joint(joint) {
             Ok(Joint::Ideal { kind: JointKind::Revolute, .. }) => {}
             Ok(Joint::Ideal { kind: JointKind::Prismatic { .. }, .. }) if !only_revolute => {}
+            Ok(Joint::Ideal { kind: JointKind::Prismatic { .. }, .. }) => {
+                let use_motion =
+                    "a speed turns a revolute joint; for a prismatic one use a drive of type \"motion\"";
+                checker.add(joint_path, format!("joint {joint:?} is prismatic: {use_motion}"));
+            }
             Ok(_) => {
                 let kinds = if only_revolute { "revolute" } else { "revolute or prismatic" };
                 checker.add(joint_path, format!("joint {joint:?} must be a {kinds} joint without clearance"));
@@ -341,19 +346,19 @@ impl Checker {
 
     fn positive(&mut self, path: &str, unit: &str, value: f64) {
         if self.finite(path, unit, value) && value <= 0.0 {
-            self.add(path, format!("must be > 0 [{unit}], got {value}"));
+            self.add(path, format!("must be > 0 [{unit}], got {}", refused(value, 0.0)));
         }
     }
 
     fn at_least(&mut self, path: &str, unit: &str, value: f64, least: f64) {
         if self.finite(path, unit, value) && value < least {
-            self.add(path, format!("must be >= {least} [{unit}], got {value}"));
+            self.add(path, format!("must be >= {least} [{unit}], got {}", refused(value, least)));
         }
     }
 
     fn fraction(&mut self, path: &str, value: f64) {
         if self.finite(path, "-", value) && !(value > 0.0 && value <= 1.0) {
-            self.add(path, format!("must be > 0 and <= 1 [-], got {value}"));
+            self.add(path, format!("must be > 0 and <= 1 [-], got {}", refused(value, 1.0)));
         }
     }
 
@@ -418,7 +423,9 @@ impl Checker {
             self.add(
                 format!("{path}.static_sliding_velocity"),
                 format!(
-                    "must be > stick_slip_velocity = {stick_slip_velocity} [m/s], got {static_sliding_velocity}"
+                    "must be > stick_slip_velocity = {} [m/s], got {}",
+                    refused(stick_slip_velocity, static_sliding_velocity),
+                    refused(static_sliding_velocity, stick_slip_velocity)
                 ),
             );
         }

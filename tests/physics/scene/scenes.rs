@@ -169,7 +169,8 @@ fn unknown_names_are_refused_with_the_nearest_known_name() {
         ),
         (
             with_drive("guide", 1.0, 0.0),
-            "drives[0].joint: joint \"guide\" must be a revolute joint without clearance",
+            "drives[0].joint: joint \"guide\" is prismatic: a speed turns a revolute joint; for a prismatic one use a \
+             drive of type \"motion\"",
         ),
         (
             with_drive("wrist", 1.0, 0.0),

@@ -54,12 +54,24 @@ def bounds():
     return study.tradeoff(degrees=[1], points=[2], holdout=5)
 
 
+@pytest.fixture(scope="module")
+def comparison():
+    t = np.linspace(0.0, 1.0, 11)
+    study = cc.Study(
+        lambda a: {"t": t, "x": a * t, "level": a + t},
+        {"a": cc.interval(1.0, rel=0.1)},
+        units={"x": "m", "level": "mm"},
+    )
+    return cc.compare(study.chebyshev(1), study.scan(3))
+
+
 # Of each kind of result: the axis, a column with its unit, and that column in the result.
 KINDS = {
     "run": ("t", "slider.vx", "m/s", lambda run: run["slider.vx"]),
     "result": ("t", "slider.x.upper", "m", lambda result: result["slider.x"].upper),
     "costs": ("setting", "error slider.vx", "m/s", lambda costs: costs.to_dict()["error slider.vx"]),
     "diagram": ("sample", "slider.x", "m", lambda diagram: diagram.samples.ravel()),
+    "comparison": ("row", "slack", "-", lambda comparison: [row.slack for row in comparison.values()]),
     "bounds": ("setting", "seconds", "s", lambda bounds: [point.seconds for point in bounds]),
 }
 
