@@ -225,6 +225,18 @@ class ErrorEstimate(records.ArrayRecord, Named[OutputError]):
             math.isfinite(horizon) and not ended,
         )
 
+    def _repr_html_(self) -> str:
+        # Here, as in Trajectory: what reports import takes time.
+        from ..report import html
+        from ..report.document import Table
+
+        rows = [
+            [name, f"{error.max_difference:.3g}", f"{error.relative:.2g}", error.in_words()]
+            for name, error in ((name, self._entry(name)) for name in self.columns)
+        ]
+        head = ["output", "largest difference", "of the range [-]", "compared with the companions"]
+        return html.fragment(repr(self)[1:-1], [Table("Estimated errors", head, rows)])
+
     def __repr__(self) -> str:
         errors = [self._entry(name) for name in self.columns]
         relative = np.array([error.relative for error in errors])

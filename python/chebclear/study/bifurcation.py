@@ -20,6 +20,8 @@ from ..base.units import unit
 from ..data.dataset import Dataset, Variable
 from ..data.exports import Exports
 from ..errors import ArgumentError, warn
+from ..report import html
+from ..report.document import Table
 from ..run.settings import Settings, StepOptions, with_settings
 from ..run.simulation import run_scene
 from ..scene.columns import column_unit
@@ -67,6 +69,15 @@ class Bifurcation(Exports, records.ArrayRecord):
     def __repr__(self) -> str:
         count, periods = self.samples.shape
         return f"<Bifurcation of {self.output} over {self.parameter}: {count} values, {periods} periods each>"
+
+    def _repr_html_(self) -> str:
+        unit = column_unit(self.output)
+        rows = [
+            [f"{value:.6g}", *(f"{end:.6g}" for end in (row.min(), row.max())), f"{period:.6g}"]
+            for value, row, period in zip(self.values, self.samples, self.period, strict=True)
+        ]
+        head = [self.parameter, f"lowest [{unit}]", f"highest [{unit}]", "period [s]"]
+        return html.fragment(repr(self)[1:-1], [Table(f"{self.output} once per period", head, rows)])
 
     def points(self, tolerance: float) -> NDArray[np.int64]:
         """Number of distinct points of each value of the parameter: of a periodic motion, its length in

@@ -18,6 +18,8 @@ from ..base.shown import Shown, shortened
 from ..base.units import unit
 from ..data.dataset import Dataset, numbered
 from ..data.exports import Exports
+from ..report import html
+from ..report.document import Table
 from ..run.trajectory import column_index
 from .results import StudyResult
 
@@ -137,25 +139,35 @@ class Comparison(Named[BoundErrors], Exports):
         errors = {name: BoundErrors(**row) for name, row in facts["errors"].items()}
         return cls(errors, facts["start"], facts["end"])
 
-    def __str__(self) -> str:
-        head = ("output", "lower [%]", "upper [%]", "width", "reference", "slack [%]")
-        rows = [head] + [
-            (
+    def _repr_html_(self) -> str:
+        return html.fragment(self._span(), [Table("Differences between the bounds", *self._cells())])
+
+    def _span(self) -> str:
+        return f"bounds from t = {self.start:.6g} s to {self.end:.6g} s"
+
+    def _cells(self) -> tuple[list[str], list[list[str]]]:
+        head = ["output", "lower [%]", "upper [%]", "width", "reference", "slack [%]"]
+        rows = [
+            [
                 f"{name} [{row.unit}]" if row.unit else name,
                 f"{100.0 * row.lower:.3f}",
                 f"{100.0 * row.upper:.3f}",
                 f"{row.width:.6g}",
                 f"{row.reference_width:.6g}",
                 f"{100.0 * row.slack:+.2f}",
-            )
+            ]
             for name, row in self.errors.items()
         ]
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        return head, rows
+
+    def __str__(self) -> str:
+        head, rows = self._cells()
+        widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
         lines = [
             "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip()
-            for row in rows
+            for row in [head, *rows]
         ]
-        return "\n".join([f"bounds from t = {self.start:.6g} s to {self.end:.6g} s", *lines])
+        return "\n".join([self._span(), *lines])
 
 
 def compare(

@@ -20,6 +20,7 @@ from ..base.units import unit
 from ..data.dataset import Dataset, numbered
 from ..data.exports import Exports
 from ..report import html
+from ..report.document import Table
 from ..run.trajectory import column_index
 from .report.tradeoff import costs_document
 
@@ -211,6 +212,11 @@ class StudyTradeoff(records.ArrayRecord, Exports):
             Without a final line break.
         """
         return markdown_table(*self.cells())
+
+    def _repr_html_(self) -> str:
+        return html.fragment(
+            f"Recommended: {self.recommendation()}", [Table("Bounds and cost", *self.cells())]
+        )
 
     def __str__(self) -> str:
         changes = ", ".join(

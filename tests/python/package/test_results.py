@@ -119,6 +119,14 @@ def test_results_are_mappings_from_names(results, kind):
         result["zzz"]
 
 
+def test_every_table_is_one_in_a_notebook(results):
+    for kind, result in results.items():
+        if isinstance(result, Mapping) or hasattr(result, "to_csv"):
+            shown = result._repr_html_()
+            assert shown.count("<table") == shown.count("</table>") == 1 and "<script" not in shown, kind
+            assert shown.count("<tr") > 1, kind
+
+
 def test_columns_by_pattern_are_views_in_their_order(run):
     found = run["slider.[xy]"]
     assert list(found) == ["slider.x", "slider.y"]

@@ -8,6 +8,7 @@ from pathlib import Path
 from ...errors import ArgumentError
 from ...loading import load_result
 from ...study.bifurcation import Bifurcation
+from ...study.comparison import Comparison
 from ..options import Commands, directory, file, new_command
 from ..output import print_json, require_writable
 
@@ -39,7 +40,11 @@ def report(options: argparse.Namespace) -> int:
     require_writable(path.parent)
     result = load_result(options.result)
     if isinstance(result, Bifurcation):
-        raise ArgumentError(f"{options.result} holds a bifurcation diagram, which has no report")
+        what = "a bifurcation diagram, which has no report: draw it in Python with load_result(...).plot()"
+        raise ArgumentError(f"{options.result} holds {what}")
+    if isinstance(result, Comparison):
+        what = "a comparison of two studies, which has no report: print it in Python with load_result(...)"
+        raise ArgumentError(f"{options.result} holds {what}")
     written = result.report(path, title=options.title)
     if options.json:
         print_json({"file": str(written)})

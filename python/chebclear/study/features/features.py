@@ -18,6 +18,8 @@ from ...base.named import Named
 from ...base.shown import Shown, listed
 from ...base.tables import format_ends
 from ...errors import ArgumentError, describe
+from ...report import html
+from ...report.document import Table
 from ...run.features import Feature
 from ...run.settings import Settings
 from ...run.tracking import settling_time
@@ -113,6 +115,14 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
     @property
     def _names(self) -> tuple[str, ...]:
         return self.names
+
+    def _repr_html_(self) -> str:
+        found = [self._entry(name) for name in self.names]
+        rows = [
+            [one.name, one.unit, *(f"{end(one.values):.6g}" for end in (np.min, np.max))] for one in found
+        ]
+        table = Table("Features of the runs", ["feature", "unit", "lowest", "highest"], rows)
+        return html.fragment(repr(self)[1:-1], [table])
 
     def __repr__(self) -> str:
         runs, cycles = self.values.shape[:2]
