@@ -381,5 +381,6 @@ def on_circle(radius: float, angle: float) -> tuple[float, float]:
 def warn_of_a_jam(mechanism: str, reason: str) -> None:
     """Say that a crank at constant speed cannot turn all the way."""
     warn(
-        f"the crank of this {mechanism} cannot make a full turn: {reason}; driven beyond its range it jams",
+        f"the crank of this {mechanism} cannot make a full turn: {reason}; driven beyond its range it jams: "
+        "change the lengths, or end the run before that"
     )

@@ -115,7 +115,8 @@ impl NormalLaw {
             Damping::LankaraniNikravesh { restitution } if restitution < ACCURATE_RESTITUTION => {
                 Some(format!(
                     "the Lankarani-Nikravesh law rebounds more than its restitution {restitution} says (below \
-                 {ACCURATE_RESTITUTION} by more than 3 %)"
+                 {ACCURATE_RESTITUTION} by more than 3 %): take the law of Flores, whose \
+                 rebound is nearer to it (0.47 for 0.5)"
                 ))
             }
             _ => None,

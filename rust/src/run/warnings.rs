@@ -30,7 +30,8 @@ impl Recorder<'_> {
             if *deepest > DEEP * joint.law.journal_radius {
                 warnings.push(format!(
                     "joint {:?}: the penetration reached {deepest:.2e} m, more than {DEEP} of the journal radius: \
-                     contact laws do not hold there; the mechanism may be jammed or the stiffness too small",
+                     contact laws do not hold there; the mechanism may be jammed or the stiffness too small: look at \
+                     its motion there, and compare the stiffness with mechanisms.hertz_stiffness",
                     joint.name
                 ));
             }
@@ -42,7 +43,8 @@ impl Recorder<'_> {
             {
                 warnings.push(format!(
                     "joint {:?}: for {:.0} % of its time in contact it slides slower than {slow:.1e} m/s, where the \
-                     friction law falls to zero: a contact that should stick creeps, by at most {:.1e} m in all",
+                     friction law falls to zero: a contact that should stick creeps, by at most {:.1e} m in all; where \
+                     that matters, a smaller stick-slip velocity of the law lessens it",
                     joint.name,
                     100.0 * stick.crept / stick.pressed,
                     slow * stick.crept
@@ -115,7 +117,8 @@ impl Recorder<'_> {
             if scales.resting_penetration < FINE_PENETRATION * mechanism.scales.length {
                 self.warnings.push(format!(
                     "joint {:?}: under the load of the start the contact rests at a penetration of {:.1e} m, too \
-                     close to the rounding errors of positions: its contact changes may be numerical noise",
+                     close to the rounding errors of positions: its contact changes may be numerical noise; do not rely \
+                     on their number, or soften the contact",
                     joint.name, scales.resting_penetration
                 ));
             }
