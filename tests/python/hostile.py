@@ -154,12 +154,13 @@ def read_expression(chance: random.Random) -> Callable[[], object]:
 
 def read_result(chance: random.Random, known: list[bytes], folder: Path) -> Callable[[], object]:
     data = bytearray(chance.choice(known))
-    if chance.random() < 0.5:
+    act = chance.randrange(3)
+    if act == 0:
         for _ in range(chance.choice([1, 3, 30])):
             data[chance.randrange(len(data))] = chance.randrange(256)
         found = bytes(data)
     else:
-        found = other_members(bytes(data), chance)
+        found = (other_members if act == 1 else other_facts)(bytes(data), chance)
     path = folder / "damaged.npz"
 
     def read() -> object:
@@ -237,7 +238,7 @@ def other_piece(data: bytes, chance: random.Random) -> bytes:
 
 
 def stores(folder: Path) -> list[dict[str, bytes]]:
-    """Files of stores of a study with a feature, of one whose runs failed, and of a model."""
+    """Two pieces and the head of each store: of a study with a feature, of runs that failed, of a model."""
     box = {"rod_length": cc.interval(0.12, rel=0.01)}
     features = {"peak": cc.peak("slider.x")}
     options = {"duration": 0.001, "samples": 5, "features": features}
@@ -248,7 +249,8 @@ def stores(folder: Path) -> list[dict[str, bytes]]:
         short.scan(4)
     found = []
     for name in "abc":
-        paths = [path for path in (folder / name).iterdir() if path.name != "lock"]
+        pieces = sorted((folder / name).glob("piece-*.npz"))[:2]
+        paths = [folder / name / "store.json", *pieces]
         found.append({path.name: path.read_bytes() for path in paths})
     return found
 
@@ -256,6 +258,17 @@ def stores(folder: Path) -> list[dict[str, bytes]]:
 def line(a: float) -> dict[str, Any]:
     """A model of one's own."""
     return {"t": [0.0, 1.0, 2.0], "x": [a, 2.0 * a, 3.0 * a], "slope": a}
+
+
+def other_facts(data: bytes, chance: random.Random) -> bytes:
+    """A saved result that says something else, with checksums that fit."""
+    with np.load(io.BytesIO(data)) as archive:
+        arrays = dict(archive)
+    text = json.dumps(mutated(json.loads(str(arrays["metadata"])), chance))
+    arrays["metadata"] = np.array(torn(text, chance) if chance.random() < 0.2 else text)
+    out = io.BytesIO()
+    np.savez(out, **arrays)
+    return out.getvalue()
 
 
 def other_members(data: bytes, chance: random.Random) -> bytes:

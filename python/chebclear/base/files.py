@@ -186,23 +186,41 @@ DAMAGE = (ValueError, EOFError, OSError, RuntimeError, SyntaxError, TokenError, 
 """Exceptions of numpy and zipfile for unreadable content of a file that is open."""
 
 
-def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """Arrays and facts that `save` wrote.
+@contextmanager
+def loaded(
+    path: str | os.PathLike[str], kind: str
+) -> Iterator[tuple[dict[str, NDArray[Any]], dict[str, Any]]]:
+    """Arrays and facts that `save` wrote, for a block that makes the result of them.
 
     Raises
     ------
     ValueError
-        If the file holds something else, is damaged, or was written by a later version.
+        If the file holds something else, is damaged, or was written by a later version; also if the block can
+        make nothing of what it says.
     """
+    arrays, facts = _load(path, kind)
+    try:
+        yield arrays, facts
+    except (LookupError, TypeError, AttributeError, OverflowError, RecursionError) as error:
+        raise ArgumentError(f"{os.fspath(path)} is no sound {kind}: {error}") from error
+
+
+def _load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Arrays and facts of a file."""
     with _opened(path) as (archive, facts):
         if facts["kind"] != kind:
             raise ArgumentError(f"{os.fspath(path)} holds a {facts['kind']}, not a {kind}")
         try:
+            for member in archive.zip.namelist() if archive.zip else ():
+                if member.endswith(".npy"):
+                    member_header(archive, member.removesuffix(".npy"))
             arrays = {name: archive[name] for name in archive.files if name != "metadata"}
         except DAMAGE as error:
             raise ArgumentError(f"{os.fspath(path)} is damaged: {error}") from None
     # Older files do not list their members, or only by name: a missing one is noticed when it is read.
     members = facts.get("members", sorted(arrays))
+    if not isinstance(members, list | dict) or not all(isinstance(name, str) for name in members):
+        raise ArgumentError(f"{os.fspath(path)} is damaged: its list of members is none")
     differing = sorted(set(members) ^ set(arrays))
     if differing:
         raise ArgumentError(f"{os.fspath(path)} is damaged: {', '.join(differing)} is missing or misnamed")
@@ -216,6 +234,31 @@ def load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any
         if wrong:
             raise ArgumentError(f"{os.fspath(path)} is damaged: {', '.join(wrong)} has changed")
     return _Members(path, arrays), _Members(path, facts)
+
+
+# Deflate packs at most 1032 bytes into one.
+_MOST_PACKED, _LEAST_PACKED = 1032, 1000
+
+
+def member_header(archive: Any, name: str) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    """Shape and type of an array of an archive that holds as many bytes as they need.
+
+    NumPy asks for the memory of whatever a header says before it reads on.
+
+    Raises
+    ------
+    ValueError, KeyError
+        If it holds more or less, or if there is no such array.
+    """
+    member = archive.zip.getinfo(f"{name}.npy")
+    with archive.zip.open(member) as file:
+        np.lib.format.read_magic(file)
+        # Versions differ in the length of the header alone; NumPy writes the first for the types of results.
+        shape, _, dtype = np.lib.format.read_array_header_1_0(file)
+        size = int(np.prod(shape, dtype=object)) * dtype.itemsize + file.tell()
+    if member.file_size != size or size > _MOST_PACKED * member.compress_size + _LEAST_PACKED:
+        raise ValueError(f"{name} is not as long as it says")
+    return shape, dtype
 
 
 def _digest(array: NDArray[Any]) -> str:
@@ -263,6 +306,7 @@ def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[np.lib.npyio.NpzFile
             if not isinstance(archive, np.lib.npyio.NpzFile):  # a single array
                 raise stranger
             closing.enter_context(archive)
+            member_header(archive, "metadata")
             facts = json.loads(str(archive["metadata"]), object_hook=_from_json)
         except (KeyError, *DAMAGE):
             raise stranger from None

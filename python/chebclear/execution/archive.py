@@ -14,10 +14,9 @@ from typing import IO, Any
 from zipfile import ZIP_STORED
 
 import numpy as np
-from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from ..base.files import DAMAGE
+from ..base.files import DAMAGE, member_header
 from .counts import STATS
 from .pieces import Piece, as_text, code_version, from_text
 
@@ -103,14 +102,9 @@ def _shapes(archive: Any) -> dict[str, tuple[int, ...]]:
     """Shape of every array, as long as the file holds all its bytes as they are."""
     found = {}
     for name in (*_MEMBERS, *_TEXTS):
-        member = archive.zip.getinfo(f"{name}.npy")
-        with archive.zip.open(member) as file:
-            npy.read_magic(file)
-            # Versions differ in the length of the header alone; NumPy writes the first for these types.
-            shape, _, dtype = npy.read_array_header_1_0(file)
-            size = int(np.prod(shape, dtype=object)) * dtype.itemsize + file.tell()
-        if member.compress_type != ZIP_STORED or member.file_size != size:
-            raise UnfitError("is no piece of a store: its arrays are packed, or not as long as they say")
+        shape, dtype = member_header(archive, name)
+        if archive.zip.getinfo(f"{name}.npy").compress_type != ZIP_STORED:
+            raise UnfitError("is no piece of a store: its arrays are packed")
         wanted, dimensions = _MEMBERS.get(name, (dtype, 0))
         if dtype != wanted or dtype.hasobject or len(shape) != dimensions:
             raise UnfitError(f"is no piece of a store: {name} has another type or shape")

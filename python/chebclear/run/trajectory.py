@@ -440,42 +440,42 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
         ValueError
             If the file holds something else.
         """
-        arrays, facts = records.load(path, "trajectory")
-        scene = Scene.from_json(json.dumps(facts["scene"]))
-        columns, error = tuple(facts["columns"]), None
-        if "error" in facts:
-            known = {name: arrays[f"error_{name}"] for name in _ERROR_ARRAYS}
-            error = ErrorEstimate(columns=columns, **(facts["error"] | known))
+        with records.loaded(path, "trajectory") as (arrays, facts):
+            scene = Scene.from_json(json.dumps(facts["scene"]))
+            columns, error = tuple(facts["columns"]), None
+            if "error" in facts:
+                known = {name: arrays[f"error_{name}"] for name in _ERROR_ARRAYS}
+                error = ErrorEstimate(columns=columns, **(facts["error"] | known))
 
-        def table(kind: type, prefix: str) -> Any:
-            names = [item.name for item in dataclasses.fields(kind)]
-            if f"{prefix}_{names[0]}" not in arrays:  # an older file, without tables of the skipped time
-                return kind(
-                    **{name: arrays[f"{prefix.removeprefix('skipped_')}_{name}"][:0] for name in names}
-                )
-            return kind(**{name: arrays[f"{prefix}_{name}"] for name in names})
+            def table(kind: type, prefix: str) -> Any:
+                names = [item.name for item in dataclasses.fields(kind)]
+                if f"{prefix}_{names[0]}" not in arrays:  # an older file, without tables of the skipped time
+                    return kind(
+                        **{name: arrays[f"{prefix.removeprefix('skipped_')}_{name}"][:0] for name in names}
+                    )
+                return kind(**{name: arrays[f"{prefix}_{name}"] for name in names})
 
-        return cls(
-            t=arrays["t"],
-            columns=columns,
-            values=arrays["values"],
-            events=table(Events, "events"),
-            contacts=table(Contacts, "contacts"),
-            skipped_events=table(Events, "skipped_events"),
-            skipped_contacts=table(Contacts, "skipped_contacts"),
-            features=arrays.get("features", np.empty((1, 0))),
-            start=facts.get("start"),
-            end=None if facts["end"] is None else EndState(facts["end"], scene),
-            stats=Stats.from_dict(facts["stats"]),
-            status=facts["status"],
-            message=facts["message"],
-            end_time=facts["end_time"],
-            joint=facts["joint"],
-            warnings=tuple(facts["warnings"]),
-            settings=Settings.from_dict(facts["settings"]),
-            scene=scene,
-            error=error,
-        )
+            return cls(
+                t=arrays["t"],
+                columns=columns,
+                values=arrays["values"],
+                events=table(Events, "events"),
+                contacts=table(Contacts, "contacts"),
+                skipped_events=table(Events, "skipped_events"),
+                skipped_contacts=table(Contacts, "skipped_contacts"),
+                features=arrays.get("features", np.empty((1, 0))),
+                start=facts.get("start"),
+                end=None if facts["end"] is None else EndState(facts["end"], scene),
+                stats=Stats.from_dict(facts["stats"]),
+                status=facts["status"],
+                message=facts["message"],
+                end_time=facts["end_time"],
+                joint=facts["joint"],
+                warnings=tuple(facts["warnings"]),
+                settings=Settings.from_dict(facts["settings"]),
+                scene=scene,
+                error=error,
+            )
 
 
 def column_index(columns: Sequence[str], name: str, scene: Scene | None = None) -> int:

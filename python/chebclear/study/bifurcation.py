@@ -140,9 +140,9 @@ class Bifurcation(Exports, records.ArrayRecord):
         ValueError
             If the file holds something else, is damaged, or was written by a later version.
         """
-        arrays, facts = records.load(path, "bifurcation")
-        fields = {name: facts[name] for name in ("parameter", "output", "skipped")}
-        return cls(**fields | {name: arrays[name] for name in _ARRAYS})
+        with records.loaded(path, "bifurcation") as (arrays, facts):
+            fields = {name: facts[name] for name in ("parameter", "output", "skipped")}
+            return cls(**fields | {name: arrays[name] for name in _ARRAYS})
 
     def plot(self, *, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw the diagram; see `plot_bifurcation` for the options."""

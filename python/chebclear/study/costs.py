@@ -320,20 +320,20 @@ class StudyTradeoff(records.ArrayRecord, Exports):
         ValueError
             If the file holds something else, is damaged, or was written by a later version.
         """
-        arrays, facts = records.load(path, "study tradeoff")
-        points = tuple(
-            StudyTradeoffPoint(**point, **{name: arrays[name][index] for name in _BY_OUTPUT})
-            for index, point in enumerate(facts["points"])
-        )
-        return cls(
-            outputs=tuple(facts["outputs"]),
-            points=points,
-            holdout=facts["holdout"],
-            reference_runs=facts["reference_runs"],
-            reference_width=arrays["reference_width"],
-            reference_change=arrays["reference_change"],
-            warnings=tuple(facts["warnings"]),
-        )
+        with records.loaded(path, "study tradeoff") as (arrays, facts):
+            points = tuple(
+                StudyTradeoffPoint(**point, **{name: arrays[name][index] for name in _BY_OUTPUT})
+                for index, point in enumerate(facts["points"])
+            )
+            return cls(
+                outputs=tuple(facts["outputs"]),
+                points=points,
+                holdout=facts["holdout"],
+                reference_runs=facts["reference_runs"],
+                reference_width=arrays["reference_width"],
+                reference_change=arrays["reference_change"],
+                warnings=tuple(facts["warnings"]),
+            )
 
     def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
         """Write a report: one HTML file that needs no network and runs no scripts.

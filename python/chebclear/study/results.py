@@ -463,27 +463,27 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         ValueError
             If the file holds something else.
         """
-        arrays, facts = records.load(path, "study")
-        intervals = {name: Interval(*ends) for name, ends in facts["intervals"].items()}
-        return cls.from_runs(
-            arrays["t"],
-            facts["outputs"],
-            arrays["values"],
-            intervals,
-            arrays["parameters"],
-            kind=facts.get("kind_of_study"),
-            features=FeatureTable.of_file(arrays, facts, intervals) if "features" in facts else None,
-            degrees=None if facts["degrees"] is None else tuple(facts["degrees"]),
-            nodes=tuple(facts["nodes"]),
-            bounds=facts["bounds"],
-            requirement=Requirement.from_dict(facts.get("requirement")),
-            stats=Costs.joined([[Stats.from_dict(one) for one in facts["stats"]]]),
-            warnings=tuple(facts["warnings"]),
-            settings=None if facts["settings"] is None else Settings.from_dict(facts["settings"]),
-            scene=None if facts["scene"] is None else Scene.from_json(json.dumps(facts["scene"])),
-            nominal_parameters=arrays.get("nominal_parameters"),
-            seconds=facts.get("seconds", math.nan),
-            worst_cases=tuple(WorstCase(**case) for case in facts.get("worst_cases", ())),
-            failures=tuple(map(FailedRun.from_dict, facts.get("failures", ()))),
-            units=facts.get("units"),
-        )
+        with records.loaded(path, "study") as (arrays, facts):
+            intervals = {name: Interval(*ends) for name, ends in facts["intervals"].items()}
+            return cls.from_runs(
+                arrays["t"],
+                facts["outputs"],
+                arrays["values"],
+                intervals,
+                arrays["parameters"],
+                kind=facts.get("kind_of_study"),
+                features=FeatureTable.of_file(arrays, facts, intervals) if "features" in facts else None,
+                degrees=None if facts["degrees"] is None else tuple(facts["degrees"]),
+                nodes=tuple(facts["nodes"]),
+                bounds=facts["bounds"],
+                requirement=Requirement.from_dict(facts.get("requirement")),
+                stats=Costs.joined([[Stats.from_dict(one) for one in facts["stats"]]]),
+                warnings=tuple(facts["warnings"]),
+                settings=None if facts["settings"] is None else Settings.from_dict(facts["settings"]),
+                scene=None if facts["scene"] is None else Scene.from_json(json.dumps(facts["scene"])),
+                nominal_parameters=arrays.get("nominal_parameters"),
+                seconds=facts.get("seconds", math.nan),
+                worst_cases=tuple(WorstCase(**case) for case in facts.get("worst_cases", ())),
+                failures=tuple(map(FailedRun.from_dict, facts.get("failures", ()))),
+                units=facts.get("units"),
+            )

@@ -413,26 +413,26 @@ class Tradeoff(records.ArrayRecord, Exports):
         ValueError
             If the file holds something else.
         """
-        arrays, facts = records.load(path, "tradeoff")
-        *points, reference, check = (
-            TradeoffPoint(
-                **{**run, "stats": Stats.from_dict(run["stats"])},
-                horizon=arrays["horizon"][index],
-                growth=arrays["growth"][index],
+        with records.loaded(path, "tradeoff") as (arrays, facts):
+            *points, reference, check = (
+                TradeoffPoint(
+                    **{**run, "stats": Stats.from_dict(run["stats"])},
+                    horizon=arrays["horizon"][index],
+                    growth=arrays["growth"][index],
+                )
+                for index, run in enumerate(facts["runs"])
             )
-            for index, run in enumerate(facts["runs"])
-        )
-        return cls(
-            outputs=tuple(facts["outputs"]),
-            ranges=arrays["ranges"],
-            t=arrays["t"],
-            points=tuple(points),
-            reference=reference,
-            check=check,
-            warnings=tuple(facts["warnings"]),
-            settings=Settings.from_dict(facts["settings"]),
-            scene=Scene.from_json(json.dumps(facts["scene"])),
-        )
+            return cls(
+                outputs=tuple(facts["outputs"]),
+                ranges=arrays["ranges"],
+                t=arrays["t"],
+                points=tuple(points),
+                reference=reference,
+                check=check,
+                warnings=tuple(facts["warnings"]),
+                settings=Settings.from_dict(facts["settings"]),
+                scene=Scene.from_json(json.dumps(facts["scene"])),
+            )
 
 
 def format_error(error: float, uncertainty: float) -> str:

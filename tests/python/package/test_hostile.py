@@ -1,5 +1,10 @@
 """Files and texts from strangers are refused with a typed error, or are sound."""
 
+import io
+import json
+import zipfile
+
+import chebclear as cc
 import hostile
 import numpy as np
 import pytest
@@ -22,4 +27,52 @@ def test_members_that_were_exchanged_are_told(tmp_path):
         members = dict(archive)
     np.savez(path, metadata=members["metadata"], first=members["second"], second=members["first"])
     with pytest.raises(ValueError, match="is damaged: first, second has changed"):
-        files.load(path, "pair")
+        with files.loaded(path, "pair"):
+            pass
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """The arrays of a saved study."""
+    box = {"rod_length": cc.interval(0.12, rel=0.01)}
+    study = cc.Study(cc.mechanisms.slider_crank, box, outputs=["slider.x"], duration=0.001, samples=5)
+    with np.load(study.chebyshev(degree=2).save(tmp_path_factory.mktemp("saved") / "study.npz")) as members:
+        return dict(members)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("stats", [{"steps": None}]),
+        ("stats", 3),
+        ("intervals", "x"),
+        ("intervals", {"rod_length": [1.0, 2.0, 3.0, 4.0]}),
+        ("degrees", 2.5),
+        ("failures", [{"no such": "field"}]),
+        ("worst_cases", {"a": {}}),
+        ("members", [None, "t"]),
+        ("members", 7),
+    ],
+)
+def test_facts_that_say_something_else_with_checksums_that_fit_are_refused(tmp_path, saved, name, value):
+    """A stranger may write any checksum; such files ended with a TypeError or an AttributeError."""
+    facts = json.loads(str(saved["metadata"])) | {name: value}
+    np.savez(tmp_path / "study.npz", **saved | {"metadata": np.array(json.dumps(facts))})
+    with pytest.raises(ValueError, match=r"study\.npz is (no sound study|damaged)"):
+        cc.load_result(tmp_path / "study.npz")
+
+
+@pytest.mark.parametrize("victim", ["metadata", "values"])
+@pytest.mark.parametrize("packed", [zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED])
+def test_a_header_that_claims_a_petabyte_takes_no_memory(tmp_path, saved, victim, packed):
+    path = tmp_path / "study.npz"
+    header = io.BytesIO()
+    claim = {"descr": "<f8", "fortran_order": False, "shape": (10**14,)}
+    np.lib.format.write_array_header_1_0(header, claim)
+    with zipfile.ZipFile(path, "w", packed) as archive:
+        for name, array in saved.items():
+            content = io.BytesIO()
+            np.save(content, array)
+            archive.writestr(f"{name}.npy", (header if name == victim else content).getvalue())
+    with pytest.raises(ValueError, match=r"study\.npz (is damaged|was not written by chebclear)"):
+        cc.load_result(path)

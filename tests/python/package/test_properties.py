@@ -4,6 +4,7 @@ import hashlib
 import json
 import math
 import os
+import random
 import warnings
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import chebclear as cc
 import pytest
 from chebclear.execution.store import Store
 from chebclear.templates.expressions import ExpressionError, parse
-from hostile import AnyRuns, stores
+from hostile import AnyRuns, other_facts, other_members, results, stores
 
 hypothesis = pytest.importorskip("hypothesis", reason="needs hypothesis")
 from hypothesis import HealthCheck, given, settings  # noqa: E402
@@ -95,18 +96,29 @@ def test_a_type_that_is_no_word_is_refused():
 
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory):
-    """A saved result, and the bytes of it."""
-    box = {"rod_length": cc.interval(0.12, rel=0.01)}
-    study = cc.Study(cc.mechanisms.slider_crank, box, ["slider.x"], duration=0.001, samples=5)
-    result = study.chebyshev(degree=2)
-    path = result.save(tmp_path_factory.mktemp("saved") / "result.npz")
-    return result, path.read_bytes(), path
+    """Saved results of every kind with the bytes of their files, and a file."""
+    folder = tmp_path_factory.mktemp("saved")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        files = results(folder)
+    path = folder / "changed.npz"
+    known = []
+    for data in files:
+        path.write_bytes(data)
+        known.append((cc.load_result(path), data))
+    return known, path
+
+
+bytes_anywhere = st.lists(
+    st.tuples(st.integers(0, 10**6), st.binary(min_size=1, max_size=8)), min_size=1, max_size=4
+)
+seeds = st.integers(0, 2**64 - 1)
 
 
 @few
-@given(st.lists(st.tuples(st.integers(0, 10**6), st.binary(min_size=1, max_size=8)), min_size=1, max_size=4))
-def test_result_files_with_any_bytes_are_the_same_or_refused(saved, changes):
-    result, data, path = saved
+@given(st.integers(0, 3), bytes_anywhere)
+def test_result_files_with_any_bytes_are_the_same_or_refused(saved, which, changes):
+    (result, data), path = saved[0][which], saved[1]
     changed = bytearray(data)
     for place, put in changes:
         start = place % len(changed)
@@ -117,6 +129,18 @@ def test_result_files_with_any_bytes_are_the_same_or_refused(saved, changes):
     except ValueError:
         return
     assert found == result
+
+
+@few
+@given(st.integers(0, 3), seeds, st.sampled_from([other_facts, other_facts, other_members]))
+def test_result_files_whose_checksums_fit_are_read_or_refused(saved, which, seed, change):
+    known, path = saved
+    path.write_bytes(change(known[which][1], random.Random(seed)))
+    try:
+        found = cc.load_result(path)
+    except ValueError:
+        return
+    assert type(found) in {type(result) for result, _ in known}
 
 
 @pytest.fixture(scope="module")
