@@ -179,7 +179,12 @@ def _as_json(value: Any) -> Any:
 
 def _from_json(plain: dict[str, Any]) -> Any:
     """The value that an object of the metadata represents."""
-    return float(plain[_NOT_FINITE]) if plain.keys() == {_NOT_FINITE} else plain
+    if plain.keys() != {_NOT_FINITE}:
+        return plain
+    word = plain[_NOT_FINITE]
+    if not isinstance(word, str):
+        raise ValueError(f"{word!r} is no word for a number")
+    return float(word)
 
 
 DAMAGE = (ValueError, EOFError, OSError, RuntimeError, SyntaxError, TokenError, BadZipFile, ZlibError)

@@ -32,6 +32,8 @@ from .pieces import Piece, code_version
 Array = NDArray[np.float64]
 
 _HEAD, _LOCK, _SET_ASIDE = "store.json", "lock", ".damaged"
+# What a killed process was writing: a piece, the head, or the samples of all runs.
+_UNFINISHED = (".piece-", f".{_HEAD}.", ".values-")
 _PIECE = re.compile(r"piece-([0-9a-f]{32})\.npz")
 # A head is a few kilobytes of names and numbers.
 _MOST_HEAD_BYTES = 10_000_000
@@ -243,9 +245,10 @@ class Store:
                     and path.suffix != _SET_ASIDE
                 ):
                     self.remarks.append(f"{path} is no piece of this store and was left alone")
-                elif path.name.startswith(".piece-"):
-                    # What a killed process was writing.
-                    path.unlink(missing_ok=True)
+                elif path.name.startswith(_UNFINISHED):
+                    # Windows keeps the samples of a result that is still in use.
+                    with contextlib.suppress(PermissionError):
+                        path.unlink(missing_ok=True)
                 continue
             try:
                 keys = self._keys(path, named[1])

@@ -10,7 +10,7 @@ use crate::run::settings::Settings;
 
 /// Memory that must remain besides the samples [numbers]. A run with its thread and report needs far less,
 /// but running out of memory there would end the process.
-const SPARE: usize = 8 << 20;
+const SPARE: usize = 2 << 20;
 
 pub(super) fn memory_error(count: usize) -> PyErr {
     PyMemoryError::new_err(format!("{count} numbers do not fit into the memory"))

@@ -105,6 +105,16 @@ def test_damaged_pieces_are_named_and_simulated_again(tmp_path, simulated, how):
     assert study(tmp_path).scan(3) == whole and not simulated
 
 
+def test_what_a_killed_process_was_writing_is_removed(tmp_path):
+    whole = study(tmp_path).scan(2)
+    kept = sorted(tmp_path.iterdir())
+    for name in (".piece-0123.npz.17.140", ".store.json.17.140", ".values-abcdefgh"):
+        (tmp_path / name).write_bytes(b"half")
+    (tmp_path / ".mine").write_bytes(b"of the user")
+    assert study(tmp_path).scan(2) == whole
+    assert sorted(tmp_path.iterdir()) == sorted([*kept, tmp_path / ".mine"])
+
+
 def test_foreign_and_newer_pieces_are_left_alone_and_named(tmp_path, simulated):
     whole = study(tmp_path).scan(2)
     other = tmp_path / "other"

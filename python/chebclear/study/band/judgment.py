@@ -59,14 +59,17 @@ def fit_error(
 def _left_out_error(degrees: Sequence[int], nodes: Sequence[int], runs: Array) -> Array:
     """The part of it that the nodes tell, of some of the samples."""
     error: Array = np.zeros(runs.shape[1])
-    grid = runs.reshape(*nodes, -1)
-    for axis, (count, degree) in enumerate(zip(nodes, degrees, strict=True)):
+    before = 1
+    for count, degree in zip(nodes, degrees, strict=True):
+        # As a stack of matrices, which are multiplied where they are; `tensordot` would copy them.
+        lines = runs.reshape(before, count, -1)
+        before *= count
         highest = min(degree, count - 2)
         for tried, weight in ((highest, 1.0), (highest - 1, 0.5)):
             if tried < (0 if tried == highest else 1):
                 continue
-            misses = np.tensordot(_left_out(count, tried), grid, axes=(1, axis))
-            worst = np.abs(misses).reshape(-1, runs.shape[1]).max(axis=0)
+            misses = (_left_out(count, tried) @ lines).reshape(-1, runs.shape[1])
+            worst = np.maximum(misses.max(axis=0), -misses.min(axis=0))
             error = np.maximum(error, weight * worst)
     return error
 
