@@ -319,7 +319,8 @@ def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[np.lib.npyio.NpzFile
             raise stranger
         if facts["format"] > FORMAT:
             raise ArgumentError(
-                f"{os.fspath(path)} has format {facts['format']}, this version reads up to {FORMAT}"
+                f"{os.fspath(path)} has format {facts['format']}, this version reads up to {FORMAT}: "
+                "take a newer one"
             )
         yield archive, facts
 

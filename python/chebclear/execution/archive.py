@@ -78,7 +78,8 @@ def looked_at(file: IO[bytes]) -> tuple[dict[str, Any], NDArray[np.uint8]]:
             if head.get("kind") != KIND or not isinstance(head.get("format"), int):
                 raise UnfitError("is no piece of a store")
             if head["format"] > FORMAT:
-                raise UnfitError(f"has format {head['format']}, this version reads up to {FORMAT}")
+                newest = f"this version reads up to {FORMAT}: take a newer one"
+                raise UnfitError(f"has format {head['format']}, {newest}")
             runs, samples = shapes["keys"][0], shapes["t"][0]
             outputs, features = head["outputs"], head["features"]
             fitting = {

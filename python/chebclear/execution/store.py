@@ -219,7 +219,7 @@ class Store:
         if kind != KIND or not isinstance(form, int):
             raise StoreError(f"{path} was not written by chebclear")
         if form > FORMAT:
-            raise StoreError(f"{path} has format {form}, this version reads up to {FORMAT}")
+            raise StoreError(f"{path} has format {form}, this version reads up to {FORMAT}: take a newer one")
         different = differences(kept, self._facts)
         if different:
             raise StoreError(

@@ -196,7 +196,9 @@ class Scene(Part):
         """
         speeds = [abs(drive.speed) for drive in self.drives if isinstance(drive, Speed)]
         if not any(speeds):
-            raise ArgumentError("no drive of the scene turns at constant speed: it has no period")
+            raise ArgumentError(
+                "no drive of the scene turns at constant speed: it has no period; give times in seconds"
+            )
         return 2.0 * math.pi / min(speed for speed in speeds if speed)
 
     def check(self) -> Inspection:

@@ -96,7 +96,8 @@ class Tradeoff(records.ArrayRecord, Exports):
         for point in self.points:
             if point.method == method and math.isclose(point.rtol, rtol, rel_tol=1e-9):
                 return point
-        raise KeyError(f"{method} was not run at rtol {rtol!r}")
+        known = ", ".join(f'("{point.method}", {point.rtol:g})' for point in self.points)
+        raise KeyError(f"{method} was not run at rtol {rtol!r}; there are {known}")
 
     def __iter__(self) -> Iterator[TradeoffPoint]:
         return iter(self.points)
