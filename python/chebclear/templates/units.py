@@ -231,6 +231,9 @@ def _fitting(text: str, unit: str, wanted: list[Dimension]) -> str:
     # An angle and a ratio have the same dimension, none.
     if _ONE in wanted:
         known = ["%"] if unit.strip() in ("-", "1") else [one for one in known if one != "%"]
+    if text.strip() == "Hz" and "rpm" in known:
+        # As revolutions or as radians in a second: one of them would be wrong by a factor of 6.
+        return "; a revolution in a second is 60 rpm"
     meant = did_you_mean(text, known)
     return meant or (f"; it may be given in {', '.join(known[:4])}" if known else "")
 
