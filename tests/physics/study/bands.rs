@@ -560,21 +560,25 @@ fn certified_scores_are_those_of_hulls_without_the_run() {
                         .filter(|(run, _)| *run != left_out)
                         .map(|(_, row)| row)
                         .collect();
-                    let end = |at: usize, largest: bool| {
-                        let column = others.iter().map(|row| row[at]);
-                        if largest {
-                            column.fold(f64::MIN, f64::max)
-                        } else {
-                            column.fold(f64::MAX, f64::min)
-                        }
+                    let largest = |sign: f64| -> Vec<f64> {
+                        let column = |at: usize| others.iter().map(move |row| sign * row[at]);
+                        (0..samples).map(|at| column(at).fold(f64::MIN, f64::max)).collect()
                     };
-                    let width: Vec<f64> = (0..samples).map(|at| end(at, true) - end(at, false)).collect();
-                    let floor = 0.3 * width.iter().sum::<f64>() / samples as f64;
+                    let hulls = [largest(-1.0), largest(1.0)];
+                    let width: Vec<f64> = (0..samples).map(|at| hulls[0][at] + hulls[1][at]).collect();
+                    let floor = width.iter().sum::<f64>() / samples as f64;
+                    // The largest value over 1/2880 of the time to either side, linear between samples.
+                    let part = (samples - 1) as f64 / 2880.0;
+                    let end = |side: usize, at: usize| {
+                        let (hull, last) = (&hulls[side], samples - 1);
+                        let near = hull[at].max(hull[at.saturating_sub(1)]).max(hull[(at + 1).min(last)]);
+                        hull[at] + part * (near - hull[at])
+                    };
                     let mean = running_mean(&width, Window::new((samples - 1) as f64 / 18.0));
                     let run = &values[left_out * samples..][..samples];
                     let outside = (0..samples).filter(|&at| {
                         let margin = level * (mean[at] + floor);
-                        run[at] > end(at, true) + margin || run[at] < end(at, false) - margin
+                        run[at] > end(1, at) + margin || -run[at] > end(0, at) + margin
                     });
                     outside.count() as f64 / samples as f64
                 })
