@@ -90,10 +90,14 @@ impl Dynamics<'_> {
     /// Evaluates the contact of every clearance joint, once for all outputs, after [`Dynamics::move_to`].
     pub fn find_contacts(&mut self) {
         for (index, joint) in self.tree.clearance_joints.iter().enumerate() {
-            let motion = self.contact_motion(joint);
-            let state = joint.law.evaluate(&motion, self.phases[index]);
-            self.contacts[index] = JointContact { motion, state };
+            self.contacts[index] = self.contact_of(joint, self.phases[index]);
         }
+    }
+
+    #[inline(always)]
+    pub(super) fn contact_of(&self, joint: &ClearanceJoint, phase: Phase) -> JointContact {
+        let motion = self.contact_motion(joint);
+        JointContact { motion, state: joint.law.evaluate(&motion, phase) }
     }
 
     /// The contact of a clearance joint, after [`Dynamics::find_contacts`].
@@ -117,17 +121,24 @@ impl Dynamics<'_> {
         joint.law.without_forces(&self.motion_between(joint, ends))
     }
 
-    /// Adds the generalized force of a contact.
+    /// Adds the generalized force of a contact, which it returns.
     // Inlined for the reason given at `add_pair`.
     #[inline(always)]
-    pub(super) fn add_contact(&self, joint: &ClearanceJoint, phase: Phase, forces: &mut [f64]) {
-        let state = joint.law.evaluate(&self.contact_motion(joint), phase);
+    pub(super) fn add_contact(
+        &self,
+        joint: &ClearanceJoint,
+        phase: Phase,
+        forces: &mut [f64],
+    ) -> JointContact {
+        let contact = self.contact_of(joint, phase);
+        let JointContact { state, .. } = &contact;
         let moments = [
             joint.law.bearing_radius * state.friction_force,
             joint.law.journal_radius * state.friction_force,
         ];
         let positions = [self.point(joint.bearing).position, self.point(joint.journal).position];
         self.add_pair([joint.bearing, joint.journal], positions, state.force.into(), moments, forces);
+        contact
     }
 
     /// The first contact whose normal force, together with the friction it causes, accelerates the surfaces

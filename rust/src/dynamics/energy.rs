@@ -7,7 +7,7 @@
 //! holds exactly for exact solutions of the equations of motion, whatever the laws.
 
 use super::{Dynamics, JointContact};
-use crate::contact::clearance::Phase;
+use crate::contact::clearance::{Phase, SlidingVelocity};
 
 /// Power dissipated in a clearance joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -83,7 +83,10 @@ impl Dynamics<'_> {
         let JointContact { motion, state } = &self.contacts[index];
         let elastic = law.normal.elastic_force(state.penetration);
         // The physical sliding velocity, whichever convention the friction law uses.
-        let sliding = law.surface_velocity(motion);
+        let sliding = match law.sliding {
+            SlidingVelocity::Surface => state.sliding_velocity,
+            SlidingVelocity::ContactPoint => law.surface_velocity(motion),
+        };
         ContactLoss {
             impact: (state.normal_force - elastic) * state.penetration_rate,
             friction: -state.friction_force * sliding,
@@ -110,6 +113,41 @@ impl Dynamics<'_> {
             })
             .sum();
         drives + forces + torques
+    }
+
+    /// The same by the balance of power: that of the inertial forces and gravity less that of contacts, springs
+    /// and loop closures; after [`Dynamics::acceleration_and_contacts`] and [`Dynamics::accelerate`].
+    ///
+    /// It needs no reactions. Where the equations of motion do not hold, which only reactions would tell, the two
+    /// differ.
+    pub fn balanced_power(&self) -> f64 {
+        let tree = self.tree;
+        // Accelerations of frames are relative to free fall.
+        let inertial = tree.inertias.iter().chain(&tree.driven_inertias).map(|body| {
+            let frame = &self.states[body.frame];
+            let center = frame.point(body.center);
+            body.mass * center.acceleration.dot(&center.velocity)
+                + body.inertia * frame.angular_acceleration * frame.angular_velocity
+        });
+        let contacts = self.contacts.iter().map(|JointContact { motion, state }| {
+            let [force_x, force_y] = state.force;
+            force_x * motion.rate[0] + force_y * motion.rate[1] + state.friction_force * motion.spin
+        });
+        let links = tree.links.iter().map(|link| {
+            let [length, rate] = self.link_motion(link);
+            -link.tension(length, rate) * rate
+        });
+        let torsions = tree
+            .torsions
+            .iter()
+            .map(|torsion| self.torsion_torque(torsion) * self.torsion_motion(torsion)[1]);
+        let closures = tree.closures.iter().enumerate().map(|(index, closure)| {
+            self.closure_force(index).dot(&(self.point(closure.b).velocity - self.point(closure.a).velocity))
+        });
+        inertial.sum::<f64>()
+            - contacts.sum::<f64>()
+            - links.chain(torsions).sum::<f64>()
+            - closures.sum::<f64>()
     }
 
     /// Power of a drive [W]; after [`Dynamics::find_reactions`].

@@ -69,7 +69,8 @@ pub struct Dynamics<'m> {
     joint_columns: Vec<JointColumn>,
     loops: Loops,
     scratch: Vec<f64>,
-    /// The contact of every clearance joint, after [`Dynamics::find_contacts`].
+    /// The contact of every clearance joint, after [`Dynamics::find_contacts`] or
+    /// [`Dynamics::acceleration_and_contacts`].
     contacts: Vec<JointContact>,
     /// Force and moment in every ideal joint, after [`Dynamics::find_reactions`].
     reactions: Vec<Wrench>,
@@ -115,16 +116,24 @@ impl<'m> Dynamics<'m> {
         self.move_to_instant(t.into(), q, v);
     }
 
+    #[inline(never)]
     fn move_to_instant(&mut self, t: Instant, q: &[f64], v: &[f64]) {
+        self.place_frames(t, q, v);
+    }
+
+    // Inlined because every evaluation begins with it.
+    #[inline(always)]
+    fn place_frames(&mut self, t: Instant, q: &[f64], v: &[f64]) {
         let Self { tree, motions, coordinates, jerks, turns, states, .. } = self;
         for (&column, (&position, &velocity)) in tree.free.iter().zip(q.iter().zip(v)) {
             coordinates[column] = Coordinate { position, velocity, acceleration: 0.0 };
         }
-        if self.t != t {
+        let time_passed = self.t != t;
+        if time_passed {
             self.t = t;
             motions.place_driven(t, &tree.driven, coordinates, jerks, turns, states);
         }
-        motions.place_free(coordinates, states);
+        motions.place_free(time_passed, coordinates, states);
         self.accelerated = false;
     }
 
@@ -183,17 +192,33 @@ impl<'m> Dynamics<'m> {
 
     /// Accelerations of the degrees of freedom. Returns false where the mass matrix is singular, the loop
     /// closures are dependent or a result is not finite.
+    #[inline]
     pub fn acceleration(&mut self, t: impl Into<Instant>, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        let t = t.into();
+        self.evaluate::<false>(t.into(), q, v, a)
+    }
+
+    /// The same, and what [`Dynamics::find_contacts`] finds.
+    pub fn acceleration_and_contacts(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        self.evaluate::<true>(t.into(), q, v, a)
+    }
+
+    #[inline(always)]
+    fn evaluate<const CONTACTS: bool>(&mut self, t: Instant, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         // The guards may have moved the frames there.
         if self.accelerated || !self.is_at(t, q, v) {
-            self.move_to_instant(t, q, v);
+            self.place_frames(t, q, v);
         }
         let d = a.len();
         self.composites.assemble(&self.states, &mut self.mass, a);
-        for (joint, phase) in self.tree.clearance_joints.iter().zip(&self.phases) {
+        for (index, joint) in self.tree.clearance_joints.iter().enumerate() {
+            let phase = self.phases[index];
             if let Phase::Contact { clipped: false, .. } = phase {
-                self.add_contact(joint, *phase, a);
+                let contact = self.add_contact(joint, phase, a);
+                if CONTACTS {
+                    self.contacts[index] = contact;
+                }
+            } else if CONTACTS {
+                self.contacts[index] = self.contact_of(joint, phase);
             }
         }
         if self.has_forces {

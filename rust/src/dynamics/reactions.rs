@@ -31,10 +31,9 @@ impl Wrench {
 }
 
 impl Dynamics<'_> {
-    /// Computes the reactions of all ideal joints, and the contacts, after [`Dynamics::acceleration`] and
+    /// Computes the reactions of all ideal joints, after [`Dynamics::acceleration_and_contacts`] and
     /// [`Dynamics::accelerate`].
     pub fn find_reactions(&mut self) {
-        self.find_contacts();
         let tree = self.tree;
         let mut demands = std::mem::take(&mut self.demands);
         for (demand, body) in demands.iter_mut().zip(&tree.bodies) {
@@ -109,7 +108,7 @@ impl Dynamics<'_> {
     }
 
     /// Force of a loop closure on its second point [N].
-    fn closure_force(&self, index: usize) -> Vec2 {
+    pub(super) fn closure_force(&self, index: usize) -> Vec2 {
         -Vec2::new(self.loops.multipliers[2 * index], self.loops.multipliers[2 * index + 1])
     }
 

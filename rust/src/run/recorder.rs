@@ -14,6 +14,7 @@ use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::{Event, EventKind};
 use crate::run::features::Plan;
 use crate::run::outputs::{Column, Needs};
+use crate::run::prescribed::uniform_piece;
 use crate::run::restart::Memory;
 use crate::run::samples::Samples;
 use crate::run::settings::Settings;
@@ -31,15 +32,18 @@ const LARGEST_PROJECTION: f64 = 10.0;
 /// a step that is too long; one that is too short grows fivefold per step.
 const FIRST_STEP: f64 = 1e-3;
 
+/// Instants that differ by this part of the time are one.
+const ROUNDED: f64 = 32.0 * f64::EPSILON;
+
 /// Guards of a clearance joint: the gap, and the sign of the normal force.
 pub(crate) const GUARDS: usize = 2;
 
 /// The mechanism as a system for the integrator, which takes the samples of a run.
 pub(crate) struct Recorder<'a> {
     pub(crate) mechanism: &'a Mechanism,
-    pub(crate) dynamics: Dynamics<'a>,
+    pub(crate) dynamics: Box<Dynamics<'a>>,
     /// The frames in states inside a step, so that those of `dynamics` stay at its end, where the next begins.
-    inside: Dynamics<'a>,
+    inside: Box<Dynamics<'a>>,
     pub(crate) settings: &'a Settings,
     pub(crate) monitor: &'a dyn Fn(f64) -> bool,
     pub(crate) tolerances: Tolerances,
@@ -53,6 +57,8 @@ pub(crate) struct Recorder<'a> {
     /// What the contacts ask of the present step.
     pub(crate) step: StepDemands,
     pub(crate) work: Work,
+    /// Length of the pieces over which work is integrated [s], if all drives have constant speed.
+    pub(crate) uniform_piece: Option<f64>,
     /// The work up to the present step, while `work` holds that up to a sample inside it.
     work_of_steps: Work,
     /// Error of the energy balance over the steps.
@@ -79,7 +85,7 @@ impl<'a> Recorder<'a> {
         let needs = Needs::of(&table.0);
         let samples = Samples::new(settings, table, from);
         let tracking = Tracking::new(plan, settings, samples.from, d);
-        let dynamics = Dynamics::new(mechanism);
+        let dynamics = Box::new(Dynamics::new(mechanism));
         Self {
             mechanism,
             inside: dynamics.clone(),
@@ -95,6 +101,7 @@ impl<'a> Recorder<'a> {
             log: ContactLog::new(joints),
             step: StepDemands::new(joints),
             work: Work::new(joints),
+            uniform_piece: uniform_piece(mechanism),
             work_of_steps: Work::default(),
             balance: Balance::new(joints),
             tracking,
@@ -216,17 +223,18 @@ impl<'a> Recorder<'a> {
             self.accelerate_at(t);
         } else {
             self.dynamics.move_to(t, &self.q, &self.v);
+            if needs.contacts {
+                self.dynamics.find_contacts();
+            }
         }
         if needs.reactions {
             self.dynamics.find_reactions();
-        } else if needs.contacts {
-            self.dynamics.find_contacts();
         }
     }
 
-    /// Computes motion and accelerations in the state in `self.q`, `self.v`; NaN where there are none.
+    /// Computes motion, accelerations and contacts in the state in `self.q`, `self.v`; NaN where there are none.
     pub(crate) fn accelerate_at(&mut self, t: f64) {
-        if !self.dynamics.acceleration(t, &self.q, &self.v, &mut self.a) {
+        if !self.dynamics.acceleration_and_contacts(t, &self.q, &self.v, &mut self.a) {
             self.a.fill(f64::NAN);
         }
         self.dynamics.accelerate(&self.a);
@@ -272,6 +280,58 @@ impl<'a> Recorder<'a> {
     }
 }
 
+impl Recorder<'_> {
+    /// Visits states inside the last step: the frames of its end stay where they are meanwhile, since the next
+    /// step needs them.
+    pub(crate) fn visit_inside(&mut self, visit: impl FnOnce(&mut Self)) {
+        std::mem::swap(&mut self.dynamics, &mut self.inside);
+        self.dynamics.phases.copy_from_slice(&self.inside.phases);
+        // Those of the driven coordinates follow from the instant.
+        for &column in &self.mechanism.free {
+            self.dynamics.turns[column] = self.inside.turns[column];
+        }
+        visit(self);
+        std::mem::swap(&mut self.dynamics, &mut self.inside);
+    }
+
+    /// Takes the samples that are due in a step.
+    fn take_samples(&mut self, step: &DenseStep) {
+        let end = step.end_time();
+        while let Some(t) = self.samples.next_due() {
+            // The last step ends at the last sample only to rounding.
+            let slack = if self.samples.last_is_due() { ROUNDED * t } else { 0.0 };
+            if t > end + slack {
+                break;
+            }
+            let t_inside = t.clamp(step.t, end);
+            if self.needs.work {
+                // Saved, so that the sum over the steps does not depend on the samples.
+                self.work_of_steps.clone_from(&self.work);
+                self.add_work_of(step, t_inside);
+            }
+            self.move_inside(step, t_inside);
+            if !self.samples.have_begun() && self.settings.skip > 0.0 {
+                self.cut_contacts(t);
+            }
+            self.sample(t);
+            if self.needs.work {
+                std::mem::swap(&mut self.work, &mut self.work_of_steps);
+            }
+        }
+    }
+
+    /// Tracks the quantities of features through a step.
+    fn track(&mut self, step: &DenseStep) {
+        self.track_to(step.end_time(), &mut |recorder, t, q, v| {
+            if recorder.needs.work {
+                recorder.add_work_of(step, t);
+            }
+            recorder.state_inside(step, t, q, v);
+            true
+        });
+    }
+}
+
 impl HybridSystem for Recorder<'_> {
     fn dimension(&self) -> usize {
         self.q.len()
@@ -299,7 +359,7 @@ impl HybridSystem for Recorder<'_> {
     }
 
     fn is_smooth_at(&self, t: f64) -> bool {
-        t * (1.0 + 32.0 * f64::EPSILON) < self.step.next_break
+        t * (1.0 + ROUNDED) < self.step.next_break
     }
 
     fn step_bound(&self) -> f64 {
@@ -393,45 +453,20 @@ impl HybridSystem for Recorder<'_> {
     fn wants_dense(&self, end: f64) -> bool {
         self.may_check_energy(end)
             || self.tracking.wants(end)
-            || self.samples.next_due().is_some_and(|due| due <= end * (1.0 + 32.0 * f64::EPSILON))
+            || self.samples.next_due().is_some_and(|due| due <= end * (1.0 + ROUNDED))
     }
 
     fn accepted(&mut self, step: &DenseStep) -> bool {
         let end = step.end_time();
-        while let Some(t) = self.samples.next_due().filter(|_| step.h > 0.0) {
-            // The last step ends at the last sample only to rounding.
-            let last = self.samples.last_is_due();
-            let slack = if last { 32.0 * f64::EPSILON * t } else { 0.0 };
-            if t > end + slack {
-                break;
-            }
-            let t_inside = t.clamp(step.t, end);
-            if self.needs.work {
-                // Saved, so that the sum over the steps does not depend on the samples.
-                self.work_of_steps.clone_from(&self.work);
-                self.add_work_of(step, t_inside);
-            }
-            self.move_inside(step, t_inside);
-            if !self.samples.have_begun() && self.settings.skip > 0.0 {
-                self.cut_contacts(t);
-            }
-            self.sample(t);
-            if self.needs.work {
-                std::mem::swap(&mut self.work, &mut self.work_of_steps);
-            }
-        }
         if step.h > 0.0 {
-            self.track_to(end, &mut |recorder, t, q, v| {
-                if recorder.needs.work {
-                    recorder.add_work_of(step, t);
-                }
-                recorder.state_inside(step, t, q, v);
-                true
-            });
+            if self.samples.next_due().is_some_and(|due| due <= end * (1.0 + ROUNDED)) {
+                self.visit_inside(|recorder| recorder.take_samples(step));
+            }
+            if self.tracking.wants(end) {
+                self.visit_inside(|recorder| recorder.track(step));
+            }
         }
-        if self.may_check_energy(end) {
-            self.check_energy(step);
-        }
+        self.check_energy(step);
         (self.monitor)(end)
     }
 }

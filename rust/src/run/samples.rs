@@ -14,6 +14,8 @@ pub(crate) struct Samples<'a> {
     /// Instant of the first sample [s], after the time that the settings skip.
     pub(crate) from: f64,
     taken: usize,
+    /// Instant of the next one [s].
+    due: Option<f64>,
 }
 
 impl<'a> Samples<'a> {
@@ -23,7 +25,14 @@ impl<'a> Samples<'a> {
         (columns, values): (Vec<Column>, &'a mut [f64]),
         begin: f64,
     ) -> Self {
-        Self { settings, columns, values, from: begin + settings.skip, taken: 0 }
+        let mut samples =
+            Self { settings, columns, values, from: begin + settings.skip, taken: 0, due: None };
+        samples.find_due();
+        samples
+    }
+
+    fn find_due(&mut self) {
+        self.due = (self.taken < self.settings.samples).then(|| self.time(self.taken));
     }
 
     fn time(&self, index: usize) -> f64 {
@@ -37,7 +46,7 @@ impl<'a> Samples<'a> {
 
     /// Instant of the next sample [s]; `None` after the last one.
     pub(crate) fn next_due(&self) -> Option<f64> {
-        (self.taken < self.settings.samples).then(|| self.time(self.taken))
+        self.due
     }
 
     /// Whether the next sample is the last one.
@@ -68,5 +77,6 @@ impl<'a> Samples<'a> {
             *value = column.value(dynamics, work);
         }
         self.taken += 1;
+        self.find_due();
     }
 }

@@ -6,7 +6,6 @@ use crate::run::features::{Extent, Plan, Touch};
 use crate::run::recorder::Recorder;
 use crate::run::settings::Settings;
 use crate::run::work::Work;
-use crate::run::work::balance::WORK_ROTATION;
 
 /// Nodes and weights of Gauss's quadrature with six points on [0, 1]. An explicit step may cover 5 rad of the
 /// oscillation of a contact, 10 rad of its square. The error of four points is then 6 % of the amplitude, of
@@ -125,7 +124,7 @@ impl Recorder<'_> {
             let from = self.tracking.reached;
             let bound = self.tracking.bounds[self.tracking.piece + 1];
             // A drive may make many turns in one step.
-            let to = end.min(bound).min(from + self.continued(from, f64::NAN, WORK_ROTATION));
+            let to = end.min(bound).min(from + self.piece_of_work(from));
             if !self.track_part(from, to, state) {
                 return false;
             }

@@ -259,10 +259,6 @@ impl FrameMotions {
         for frame in &mut self.driven {
             frame.place(coordinates, states);
         }
-        for hinge in &self.hinges {
-            let pivot = states[hinge.parent].point(hinge.pivot);
-            states[hinge.index].hang(pivot);
-        }
     }
 
     #[inline(never)]
@@ -280,12 +276,16 @@ impl FrameMotions {
         }
     }
 
-    /// Moves the rest, after [`FrameMotions::place_driven`].
+    /// Moves the rest, after [`FrameMotions::place_driven`]; `time_passed` tells whether that has moved pivots.
     #[inline(always)]
-    pub fn place_free(&mut self, coordinates: &[Coordinate], states: &mut [FrameState]) {
+    pub fn place_free(&mut self, time_passed: bool, coordinates: &[Coordinate], states: &mut [FrameState]) {
         for hinge in &mut self.hinges {
             let (placed, rest) = states.split_at_mut(hinge.index);
-            rest[0].turn(&placed[hinge.parent], coordinates[hinge.index - 1], &mut hinge.near);
+            let (parent, state) = (&placed[hinge.parent], &mut rest[0]);
+            if time_passed {
+                state.hang(parent.point(hinge.pivot));
+            }
+            state.turn(parent, coordinates[hinge.index - 1], &mut hinge.near);
         }
         for slider in &self.sliders {
             slider.place(coordinates, states);

@@ -212,6 +212,7 @@ fn accelerations_and_drive_torques_are_those_of_the_cartesian_system() {
         let mut dynamics = dynamics_of(case);
         dynamics.move_to(case.t, &case.q, &case.v);
         dynamics.accelerate(&a);
+        dynamics.find_contacts();
         dynamics.find_reactions();
         for (body, placement) in case.mechanism.bodies.iter().enumerate() {
             let frame = dynamics.frame(placement.frame);
@@ -284,6 +285,7 @@ fn kinetic_energy_grows_by_the_power_of_gravity_contacts_and_drives() {
         let mut dynamics = dynamics_of(case);
         dynamics.move_to(case.t, &case.q, &case.v);
         dynamics.accelerate(&a);
+        dynamics.find_contacts();
         dynamics.find_reactions();
         for (number, driven) in case.mechanism.driven.iter().enumerate() {
             powers.push(dynamics.drive_effort(number) * driven.motion.at(case.t)[1]);

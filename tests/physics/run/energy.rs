@@ -29,7 +29,8 @@ fn energy_changes_by_the_powers_that_are_named() {
         let rate = derivative(energy)[0];
         let mut dynamics = dynamics_of(case);
         let mut again = a.clone();
-        assert!(dynamics.acceleration(case.t, &case.q, &case.v, &mut again));
+        assert!(dynamics.acceleration_and_contacts(case.t, &case.q, &case.v, &mut again));
+        assert_eq!(again, a, "case {index}");
         dynamics.accelerate(&a);
         dynamics.find_reactions();
         let mut powers = vec![dynamics.input_power(), -dynamics.damping_loss()];
@@ -52,6 +53,9 @@ fn energy_changes_by_the_powers_that_are_named() {
             }
         }
         let sum: f64 = powers.iter().sum();
+        let largest = powers.iter().fold(1.0_f64, |largest, power| largest.max(power.abs()));
+        let balanced = dynamics.balanced_power();
+        assert!((balanced - powers[0]).abs() < 1e-9 * largest, "case {index}: {balanced} W, {powers:?}");
         // The difference has the rounding of the energy: 9 kJ in a contact that is 3 m deep.
         let rounding = 1e-2 * energy(0.0)[0].abs();
         let scale = powers.iter().fold(rounding.max(1.0), |largest, power| largest.max(power.abs()));

@@ -32,7 +32,7 @@ fn on_rest_and_on_ground(kind: FrameKind, motion: Coordinate, then: f64) -> [Fra
         let mut motions = FrameMotions::new(frames, &free, &[]);
         for [motion, accelerations] in [[before, before], [motion, then]] {
             motions.place_driven(0.0.into(), &[], &mut [], &mut [], &mut [], &mut states);
-            motions.place_free(motion, &mut states);
+            motions.place_free(true, motion, &mut states);
             motions.accelerate(accelerations, &mut states);
         }
         states[frames.len() - 1]

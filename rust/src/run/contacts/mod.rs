@@ -113,7 +113,9 @@ impl OpenContact {
     /// without dense output; `force` gives the normal force of a relative motion.
     pub fn watch(&mut self, sample: ForceSample, force: impl Fn(&RelativeMotion<f64>) -> f64) {
         let mut peak = (sample.time, sample.force);
-        if let Some(last) = self.last.filter(|last| last.rate > 0.0 && sample.rate < 0.0) {
+        let known = self.contact.peak_force;
+        let has_peak = |last: &ForceSample| last.rate > 0.0 && sample.rate < 0.0;
+        if let Some(last) = self.last.filter(|last| has_peak(last) && may_exceed(known, last, &sample)) {
             let between = highest_between(&last, &sample, force);
             if between.1 > peak.1 {
                 peak = between;
@@ -124,6 +126,14 @@ impl OpenContact {
         }
         self.last = Some(sample);
     }
+}
+
+/// Whether the force may exceed a known one [N] between a sample at which it rises and one at which it falls: by
+/// the higher of the two tangents, each followed through the whole time. The top of an arch lies below the lower
+/// one.
+fn may_exceed(known: f64, a: &ForceSample, b: &ForceSample) -> bool {
+    let h = b.time - a.time;
+    (a.force + a.rate * h).max(b.force - b.rate * h) > known
 }
 
 /// Instant and value of the largest force between two samples.

@@ -210,12 +210,17 @@ impl Balance {
 impl Recorder<'_> {
     /// Adds the powers of a state to the work.
     pub(crate) fn add_work(&mut self, t: f64, q: &[f64], v: &[f64], dt: f64) {
-        if !self.dynamics.acceleration(t, q, v, &mut self.a) {
+        if !self.dynamics.acceleration_and_contacts(t, q, v, &mut self.a) {
             self.a.fill(f64::NAN);
         }
         self.dynamics.accelerate(&self.a);
-        self.dynamics.find_reactions();
-        self.work.add(&self.dynamics, dt);
+        let input = if self.needs.work {
+            self.dynamics.find_reactions();
+            self.dynamics.input_power()
+        } else {
+            self.dynamics.balanced_power()
+        };
+        self.work.add(&self.dynamics, input, dt);
     }
 
     /// Adds the work from the start of a step to the instant `to` in it, in pieces that resolve the drives:
@@ -229,7 +234,7 @@ impl Recorder<'_> {
         let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
         let mut from = step.t;
         while from < to {
-            let next = (from + self.continued(from, f64::NAN, WORK_ROTATION)).min(to);
+            let next = (from + self.piece_of_work(from)).min(to);
             for &(place, weight) in nodes {
                 let t = from + place * (next - from);
                 step.at((t - step.t) / step.h, &mut q, &mut v);
@@ -288,8 +293,7 @@ impl Recorder<'_> {
         let stiff = self.balance.is_stiff(step.end_time() - self.balance.time);
         let mut probability = self.balance.probability(stiff);
         if stiff && probability < 1.0 {
-            let (q, v) = step.end.split_at(step.end.len() / 2);
-            self.dynamics.move_to(step.end_time(), q, v);
+            self.move_to_end(step);
             for (index, start) in self.balance.slides.iter().enumerate() {
                 let state = self.dynamics.contact_state(index);
                 let change = self.slide(index, &state).velocity - start.velocity;
@@ -309,12 +313,24 @@ impl Recorder<'_> {
             // In a short step two points find the work to a part of 1e-3 of the change of the power.
             let nodes: &[(f64, f64)] =
                 if step.is_short && !self.needs.work { &GAUSS_OF_SHORT } else { &GAUSS };
-            self.add_work_by(nodes, step, step.end_time());
-            self.move_inside(step, step.end_time());
-            self.dynamics.move_to(step.end_time(), &self.q, &self.v);
+            self.visit_inside(|recorder| recorder.add_work_by(nodes, step, step.end_time()));
+            if self.mechanism.closures.is_empty() {
+                self.move_to_end(step);
+            } else {
+                self.move_inside(step, step.end_time());
+                self.dynamics.move_to(step.end_time(), &self.q, &self.v);
+            }
             let end = self.account();
             self.balance.checked = Some((step.end_time(), end.stored));
             self.balance.add(&start, &end, stiff, probability.min(1.0));
+        }
+    }
+
+    /// Moves to the end of a step, where the guards may have moved the frames already.
+    fn move_to_end(&mut self, step: &DenseStep) {
+        let (q, v) = step.end.split_at(step.end.len() / 2);
+        if !self.dynamics.is_at(step.end_time().into(), q, v) {
+            self.dynamics.move_to(step.end_time(), q, v);
         }
     }
 

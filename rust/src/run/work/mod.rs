@@ -56,10 +56,10 @@ impl Work {
         self.contacts.iter().map(|loss| loss.impact + loss.friction).sum::<f64>() + self.damping
     }
 
-    /// Adds the powers of the present state over a time `dt` [s]; after
-    /// [`Dynamics::find_reactions`].
-    pub fn add(&mut self, dynamics: &Dynamics, dt: f64) {
-        self.input += dynamics.input_power() * dt;
+    /// Adds the powers of the present state over a time `dt` [s], of which `input` is that of drives and applied
+    /// forces [W]; after [`Dynamics::acceleration_and_contacts`].
+    pub fn add(&mut self, dynamics: &Dynamics, input: f64, dt: f64) {
+        self.input += input * dt;
         self.damping += dynamics.damping_loss() * dt;
         for (index, sum) in self.contacts.iter_mut().enumerate() {
             let loss = dynamics.contact_loss(index);
