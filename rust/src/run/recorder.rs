@@ -42,7 +42,8 @@ pub(crate) const GUARDS: usize = 2;
 pub(crate) struct Recorder<'a> {
     pub(crate) mechanism: &'a Mechanism,
     pub(crate) dynamics: Box<Dynamics<'a>>,
-    /// The frames in states inside a step, so that those of `dynamics` stay at its end, where the next begins.
+    /// The frames in states inside a step, so that those of `dynamics` stay at its end, where the next begins. The
+    /// two are boxed because they are exchanged.
     inside: Box<Dynamics<'a>>,
     pub(crate) settings: &'a Settings,
     pub(crate) monitor: &'a dyn Fn(f64) -> bool,
