@@ -69,9 +69,10 @@ pub(super) struct Run<'a> {
     pub(super) velocity_refinement: f64,
     /// Why the last attempt was rejected: the status of the run if no shorter step is accepted.
     refusal: Status,
-    /// End of the present step after its projection, and the result of the projection.
+    /// End of the present step after its projection, its instant, and the result of the projection.
     next_q: Vec<f64>,
     next_v: Vec<f64>,
+    next_t: f64,
     projection: Projection,
     /// State and guards inside a step.
     pub(super) inner_q: Vec<f64>,
@@ -132,6 +133,7 @@ pub fn integrate_with(
         refusal: Status::StepUnderflow,
         next_q: vec![0.0; d],
         next_v: vec![0.0; d],
+        next_t: t,
         projection: Projection::Unneeded,
         inner_q: vec![0.0; d],
         inner_v: vec![0.0; d],
@@ -163,7 +165,7 @@ impl Run<'_> {
             h = h.min(self.system.step_bound()).min(self.limits.max_step);
             let (taken, error, event) = self.attempt_to_event(h, end)?;
             let cut = event.is_some() || self.t + self.method.step().h >= end;
-            self.accept(end, cut)?;
+            self.accept(cut)?;
             match event {
                 Some(index) => {
                     let bound = self.change_phase(index)?;
@@ -322,25 +324,17 @@ impl Run<'_> {
 
     /// Projects the end of the step onto the constraints.
     fn project(&mut self, end: f64) -> Projection {
-        let next = self.end_of_step(end);
         let step = self.method.step();
+        self.next_t = end_of_step(step, end);
         let (q, v) = step.end.split_at(self.q.len());
         self.next_q.copy_from_slice(q);
         self.next_v.copy_from_slice(v);
-        self.projection = self.system.project(next, &mut self.next_q, &mut self.next_v);
+        self.projection = self.system.project(self.next_t, &mut self.next_q, &mut self.next_v);
         self.projection
     }
 
-    /// Instant at which the step ends; exactly `end` if they differ by rounding alone, so that no step of the
-    /// length of a rounding error is left.
-    fn end_of_step(&mut self, end: f64) -> f64 {
-        let next = self.t + self.method.step().h;
-        let rounding = 16.0 * f64::EPSILON * next.abs().max(end.abs());
-        if (end - next).abs() <= rounding { end } else { next }
-    }
-
     /// Moves to the end of the step.
-    fn accept(&mut self, end: f64, cut: bool) -> Result<(), Failure> {
+    fn accept(&mut self, cut: bool) -> Result<(), Failure> {
         let &mut DenseStep { h, is_explicit, .. } = self.method.step();
         self.stats.steps += 1;
         self.stats.explicit_steps += usize::from(is_explicit);
@@ -356,7 +350,7 @@ impl Run<'_> {
             self.finish_dense()?;
         }
         let go_on = self.system.accepted(self.method.step());
-        self.t = self.end_of_step(end);
+        self.t = self.next_t;
         self.q.copy_from_slice(&self.next_q);
         self.v.copy_from_slice(&self.next_v);
         self.system.wrap_angles(&mut self.q);
@@ -369,7 +363,6 @@ impl Run<'_> {
 
     /// Length of the next step, after an accepted one of length `h` with `error`.
     fn next_step(&mut self, h: f64, error: f64, settled: &Settled) -> f64 {
-        let exponent = 1.0 / (self.method.step().embedded_order as f64 + 1.0);
         let error = (error * settled.order_error.unwrap_or(1.0)).max(LEAST_ERROR);
         let mut factor = self.factor(error);
         if settled.order_error.is_some() {
@@ -382,6 +375,7 @@ impl Run<'_> {
         } else if self.steps_since_restart > UNPREDICTED_STEPS && self.last_step > 0.0 && error > LEAST_ERROR
         {
             // Gustafsson: the error is taken to change as it did over the last step.
+            let exponent = 1.0 / (self.method.step().embedded_order as f64 + 1.0);
             let trend = h / self.last_step * (self.last_error / error).powf(exponent);
             factor = factor.min((factor * trend).max(SMALLEST_FACTOR));
         }
@@ -394,4 +388,12 @@ impl Run<'_> {
         self.last_error = error;
         h * factor
     }
+}
+
+/// Instant at which a step ends; exactly `end` if they differ by rounding alone, so that no step of the length
+/// of a rounding error is left.
+fn end_of_step(step: &DenseStep, end: f64) -> f64 {
+    let next = step.t + step.h;
+    let rounding = 16.0 * f64::EPSILON * next.abs().max(end.abs());
+    if (end - next).abs() <= rounding { end } else { next }
 }

@@ -139,6 +139,25 @@ impl Stages {
         }
     }
 
+    /// Gives several sums Σ w_j k_j over the first stages to `take`, with the number of the first component of
+    /// their block.
+    #[inline]
+    pub(super) fn sum_blocks<const SUMS: usize>(
+        &self,
+        weights: [&[f64]; SUMS],
+        mut take: impl FnMut(usize, [[f64; BLOCK]; SUMS]),
+    ) {
+        for block in 0..self.width {
+            let mut sums = [[0.0; BLOCK]; SUMS];
+            for (stage, row) in self.rows.chunks_exact(self.width).take(weights[0].len()).enumerate() {
+                for (sum, weights) in sums.iter_mut().zip(weights) {
+                    *sum = plus(*sum, weights[stage], &row[block]);
+                }
+            }
+            take(block * BLOCK, sums);
+        }
+    }
+
     /// Writes `finish` of several sums Σ w_j k_j over the first stages to `out`.
     #[inline]
     pub(super) fn combine_all<const SUMS: usize>(

@@ -17,6 +17,8 @@ use crate::integrators::stages::{BLOCK, Stages};
 pub(super) const MOST: usize = 12;
 /// Accelerations kept: one more than the predictor uses, for the error of the next order.
 pub(super) const KEPT: usize = MOST + 1;
+/// Columns of the recursion of integrals at low orders.
+const LOW: usize = 8;
 /// Lengths of steps are equal if they differ by so many roundings of the time: the steps end on rounded
 /// instants.
 const ROUNDINGS: f64 = 4.0;
@@ -24,6 +26,7 @@ const ROUNDINGS: f64 = 4.0;
 /// The differences, and the coefficients of the step that was last prepared.
 #[derive(Clone, Debug)]
 pub(super) struct Differences {
+    d: usize,
     /// φ_1 (the present accelerations), φ_2, ...
     rows: Stages,
     /// Number of instants they know.
@@ -55,6 +58,7 @@ impl Differences {
     /// No differences yet, for `d` components.
     pub(super) fn new(d: usize) -> Self {
         Self {
+            d,
             rows: Stages::new(KEPT + 1, d),
             count: 0,
             back: [0.0; KEPT],
@@ -120,7 +124,12 @@ impl Differences {
                 product *= ahead / self.back[i + 1];
             }
         }
-        self.integrals = integrals(&self.alpha, order);
+        // Loops of fixed length are the faster ones, and low orders need few columns.
+        self.integrals = if order + 2 < LOW {
+            integrals::<LOW>(&self.alpha, order)
+        } else {
+            integrals::<{ KEPT + 1 }>(&self.alpha, order)
+        };
         for (weights, integrals) in self.weights.iter_mut().zip(&self.integrals) {
             for ((weight, integral), beta) in weights.iter_mut().zip(integrals).zip(&self.beta) {
                 *weight = beta * integral;
@@ -128,21 +137,17 @@ impl Differences {
         }
     }
 
-    /// Accelerations at the end of the prepared step, extrapolated at an order.
-    pub(super) fn extrapolate(&self, order: usize, out: &mut [f64]) {
-        self.rows.combine(&self.beta[..order], out, |_, sum| sum);
-    }
-
-    /// Change of the velocities over the prepared step by the extrapolated accelerations.
-    pub(super) fn velocities(&self, order: usize, out: &mut [f64], finish: impl Fn(usize, f64) -> f64) {
-        let h = self.h;
-        self.rows.combine(&self.weights[0][..order], out, |k, sum| finish(k, h * sum));
-    }
-
-    /// Change of the positions by them, besides that by the velocities.
-    pub(super) fn positions(&self, order: usize, out: &mut [f64], finish: impl Fn(usize, f64) -> f64) {
-        let square = self.h * self.h;
-        self.rows.combine(&self.weights[1][..order], out, |k, sum| finish(k, square * sum));
+    /// Extrapolates at an order over the prepared step. Gives `take` the number of each component with the change
+    /// of its position besides that by its velocity, the change of its velocity, and its acceleration at the end.
+    pub(super) fn extrapolate(&self, order: usize, mut take: impl FnMut(usize, [f64; 3])) {
+        let (h, d) = (self.h, self.d);
+        let [once, twice] = &self.weights;
+        let weights = [&twice[..order], &once[..order], &self.beta[..order]];
+        self.rows.sum_blocks(weights, |first, [positions, velocities, accelerations]| {
+            for lane in 0..BLOCK.min(d - first) {
+                take(first + lane, [h * h * positions[lane], h * velocities[lane], accelerations[lane]]);
+            }
+        });
     }
 
     /// What the difference number `order` (from 0) at the end of the prepared step adds to positions and
@@ -166,18 +171,21 @@ impl Differences {
         self.rows.at(i, component)
     }
 
-    /// Ratio of the difference number i (from 0) at equal steps of the prepared length to that at the end of
-    /// the prepared step.
-    pub(super) fn at_equal_steps(&self, i: usize) -> f64 {
-        if self.regular {
-            return 1.0;
+    /// Ratios of the differences up to the number `last` (from 0) at equal steps of the prepared length to those at
+    /// the end of the prepared step.
+    pub(super) fn at_equal_steps(&self, last: usize) -> [f64; KEPT] {
+        let mut ratios = [1.0; KEPT];
+        if !self.regular {
+            for (i, alpha) in self.alpha[..last].iter().enumerate() {
+                ratios[i + 1] = ratios[i] * ((i + 1) as f64 * alpha);
+            }
         }
-        self.alpha[..i].iter().enumerate().map(|(j, alpha)| (j + 1) as f64 * alpha).product()
+        ratios
     }
 
     /// Moves to the end of the prepared step, with the accelerations there.
     pub(super) fn advance(&mut self, a: &[f64]) {
-        for i in (1..KEPT).rev() {
+        for i in (1..KEPT.min(self.count + 1)).rev() {
             self.back[i] = self.h + self.back[i - 1];
         }
         if (self.h - self.length).abs() <= self.slack {
@@ -229,18 +237,19 @@ const fn powers(alpha: &[f64; KEPT + 1], order: usize) -> Powers {
 }
 
 /// Single and double integrals of c_1, ..., c_{order + 1} over the step, from the α.
-const fn integrals(alpha: &[f64; KEPT + 1], order: usize) -> [[f64; KEPT]; 2] {
-    assert!(order <= MOST);
+const fn integrals<const COLUMNS: usize>(alpha: &[f64; KEPT + 1], order: usize) -> [[f64; KEPT]; 2] {
+    assert!(order + 2 <= COLUMNS && COLUMNS <= KEPT + 1);
     // Row i of the recursion g_{i+1,q} = g_{i,q} - α_i g_{i,q+1}, g_{1,q} = 1/q; columns q = 1 and 2 are the
     // single and the double integral. The last column is not renewed, and what follows from it reaches these
     // after the last row only.
-    let mut row = RECIPROCALS;
+    let mut row = [0.0; COLUMNS];
+    row.copy_from_slice(RECIPROCALS.split_at(COLUMNS).0);
     let mut integrals = [[0.0; KEPT]; 2];
     (integrals[0][0], integrals[1][0]) = (row[0], row[1]);
     let mut i = 1;
     while i <= order {
         let mut q = 0;
-        while q < KEPT {
+        while q + 1 < COLUMNS {
             row[q] -= alpha[i - 1] * row[q + 1];
             q += 1;
         }
@@ -262,7 +271,7 @@ pub(super) const RECIPROCALS: [f64; KEPT + 1] = {
 };
 
 /// The integrals at equal steps.
-const REGULAR: [[f64; KEPT]; 2] = integrals(&RECIPROCALS, MOST);
+const REGULAR: [[f64; KEPT]; 2] = integrals::<{ KEPT + 1 }>(&RECIPROCALS, MOST);
 
 /// The coefficients of the powers at equal steps.
 const REGULAR_POWERS: Powers = powers(&RECIPROCALS, MOST);

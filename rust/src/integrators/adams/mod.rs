@@ -15,6 +15,7 @@ use crate::integrators::dense::DenseStep;
 use crate::integrators::stages::BLOCK;
 use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
 use crate::numerics::instant::Instant;
+use crate::numerics::logarithm::binary_logarithm;
 use differences::{Differences, KEPT, MOST, RECIPROCALS};
 use start::Start;
 
@@ -41,6 +42,8 @@ const LARGEST_STIFFNESS: f64 = 2.5;
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// A lower order is taken if its steps may be longer by this factor.
 const CLEARLY_LONGER: f64 = 1.1;
+/// Its binary logarithm.
+const CLEARLY: f64 = binary_logarithm(CLEARLY_LONGER);
 
 /// The method with its scratch memory.
 #[derive(Clone, Debug)]
@@ -158,9 +161,12 @@ impl Adams {
         let (q_start, v_start) = self.step.start.split_at(d);
         let (q, rest) = self.predicted.split_at_mut(d);
         let (v, a) = rest.split_at_mut(d);
-        self.differences.positions(order, q, |k, change| q_start[k] + (h * v_start[k] + change));
-        self.differences.velocities(order, v, |k, change| v_start[k] + change);
-        self.differences.extrapolate(order, &mut self.last);
+        let last = &mut self.last;
+        self.differences.extrapolate(order, |k, [of_position, of_velocity, acceleration]| {
+            q[k] = q_start[k] + (h * v_start[k] + of_position);
+            v[k] = v_start[k] + of_velocity;
+            last[k] = acceleration;
+        });
         if !system.acceleration(Instant::after(self.t, h), q, v, a) {
             return false;
         }
@@ -232,18 +238,18 @@ impl Adams {
         // A higher order needs a difference more than are used.
         let highest = if self.differences.count() > order { (order + 1).min(MOST) } else { order };
         let lowest = (order - 1).max(1);
-        let scales = [lowest, order, highest].map(|i| self.differences.at_equal_steps(i));
+        let ratios = self.differences.at_equal_steps(highest);
         self.differences.advance(&self.a);
         // Error at an order, and the negative logarithm of the length of its steps.
-        let at = |order: usize, scale: f64| {
-            let error = scale * self.error_of(factors, |k| self.differences.row(order, k));
-            (error, error.ln() / (order + 1) as f64)
+        let at = |order: usize| {
+            let error = ratios[order] * self.error_of(factors, |k| self.differences.row(order, k));
+            (error, binary_logarithm(error) / (order + 1) as f64)
         };
-        let (same, lower) = (at(order, scales[1]), at(lowest, scales[0]));
-        let (chosen, error) = if lower.1 + CLEARLY_LONGER.ln() < same.1 {
+        let (same, lower) = (at(order), at(lowest));
+        let (chosen, error) = if lower.1 + CLEARLY < same.1 {
             (lowest, lower.0)
         } else if highest > order {
-            let higher = at(highest, scales[2]);
+            let higher = at(highest);
             if higher.1 < same.1 { (highest, higher.0) } else { (order, same.0) }
         } else {
             (order, same.0)
