@@ -135,9 +135,9 @@ class Comparison(Named[BoundErrors], Exports):
         ValueError
             If the file holds something else, is damaged, or was written by a later version.
         """
-        _, facts = files.load(path, "comparison")
-        errors = {name: BoundErrors(**row) for name, row in facts["errors"].items()}
-        return cls(errors, facts["start"], facts["end"])
+        with files.loaded(path, "comparison") as (_, facts):
+            errors = {name: BoundErrors(**row) for name, row in facts["errors"].items()}
+            return cls(errors, facts["start"], facts["end"])
 
     def _repr_html_(self) -> str:
         return html.fragment(self._span(), [Table("Differences between the bounds", *self._cells())])

@@ -11,7 +11,7 @@ use crate::run::settings::Settings;
 /// Memory that must remain besides the samples [numbers]. A run with its thread and report needs far less,
 /// but running out of memory there would end the process. With a quarter of it one of 27 studies under a limit
 /// of address space did: a thread gets 64 MiB of addresses from glibc at a time.
-const SPARE: usize = 2 << 20;
+const SPARE: usize = 8 << 20;
 
 pub(super) fn memory_error(count: usize) -> PyErr {
     PyMemoryError::new_err(format!("{count} numbers do not fit into the memory"))

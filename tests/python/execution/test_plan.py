@@ -13,9 +13,16 @@ pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 BOX = {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.05)}
 
 
+def plain(crank_length, rod_length):
+    """A callable whose arguments have no units, unlike those of ready-made mechanisms."""
+    return cc.mechanisms.slider_crank(crank_length=crank_length, rod_length=rod_length)
+
+
+TIME = {"duration": 0.01, "samples": 51, "threads": 1}
+
+
 def study(**options):
-    options = {"duration": 0.01, "samples": 51, "threads": 1} | options
-    return cc.Study(cc.mechanisms.slider_crank, BOX, ["slider.x"], **options)
+    return cc.Study(cc.mechanisms.slider_crank, BOX, ["slider.x"], **TIME | options)
 
 
 def test_a_plan_counts_what_a_method_will_simulate():
@@ -49,11 +56,10 @@ def test_a_study_without_time_gives_what_is_done(tmp_path, monkeypatch):
 
     def slow(crank_length, rod_length):
         clock[0] += 1.0  # of a clock of its own: the test does not depend on the speed of a machine
-        return cc.mechanisms.slider_crank(crank_length=crank_length, rod_length=rod_length)
+        return plain(crank_length, rod_length)
 
     monkeypatch.setattr(dispatch, "time", SimpleNamespace(monotonic=lambda: clock[0]))
-    options = {"duration": 0.01, "samples": 51, "threads": 1, "store": tmp_path}
-    short = cc.Study(slow, BOX, ["slider.x"], max_seconds=50.0, **options).band(120)
+    short = cc.Study(slow, BOX, ["slider.x"], max_seconds=50.0, store=tmp_path, **TIME).band(120)
     monkeypatch.undo()
     assert short.status == "stopped" and whole.status == "done"
     done = len(short.parameters)
@@ -61,6 +67,6 @@ def test_a_study_without_time_gives_what_is_done(tmp_path, monkeypatch):
     assert np.array_equal(short.values("slider.x"), whole.values("slider.x")[:done])
     assert f"stopped: {120 - done} of 121 runs were not begun" in "\n".join(short.warnings)
     # The verdict is that of a study with so many runs.
-    assert short["slider.x"] == study().band(done)["slider.x"]
+    assert short["slider.x"] == cc.Study(plain, BOX, ["slider.x"], **TIME).band(done)["slider.x"]
     again = study(store=tmp_path).band(120)
     assert again["slider.x"] == whole["slider.x"] and again.stats == whole.stats
