@@ -73,6 +73,11 @@ pub struct Calibrated {
     pub held_out: HeldOut,
 }
 
+/// The lower bound of a bound of negative values; a bound at zero is 0 and not -0.
+pub fn upside_down(bound: Vec<f64>) -> Vec<f64> {
+    bound.into_iter().map(|value| 0.0 - value).collect()
+}
+
 /// One side of the runs: values for the upper side, negative values for the lower one.
 struct Side<'a> {
     /// Values, rows x samples, and the rows of a run.
@@ -312,7 +317,7 @@ fn averaged(
     }
     let [opposite, upper] = bounds;
     Calibrated {
-        lower: opposite.into_iter().map(|value| -value).collect(),
+        lower: upside_down(opposite),
         upper,
         window: chosen.iter().map(|candidate| candidate.window).sum::<f64>()
             * share

@@ -1,8 +1,8 @@
 //! Bands with a proof: the hull of independent runs, widened as leave-one-out hulls require.
 //!
-//! Let N + 1 runs be exchangeable, and B(S, λ) the hull of a set S of runs over a fixed short window in time, widened
-//! by λ times a spread. Neither shrinks when a run is added. L_i(λ) is the share of the samples of run i outside of the band of the others.
-//! Choose the least λ with
+//! Let N + 1 runs be exchangeable, and B(S, λ) the hull of a set S of runs over a fixed short window in time,
+//! widened by λ times a spread. Neither shrinks when a run is added. L_i(λ) is the share of the samples of run i
+//! outside of the band of the others. Choose the least λ with
 //!
 //! ```text
 //! (Σ_{i <= N} L_i(λ) + 1) / (N + 1) <= 1 - coverage
@@ -14,7 +14,7 @@
 //! 1 - coverage (the argument of `[AngelopoulosEtAl2024]`, with leave-one-out bands as in `[BarberEtAl2021]`).
 
 use super::calibrate::{Excess, HeldOut, Requirement};
-use super::candidates::{Calibrated, Runs};
+use super::candidates::{Calibrated, Runs, upside_down};
 use super::extremes::{Bound, GrowingWindow, NEVER_LEFT_OUT, TopTwo, top_two};
 use super::running::{Ends, Window, running_mean};
 
@@ -61,7 +61,7 @@ pub fn certified(runs: &Runs<'_>, requirement: &Requirement) -> Calibrated {
     let outside: Vec<Excess> = excesses.into_iter().filter(|excess| excess.score > inflation).collect();
     let mean = (outside.len() as f64 / samples as f64 + 1.0) / (runs.scored + 1) as f64;
     Calibrated {
-        lower: bound(0, -runs.limits[0]).into_iter().map(|value| -value).collect(),
+        lower: upside_down(bound(0, -runs.limits[0])),
         upper: bound(1, runs.limits[1]),
         window: 0.0,
         inflation,
