@@ -22,7 +22,7 @@ const LARGEST_GAP: f64 = 1e-3;
 /// Least probability with which a step is checked: without and with stiff friction.
 const LEAST: [f64; 2] = [1.0 / 64.0, 1.0 / 16.0];
 /// Without stiff friction: standard deviation that the sampled sum may have, relative to the largest
-/// error without a warning, and to the sum itself.
+/// error without a warning, and, once the sum is known to be larger, to the sum itself.
 const ALLOWED_DEVIATION: [f64; 2] = [0.3, 0.5];
 /// With stiff friction, where gaps are too uneven for a variance: recent gap, relative to the largest
 /// energy, from which every step is checked.
@@ -139,7 +139,9 @@ impl Balance {
         let needed = if stiff {
             self.recent_gap / (ALWAYS_CHECKED_GAP * self.largest)
         } else {
-            let allowed = (of_limit * LARGEST_GAP * self.largest).max(of_sum * self.gap.sum.abs());
+            // A sum that is not yet known to be too large may still be within the limit.
+            let of_sum = if self.is_off() { of_sum * self.gap.sum.abs() } else { 0.0 };
+            let allowed = (of_limit * LARGEST_GAP * self.largest).max(of_sum);
             // The n steps of the whole run, if they go on like this, add n c / p to the variance of the sum.
             let variance = self.steps as f64 / self.passed * self.change;
             variance / (allowed * allowed)
