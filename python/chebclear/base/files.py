@@ -210,6 +210,12 @@ def loaded(
         raise ArgumentError(f"{os.fspath(path)} is no sound {kind}: {error}") from error
 
 
+def _damaged(path: str | os.PathLike[str], what: str) -> ArgumentError:
+    return ArgumentError(
+        f"{os.fspath(path)} is damaged: {what}; read a copy of it, or make and save the result again"
+    )
+
+
 def _load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     """Arrays and facts of a file."""
     with _opened(path) as (archive, facts):
@@ -221,14 +227,14 @@ def _load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[An
                     member_header(archive, member.removesuffix(".npy"))
             arrays = {name: archive[name] for name in archive.files if name != "metadata"}
         except DAMAGE as error:
-            raise ArgumentError(f"{os.fspath(path)} is damaged: {error}") from None
+            raise _damaged(path, str(error)) from None
     # Older files do not list their members, or only by name: a missing one is noticed when it is read.
     members = facts.get("members", sorted(arrays))
     if not isinstance(members, list | dict) or not all(isinstance(name, str) for name in members):
-        raise ArgumentError(f"{os.fspath(path)} is damaged: its list of members is none")
+        raise _damaged(path, "its list of members is none")
     differing = sorted(set(members) ^ set(arrays))
     if differing:
-        raise ArgumentError(f"{os.fspath(path)} is damaged: {', '.join(differing)} is missing or misnamed")
+        raise _damaged(path, f"{', '.join(differing)} is missing or misnamed")
     if isinstance(members, dict):
         # A member that is no longer an array is returned as bytes.
         wrong = [
@@ -237,7 +243,7 @@ def _load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[An
             if not isinstance(array, np.ndarray) or members[name] != _digest(array)
         ]
         if wrong:
-            raise ArgumentError(f"{os.fspath(path)} is damaged: {', '.join(wrong)} has changed")
+            raise _damaged(path, f"{', '.join(wrong)} has changed")
     return _Members(path, arrays), _Members(path, facts)
 
 
@@ -285,7 +291,7 @@ class _Members(dict[str, Any]):
         self._path = os.fspath(path)
 
     def __missing__(self, name: str) -> Any:
-        raise ArgumentError(f"{self._path} is damaged: it has no {name}")
+        raise _damaged(self._path, f"it has no {name}")
 
 
 def kind_of(path: str | os.PathLike[str]) -> str:
