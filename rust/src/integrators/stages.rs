@@ -130,15 +130,6 @@ impl Stages {
         self.each_block([Weights::dense(weights)], |block| read(start, block), out, |_, [sum]| sum);
     }
 
-    /// Writes `finish(component, Σ w_j k_j)` for all components to `out`.
-    #[inline]
-    pub(super) fn combine(&self, weights: &[f64], out: &mut [f64], finish: impl Fn(usize, f64) -> f64) {
-        self.combine_all([Weights::dense(weights)], out, |[sum]| sum);
-        for (k, out) in out.iter_mut().enumerate() {
-            *out = finish(k, *out);
-        }
-    }
-
     /// Gives several sums Σ w_j k_j over the first stages to `take`, with the number of the first component of
     /// their block.
     #[inline]

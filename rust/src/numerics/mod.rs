@@ -1,5 +1,6 @@
 //! Numerical tools without mechanics: dual numbers, small dense linear algebra, instants and angles that keep
-//! their digits in long runs, sines and cosines of angles that change little, logarithms to a few digits. In: numbers; out: numbers. Uses no other room.
+//! their digits in long runs, sines and cosines of angles that change little, logarithms to a few digits. In:
+//! numbers; out: numbers. Uses no other room.
 
 pub mod dual;
 pub mod extremum;

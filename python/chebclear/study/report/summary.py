@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 _MOST_LINES = 20
 # Most warnings that are given in full; a sentence each.
 _MOST_WARNINGS = 3
+# What the interval of a normal distribution is.
+_OF_NORMAL = " (normal: three standard deviations, over which the runs are spread evenly)"
 
 
 def summary(result: Any) -> str:
@@ -32,8 +34,8 @@ def summary(result: Any) -> str:
     lines = [_head(result)]
     for name, side in sides[:_MOST_LINES]:
         unit = f" {result.units[name]}" if result.units.get(name, "-") != "-" else ""
-        known = " (normal: three standard deviations, over which the runs are spread evenly)"
-        lines.append(f"  {name}: {side.lower:.6g} to {side.upper:.6g}{unit}{known if name in normal else ''}")
+        spread = _OF_NORMAL if name in normal else ""
+        lines.append(f"  {name}: {side.lower:.6g} to {side.upper:.6g}{unit}{spread}")
     lines += [f"  and {len(sides) - _MOST_LINES} more parameters"] * (len(sides) > _MOST_LINES)
     bands = list(result.bands.values())
     if bands:

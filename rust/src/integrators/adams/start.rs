@@ -3,7 +3,7 @@
 
 use crate::integrators::HybridSystem;
 use crate::integrators::dense::DenseStep;
-use crate::integrators::stages::Stages;
+use crate::integrators::stages::{Stages, Weights};
 use crate::numerics::instant::Instant;
 
 const STAGES: usize = 7;
@@ -70,7 +70,7 @@ impl Start {
         }
         step.end.copy_from_slice(&self.argument);
         let h = step.h;
-        self.slopes.combine(&E, &mut step.error, |_, sum| h * sum);
+        self.slopes.combine_all([Weights::dense(&E)], &mut step.error, |[sum]| h * sum);
         step.embedded_order = EMBEDDED_ORDER;
         step.end.iter().all(|y| y.is_finite())
     }
@@ -78,7 +78,7 @@ impl Start {
     /// Writes the dense output of the last step.
     pub(super) fn finish_dense(&mut self, step: &mut DenseStep) {
         let (n, h) = (step.end.len(), step.h);
-        self.slopes.combine(&D, &mut self.argument, |_, sum| h * sum);
+        self.slopes.combine_all([Weights::dense(&D)], &mut self.argument, |[sum]| h * sum);
         step.rows.resize(3 * n, 0.0);
         for k in 0..n {
             let change = step.end[k] - step.start[k];
