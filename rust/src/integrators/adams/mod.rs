@@ -35,6 +35,11 @@ const RAISE: f64 = 1.25;
 /// The start goes on while its error is below this and no attempt fails, so that its steps grow fivefold. Where
 /// one has failed, stability limits them.
 const FAR_BELOW: f64 = 1e-4;
+/// Factor on the error estimate of the start. Its embedded error is close to the error, while that of an Adams
+/// step is the whole last difference, some hundred times the error; with equal tolerances the starts made
+/// 98 % of the error of the energy of slider-cranks at rtol 1e-3, and 2.5 times as many events at 1e-1. 10 and
+/// 100 need as many evaluations for equal errors.
+const START_CAUTION: f64 = 30.0;
 /// No step is as stiff: it would not be stable. A larger ratio of the differences is noise of the
 /// accelerations.
 const LARGEST_STIFFNESS: f64 = 2.5;
@@ -204,6 +209,7 @@ impl Adams {
     /// Takes the step by the start; false where something is not finite.
     fn take_start(&mut self, system: &mut dyn HybridSystem) -> bool {
         let finite = self.start.take(system, &self.a, &mut self.step);
+        self.step.error.iter_mut().for_each(|error| *error *= START_CAUTION);
         let [positions, velocities] = &self.weights;
         let scaled = self.step.error.iter().zip(positions.iter().chain(velocities));
         self.error = scaled.map(|(error, weight)| (error * weight).abs()).fold(0.0, f64::max);
