@@ -5,6 +5,7 @@ use crate::integrators::events::{EventFinder, Guard};
 use crate::integrators::rosenbrock::Rosenbrock;
 use crate::integrators::tableaus::Tableau;
 use crate::integrators::{HybridSystem, Limits, Outcome, Projection, Settled, Stats, Status, Stepper};
+use crate::numerics::logarithm::power;
 
 /// Step-size factor of an attempt that failed (a number that is not finite, a singular W).
 const FAILURE_FACTOR: f64 = 0.1;
@@ -164,7 +165,7 @@ impl Run<'_> {
             self.start_refinement = self.system.velocity_refinement();
             h = h.min(self.system.step_bound()).min(self.limits.max_step);
             let (taken, error, event) = self.attempt_to_event(h, end)?;
-            let cut = event.is_some() || self.t + self.method.step().h >= end;
+            let cut = event.is_some() || self.next_t >= end;
             self.accept(cut)?;
             match event {
                 Some(index) => {
@@ -244,7 +245,7 @@ impl Run<'_> {
     /// Factor for the length of the next step from the error of this one.
     fn factor(&mut self, error: f64) -> f64 {
         let exponent = 1.0 / (self.method.step().embedded_order as f64 + 1.0);
-        (SAFETY * error.powf(-exponent)).clamp(SMALLEST_FACTOR, LARGEST_FACTOR)
+        (SAFETY * power(error, -exponent)).clamp(SMALLEST_FACTOR, LARGEST_FACTOR)
     }
 
     /// Takes a step of at most `h` whose error is within the tolerance; returns its length and error.
@@ -335,9 +336,10 @@ impl Run<'_> {
 
     /// Moves to the end of the step.
     fn accept(&mut self, cut: bool) -> Result<(), Failure> {
-        let &mut DenseStep { h, is_explicit, .. } = self.method.step();
+        let step = self.method.step();
+        let (h, wants_dense) = (step.h, self.system.wants_dense(step));
         self.stats.steps += 1;
-        self.stats.explicit_steps += usize::from(is_explicit);
+        self.stats.explicit_steps += usize::from(step.is_explicit);
         self.steps_since_restart += 1;
         if h > 0.0 {
             self.standing_events = 0;
@@ -346,13 +348,13 @@ impl Run<'_> {
             self.stats.smallest_step = h;
             self.stats.smallest_step_time = self.t;
         }
-        if self.system.wants_dense(self.t + h) {
+        if wants_dense {
             self.finish_dense()?;
         }
         let go_on = self.system.accepted(self.method.step());
         self.t = self.next_t;
-        self.q.copy_from_slice(&self.next_q);
-        self.v.copy_from_slice(&self.next_v);
+        std::mem::swap(&mut self.q, &mut self.next_q);
+        std::mem::swap(&mut self.v, &mut self.next_v);
         self.system.wrap_angles(&mut self.q);
         std::mem::swap(&mut self.start_guards, &mut self.end_guards);
         if self.projection != Projection::Unneeded {
@@ -376,7 +378,7 @@ impl Run<'_> {
         {
             // Gustafsson: the error is taken to change as it did over the last step.
             let exponent = 1.0 / (self.method.step().embedded_order as f64 + 1.0);
-            let trend = h / self.last_step * (self.last_error / error).powf(exponent);
+            let trend = h / self.last_step * power(self.last_error / error, exponent);
             factor = factor.min((factor * trend).max(SMALLEST_FACTOR));
         }
         if self.was_rejected {

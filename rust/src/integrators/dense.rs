@@ -51,17 +51,35 @@ impl DenseStep {
 
     /// State at `t + theta h`, theta in [0, 1], written to `q` and `v`.
     pub fn at(&self, theta: f64, q: &mut [f64], v: &mut [f64]) {
-        let (d, rest) = (q.len(), 1.0 - theta);
-        let (start_q, start_v) = self.start.split_at(d);
-        let (end_q, end_v) = self.end.split_at(d);
-        for (k, (q, v)) in q.iter_mut().zip(v).enumerate() {
-            let mut sums = [0.0; 2];
-            for row in self.rows.rchunks_exact(2 * d) {
-                sums = [sums[0] * theta + row[k], sums[1] * theta + row[d + k]];
+        // The compiler keeps the sums in registers where it knows their number.
+        match q.len() {
+            1 => self.at_of::<2>(theta, q, v),
+            2 => self.at_of::<4>(theta, q, v),
+            d => {
+                for (k, y) in q.iter_mut().chain(v).enumerate() {
+                    let rows = self.rows.rchunks_exact(2 * d);
+                    *y = self.between(theta, k, rows.fold(0.0, |sum, row| sum * theta + row[k]));
+                }
             }
-            *q = rest * start_q[k] + theta * (end_q[k] + rest * sums[0]);
-            *v = rest * start_v[k] + theta * (end_v[k] + rest * sums[1]);
         }
+    }
+
+    /// The same for a known number of components.
+    #[inline(always)]
+    fn at_of<const N: usize>(&self, theta: f64, q: &mut [f64], v: &mut [f64]) {
+        let (rows, _) = self.rows.as_chunks::<N>();
+        let sums =
+            rows.iter().rev().fold([0.0; N], |sums, row| std::array::from_fn(|k| sums[k] * theta + row[k]));
+        for ((k, y), sum) in q.iter_mut().chain(v).enumerate().zip(sums) {
+            *y = self.between(theta, k, sum);
+        }
+    }
+
+    /// A component at `t + theta h`, with the sum of its powers in the rows.
+    #[inline(always)]
+    fn between(&self, theta: f64, k: usize, sum: f64) -> f64 {
+        let rest = 1.0 - theta;
+        rest * self.start[k] + theta * (self.end[k] + rest * sum)
     }
 
     /// Accelerations at `t + theta h`: the derivatives of its velocities.

@@ -78,8 +78,8 @@ pub trait HybridSystem {
         f64::INFINITY
     }
 
-    /// Whether states inside the step to `end` are needed, and with them its dense output.
-    fn wants_dense(&self, _end: f64) -> bool {
+    /// Whether states inside an accepted step are needed, and with them its dense output.
+    fn wants_dense(&mut self, _step: &DenseStep) -> bool {
         true
     }
 

@@ -104,7 +104,7 @@ impl<'a> Recorder<'a> {
             work: Work::new(joints),
             uniform_piece: uniform_piece(mechanism),
             work_of_steps: Work::default(),
-            balance: Balance::new(joints),
+            balance: Balance::new(joints, settings.rtol),
             tracking,
             largest_projection: 0.0,
             warnings: Vec::new(),
@@ -451,8 +451,9 @@ impl HybridSystem for Recorder<'_> {
         self.unwind(q);
     }
 
-    fn wants_dense(&self, end: f64) -> bool {
-        self.may_check_energy(end)
+    fn wants_dense(&mut self, step: &DenseStep) -> bool {
+        let end = step.end_time();
+        self.may_check_energy(step)
             || self.tracking.wants(end)
             || self.samples.next_due().is_some_and(|due| due <= end * (1.0 + ROUNDED))
     }

@@ -187,6 +187,10 @@ impl Tolerances {
         // If the direction of sliding has changed, the velocity has passed zero.
         let slowest = if start * here > 0.0 { start.abs().min(here.abs()) } else { 0.0 };
         let sliding = self.stick_part * friction.stick_velocity().max(slowest);
+        // As a rule, and the ratio below is at least 1.
+        if sliding >= self.velocity {
+            return 1.0;
+        }
         let tolerance = (sliding * law.sliding_ratio(state)).max(self.finest_velocity);
         if tolerance < self.velocity {
             (self.velocity_in(mechanism, phases) / tolerance).max(1.0)

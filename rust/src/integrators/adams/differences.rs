@@ -52,6 +52,8 @@ pub(super) struct Differences {
     regular: bool,
     /// Whether the coefficients are those of equal steps.
     constant: bool,
+    /// Coefficients of powers of the prepared step, where it is not regular.
+    powers: Powers,
 }
 
 impl Differences {
@@ -72,6 +74,7 @@ impl Differences {
             slack: 0.0,
             regular: false,
             constant: false,
+            powers: [[0.0; KEPT]; KEPT],
         }
     }
 
@@ -205,19 +208,27 @@ impl Differences {
         self.count = count;
     }
 
-    /// Coefficients of the powers of θ in c_1, ..., c_{order + 1} on the prepared step: a row of each.
-    pub(super) fn powers(&self, order: usize) -> Powers {
-        if self.regular { REGULAR_POWERS } else { powers(&self.alpha, order) }
+    /// Computes [`Differences::powers`] up to an order.
+    pub(super) fn find_powers(&mut self, order: usize) {
+        if !self.regular {
+            write_powers(&mut self.powers, &self.alpha, order);
+        }
+    }
+
+    /// Coefficients of the powers of θ in c_1, ..., c_{order + 1} on the prepared step: a row of each; after
+    /// [`Differences::find_powers`].
+    pub(super) fn powers(&self) -> &Powers {
+        if self.regular { &REGULAR_POWERS } else { &self.powers }
     }
 }
 
 /// Rows of coefficients of powers.
 pub(super) type Powers = [[f64; KEPT]; KEPT];
 
-/// Coefficients of the powers of θ in c_1, ..., c_{order + 1}, a row of each, from the α.
-const fn powers(alpha: &[f64; KEPT + 1], order: usize) -> Powers {
+/// Writes the coefficients of the powers of θ in c_1, ..., c_{order + 1}, a row of each, from the α.
+const fn write_powers(rows: &mut Powers, alpha: &[f64; KEPT + 1], order: usize) {
     assert!(order <= MOST);
-    let mut rows = [[0.0; KEPT]; KEPT];
+    rows[0] = [0.0; KEPT];
     rows[0][0] = 1.0;
     let mut i = 1;
     while i <= order {
@@ -233,7 +244,6 @@ const fn powers(alpha: &[f64; KEPT + 1], order: usize) -> Powers {
         }
         i += 1;
     }
-    rows
 }
 
 /// Single and double integrals of c_1, ..., c_{order + 1} over the step, from the α.
@@ -274,4 +284,8 @@ pub(super) const RECIPROCALS: [f64; KEPT + 1] = {
 const REGULAR: [[f64; KEPT]; 2] = integrals::<{ KEPT + 1 }>(&RECIPROCALS, MOST);
 
 /// The coefficients of the powers at equal steps.
-const REGULAR_POWERS: Powers = powers(&RECIPROCALS, MOST);
+static REGULAR_POWERS: Powers = {
+    let mut rows = [[0.0; KEPT]; KEPT];
+    write_powers(&mut rows, &RECIPROCALS, MOST);
+    rows
+};

@@ -15,7 +15,7 @@ use crate::integrators::dense::DenseStep;
 use crate::integrators::stages::BLOCK;
 use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
 use crate::numerics::instant::Instant;
-use crate::numerics::logarithm::binary_logarithm;
+use crate::numerics::logarithm::{binary_logarithm, power};
 use differences::{Differences, KEPT, MOST, RECIPROCALS};
 use start::Start;
 
@@ -74,6 +74,9 @@ pub struct Adams {
     next_error: f64,
     /// Reciprocal tolerances of positions and velocities.
     weights: [Vec<f64>; 2],
+    /// Error relative to the tolerances that a difference of accelerations tells of, per unit of it, for every
+    /// component over the prepared step.
+    error_weights: Vec<f64>,
     /// Instant of the state at which [`Stepper::settle`] has taken the accelerations into the differences.
     settled: Option<f64>,
     /// Whether the start took the last step.
@@ -106,6 +109,7 @@ impl Adams {
             error: 0.0,
             next_error: 0.0,
             weights: [vec![1.0; d], vec![1.0; d]],
+            error_weights: vec![0.0; d],
             settled: None,
             started: false,
             failures: 0,
@@ -127,7 +131,7 @@ impl Adams {
 
     /// Factor by which the next step could be longer than the last one for its error alone.
     pub fn possible_growth(&self) -> f64 {
-        self.next_error.powf(-1.0 / (self.order + 1) as f64)
+        power(self.next_error, -1.0 / (self.order + 1) as f64)
     }
 
     /// Forgets the past: the next step starts anew.
@@ -146,11 +150,20 @@ impl Adams {
         [h * position / velocity, h]
     }
 
-    /// Largest error relative to the tolerances that differences of the components tell of.
-    fn error_of(&self, [of_position, of_velocity]: [f64; 2], difference: impl Fn(usize) -> f64) -> f64 {
+    /// Computes the weights of [`Adams::error_of`] for the prepared step.
+    fn weigh_errors(&mut self, [of_position, of_velocity]: [f64; 2]) {
         let [positions, velocities] = &self.weights;
-        positions.iter().zip(velocities).enumerate().fold(0.0, |largest, (k, (position, velocity))| {
-            let error = (of_velocity * velocity).max(of_position * position) * difference(k).abs();
+        for (error_weight, (position, velocity)) in
+            self.error_weights.iter_mut().zip(positions.iter().zip(velocities))
+        {
+            *error_weight = (of_velocity * velocity).max(of_position * position);
+        }
+    }
+
+    /// Largest error relative to the tolerances that differences of the components tell of.
+    fn error_of(&self, difference: impl Fn(usize) -> f64) -> f64 {
+        self.error_weights.iter().enumerate().fold(0.0, |largest, (k, weight)| {
+            let error = weight * difference(k).abs();
             // A NaN must not get lost.
             if error > largest || error.is_nan() { error } else { largest }
         })
@@ -184,10 +197,11 @@ impl Adams {
             v_end[k] = v[k] + velocity * difference;
         }
         let factors = self.error_factors();
-        self.error = self.error_of(factors, |k| self.last[k]);
+        self.weigh_errors(factors);
+        self.error = self.error_of(|k| self.last[k]);
         if self.error > 1.0 && order > 1 {
             // The next attempt takes the lower order if its error would have been smaller.
-            let lower = self.error_of(factors, |k| self.last[k] + self.differences.continued(order - 1, k));
+            let lower = self.error_of(|k| self.last[k] + self.differences.continued(order - 1, k));
             if lower < self.error {
                 (self.order, self.error) = (order - 1, lower);
             }
@@ -229,9 +243,9 @@ impl Adams {
         differences.prepare(step.t, step.h, STARTING);
         (self.order, self.taken_order) = (STARTING, STARTING);
         // Differences at distances of a whole step. The next one is not known: it continues the last two.
-        let factors = self.error_factors();
+        self.weigh_errors(self.error_factors());
         let [before, last] = [STARTING - 2, STARTING - 1]
-            .map(|i| parts.powi(i as i32) * self.error_of(factors, |k| self.differences.row(i, k)));
+            .map(|i| parts.powi(i as i32) * self.error_of(|k| self.differences.row(i, k)));
         last * (last / before).min(1.0)
     }
 
@@ -239,7 +253,6 @@ impl Adams {
     /// one; returns its error, if it is as long.
     fn advance(&mut self) -> f64 {
         let order = self.taken_order;
-        let factors = self.error_factors();
         self.measure_stiffness();
         // A higher order needs a difference more than are used.
         let highest = if self.differences.count() > order { (order + 1).min(MOST) } else { order };
@@ -248,8 +261,8 @@ impl Adams {
         self.differences.advance(&self.a);
         // Error at an order, and the negative logarithm of the length of its steps.
         let at = |order: usize| {
-            let error = ratios[order] * self.error_of(factors, |k| self.differences.row(order, k));
-            (error, binary_logarithm(error) / (order + 1) as f64)
+            let error = ratios[order] * self.error_of(|k| self.differences.row(order, k));
+            (error, binary_logarithm(error) * RECIPROCALS[order])
         };
         let (same, lower) = (at(order), at(lowest));
         let (chosen, error) = if lower.1 + CLEARLY < same.1 {
@@ -321,7 +334,8 @@ impl Adams {
         }
         let Self { d, taken_order: order, .. } = *self;
         let (n, h) = (2 * d, self.step.h);
-        let powers = self.differences.powers(order);
+        self.differences.find_powers(order);
+        let powers = self.differences.powers();
         self.step.rows.resize((order + 1) * n, 0.0);
         for first in (0..d).step_by(BLOCK) {
             let lanes = BLOCK.min(d - first);

@@ -5,8 +5,8 @@
 //! outputs ask for energies, only a random sample of the steps is therefore checked: each is drawn with
 //! a known probability p, and its gap is weighted with 1/p. At tight tolerances nearly all of the error
 //! arises in steps in which the sliding velocity of a contact changes where its friction law is steep
-//! (docs/decisions.md), so p depends on that change, and on the last gaps; elsewhere p is as small as
-//! the sampling error of the sum allows.
+//! (docs/decisions.md), so p depends on that change, and on the last gaps; elsewhere p is in proportion to
+//! the error estimate of the step, which gaps follow, and as small as the sampling error of the sum allows.
 
 use crate::contact::clearance::{ContactState, Phase, SlidingVelocity};
 use crate::integrators::dense::DenseStep;
@@ -17,8 +17,10 @@ use crate::run::work::{GAUSS, GAUSS_OF_SHORT};
 /// Rotation of a drive [rad] over which Gauss's quadrature with four points integrates its power to rounding.
 pub(crate) const WORK_ROTATION: f64 = 0.5;
 
-/// Largest error of the balance without a warning, relative to the largest energy.
-const LARGEST_GAP: f64 = 1e-3;
+/// Bounds of the largest error of the balance without a warning, relative to the largest energy: the relative
+/// tolerance within them. Runs at 1e-2 are off by 1e-3 to 5e-3 as a rule, less than they ask for; to find that
+/// out took nearly all steps, a quarter of the run.
+const LARGEST_GAP: [f64; 2] = [1e-3, 1e-2];
 /// Least probability with which a step is checked: without and with stiff friction.
 const LEAST: [f64; 2] = [1.0 / 64.0, 1.0 / 16.0];
 /// Without stiff friction: standard deviation that the sampled sum may have, relative to the largest
@@ -32,9 +34,9 @@ const STIFF: f64 = 1.0;
 /// Change of the sliding velocity over a step with stiff friction from which the step is always checked,
 /// relative to the velocity above which friction is constant.
 const ALWAYS_CHECKED_CHANGE: f64 = 0.1;
-/// Factors by which the recent gap with stiff friction, and the recent variance without, decay from one
-/// checked step to the next.
-const MEMORY: [f64; 2] = [0.9, 0.8];
+/// Factor by which the recent gap with stiff friction, and the recent squares without, decay from one checked
+/// step to the next.
+const MEMORY: f64 = 0.9;
 /// Standard deviations of the sampled sum that are subtracted as sampling error.
 const SUBTRACTED_DEVIATIONS: f64 = 1.5;
 /// Rounding error of the energies, relative to their size.
@@ -46,22 +48,23 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Error of the energy balance over the steps of a run.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Balance {
+    /// Largest error without a warning, relative to the largest energy.
+    limit: f64,
     /// Steps so far.
     steps: usize,
     /// Part of the run that has passed.
     passed: f64,
     /// Whether every step is checked, because outputs need its work anyway.
     always: bool,
-    /// Start of the present step [s].
-    time: f64,
     /// Friction of the joints there.
     slides: Vec<Slide>,
     /// Recent gap of a step with stiff friction [J].
     recent_gap: f64,
-    /// Without: last gap [J], and recent half square of its changes [J²]. Neighboring gaps are alike, so
-    /// this is their variance in the sampled sum.
-    last: f64,
-    change: f64,
+    /// Without: what gaps were beside the error estimates of steps that are short against the oscillations
+    /// of the motion, and of others.
+    ratios: [Ratio; 2],
+    /// The step that was accepted last.
+    chance: Chance,
     /// Potential energy before the first checked step [J].
     potential: Option<f64>,
     /// Sums over the steps: of their gaps, and of input and losses.
@@ -87,6 +90,47 @@ struct Slide {
     velocity: f64,
     /// Largest rate at which friction damps the sliding [1/s].
     rate: f64,
+}
+
+/// The chance of a step to be checked.
+#[derive(Clone, Copy, Debug, Default)]
+struct Chance {
+    /// Whether friction is stiff in it, and whether it is short against the oscillations of the motion.
+    stiff: bool,
+    short: bool,
+    /// Error of the velocity that its method estimates [m/s].
+    error: f64,
+    probability: f64,
+}
+
+/// Gaps of the last checked steps of a kind, relative to the errors of the velocity that their method estimates.
+#[derive(Clone, Copy, Debug, Default)]
+struct Ratio {
+    /// Sum of the squares of what was not expected from the step before [J²], and of the errors [m²/s²].
+    gaps: f64,
+    errors: f64,
+    /// Gap to expect, per unit of the error [J s/m]; `None` before the first step.
+    rate: Option<f64>,
+    /// Gap [J] and error [m/s] of the last step.
+    last: [f64; 2],
+    /// Sum of the errors of all steps of the kind [m/s].
+    sum: f64,
+}
+
+impl Ratio {
+    /// Takes in a step. Neighboring gaps are alike: only what differs from the one before by more than
+    /// `rounding` [J] is a variance of the sampled sum, which is returned.
+    fn add(&mut self, gap: f64, error: f64, rounding: f64) -> f64 {
+        let [last_gap, last_error] = self.last;
+        let like_last = if error < last_error { last_gap * (error / last_error) } else { last_gap };
+        let square = 0.5 * ((gap - like_last).abs() - rounding).max(0.0).powi(2);
+        self.gaps = MEMORY * self.gaps + square;
+        self.errors = MEMORY * self.errors + error * error;
+        // Without gaps there is nothing to expect, even of steps without errors.
+        self.rate = Some(if self.gaps > 0.0 { (self.gaps / self.errors).sqrt() } else { 0.0 });
+        self.last = [gap, error];
+        square
+    }
 }
 
 /// Estimate of a sum over all steps from the sampled ones.
@@ -128,26 +172,37 @@ struct Account {
 }
 
 impl Balance {
-    /// The balance at the start of a run with `joints` clearance joints.
-    pub(crate) fn new(joints: usize) -> Self {
-        Self { slides: vec![Slide { velocity: 1.0, rate: 0.0 }; joints], ..Self::default() }
+    /// The balance at the start of a run with `joints` clearance joints and a relative tolerance.
+    pub(crate) fn new(joints: usize, rtol: f64) -> Self {
+        let [least, most] = LARGEST_GAP;
+        Self {
+            limit: rtol.clamp(least, most),
+            slides: vec![Slide { velocity: 1.0, rate: 0.0 }; joints],
+            ..Self::default()
+        }
     }
 
-    /// Probability with which a step is checked, from the gaps before it.
-    fn probability(&self, stiff: bool) -> f64 {
-        let [of_limit, of_sum] = ALLOWED_DEVIATION;
+    /// Judges the chance of an accepted step, from the gaps before it.
+    fn judge(&mut self, stiff: bool, short: bool, error: f64) {
         let needed = if stiff {
             self.recent_gap / (ALWAYS_CHECKED_GAP * self.largest)
         } else {
+            let [of_limit, of_sum] = ALLOWED_DEVIATION;
             // A sum that is not yet known to be too large may still be within the limit.
             let of_sum = if self.is_off() { of_sum * self.gap.sum.abs() } else { 0.0 };
-            let allowed = (of_limit * LARGEST_GAP * self.largest).max(of_sum);
-            // The n steps of the whole run, if they go on like this, add n c / p to the variance of the sum.
-            let variance = self.steps as f64 / self.passed * self.change;
-            variance / (allowed * allowed)
+            let allowed = (of_limit * self.limit * self.largest).max(of_sum);
+            let ratio = &mut self.ratios[usize::from(short)];
+            ratio.sum += error;
+            let gap = ratio.rate.map_or(f64::NAN, |rate| rate * error);
+            // With p = g / θ for steps that expect a gap g, the whole run, if it goes on like this, adds θ Σg to
+            // the variance of the sum.
+            let [other, short] = self.ratios.map(|ratio| ratio.rate.unwrap_or(0.0) * ratio.sum);
+            gap * (other + short) / (self.passed * (allowed * allowed))
         };
         // Not a number before anything is known: then every step.
-        if needed < 1.0 && !self.always { needed.max(LEAST[usize::from(stiff)]) } else { 1.0 }
+        let probability =
+            if needed < 1.0 && !self.always { needed.max(LEAST[usize::from(stiff)]) } else { 1.0 };
+        self.chance = Chance { stiff, short, error, probability };
     }
 
     /// Whether the present step is drawn with a probability.
@@ -162,7 +217,7 @@ impl Balance {
 
     /// Whether the error of the balance is too large.
     pub(crate) fn is_off(&self) -> bool {
-        self.least_error > LARGEST_GAP * self.largest
+        self.least_error > self.limit * self.largest
     }
 
     /// Whether most of it arises with stiff friction.
@@ -171,7 +226,8 @@ impl Balance {
     }
 
     /// Adds a step that was drawn with a probability.
-    fn add(&mut self, start: &Account, end: &Account, stiff: bool, probability: f64) {
+    fn add(&mut self, start: &Account, end: &Account, probability: f64) {
+        let Chance { stiff, short, error, .. } = self.chance;
         let stored = |account: &Account| {
             let Stored { kinetic, potential, contact } = account.stored;
             kinetic + potential + contact
@@ -181,14 +237,12 @@ impl Balance {
         if !gap.is_finite() {
             return;
         }
-        let [memory_of_gaps, memory_of_changes] = MEMORY;
+        let rounding = ROUNDING * (end.stored.kinetic + end.stored.potential.abs());
         let mut square = gap * gap;
         if stiff {
-            self.recent_gap = gap.abs().max(memory_of_gaps * self.recent_gap);
+            self.recent_gap = gap.abs().max(MEMORY * self.recent_gap);
         } else {
-            square = 0.5 * (gap - self.last).powi(2);
-            self.change = square.max(memory_of_changes * self.change);
-            self.last = gap;
+            square = self.ratios[usize::from(short)].add(gap, error, rounding);
         }
         self.gap.add(gap, square, probability);
         self.sizes[usize::from(stiff)] += gap.abs() / probability;
@@ -201,8 +255,7 @@ impl Balance {
             sum.add(work, work * work, probability);
             self.largest = self.largest.max(sum.lower_bound());
         }
-        let least_error =
-            self.gap.lower_bound() - ROUNDING * (end.stored.kinetic + end.stored.potential.abs());
+        let least_error = self.gap.lower_bound() - rounding;
         if least_error > self.least_error {
             (self.least_error, self.worst) = (least_error, self.gap.sum.abs());
         }
@@ -257,7 +310,6 @@ impl Recorder<'_> {
         self.balance.passed = (t + skip - self.samples.from) / (skip + duration);
         self.balance.steps += 1;
         self.balance.always = self.needs.work;
-        self.balance.time = t;
     }
 
     /// Records how a contact slides at the start of a step.
@@ -284,16 +336,22 @@ impl Recorder<'_> {
         }
     }
 
-    /// Whether the step from the last start to `end` may be checked.
-    pub(crate) fn may_check_energy(&self, end: f64) -> bool {
-        let stiff = self.balance.is_stiff(end - self.balance.time);
-        stiff || self.balance.draws(self.balance.probability(false))
+    /// Error of the velocity of points that a method estimates for its step [m/s].
+    fn velocity_error(&self, step: &DenseStep) -> f64 {
+        let errors = &step.error[step.error.len() / 2..];
+        errors.iter().zip(&self.mechanism.scales.levers).map(|(error, lever)| (error * lever).abs()).sum()
+    }
+
+    /// Whether an accepted step may be checked; comes before [`Recorder::check_energy`].
+    pub(crate) fn may_check_energy(&mut self, step: &DenseStep) -> bool {
+        let stiff = self.balance.is_stiff(step.h);
+        self.balance.judge(stiff, step.is_short, self.velocity_error(step));
+        stiff || self.balance.draws(self.balance.chance.probability)
     }
 
     /// Adds the work and the gap of an accepted step, if it is drawn.
     pub(crate) fn check_energy(&mut self, step: &DenseStep) {
-        let stiff = self.balance.is_stiff(step.end_time() - self.balance.time);
-        let mut probability = self.balance.probability(stiff);
+        let Chance { stiff, mut probability, .. } = self.balance.chance;
         if stiff && probability < 1.0 {
             self.move_to_end(step);
             for (index, start) in self.balance.slides.iter().enumerate() {
@@ -324,7 +382,7 @@ impl Recorder<'_> {
             }
             let end = self.account();
             self.balance.checked = Some((step.end_time(), end.stored));
-            self.balance.add(&start, &end, stiff, probability.min(1.0));
+            self.balance.add(&start, &end, probability.min(1.0));
         }
     }
 
