@@ -17,8 +17,6 @@ use crate::integrators::stages::{BLOCK, Stages};
 pub(super) const MOST: usize = 12;
 /// Accelerations kept: one more than the predictor uses, for the error of the next order.
 pub(super) const KEPT: usize = MOST + 1;
-/// Columns of the recursion of integrals at low orders.
-const LOW: usize = 8;
 /// Lengths of steps are equal if they differ by so many roundings of the time: the steps end on rounded
 /// instants.
 const ROUNDINGS: f64 = 4.0;
@@ -128,10 +126,10 @@ impl Differences {
             }
         }
         // Loops of fixed length are the faster ones, and low orders need few columns.
-        self.integrals = if order + 2 < LOW {
-            integrals::<LOW>(&self.alpha, order)
-        } else {
-            integrals::<{ KEPT + 1 }>(&self.alpha, order)
+        self.integrals = match order + 2 {
+            ..6 => integrals::<6>(&self.alpha, order),
+            6..11 => integrals::<10>(&self.alpha, order),
+            _ => integrals::<{ KEPT + 1 }>(&self.alpha, order),
         };
         for (weights, integrals) in self.weights.iter_mut().zip(&self.integrals) {
             for ((weight, integral), beta) in weights.iter_mut().zip(integrals).zip(&self.beta) {
@@ -164,9 +162,10 @@ impl Differences {
         self.beta[i] * self.rows.at(i, component)
     }
 
-    /// The same of the components of a block from the number `first` on.
-    pub(super) fn continued_block(&self, i: usize, first: usize) -> [f64; BLOCK] {
-        self.rows.block(i, first).map(|difference| self.beta[i] * difference)
+    /// The same of as many components of a block as asked for, from the number `first` on.
+    pub(super) fn continued_block<const LANES: usize>(&self, i: usize, first: usize) -> [f64; LANES] {
+        let block = self.rows.block(i, first);
+        std::array::from_fn(|lane| self.beta[i] * block[lane])
     }
 
     /// φ_i of a component: the difference number i (from 0) at the present instant.

@@ -332,22 +332,28 @@ impl Adams {
             self.start.finish_dense(&mut self.step);
             return;
         }
+        self.differences.find_powers(self.taken_order);
+        // Two coordinates, as in the paper, fill half a block.
+        if self.d <= 2 { self.write_rows::<2>() } else { self.write_rows::<BLOCK>() }
+    }
+
+    /// Writes the rows of the dense output, as many components at a time as LANES says.
+    fn write_rows<const LANES: usize>(&mut self) {
         let Self { d, taken_order: order, .. } = *self;
         let (n, h) = (2 * d, self.step.h);
-        self.differences.find_powers(order);
         let powers = self.differences.powers();
         self.step.rows.resize((order + 1) * n, 0.0);
-        for first in (0..d).step_by(BLOCK) {
-            let lanes = BLOCK.min(d - first);
-            let mut differences = [[0.0; BLOCK]; KEPT];
+        for first in (0..d).step_by(LANES) {
+            let lanes = LANES.min(d - first);
+            let mut differences = [[0.0; LANES]; KEPT];
             for (i, difference) in differences[..order].iter_mut().enumerate() {
                 *difference = self.differences.continued_block(i, first);
             }
             differences[order][..lanes].copy_from_slice(&self.last[first..first + lanes]);
             // y(θ) = y₀ + Σ m_p θ^p; row r holds the negative sum of the m_p from p = r + 2 on.
-            let (mut of_position, mut of_velocity) = ([0.0; BLOCK], [0.0; BLOCK]);
+            let (mut of_position, mut of_velocity) = ([0.0; LANES], [0.0; LANES]);
             for p in (0..=order).rev() {
-                let mut power = [0.0; BLOCK];
+                let mut power = [0.0; LANES];
                 for (powers, difference) in powers[p..=order].iter().zip(&differences[p..=order]) {
                     for (power, difference) in power.iter_mut().zip(difference) {
                         *power += powers[p] * difference;
@@ -357,7 +363,7 @@ impl Adams {
                 let twice = h * once * RECIPROCALS[p + 1];
                 let (positions, velocities) = self.step.rows[p * n..(p + 1) * n].split_at_mut(d);
                 velocities[first..first + lanes].copy_from_slice(&of_velocity[..lanes]);
-                for lane in 0..BLOCK {
+                for lane in 0..LANES {
                     of_velocity[lane] -= once * power[lane];
                     of_position[lane] -= twice * power[lane];
                 }
