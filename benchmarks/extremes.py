@@ -341,7 +341,8 @@ def tighten(case: Case, run: cc.Trajectory) -> Peak | None:
         )
         if not again.success:
             return None
-        curves.append(again.values.max(axis=1))
+        # The last sample lies at a contact change, where a force is zero to rounding.
+        curves.append(again.values.max(axis=1)[:-1])
     first, second, third = curves
     size = float(second.max())
     # The tolerance of a force follows from that of the position by the stiffness, which may have any size:
