@@ -165,7 +165,9 @@ def read_result(chance: random.Random, known: list[bytes], folder: Path) -> Call
 
     def read() -> object:
         path.write_bytes(found)
-        return cc.load_result(path)
+        result = cc.load_result(path)
+        str(result)  # what reads as a result must also be one to its users
+        return result
 
     return read
 
@@ -292,13 +294,16 @@ def other_members(data: bytes, chance: random.Random) -> bytes:
 
 
 def results(folder: Path) -> list[bytes]:
-    """A saved run, study and trade-off."""
+    """One saved result of each kind."""
     scene = cc.mechanisms.slider_crank()
     run = cc.simulate(scene, duration=0.002, samples=11, outputs=["slider.x"], error="estimate")
     box = {"rod_length": cc.interval(0.12, rel=0.01)}
     study = cc.Study(cc.mechanisms.slider_crank, box, outputs=["slider.x"], duration=0.001, samples=5)
     costs = cc.tradeoff(scene, duration=0.001, samples=11, outputs=["slider.x"], rtols=[1e-3, 1e-4])
-    made = (run, study.chebyshev(degree=2), study.band(12), costs)
+    polynomial, band = study.chebyshev(degree=2), study.band(12)
+    bounds = study.tradeoff(degrees=[1], points=[3], holdout=3)
+    diagram = cc.bifurcation(cc.mechanisms.slider_crank, "clearance", [2e-5, 3e-5], periods=2, skip=0)
+    made = (run, polynomial, band, costs, bounds, diagram, cc.compare(polynomial, band))
     return [one.save(folder / f"{number}.npz").read_bytes() for number, one in enumerate(made)]
 
 
@@ -316,7 +321,7 @@ def faults(inputs: int, seed: int) -> tuple[list[str], collections.Counter[str]]
             "scene": (lambda: read_json(chance, known_scenes), (cc.SceneError,)),
             "file": (lambda: read_file(chance, known_files), (cc.SceneError,)),
             "expression": (lambda: read_expression(chance), (ExpressionError,)),
-            "result": (lambda: read_result(chance, known_results, folder), (ValueError,)),
+            "result": (lambda: read_result(chance, known_results, folder), (cc.ChebclearError,)),
             "store": (lambda: read_store(chance, known_stores, folder), (cc.StoreError,)),
         }
         for number in range(inputs):

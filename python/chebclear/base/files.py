@@ -14,15 +14,20 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from tokenize import TokenError
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 from zipfile import ZIP_DEFLATED, BadZipFile, ZipFile
 from zlib import error as ZlibError
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ArgumentError
+from ..errors import ArgumentError, ChebclearError
 from .shown import Shown
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+Record = TypeVar("Record", bound="DataclassInstance")
 
 FORMAT = 1
 """Number of the file format; increased when older versions cannot read new files."""
@@ -206,8 +211,54 @@ def loaded(
     arrays, facts = _load(path, kind)
     try:
         yield arrays, facts
-    except (LookupError, TypeError, AttributeError, OverflowError, RecursionError) as error:
+    except ChebclearError:
+        raise
+    except (ValueError, LookupError, TypeError, AttributeError, OverflowError, RecursionError) as error:
         raise ArgumentError(f"{os.fspath(path)} is no sound {kind}: {error}") from error
+
+
+def sound(record: Record, **shapes: tuple[int, ...]) -> Record:
+    """A record made of what a file says, if its fields have the types that it declares.
+
+    Parameters
+    ----------
+    record : dataclass instance
+        The record; the records in its fields, and in sequences and mappings of them, are looked at as well.
+    **shapes : tuple of int
+        Shapes of its arrays.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If one has another type or shape.
+    """
+    for item in dataclasses.fields(record):
+        value = getattr(record, item.name)
+        where = f"{type(record).__name__}.{item.name}"
+        if not any(_has_type(value, one) for one in str(item.type).split(" | ")):
+            raise TypeError(f"{where} is a {type(value).__name__}, not {item.type}")
+        if item.name in shapes and value.shape != shapes[item.name]:
+            raise ValueError(f"{where} has shape {value.shape}, not {shapes[item.name]}")
+        entries = value if isinstance(value, list | tuple) else (value,)
+        for one in value.values() if isinstance(value, dict) else entries:
+            if dataclasses.is_dataclass(one) and not isinstance(one, type):
+                sound(one)
+    return record
+
+
+def _has_type(value: Any, annotation: str) -> bool:
+    """Whether a value has an annotated type; only those that a file can get wrong are looked at."""
+    if annotation == "None":
+        return value is None
+    if annotation == "tuple[str, ...]":
+        return isinstance(value, tuple) and all(isinstance(one, str) for one in value)
+    if annotation in ("Array", "Array | None"):
+        return isinstance(value, np.ndarray) and value.dtype.kind in "fiu"
+    if annotation == "float":
+        return isinstance(value, float) or (_has_type(value, "int") and math.isfinite(float(value)))
+    if annotation == "int":
+        return isinstance(value, int) and not isinstance(value, bool)
+    return annotation != "str" or isinstance(value, str)
 
 
 def _damaged(path: str | os.PathLike[str], what: str) -> ArgumentError:

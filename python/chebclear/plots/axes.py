@@ -6,11 +6,14 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import ArgumentError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
 
 # Paul Tol's bright scheme, whose colors color-blind readers can distinguish, not by hue alone.
 COLORS = ("#4477AA", "#EE6677", "#228833", "#CCBB44", "#AA3377", "#66CCEE")
@@ -32,6 +35,10 @@ _CONVERSIONS = {
 def new_axes(ax: Axes | None) -> Axes:
     """`ax`, or the axes of a new figure: one of pyplot's if pyplot has been imported."""
     if ax is not None:
+        from matplotlib.axes import Axes
+
+        if not isinstance(ax, Axes):
+            raise TypeError(f"ax must be an Axes of matplotlib, got {type(ax).__name__}")
         return ax
     if "matplotlib.pyplot" in sys.modules:
         from matplotlib import pyplot
@@ -83,9 +90,18 @@ def unit_scale(si_unit: str, unit: str | None) -> tuple[float, str]:
         )
     try:
         return _CONVERSIONS[unit, si_unit], unit
-    except KeyError:
+    except (KeyError, TypeError):  # or a unit that is no text at all
         known = ", ".join([si_unit, *(shown for shown, base in _CONVERSIONS if base == si_unit)])
         raise ArgumentError(f"unit must be one of {known} for a column in {si_unit}, got {unit!r}") from None
+
+
+def abscissa_of(x: object, samples: int) -> Array:
+    """The abscissa that a user gave, one finite or missing number for each sample."""
+    given = np.asarray(x)
+    if given.dtype.kind not in "iuf" or given.shape != (samples,):
+        what = f"an array of shape {given.shape}" if given.dtype.kind in "iuf" else repr(x)
+        raise ArgumentError(f"x must be {samples} numbers, one for each sample, got {what}")
+    return given.astype(float)
 
 
 def distinct_colors(ax: Axes) -> None:

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.arguments import Checks
 from ..scene.columns import plain_words
-from .axes import distinct_colors, line_style, new_axes, unit_scale
+from .axes import abscissa_of, distinct_colors, line_style, new_axes, unit_scale
 from .labels import legend_above_the_data, set_labels, with_unit, words_of
+from .subjects import BandLike, ZonesLike, require
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from .subjects import BandLike, ZonesLike
 
 Array = NDArray[np.float64]
 
@@ -91,9 +91,15 @@ def plot_band(
     ... )
     >>> ax = cc.plot_band(study.band(runs=12)["slider.x"])
     """
+    require("band", band, BandLike)
+    if scan is not None:
+        require("scan", scan, BandLike)
+    checks = Checks()
+    runs = checks.whole("runs", runs, least=0)
+    checks.finish()
     scale, shown = unit_scale(band.unit, unit)
+    abscissa, own_label = _own_abscissa(band) if x is None else (abscissa_of(x, len(band.t)), "")
     ax = new_axes(ax)
-    abscissa, own_label = _own_abscissa(band) if x is None else (x, "")
     color = fill.pop("color", fill.pop("facecolor", BOUNDS))
     style = {
         "alpha": 0.25,
@@ -216,6 +222,11 @@ def plot_sensitivity(
     ... )
     >>> ax = cc.plot_sensitivity(study.chebyshev(degree=2)["slider.x"], "rod_length")
     """
+    require("band", band, BandLike)
+    if ideal is not None:
+        require("ideal", ideal, BandLike)
+    if zones is not None:
+        require("zones", zones, ZonesLike)
     slope = band.sensitivity(parameter, normalized=normalized)
     reference = None if ideal is None else ideal.sensitivity(parameter, normalized=normalized)
     ax = new_axes(ax)
@@ -223,7 +234,7 @@ def plot_sensitivity(
     what = _slope_unit(band, parameter, parameter_unit, normalized=normalized)
     output = words_of(band.name, band.unit)
     style = line_style(line, linewidth=0.9, label=f"{output} to {plain_words(parameter)} [{what}]")
-    abscissa, own_label = _own_abscissa(band) if x is None else (x, "")
+    abscissa, own_label = _own_abscissa(band) if x is None else (abscissa_of(x, len(band.t)), "")
     ax.plot(abscissa, slope, **style)
     if reference is not None:
         ax.plot(

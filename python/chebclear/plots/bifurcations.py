@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..base.arguments import Checks
 from ..scene.columns import column_unit, column_words, plain_words
 from .axes import distinct_colors, line_style, new_axes, unit_scale
 from .labels import set_labels, with_unit
+from .subjects import BifurcationLike, require
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from .subjects import BifurcationLike
 
 
 def plot_bifurcation(
@@ -52,6 +52,10 @@ def plot_bifurcation(
     >>> diagram = cc.bifurcation(cc.mechanisms.slider_crank, "clearance", [2e-5, 5e-5], periods=3, skip=1)
     >>> ax = cc.plot_bifurcation(diagram)
     """
+    require("diagram", diagram, BifurcationLike)
+    checks = Checks()
+    parameter_scale = checks.real("parameter_scale", parameter_scale, "-", above=0.0)
+    checks.finish()
     scale, shown = unit_scale(column_unit(diagram.output), unit)
     ax = new_axes(ax)
     distinct_colors(ax)

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import ArgumentError
+from ..base.arguments import Checks, meant_or_known
 from ..scene.columns import column_unit, column_words
 from .axes import COLORS, MARKERS, line_style, new_axes
 from .labels import legend_columns, plain_numbers, set_labels, typeset, with_unit
+from .subjects import BoundCostsLike, CostsLike, require
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from .subjects import BoundCostsLike, CostsLike
 
 _COSTS = {
     "seconds": "time of a run on this machine [ms]",
@@ -63,7 +62,7 @@ def plot_tradeoff(
 
     Raises
     ------
-    KeyError, ValueError
+    KeyError, ValueError, TypeError
         If the output or the cost is unknown.
 
     Examples
@@ -73,8 +72,12 @@ def plot_tradeoff(
     >>> result = cc.tradeoff(scene, duration=0.005, samples=51, outputs=["slider.vx"], rtols=[1e-3, 1e-4])
     >>> ax = cc.plot_tradeoff(result)
     """
-    if cost not in _COSTS:
-        raise ArgumentError(f"cost must be one of {', '.join(_COSTS)}, got {cost!r}")
+    require("result", result, CostsLike)
+    checks = Checks()
+    checks.word("cost", cost, _COSTS)
+    if until is not None:
+        checks.real("until", until, "s", above=0.0)
+    checks.finish()
     name = result.outputs[0] if output is None else output
     uncertainty = result.uncertainty(name, until)
     scale = float(result.ranges[result.outputs.index(name)])
@@ -158,6 +161,11 @@ def plot_study_tradeoff(
     -------
     Axes
 
+    Raises
+    ------
+    KeyError
+        If the output is unknown.
+
     Examples
     --------
     >>> import chebclear as cc
@@ -171,7 +179,10 @@ def plot_study_tradeoff(
     ... )
     >>> ax = cc.plot_study_tradeoff(study.tradeoff(degrees=[1, 2], points=[3], holdout=5))
     """
+    require("result", result, BoundCostsLike)
     name = result.outputs[0] if output is None else output
+    if name not in result.outputs:
+        raise KeyError(f'unknown column "{name}"{meant_or_known(name, result.outputs)}')
     column = result.outputs.index(name)
     ax = new_axes(ax)
     ax.set_xscale("log")

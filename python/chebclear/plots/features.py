@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.arguments import Checks
 from ..scene.columns import plain_words
 from .axes import COLORS, new_axes, unit_scale
 from .labels import (
@@ -20,11 +21,10 @@ from .labels import (
     typeset,
     with_unit,
 )
+from .subjects import EffectsLike, FeatureLike, RankingLike, require
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from .subjects import EffectsLike, FeatureLike, RankingLike
 
 Array = NDArray[np.float64]
 
@@ -76,10 +76,14 @@ def plot_tornado(
     ... )
     >>> ax = cc.plot_tornado(study.sample(20).feature("mean force"), unit="N")
     """
+    require("feature", feature, FeatureLike)
+    checks = Checks()
+    most = checks.whole("most", most, least=1)
+    checks.finish()
     effects = feature.effects
     scale, shown_unit = unit_scale(feature.unit, unit)
     names = sorted(effects.swings, key=lambda name: -_reach(effects, name))
-    shown = names[: max(1, most)]
+    shown = names[:most]
     ax = new_axes(ax)
     mean = scale * effects.mean
     sides: dict[str, list[tuple[float, int, float]]] = {"left": [], "right": []}
@@ -185,6 +189,8 @@ def plot_shares(
     >>> ax = cc.plot_shares(study.sample(20).ranking("mean force"))
     """
     found: Any = getattr(effects, "effects", effects)
+    if not isinstance(found, EffectsLike):
+        require("effects", found, RankingLike)
     main = found.main if hasattr(found, "main") else {row.parameter: row.share for row in found.rows}
     rows = sorted(
         ((plain_words(name), share, COLORS[0]) for name, share in main.items()), key=lambda row: -row[1].value
@@ -232,6 +238,7 @@ def plot_ranking(ranking: RankingLike, *, ax: Axes | None = None, **bars: Any) -
     ... )
     >>> ax = cc.plot_ranking(study.sample(20).ranking("mean force"))
     """
+    require("ranking", ranking, RankingLike)
     ax = new_axes(ax)
     rows = [(plain_words(row.parameter), row.narrowing, COLORS[0]) for row in ranking.rows]
     _bars_with_whiskers(ax, rows, bars)

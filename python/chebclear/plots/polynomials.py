@@ -12,11 +12,10 @@ from ..errors import ArgumentError
 from ..scene.columns import plain_words
 from .axes import MARKERS, distinct_colors, line_style, new_axes, unit_scale
 from .labels import legend_above_the_data, plain_numbers, set_labels, with_unit, words_of
+from .subjects import PolynomialBandLike, require
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from .subjects import PolynomialBandLike
 
 Array = NDArray[np.float64]
 
@@ -61,6 +60,7 @@ def plot_coefficients(band: PolynomialBandLike, *, ax: Axes | None = None, **lin
     ... )
     >>> ax = cc.plot_coefficients(study.chebyshev(degree=3)["slider.x"])
     """
+    require("band", band, PolynomialBandLike)
     sizes = np.abs(band.coefficients).max(axis=-1)
     ax = new_axes(ax)
     distinct_colors(ax)
@@ -128,6 +128,8 @@ def plot_prediction(
     ... )
     >>> ax = cc.plot_prediction(study.chebyshev(degree=2)["slider.x"], study.scan(5)["slider.x"])
     """
+    require("band", band, PolynomialBandLike)
+    require("holdout", holdout, PolynomialBandLike)
     if (
         holdout.name != band.name
         or holdout.t.shape != band.t.shape

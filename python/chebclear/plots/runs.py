@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.arguments import meant_or_known
+from ..base.arguments import Checks, meant_or_known
 from ..errors import ArgumentError
 from ..scene.columns import column_unit, column_words, plain_words
 from ..scene.parts import loose_joints
 from ..scene.scene import ClearanceRevolute
-from .axes import distinct_colors, line_style, new_axes, unit_scale
+from .axes import abscissa_of, distinct_colors, line_style, new_axes, unit_scale
 from .labels import (
     add_color_bar,
     legend_above_the_data,
@@ -29,11 +29,10 @@ from .labels import (
     with_unit,
     words_in_common,
 )
+from .subjects import ContactsLike, RunLike, column_names, require, require_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from .subjects import ContactsLike, RunLike
 
 Array = NDArray[np.float64]
 
@@ -58,7 +57,7 @@ def plot_trajectory(
     run : Trajectory
         What :func:`simulate` returned.
     columns : str or sequence of str
-        Column names; all of one unit, since they share the axis.
+        Column names, or patterns such as ``"*.vx"``; all of one unit, since they share the axis.
     ax : Axes, optional
         Where to draw; a new figure if not given.
     unit : str, optional
@@ -76,8 +75,8 @@ def plot_trajectory(
 
     Raises
     ------
-    ValueError
-        If the columns have different units, or the unit does not fit them.
+    ValueError, KeyError, TypeError
+        If a column is unknown, the columns have different units, or the unit does not fit them.
 
     Examples
     --------
@@ -86,13 +85,14 @@ def plot_trajectory(
     >>> run = cc.simulate(scene, duration=0.01, samples=101)
     >>> ax = cc.plot_trajectory(run, ["slider.vx", "rod.vx"])
     """
-    names = [columns] if isinstance(columns, str) else list(columns)
+    require("run", run, RunLike)
+    names = column_names(run, columns)
+    curves = [run[name] for name in names]
     units = {column_unit(name) for name in names}
     if len(units) != 1:
         raise ArgumentError(f"columns on one axis must share a unit, got {names} in {sorted(units)}")
     scale, shown = unit_scale(units.pop(), unit)
-    curves = [scale * run[name] for name in names]
-    abscissa = run.t if x is None else np.asarray(x, dtype=float)
+    abscissa = run.t if x is None else abscissa_of(x, len(run.t))
     ax = new_axes(ax)
     distinct_colors(ax)
     common = words_in_common(names)
@@ -101,7 +101,7 @@ def plot_trajectory(
         # What all of them are is on the axis.
         own = words.removeprefix(f"{common} of ").removeprefix(f"{common} in ") if len(names) > 1 else words
         style = line_style(line, linewidth=0.9, label=own)
-        ax.plot(abscissa, curve, **style)
+        ax.plot(abscissa, scale * curve, **style)
     # A column of the run as abscissa is no more known after the end than the curves are.
     known = np.isfinite(abscissa)
     if not run.success and known.any():
@@ -167,6 +167,7 @@ def plot_orbit(
     from matplotlib.cbook import normalize_kwargs
     from matplotlib.collections import LineCollection
 
+    require("run", run, RunLike)
     clearance = _clearance_joint(run, joint).clearance
     scale, shown = unit_scale("m", unit)
     path = np.column_stack([scale * run[f"{joint}.eccentricity_{axis}"] for axis in "xy"])
@@ -211,7 +212,7 @@ def plot_orbit(
 def plot_poincare(
     run: RunLike,
     x: str,
-    y: str,
+    y: str | None = None,
     *,
     ax: Axes | None = None,
     period: float | None = None,
@@ -230,7 +231,7 @@ def plot_poincare(
     run : Trajectory
         What :func:`simulate` returned, with a whole number of samples a period.
     x, y : str
-        Columns on the abscissa and ordinate.
+        Columns on the abscissa and ordinate; both must be given.
     ax : Axes, optional
         Where to draw; a new figure if not given.
     period : float, optional
@@ -248,8 +249,9 @@ def plot_poincare(
 
     Raises
     ------
-    ValueError
-        If no samples lie where the section is taken; the message says which to ask for.
+    ValueError, KeyError, TypeError
+        If a column is missing or unknown, or no samples lie where the section is taken; the message says
+        which to ask for.
 
     Examples
     --------
@@ -258,6 +260,14 @@ def plot_poincare(
     >>> run = cc.simulate(scene, duration=4 * scene.period, samples=401)
     >>> ax = cc.plot_poincare(run, "slider.x", "slider.vx")
     """
+    require("run", run, RunLike)
+    if y is None:
+        own = [f"{x}.eccentricity_{axis}" for axis in "xy"]
+        pair = own if own[0] in run.columns else run.columns[:2]
+        such = " and ".join(f'"{name}"' for name in pair)
+        raise ArgumentError(f"a section is of two columns, x and y, such as {such}; got {x!r} alone")
+    for axis, column in (("x", x), ("y", y)):
+        require_name(axis, column, run)
     section = section_samples(run, period, shift)
     data = []
     for column, unit in ((x, x_unit), (y, y_unit)):
@@ -292,7 +302,10 @@ def section_samples(run: RunLike, period: float | None, shift: float = 0.0) -> N
     ValueError
         If the samples do not fall on them.
     """
-    period = run.scene.period if period is None else float(period)
+    checks = Checks()
+    period = run.scene.period if period is None else checks.real("period", period, "s", above=0.0)
+    shift = checks.real("shift", shift, "s", least=0.0)
+    checks.finish()
     spacing = float(run.t[-1] - run.t[0]) / (len(run.t) - 1)
     if not period >= spacing * (1.0 - _ON_SAMPLE):
         raise ArgumentError(
@@ -301,7 +314,7 @@ def section_samples(run: RunLike, period: float | None, shift: float = 0.0) -> N
     count = int((run.t[-1] - run.t[0] - shift) / period + _ON_SAMPLE) + 1
     places = (shift + period * np.arange(max(count, 0))) / spacing
     nearest = np.round(places).astype(np.int64)
-    if count < 1 or shift < 0.0 or np.abs(places - nearest).max() > _ON_SAMPLE:
+    if count < 1 or np.abs(places - nearest).max() > _ON_SAMPLE:
         each = max(1, round(period / spacing))
         raise ArgumentError(
             f"no samples lie a period of {period:.6g} s apart: ask for a duration of N periods and "
@@ -314,8 +327,8 @@ def plot_contacts(
     runs: ContactsLike | Sequence[ContactsLike],
     *,
     ax: Axes | None = None,
-    joints: Sequence[str] | None = None,
-    labels: Sequence[str] | None = None,
+    joints: str | Sequence[str] | None = None,
+    labels: str | Sequence[str] | None = None,
     color_bar: bool = True,
     **bars: Any,
 ) -> Axes:
@@ -330,9 +343,9 @@ def plot_contacts(
         What :func:`simulate` returned; several runs to compare them, one below the other.
     ax : Axes, optional
         Where to draw; a new figure if not given.
-    joints : sequence of str, optional
+    joints : str or sequence of str, optional
         Clearance joints to show; all of the scene if not given.
-    labels : sequence of str, optional
+    labels : str or sequence of str, optional
         Names of the runs, for the rows; their numbers if not given.
     color_bar : bool
         Add a color bar with the force to the figure.
@@ -345,7 +358,7 @@ def plot_contacts(
 
     Raises
     ------
-    ValueError
+    ValueError, TypeError
         If a joint is no clearance joint of the scene, or the labels are not one for each run.
 
     Examples
@@ -359,6 +372,12 @@ def plot_contacts(
     from matplotlib.colors import LogNorm, Normalize
 
     several: list[ContactsLike] = list(runs) if isinstance(runs, Sequence) else [runs]
+    if not several:
+        raise ArgumentError("runs must be at least one run, got none")
+    for run in several:
+        require("runs", run, ContactsLike)
+    labels = _names("labels", labels)
+    joints = _names("joints", joints)
     if labels is not None and len(labels) != len(several):
         raise ArgumentError(f"labels must be one for each of {len(several)} runs, got {len(labels)}")
     rows: list[str] = []
@@ -397,9 +416,25 @@ def plot_contacts(
     return ax
 
 
+def _names(argument: str, given: object) -> list[str] | None:
+    """One name or several as a list; None stays."""
+    if given is None:
+        return None
+    if isinstance(given, str):
+        return [given]
+    if not isinstance(given, Sequence) or not all(isinstance(name, str) for name in given):
+        raise TypeError(f"{argument} must be a list of names, got {given!r}")
+    return list(given)
+
+
 def _clearance_joint(run: RunLike | ContactsLike, name: str) -> ClearanceRevolute:
     """The clearance joint of a run's scene."""
     known = {joint.name: joint for joint in loose_joints(run.scene.joints)}
+    if not isinstance(name, str):
+        raise TypeError(f"joint must be the name of a clearance joint, got {name!r}")
     if name not in known:
+        if any(joint.name == name for joint in run.scene.joints):
+            others = f"; known are {', '.join(known)}" if known else ""
+            raise ArgumentError(f'the joint "{name}" has no clearance{others}')
         raise ArgumentError(f'unknown clearance joint "{name}"{meant_or_known(name, list(known))}')
     return known[name]

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.arguments import Checks
 from ..errors import ArgumentError
 from ..scene.columns import column_unit, column_words
-from .axes import new_axes
+from .axes import abscissa_of, new_axes
 from .labels import add_color_bar, set_labels
+from .subjects import RunLike, require_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from .subjects import RunLike
 
 Array = NDArray[np.float64]
 
@@ -52,17 +52,19 @@ def short_time_spectrum(
 
     Raises
     ------
-    ValueError
+    ValueError, TypeError
         If the window holds fewer than 8 samples or is longer than the signal, or the overlap is out of range.
     """
+    checks = Checks()
+    window = checks.real("window", window, "s", above=0.0)
+    overlap = checks.real("overlap", overlap, "-", least=0.0, below=1.0)
+    checks.finish()
     spacing = float(t[-1] - t[0]) / (len(t) - 1)
     length = round(window / spacing)
     if not 8 <= length <= len(t):
         raise ArgumentError(
             f"window must hold 8 to {len(t)} samples of {spacing:.3g} s each, got {window:.3g} s"
         )
-    if not 0.0 <= overlap < 1.0:
-        raise ArgumentError(f"overlap must be at least 0 and below 1, got {overlap}")
     from matplotlib import mlab
 
     hop = max(1, round(length * (1.0 - overlap)))
@@ -140,19 +142,22 @@ def plot_spectrogram(
     >>> run = cc.simulate(scene, duration=0.01, samples=2001)
     >>> ax = cc.plot_spectrogram(run, "slider.ax")
     """
+    checks = Checks()
+    span = checks.real("decibels", decibels, "dB", above=0.0)
+    checks.finish()
     t, signal = _signal(run, column)
     if unit is None:
         unit = column_unit(column) if isinstance(column, str) else ""
     window = float(t[-1] - t[0]) / 24.0 if window is None else window
     centers, frequencies, amplitude = short_time_spectrum(t, signal, window=window, overlap=overlap)
-    abscissa = centers if x is None else np.interp(centers, t, x)
+    abscissa = centers if x is None else np.interp(centers, t, abscissa_of(x, len(t)))
     ax = new_axes(ax)
     level = 20.0 * np.log10(np.maximum(amplitude, np.finfo(float).tiny))
     top = float(mesh.pop("vmax", level.max()))
     style: dict[str, Any] = {
         "shading": "nearest",
         "cmap": "viridis",
-        "vmin": top - decibels,
+        "vmin": top - span,
         "rasterized": True,
     } | mesh
     image = ax.pcolormesh(abscissa, frequencies / 1e3, level, vmax=top, **style)
@@ -165,7 +170,8 @@ def plot_spectrogram(
 
 def _signal(run: Any, column: Any) -> tuple[Array, Array]:
     """Instants and values of what `plot_spectrogram` was given."""
-    if isinstance(column, str) and hasattr(run, "columns"):
+    if isinstance(column, str) and isinstance(run, RunLike):
+        require_name("column", column, run)
         return run.t, run[column]
     t, signal = np.asarray(run), np.asarray(column)
     numbers = t.dtype.kind in "iuf" and signal.dtype.kind in "iuf"

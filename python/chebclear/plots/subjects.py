@@ -5,17 +5,20 @@ Results offer plots as methods, so plots may not import results: they say here w
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..base.named import is_pattern, matching
+from ..errors import ArgumentError
 from ..scene.scene import Scene
 
 Array = NDArray[np.float64]
 
 
+@runtime_checkable
 class RunLike(Protocol):
     """A `Trajectory`."""
 
@@ -50,6 +53,7 @@ class ContactTableLike(Protocol):
     def peak_force(self) -> Array: ...
 
 
+@runtime_checkable
 class ContactsLike(Protocol):
     """A `Trajectory`, asked for its contacts."""
 
@@ -63,6 +67,7 @@ class ContactsLike(Protocol):
     def contacts(self) -> ContactTableLike: ...
 
 
+@runtime_checkable
 class ZonesLike(Protocol):
     """`RestraintZones`."""
 
@@ -70,6 +75,7 @@ class ZonesLike(Protocol):
     def spans(self) -> Sequence[tuple[float, float]]: ...
 
 
+@runtime_checkable
 class BandLike(Protocol):
     """A `Band`."""
 
@@ -99,6 +105,7 @@ class BandLike(Protocol):
     def sensitivity(self, parameter: str, *, normalized: bool = False) -> Array: ...
 
 
+@runtime_checkable
 class CostsLike(Protocol):
     """A `Tradeoff`."""
 
@@ -117,6 +124,7 @@ class CostsLike(Protocol):
     def error(self, point: Any, output: str, until: float | None = None) -> float: ...
 
 
+@runtime_checkable
 class BoundCostsLike(Protocol):
     """A `StudyTradeoff`."""
 
@@ -126,6 +134,7 @@ class BoundCostsLike(Protocol):
     def outputs(self) -> tuple[str, ...]: ...
 
 
+@runtime_checkable
 class PolynomialBandLike(BandLike, Protocol):
     """A `Band`, asked for its polynomial and runs."""
 
@@ -139,6 +148,7 @@ class PolynomialBandLike(BandLike, Protocol):
     def evaluate(self, **values: ArrayLike) -> Array: ...
 
 
+@runtime_checkable
 class EffectsLike(Protocol):
     """`Effects`."""
 
@@ -148,6 +158,7 @@ class EffectsLike(Protocol):
     def swings(self) -> Mapping[str, Any]: ...
 
 
+@runtime_checkable
 class FeatureLike(Protocol):
     """A `FeatureResult`."""
 
@@ -159,6 +170,7 @@ class FeatureLike(Protocol):
     def effects(self) -> Any: ...
 
 
+@runtime_checkable
 class RankingLike(Protocol):
     """A `Ranking`."""
 
@@ -172,6 +184,7 @@ class RankingLike(Protocol):
     def scatter(self) -> Any: ...
 
 
+@runtime_checkable
 class BifurcationLike(Protocol):
     """A `Bifurcation`."""
 
@@ -183,3 +196,56 @@ class BifurcationLike(Protocol):
     def output(self) -> str: ...
     @property
     def samples(self) -> Array: ...
+
+
+# What a function takes, for its users.
+_WORDS: dict[type, str] = {
+    RunLike: "a Trajectory, as simulate returns it",
+    ContactsLike: "a Trajectory, as simulate returns it, or a list of them",
+    BandLike: 'a Band: one output of a study, such as result["slider.x"]',
+    PolynomialBandLike: 'a Band: one output of a study, such as result["slider.x"]',
+    ZonesLike: "what restraint_zones returns",
+    FeatureLike: 'a feature of a study, such as result.feature("peak force")',
+    RankingLike: 'a Ranking, such as result.ranking("peak force")',
+    CostsLike: "a Tradeoff, as tradeoff returns it",
+    BoundCostsLike: "a StudyTradeoff, as Study.tradeoff returns it",
+    BifurcationLike: "a Bifurcation, as bifurcation returns it",
+}
+
+
+def require(argument: str, value: object, kind: type) -> None:
+    """Refuse what a plot cannot draw.
+
+    Parameters
+    ----------
+    argument : str
+        Name of the argument.
+    value : object
+        What was given.
+    kind : type
+        One of the protocols of this module.
+
+    Raises
+    ------
+    TypeError
+        If it is something else; the message says what is accepted.
+    """
+    if not isinstance(value, kind):
+        raise TypeError(f"{argument} must be {_WORDS[kind]}; got {type(value).__name__}")
+
+
+def require_name(argument: str, name: object, run: RunLike) -> None:
+    """Refuse what cannot be the name of one column of a run, as a pattern; not that it is unknown."""
+    if not isinstance(name, str) or (is_pattern(name) and name not in run.columns):
+        message = f'{argument} must be the name of one column, such as "{run.columns[0]}", got {name!r}'
+        raise (ArgumentError if isinstance(name, str) else TypeError)(message)
+
+
+def column_names(run: RunLike, columns: object) -> list[str]:
+    """The names of columns that are given as one or several names or patterns; unknown names stay."""
+    given = [columns] if isinstance(columns, str) else columns
+    names = list(given) if isinstance(given, Iterable) else []
+    if not names or not all(isinstance(name, str) for name in names):
+        message = f'columns must be names of columns of the run, such as "{run.columns[0]}", got {columns!r}'
+        raise TypeError(message)
+    return [found for name in names for found in (matching(run.columns, name) or [name])]

@@ -44,12 +44,19 @@ _ABBREVIATED = {
     "rot": "rotation",
 }
 
+# Outputs of a part that are listed.
+_MOST = 12
+
 
 def near_output(name: object, columns: Sequence[str]) -> str:
-    """``'; did you mean "..."?'`` for an unknown name of an output, or nothing.
+    """``'; did you mean "..."?'`` for an unknown name of an output, the outputs of a part, or nothing.
 
     Quantities of the named part come before similar names of other parts.
     """
+    outputs = [column for column in columns if column.rpartition(".")[0] == name]
+    if outputs:  # the name of a body or a joint alone
+        more = f" and {len(outputs) - _MOST} more" if len(outputs) > _MOST else ""
+        return f"; its outputs are {', '.join(outputs[:_MOST])}{more}"
     owner, _, quantity = str(name).rpartition(".")
     own = [column for column in columns if column.rpartition(".")[0] == owner]
     meant = _MEANT.get(quantity.lower()) or _MEANT.get(_ABBREVIATED.get(quantity.lower(), ""), ())

@@ -455,7 +455,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
                     )
                 return kind(**{name: arrays[f"{prefix}_{name}"] for name in names})
 
-            return cls(
+            found = cls(
                 t=arrays["t"],
                 columns=columns,
                 values=arrays["values"],
@@ -476,6 +476,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
                 scene=scene,
                 error=error,
             )
+            return records.sound(found, values=(len(found.t), len(columns)))
 
 
 def column_index(columns: Sequence[str], name: str, scene: Scene | None = None) -> int:

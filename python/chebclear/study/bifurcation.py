@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..base import files as records
 from ..base.arguments import Checks
+from ..base.named import is_pattern
 from ..base.progress import Progress, is_request, reporter
 from ..base.units import unit
 from ..data.dataset import Dataset, Variable
@@ -142,7 +143,11 @@ class Bifurcation(Exports, records.ArrayRecord):
         """
         with records.loaded(path, "bifurcation") as (arrays, facts):
             fields = {name: facts[name] for name in ("parameter", "output", "skipped")}
-            return cls(**fields | {name: arrays[name] for name in _ARRAYS})
+            found = cls(**fields | {name: arrays[name] for name in _ARRAYS})
+            count = len(found.values)
+            return records.sound(
+                found, values=(count,), samples=(count, found.samples.shape[-1]), period=(count,)
+            )
 
     def plot(self, *, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw the diagram; see `plot_bifurcation` for the options."""
@@ -241,6 +246,8 @@ def bifurcation(
     check_keywords(checks, build, [str(parameter)], constant)
     count = checks.whole("periods", periods, least=1, most=MOST_PERIODS)
     skipped = checks.whole("skip", skip, least=0, most=MOST_PERIODS)
+    if is_pattern(output):
+        checks.add(f"output must be the name of one output, got the pattern {output!r}")
     if threads is not None:
         checks.whole("threads", threads, least=1, most=MOST_THREADS)
     if not is_request(progress):

@@ -137,7 +137,7 @@ class Comparison(Named[BoundErrors], Exports):
         """
         with files.loaded(path, "comparison") as (_, facts):
             errors = {name: BoundErrors(**row) for name, row in facts["errors"].items()}
-            return cls(errors, facts["start"], facts["end"])
+            return files.sound(cls(errors, facts["start"], facts["end"]))
 
     def _repr_html_(self) -> str:
         return html.fragment(self._span(), [Table("Differences between the bounds", *self._cells())])

@@ -21,7 +21,6 @@ from ..data.dataset import Dataset, numbered
 from ..data.exports import Exports
 from ..report import html
 from ..report.document import Table
-from ..run.trajectory import column_index
 from .report.tradeoff import costs_document
 
 if TYPE_CHECKING:
@@ -325,8 +324,11 @@ class StudyTradeoff(records.ArrayRecord, Exports):
                 StudyTradeoffPoint(**point, **{name: arrays[name][index] for name in _BY_OUTPUT})
                 for index, point in enumerate(facts["points"])
             )
-            return cls(
-                outputs=tuple(facts["outputs"]),
+            outputs = tuple(facts["outputs"])
+            for point in points:
+                records.sound(point, **dict.fromkeys(_BY_OUTPUT, (len(outputs),)))
+            found = cls(
+                outputs=outputs,
                 points=points,
                 holdout=facts["holdout"],
                 reference_runs=facts["reference_runs"],
@@ -334,6 +336,8 @@ class StudyTradeoff(records.ArrayRecord, Exports):
                 reference_change=arrays["reference_change"],
                 warnings=tuple(facts["warnings"]),
             )
+            by_output = (len(outputs),)
+            return records.sound(found, reference_width=by_output, reference_change=by_output)
 
     def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
         """Write a report: one HTML file that needs no network and runs no scripts.
@@ -370,8 +374,6 @@ class StudyTradeoff(records.ArrayRecord, Exports):
         """
         from ..plots import costs as plot_costs
 
-        if output is not None:
-            column_index(self.outputs, output)
         return plot_costs.plot_study_tradeoff(self, output, ax=ax, **options)
 
 

@@ -465,7 +465,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         """
         with records.loaded(path, "study") as (arrays, facts):
             intervals = {name: Interval(*ends) for name, ends in facts["intervals"].items()}
-            return cls.from_runs(
+            found = cls.from_runs(
                 arrays["t"],
                 facts["outputs"],
                 arrays["values"],
@@ -487,3 +487,4 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
                 failures=tuple(map(FailedRun.from_dict, facts.get("failures", ()))),
                 units=facts.get("units"),
             )
+            return records.sound(found)

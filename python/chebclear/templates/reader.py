@@ -10,7 +10,7 @@ from dataclasses import MISSING, Field, fields
 from pathlib import Path as FilePath
 from typing import Any
 
-from ..base.arguments import as_number, did_you_mean
+from ..base.arguments import as_number, meant_or_known
 from ..errors import Problem, SceneError
 from ..scene.scene import Scene
 from ..scene.schema import Part, at_or_below
@@ -189,7 +189,7 @@ class _Reader:
         names = [item.name for item in fields(Scene)]
         for key in self.file:
             if key not in SECTIONS:
-                self.values.note((key,), f"unknown key{did_you_mean(key, SECTIONS)}")
+                self.values.note((key,), f"unknown key{meant_or_known(key, SECTIONS, most=20)}")
         scene = self._part({key: value for key, value in self.file.items() if key in names}, (Scene,), ())
         if not isinstance(scene, dict):
             raise SceneError(self.values.problems)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from ..base.arguments import did_you_mean
+from ..base.arguments import meant_or_known
 from ..run.features import JOINT_KINDS, KINDS, Feature, meant_kind
 from ..run.settings import Settings, require_features
 from ..scene.scene import Inspection
@@ -57,7 +57,7 @@ def read_run(given: Any, constants: Mapping[str, float], values: Values) -> dict
         elif key in known:
             run[key] = value
         else:
-            values.note(("run", key), f"unknown key{did_you_mean(key, known)}")
+            values.note(("run", key), f"unknown key{meant_or_known(key, known, most=20)}")
     if len(values.problems) == before:
         _check_settings(run, values)
     return run

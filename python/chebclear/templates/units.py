@@ -6,9 +6,10 @@ the one rounding to a float: 20 um is exactly the float 2e-05, unlike 20 * 1e-6.
 
 from __future__ import annotations
 
+import json
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from typing import NamedTuple
@@ -84,6 +85,7 @@ UNITS: dict[str, Unit] = {
     "mN": _unit("1e-3", _FORCE),
     "kN": _unit("1e3", _FORCE),
     "MN": _unit("1e6", _FORCE),
+    "GN": _unit("1e9", _FORCE),
     "J": _unit("1", _ENERGY),
     "kJ": _unit("1e3", _ENERGY),
     "W": _unit("1", _POWER),
@@ -113,6 +115,7 @@ _QUANTITY = re.compile(rf"\s*({_NUMBER})\s+([^\s*+/()-].*?)\s*")
 _GLUED = re.compile(rf"\s*({_NUMBER})([^\s\d.*+/()-].*?)\s*")
 _FACTOR = re.compile(r"([^\s*/^\d.()]+)(?:\^?\(?(-?\d+(?:\.\d+)?)\)?)?")
 _RAISED = str.maketrans("\u00b2\u00b3\u2074\u00b7", "234*")
+_PREFIXES = ("T", "G", "M", "k", "h", "d", "c", "m", "u", "\u00b5", "\u03bc", "n", "p")
 MOST_CHARACTERS = 100
 
 
@@ -165,7 +168,7 @@ def parse_unit(text: str) -> Unit:
             if found is None or symbol not in UNITS:
                 if (word, part, sign) == ("1", above.strip(), 1):
                     continue
-                raise UnitError(f'unknown unit "{symbol}"{did_you_mean(symbol, UNITS)}')
+                raise UnitError(f'unknown unit "{symbol}"{_near(symbol, UNITS)}')
             power = sign * Fraction(found[2] or 1)
             if abs(power) > 12:
                 raise UnitError(f'"{word}" has a power above 12')
@@ -234,8 +237,22 @@ def _fitting(text: str, unit: str, wanted: list[Dimension]) -> str:
     if text.strip() == "Hz" and "rpm" in known:
         # As revolutions or as radians in a second: one of them would be wrong by a factor of 6.
         return "; a revolution in a second is 60 rpm"
-    meant = did_you_mean(text, known)
+    meant = _near(text, known)
     return meant or (f"; it may be given in {', '.join(known[:4])}" if known else "")
+
+
+def _near(text: str, known: Iterable[str]) -> str:
+    """Units to suggest for one with a slip; all of its dimension where its prefix is the slip."""
+    names = list(known)
+    same = [one for one in names if one.lower() == text.lower()]
+    if len(same) > 1:  # mN and MN
+        return f"; did you mean {' or '.join(json.dumps(one, ensure_ascii=False) for one in same)}?"
+    tail = text[1:].replace(" ", "")
+    if not same and text[:1] in _PREFIXES and text[:1] != tail[:1]:
+        for base in (one for one in names if one.replace(" ", "") == tail):
+            alike = [one for one in names if _dimension_of(one) == _dimension_of(base)]
+            return f"; it may be given in {', '.join(alike[:4])}"
+    return did_you_mean(text, names)
 
 
 def written(value: float, unit: str) -> str:

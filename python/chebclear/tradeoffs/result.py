@@ -423,10 +423,15 @@ class Tradeoff(records.ArrayRecord, Exports):
                 )
                 for index, run in enumerate(facts["runs"])
             )
-            return cls(
-                outputs=tuple(facts["outputs"]),
+            outputs, t = tuple(facts["outputs"]), arrays["t"]
+            for point in (*points, reference, check):
+                records.sound(point, horizon=(len(outputs),), growth=(len(outputs), len(t)))
+                if not 0.0 < point.rtol < math.inf:
+                    raise ValueError(f"rtol {point.rtol} is no tolerance")
+            found = cls(
+                outputs=outputs,
                 ranges=arrays["ranges"],
-                t=arrays["t"],
+                t=t,
                 points=tuple(points),
                 reference=reference,
                 check=check,
@@ -434,6 +439,7 @@ class Tradeoff(records.ArrayRecord, Exports):
                 settings=Settings.from_dict(facts["settings"]),
                 scene=Scene.from_json(json.dumps(facts["scene"])),
             )
+            return records.sound(found, ranges=(len(outputs),), t=(len(t),))
 
 
 def format_error(error: float, uncertainty: float) -> str:

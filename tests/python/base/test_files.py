@@ -96,3 +96,31 @@ def test_a_link_stays_a_link(tmp_path):
         pytest.skip("this system does not let us make links")
     resting().save(link)
     assert link.is_symlink() and target.read_bytes() == link.read_bytes() != b"old"
+
+
+def test_what_a_file_says_has_the_types_of_the_result(tmp_path):
+    wrong = {"start": "soon", "end": None, "errors": {"x": {"lower": [1.0]}}}
+    row = dict.fromkeys(("lower", "upper", "width", "reference_width", "slack"), 0.5)
+    right = {"start": 0.0, "end": 1, "errors": {"x": row}}
+    good = files.save(tmp_path / "good", "comparison", {}, right)
+    assert cc.load_result(good)["x"].slack == 0.5
+    for key, value in wrong.items():
+        facts = right | {key: value if key != "errors" else {"x": row | value["x"]}}
+        path = files.save(tmp_path / key, "comparison", {}, facts)
+        with pytest.raises(cc.ArgumentError, match=r"is no sound comparison: \w+\.\w+ is a \w+, not float"):
+            cc.load_result(path)
+
+
+def test_a_tradeoff_with_arrays_of_other_shapes_is_refused(tmp_path):
+    scene = cc.mechanisms.slider_crank()
+    costs = cc.tradeoff(scene, duration=1e-4, samples=5, outputs=["slider.x"], rtols=[1e-3])
+    for change, message in (
+        ({"t": costs.t[:-1]}, "TradeoffPoint.growth has shape"),
+        ({"ranges": np.ones(2)}, "Tradeoff.ranges has shape"),
+        ({"outputs": ("slider.x", 3)}, "outputs|growth|horizon"),
+        ({"points": (dataclasses.replace(costs.points[0], rtol=math.inf),)}, "rtol inf is no tolerance"),
+        ({"points": (dataclasses.replace(costs.points[0], seconds="1"),)}, "TradeoffPoint.seconds is a str"),
+    ):
+        path = dataclasses.replace(costs, **change).save(tmp_path / "costs")
+        with pytest.raises(cc.ArgumentError, match=message):
+            cc.load_result(path)

@@ -429,6 +429,14 @@ outputs = ["bob.x"]
         ("[[joints]]", "[joints]\n[[joints]]", "every table of a list begins with [[joints]]"),
         ('"bob.x"', '"bob.acc"', 'did you mean "bob.ax" or "bob.ay"?'),
         ('"bob.x"', '"wall.ax"', "there are outputs of bob, pin"),
+        # Words of other programs, and units that differ in their prefix.
+        ('name = "bob"', 'name = "bob"\ncom = [0, 0]', 'unknown field; did you mean "center_of_mass"?'),
+        ('name = "bob"', 'name = "bob"\nJ = 1', 'unknown field; did you mean "inertia"?'),
+        ('name = "bob"', 'name = "bob"\ncolor = 1', "unknown field; known are name, mass, inertia"),
+        ("stiffness = 1e9", 'stiffness = "1 TN/m^1.5"', "it may be given in N/m^1.5, N/mm^1.5"),
+        ("stiffness = 1e9", 'stiffness = "1 GN"', "it may be given in N/m^1.5, N/mm^1.5"),
+        ('"20 um"', '"20 Gm"', 'unknown unit "Gm"; it may be given in m, mm, um, km'),
+        ("[run]", "[material]\nE = 1\n[run]", "unknown key; known are format, title, parameters"),
     ],
 )
 def test_a_scene_file_says_what_would_be_right(right, wrong, words):

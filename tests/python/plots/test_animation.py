@@ -176,7 +176,7 @@ def test_without_clearance_there_is_nothing_to_magnify(tmp_path):
 def test_what_is_wrong_is_said(run, tmp_path):
     with pytest.raises(ValueError, match=r"saved as \.gif, \.html, \.mp4, got 'press\.avi'"):
         cc.animate(run, frames=3).save(tmp_path / "press.avi")
-    with pytest.raises(TypeError, match="run must be a run of a scene"):
+    with pytest.raises(TypeError, match="run must be a Trajectory, as simulate returns it; got Scene"):
         cc.animate(run.scene)
     with pytest.raises(ValueError, match='unknown clearance joint "wirst"; did you mean "wrist"') as caught:
         cc.animate(run, joint="wirst", frames=1, start=-1.0)

@@ -1,7 +1,5 @@
 """Pictures of studies: tornado, shares, coefficients, predictions and bifurcation diagrams."""
 
-import types
-
 import chebclear as cc
 import numpy as np
 import pytest
@@ -125,9 +123,7 @@ def test_predictions_lie_on_the_diagonal(study, smooth, ax):
     np.testing.assert_array_equal(diagonal.get_xdata(), diagonal.get_ydata())
     assert points.get_label() == "9 runs, largest error below 0.01 % of their range"
     with pytest.raises(ValueError, match="holdout must have runs of slider"):
-        cc.plot_prediction(
-            smooth["slider.vx"], types.SimpleNamespace(**(vars(scan["slider.vx"]) | {"name": "x"}))
-        )
+        cc.plot_prediction(smooth["slider.vx"], dataclasses.replace(scan["slider.vx"], name="x"))
 
 
 class TestBifurcation:

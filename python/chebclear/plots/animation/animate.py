@@ -4,27 +4,28 @@ from __future__ import annotations
 
 import base64
 import importlib
+import math
 import os
 import shutil
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...base.arguments import Checks, meant_or_known
+from ...base.arguments import Checks, as_number, meant_or_known
 from ...errors import ArgumentError, MissingProgramError
 from ...scene.columns import column_words, plain_words
-from ...scene.scene import ClearanceRevolute, Scene
+from ...scene.scene import ClearanceRevolute
 from ..drawing.pose import simulated_poses
+from ..subjects import RunLike, require, require_name
 from .motion import motion_of
 from .page import page_of
 from .stage import Stage
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from ..subjects import RunLike
 
 MOST_FRAMES = 2000
 MOST_RATE = 100
@@ -176,10 +177,10 @@ def animate(
     >>> animate(run, "slider.vx", frames=10)
     <Animation: 10 frames, 25 a second>
     """
+    require("run", run, RunLike)
+    if output is not None:
+        require_name("output", output, run)
     checks = Checks()
-    if not isinstance(getattr(run, "scene", None), Scene):
-        checks.add(f"run must be a run of a scene, got {run!r}", wrong_type=True)
-        checks.finish()
     first, last = float(run.t[0]), float(min(run.t[-1], run.end_time))
     since = checks.real("start", first if start is None else start, "s", least=first, most=last)
     until = checks.real("end", last if end is None else end, "s", least=first, most=last)
@@ -188,7 +189,7 @@ def animate(
     loose = [each.name for each in run.scene.joints if isinstance(each, ClearanceRevolute)]
     if joint is not None and joint not in loose:
         checks.add(f'unknown clearance joint "{joint}"{meant_or_known(joint, loose)}')
-    chosen = joint if joint is not None else loose[0] if loose else None
+    chosen = joint if joint in loose else loose[0] if loose else None
     shown = output if output is not None else f"{chosen}.normal_force" if chosen else run.columns[0]
     needed = [shown, *(f"{chosen}.{quantity}" for quantity in _JOINT_COLUMNS if chosen)]
     missing = [name for name in dict.fromkeys(needed) if name not in run.columns]
@@ -196,6 +197,9 @@ def animate(
         checks.add(
             f"the run lacks {', '.join(missing)}: simulate with outputs=None, or with these among them"
         )
+    extent = tuple(as_number(side) or 0.0 for side in size) if isinstance(size, Sequence) else ()
+    if len(extent) != 2 or not all(0.0 < side < math.inf for side in extent):
+        checks.add(f"size must be a width and a height above 0 [inch], got {size!r}", wrong_type=True)
     checks.finish()
     poses = simulated_poses(run)
     known = np.isfinite(poses).all(axis=(1, 2)) & (run.t >= since) & (run.t <= until)
@@ -203,7 +207,7 @@ def animate(
     if len(samples) < 2:
         raise ArgumentError(f"fewer than two samples lie between start={since:g} and end={until:g} s")
     picked = np.unique(np.linspace(0, len(samples) - 1, count).round().astype(np.int64))
-    stage = Stage(motion_of(run, poses, samples, picked, chosen, shown), size)
+    stage = Stage(motion_of(run, poses, samples, picked, chosen, shown), (extent[0], extent[1]))
     return Animation(stage, pace)
 
 

@@ -19,6 +19,7 @@ from ...scene.columns import plain_words
 from ...scene.scene import ClearanceRevolute, Gravity, Scene
 from ..axes import new_axes
 from ..labels import size_of, typeset
+from ..subjects import RunLike
 from .pen import Pen, strokes_of
 from .plane import along_body, around
 from .pose import Pose, simulated_poses
@@ -26,8 +27,6 @@ from .strokes import put_on
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from ..subjects import RunLike
 
 Array = NDArray[np.float64]
 
@@ -96,16 +95,16 @@ def plot_scene(
     """
     checks = Checks()
     checks.real("exaggerate", exaggerate, "-", above=0.0)
-    run = None if isinstance(scene, Scene) else scene
-    if run is not None and not isinstance(getattr(run, "scene", None), Scene):
+    if not isinstance(scene, Scene | RunLike):
         checks.add(f"scene must be a Scene or a run of one, got {scene!r}", wrong_type=True)
         checks.finish()
-    if run is None:
+    if isinstance(scene, Scene):
         if t is not None:
             checks.add(f"t is the instant of a run: a scene is drawn as assembled, got t={t!r}")
         checks.finish()
-        pose, instant = Pose(scene), None  # type: ignore[arg-type]
+        pose, instant = Pose(scene), None
     else:
+        run = scene
         time = checks.real("t", run.t[0] if t is None else t, "s", least=run.t[0], most=run.t[-1])
         checks.finish()
         poses = simulated_poses(run)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...base import files as records
-from ...base.arguments import Checks, as_number, did_you_mean
+from ...base.arguments import Checks, as_number, meant_or_known
 from ...base.named import Named
 from ...base.shown import Shown, listed
 from ...base.tables import format_ends
@@ -131,7 +131,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
 
     def _entry(self, name: str) -> FeatureResult:
         if name not in self.names:
-            raise KeyError(f'unknown feature "{name}"{did_you_mean(name, self.names)}')
+            raise KeyError(f'unknown feature "{name}"{meant_or_known(name, self.names)}')
         index = self.names.index(name)
         return FeatureResult(
             name=name,
