@@ -1,5 +1,8 @@
 """Pictures of studies: tornado, shares, coefficients, predictions and bifurcation diagrams."""
 
+import dataclasses
+import types
+
 import chebclear as cc
 import numpy as np
 import pytest
