@@ -199,7 +199,8 @@ class StudyTradeoff(records.ArrayRecord, Exports):
         inside = 100.0 * float(np.min(point.containment))
         return (
             f"{point} with {point.runs} runs: {self.outputs[worst]} {error:.2g} % too {kind} on average, "
-            f"{inside:.4g} % of {self.holdout} hold-out runs inside, {format_number(point.seconds, 2)} s"
+            f"{inside:.4g} % of the samples of {self.holdout} hold-out runs inside, "
+            f"{format_number(point.seconds, 2)} s"
         )
 
     def table(self) -> str:
@@ -224,9 +225,11 @@ class StudyTradeoff(records.ArrayRecord, Exports):
         )
         head = (
             f"Reference: hull of {self.reference_runs} runs, an inner bound; that of half of them is "
-            f"narrower by {changes}. Hold-out: {self.holdout} runs."
+            f"narrower by {changes}. Hold-out: {self.holdout} runs at random points and, with up to eight "
+            "parameters, at the corners of the box, where more samples are outside."
         )
-        return f"{head}\n{format_table(*self.cells())}\nRecommended: {self.recommendation()}"
+        chosen = f"Recommended: {self.recommendation()} (fewest runs for widths within 25 % and 99 % inside)"
+        return f"{head}\n{format_table(*self.cells())}\n{chosen}"
 
     def cells(self) -> tuple[list[str], list[list[str]]]:
         """Head and rows of the table, in words.

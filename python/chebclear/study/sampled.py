@@ -201,7 +201,10 @@ def _made(
     """The result of runs at the points and the midpoint."""
     new = _runs(study, requirement, points, settings)
     if not new.outputs:
-        raise ArgumentError("a band needs outputs: name some in Study(outputs=...)")
+        raise ArgumentError(
+            "a band needs outputs over time: name some in Study(outputs=...), or have the model or table "
+            "hold them; Study.sample() is for features alone"
+        )
     limits = dict.fromkeys(new.outputs, (-math.inf, math.inf))
     if new.scene is not None:
         limits = physical_limits(new.outputs, _largest_clearances(study, new.scene, new.clearances))

@@ -326,7 +326,7 @@ class TestStudy:
         )
         result = study.sample(12)
         assert "crank_length: taken as uniform over three standard deviations" in str(result.ranking("mean"))
-        assert "(normal: three standard deviations, over which the runs are spread evenly)" in str(result)
+        assert "(normal: three standard deviations each way, taken as an interval)" in str(result)
         with pytest.raises(ValueError, match="not those of a normal distribution"):
             result.feature("mean").quantile(0.5)
         assert cc.StudyResult.load(result.save(tmp_path / "normal")) == result

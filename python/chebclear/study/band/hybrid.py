@@ -162,7 +162,9 @@ def quantile_bounds(
     """Bounds and statement of a `QuantileBand`; see `Band.quantiles`."""
     checks = Checks()
     if not isinstance(random, Mapping) or not random:
-        checks.add(f"random must map names to distributions, got {random!r}", wrong_type=True)
+        checks.add(
+            f"random must map names to distributions, as Study.random does, got {random!r}", wrong_type=True
+        )
         checks.finish()
     for name, given in random.items():
         if name not in surrogate.intervals:
@@ -192,10 +194,12 @@ def quantile_bounds(
     rest = [name for name in surrogate.intervals if name not in random]
     are = "is in its interval" if len(rest) == 1 else "are in their intervals"
     whatever = f", wherever {' and '.join(rest)} {are}" if rest else ""
+    normal = [name for name, given in random.items() if isinstance(given, Normal)]
+    cut = f", {' and '.join(normal)} cut at three standard deviations" if normal else ""
     statement = (
         f"At each instant the output is between the bounds with a probability of at least {share:g} over "
         f"{' and '.join(random)}{whatever}; estimated with {count} draws from the fitted polynomial, all "
-        "random parameters independent."
+        f"random parameters independent{cut}."
     )
     return lower, upper, statement
 

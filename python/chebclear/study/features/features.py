@@ -192,9 +192,9 @@ class FeatureResult(records.ArrayRecord):
         reach = self.interval
         unit = f" {self.unit}" if self.unit not in ("", "-") else ""
         text = f"{self.name}: {format_ends(reach.lower, reach.upper)}{unit} ({reach.verdict})"
-        text += f"; of the runs {100.0 * reach.coverage:.1f} % are in the interval of the others"
+        text += f"; {100.0 * reach.coverage:.1f} % of the runs are in the interval of the others"
         if not math.isnan(reach.whole_run):
-            text += f", of a further one at least {100.0 * reach.whole_run:.1f} % may be expected"
+            text += f", a further run with a probability of at least {100.0 * reach.whole_run:.1f} %"
         return text
 
     @cached_property

@@ -46,7 +46,8 @@ class Rank(Shown):
 class Ranking:
     """Which tolerance to tighten: the parameters by the effect of halving their intervals on a feature.
 
-    ``print(ranking)`` shows the table with its conclusions; `rows` are the bars of a tornado chart.
+    It is the interval of 95 % of the values of the feature. ``print(ranking)`` shows the table with its
+    conclusions; `rows` are the bars of a tornado chart.
 
     Attributes
     ----------
@@ -78,7 +79,7 @@ class Ranking:
         return len(self.rows)
 
     def advice(self) -> tuple[str, ...]:
-        """Conclusions from the table, a sentence for each parameter for which the effect is certain."""
+        """Conclusions from the table, a sentence for each parameter with a certain effect."""
         if not any(
             part.value > 0.0 for part in (self.scatter, self.interactions, *(r.share for r in self.rows))
         ):
@@ -95,7 +96,17 @@ class Ranking:
                 )
             elif row.narrowing.lower > 0.0:
                 sentences.append(f"halving the interval of {row.parameter} narrows it by {row.narrowing}")
+        if not any(row.narrowing.lower > 0.0 for row in self.rows):
+            sentences.append(self._uncertain())
         return tuple(sentences)
+
+    def _uncertain(self) -> str:
+        """What is known where no tolerance certainly narrows the interval."""
+        text = "no single tolerance is certain to narrow it"
+        if self.scatter.value >= 0.5:
+            text += f": {self.scatter} of the spread is scatter, which no tolerance removes"
+        wide = any(not row.is_useless for row in self.rows)
+        return f"{text}; more runs narrow the intervals in brackets" if wide else text
 
     def in_short(self) -> str:
         """The conclusions in two or three sentences."""
@@ -134,7 +145,8 @@ class Ranking:
         lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
         if self.normal:
             lines.append(f"{', '.join(self.normal)}: taken as uniform over three standard deviations")
-        return "\n".join([self.feature, *lines, *self.advice()])
+        title = f"{self.feature}: effect of each parameter, in brackets its interval of 95 % confidence"
+        return "\n".join([title, *lines, *self.advice()])
 
 
 def ranking_table(ranking: Ranking) -> Table:

@@ -209,9 +209,11 @@ def _numbers(checks: Checks, name: str, value: object) -> Array | None:
     wrong = np.argwhere(~np.isfinite(array))
     if len(wrong):
         rows = len(np.unique(wrong[:, 0])) if array.ndim else 1
+        several = rows > 1
         where = f" in run {wrong[0][0]}" if array.ndim else ""
         checks.add(
-            f"{name} must be finite, got {array[tuple(wrong[0])]}{where} ({rows} runs in all): leave them out"
+            f"{name} must be finite, got {array[tuple(wrong[0])]}{where} ({rows} run{'s' * several} "
+            f"in all): leave {'them' if several else 'it'} out, of the parameters as well"
         )
         return None
     return array
@@ -290,7 +292,7 @@ def _table_intervals(checks: Checks, columns: Mapping[str, Array], given: object
         if len(outside):
             checks.add(
                 f'parameters["{name}"] is {float(column[outside[0]])!r} in run {outside[0]}, outside its '
-                f"interval [{side.lower!r}, {side.upper!r}] ({len(outside)} runs in all)"
+                f"interval [{side.lower!r}, {side.upper!r}] ({len(outside)} of the runs)"
             )
         sides[name] = side
     return sides

@@ -24,7 +24,7 @@ _MOST_LINES = 20
 # Most warnings that are given in full; a sentence each.
 _MOST_WARNINGS = 3
 # What the interval of a normal distribution is.
-_OF_NORMAL = " (normal: three standard deviations, over which the runs are spread evenly)"
+_OF_NORMAL = " (normal: three standard deviations each way, taken as an interval)"
 
 
 def summary(result: Any) -> str:
@@ -51,6 +51,12 @@ def summary(result: Any) -> str:
         rows = [_row(result, band) for band in bands[:_MOST_LINES]]
         lines += format_table([*head, "simulated"], rows).split("\n")
         lines += [f"and {len(bands) - _MOST_LINES} more outputs"] * (len(bands) > _MOST_LINES)
+    between = [f"{band.name} ({name})" for band in bands if (name := _asked_peak(result, band.name))]
+    if between:
+        lines.append(
+            f"Peaks of a run between the samples too, from its features: {listed(between, most=4)}; the "
+            "other columns are of the samples alone."
+        )
     if result.features is not None:
         lines += [str(result.features[name]) for name in result.features.names[:_MOST_LINES]]
     if result.statement is not None:
@@ -97,15 +103,22 @@ def _percent(share: float) -> str:
 
 def _peak(result: Any, band: Band) -> FeatureInterval:
     """The range of the largest value of a run: from the feature if there is one, else from the samples."""
-    asked = getattr(result.study, "features", {})
-    for name, feature in asked.items():
-        if feature == Feature("peak", band.name) and result.features is not None:
-            found: FeatureInterval = result.features[name].interval
-            return found
+    asked = _asked_peak(result, band.name)
+    if asked:
+        found: FeatureInterval = result.features[asked].interval
+        return found
     values = result.table(band.name)
     peaks = values.reshape(len(values), -1).max(axis=1)[:, None]
     points = on_cube(result.intervals, result.parameters)
     return find_interval(points, peaks[:-1], peaks[-1], random=result.requirement is not None)
+
+
+def _asked_peak(result: Any, output: str) -> str:
+    """The feature of a study that is the peak of an output, or nothing."""
+    if result.features is None:
+        return ""
+    asked = getattr(result.study, "features", {})
+    return next((name for name, feature in asked.items() if feature == Feature("peak", output)), "")
 
 
 def _next(result: Any) -> list[str]:
@@ -128,7 +141,7 @@ def _next(result: Any) -> list[str]:
         )
         advice.append(
             f"{how} would narrow {_named(wide)} by about {100.0 * doubling_narrows(more):.0f} % "
-            "(what doubling them did on nine mechanisms, on average)"
+            "(what doubling them did on ten mechanisms, on average)"
         )
     lost = [band.name for band in bands if band.verdict == "not resolved"]
     if lost:
