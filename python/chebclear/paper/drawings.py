@@ -66,7 +66,8 @@ def clearance_joint(study: ConventionStudy) -> Figure:
         f"(clearance drawn {_GAP * joint.journal_radius / joint.clearance:.3g} times larger)",
         fontsize="medium",
     )
-    reach = 2.1
+    # The tail of the force is the farthest of all.
+    reach = max(2.1, float(np.abs(touch + 0.9 * normal).max()) + 0.1)
     ax.set_xlim(-reach, reach)
     ax.set_ylim(-reach, reach)
     return figure

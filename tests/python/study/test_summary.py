@@ -78,6 +78,10 @@ def test_a_peak_that_was_asked_for_is_that_of_the_motion():
     reach = result.feature("peak force").interval
     assert f"{reach.lower:.5g} to {reach.upper:.5g}" in str(result)
     assert reach.upper > result.values("wrist.normal_force").max(), "samples miss the peak"
+    assert (
+        "Peaks of a run between the samples too, from its features: wrist.normal_force (peak force);"
+        in str(result)
+    )
 
 
 @pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
@@ -99,3 +103,58 @@ def test_a_band_without_a_polynomial_names_what_to_use_instead(study):
             cc.ArgumentError, match=rf"noise \({result['noise'].verdict}\) .* features of the runs"
         ):
             result["noise"].sensitivity("a")
+
+
+def test_a_ranking_says_what_is_certain_of_it():
+    x = np.linspace(0.0, 1.0, 40)
+    points = {"a": x, "b": (x * 7.3) % 1.0}
+    noise = np.random.default_rng(4).exponential(size=40)
+    scattered = cc.Study.from_runs(points, None, {"force": noise}).sample().ranking("force")
+    text = str(scattered).splitlines()
+    assert text[0] == "force: effect of each parameter, in brackets its interval of 95 % confidence"
+    assert text[-1].startswith("no single tolerance is certain to narrow it: ")
+    assert f"{scattered.scatter} of the spread is scatter, which no tolerance removes" in text[-1]
+    assert text[-1].endswith("more runs narrow the intervals in brackets")
+    certain = str(cc.Study.from_runs(points, None, {"force": points["a"]}).sample().ranking("force"))
+    assert "halving the interval of a narrows it by 50 %" in certain and "no single" not in certain
+
+
+def test_what_a_feature_promises_of_a_further_run():
+    text = str(cc.Study(lambda a, b: {"product": a * b}, BOX).sample(20).feature("product"))
+    # Of n runs in random order the next one is between their extremes with (n - 1) / (n + 1).
+    promise = (
+        "of the runs are in the interval of the others, a further run with a probability of at least 90.5 %"
+    )
+    assert text.endswith(promise)
+
+
+def test_a_table_with_a_wrong_run_says_which():
+    points = {"a": np.linspace(0.0, 1.0, 20)}
+    values = np.ones((20, 5))
+    values[3, 2] = np.nan
+    with pytest.raises(
+        cc.ArgumentError, match=r"got nan in run 3 \(1 run in all\): leave it out, of the param"
+    ):
+        cc.Study.from_runs(points, T[:5], {"x": values})
+    values[7] = np.inf
+    with pytest.raises(cc.ArgumentError, match=r"in run 3 \(2 runs in all\): leave them out"):
+        cc.Study.from_runs(points, T[:5], {"x": values})
+    numbers = cc.Study.from_runs(points, None, {"top": np.ones(20)})
+    with pytest.raises(
+        cc.ArgumentError, match=r"needs outputs over time: .*sample\(\) is for features alone"
+    ):
+        numbers.band()
+
+
+def test_quantiles_say_where_a_normal_distribution_ends():
+    box = {"a": cc.normal(1.0, 0.05), "b": cc.interval(1.8, 2.2)}
+    study = cc.Study(model, box, outputs=["x"])
+    result = study.chebyshev(degree=2)
+    assert "a: 0.85 to 1.15 (normal: three standard deviations each way, taken as an interval)" in str(result)
+    likely = result["x"].quantiles(study.random, probability=0.9)
+    assert likely.statement.endswith("all random parameters independent, a cut at three standard deviations.")
+    # x = a t - b: at t = 1 the 5 % point at the largest b and the 95 % point at the smallest.
+    assert likely.lower[-1] == pytest.approx(1.0 - 1.645 * 0.05 - 2.2, abs=2e-3)
+    assert likely.upper[-1] == pytest.approx(1.0 + 1.645 * 0.05 - 1.8, abs=2e-3)
+    with pytest.raises(TypeError, match=r"random must map names to distributions, as Study\.random does"):
+        result["x"].quantiles([0.05, 0.95])
