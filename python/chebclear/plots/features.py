@@ -153,8 +153,8 @@ def plot_shares(
 ) -> Axes:
     """Draw the shares in the variance of a feature: parameters, parameters together, and scatter.
 
-    Whiskers hold the true shares with a confidence of 95 %. The share of scatter is what no tolerance
-    removes.
+    Whiskers hold the true shares with a confidence of 95 %. The share of scatter is what no
+    parameter explains; tightening one narrows it only where its size depends on that parameter.
 
     Parameters
     ----------

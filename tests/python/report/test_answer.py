@@ -22,7 +22,7 @@ def test_the_conclusion_of_a_ranking_is_short():
     found = ranking(0.2, rod=(0.3, 0.2, 0.4), crank=(0.1, 0.05, 0.2), play=(-0.001, -0.02, 0.01)).in_short()
     assert found == (
         "Halving the interval of rod narrows it by 30 % (20 to 40), of crank by 10 % (5 to 20). "
-        "Tightening play does not help. 20 % of its spread is scatter, which no tolerance removes."
+        "Tightening play does not help. 20 % of its spread is scatter that no parameter explains."
     )
     assert ranking(0.05, rod=(0.3, -0.1, 0.4)).in_short() == "No single tolerance is certain to narrow it."
     assert ranking(0.0, rod=(0.0, 0.0, 0.0)).in_short() == "It is the same in every run."

@@ -113,7 +113,7 @@ def test_a_ranking_says_what_is_certain_of_it():
     text = str(scattered).splitlines()
     assert text[0] == "force: effect of each parameter, in brackets its interval of 95 % confidence"
     assert text[-1].startswith("no single tolerance is certain to narrow it: ")
-    assert f"{scattered.scatter} of the spread is scatter, which no tolerance removes" in text[-1]
+    assert f"{scattered.scatter} of the spread is scatter that no parameter explains" in text[-1]
     assert text[-1].endswith("more runs narrow the intervals in brackets")
     certain = str(cc.Study.from_runs(points, None, {"force": points["a"]}).sample().ranking("force"))
     assert "halving the interval of a narrows it by 50 %" in certain and "no single" not in certain

@@ -104,7 +104,7 @@ class Ranking:
         """What is known where no tolerance certainly narrows the interval."""
         text = "no single tolerance is certain to narrow it"
         if self.scatter.value >= 0.5:
-            text += f": {self.scatter} of the spread is scatter, which no tolerance removes"
+            text += f": {self.scatter} of the spread is scatter that no parameter explains"
         wide = any(not row.is_useless for row in self.rows)
         return f"{text}; more runs narrow the intervals in brackets" if wide else text
 
@@ -129,7 +129,7 @@ class Ranking:
             sentences.append(f"Tightening {in_a_sentence(useless)} does not help.")
         if self.scatter.value >= 0.1:
             share = f"{100.0 * self.scatter.value:.0f} %"
-            sentences.append(f"{share} of its spread is scatter, which no tolerance removes.")
+            sentences.append(f"{share} of its spread is scatter that no parameter explains.")
         return " ".join(sentences)
 
     def _repr_html_(self) -> str:
