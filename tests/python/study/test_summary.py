@@ -105,6 +105,11 @@ def test_a_band_without_a_polynomial_names_what_to_use_instead(study):
             result["noise"].sensitivity("a")
 
 
+def test_peaks_of_a_model_are_those_of_its_samples():
+    study = cc.Study(model, BOX, features={"peak": cc.peak("x")})
+    assert "between the samples" not in str(study.sample(12))
+
+
 def test_a_ranking_says_what_is_certain_of_it():
     x = np.linspace(0.0, 1.0, 40)
     points = {"a": x, "b": (x * 7.3) % 1.0}

@@ -52,7 +52,7 @@ def summary(result: Any) -> str:
         lines += format_table([*head, "simulated"], rows).split("\n")
         lines += [f"and {len(bands) - _MOST_LINES} more outputs"] * (len(bands) > _MOST_LINES)
     between = [f"{band.name} ({name})" for band in bands if (name := _asked_peak(result, band.name))]
-    if between:
+    if between and result.scene is not None:  # of other models the samples are all there is
         lines.append(
             f"Peaks of a run between the samples too, from its features: {listed(between, most=4)}; the "
             "other columns are of the samples alone."
