@@ -133,6 +133,82 @@ fn a_bound_is_hardly_widened_beyond_the_largest_excess() {
     assert!((level(&rare) / 1e-2 - 1.0).abs() < 1e-12);
 }
 
+#[test]
+fn the_level_may_fall_where_tails_are_light() {
+    let least = |block, heaviness, unevenness, holders| {
+        let requirement = Requirement { coverage: 0.999, runs: 41, block, samples: 721, parameters: 2 };
+        let tail = Tail { heaviness, unevenness, holders };
+        requirement.least_level([&tail, &tail])
+    };
+    // By the power 1.5 of the heaviness below 0.57, however uneven, down to 0.5.
+    assert_eq!(least(1, 0.57, 1.0, 20.0), 1.0);
+    assert_eq!(least(1, 0.4, 1.0, 20.0), least(1, 0.4, 3.0, 5.0));
+    assert!((least(1, 0.4, 1.0, 20.0) - (0.4_f64 / 0.57).powf(1.5)).abs() < 1e-12);
+    assert_eq!(least(1, 0.0, 1.0, 20.0), 0.5);
+    // Bounds that three runs hold tell nothing; with several revolutions they do, where they are even.
+    assert_eq!(least(1, 0.2, 1.0, 3.0), 1.0);
+    assert!((least(9, 0.2, 2.0, 3.0) - least(1, 0.4, 1.0, 20.0)).abs() < 1e-12);
+    assert_eq!(least(9, 0.3, 1.9, 3.0), 1.0);
+    // The mean of both sides counts.
+    let requirement = Requirement { coverage: 0.999, runs: 41, block: 1, samples: 721, parameters: 2 };
+    let [heavy, light] = [0.5, 0.3].map(|heaviness| Tail { heaviness, unevenness: 1.0, holders: 9.0 });
+    assert!((requirement.least_level([&heavy, &light]) - least(1, 0.4, 1.0, 9.0)).abs() < 1e-12);
+}
+
+#[test]
+fn held_out_runs_are_aimed_at_less_than_what_is_asked() {
+    let aim = |runs, block, parameters| {
+        let requirement = Requirement { coverage: 0.99, runs, block, samples: 721, parameters };
+        (1.0 - requirement.lowered_aim()) / 0.01
+    };
+    for (found, expected) in [
+        (aim(81, 1, 2), 0.7),
+        (aim(321, 1, 2), 0.7),
+        (aim(41, 1, 2), 0.7 * 41.0 / 81.0),
+        (aim(9, 9, 2), 0.9 / 3.0),
+        (aim(41, 9, 2), 0.9),
+        (aim(41, 9, 8), 0.45),
+        (aim(81, 9, 1), 1.0),
+    ] {
+        assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+    }
+}
+
+/// The sum of two oscillations of random phase: within -1 and 1, and near them at any instant in some runs.
+fn bounded_run(random: &mut SplitMix64, samples: usize) -> Vec<f64> {
+    let phases = [6.3 * random.uniform(), 6.3 * random.uniform()];
+    let t = |at: usize| at as f64 / (samples - 1) as f64;
+    (0..samples)
+        .map(|at| 0.5 * (6.3 * t(at) + phases[0]).sin() + 0.5 * (19.0 * t(at) + phases[1]).sin())
+        .collect()
+}
+
+#[test]
+fn bands_of_bounded_motions_end_little_beyond_their_bounds() {
+    let (runs, samples, fresh, repetitions) = (81, 241, 100, 20);
+    let (mut inside, mut width, mut held_out) = (0, 0.0, 1.0_f64);
+    for repetition in 0..repetitions {
+        let mut random = SplitMix64::new(80 + repetition);
+        let values: Vec<f64> = (0..runs).flat_map(|_| bounded_run(&mut random, samples)).collect();
+        let points = random_points(2, 0, runs, repetition);
+        let table = Table::new(&points, 2, &values, samples);
+        let band = table.band(NONE, 0.999, Method::Calibrated, Some(1)).unwrap();
+        let range: f64 = band.upper.iter().zip(&band.lower).map(|(upper, lower)| upper - lower).sum();
+        width += 0.5 * range / (samples * repetitions as usize) as f64;
+        held_out = held_out.min(band.held_out.coverage);
+        for _ in 0..fresh {
+            let values = bounded_run(&mut random, samples);
+            let kept = |(at, value): &(usize, &f64)| (band.lower[*at]..=band.upper[*at]).contains(*value);
+            inside += values.iter().enumerate().filter(kept).count();
+        }
+    }
+    let share = inside as f64 / (repetitions as usize * fresh * samples) as f64;
+    // With other seeds 99.91 % in the mean of a hundred studies, which differ by 0.14 %, since two phases are all that a
+    // run contains. With the level of a usual tail 99.98 %, at 1.13 times the range.
+    assert!(share >= 0.9975 && held_out >= 0.999, "{share}, held out {held_out}");
+    assert!((1.0..1.11).contains(&width), "{width}");
+}
+
 /// Small oscillations, from which a tenth of the runs departs once to one side.
 fn run_with_rare_motion(random: &mut SplitMix64, samples: usize) -> Vec<f64> {
     let phase = 6.3 * random.uniform();

@@ -79,15 +79,61 @@ const FEW_HOLDERS: f64 = 3.0;
 const LARGEST_EXCESS_MARGIN: f64 = 8.0;
 const RARE_MARGIN: f64 = 9.0;
 
+/// Below this heaviness, mean of both sides, a tail is light: the level may be lowered in proportion to this power of
+/// it, down to a least one. Chosen in hindsight, for all studies of a mechanism, levels are 0.8 of the usual ones at
+/// a heaviness of 0.5, 0.65 at 0.44, 0.4 at 0.36 and at most 0.35 at 0.25.
+const LIGHT_HEAVINESS: f64 = 0.57;
+const LIGHT_POWER: f64 = 1.5;
+/// The least level, relative to the usual one.
+pub const LEAST_LEVEL: f64 = 0.5;
+
+/// Numbers of runs that hold the bounds from which light tails count, and count entirely: fewer do not tell.
+const HOLDERS_OF_LIGHT: [f64; 2] = [3.0, 5.0];
+
+/// Share of what may be outside that held-out runs leave where the level is lowered: over time, and with several
+/// revolutions of each run, which tell more. It is reached with so many runs, or with as many divided by the square
+/// root of the number of revolutions.
+const LOWERED_TARGET: f64 = 0.7;
+const LOWERED_TARGET_OF_REVOLUTIONS: f64 = 0.9;
+const MANY_RUNS: f64 = 81.0;
+
 impl Requirement {
     /// Samples of held-out runs that may be outside at one side.
     fn allowed(&self) -> f64 {
         let rows = (self.runs * self.block) as f64;
+        let target = ((rows * TARGET_PER_RUN).min(LARGEST_TARGET) * self.evenness()).min(1.0);
+        0.5 * target * (1.0 - self.coverage) * rows * self.samples as f64
+    }
+
+    fn evenness(&self) -> f64 {
         let parameters = REFERENCE_PARAMETERS / self.parameters as f64;
         let power = if parameters < 1.0 { (FEW_RUNS / self.runs as f64).sqrt().min(1.0) } else { 1.0 };
-        let evenness = parameters.powf(0.5 * power);
-        let target = ((rows * TARGET_PER_RUN).min(LARGEST_TARGET) * evenness).min(1.0);
-        0.5 * target * (1.0 - self.coverage) * rows * self.samples as f64
+        parameters.powf(0.5 * power)
+    }
+
+    /// How far the level may be lowered where tails are light, from [`LEAST_LEVEL`] to 1.
+    ///
+    /// Few runs with several revolutions tell of light tails too, but not where the spread is uneven in time.
+    pub fn least_level(&self, tails: [&Tail; 2]) -> f64 {
+        let [begin, end] = HOLDERS_OF_LIGHT;
+        let measured = tails.map(|tail| {
+            if self.block > 1 {
+                (tail.heaviness * tail.unevenness.min(LARGEST_UNEVENNESS), 1.0)
+            } else {
+                (tail.heaviness, ((tail.holders / begin).ln() / (end / begin).ln()).clamp(0.0, 1.0))
+            }
+        });
+        let heaviness = 0.5 * (measured[0].0 + measured[1].0);
+        let weight = 0.5 * (measured[0].1 + measured[1].1);
+        (heaviness / LIGHT_HEAVINESS).min(1.0).powf(LIGHT_POWER * weight).max(LEAST_LEVEL)
+    }
+
+    /// Coverage of held-out runs down to which the level is lowered [-].
+    pub fn lowered_aim(&self) -> f64 {
+        let runs = self.runs as f64 * (self.block as f64).sqrt();
+        let target = if self.block > 1 { LOWERED_TARGET_OF_REVOLUTIONS } else { LOWERED_TARGET };
+        let target = target * (runs / MANY_RUNS).min(1.0) * self.evenness();
+        1.0 - target.min(1.0) * (1.0 - self.coverage)
     }
 }
 

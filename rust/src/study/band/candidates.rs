@@ -8,7 +8,7 @@
 
 use rayon::prelude::*;
 
-use super::calibrate::{Excess, HeldOut, Requirement, Tail, inflation};
+use super::calibrate::{Excess, HeldOut, LEAST_LEVEL, Requirement, Tail, inflation};
 use super::extremes::{Bound, GrowingWindow, NEVER_LEFT_OUT, TopTwo, top_two};
 use super::running::{Ends, Window, running_mean};
 
@@ -35,6 +35,14 @@ const SPREAD_WINDOW: f64 = 1.0 / 18.0;
 /// at equal coverage where windows matter little, and the coverage of the quick return and of the pendulum is
 /// smaller by 0.05 %.
 const AVERAGED_WIDTHS: f64 = 1.25;
+
+/// What is left of the excess of [`AVERAGED_WIDTHS`] over 1 where tails are so light that the level may fall as far as it
+/// ever may; with several revolutions of a run it is divided by the square root of their number. Windows matter more
+/// there than chance.
+const LIGHT_EXCESS: f64 = 0.15;
+
+/// Halvings of the interval in which the level of light tails is sought: to half a percent of the usual one.
+const LEVEL_HALVINGS: usize = 7;
 
 /// If a run reaches a physical limit at some instant, bounds that end near the limit are moved to it: contact that
 /// is lost at some instants may be lost at others. Near is this number of local spreads over the number of runs. It
@@ -111,7 +119,15 @@ struct Candidate {
     window: f64,
     /// Local spreads by which each side is widened.
     inflation: [f64; 2],
-    width: f64,
+}
+
+/// How bands are made of candidates.
+#[derive(Clone, Copy)]
+struct Choice {
+    /// What the inflation of every candidate is multiplied by.
+    level: f64,
+    /// Candidates up to this many times as wide as the narrowest are averaged with it.
+    widths: f64,
 }
 
 /// The calibrated band of the runs.
@@ -137,7 +153,34 @@ pub fn calibrated(runs: &Runs<'_>, requirement: &Requirement) -> Calibrated {
         Candidate::new(shapes, &sides, window, requirement)
     };
     let candidates: Vec<Candidate> = kinds.par_iter().map(candidate).collect();
-    averaged(&candidates, &sides, runs, requirement)
+    let band = |choice| averaged(&candidates, &sides, runs, requirement, choice);
+    chosen_band(band, requirement, [&sides[0].tail, &sides[1].tail])
+}
+
+/// The band; where tails are light, the one of the lowest level allowed at which held-out runs leave no more outside than
+/// is aimed at. The mean excess is drawn toward a usual one, which is too large there.
+fn chosen_band(
+    band: impl Fn(Choice) -> Calibrated,
+    requirement: &Requirement,
+    tails: [&Tail; 2],
+) -> Calibrated {
+    let (least, aim) = (requirement.least_level(tails), requirement.lowered_aim());
+    let light = 1.0 + LIGHT_EXCESS / (requirement.block as f64).sqrt();
+    let widths = light + (AVERAGED_WIDTHS - light) * (least - LEAST_LEVEL) / (1.0 - LEAST_LEVEL);
+    let mut found = band(Choice { level: 1.0, widths });
+    let (mut low, mut high) = (least, 1.0);
+    if least < 1.0 && found.held_out.coverage >= aim {
+        for _ in 0..LEVEL_HALVINGS {
+            let level = 0.5 * (low + high);
+            let lowered = band(Choice { level, widths });
+            if lowered.held_out.coverage >= aim {
+                (found, high) = (lowered, level);
+            } else {
+                low = level;
+            }
+        }
+    }
+    found
 }
 
 /// Steps from one sample that a window uses to the next: a power of two, so that windows use the same samples
@@ -254,18 +297,22 @@ impl Candidate {
             inflation(&excesses, requirement, &sides[side].tail)
         };
         let inflation = [level(0), level(1)];
-        let mut candidate = Self { shapes, window, inflation, width: 0.0 };
-        for (side, of) in sides.iter().enumerate() {
-            candidate.width += candidate.widened(side, of).iter().sum::<f64>();
-        }
-        candidate
+        Self { shapes, window, inflation }
+    }
+
+    /// The bounds of both sides, and the sum of their distances.
+    fn widened(&self, sides: &[Side<'_>; 2], level: f64) -> ([Vec<f64>; 2], f64) {
+        let bounds = [0, 1].map(|side| self.widened_side(side, &sides[side], level));
+        let width = bounds.iter().fold(0.0, |sum, bound| sum + bound.iter().sum::<f64>());
+        (bounds, width)
     }
 
     /// The bound of a side, widened; at the physical limit where it would end beyond or near it.
-    fn widened(&self, side: usize, of: &Side<'_>) -> Vec<f64> {
+    fn widened_side(&self, side: usize, of: &Side<'_>, level: f64) -> Vec<f64> {
+        let inflation = level * self.inflation[side];
         (0..of.hull.len())
             .map(|at| {
-                let wide = self.shapes[side].bound[at] + self.inflation[side] * of.spread[at];
+                let wide = self.shapes[side].bound[at] + inflation * of.spread[at];
                 if of.limit - wide < of.near * of.spread[at] {
                     return of.limit.max(of.hull[at]);
                 }
@@ -281,22 +328,30 @@ fn averaged(
     sides: &[Side<'_>; 2],
     runs: &Runs<'_>,
     requirement: &Requirement,
+    choice: Choice,
 ) -> Calibrated {
-    let narrowest = candidates.iter().map(|candidate| candidate.width).fold(f64::INFINITY, f64::min);
-    let chosen: Vec<&Candidate> =
-        candidates.iter().filter(|candidate| candidate.width <= AVERAGED_WIDTHS * narrowest).collect();
+    let widened: Vec<([Vec<f64>; 2], f64)> =
+        candidates.par_iter().map(|candidate| candidate.widened(sides, choice.level)).collect();
+    let narrowest = widened.iter().map(|(_, width)| *width).fold(f64::INFINITY, f64::min);
+    let chosen: Vec<(&Candidate, &[Vec<f64>; 2])> = candidates
+        .iter()
+        .zip(&widened)
+        .filter(|(_, (_, width))| *width <= choice.widths * narrowest)
+        .map(|(candidate, (bounds, _))| (candidate, bounds))
+        .collect();
     let share = 1.0 / chosen.len() as f64;
     let mut bounds = [vec![0.0; runs.samples], vec![0.0; runs.samples]];
-    let inflation =
-        [0, 1].map(|side| chosen.iter().map(|candidate| candidate.inflation[side]).sum::<f64>() * share);
+    let inflation = [0, 1].map(|side| {
+        choice.level * chosen.iter().map(|(candidate, _)| candidate.inflation[side]).sum::<f64>() * share
+    });
     let mut excesses = Vec::new();
     for (side, of) in sides.iter().enumerate() {
         // How far the rows of the largest run are outside of the mean of the bounds that were made without it. Where
         // the run is inside a candidate before that is widened, its (negative) distance is not known, and 0 is added:
         // the sum can only be too large.
         let mut outside = vec![-inflation[side]; runs.samples * runs.block];
-        for candidate in &chosen {
-            for (bound, wide) in bounds[side].iter_mut().zip(candidate.widened(side, of)) {
+        for (candidate, widened) in &chosen {
+            for (bound, wide) in bounds[side].iter_mut().zip(&widened[side]) {
                 *bound += share * wide;
             }
             for (at, excess) in &candidate.shapes[side].excesses {
@@ -319,7 +374,7 @@ fn averaged(
     Calibrated {
         lower: upside_down(opposite),
         upper,
-        window: chosen.iter().map(|candidate| candidate.window).sum::<f64>()
+        window: chosen.iter().map(|(candidate, _)| candidate.window).sum::<f64>()
             * share
             * stride(runs.samples) as f64,
         inflation: 0.5 * (inflation[0] + inflation[1]),
