@@ -487,4 +487,6 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
                 failures=tuple(map(FailedRun.from_dict, facts.get("failures", ()))),
                 units=facts.get("units"),
             )
+            if not found.bands and found.features is None:
+                raise ValueError("it has neither outputs nor features")
             return records.sound(found)

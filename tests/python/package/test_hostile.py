@@ -53,6 +53,7 @@ def saved(tmp_path_factory):
         ("seconds", {"not_finite": [3.0]}),
         ("members", [None, "t"]),
         ("members", 7),
+        ("outputs", []),
     ],
 )
 def test_facts_that_say_something_else_with_checksums_that_fit_are_refused(tmp_path, saved, name, value):

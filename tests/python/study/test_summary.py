@@ -161,5 +161,5 @@ def test_quantiles_say_where_a_normal_distribution_ends():
     # x = a t - b: at t = 1 the 5 % point at the largest b and the 95 % point at the smallest.
     assert likely.lower[-1] == pytest.approx(1.0 - 1.645 * 0.05 - 2.2, abs=2e-3)
     assert likely.upper[-1] == pytest.approx(1.0 + 1.645 * 0.05 - 1.8, abs=2e-3)
-    with pytest.raises(TypeError, match=r"random must map names to distributions, as Study\.random does"):
+    with pytest.raises(TypeError, match=r"random must map names of parameters to normal"):
         result["x"].quantiles([0.05, 0.95])

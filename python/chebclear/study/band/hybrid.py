@@ -163,7 +163,8 @@ def quantile_bounds(
     checks = Checks()
     if not isinstance(random, Mapping) or not random:
         checks.add(
-            f"random must map names to distributions, as Study.random does, got {random!r}", wrong_type=True
+            f"random must map names of parameters to normal(...) or uniform(...), got {random!r}",
+            wrong_type=True,
         )
         checks.finish()
     for name, given in random.items():
