@@ -21,7 +21,7 @@ from .labels import (
     typeset,
     with_unit,
 )
-from .subjects import EffectsLike, FeatureLike, RankingLike, require
+from .subjects import EffectsLike, FeatureLike, RankingLike, offers, require
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -189,7 +189,7 @@ def plot_shares(
     >>> ax = cc.plot_shares(study.sample(20).ranking("mean force"))
     """
     found: Any = getattr(effects, "effects", effects)
-    if not isinstance(found, EffectsLike):
+    if not offers(found, EffectsLike):
         require("effects", found, RankingLike)
     main = found.main if hasattr(found, "main") else {row.parameter: row.share for row in found.rows}
     rows = sorted(

@@ -12,7 +12,7 @@ from ..errors import ArgumentError
 from ..scene.columns import column_unit, column_words
 from .axes import abscissa_of, new_axes
 from .labels import add_color_bar, set_labels
-from .subjects import RunLike, require_name
+from .subjects import RunLike, offers, require_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -170,7 +170,7 @@ def plot_spectrogram(
 
 def _signal(run: Any, column: Any) -> tuple[Array, Array]:
     """Instants and values of what `plot_spectrogram` was given."""
-    if isinstance(column, str) and isinstance(run, RunLike):
+    if isinstance(column, str) and offers(run, RunLike):
         require_name("column", column, run)
         return run.t, run[column]
     t, signal = np.asarray(run), np.asarray(column)

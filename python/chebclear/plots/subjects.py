@@ -6,7 +6,8 @@ Results offer plots as methods, so plots may not import results: they say here w
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Protocol, runtime_checkable
+from inspect import getattr_static
+from typing import Any, Generic, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +19,6 @@ from ..scene.scene import Scene
 Array = NDArray[np.float64]
 
 
-@runtime_checkable
 class RunLike(Protocol):
     """A `Trajectory`."""
 
@@ -53,7 +53,6 @@ class ContactTableLike(Protocol):
     def peak_force(self) -> Array: ...
 
 
-@runtime_checkable
 class ContactsLike(Protocol):
     """A `Trajectory`, asked for its contacts."""
 
@@ -67,7 +66,6 @@ class ContactsLike(Protocol):
     def contacts(self) -> ContactTableLike: ...
 
 
-@runtime_checkable
 class ZonesLike(Protocol):
     """`RestraintZones`."""
 
@@ -75,7 +73,6 @@ class ZonesLike(Protocol):
     def spans(self) -> Sequence[tuple[float, float]]: ...
 
 
-@runtime_checkable
 class BandLike(Protocol):
     """A `Band`."""
 
@@ -105,7 +102,6 @@ class BandLike(Protocol):
     def sensitivity(self, parameter: str, *, normalized: bool = False) -> Array: ...
 
 
-@runtime_checkable
 class CostsLike(Protocol):
     """A `Tradeoff`."""
 
@@ -124,7 +120,6 @@ class CostsLike(Protocol):
     def error(self, point: Any, output: str, until: float | None = None) -> float: ...
 
 
-@runtime_checkable
 class BoundCostsLike(Protocol):
     """A `StudyTradeoff`."""
 
@@ -134,7 +129,6 @@ class BoundCostsLike(Protocol):
     def outputs(self) -> tuple[str, ...]: ...
 
 
-@runtime_checkable
 class PolynomialBandLike(BandLike, Protocol):
     """A `Band`, asked for its polynomial and runs."""
 
@@ -148,7 +142,6 @@ class PolynomialBandLike(BandLike, Protocol):
     def evaluate(self, **values: ArrayLike) -> Array: ...
 
 
-@runtime_checkable
 class EffectsLike(Protocol):
     """`Effects`."""
 
@@ -158,7 +151,6 @@ class EffectsLike(Protocol):
     def swings(self) -> Mapping[str, Any]: ...
 
 
-@runtime_checkable
 class FeatureLike(Protocol):
     """A `FeatureResult`."""
 
@@ -170,7 +162,6 @@ class FeatureLike(Protocol):
     def effects(self) -> Any: ...
 
 
-@runtime_checkable
 class RankingLike(Protocol):
     """A `Ranking`."""
 
@@ -184,7 +175,6 @@ class RankingLike(Protocol):
     def scatter(self) -> Any: ...
 
 
-@runtime_checkable
 class BifurcationLike(Protocol):
     """A `Bifurcation`."""
 
@@ -213,6 +203,17 @@ _WORDS: dict[type, str] = {
 }
 
 
+def offers(value: object, kind: type) -> bool:
+    """Whether a value has what a protocol of this module names, without computing any of it.
+
+    ``isinstance`` reads every property up to Python 3.11, and some are refused or expensive.
+    """
+    missing = object()
+    declared = [base for base in kind.__mro__ if base not in (Protocol, Generic, object)]
+    names = {name for base in declared for name in (*vars(base), *base.__annotations__)}
+    return all(getattr_static(value, name, missing) is not missing for name in names if name[0] != "_")
+
+
 def require(argument: str, value: object, kind: type) -> None:
     """Refuse what a plot cannot draw.
 
@@ -230,7 +231,7 @@ def require(argument: str, value: object, kind: type) -> None:
     TypeError
         If it is something else; the message says what is accepted.
     """
-    if not isinstance(value, kind):
+    if not offers(value, kind):
         raise TypeError(f"{argument} must be {_WORDS[kind]}; got {type(value).__name__}")
 
 

@@ -19,7 +19,7 @@ from ...scene.columns import plain_words
 from ...scene.scene import ClearanceRevolute, Gravity, Scene
 from ..axes import new_axes
 from ..labels import size_of, typeset
-from ..subjects import RunLike
+from ..subjects import RunLike, offers
 from .pen import Pen, strokes_of
 from .plane import along_body, around
 from .pose import Pose, simulated_poses
@@ -95,7 +95,7 @@ def plot_scene(
     """
     checks = Checks()
     checks.real("exaggerate", exaggerate, "-", above=0.0)
-    if not isinstance(scene, Scene | RunLike):
+    if not isinstance(scene, Scene) and not offers(scene, RunLike):
         checks.add(f"scene must be a Scene or a run of one, got {scene!r}", wrong_type=True)
         checks.finish()
     if isinstance(scene, Scene):
