@@ -56,9 +56,13 @@ impl DenseStep {
             1 => self.at_of::<2>(theta, q, v),
             2 => self.at_of::<4>(theta, q, v),
             d => {
-                for (k, y) in q.iter_mut().chain(v).enumerate() {
-                    let rows = self.rows.rchunks_exact(2 * d);
-                    *y = self.between(theta, k, rows.fold(0.0, |sum, row| sum * theta + row[k]));
+                // Positions and velocities in one pass over the rows.
+                for (k, (q, v)) in q.iter_mut().zip(v).enumerate() {
+                    let sums = self
+                        .rows
+                        .rchunks_exact(2 * d)
+                        .fold([0.0; 2], |sums, row| [sums[0] * theta + row[k], sums[1] * theta + row[d + k]]);
+                    (*q, *v) = (self.between(theta, k, sums[0]), self.between(theta, d + k, sums[1]));
                 }
             }
         }
