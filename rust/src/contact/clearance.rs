@@ -174,7 +174,7 @@ impl ClearanceLaw {
     }
 
     /// The state without friction, and the rate of the normal force [N/s] for a relative acceleration [m/s²].
-    #[inline]
+    #[inline(always)]
     pub fn state_with_rate(
         &self,
         motion: &RelativeMotion<f64>,

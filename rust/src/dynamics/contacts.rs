@@ -51,7 +51,7 @@ impl Dynamics<'_> {
     }
 
     /// Relative motion in a clearance joint after [`Dynamics::move_to`].
-    #[inline]
+    #[inline(always)]
     pub fn joint_motion(&self, joint: &ClearanceJoint) -> JointMotion {
         let [journal, bearing] = self.joint_ends(joint);
         JointMotion {

@@ -173,7 +173,7 @@ impl Stepper for Auto {
             (false, _) => settled,
             (true, true) => Settled { switched: true, ..Settled::UNLIMITED },
             // The first step of the Adams method is stable at the present length and not far beyond.
-            (true, false) => Settled { largest_growth: 1.0, switched: true, order_error: None },
+            (true, false) => Settled { largest_growth: 1.0, switched: true, possible_growth: None },
         }
     }
 }

@@ -365,30 +365,44 @@ impl Run<'_> {
 
     /// Length of the next step, after an accepted one of length `h` with `error`.
     fn next_step(&mut self, h: f64, error: f64, settled: &Settled) -> f64 {
-        let error = (error * settled.order_error.unwrap_or(1.0)).max(LEAST_ERROR);
-        let mut factor = self.factor(error);
-        if settled.order_error.is_some() {
-            // A multistep method keeps the length of its steps unless they may grow clearly: differences at
-            // equal distances tell the error best.
-            factor = (factor * MULTISTEP_SAFETY).min(settled.largest_growth.max(1.0));
-            if factor > 1.0 && factor < LEAST_GROWTH {
-                factor = 1.0;
-            }
-        } else if self.steps_since_restart > UNPREDICTED_STEPS && self.last_step > 0.0 && error > LEAST_ERROR
-        {
-            // Gustafsson: the error is taken to change as it did over the last step.
-            let exponent = 1.0 / (self.method.step().embedded_order as f64 + 1.0);
-            let trend = h / self.last_step * power(self.last_error / error, exponent);
-            factor = factor.min((factor * trend).max(SMALLEST_FACTOR));
-        }
-        if self.was_rejected {
-            factor = factor.min(1.0);
-        }
+        let error = error.max(LEAST_ERROR);
         // At least 1: only the error estimate shortens a step.
-        factor = factor.min(settled.largest_growth.max(1.0));
-        self.last_step = h;
-        self.last_error = error;
-        h * factor
+        let largest_growth = settled.largest_growth.max(1.0);
+        let factor = match settled.possible_growth {
+            Some(growth) => {
+                let factor = (MULTISTEP_SAFETY * SAFETY * self.refined(growth, error)).min(largest_growth);
+                // A multistep method keeps the length of its steps unless they may grow clearly: differences at
+                // equal distances tell the error best.
+                if factor > 1.0 && factor < LEAST_GROWTH { 1.0 } else { factor.max(SMALLEST_FACTOR) }
+            }
+            None => self.predicted_factor(h, error).min(largest_growth),
+        };
+        (self.last_step, self.last_error) = (h, error);
+        h * if self.was_rejected { factor.min(1.0) } else { factor }
+    }
+
+    /// Growth of a step within its tolerance, from that without the refinement of the velocities in the `error` of
+    /// the last one.
+    fn refined(&mut self, growth: f64, error: f64) -> f64 {
+        // As a rule.
+        if self.velocity_refinement == 1.0 {
+            return growth;
+        }
+        let [position, velocity] = self.errors.unwrap_or([error; 2]);
+        let refinement = error / position.max(velocity).max(LEAST_ERROR);
+        growth * power(refinement, -1.0 / (self.method.step().embedded_order as f64 + 1.0))
+    }
+
+    /// Factor for the length of the next step of a one-step method, from the errors of the last two.
+    fn predicted_factor(&mut self, h: f64, error: f64) -> f64 {
+        let factor = self.factor(error);
+        if self.steps_since_restart <= UNPREDICTED_STEPS || self.last_step <= 0.0 || error <= LEAST_ERROR {
+            return factor;
+        }
+        // Gustafsson: the error is taken to change as it did over the last step.
+        let exponent = 1.0 / (self.method.step().embedded_order as f64 + 1.0);
+        let trend = h / self.last_step * power(self.last_error / error, exponent);
+        factor.min((factor * trend).max(SMALLEST_FACTOR))
     }
 }
 

@@ -1,10 +1,19 @@
-//! A step with its error estimate and the polynomial through it, in the form that all methods share.
-//!
-//! ```text
-//! y(t + θh) = (1-θ) y₀ + θ (y₁ + (1-θ) (K₁ + θ K₂ + θ² K₃ + ...))
-//! ```
+//! A step with its error estimate and the polynomial through it.
 
+use crate::integrators::adams::coefficients::{Alphas, integrals_to};
 use crate::numerics::instant::Instant;
+
+/// Form of the polynomial through a step.
+#[derive(Clone, Debug, Default)]
+pub(super) enum Form {
+    /// Of one-step methods: `y(t + θh) = (1-θ) y₀ + θ (y₁ + (1-θ) (K₁ + θ K₂ + θ² K₃ + ...))`; a row K_r holds
+    /// (q, v).
+    #[default]
+    Powers,
+    /// Of the Adams method: accelerations `Σ c_i(θ) D_i`, whose integrals are velocities and positions; a row D_i
+    /// holds accelerations. A step has few samples, and to find the powers of θ costs as much as four.
+    Differences(Alphas),
+}
 
 /// A step from `t` to `t + h`, its error estimate and its dense output.
 #[derive(Clone, Debug, Default)]
@@ -28,8 +37,9 @@ pub struct DenseStep {
     pub is_explicit: bool,
     /// Whether it is short against every oscillation of the motion, so that its ends tell what happens inside.
     pub is_short: bool,
-    /// Rows K_r of the dense output, (q, v) each.
+    /// Rows of the dense output, and what they are.
     pub(super) rows: Vec<f64>,
+    pub(super) form: Form,
 }
 
 impl DenseStep {
@@ -46,16 +56,19 @@ impl DenseStep {
             is_explicit,
             is_short: false,
             rows: vec![0.0; rows * n],
+            form: Form::Powers,
         }
     }
 
     /// State at `t + theta h`, theta in [0, 1], written to `q` and `v`.
     pub fn at(&self, theta: f64, q: &mut [f64], v: &mut [f64]) {
         // The compiler keeps the sums in registers where it knows their number.
-        match q.len() {
-            1 => self.at_of::<2>(theta, q, v),
-            2 => self.at_of::<4>(theta, q, v),
-            d => {
+        match (&self.form, q.len()) {
+            (Form::Differences(alpha), 2) => self.integrate_to::<2>(alpha, theta, q, v),
+            (Form::Differences(alpha), _) => self.integrate_to::<1>(alpha, theta, q, v),
+            (Form::Powers, 1) => self.at_of::<2>(theta, q, v),
+            (Form::Powers, 2) => self.at_of::<4>(theta, q, v),
+            (Form::Powers, d) => {
                 // Positions and velocities in one pass over the rows.
                 for (k, (q, v)) in q.iter_mut().zip(v).enumerate() {
                     let sums = self
@@ -64,6 +77,29 @@ impl DenseStep {
                         .fold([0.0; 2], |sums, row| [sums[0] * theta + row[k], sums[1] * theta + row[d + k]]);
                     (*q, *v) = (self.between(theta, k, sums[0]), self.between(theta, d + k, sums[1]));
                 }
+            }
+        }
+    }
+
+    /// The state from the integrals of the accelerations, as many components at a time as LANES says.
+    #[inline(always)]
+    fn integrate_to<const LANES: usize>(&self, alpha: &Alphas, theta: f64, q: &mut [f64], v: &mut [f64]) {
+        let d = q.len();
+        let (h, part) = (self.h, theta * self.h);
+        let (q_start, v_start) = self.start.split_at(d);
+        let [once, twice] = integrals_to(alpha, (self.rows.len() / d.max(1)).saturating_sub(1), theta);
+        for first in (0..d).step_by(LANES) {
+            let (mut velocities, mut positions) = ([0.0; LANES], [0.0; LANES]);
+            for (row, (once, twice)) in self.rows.chunks_exact(d).zip(once.iter().zip(&twice)) {
+                for lane in 0..LANES {
+                    velocities[lane] += once * row[first + lane];
+                    positions[lane] += twice * row[first + lane];
+                }
+            }
+            for lane in 0..LANES {
+                let k = first + lane;
+                q[k] = q_start[k] + (part * v_start[k] + h * h * positions[lane]);
+                v[k] = v_start[k] + h * velocities[lane];
             }
         }
     }
@@ -86,7 +122,7 @@ impl DenseStep {
         rest * self.start[k] + theta * (self.end[k] + rest * sum)
     }
 
-    /// Accelerations at `t + theta h`: the derivatives of its velocities.
+    /// Accelerations at `t + theta h` of a step in powers: the derivatives of its velocities.
     pub(super) fn rates(&self, theta: f64, a: &mut [f64]) {
         let n = self.start.len();
         let d = n / 2;

@@ -152,14 +152,15 @@ pub struct Settled {
     pub largest_growth: f64,
     /// Whether another method takes it.
     pub switched: bool,
-    /// Of a multistep method: error of a step of the same length at the order that it has chosen for the next
-    /// step, relative to the error of the last one.
-    pub order_error: Option<f64>,
+    /// Of a multistep method: ratio of the lengths that the error of the next step alone would allow, at the order
+    /// that the method has chosen for it and without [`HybridSystem::velocity_refinement`].
+    pub possible_growth: Option<f64>,
 }
 
 impl Settled {
     /// The same method takes the next step, which only its error limits.
-    pub const UNLIMITED: Self = Self { largest_growth: f64::INFINITY, switched: false, order_error: None };
+    pub const UNLIMITED: Self =
+        Self { largest_growth: f64::INFINITY, switched: false, possible_growth: None };
 }
 
 /// How a projection onto the constraints went.

@@ -1,7 +1,8 @@
 //! Stage vectors of a step, laid out in memory for fast weighted sums.
 
-/// Components that are summed together in one vector register.
-pub(super) const BLOCK: usize = 4;
+/// Components of a row that are summed together, unless said otherwise: two vector registers, whose sums do not wait
+/// for each other.
+const BLOCK: usize = 4;
 
 /// Weights of the first stages.
 #[derive(Clone, Copy, Debug)]
@@ -38,18 +39,18 @@ impl<'a> Weights<'a> {
 
 /// One row for each stage, padded to whole blocks.
 #[derive(Clone, Debug)]
-pub(super) struct Stages {
+pub(super) struct Stages<const LANES: usize = BLOCK> {
     n: usize,
     /// Blocks of a row, at least one.
     width: usize,
-    rows: Vec<[f64; BLOCK]>,
+    rows: Vec<[f64; LANES]>,
 }
 
-impl Stages {
+impl<const LANES: usize> Stages<LANES> {
     /// Zeros for `stages` stages of `n` components.
     pub(super) fn new(stages: usize, n: usize) -> Self {
-        let width = n.div_ceil(BLOCK).max(1);
-        Self { n, width, rows: vec![[0.0; BLOCK]; stages * width] }
+        let width = n.div_ceil(LANES).max(1);
+        Self { n, width, rows: vec![[0.0; LANES]; stages * width] }
     }
 
     /// The row of a stage.
@@ -72,14 +73,7 @@ impl Stages {
     /// A component of a stage.
     #[inline]
     pub(super) fn at(&self, stage: usize, component: usize) -> f64 {
-        self.rows[stage * self.width + component / BLOCK][component % BLOCK]
-    }
-
-    /// Components of a stage from the number `first` on, a multiple of the size of a block; zeros behind the last
-    /// one.
-    #[inline]
-    pub(super) fn block(&self, stage: usize, first: usize) -> [f64; BLOCK] {
-        self.rows[stage * self.width + first / BLOCK]
+        self.rows[stage * self.width + component / LANES][component % LANES]
     }
 
     /// Replaces every row up to the one behind the last weight: the first by the row `from`, each other one by
@@ -111,15 +105,16 @@ impl Stages {
         }
         // Two degrees of freedom, as in the paper: without a call and without loops over blocks.
         let (rows, _) = self.rows.as_chunks();
-        let ([sum], start) = (weighted_sum(rows, [[0.0; BLOCK]], weights), read(start, 0));
-        write(out, std::array::from_fn(|k| start[k] + h * sum[k]));
+        let [sum] = weighted_sum(rows, [[0.0; LANES]], weights);
+        let start: [f64; LANES] = read(start, 0);
+        write::<LANES>(out, std::array::from_fn(|k| start[k] + h * sum[k]));
     }
 
     #[inline(never)]
     fn advance_wide(&self, start: &[f64], h: f64, weights: Weights, out: &mut [f64]) {
-        let nothing = |_: usize| [0.0; BLOCK];
+        let nothing = |_: usize| [0.0; LANES];
         self.each_block([weights], nothing, out, |block, [sum]| {
-            let start = read(start, block);
+            let start: [f64; LANES] = read(start, block);
             std::array::from_fn(|k| start[k] + h * sum[k])
         });
     }
@@ -135,17 +130,15 @@ impl Stages {
     #[inline]
     pub(super) fn sum_blocks<const SUMS: usize>(
         &self,
-        weights: [&[f64]; SUMS],
-        mut take: impl FnMut(usize, [[f64; BLOCK]; SUMS]),
+        weights: &[[f64; SUMS]],
+        mut take: impl FnMut(usize, [[f64; LANES]; SUMS]),
     ) {
+        // Two degrees of freedom, as in the paper: without strides.
+        if self.width == 1 {
+            return take(0, sums(self.rows.iter(), weights));
+        }
         for block in 0..self.width {
-            let mut sums = [[0.0; BLOCK]; SUMS];
-            for (stage, row) in self.rows.chunks_exact(self.width).take(weights[0].len()).enumerate() {
-                for (sum, weights) in sums.iter_mut().zip(weights) {
-                    *sum = plus(*sum, weights[stage], &row[block]);
-                }
-            }
-            take(block * BLOCK, sums);
+            take(block * LANES, sums(self.rows[block..].iter().step_by(self.width), weights));
         }
     }
 
@@ -157,7 +150,7 @@ impl Stages {
         out: &mut [f64],
         finish: impl Fn([f64; SUMS]) -> f64,
     ) {
-        let nothing = |_: usize| [0.0; BLOCK];
+        let nothing = |_: usize| [0.0; LANES];
         self.each_block(weights, nothing, out, |_, sums| {
             std::array::from_fn(|k| finish(sums.map(|sum| sum[k])))
         });
@@ -168,9 +161,9 @@ impl Stages {
     fn each_block<const SUMS: usize>(
         &self,
         weights: [Weights; SUMS],
-        begin: impl Fn(usize) -> [f64; BLOCK],
+        begin: impl Fn(usize) -> [f64; LANES],
         out: &mut [f64],
-        finish: impl Fn(usize, [[f64; BLOCK]; SUMS]) -> [f64; BLOCK],
+        finish: impl Fn(usize, [[f64; LANES]; SUMS]) -> [f64; LANES],
     ) {
         // The compiler keeps the sums in registers where it knows their number.
         match self.width {
@@ -179,7 +172,7 @@ impl Stages {
             3 => self.each_block_of::<3, SUMS>(weights, begin, out, finish),
             4 => self.each_block_of::<4, SUMS>(weights, begin, out, finish),
             width => {
-                for (block, out) in out.chunks_mut(BLOCK).enumerate() {
+                for (block, out) in out.chunks_mut(LANES).enumerate() {
                     let rows = || self.rows.chunks_exact(width).map(|row| &row[block]);
                     let sums = weights.map(|Weights { first, gap, others }| {
                         let first = first.iter().zip(rows());
@@ -196,26 +189,37 @@ impl Stages {
     fn each_block_of<const WIDTH: usize, const SUMS: usize>(
         &self,
         weights: [Weights; SUMS],
-        begin: impl Fn(usize) -> [f64; BLOCK],
+        begin: impl Fn(usize) -> [f64; LANES],
         out: &mut [f64],
-        finish: impl Fn(usize, [[f64; BLOCK]; SUMS]) -> [f64; BLOCK],
+        finish: impl Fn(usize, [[f64; LANES]; SUMS]) -> [f64; LANES],
     ) {
         let (rows, _) = self.rows.as_chunks::<WIDTH>();
         let sums = weights.map(|weights| weighted_sum(rows, std::array::from_fn(&begin), weights));
-        for (block, out) in (0..WIDTH).zip(out.chunks_mut(BLOCK)) {
+        for (block, out) in (0..WIDTH).zip(out.chunks_mut(LANES)) {
             write(out, finish(block, sums.map(|sum| sum[block])));
         }
     }
 }
 
+/// Several sums of the same weighted blocks.
+#[inline(always)]
+fn sums<'a, const SUMS: usize, const LANES: usize>(
+    blocks: impl Iterator<Item = &'a [f64; LANES]>,
+    weights: &[[f64; SUMS]],
+) -> [[f64; LANES]; SUMS] {
+    blocks.zip(weights).fold([[0.0; LANES]; SUMS], |sums, (block, weights)| {
+        std::array::from_fn(|k| plus(sums[k], weights[k], block))
+    })
+}
+
 /// The sum of weighted rows.
 #[inline(always)]
-fn weighted_sum<const WIDTH: usize>(
-    rows: &[[[f64; BLOCK]; WIDTH]],
-    begin: [[f64; BLOCK]; WIDTH],
+fn weighted_sum<const WIDTH: usize, const LANES: usize>(
+    rows: &[[[f64; LANES]; WIDTH]],
+    begin: [[f64; LANES]; WIDTH],
     weights: Weights,
-) -> [[f64; BLOCK]; WIDTH] {
-    let plus = |sum: [[f64; BLOCK]; WIDTH], weight: f64, row: &[[f64; BLOCK]; WIDTH]| {
+) -> [[f64; LANES]; WIDTH] {
+    let plus = |sum: [[f64; LANES]; WIDTH], weight: f64, row: &[[f64; LANES]; WIDTH]| {
         std::array::from_fn(|block| plus(sum[block], weight, &row[block]))
     };
     let (Some(first), Some((row, rows))) = (weights.first, rows.split_first()) else { return begin };
@@ -225,14 +229,14 @@ fn weighted_sum<const WIDTH: usize>(
 
 /// `sum + weight block`.
 #[inline(always)]
-fn plus(sum: [f64; BLOCK], weight: f64, block: &[f64; BLOCK]) -> [f64; BLOCK] {
+fn plus<const LANES: usize>(sum: [f64; LANES], weight: f64, block: &[f64; LANES]) -> [f64; LANES] {
     std::array::from_fn(|k| sum[k] + weight * block[k])
 }
 
 /// A block of components, filled up with zeros.
 #[inline(always)]
-fn read(components: &[f64], block: usize) -> [f64; BLOCK] {
-    let rest = components.get(block * BLOCK..).unwrap_or_default();
+fn read<const LANES: usize>(components: &[f64], block: usize) -> [f64; LANES] {
+    let rest = components.get(block * LANES..).unwrap_or_default();
     match rest.first_chunk() {
         Some(block) => *block,
         None => std::array::from_fn(|k| rest.get(k).copied().unwrap_or(0.0)),
@@ -241,7 +245,7 @@ fn read(components: &[f64], block: usize) -> [f64; BLOCK] {
 
 /// Writes as many components of a block as there are.
 #[inline(always)]
-fn write(out: &mut [f64], block: [f64; BLOCK]) {
+fn write<const LANES: usize>(out: &mut [f64], block: [f64; LANES]) {
     match out.first_chunk_mut() {
         Some(out) => *out = block,
         None => out.iter_mut().zip(block).for_each(|(out, component)| *out = component),
@@ -254,7 +258,7 @@ mod tests {
 
     /// Stages of `n` components that hold small integers, whose sums are exact.
     fn stages(n: usize) -> Stages {
-        let mut stages = Stages::new(6, n);
+        let mut stages = <Stages>::new(6, n);
         for stage in 0..6 {
             for (k, value) in stages.row_mut(stage).iter_mut().enumerate() {
                 *value = (7 * stage + 3 * k) as f64;
@@ -286,7 +290,7 @@ mod tests {
     #[test]
     fn no_weights_read_no_stage() {
         for n in [4, 8, 12, 16, 20] {
-            let mut stages = Stages::new(2, n);
+            let mut stages = <Stages>::new(2, n);
             stages.row_mut(0).fill(f64::NAN);
             let mut out = vec![f64::NAN; n];
             stages.add(&vec![1.0; n], &[], &mut out);

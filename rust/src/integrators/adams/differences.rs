@@ -11,36 +11,50 @@
 //! All coefficients belong to the instants alone and are shared by all components. The single and the double
 //! integral of the polynomial give velocities and positions.
 
-use crate::integrators::stages::{BLOCK, Stages};
+use super::coefficients::{Alphas, Integrals, KEPT, RECIPROCALS, REGULAR, integrals_over_step};
+use crate::integrators::stages::Stages;
 
-/// Largest order of the predictor.
-pub(super) const MOST: usize = 12;
-/// Accelerations kept: one more than the predictor uses, for the error of the next order.
-pub(super) const KEPT: usize = MOST + 1;
+/// Components that are summed together: one vector register, which two coordinates fill.
+const LANES: usize = 2;
+
 /// Lengths of steps are equal if they differ by so many roundings of the time: the steps end on rounded
 /// instants.
 const ROUNDINGS: f64 = 4.0;
+
+/// The weights at equal steps.
+const REGULAR_WEIGHTS: [[f64; 3]; KEPT] = {
+    let mut weights = [[1.0; 3]; KEPT];
+    let mut i = 0;
+    while i < KEPT {
+        weights[i] = [REGULAR[1][i], REGULAR[0][i], 1.0];
+        i += 1;
+    }
+    weights
+};
 
 /// The differences, and the coefficients of the step that was last prepared.
 #[derive(Clone, Debug)]
 pub(super) struct Differences {
     d: usize,
     /// φ_1 (the present accelerations), φ_2, ...
-    rows: Stages,
+    rows: Stages<LANES>,
     /// Number of instants they know.
     count: usize,
     /// ψ_0 = 0, ψ_1, ...: time from the present instant back to each one [s].
     back: [f64; KEPT],
     /// Length of the prepared step [s].
     h: f64,
-    /// α_1, ..., α_{count}, and one place that none takes.
-    alpha: [f64; KEPT + 1],
+    /// α_1, ..., α_{count}.
+    alpha: Alphas,
     /// β_1, ..., β_{count}: their products with the differences continue these over the step.
     beta: [f64; KEPT],
+    /// Products of 1 α_1, 2 α_2, ...
+    at_equal_steps: [f64; KEPT + 1],
     /// Single and double integral of every c_i over the step, in h and h².
-    integrals: [[f64; KEPT]; 2],
-    /// Products of these with β.
-    weights: [[f64; KEPT]; 2],
+    integrals: Integrals,
+    /// Weights of the differences in the changes of position and velocity, in h² and h, and in the accelerations at
+    /// the end: β times double and single integral, and β.
+    weights: [[f64; 3]; KEPT],
     /// Number of last distances between the instants that are equal, and their length [s].
     equal: usize,
     length: f64,
@@ -50,8 +64,6 @@ pub(super) struct Differences {
     regular: bool,
     /// Whether the coefficients are those of equal steps.
     constant: bool,
-    /// Coefficients of powers of the prepared step, where it is not regular.
-    powers: Powers,
 }
 
 impl Differences {
@@ -65,14 +77,14 @@ impl Differences {
             h: 0.0,
             alpha: [1.0; KEPT + 1],
             beta: [1.0; KEPT],
+            at_equal_steps: [1.0; KEPT + 1],
             integrals: REGULAR,
-            weights: REGULAR,
+            weights: REGULAR_WEIGHTS,
             equal: 0,
             length: 0.0,
             slack: 0.0,
             regular: false,
             constant: false,
-            powers: [[0.0; KEPT]; KEPT],
         }
     }
 
@@ -110,31 +122,29 @@ impl Differences {
         self.regular = self.equal > order && (h - self.length).abs() <= self.slack;
         if self.regular {
             if !std::mem::replace(&mut self.constant, true) {
-                (self.alpha, self.beta) = (RECIPROCALS, [1.0; KEPT]);
-                (self.integrals, self.weights) = (REGULAR, REGULAR);
+                (self.alpha, self.beta, self.at_equal_steps) = (RECIPROCALS, [1.0; KEPT], [1.0; KEPT + 1]);
+                (self.integrals, self.weights) = (REGULAR, REGULAR_WEIGHTS);
             }
             return;
         }
         self.constant = false;
-        let mut product = 1.0;
-        for i in 0..self.count {
-            let ahead = h + self.back[i];
-            self.alpha[i] = h / ahead;
-            self.beta[i] = product;
-            if i + 1 < self.count {
-                product *= ahead / self.back[i + 1];
-            }
+        // The first of all these are 1.
+        let (mut ahead, mut product, mut number, mut at_equal_steps) = (h, 1.0, 1.0, 1.0);
+        let coefficients =
+            self.alpha[1..].iter_mut().zip(&mut self.beta[1..]).zip(&mut self.at_equal_steps[2..]);
+        for (((alpha, beta), at_equal), back) in coefficients.zip(&self.back[1..self.count]) {
+            product *= ahead / back;
+            ahead = h + back;
+            number += 1.0;
+            (*alpha, *beta) = (h / ahead, product);
+            at_equal_steps *= number * *alpha;
+            *at_equal = at_equal_steps;
         }
-        // Loops of fixed length are the faster ones, and low orders need few columns.
-        self.integrals = match order + 2 {
-            ..6 => integrals::<6>(&self.alpha, order),
-            6..11 => integrals::<10>(&self.alpha, order),
-            _ => integrals::<{ KEPT + 1 }>(&self.alpha, order),
-        };
-        for (weights, integrals) in self.weights.iter_mut().zip(&self.integrals) {
-            for ((weight, integral), beta) in weights.iter_mut().zip(integrals).zip(&self.beta) {
-                *weight = beta * integral;
-            }
+        self.integrals = integrals_over_step(&self.alpha, order);
+        let [once, twice] = &self.integrals;
+        let integrals = twice.iter().zip(once).zip(&self.beta);
+        for (weights, ((twice, once), beta)) in self.weights[..order].iter_mut().zip(integrals) {
+            *weights = [beta * twice, beta * once, *beta];
         }
     }
 
@@ -142,10 +152,8 @@ impl Differences {
     /// of its position besides that by its velocity, the change of its velocity, and its acceleration at the end.
     pub(super) fn extrapolate(&self, order: usize, mut take: impl FnMut(usize, [f64; 3])) {
         let (h, d) = (self.h, self.d);
-        let [once, twice] = &self.weights;
-        let weights = [&twice[..order], &once[..order], &self.beta[..order]];
-        self.rows.sum_blocks(weights, |first, [positions, velocities, accelerations]| {
-            for lane in 0..BLOCK.min(d - first) {
+        self.rows.sum_blocks(&self.weights[..order], |first, [positions, velocities, accelerations]| {
+            for lane in 0..LANES.min(d - first) {
                 take(first + lane, [h * h * positions[lane], h * velocities[lane], accelerations[lane]]);
             }
         });
@@ -162,27 +170,27 @@ impl Differences {
         self.beta[i] * self.rows.at(i, component)
     }
 
-    /// The same of as many components of a block as asked for, from the number `first` on.
-    pub(super) fn continued_block<const LANES: usize>(&self, i: usize, first: usize) -> [f64; LANES] {
-        let block = self.rows.block(i, first);
-        std::array::from_fn(|lane| self.beta[i] * block[lane])
-    }
-
-    /// φ_i of a component: the difference number i (from 0) at the present instant.
-    pub(super) fn row(&self, i: usize, component: usize) -> f64 {
-        self.rows.at(i, component)
-    }
-
-    /// Ratios of the differences up to the number `last` (from 0) at equal steps of the prepared length to those at
-    /// the end of the prepared step.
-    pub(super) fn at_equal_steps(&self, last: usize) -> [f64; KEPT] {
-        let mut ratios = [1.0; KEPT];
-        if !self.regular {
-            for (i, alpha) in self.alpha[..last].iter().enumerate() {
-                ratios[i + 1] = ratios[i] * ((i + 1) as f64 * alpha);
-            }
+    /// The same of all components.
+    pub(super) fn write_continued(&self, i: usize, out: &mut [f64]) {
+        for (out, component) in out.iter_mut().zip(self.rows.row(i)) {
+            *out = self.beta[i] * component;
         }
-        ratios
+    }
+
+    /// The α of the prepared step.
+    pub(super) fn alpha(&self) -> &Alphas {
+        &self.alpha
+    }
+
+    /// φ_i: the difference number i (from 0) at the present instant.
+    pub(super) fn row(&self, i: usize) -> &[f64] {
+        self.rows.row(i)
+    }
+
+    /// Ratio of the difference number i (from 0) at equal steps of the prepared length to that at the end of the
+    /// prepared step.
+    pub(super) fn at_equal_steps(&self, i: usize) -> f64 {
+        self.at_equal_steps[i]
     }
 
     /// Moves to the end of the prepared step, with the accelerations there.
@@ -206,85 +214,4 @@ impl Differences {
         self.rows.renew(&self.beta[..count - 1], KEPT);
         self.count = count;
     }
-
-    /// Computes [`Differences::powers`] up to an order.
-    pub(super) fn find_powers(&mut self, order: usize) {
-        if !self.regular {
-            write_powers(&mut self.powers, &self.alpha, order);
-        }
-    }
-
-    /// Coefficients of the powers of θ in c_1, ..., c_{order + 1} on the prepared step: a row of each; after
-    /// [`Differences::find_powers`].
-    pub(super) fn powers(&self) -> &Powers {
-        if self.regular { &REGULAR_POWERS } else { &self.powers }
-    }
 }
-
-/// Rows of coefficients of powers.
-pub(super) type Powers = [[f64; KEPT]; KEPT];
-
-/// Writes the coefficients of the powers of θ in c_1, ..., c_{order + 1}, a row of each, from the α.
-const fn write_powers(rows: &mut Powers, alpha: &[f64; KEPT + 1], order: usize) {
-    assert!(order <= MOST);
-    rows[0] = [0.0; KEPT];
-    rows[0][0] = 1.0;
-    let mut i = 1;
-    while i <= order {
-        // c_{i+1} = c_i (α_i θ + 1 - α_i)
-        let (last, linear) = (rows[i - 1], alpha[i - 1]);
-        let constant = 1.0 - linear;
-        rows[i][0] = constant * last[0];
-        let mut p = 1;
-        // All of the row: loops of fixed length are the faster ones.
-        while p < KEPT {
-            rows[i][p] = constant * last[p] + linear * last[p - 1];
-            p += 1;
-        }
-        i += 1;
-    }
-}
-
-/// Single and double integrals of c_1, ..., c_{order + 1} over the step, from the α.
-const fn integrals<const COLUMNS: usize>(alpha: &[f64; KEPT + 1], order: usize) -> [[f64; KEPT]; 2] {
-    assert!(order + 2 <= COLUMNS && COLUMNS <= KEPT + 1);
-    // Row i of the recursion g_{i+1,q} = g_{i,q} - α_i g_{i,q+1}, g_{1,q} = 1/q; columns q = 1 and 2 are the
-    // single and the double integral. The last column is not renewed, and what follows from it reaches these
-    // after the last row only.
-    let mut row = [0.0; COLUMNS];
-    row.copy_from_slice(RECIPROCALS.split_at(COLUMNS).0);
-    let mut integrals = [[0.0; KEPT]; 2];
-    (integrals[0][0], integrals[1][0]) = (row[0], row[1]);
-    let mut i = 1;
-    while i <= order {
-        let mut q = 0;
-        while q + 1 < COLUMNS {
-            row[q] -= alpha[i - 1] * row[q + 1];
-            q += 1;
-        }
-        (integrals[0][i], integrals[1][i]) = (row[0], row[1]);
-        i += 1;
-    }
-    integrals
-}
-
-/// 1, 1/2, 1/3, ...: at equal steps the α.
-pub(super) const RECIPROCALS: [f64; KEPT + 1] = {
-    let mut values = [0.0; KEPT + 1];
-    let mut i = 0;
-    while i <= KEPT {
-        values[i] = 1.0 / (i + 1) as f64;
-        i += 1;
-    }
-    values
-};
-
-/// The integrals at equal steps.
-const REGULAR: [[f64; KEPT]; 2] = integrals::<{ KEPT + 1 }>(&RECIPROCALS, MOST);
-
-/// The coefficients of the powers at equal steps.
-static REGULAR_POWERS: Powers = {
-    let mut rows = [[0.0; KEPT]; KEPT];
-    write_powers(&mut rows, &RECIPROCALS, MOST);
-    rows
-};

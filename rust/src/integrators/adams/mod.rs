@@ -8,15 +8,16 @@
 //! one in the corrected state. Its dense output costs none. After a change of phase the past is of no use; a
 //! step of a Runge-Kutta method then supplies the first differences.
 
+pub(super) mod coefficients;
 mod differences;
 mod start;
 
-use crate::integrators::dense::DenseStep;
-use crate::integrators::stages::BLOCK;
+use crate::integrators::dense::{DenseStep, Form};
 use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
 use crate::numerics::instant::Instant;
-use crate::numerics::logarithm::{binary_logarithm, power};
-use differences::{Differences, KEPT, MOST, RECIPROCALS};
+use crate::numerics::logarithm::{binary_logarithm, binary_power, power};
+use coefficients::{MOST, RECIPROCALS};
+use differences::Differences;
 use start::Start;
 
 /// Accelerations that the first step supplies, at equal distances in it: the order of the next one.
@@ -70,8 +71,8 @@ pub struct Adams {
     step: DenseStep,
     /// Largest error of the step relative to the tolerances.
     error: f64,
-    /// That of the next step, if it is as long.
-    next_error: f64,
+    /// Ratio of the length that the error of the next step alone would allow to that of the last one.
+    possible_growth: f64,
     /// Reciprocal tolerances of positions and velocities.
     weights: [Vec<f64>; 2],
     /// Error relative to the tolerances that a difference of accelerations tells of, per unit of it, for every
@@ -107,7 +108,7 @@ impl Adams {
             last: vec![0.0; d],
             step: DenseStep::new(2 * d, MOST + 1, STARTING, true),
             error: 0.0,
-            next_error: 0.0,
+            possible_growth: 1.0,
             weights: [vec![1.0; d], vec![1.0; d]],
             error_weights: vec![0.0; d],
             settled: None,
@@ -131,7 +132,7 @@ impl Adams {
 
     /// Factor by which the next step could be longer than the last one for its error alone.
     pub fn possible_growth(&self) -> f64 {
-        power(self.next_error, -1.0 / (self.order + 1) as f64)
+        self.possible_growth
     }
 
     /// Forgets the past: the next step starts anew.
@@ -161,9 +162,9 @@ impl Adams {
     }
 
     /// Largest error relative to the tolerances that differences of the components tell of.
-    fn error_of(&self, difference: impl Fn(usize) -> f64) -> f64 {
-        self.error_weights.iter().enumerate().fold(0.0, |largest, (k, weight)| {
-            let error = weight * difference(k).abs();
+    fn error_of(&self, differences: impl Iterator<Item = f64>) -> f64 {
+        self.error_weights.iter().zip(differences).fold(0.0, |largest, (weight, difference)| {
+            let error = weight * difference.abs();
             // A NaN must not get lost.
             if error > largest || error.is_nan() { error } else { largest }
         })
@@ -176,10 +177,12 @@ impl Adams {
         let order = self.order.min(self.differences.count());
         (self.order, self.taken_order) = (order, order);
         self.differences.prepare(self.t, h, order);
-        let (q_start, v_start) = self.step.start.split_at(d);
+        // Slices of the length d, so that the compiler knows that indices are inside.
+        let (q_start, v_start) = (&self.step.start[..d], &self.step.start[d..][..d]);
         let (q, rest) = self.predicted.split_at_mut(d);
         let (v, a) = rest.split_at_mut(d);
-        let last = &mut self.last;
+        let a = &mut a[..d];
+        let last = &mut self.last[..d];
         self.differences.extrapolate(order, |k, [of_position, of_velocity, acceleration]| {
             q[k] = q_start[k] + (h * v_start[k] + of_position);
             v[k] = v_start[k] + of_velocity;
@@ -190,18 +193,20 @@ impl Adams {
         }
         let [position, velocity] = self.differences.correction(order);
         let (q_end, v_end) = self.step.end.split_at_mut(d);
+        let v_end = &mut v_end[..d];
         for k in 0..d {
-            let difference = a[k] - self.last[k];
-            self.last[k] = difference;
+            let difference = a[k] - last[k];
+            last[k] = difference;
             q_end[k] = q[k] + position * difference;
             v_end[k] = v[k] + velocity * difference;
         }
         let factors = self.error_factors();
         self.weigh_errors(factors);
-        self.error = self.error_of(|k| self.last[k]);
+        self.error = self.error_of(self.last.iter().copied());
         if self.error > 1.0 && order > 1 {
             // The next attempt takes the lower order if its error would have been smaller.
-            let lower = self.error_of(|k| self.last[k] + self.differences.continued(order - 1, k));
+            let lower =
+                self.error_of((0..d).map(|k| self.last[k] + self.differences.continued(order - 1, k)));
             if lower < self.error {
                 (self.order, self.error) = (order - 1, lower);
             }
@@ -231,7 +236,7 @@ impl Adams {
     }
 
     /// Takes the accelerations in the start and at the end of its step into the differences; returns the
-    /// error of an Adams step of the same length.
+    /// possible growth of an Adams step.
     fn begin_differences(&mut self) -> f64 {
         self.write_dense();
         let parts = (STARTING - 1) as f64;
@@ -245,56 +250,53 @@ impl Adams {
         // Differences at distances of a whole step. The next one is not known: it continues the last two.
         self.weigh_errors(self.error_factors());
         let [before, last] = [STARTING - 2, STARTING - 1]
-            .map(|i| parts.powi(i as i32) * self.error_of(|k| self.differences.row(i, k)));
-        last * (last / before).min(1.0)
+            .map(|i| parts.powi(i as i32) * self.error_of(self.differences.row(i).iter().copied()));
+        power(last * (last / before).min(1.0), -RECIPROCALS[self.order])
     }
 
     /// Takes the accelerations at the end of the step into the differences and chooses the order of the next
-    /// one; returns its error, if it is as long.
+    /// one; returns its possible growth.
     fn advance(&mut self) -> f64 {
         let order = self.taken_order;
         self.measure_stiffness();
         // A higher order needs a difference more than are used.
         let highest = if self.differences.count() > order { (order + 1).min(MOST) } else { order };
         let lowest = (order - 1).max(1);
-        let ratios = self.differences.at_equal_steps(highest);
         self.differences.advance(&self.a);
-        // Error at an order, and the negative logarithm of the length of its steps.
+        // The binary logarithm of the length of steps at an order, relative to the last one.
         let at = |order: usize| {
-            let error = ratios[order] * self.error_of(|k| self.differences.row(order, k));
-            (error, binary_logarithm(error) * RECIPROCALS[order])
+            let difference = self.error_of(self.differences.row(order).iter().copied());
+            let error = self.differences.at_equal_steps(order) * difference;
+            -binary_logarithm(error) * RECIPROCALS[order]
         };
         let (same, lower) = (at(order), at(lowest));
-        let (chosen, error) = if lower.1 + CLEARLY < same.1 {
-            (lowest, lower.0)
+        let (chosen, length) = if lower > same + CLEARLY {
+            (lowest, lower)
         } else if highest > order {
             let higher = at(highest);
-            if higher.1 < same.1 { (highest, higher.0) } else { (order, same.0) }
+            if higher > same { (highest, higher) } else { (order, same) }
         } else {
-            (order, same.0)
+            (order, same)
         };
         self.order = chosen;
-        error
+        binary_power(length)
     }
 
     /// Computes [`Adams::stiffness`] from the accelerations in the predicted and in the corrected state.
     fn measure_stiffness(&mut self) {
-        let d = self.d;
-        let (mut accelerations, mut corrections) = (0.0, 0.0);
-        let mut roundings = [0.0; 2];
-        for (k, weight) in self.weights[0].iter().enumerate() {
-            accelerations += (weight * (self.a[k] - self.predicted[2 * d + k])).powi(2);
-            corrections += (weight * self.last[k]).powi(2);
-            for (rounding, k) in roundings.iter_mut().zip([k, d + k]) {
-                *rounding += (weight * ROUNDING * self.step.end[k]).powi(2);
-            }
-        }
+        let weights = &self.weights[0];
+        let (q, v) = self.step.end.split_at(self.d);
+        let rounding_of = |values: &[f64]| squares(weights, values.iter().map(|value| ROUNDING * value));
+        let predicted = &self.predicted[2 * self.d..];
+        let accelerations =
+            squares(weights, self.a.iter().zip(predicted).map(|(a, predicted)| a - predicted));
+        let corrections = squares(weights, self.last.iter().copied());
         // The sums are squares of norms, so each rate takes one more square root.
         let ratio = (accelerations / corrections).sqrt();
         let [position, velocity] = self.differences.correction(self.taken_order);
-        let rate = if position * position * corrections > roundings[0] {
+        let rate = if position * position * corrections > rounding_of(q) {
             (ratio / position).sqrt()
-        } else if velocity * velocity * corrections > roundings[1] {
+        } else if velocity * velocity * corrections > rounding_of(v) {
             ratio / velocity
         } else {
             0.0
@@ -332,45 +334,21 @@ impl Adams {
             self.start.finish_dense(&mut self.step);
             return;
         }
-        self.differences.find_powers(self.taken_order);
-        // Two coordinates, as in the paper, fill half a block.
-        if self.d <= 2 { self.write_rows::<2>() } else { self.write_rows::<BLOCK>() }
-    }
-
-    /// Writes the rows of the dense output, as many components at a time as LANES says.
-    fn write_rows<const LANES: usize>(&mut self) {
         let Self { d, taken_order: order, .. } = *self;
-        let (n, h) = (2 * d, self.step.h);
-        let powers = self.differences.powers();
-        self.step.rows.resize((order + 1) * n, 0.0);
-        for first in (0..d).step_by(LANES) {
-            let lanes = LANES.min(d - first);
-            let mut differences = [[0.0; LANES]; KEPT];
-            for (i, difference) in differences[..order].iter_mut().enumerate() {
-                *difference = self.differences.continued_block(i, first);
-            }
-            differences[order][..lanes].copy_from_slice(&self.last[first..first + lanes]);
-            // y(θ) = y₀ + Σ m_p θ^p; row r holds the negative sum of the m_p from p = r + 2 on.
-            let (mut of_position, mut of_velocity) = ([0.0; LANES], [0.0; LANES]);
-            for p in (0..=order).rev() {
-                let mut power = [0.0; LANES];
-                for (powers, difference) in powers[p..=order].iter().zip(&differences[p..=order]) {
-                    for (power, difference) in power.iter_mut().zip(difference) {
-                        *power += powers[p] * difference;
-                    }
-                }
-                let once = h * RECIPROCALS[p];
-                let twice = h * once * RECIPROCALS[p + 1];
-                let (positions, velocities) = self.step.rows[p * n..(p + 1) * n].split_at_mut(d);
-                velocities[first..first + lanes].copy_from_slice(&of_velocity[..lanes]);
-                for lane in 0..LANES {
-                    of_velocity[lane] -= once * power[lane];
-                    of_position[lane] -= twice * power[lane];
-                }
-                positions[first..first + lanes].copy_from_slice(&of_position[..lanes]);
-            }
+        self.step.form = Form::Differences(*self.differences.alpha());
+        self.step.rows.resize((order + 1) * d, 0.0);
+        // At least 1: without a degree of freedom there are no chunks of length zero.
+        let (rows, last) = self.step.rows.split_at_mut(order * d);
+        for (i, row) in rows.chunks_exact_mut(d.max(1)).enumerate() {
+            self.differences.write_continued(i, row);
         }
+        last.copy_from_slice(&self.last);
     }
+}
+
+/// Sum of the squares of weighted values.
+fn squares(weights: &[f64], values: impl Iterator<Item = f64>) -> f64 {
+    weights.iter().zip(values).map(|(weight, value)| (weight * value).powi(2)).sum()
 }
 
 impl Stepper for Adams {
@@ -462,10 +440,9 @@ impl Stepper for Adams {
             self.differences.clear();
             return Settled::UNLIMITED;
         }
-        self.next_error = if self.started { self.begin_differences() } else { self.advance() };
+        self.possible_growth = if self.started { self.begin_differences() } else { self.advance() };
         self.step.embedded_order = self.order;
-        let order_error = self.next_error / self.error;
-        let order_error = Some(if order_error.is_finite() { order_error } else { 1.0 });
-        Settled { largest_growth: self.stable_growth(), order_error, ..Settled::UNLIMITED }
+        let possible_growth = Some(self.possible_growth);
+        Settled { largest_growth: self.stable_growth(), possible_growth, ..Settled::UNLIMITED }
     }
 }

@@ -2,7 +2,7 @@
 //! `[DormandPrince1980]`, whose dense output supplies the first differences.
 
 use crate::integrators::HybridSystem;
-use crate::integrators::dense::DenseStep;
+use crate::integrators::dense::{DenseStep, Form};
 use crate::integrators::stages::{Stages, Weights};
 use crate::numerics::instant::Instant;
 
@@ -79,6 +79,7 @@ impl Start {
     pub(super) fn finish_dense(&mut self, step: &mut DenseStep) {
         let (n, h) = (step.end.len(), step.h);
         self.slopes.combine_all([Weights::dense(&D)], &mut self.argument, |[sum]| h * sum);
+        step.form = Form::Powers;
         step.rows.resize(3 * n, 0.0);
         for k in 0..n {
             let change = step.end[k] - step.start[k];
