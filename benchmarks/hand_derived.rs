@@ -29,7 +29,7 @@ const VELOCITY: usize = 1;
 const LOOSEST: f64 = 1e-1;
 const SETTINGS: i32 = 15;
 const TARGETS: [f64; 5] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5];
-const REPEATS: usize = 2;
+const REPEATS: usize = 4;
 /// Scenes of a convention, unless the command line tells.
 const COUNT: usize = 12;
 /// References of two methods that are further apart than this part of the range are left out: too chaotic.

@@ -18,9 +18,9 @@ pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 BOX = {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.05)}
 
 
-def study(path, outputs=("slider.x", "slider.vx"), duration=0.003, **options):
+def study(path, outputs=("slider.x", "slider.vx"), duration=0.003, box=BOX, **options):
     return cc.Study(
-        cc.mechanisms.slider_crank, BOX, list(outputs), duration=duration, samples=31, store=path, **options
+        cc.mechanisms.slider_crank, box, list(outputs), duration=duration, samples=31, store=path, **options
     )
 
 
@@ -68,15 +68,17 @@ def test_a_study_that_is_refined_reuses_what_is_there(tmp_path, simulated):
 
 
 def test_failed_runs_are_kept_too(tmp_path, simulated):
-    whole = study(None).scan(4)
+    # A stiffer contact takes more steps.
+    box = {"young_modulus": cc.interval(2e11, rel=0.9)}
+    whole = study(None, box=box).scan(16)
     attempts = [one.steps + one.rejected for one in whole.stats]
     # The nominal run, the last one, must end.
     short = {"max_steps": max(attempts[-1], sorted(attempts)[len(attempts) // 2])}
     assert short["max_steps"] < max(attempts)
-    result = study(tmp_path, **short).scan(4)
+    result = study(tmp_path, box=box, **short).scan(16)
     assert 0 < len(result.failures) <= 8 and {one.reason for one in result.failures} == {"max_steps"}
     count = len(simulated)
-    assert study(tmp_path, **short).scan(4) == result
+    assert study(tmp_path, box=box, **short).scan(16) == result
     assert len(simulated) == count
 
 
