@@ -188,13 +188,15 @@ class Arguments(Checks):
                 if name in names[:index]:
                     self.add_at("clearance_at", f'has the pin "{name}" more than once')
                 continue
+            choice = "; choose from " + ", ".join(f'"{pin}"' for pin in pins) + ", or () for none"
             if driven is not None and name == driven:
                 what = f'"{driven}" is turned at a prescribed speed and so cannot have clearance: where the '
-                what += "journal may move in its bearing there is no joint angle to prescribe"
+                what += f"journal may move in its bearing there is no joint angle to prescribe{choice}"
+            elif isinstance(name, str):
+                what = f'unknown pin "{name}"{did_you_mean(name, pins) or choice}'
             else:
-                what = f"unknown pin {name!r}{did_you_mean(name, pins)}"
-            choice = ", ".join(f'"{pin}"' for pin in pins)
-            self.add_at("clearance_at", f"{what}; choose from {choice}, or () for none")
+                what = f"must name pins, got {name!r}{choice}"
+            self.add_at("clearance_at", what)
         known = [name for name in names if isinstance(name, str) and name in pins]
         if type(clearance) is float or not isinstance(clearance, Mapping):
             if known:

@@ -39,7 +39,7 @@ def require_known(
             hint = meant_or_known(name, known)
             what = "parameter or feature" if simulated else "parameter, output or feature"
             own = "; outputs of simulations have their units" if simulated else ""
-            checks.add(f'units names no {what} with "{name}"{hint}{own}')
+            checks.add(f'units names no {what} with "{name}"{own}{hint}')
 
 
 def units_of(
