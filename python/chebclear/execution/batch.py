@@ -243,6 +243,23 @@ _KEPT_OR_NUMBER = re.compile(
 )
 
 
+_JAMMED = re.compile(
+    r'joint (?P<joint>"(?:[^"\\]|\\.)*"): .*the mechanism may be jammed.*'
+    r"\(in (?P<runs>\d+) of (?P<all>\d+) runs(?P<place>.*)\)"
+)
+
+
+def jammed(warning: str) -> str:
+    """Which part of the runs may be jammed, and where in the box, if this is what a warning tells.
+
+    Not if all are: that is no matter of the box. Then the stiffness may be too small.
+    """
+    found = _JAMMED.fullmatch(warning)
+    if found is None or found["runs"] == found["all"]:
+        return ""
+    return f"{found['runs']} of {found['all']} runs may be jammed at joint {found['joint']}{found['place']}"
+
+
 def _without_number(found: re.Match[str]) -> str:
     return "#" if found["number"] else found[0]
 
@@ -263,7 +280,11 @@ class GatheredWarnings:
                 self._first[kind] = found
             self._runs.setdefault(kind, set()).add(number)
 
-    def messages(self, runs: int) -> tuple[str, ...]:
-        """Each kind in words, in the order of the runs, as of so many runs."""
+    def messages(self, runs: int, place: Callable[[Sequence[int]], str]) -> tuple[str, ...]:
+        """Each kind in words, in the order of the runs, as of so many runs and with the place of some."""
         kinds = sorted(self._first, key=self._first.__getitem__)
-        return tuple(f"{self._first[kind][2]} (in {len(self._runs[kind])} of {runs} runs)" for kind in kinds)
+        told = []
+        for kind in kinds:
+            numbers = sorted(self._runs[kind])
+            told.append(f"{self._first[kind][2]} (in {len(numbers)} of {runs} runs{place(numbers)})")
+        return tuple(told)

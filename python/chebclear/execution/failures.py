@@ -7,17 +7,24 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..base.units import unit
 from ..errors import Problem, SceneError, describe
 from .limited import TimeLimitError
 from .means import OnFailure
 from .pieces import NOT_BEGUN, NOT_FINITE, SCENE, TIME_LIMIT, End
 
+Array = NDArray[np.float64]
+
 BUILD, MODEL, FEATURE = "build", "model", "feature"
 """Reasons of runs that failed in a callable of the user."""
 
 # Largest share of failed runs; with more, the error is in what they have in common.
 _MOST_FAILED = 0.5
+# Most parameters by which runs are set apart from others.
+_MOST_TOLD = 2
 
 
 class NotFiniteError(ValueError):
@@ -129,6 +136,40 @@ def failure_warnings(failures: Sequence[FailedRun], runs: int) -> tuple[str, ...
 def count_failed(failures: Sequence[FailedRun]) -> int:
     """Runs that were begun and failed."""
     return sum(one.reason != NOT_BEGUN for one in failures)
+
+
+def set_apart(names: Sequence[str], these: Array, others: Array) -> str:
+    """Where in the box some runs are, in words that follow a count of them.
+
+    The range of a parameter is told if more than half of the other runs are outside of it; of more than two
+    such parameters, those with the most outside.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of the parameters.
+    these, others : ndarray, shape (runs, parameters)
+        Parameters of the runs, and of all others [SI units].
+
+    Examples
+    --------
+    >>> box = np.array([[1.0, 5.0], [2.0, 8.0], [3.0, 5.0], [4.0, 8.0]])
+    >>> set_apart(["rod", "crank"], box[2:], box[:2])
+    ', with rod from 3 to 4'
+    """
+    if not len(these) or not len(others):
+        return ""
+    lower, upper = these.min(axis=0), these.max(axis=0)
+    outside = ((others < lower) | (others > upper)).mean(axis=0)
+    order = np.argsort(-outside, kind="stable")[:_MOST_TOLD]
+    told = [
+        f"{names[k]} = {lower[k]:.4g}"
+        if lower[k] == upper[k]
+        else f"{names[k]} from {lower[k]:.4g} to {upper[k]:.4g}"
+        for k in order
+        if outside[k] > 0.5
+    ]
+    return f", with {' and '.join(told)}" if told else ""
 
 
 def is_failure_warning(text: str) -> bool:

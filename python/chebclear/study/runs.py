@@ -26,6 +26,7 @@ from ..execution.failures import (
     failure_warnings,
     located,
     run_to_raise,
+    set_apart,
 )
 from ..execution.limited import LimitedCalls
 from ..execution.means import Means
@@ -201,6 +202,12 @@ class Making:
         """Parameters of a run by its number; the nominal one comes last [SI units]."""
         return dict(zip(self._intervals, self._points[number].tolist(), strict=True))
 
+    def _place(self, numbers: Sequence[int]) -> str:
+        """Where in the box some runs are, in words."""
+        these = np.isin(np.arange(self.count), numbers)
+        points = self._points[: self.count]
+        return set_apart(list(self._intervals), points[these], points[~these])
+
     def run(self, report: Progress | None) -> Runs:
         """Simulate."""
         means = self._means
@@ -350,7 +357,8 @@ class Making:
         kept = np.array([number for number in range(self.count) if number not in failed], dtype=np.intp)
         failures = tuple(FailedRun.of(number, self.parameters(number), end) for number, end in failed.items())
         values = _moved_up(batch.values, kept)
-        messages = (*batch.warnings.messages(self.count), *failure_warnings(failures, self.count), *remarks)
+        told = batch.warnings.messages(self.count, self._place)
+        messages = (*told, *failure_warnings(failures, self.count), *remarks)
         if features is not None:
             features = _moved_up(features, kept)
             tracked = batch.features[kept]

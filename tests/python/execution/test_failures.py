@@ -159,7 +159,9 @@ def test_a_run_that_fails_is_repeated_once_more_tightly():
         result = cc.Study(faller, {"gravity": G["gravity"]}, ["block.y"], **TIME).scan(4)
     assert [count for count, settings in asked if '"rtol": 1e-07' in settings] == [1]
     assert not result.failures
-    assert "repeated with tolerances 10 times as tight (in 1 of 5 runs)" in "\n".join(result.warnings)
+    assert "repeated with tolerances 10 times as tight (in 1 of 5 runs, with gravity = 8)" in "\n".join(
+        result.warnings
+    )
     alone = cc.simulate(faller(8.0), **TIME, rtol=1e-7)
     assert np.array_equal(result.values("block.y")[0], alone["block.y"])
 

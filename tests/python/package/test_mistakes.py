@@ -60,7 +60,9 @@ def test_a_clearance_larger_than_its_journal():
         samples=3,
     )
     # 2.5, 3 and 3.5 mm, and 3 mm once more as the midpoint, beside 0.3 x 9.8 mm.
-    with pytest.warns(cc.ChebclearWarning, match=r"the radius of its journal.*\(in 3 of 4 runs\)"):
+    with pytest.warns(
+        cc.ChebclearWarning, match=r"its journal.*\(in 3 of 4 runs, with clearance from 0.003 to 0.0035\)"
+    ):
         study.scan(3)
     # One warning, although the numbers are written in different ways.
     study = cc.Study(

@@ -1,8 +1,13 @@
 """What ``print(result)`` says, and the predicted worst cases beside simulated ones."""
 
+import re
+
 import chebclear as cc
 import numpy as np
 import pytest
+from chebclear.execution.batch import jammed
+from chebclear.execution.failures import set_apart
+from chebclear.study.polynomials.points import sobol_points
 
 T = np.linspace(0.0, 1.0, 60)
 BOX = {"a": cc.interval(1.0, rel=0.1), "b": cc.interval(2.0, rel=0.1)}
@@ -93,8 +98,53 @@ def test_warnings_and_failures_are_told_with_the_result():
 
     text = str(cc.Study(partly, {"a": cc.interval(1.0, rel=0.1)}).band(20))
     assert "\nwarning: failed: " in text and "\nwarning: undersampled: " in text
-    assert "next: a box in which all runs succeed: 5 failed" in text
+    told = re.search(
+        r"next: a box in which all runs succeed: 5 of 21 failed, with a from ([\d.]+) to ([\d.]+), see", text
+    )
+    assert 1.05 < float(told[1]) < float(told[2]) <= 1.1
     assert "would narrow" not in text, "more runs would fail as well"
+
+
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+@pytest.mark.parametrize(
+    "play", [(), ("rocker_pin",)], ids=["ideal joints", "a journal that is pressed deep"]
+)
+def test_mechanisms_that_jam_are_told_before_more_runs(play):
+    """By Grashof's rule the crank turns round if it is no longer than 0.08 + 0.1 - 0.12 m."""
+    study = cc.Study(
+        cc.mechanisms.four_bar,
+        {"crank_length": cc.interval(0.045, 0.073), "crank_mass": cc.interval(0.3, rel=0.1)},
+        outputs=["rocker.angle"],
+        fixed={"clearance_at": play},
+        duration=0.03,
+        samples=31,
+    )
+    result = study.band(16, rtol=1e-5)
+    steps = [line for line in str(result).splitlines() if line.startswith("next: ")]
+    told = re.search(r": (\d+) of 17 .*, with crank_length from ([\d.]+) to ([\d.]+)[,;]", steps[0])
+    cranks = sobol_points(study.intervals, 0, 16, 0)[:, 0]
+    jam = cranks[cranks > 0.06]
+    assert 5 < len(jam) < 10
+    assert int(told[1]) == len(jam)
+    assert [float(end) for end in told.groups()[1:]] == pytest.approx([jam.min(), jam.max()], rel=1e-3)
+    assert "more runs would not change that" in steps[0]
+    assert "would narrow" not in str(result)
+
+
+def test_a_stiffness_that_is_too_small_is_no_matter_of_the_box():
+    jam = 'joint "a pin": deep; the mechanism may be jammed or soft (in {} of 9 runs{})'
+    assert (
+        jammed(jam.format(4, ", with rod = 3")) == '4 of 9 runs may be jammed at joint "a pin", with rod = 3'
+    )
+    assert jammed(jam.format(9, "")) == "" == jammed('joint "a pin": it creeps (in 4 of 9 runs)')
+
+
+def test_runs_in_all_of_a_box_have_no_place_in_it():
+    names, points = ["a", "b"], np.array([[1.0, 4.0], [2.0, 3.0], [3.0, 2.0], [4.0, 1.0]])
+    assert set_apart(names, points[[0, 3]], points[1:3]) == ""
+    assert set_apart(names, points[:2], points[2:]) == ", with a from 1 to 2 and b from 3 to 4"
+    assert set_apart(names, points[2:3], points[[0, 1, 3]]) == ", with a = 3 and b = 2"
+    assert set_apart(names, points, points[:0]) == ""
 
 
 def test_a_band_without_a_polynomial_names_what_to_use_instead(study):

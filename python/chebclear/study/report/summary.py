@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from ...base.shown import listed
 from ...base.tables import format_ends, format_table
+from ...execution.batch import jammed
+from ...execution.failures import set_apart
+from ...execution.pieces import NOT_BEGUN
 from ...run.features import Feature
 from ..band.band import Band
 from ..band.calibrated import doubling_narrows
@@ -127,11 +130,9 @@ def _next(result: Any) -> list[str]:
     advice = []
     wide = [band.name for band in bands if band.verdict in ("calibrated", "undersampled")]
     requirement = result.requirement
-    if result.failures:
-        advice.append(
-            f"a box in which all runs succeed: {len(result.failures)} failed, see result.failures, and no "
-            "bound holds there"
-        )
+    unfit = _unfit(result)
+    if unfit:
+        advice.append(f"{unfit}; more runs would not change that")
     elif wide and requirement is not None:
         more = requirement.runs
         how = (
@@ -155,6 +156,21 @@ def _next(result: Any) -> list[str]:
     if result.features is not None:
         advice.append(f'result.ranking("{result.features.names[0]}") says which tolerance to tighten')
     return advice
+
+
+def _unfit(result: Any) -> str:
+    """The box to ask for in place of one with mechanisms that do not work: how many, and where they are."""
+    failed = [one.parameters for one in result.failures if one.reason != NOT_BEGUN]
+    if failed:
+        these = np.array([list(parameters.values()) for parameters in failed])
+        place = set_apart(result.parameter_names, these, result.parameters)
+        count = len(failed) + len(result.parameters) + 1  # the nominal one
+        return (
+            f"a box in which all runs succeed: {len(failed)} of {count} failed{place}, see result.failures, "
+            "and no bound holds there"
+        )
+    jams = next(filter(None, map(jammed, result.warnings)), "")
+    return jams and f"a box in which no mechanism jams: {jams}"
 
 
 def _named(names: Sequence[str]) -> str:
