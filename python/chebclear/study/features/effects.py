@@ -420,18 +420,24 @@ def _narrowed(model: _Model, points: Array, seed: int) -> tuple[Array, Array]:
     anywhere = random.integers(runs, size=(_POINTS, near))
     uneven = _is_uneven(points, residuals, random)
 
+    def draws(nearest: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """The runs that give each point its scatter, and those of the resampled sets."""
+        # The largest of weight plus Gumbel noise is a draw by the weights.
+        weighted = np.argmax(chances + weights[nearest], axis=1)
+        return np.take_along_axis(nearest, drawn, axis=1), np.take_along_axis(nearest, weighted, axis=1)
+
+    all_boxes = None if uneven else draws(anywhere)
+
     def widths(at: Array) -> tuple[float, Array]:
         basis = legendre_terms(at, model.fit.powers)
-        nearest = anywhere
-        if uneven:
+        if all_boxes is None:
             distances = np.sum((at[:, None, :] - points) ** 2, axis=2)
-            nearest = np.argpartition(distances, near - 1, axis=1)[:, :near]
-        chosen = np.take_along_axis(nearest, drawn, axis=1)
+            chosen, again_chosen = draws(np.argpartition(distances, near - 1, axis=1)[:, :near])
+        else:
+            chosen, again_chosen = all_boxes
         own = (basis @ model.terms)[:, None] + model.left[chosen, cycles[:, :_DRAWS]]
         lower, upper = np.quantile(own, ends)
-        # The largest of weight plus Gumbel noise is a draw by the weights.
-        chosen = np.take_along_axis(nearest, np.argmax(chances + weights[nearest], axis=1), axis=1)
-        values = basis @ again + model.left[chosen, cycles] * model.scale
+        values = basis @ again + model.left[again_chosen, cycles] * model.scale
         lowers, uppers = np.quantile(values, ends, axis=0)
         return float(upper - lower), np.asarray(uppers - lowers)
 
