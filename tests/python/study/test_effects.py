@@ -121,7 +121,9 @@ def test_narrowing_of_a_sum_of_lines():
 
 
 def test_scatter_that_grows_with_a_parameter_narrows_with_it():
-    """Skewed scatter between 0.05 and 0.55 of a parameter; brute force says what halving does."""
+    """Skewed scatter between 0.05 and 0.55 of a parameter; brute force says what halving does.
+
+    Scatter of the same size everywhere would miss it by 0.06 on average."""
     many = np.random.default_rng(0).uniform(-1.0, 1.0, (400_000, 2))
 
     def feature(points, random):
@@ -130,14 +132,14 @@ def test_scatter_that_grows_with_a_parameter_narrows_with_it():
     sides = [feature(many * scale, np.random.default_rng(1)) for scale in ((1.0, 1.0), (0.5, 1.0))]
     whole, halved = (np.ptp(np.quantile(side, [0.025, 0.975])) for side in sides)
     hits, values = [], []
-    for repetition in range(12):
+    for repetition in range(8):
         random = np.random.default_rng([repetition, 7])
         points = random.uniform(-1.0, 1.0, (81, 2))
         found = find_narrowing(["a", "b"], points, feature(points, random)[:, None])["a"]
         hits.append(found.lower <= 1.0 - halved / whole <= found.upper)
         values.append(found.value)
     assert np.mean(hits) >= 0.75
-    assert np.mean(values) == pytest.approx(1.0 - halved / whole, abs=0.06)
+    assert np.mean(values) == pytest.approx(1.0 - halved / whole, abs=0.045)
 
 
 def test_swings_are_the_means_at_the_ends():
@@ -163,7 +165,8 @@ def test_swings_are_the_means_at_the_ends():
 
 
 def test_scatter_that_is_large_at_both_ends_narrows_from_both():
-    """No straight line in its size shows it: 0.05 to 1.05, least in the middle."""
+    """No straight line in its size shows it: 0.05 to 1.05, least in the middle. Scatter of the same size
+    everywhere would miss it by 0.5, and no interval would hold it."""
 
     def feature(points, random):
         return 0.5 * points[:, 1] + (0.05 + points[:, 0] ** 2) * random.normal(size=len(points))
@@ -172,7 +175,7 @@ def test_scatter_that_is_large_at_both_ends_narrows_from_both():
     sides = [feature(many * scale, np.random.default_rng(1)) for scale in ((1.0, 1.0), (0.5, 1.0))]
     whole, halved = (np.ptp(np.quantile(side, [0.025, 0.975])) for side in sides)
     hits, values = [], []
-    for repetition in range(12):
+    for repetition in range(6):
         random = np.random.default_rng([repetition, 8])
         points = random.uniform(-1.0, 1.0, (81, 2))
         found = find_narrowing(["a", "b"], points, feature(points, random)[:, None])["a"]
