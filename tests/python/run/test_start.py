@@ -6,6 +6,7 @@ import math
 import chebclear as cc
 import numpy as np
 import pytest
+from loops import four_bar
 
 SPRING = cc.TorsionSpring("spring", "ground", "wheel", 2.0, damping=0.04)
 WHEEL = cc.Body("wheel", mass=1.0, inertia=0.02)
@@ -68,3 +69,64 @@ def test_a_journal_that_touches_may_lie_on_either_side_by_rounding():
     rebounds = [run.events.normal_velocity[run.events.kind == "separation"][0] for run in runs]
     assert rebounds[0] == pytest.approx(-0.913, abs=1e-3)  # of the law, for a restitution of 0.9
     assert rebounds[1] == pytest.approx(rebounds[0], rel=1e-6)
+
+
+def test_a_journal_starts_where_it_is_told():
+    scene = cc.mechanisms.slider_crank(clearance=1e-4)
+    joint = next(joint.name for joint in scene.joints if isinstance(joint, cc.ClearanceRevolute))
+    start = cc.ClearanceStart(joint, (3e-5, -4e-5), (0.02, 0.01))
+    run = cc.simulate(dataclasses.replace(scene, start=[start]), duration=1e-6, samples=2)
+    np.testing.assert_allclose(
+        [run[f"{joint}.eccentricity_{axis}"][0] for axis in "xy"], (3e-5, -4e-5), rtol=0.0, atol=1e-16
+    )
+    rate = (0.02 * 3.0 - 0.01 * 4.0) / 5.0
+    assert run[f"{joint}.penetration_rate"][0] == pytest.approx(rate, abs=1e-13)
+    assert run[f"{joint}.penetration"][0] == pytest.approx(5e-5 - 1e-4, abs=1e-16)
+
+
+@pytest.mark.filterwarnings("ignore:joint .* it slides slower")
+def test_a_journal_may_start_in_contact_and_a_warning_says_how_it_is_damped():
+    scene = cc.mechanisms.free_journal()
+    clearance = next(joint for joint in scene.joints if isinstance(joint, cc.ClearanceRevolute))
+    pressed = cc.ClearanceStart(clearance.name, (0.0, -clearance.clearance * 1.001))
+    scene = dataclasses.replace(scene, start=[pressed])
+    with pytest.warns(cc.ChebclearWarning, match="starts in contact"):
+        run = cc.simulate(scene, duration=1e-4, samples=11)
+    assert run[f"{clearance.name}.contact"][0] == 1.0
+    assert run.contacts.onset[0] == 0.0 and np.isnan(run.contacts.impact_velocity[0])
+
+
+def test_joints_and_bodies_start_as_they_are_told():
+    scene = four_bar(start=[cc.JointStart("C", velocity=3.0), cc.BodyStart("crank", angle=1.25)])
+    run = cc.simulate(scene, duration=1e-3, samples=2, outputs=["*"])
+    assert run["crank.angle"][0] == pytest.approx(1.25, abs=1e-12)
+    assert run["C.angular_velocity"][0] == pytest.approx(3.0, abs=1e-12)
+    speeds = [run[f"{name}.angular_velocity"][0] for name in ("coupler", "rocker")]
+    assert speeds[1] - speeds[0] == pytest.approx(3.0, abs=1e-12)
+    # The loop is closed in position and velocity.
+    for axis in "xy":
+        for kind in ("", "v"):
+            a, b = (run[f"{end}.{kind}{axis}"][0] for end in ("coupler.Q", "rocker.Q"))
+            assert a == pytest.approx(b, abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    "start, words",
+    [
+        ([cc.BodyStart("crank", angle=0.4), cc.BodyStart("rocker", angle=-1.0)], "cannot be assembled"),
+        (
+            [cc.BodyStart("crank", angular_velocity=1.0), cc.BodyStart("rocker", angular_velocity=9.0)],
+            "the start contradicts itself or the drives",
+        ),
+        ([cc.JointStart("A", 0.4), cc.JointStart("A", 0.5)], 'the start of "A" is given twice'),
+    ],
+)
+def test_starts_that_contradict_are_refused(start, words):
+    with pytest.raises(cc.SceneError, match=words):
+        four_bar(start=start).check()
+
+
+def test_a_driven_joint_starts_where_its_drive_is():
+    scene = four_bar(drives=[cc.Speed("drive", "A", 3.0, 0.4)], start=[cc.JointStart("A", 0.5)])
+    with pytest.raises(cc.SceneError, match='the start of joint "A" is prescribed by its drive "drive"'):
+        scene.check()

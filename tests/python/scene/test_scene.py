@@ -9,6 +9,7 @@ import pickle
 import chebclear as cc
 import numpy as np
 import pytest
+from loops import four_bar
 
 # Numbers that lose bits in careless text, and both zeros.
 AWKWARD = [0.1, 1.0 / 3.0, math.pi, 5e-324, 1.7976931348623157e308, -0.0, 1e22, 123456789.123456789]
@@ -418,3 +419,14 @@ def test_a_loop_of_ideal_joints_is_closed_and_solved() -> None:
     closed_form = 0.05 * np.cos(angle) + np.sqrt(0.12**2 - (0.05 * np.sin(angle)) ** 2)
     np.testing.assert_allclose(run["slider.x"], closed_form, rtol=0, atol=1e-13)
     assert run.stats.evaluations == 0
+
+
+def test_the_period_is_that_of_the_slowest_drive():
+    scene = cc.mechanisms.slider_crank(crank_speed=50.0)
+    assert scene.period == 2.0 * math.pi / 50.0
+    two = dataclasses.replace(
+        scene, drives=[*scene.drives, cc.Speed("other", "x", -20.0), cc.Speed("held", "y", 0.0)]
+    )
+    assert two.period == 2.0 * math.pi / 20.0
+    with pytest.raises(ValueError, match="it has no period"):
+        _ = four_bar().period
