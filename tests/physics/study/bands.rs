@@ -249,10 +249,18 @@ fn excesses(scores: &[(u32, f64)]) -> Vec<Excess> {
     scores.iter().map(|&(run, score)| Excess { run, score }).collect()
 }
 
+/// Level of one bound whose tail is neither heavy nor light, with the mean excess of a study of that bound alone.
+fn level(scores: &[(u32, f64)], requirement: &Requirement) -> f64 {
+    let excesses = excesses(scores);
+    let mean = requirement.mean_excess(excesses.iter());
+    let target = requirement.target([&Tail::USUAL; 2]);
+    inflation(&excesses, mean, target, requirement, &Tail::USUAL)
+}
+
 #[test]
 fn a_band_that_all_runs_keep_is_not_widened() {
     let requirement = Requirement { coverage: 0.999, runs: 41, block: 1, samples: 721, parameters: 2 };
-    assert_eq!(inflation(&[], &requirement, &Tail::USUAL), 0.0);
+    assert_eq!(level(&[], &requirement), 0.0);
     let held_out = HeldOut::of(&[], &requirement);
     assert_eq!(held_out.coverage, 1.0);
     assert!((held_out.whole_run - 40.0 / 42.0).abs() < 1e-15);
@@ -274,40 +282,45 @@ fn exponential_scores(runs: usize, samples: usize) -> Vec<(u32, f64)> {
 }
 
 #[test]
-fn exponential_scores_of_the_usual_size_are_met_at_the_share_aimed_at() {
-    let (runs, samples, usual) = (90, 1000, 0.0625);
+fn exponential_scores_are_met_at_the_share_aimed_at() {
+    let (runs, samples) = (90, 1000);
+    let usual = 0.0625 * (41.0_f64 / runs as f64).cbrt();
     let mut scores = exponential_scores(runs, samples);
     scores.iter_mut().for_each(|score| score.1 *= 0.5 * usual);
     for (coverage, parameters) in [(0.9, 2), (0.99, 2), (0.999, 2), (0.999, 8)] {
         let requirement = Requirement { coverage, runs, block: 1, samples, parameters };
-        let level = inflation(&excesses(&scores), &requirement, &Tail::USUAL);
-        let beyond = (-level / usual).exp();
-        // 90 / 180 of what is allowed with two parameters, half of that at either side; less with eight.
+        // The level is 1.1 of that of exponential scores.
+        let beyond = (-level(&scores, &requirement) / (1.1 * usual)).exp();
+        // Half of what is allowed with two parameters, half of that at either side; less with eight.
         let aim = 0.25 * (1.0 - coverage) * (2.0 / parameters as f64).powf(0.5 * (41.0_f64 / 90.0).sqrt());
         assert!((0.9..1.1).contains(&(beyond / aim)), "{coverage}: {beyond} {aim}");
     }
 }
 
 #[test]
-fn one_run_far_outside_does_not_decide_alone() {
+fn the_excess_of_few_runs_is_drawn_to_the_usual_one() {
+    let found = |runs, block, score: f64| {
+        let requirement = Requirement { coverage: 0.999, runs, block, samples: 721, parameters: 2 };
+        requirement.mean_excess(excesses(&[(0, 0.5 * score), (3, 1.5 * score)]).iter())
+    };
+    for (runs, block, power) in [(8, 1, 0.5), (24, 1, 0.75), (8, 9, 0.75), (72, 1, 0.9)] {
+        let ratio = found(runs, block, 0.32) / found(runs, block, 0.02);
+        assert!((ratio - 16.0_f64.powf(power)).abs() < 1e-12, "{runs} {block}: {ratio}");
+    }
+    assert!((found(41, 1, 0.0625) - 0.0625).abs() < 1e-15);
+    assert!((found(41 * 27, 1, 0.0625 / 3.0) - 0.0625 / 3.0).abs() < 1e-15);
     let requirement = Requirement { coverage: 0.999, runs: 41, block: 1, samples: 721, parameters: 2 };
-    let mut scores: Vec<(u32, f64)> = exponential_scores(1, 2000);
-    scores.iter_mut().for_each(|score| score.1 *= 0.5 * 0.0625);
-    let usual = inflation(&excesses(&scores), &requirement, &Tail::USUAL);
-    scores.iter_mut().for_each(|score| score.1 *= 32.0);
-    let far = inflation(&excesses(&scores), &requirement, &Tail::USUAL);
-    // The power 0.6 of 32 is 8.
-    assert!((far / usual - 8.0).abs() < 1e-9, "{far} {usual}");
+    assert_eq!(requirement.mean_excess([].iter()), 0.0);
 }
 
 #[test]
 fn the_level_does_not_grow_with_the_number_of_samples() {
-    let level = |samples: usize| {
+    let of = |samples: usize| {
         let requirement = Requirement { coverage: 0.999, runs: 60, block: 1, samples, parameters: 2 };
-        inflation(&excesses(&exponential_scores(60, samples)), &requirement, &Tail::USUAL)
+        level(&exponential_scores(60, samples), &requirement)
     };
     // The largest score of a run grows by 2 ln 4 = 2.8 in the mean.
-    assert!((level(4000) - level(1000)).abs() < 0.3, "{} {}", level(4000), level(1000));
+    assert!((of(4000) - of(1000)).abs() < 0.3, "{} {}", of(4000), of(1000));
 }
 
 fn one_band(points: &[f64], parameters: usize, values: &[f64], limits: [f64; 2]) -> OutputBand {

@@ -186,7 +186,7 @@ def doubling_narrows(runs: int) -> float:
     """Average relative reduction of the width of a calibrated band when the number of runs is doubled [-].
 
     Measured for accelerations, forces and penetrations of twelve studies with clearance (the table of
-    `benchmarks/README.md`): 8 % on average from 41 to 81 runs, with -6 to 19 % in single ones, and 4 % for
+    `benchmarks/README.md`): 8 % on average from 41 to 81 runs, with -3 to 20 % in single ones, and 4 % for
     each doubling from 81 to 321.
     """
     return float(min(0.25, 0.078 * (41.0 / runs) ** 0.6))

@@ -24,17 +24,17 @@ pub struct Requirement {
     pub parameters: usize,
 }
 
-/// The share of samples of held-out runs that is left outside, relative to the share that may be outside: what
-/// each run adds to it, and its largest value. It is below 1 because held-out runs are optimistic: they were used to
-/// choose the band, and few of them contain rare motions.
+/// Share of the samples of held-out runs that may be left outside, relative to the share that may be outside: with so
+/// many runs or more, the reference number of parameters and a tail that is not light. It is below 1 because held-out
+/// runs are optimistic: they were used to choose the band, and few of them contain rare motions. With fewer runs it
+/// falls as the square root of their number. Runs of several revolutions count as more, and contain more rare motions.
 ///
-/// This and the other constants of calibrated bands were chosen together on nine problems of
-/// `benchmarks/bands.py` (P1, P2, P3a, P3b, P4, P5, quick return, six-bar, pendulum) at 41, 81 and 321 runs. With
-/// a required coverage of 99.9 %, 99.95 % of the samples of 600 to 2000 new runs are then inside, in the mean
-/// over five or six studies. The second four-bar took no part in the choice; the chain and two pins were looked
-/// at for what rare motions need.
-const TARGET_PER_RUN: f64 = 1.0 / 180.0;
-const LARGEST_TARGET: f64 = 0.9;
+/// This and the other constants of calibrated bands were chosen together on twelve problems of `benchmarks/bands.py` at
+/// 41, 81 and 321 runs, 12 to 18 studies each. With a required coverage of 99.9 %, 99.95 % of the samples of new runs are
+/// then inside, in the mean over the studies of a problem, to 0.01 %.
+const TARGET: f64 = 0.5;
+const TARGET_OF_REVOLUTIONS: f64 = 0.8;
+const MANY_RUNS: f64 = 81.0;
 
 /// Number of parameters for which the target holds. A point that is left out of an even set leaves a hole. The
 /// fewer parameters there are, the larger the hole is against the distance of new points from their neighbors.
@@ -43,26 +43,32 @@ const LARGEST_TARGET: f64 = 0.9;
 const REFERENCE_PARAMETERS: f64 = 2.0;
 const FEW_RUNS: f64 = 41.0;
 
-/// Prior of the mean excess [local spreads]: the geometric mean over the problems, windows and numbers of runs.
-/// Single studies find 0.02 to 0.4: a few runs contain a rare motion or they do not. It is proportional to the
-/// heaviness of the tail from a usual one on: at 41 runs the best level of all studies of a mechanism grows from
-/// 0.2 to 0.65 local spreads between a heaviness of 0.5 and 0.9.
-const PRIOR_EXCESS: f64 = 0.0625;
-const USUAL_HEAVINESS: f64 = 0.65;
+/// Below this heaviness, mean of both sides, a tail is light: held-out runs are pessimistic, and the target rises as one
+/// over the square root of the heaviness, to a largest ratio.
+const LIGHT_HEAVINESS: f64 = 0.6;
+const LARGEST_LIGHT_RATIO: f64 = 2.0;
 
-/// Weight of [`PRIOR_EXCESS`] against the mean excess of the study itself. Runs of several revolutions contain
-/// more rare motions: this weight and the power below are then divided by the square root of their number.
-const PRIOR_WEIGHT: f64 = 0.4;
+/// Mean excess of usual studies of [`FEW_RUNS`] runs [local spreads]. It falls as the cubic root of the number of runs.
+const USUAL_EXCESS: f64 = 0.0625;
+
+/// The usual excess counts as much as that of the study itself has been found by this number of runs. The logarithm of
+/// the mean excess differs by 0.18 between studies of 41 runs of one mechanism, and by 0.4 between mechanisms.
+const USUAL_RUNS: f64 = 8.0;
+
+/// What mean excesses are multiplied by for the level: the excesses of held-out runs in windows that were chosen for a
+/// narrow band are too small.
+const LEVEL: f64 = 1.1;
 
 /// Where the spread of the runs is uneven in time, a rare excess at an instant of small spread may be as large as
 /// a common one at an instant of large spread. Bounds are therefore widened in proportion to this power of the
-/// unevenness, up to a largest one.
-const UNEVENNESS_POWER: f64 = 0.6;
+/// unevenness, up to a largest one. Runs of several revolutions contain more rare motions: the powers of this factor, of
+/// [`LEVEL`] and of [`RARE_LEVEL`] are then divided by the square root of their number.
+const UNEVENNESS_POWER: f64 = 0.8;
 const LARGEST_UNEVENNESS: f64 = 2.5;
 
-/// Mean excess where the bound is set by rare motions of a few runs [local spreads]. What the study itself finds
-/// then says little: penetrations of P2 and P3b, where single runs lift off, would need 0.3 to 0.7.
-const RARE_EXCESS: f64 = 0.55;
+/// Level, for [`FEW_RUNS`] runs, where the bound is set by rare motions of a few runs [local spreads]. What the study
+/// itself finds then says little: penetrations of P2 and P3b, where single runs lift off. It falls as the usual excess.
+const RARE_LEVEL: f64 = 0.8;
 
 /// Rarities at which a bound begins to be, and is entirely, set by rare motions.
 const RARE: [f64; 2] = [0.5, 1.15];
@@ -79,61 +85,77 @@ const FEW_HOLDERS: f64 = 3.0;
 const LARGEST_EXCESS_MARGIN: f64 = 8.0;
 const RARE_MARGIN: f64 = 9.0;
 
-/// Below this heaviness, mean of both sides, a tail is light: the level may be lowered in proportion to this power of
-/// it, down to a least one. Chosen in hindsight, for all studies of a mechanism, levels are 0.8 of the usual ones at
-/// a heaviness of 0.5, 0.65 at 0.44, 0.4 at 0.36 and at most 0.35 at 0.25.
-const LIGHT_HEAVINESS: f64 = 0.57;
-const LIGHT_POWER: f64 = 1.5;
-/// The least level, relative to the usual one.
-pub const LEAST_LEVEL: f64 = 0.5;
+/// The least level, relative to that of exponential excesses, to which held-out runs may lower it. It is reached with
+/// [`FEW_RUNS`] runs: fewer do not tell. With more than a number of parameters as many more runs are needed. Up to
+/// [`MANY_RUNS`] runs tell enough of light tails only: elsewhere one run more or less outside decides, and random
+/// processes would keep 99.82 instead of 99.91 % with 41 runs. The least level is at least this power of the heaviness
+/// over [`LIGHT_HEAVINESS`], less in proportion with more runs.
+const LEAST_LEVEL: f64 = 0.4;
+const LIGHT_POWER: i32 = 3;
+const FEW_PARAMETERS: f64 = 3.0;
 
-/// Numbers of runs that hold the bounds from which light tails count, and count entirely: fewer do not tell.
-const HOLDERS_OF_LIGHT: [f64; 2] = [3.0, 5.0];
-
-/// Share of what may be outside that held-out runs leave where the level is lowered: over time, and with several
-/// revolutions of each run, which tell more. It is reached with so many runs, or with as many divided by the square
-/// root of the number of revolutions.
-const LOWERED_TARGET: f64 = 0.7;
-const LOWERED_TARGET_OF_REVOLUTIONS: f64 = 0.9;
-const MANY_RUNS: f64 = 81.0;
+/// Numbers of runs that hold the bounds from which held-out runs may lower the level, and may do so entirely.
+const HOLDERS: [f64; 2] = [3.0, 5.0];
 
 impl Requirement {
-    /// Samples of held-out runs that may be outside at one side.
-    fn allowed(&self) -> f64 {
-        let rows = (self.runs * self.block) as f64;
-        let target = ((rows * TARGET_PER_RUN).min(LARGEST_TARGET) * self.evenness()).min(1.0);
-        0.5 * target * (1.0 - self.coverage) * rows * self.samples as f64
+    /// Number of runs of one row that tell as much.
+    fn effective_runs(&self) -> f64 {
+        self.runs as f64 * (self.block as f64).sqrt()
     }
 
-    fn evenness(&self) -> f64 {
+    /// Share of the samples of held-out runs that is to be outside of the band [-].
+    pub fn target(&self, tails: [&Tail; 2]) -> f64 {
         let parameters = REFERENCE_PARAMETERS / self.parameters as f64;
         let power = if parameters < 1.0 { (FEW_RUNS / self.runs as f64).sqrt().min(1.0) } else { 1.0 };
-        parameters.powf(0.5 * power)
+        let evenness = parameters.powf(0.5 * power);
+        let light = 1.0 / self.relative_heaviness(tails);
+        let light = light.sqrt().clamp(1.0, LARGEST_LIGHT_RATIO);
+        let runs = (self.effective_runs() / MANY_RUNS).min(1.0).sqrt();
+        let share = if self.block > 1 { TARGET_OF_REVOLUTIONS } else { TARGET };
+        (share * runs * evenness * light).min(1.0) * (1.0 - self.coverage)
     }
 
-    /// How far the level may be lowered where tails are light, from [`LEAST_LEVEL`] to 1.
-    ///
-    /// Few runs with several revolutions tell of light tails too, but not where the spread is uneven in time.
-    pub fn least_level(&self, tails: [&Tail; 2]) -> f64 {
-        let [begin, end] = HOLDERS_OF_LIGHT;
-        let measured = tails.map(|tail| {
-            if self.block > 1 {
-                (tail.heaviness * tail.unevenness.min(LARGEST_UNEVENNESS), 1.0)
-            } else {
-                (tail.heaviness, ((tail.holders / begin).ln() / (end / begin).ln()).clamp(0.0, 1.0))
-            }
+    /// Heaviness of the tails over that below which they are light. With several revolutions it counts as more where the
+    /// spread is uneven in time.
+    fn relative_heaviness(&self, tails: [&Tail; 2]) -> f64 {
+        let heaviness = tails.map(|tail| match self.block {
+            1 => tail.heaviness,
+            _ => tail.heaviness * tail.unevenness.min(LARGEST_UNEVENNESS),
         });
-        let heaviness = 0.5 * (measured[0].0 + measured[1].0);
-        let weight = 0.5 * (measured[0].1 + measured[1].1);
-        (heaviness / LIGHT_HEAVINESS).min(1.0).powf(LIGHT_POWER * weight).max(LEAST_LEVEL)
+        0.5 * (heaviness[0] + heaviness[1]) / LIGHT_HEAVINESS
     }
 
-    /// Coverage of held-out runs down to which the level is lowered [-].
-    pub fn lowered_aim(&self) -> f64 {
-        let runs = self.runs as f64 * (self.block as f64).sqrt();
-        let target = if self.block > 1 { LOWERED_TARGET_OF_REVOLUTIONS } else { LOWERED_TARGET };
-        let target = target * (runs / MANY_RUNS).min(1.0) * self.evenness();
-        1.0 - target.min(1.0) * (1.0 - self.coverage)
+    /// What the usual excess is multiplied by.
+    fn fewness(&self) -> f64 {
+        (FEW_RUNS / self.effective_runs()).cbrt()
+    }
+
+    /// The mean excess that is expected of new runs [local spreads], from that of all windows and both sides of a study.
+    ///
+    /// The windows share most of their excesses, but their mean differs less between studies of one mechanism than that
+    /// of a window, and a usual one adds to it where runs are few.
+    pub fn mean_excess<'a>(&self, excesses: impl Iterator<Item = &'a Excess>) -> f64 {
+        let (count, sum) = excesses.fold((0, 0.0), |(count, sum), excess| (count + 1, sum + excess.score));
+        if count == 0 {
+            return 0.0;
+        }
+        let weight = USUAL_RUNS / (USUAL_RUNS + self.effective_runs());
+        (sum / f64::from(count)).powf(1.0 - weight) * (USUAL_EXCESS * self.fewness()).powf(weight)
+    }
+
+    /// How far held-out runs may lower the level, from a least one to 1; not where few runs hold the bounds.
+    pub fn least_level(&self, tails: [&Tail; 2]) -> f64 {
+        let [begin, end] = HOLDERS;
+        let known = tails.map(|tail| match self.block {
+            1 => ((tail.holders / begin).ln() / (end / begin).ln()).clamp(0.0, 1.0),
+            _ => 1.0,
+        });
+        let rareness = tails[0].rareness().max(tails[1].rareness());
+        let least = LEAST_LEVEL.powf(0.5 * (known[0] + known[1]) * (1.0 - rareness));
+        let many = (MANY_RUNS / self.effective_runs()).min(1.0);
+        let least = least.max(self.relative_heaviness(tails).min(1.0).powi(LIGHT_POWER) * many);
+        let parameters = (FEW_PARAMETERS / self.parameters as f64).min(1.0);
+        1.0 - (1.0 - least) * (parameters * self.effective_runs() / FEW_RUNS).min(1.0)
     }
 }
 
@@ -191,8 +213,8 @@ impl Tail {
         }
     }
 
-    /// Even in time, with a usual tail to which many runs contribute.
-    pub const USUAL: Self = Self { unevenness: 1.0, heaviness: USUAL_HEAVINESS, holders: f64::INFINITY };
+    /// Even in time, with a tail that is neither heavy nor light and to which many runs contribute.
+    pub const USUAL: Self = Self { unevenness: 1.0, heaviness: 0.65, holders: f64::INFINITY };
 
     /// From 0 to 1: how far the bound is set by rare motions, which few of the runs contain.
     fn rareness(&self) -> f64 {
@@ -205,31 +227,30 @@ impl Tail {
     }
 }
 
-/// Number of local spreads by which a bound must be widened so that no more samples are outside than the requirement
-/// allows.
+/// Number of local spreads by which a bound must be widened so that no more than a share of the samples of further runs
+/// is outside at both sides together. The mean is that of [`Requirement::mean_excess`].
 ///
 /// Excesses are taken as exponentially distributed, so that their number gives the inflation in mean excesses.
-/// The number is known well, since all instants count. The mean depends on the few runs that are furthest outside;
-/// it is therefore shrunk toward its prior, entirely where rare motions of a few runs set the bound. The largest
-/// excess of a run enters only as a limit, as it grows with the number of samples.
-pub fn inflation(excesses: &[Excess], requirement: &Requirement, tail: &Tail) -> f64 {
-    let (count, allowed) = (excesses.len() as f64, requirement.allowed());
+/// The number is known well, since all instants count. The mean depends on the few runs that are furthest outside,
+/// and says little where rare motions of a few runs set the bound. The largest excess of a run enters only as a limit,
+/// as it grows with the number of samples.
+pub fn inflation(excesses: &[Excess], mean: f64, target: f64, requirement: &Requirement, tail: &Tail) -> f64 {
+    let Requirement { runs, block, samples, .. } = *requirement;
+    let (count, allowed) = (excesses.len() as f64, 0.5 * target * (runs * block * samples) as f64);
     if count <= allowed {
         return 0.0;
     }
-    let mean = excesses.iter().map(|excess| excess.score).sum::<f64>() / count;
-    let block = (requirement.block as f64).sqrt();
+    let root = (block as f64).sqrt();
+    let factor = (LEVEL * tail.unevenness.min(LARGEST_UNEVENNESS).powf(UNEVENNESS_POWER)).powf(1.0 / root);
     let rareness = tail.rareness();
-    let weight = (PRIOR_WEIGHT + (1.0 - PRIOR_WEIGHT) * rareness) / block;
-    let usual = PRIOR_EXCESS * (tail.heaviness / USUAL_HEAVINESS).max(1.0);
-    let prior = usual.powf(1.0 - rareness) * RARE_EXCESS.powf(rareness);
+    let usual = (factor * mean).powf(1.0 - rareness / root);
+    let rare = (RARE_LEVEL * requirement.fewness()).powf(rareness / root);
     let single = (SINGLE / tail.rarity()).min(1.0).powi(2);
-    let mean = mean.powf(1.0 - weight) * prior.powf(weight) * single;
-    let factor = tail.unevenness.min(LARGEST_UNEVENNESS).powf(UNEVENNESS_POWER / block);
+    let level = usual * rare * single;
     // Where motions are smooth, the tail is shorter than that of an exponential distribution.
     let largest = excesses.iter().map(|excess| excess.score).fold(0.0, f64::max);
-    let margin = (LARGEST_EXCESS_MARGIN / requirement.runs as f64).max(RARE_MARGIN * rareness);
-    (factor * mean * (count / allowed).ln()).min((1.0 + margin) * largest)
+    let margin = (LARGEST_EXCESS_MARGIN / runs as f64).max(RARE_MARGIN * rareness);
+    (level * (count / allowed).ln()).min((1.0 + margin) * largest)
 }
 
 /// What held-out runs did, given where they are outside (scores above 0).

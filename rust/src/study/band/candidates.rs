@@ -8,7 +8,7 @@
 
 use rayon::prelude::*;
 
-use super::calibrate::{Excess, HeldOut, LEAST_LEVEL, Requirement, Tail, inflation};
+use super::calibrate::{Excess, HeldOut, Requirement, Tail, inflation};
 use super::extremes::{Bound, GrowingWindow, NEVER_LEFT_OUT, TopTwo, top_two};
 use super::running::{Ends, Window, running_mean};
 
@@ -31,17 +31,11 @@ const WINDOW_INTERVALS: usize = 720;
 const SPREAD_WINDOW: f64 = 1.0 / 18.0;
 
 /// Bands up to this many times as wide as the narrowest are averaged with it. The narrowest alone would be chosen
-/// for its random error, and the choice would jump when a sample is added. With 1.05 instead, bands are equally wide
-/// at equal coverage where windows matter little, and the coverage of the quick return and of the pendulum is
-/// smaller by 0.05 %.
-const AVERAGED_WIDTHS: f64 = 1.25;
+/// for its random error, and the choice would jump when a sample is added. With 1.25 bands are up to 2 % wider at 321
+/// runs, with 1.15 less is inside.
+const AVERAGED_WIDTHS: f64 = 1.2;
 
-/// What is left of the excess of [`AVERAGED_WIDTHS`] over 1 where tails are so light that the level may fall as far as it
-/// ever may; with several revolutions of a run it is divided by the square root of their number. Windows matter more
-/// there than chance.
-const LIGHT_EXCESS: f64 = 0.15;
-
-/// Halvings of the interval in which the level of light tails is sought: to half a percent of the usual one.
+/// Halvings of the interval in which the level is sought: to half a percent of that of exponential excesses.
 const LEVEL_HALVINGS: usize = 7;
 
 /// If a run reaches a physical limit at some instant, bounds that end near the limit are moved to it: contact that
@@ -121,15 +115,6 @@ struct Candidate {
     inflation: [f64; 2],
 }
 
-/// How bands are made of candidates.
-#[derive(Clone, Copy)]
-struct Choice {
-    /// What the inflation of every candidate is multiplied by.
-    level: f64,
-    /// Candidates up to this many times as wide as the narrowest are averaged with it.
-    widths: f64,
-}
-
 /// The calibrated band of the runs.
 pub fn calibrated(runs: &Runs<'_>, requirement: &Requirement) -> Calibrated {
     let samples = runs.samples;
@@ -150,29 +135,38 @@ pub fn calibrated(runs: &Runs<'_>, requirement: &Requirement) -> Calibrated {
     let candidate = |&(family, longest): &(usize, usize)| {
         let shapes = [sides[0].shape(family, longest), sides[1].shape(family, longest)];
         let window = if longest == 0 { 0.0 } else { windows[longest - 1] };
-        Candidate::new(shapes, &sides, window, requirement)
+        Candidate { shapes, window, inflation: [0.0; 2] }
     };
-    let candidates: Vec<Candidate> = kinds.par_iter().map(candidate).collect();
-    let band = |choice| averaged(&candidates, &sides, runs, requirement, choice);
-    chosen_band(band, requirement, [&sides[0].tail, &sides[1].tail])
+    let mut candidates: Vec<Candidate> = kinds.par_iter().map(candidate).collect();
+    let tails = [&sides[0].tail, &sides[1].tail];
+    let target = requirement.target(tails);
+    widen(&mut candidates, target, requirement, tails);
+    let band = |level| averaged(&candidates, &sides, runs, requirement, level);
+    lowered(band, requirement.least_level(tails), 1.0 - target)
 }
 
-/// The band; where tails are light, the one of the lowest level allowed at which held-out runs leave no more outside than
-/// is aimed at. The mean excess is drawn toward a usual one, which is too large there.
-fn chosen_band(
-    band: impl Fn(Choice) -> Calibrated,
-    requirement: &Requirement,
-    tails: [&Tail; 2],
-) -> Calibrated {
-    let (least, aim) = (requirement.least_level(tails), requirement.lowered_aim());
-    let light = 1.0 + LIGHT_EXCESS / (requirement.block as f64).sqrt();
-    let widths = light + (AVERAGED_WIDTHS - light) * (least - LEAST_LEVEL) / (1.0 - LEAST_LEVEL);
-    let mut found = band(Choice { level: 1.0, widths });
+/// Sets how far every candidate is widened if excesses are exponentially distributed.
+fn widen(candidates: &mut [Candidate], target: f64, requirement: &Requirement, tails: [&Tail; 2]) {
+    let shapes = candidates.iter().flat_map(|candidate| &candidate.shapes);
+    let mean = requirement.mean_excess(shapes.flat_map(|shape| shape.excesses.iter().map(|(_, e)| e)));
+    candidates.par_iter_mut().for_each(|candidate| {
+        for (side, tail) in tails.into_iter().enumerate() {
+            let excesses: Vec<Excess> =
+                candidate.shapes[side].excesses.iter().map(|(_, excess)| *excess).collect();
+            candidate.inflation[side] = inflation(&excesses, mean, target, requirement, tail);
+        }
+    });
+}
+
+/// The band of the lowest level, from a least one to 1, at which held-out runs keep the coverage that is aimed at; of the
+/// level 1 if they do not even keep it there.
+fn lowered(band: impl Fn(f64) -> Calibrated, least: f64, aim: f64) -> Calibrated {
+    let mut found = band(1.0);
     let (mut low, mut high) = (least, 1.0);
     if least < 1.0 && found.held_out.coverage >= aim {
         for _ in 0..LEVEL_HALVINGS {
             let level = 0.5 * (low + high);
-            let lowered = band(Choice { level, widths });
+            let lowered = band(level);
             if lowered.held_out.coverage >= aim {
                 (found, high) = (lowered, level);
             } else {
@@ -291,15 +285,6 @@ impl<'a> Side<'a> {
 }
 
 impl Candidate {
-    fn new(shapes: [Shape; 2], sides: &[Side<'_>; 2], window: f64, requirement: &Requirement) -> Self {
-        let level = |side: usize| {
-            let excesses: Vec<Excess> = shapes[side].excesses.iter().map(|(_, excess)| *excess).collect();
-            inflation(&excesses, requirement, &sides[side].tail)
-        };
-        let inflation = [level(0), level(1)];
-        Self { shapes, window, inflation }
-    }
-
     /// The bounds of both sides, and the sum of their distances.
     fn widened(&self, sides: &[Side<'_>; 2], level: f64) -> ([Vec<f64>; 2], f64) {
         let bounds = [0, 1].map(|side| self.widened_side(side, &sides[side], level));
@@ -322,27 +307,27 @@ impl Candidate {
     }
 }
 
-/// The mean of the narrowest candidates, and what held-out runs do in it.
+/// The mean of the narrowest candidates, each widened by its inflation times `level`, and what held-out runs do in it.
 fn averaged(
     candidates: &[Candidate],
     sides: &[Side<'_>; 2],
     runs: &Runs<'_>,
     requirement: &Requirement,
-    choice: Choice,
+    level: f64,
 ) -> Calibrated {
     let widened: Vec<([Vec<f64>; 2], f64)> =
-        candidates.par_iter().map(|candidate| candidate.widened(sides, choice.level)).collect();
+        candidates.par_iter().map(|candidate| candidate.widened(sides, level)).collect();
     let narrowest = widened.iter().map(|(_, width)| *width).fold(f64::INFINITY, f64::min);
     let chosen: Vec<(&Candidate, &[Vec<f64>; 2])> = candidates
         .iter()
         .zip(&widened)
-        .filter(|(_, (_, width))| *width <= choice.widths * narrowest)
+        .filter(|(_, (_, width))| *width <= AVERAGED_WIDTHS * narrowest)
         .map(|(candidate, (bounds, _))| (candidate, bounds))
         .collect();
     let share = 1.0 / chosen.len() as f64;
     let mut bounds = [vec![0.0; runs.samples], vec![0.0; runs.samples]];
     let inflation = [0, 1].map(|side| {
-        choice.level * chosen.iter().map(|(candidate, _)| candidate.inflation[side]).sum::<f64>() * share
+        level * chosen.iter().map(|(candidate, _)| candidate.inflation[side]).sum::<f64>() * share
     });
     let mut excesses = Vec::new();
     for (side, of) in sides.iter().enumerate() {
