@@ -1,8 +1,6 @@
 //! The system that the integrator integrates: tolerances, guards and phases of a mechanism, and the samples
 //! of a run.
 
-use std::f64::consts::PI;
-
 use crate::contact::clearance::Phase;
 use crate::dynamics::{Dynamics, Linearization, relative_motion};
 use crate::integrators::dense::DenseStep;
@@ -188,8 +186,7 @@ impl<'a> Recorder<'a> {
     pub(crate) fn unwind(&mut self, q: &mut [f64]) {
         let mechanism = self.mechanism;
         for (q, &column) in q.iter_mut().zip(&mechanism.free) {
-            // As a rule it is within half a turn.
-            if q.abs() > PI && mechanism.frames[column + 1].kind == FrameKind::Revolute {
+            if let FrameKind::Revolute = mechanism.frames[column + 1].kind {
                 let (angle, turns) = unwind(*q);
                 *q = angle;
                 self.dynamics.turns[column] += turns;

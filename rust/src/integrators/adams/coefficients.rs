@@ -6,15 +6,15 @@
 //! ```
 
 /// Largest order of the predictor.
-pub(in crate::integrators) const MOST: usize = 12;
+pub(super) const MOST: usize = 12;
 /// Accelerations kept: one more than the predictor uses, for the error of the next order.
-pub(in crate::integrators) const KEPT: usize = MOST + 1;
+pub(super) const KEPT: usize = MOST + 1;
 
 /// The α_1, α_2, ... of a step, and one place that none takes.
 pub(in crate::integrators) type Alphas = [f64; KEPT + 1];
 
 /// Single and double integrals of c_1, c_2, ..., in h and h².
-pub(in crate::integrators) type Integrals = [[f64; KEPT]; 2];
+pub(super) type Integrals = [[f64; KEPT]; 2];
 
 /// 1, 1/2, 1/3, ...: at equal steps the α.
 pub(super) const RECIPROCALS: Alphas = {

@@ -132,30 +132,36 @@ pub fn calibrated(runs: &Runs<'_>, requirement: &Requirement) -> Calibrated {
     let kinds: Vec<(usize, usize)> = (0..2)
         .flat_map(|family| (0..=windows.len()).filter(is_longest).map(move |longest| (family, longest)))
         .collect();
-    let candidate = |&(family, longest): &(usize, usize)| {
+    let shape = |&(family, longest): &(usize, usize)| {
         let shapes = [sides[0].shape(family, longest), sides[1].shape(family, longest)];
-        let window = if longest == 0 { 0.0 } else { windows[longest - 1] };
-        Candidate { shapes, window, inflation: [0.0; 2] }
+        (shapes, if longest == 0 { 0.0 } else { windows[longest - 1] })
     };
-    let mut candidates: Vec<Candidate> = kinds.par_iter().map(candidate).collect();
+    let shapes: Vec<([Shape; 2], f64)> = kinds.par_iter().map(shape).collect();
     let tails = [&sides[0].tail, &sides[1].tail];
     let target = requirement.target(tails);
-    widen(&mut candidates, target, requirement, tails);
+    let candidates = widened(shapes, target, requirement, tails);
     let band = |level| averaged(&candidates, &sides, runs, requirement, level);
     lowered(band, requirement.least_level(tails), 1.0 - target)
 }
 
-/// Sets how far every candidate is widened if excesses are exponentially distributed.
-fn widen(candidates: &mut [Candidate], target: f64, requirement: &Requirement, tails: [&Tail; 2]) {
-    let shapes = candidates.iter().flat_map(|candidate| &candidate.shapes);
-    let mean = requirement.mean_excess(shapes.flat_map(|shape| shape.excesses.iter().map(|(_, e)| e)));
-    candidates.par_iter_mut().for_each(|candidate| {
-        for (side, tail) in tails.into_iter().enumerate() {
-            let excesses: Vec<Excess> =
-                candidate.shapes[side].excesses.iter().map(|(_, excess)| *excess).collect();
-            candidate.inflation[side] = inflation(&excesses, mean, target, requirement, tail);
-        }
-    });
+/// The shapes of all windows with how far each is widened if excesses are exponentially distributed.
+fn widened(
+    shapes: Vec<([Shape; 2], f64)>,
+    target: f64,
+    requirement: &Requirement,
+    tails: [&Tail; 2],
+) -> Vec<Candidate> {
+    let both = shapes.iter().flat_map(|(shapes, _)| shapes);
+    let mean = requirement.mean_excess(both.flat_map(|shape| shape.excesses.iter().map(|(_, e)| e)));
+    let inflation_of = |shape: &Shape, tail: &Tail| {
+        let excesses: Vec<Excess> = shape.excesses.iter().map(|(_, excess)| *excess).collect();
+        inflation(&excesses, mean, target, requirement, tail)
+    };
+    let candidate = |(shapes, window): ([Shape; 2], f64)| {
+        let inflation = [0, 1].map(|side| inflation_of(&shapes[side], tails[side]));
+        Candidate { shapes, window, inflation }
+    };
+    shapes.into_par_iter().map(candidate).collect()
 }
 
 /// The band of the lowest level, from a least one to 1, at which held-out runs keep the coverage that is aimed at; of the
