@@ -58,7 +58,8 @@ class StudyTradeoffPoint(records.ArrayRecord):
     width_error : Array
         Relative error of the width, mean over time [-], shape (outputs,): positive if too wide.
     containment : Array
-        Share of the samples of the hold-out runs that are within the bounds [-], shape (outputs,).
+        Share of the samples of the hold-out runs that are within the bounds [-], shape (outputs,); NaN
+        without bounds, as of a failed setting or of polynomials above degree 30.
     escape : Array
         Largest distance of a hold-out run from the bounds over the largest width [-], shape (outputs,).
     fit_error : Array
@@ -177,8 +178,8 @@ class StudyTradeoff(records.ArrayRecord, Exports):
         if not good:
             limits = f"widths within {100.0 * width_error:.3g} % and {100.0 * containment:.4g} % inside"
             text = f"no bounds measured have {limits} for every output"
-            done = [point for point in self.points if point.status == "done"]
-            if done:
+            bounded = [point for point in self.points if not np.any(np.isnan(point.containment))]
+            if bounded:
 
                 def excess(point: StudyTradeoffPoint) -> float:
                     """Largest ratio by which a limit is exceeded."""
@@ -186,7 +187,7 @@ class StudyTradeoff(records.ArrayRecord, Exports):
                     allowed = max(1.0 - containment, 1.0 / self.holdout)
                     return max(float(np.max(_sizes(point.width_error))) / width_error, outside / allowed)
 
-                text += f"; the nearest: {self._in_words(min(done, key=excess))}"
+                text += f"; the nearest: {self._in_words(min(bounded, key=excess))}"
             return StudyRecommendation(None, text)
         best = min(good, key=lambda point: (point.runs, float(np.max(_sizes(point.width_error)))))
         return StudyRecommendation(best, self._in_words(best))

@@ -275,13 +275,16 @@ def _fit_error(band: Band, probes: StudyResult, width: float) -> float:
 
 
 def _judge(lower: Array, upper: Array, least: Array, most: Array, runs: Array) -> tuple[float, float, float]:
-    """Width error, containment and escape of bounds against the reference and the hold-out runs [-]."""
+    """Width error, containment and escape of bounds against the reference and the hold-out runs [-].
+
+    All are NaN where there are no bounds.
+    """
     width = float(np.max(most - least))
     outside = np.maximum(lower - runs, runs - upper)
     mean = np.mean(most - least)
     return (
         float(_relative(np.mean(upper - lower) - mean, mean)),
-        float(np.mean(outside <= _SLACK * width)),
+        float(np.mean(np.where(np.isnan(outside), math.nan, outside <= _SLACK * width))),
         float(_relative(max(np.max(outside), 0.0), width)),
     )
 

@@ -135,6 +135,19 @@ def test_settings_of_a_study_that_fail_stay_in_the_table(monkeypatch):
     assert result.recommendation().point.degree == 1
 
 
+def test_polynomials_without_a_certified_range_bound_nothing():
+    study = cc.Study(faller, {"gravity": cc.interval(9.0, 10.0)}, ["block.y"], duration=0.5, samples=11)
+    result = study.tradeoff(degrees=[31], points=[], holdout=5, **GRIDS)
+    interval, polynomial, _ = result
+    assert interval.containment[0] == 1.0
+    numbers = [polynomial.width_error, polynomial.containment, polynomial.escape]
+    assert np.all(np.isnan(numbers))
+    assert result.cells()[1][1][6:9] == ["-", "-", "-"]
+    assert result.recommendation(containment=0.0).point is interval
+    # Nothing is as good, and the nearest has bounds.
+    assert "the nearest: interval" in str(result.recommendation(1e-300))
+
+
 def test_wrong_arguments_of_a_study_are_listed_together():
     study = cc.Study(faller, {"gravity": cc.interval(9.0, 10.0)}, ["block.y"], duration=0.5, samples=11)
     with pytest.raises(ValueError) as caught:
