@@ -62,12 +62,14 @@ pub(super) struct Run<'a> {
     /// The dense output of the present step is complete.
     pub(super) dense: bool,
     /// Errors of the present step, once found.
-    errors: Option<[f64; 2]>,
+    pub(super) errors: Option<[f64; 2]>,
     /// The present step ends beyond a kink.
     pub(super) beyond_kink: bool,
     /// [`HybridSystem::velocity_refinement`] at the start of the step, and its maximum over the step.
     pub(super) start_refinement: f64,
     pub(super) velocity_refinement: f64,
+    /// [`HybridSystem::caution`] in the present step.
+    caution: f64,
     /// Why the last attempt was rejected: the status of the run if no shorter step is accepted.
     refusal: Status,
     /// End of the present step after its projection, its instant, and the result of the projection.
@@ -131,6 +133,7 @@ pub fn integrate_with(
         beyond_kink: false,
         start_refinement: 1.0,
         velocity_refinement: 1.0,
+        caution: 1.0,
         refusal: Status::StepUnderflow,
         next_q: vec![0.0; d],
         next_v: vec![0.0; d],
@@ -163,6 +166,7 @@ impl Run<'_> {
                 return Err((if finite { Status::SingularMechanism } else { Status::NonFinite }, None));
             }
             self.start_refinement = self.system.velocity_refinement();
+            self.caution = self.system.caution();
             h = h.min(self.system.step_bound()).min(self.limits.max_step);
             let (taken, error, event) = self.attempt_to_event(h, end)?;
             let cut = event.is_some() || self.next_t >= end;
@@ -225,10 +229,10 @@ impl Run<'_> {
             None => self.find_errors(),
         };
         let b = self.velocity_refinement * b;
-        if a > b || a.is_nan() { a } else { b }
+        self.caution * if a > b || a.is_nan() { a } else { b }
     }
 
-    /// Largest local errors of positions and velocities relative to their tolerances without refinement.
+    /// Largest local errors of positions and velocities relative to their tolerances without refinement and caution.
     fn find_errors(&mut self) -> [f64; 2] {
         let (position, velocity) = self.method.step().error.split_at(self.q.len());
         let scaled = |error: &[f64], tolerance: &[f64]| {
@@ -381,11 +385,11 @@ impl Run<'_> {
         h * if self.was_rejected { factor.min(1.0) } else { factor }
     }
 
-    /// Growth of a step within its tolerance, from that without the refinement of the velocities in the `error` of
-    /// the last one.
+    /// Growth of a step within its tolerance, from that without the refinement and caution in the `error` of the last
+    /// one.
     fn refined(&mut self, growth: f64, error: f64) -> f64 {
         // As a rule.
-        if self.velocity_refinement == 1.0 {
+        if self.velocity_refinement == 1.0 && self.caution == 1.0 {
             return growth;
         }
         let [position, velocity] = self.errors.unwrap_or([error; 2]);

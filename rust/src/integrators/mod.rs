@@ -66,6 +66,12 @@ pub trait HybridSystem {
         false
     }
 
+    /// Factor, at least 1, by which all tolerances of [`HybridSystem::tolerances`] must be divided in the step that
+    /// begins in the state of the last [`HybridSystem::begin`].
+    fn caution(&self) -> f64 {
+        1.0
+    }
+
     /// Factor, at least 1, by which the velocity tolerances of [`HybridSystem::tolerances`] must be divided:
     /// at the state of the last [`HybridSystem::begin`], and between it and the state at which the guards
     /// were last evaluated.

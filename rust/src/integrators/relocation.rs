@@ -128,7 +128,11 @@ impl Run<'_> {
         let step = self.method.step();
         (step.h, step.damping) = (0.0, 0.0);
         step.end.copy_from_slice(&step.start);
+        step.error.fill(0.0);
         self.end_guards.copy_from_slice(&self.start_guards);
+        // Error, kink and refinement were those of the end that is given up, and a step of length zero that
+        // they reject could not be made shorter.
+        (self.errors, self.beyond_kink, self.velocity_refinement) = (None, false, self.start_refinement);
         Ok(Some(guard))
     }
 

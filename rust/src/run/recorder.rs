@@ -248,7 +248,7 @@ impl<'a> Recorder<'a> {
             self.step.next_break = mechanism.next_break(t);
         }
         self.step.bound = self.step.next_break - t;
-        self.step.velocity_refinement = 1.0;
+        (self.step.velocity_refinement, self.step.caution) = (1.0, 1.0);
         for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
             let motion = self.dynamics.joint_motion(joint);
             let phase = self.dynamics.phases[index];
@@ -275,7 +275,10 @@ impl<'a> Recorder<'a> {
                     let bound = clearance / (rate + (rate * rate + acceleration * clearance).sqrt());
                     self.step.bound = self.step.bound.min(self.settings.refinement() * bound);
                 }
-                Phase::Contact { .. } => self.watch_force(t, index, &motion, [state.normal_force, rate]),
+                Phase::Contact { .. } => {
+                    self.watch_force(t, index, &motion, [state.normal_force, rate]);
+                    self.begin_with_caution(t, index);
+                }
             }
         }
     }
@@ -400,6 +403,10 @@ impl HybridSystem for Recorder<'_> {
 
     fn velocity_refinement(&self) -> f64 {
         self.step.velocity_refinement
+    }
+
+    fn caution(&self) -> f64 {
+        self.step.caution
     }
 
     fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> f64 {

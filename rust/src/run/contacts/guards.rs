@@ -24,6 +24,8 @@ pub(crate) struct StepDemands {
     /// Factor by which the velocity tolerance must be divided, up to the state at which the guards were last
     /// evaluated.
     pub(crate) velocity_refinement: f64,
+    /// Factor by which all tolerances of the step must be divided.
+    pub(crate) caution: f64,
     /// Sliding velocity of every clearance joint with friction at the start of the step [m/s]; `None` where
     /// there is no normal force.
     pub(crate) slides: Vec<Option<f64>>,
@@ -39,6 +41,7 @@ impl StepDemands {
             // Found where the first step starts.
             next_break: f64::NEG_INFINITY,
             velocity_refinement: 1.0,
+            caution: 1.0,
             slides: vec![None; joints],
             breaks_away: false,
         }
@@ -116,6 +119,17 @@ impl Recorder<'_> {
             let phases = &self.dynamics.phases;
             let refinement = self.tolerances.velocity_refinement(self.mechanism, phases, index, start, state);
             self.step.velocity_refinement = self.step.velocity_refinement.max(refinement);
+        }
+    }
+
+    /// Raises the caution of the step that begins at `t` [s] to what the age of a contact asks for. One that sticks has
+    /// no need: there errors arise where friction changes.
+    pub(crate) fn begin_with_caution(&mut self, t: f64, index: usize) {
+        if let Some(open) = &self.log.open[index]
+            && !self.sticks_at_start(index)
+        {
+            let caution = self.tolerances.caution(self.mechanism, index, t - open.contact.onset);
+            self.step.caution = self.step.caution.max(caution);
         }
     }
 }
