@@ -148,6 +148,10 @@ impl Stepper for Auto {
         self.active().attempt(system, h, stats)
     }
 
+    fn reject(&mut self) {
+        self.active().reject();
+    }
+
     fn step(&mut self) -> &mut DenseStep {
         self.active().step()
     }

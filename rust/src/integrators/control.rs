@@ -278,6 +278,7 @@ impl Run<'_> {
                 return Ok((length, error));
             }
             self.stats.rejected += 1;
+            self.method.reject();
             let failed = !finite || !error.is_finite();
             self.refusal = if failed { Status::NonFinite } else { Status::StepUnderflow };
             self.was_rejected = true;
@@ -321,6 +322,7 @@ impl Run<'_> {
                 }
             };
             self.stats.rejected += 1;
+            self.method.reject();
             self.refusal = why;
             was_refused = true;
             h = factor * self.method.step().h;

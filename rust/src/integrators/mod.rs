@@ -128,6 +128,10 @@ pub trait Stepper {
     /// something is not finite.
     fn attempt(&mut self, system: &mut dyn HybridSystem, h: f64, stats: &mut Stats) -> bool;
 
+    /// Learns that the last attempt is not accepted: its error is above the tolerances, with what a system asks beyond
+    /// those of [`Stepper::restart`], or not finite.
+    fn reject(&mut self) {}
+
     /// The step with its error estimate.
     fn step(&mut self) -> &mut DenseStep;
 

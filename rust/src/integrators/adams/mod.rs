@@ -397,9 +397,11 @@ impl Stepper for Adams {
         let evaluations = if self.started { Start::EVALUATIONS } else { 1 };
         stats.stages += evaluations;
         stats.evaluations += evaluations;
-        let finite = if self.started { self.take_start(system) } else { self.take(system) };
-        self.failures += u32::from(!finite || self.error > 1.0);
-        finite
+        if self.started { self.take_start(system) } else { self.take(system) }
+    }
+
+    fn reject(&mut self) {
+        self.failures += 1;
     }
 
     fn step(&mut self) -> &mut DenseStep {
