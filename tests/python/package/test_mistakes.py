@@ -156,7 +156,7 @@ def test_a_plot_shows_that_a_run_ended_early():
 
 def test_a_plot_over_another_column_shows_it_too():
     run = cc.simulate(
-        MECHANISMS.slider_crank(), duration=0.06, samples=61, max_steps=500, on_failure="return"
+        MECHANISMS.slider_crank(), duration=0.06, samples=61, max_steps=1000, on_failure="return"
     )
     turned = run["crank.angle"]
     ax = run.plot("slider.vx", x=turned, x_label="crank angle [rad]")

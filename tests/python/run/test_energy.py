@@ -332,13 +332,14 @@ def unbalanced(run):
     return float(texts[0].split(" J, ")[1].split(" %")[0]) / 100.0 if texts else 0.0
 
 
-PINS = {"clearance": 3e-4, "clearance_at": ("crank_pin", "wrist"), "crank_speed": cc.rpm(365.0)}
+PINS = {"clearance": 2e-4, "clearance_at": ("crank_pin", "wrist"), "crank_speed": cc.rpm(650.0)}
 
 
 @pytest.mark.parametrize("outputs", [["slider.vx"], ["energy.*"]], ids=["not asked for", "asked for"])
 def test_a_run_whose_energy_does_not_balance_warns(outputs):
-    given = {"duration": 0.05, "samples": 101, "rtol": 4.4e-4}
-    scene = heavy_rod("as_printed", 0.9, **PINS)
+    # Off by 6.4e-3 to 9.3e-3 at rtol from 8e-4 to 1.2e-3.
+    given = {"duration": 0.05, "samples": 101, "rtol": 9e-4, "method": "rodas5p"}
+    scene = heavy_rod("as_printed", 1.5, **PINS)
     energies = cc.simulate(scene, **given, outputs=["energy.*"])
     # No gravity acts.
     largest = max(np.abs(energies[f"energy.{name}"]).max() for name in ENERGIES if name != "total")
