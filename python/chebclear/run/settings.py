@@ -95,7 +95,8 @@ class Settings(Shown):
         without one; from `rtol` and this scale if not given.
     velocity_tolerance : float, optional
         Absolute tolerance of velocities [m/s], at most the speed of the scene; from `rtol` and this scale if
-        not given.
+        not given. Both are tightened, up to thirtyfold, while an impact lasts, and that of velocities where a
+        contact slides slowly.
     features : sequence of Feature, optional
         Features to compute during the run, such as ``[cc.peak("slider.ax"), cc.impacts("wrist")]``.
         `Trajectory.peak` and `Trajectory.feature` then return them without a second simulation.

@@ -94,9 +94,10 @@ pub struct Settings {
     pub features: Vec<Feature>,
     /// Number of equal pieces of the sampled time, each with features of its own.
     pub cycles: usize,
-    /// Local position error [m]; `None`: from `rtol` and the scene.
+    /// Local position error [m]; `None`: from `rtol` and the scene. Tighter while an impact lasts.
     pub position_tolerance: Option<f64>,
-    /// Local velocity error [m/s]; `None`: from `rtol` and the scene.
+    /// Local velocity error [m/s]; `None`: from `rtol` and the scene. Tighter while an impact lasts and where a
+    /// contact slides slowly.
     pub velocity_tolerance: Option<f64>,
     /// If this run is the companion of another (the tighter run of an error estimate), the `rtol` of that
     /// other run. All that limits the accuracy is then tightened in the ratio of both `rtol`.
