@@ -252,6 +252,13 @@ impl Run<'_> {
         (SAFETY * power(error, -exponent)).clamp(SMALLEST_FACTOR, LARGEST_FACTOR)
     }
 
+    /// Counts an attempt that is not accepted, and keeps why.
+    fn reject(&mut self, why: Status) {
+        self.stats.rejected += 1;
+        self.method.reject();
+        self.refusal = why;
+    }
+
     /// Takes a step of at most `h` whose error is within the tolerance; returns its length and error.
     fn attempt(&mut self, mut h: f64, end: f64) -> Result<(f64, f64), Failure> {
         self.was_rejected = false;
@@ -277,10 +284,8 @@ impl Run<'_> {
             if finite && error <= 1.0 {
                 return Ok((length, error));
             }
-            self.stats.rejected += 1;
-            self.method.reject();
             let failed = !finite || !error.is_finite();
-            self.refusal = if failed { Status::NonFinite } else { Status::StepUnderflow };
+            self.reject(if failed { Status::NonFinite } else { Status::StepUnderflow });
             self.was_rejected = true;
             h = length * if failed { FAILURE_FACTOR } else { self.factor(error).min(SAFETY) };
         }
@@ -321,9 +326,7 @@ impl Run<'_> {
                     Projection::Singular => (Status::SingularMechanism, FAILURE_FACTOR),
                 }
             };
-            self.stats.rejected += 1;
-            self.method.reject();
-            self.refusal = why;
+            self.reject(why);
             was_refused = true;
             h = factor * self.method.step().h;
         }

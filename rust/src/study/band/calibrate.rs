@@ -60,10 +60,9 @@ const USUAL_RUNS: f64 = 8.0;
 const LEVEL: f64 = 1.03;
 
 /// Where the spread of the runs is uneven in time, a rare excess at an instant of small spread may be as large as
-/// a common one at an instant of large spread. Bounds are therefore widened in proportion to this power of the
-/// unevenness, up to a largest one. Runs of several revolutions contain more rare motions: the powers of this factor, of
-/// [`LEVEL`] and of [`RARE_LEVEL`] are then divided by the square root of their number.
-const UNEVENNESS_POWER: f64 = 1.0;
+/// a common one at an instant of large spread. Bounds are therefore widened in proportion to the unevenness, up to this
+/// one. Runs of several revolutions contain more rare motions: that factor, [`LEVEL`] and [`RARE_LEVEL`] then count
+/// with the power of one over the square root of their number.
 const LARGEST_UNEVENNESS: f64 = 2.1;
 
 /// Level, for [`FEW_RUNS`] runs, where the bound is set by rare motions of a few runs [local spreads]. What the study
@@ -243,7 +242,7 @@ pub fn inflation(excesses: &[Excess], mean: f64, target: f64, requirement: &Requ
         return 0.0;
     }
     let root = (block as f64).sqrt();
-    let factor = (LEVEL * tail.unevenness.min(LARGEST_UNEVENNESS).powf(UNEVENNESS_POWER)).powf(1.0 / root);
+    let factor = (LEVEL * tail.unevenness.min(LARGEST_UNEVENNESS)).powf(1.0 / root);
     let rareness = tail.rareness();
     let usual = (factor * mean).powf(1.0 - rareness / root);
     let rare = (RARE_LEVEL * requirement.fewness()).powf(rareness / root);
