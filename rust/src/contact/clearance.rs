@@ -102,7 +102,8 @@ impl ClearanceLaw {
             return None;
         }
         let eccentricity = square.sqrt();
-        let inverse = S::constant(1.0) / eccentricity;
+        // Root and quotient do not wait for each other.
+        let inverse = eccentricity * (S::constant(1.0) / square);
         let (nx, ny) = (ex * inverse, ey * inverse);
         Some(Geometry {
             inverse,

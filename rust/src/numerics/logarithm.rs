@@ -19,13 +19,15 @@ pub const fn binary_logarithm(value: f64) -> f64 {
 
 /// 2 to a power, to 1e-7 of itself. Beyond the range of normal numbers the power is that at its ends.
 #[inline]
-pub fn binary_power(exponent: f64) -> f64 {
+pub const fn binary_power(exponent: f64) -> f64 {
     let exponent = exponent.clamp(-1022.0, 1023.0);
     let whole = (exponent + if exponent < 0.0 { -0.5 } else { 0.5 }) as i64;
     let x = (exponent - whole as f64) * std::f64::consts::LN_2;
-    let series = 1.0 + x / 4.0 * (1.0 + x / 5.0 * (1.0 + x / 6.0 * (1.0 + x / 7.0)));
-    let fraction = 1.0 + x * (1.0 + x / 2.0 * (1.0 + x / 3.0 * series));
-    fraction * f64::from_bits(((whole + 1023) as u64) << 52)
+    // Lengths of steps wait for this sum: its parts do not wait for each other.
+    let square = x * x;
+    let low = (1.0 + x) + square * (1.0 / 2.0 + x * (1.0 / 6.0));
+    let high = (1.0 / 24.0 + x * (1.0 / 120.0)) + square * (1.0 / 720.0 + x * (1.0 / 5040.0));
+    (low + square * square * high) * f64::from_bits(((whole + 1023) as u64) << 52)
 }
 
 /// A number above zero to a power, to 1e-7 of itself times one and the size of the exponent.

@@ -292,12 +292,12 @@ impl Adams {
             squares(weights, self.a.iter().zip(predicted).map(|(a, predicted)| a - predicted));
         let corrections = squares(weights, self.last.iter().copied());
         // The sums are squares of norms, so each rate takes one more square root.
-        let ratio = (accelerations / corrections).sqrt();
         let [position, velocity] = self.differences.correction(self.taken_order);
-        let rate = if position * position * corrections > rounding_of(q) {
-            (ratio / position).sqrt()
-        } else if velocity * velocity * corrections > rounding_of(v) {
-            ratio / velocity
+        let [positions, velocities] = [position, velocity].map(|part| part * part * corrections);
+        let rate = if positions > rounding_of(q) {
+            (accelerations / positions).sqrt().sqrt()
+        } else if velocities > rounding_of(v) {
+            (accelerations / velocities).sqrt()
         } else {
             0.0
         };
