@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from typing import NamedTuple
 
@@ -249,15 +249,21 @@ _JAMMED = re.compile(
 )
 
 
-def jammed(warning: str) -> str:
-    """Which part of the runs may be jammed, and where in the box, if this is what a warning tells.
+def jammed(warnings: Iterable[str]) -> str:
+    """How many of the runs may be jammed, and where in the box, if warnings tell that of a joint.
 
-    Not if all are: that is no matter of the box. Then the stiffness may be too small.
+    Those of an extended study tell it of each part. Not if all runs are: that is no matter of the box.
+    Then the stiffness may be too small.
     """
-    found = _JAMMED.fullmatch(warning)
-    if found is None or found["runs"] == found["all"]:
-        return ""
-    return f"{found['runs']} of {found['all']} runs may be jammed at joint {found['joint']}{found['place']}"
+    parts = [found for warning in warnings if (found := _JAMMED.fullmatch(warning))]
+    for joint in dict.fromkeys(part["joint"] for part in parts):
+        of_joint = [part for part in parts if part["joint"] == joint]
+        runs, count = (sum(int(part[name]) for part in of_joint) for name in ("runs", "all"))
+        if runs < count:
+            places = {part["place"] for part in of_joint}
+            place = places.pop() if len(places) == 1 else ""
+            return f"{runs} of {count} runs may be jammed at joint {joint}{place}"
+    return ""
 
 
 def _without_number(found: re.Match[str]) -> str:

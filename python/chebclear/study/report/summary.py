@@ -169,7 +169,7 @@ def _unfit(result: Any) -> str:
             f"a box in which all runs succeed: {len(failed)} of {count} failed{place}, see result.failures, "
             "and no bound holds there"
         )
-    jams = next(filter(None, map(jammed, result.warnings)), "")
+    jams = jammed(result.warnings)
     return jams and f"a box in which no mechanism jams: {jams}"
 
 
