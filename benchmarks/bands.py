@@ -3,7 +3,7 @@
     python benchmarks/bands.py FOLDER [--problems P1 P2] [--budgets 9 41 81 321] [--seeds 6] [--csv FILE]
 
 The reference hull, the fresh runs and the runs of the studies of a problem are made once and kept in FOLDER:
-some minutes for each. Of every output it prints: the share of the samples of fresh runs that are inside, its
+some minutes for each. Seven problems with one parameter are made if they are named. Of every output it prints: the share of the samples of fresh runs that are inside, its
 standard deviation between studies, the width over that of the hull, the coverage of held-out runs, the share
 of whole runs inside and its estimate, the verdicts, and the processor time of bands over that of the runs.
 With --certify it judges certified bands.
@@ -191,6 +191,25 @@ PROBLEMS: dict[str, tuple[Any, dict[str, cc.Interval], dict[str, Any], list[str]
 }
 
 
+def alone(name: str, parameter: str) -> tuple[Any, ...]:
+    """A problem with one of its parameters, the others being in the middle of their intervals."""
+    build, intervals, fixed, *rest = PROBLEMS[name]
+    others = {other: intervals[other].midpoint for other in intervals if other != parameter}
+    return (build, {parameter: intervals[parameter]}, fixed | others, *rest)
+
+
+ALONE = {
+    "P1 crank": alone("P1", "crank_length"),
+    "P2 rod": alone("P2", "rod_length"),
+    "P4 coupler": alone("P4", "coupler_length"),
+    "quick return clearance": alone("quick return", "clearance"),
+    "six-bar link": alone("six-bar", "link_length"),
+    "two pins clearance": alone("two pins", "clearance"),
+    "chain length": alone("chain", "length"),
+}
+PROBLEMS |= ALONE
+
+
 def study_of(name: str, **options: Any) -> cc.Study:
     """The study of a problem."""
     build, intervals, fixed, outputs, times = PROBLEMS[name]
@@ -343,7 +362,8 @@ def budgets_of(name: str, asked: argparse.Namespace) -> list[list[Any]]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("folder", type=Path, help="where hulls and runs are kept")
-    parser.add_argument("--problems", nargs="+", default=list(PROBLEMS), choices=list(PROBLEMS))
+    usual = [name for name in PROBLEMS if name not in ALONE]
+    parser.add_argument("--problems", nargs="+", default=usual, choices=list(PROBLEMS))
     parser.add_argument("--budgets", nargs="+", type=int, default=[9, 41, 81, 321])
     parser.add_argument("--seeds", type=int, default=6, help="number of studies, each with its seed")
     parser.add_argument("--first-seed", type=int, default=0, help="others are tried with 100")

@@ -176,7 +176,12 @@ fn held_out_runs_are_aimed_at_less_than_what_is_asked() {
         (target(321, 1, 2, 0.6, 3.0), 0.46),
         (target(9, 1, 2, 0.9, 1.0), 0.46 / 3.0),
         (target(9, 4, 2, 0.9, 1.0), 0.8 * (18.0_f64 / 81.0).sqrt()),
-        (target(81, 1, 1, 0.9, 1.0), 0.46 * 2.0_f64.sqrt()),
+        // With one parameter by its third power, times the root of the unevenness.
+        (target(81, 1, 1, 0.9, 1.0), 0.46),
+        (target(81, 1, 1, 0.5, 1.0), 0.46 * 1.2_f64.powi(3)),
+        (target(81, 1, 1, 0.5, 1.44), 0.46),
+        (target(81, 1, 1, 0.4, 1.44), 0.46 * 1.25_f64.powi(3)),
+        (target(41, 1, 1, 0.1, 1.0), 0.46 * 2.8 * (41.0_f64 / 81.0).sqrt()),
         (target(41, 1, 8, 0.9, 1.0), 0.23 * (41.0_f64 / 81.0).sqrt()),
         // By the root of the heaviness, mean of both sides, with several revolutions times the unevenness.
         (target(81, 1, 2, 0.6 / 2.0, 2.0), 0.46 * 2.0_f64.sqrt()),
