@@ -2,10 +2,11 @@
 
     python benchmarks/bands.py FOLDER [--problems P1 P2] [--budgets 9 41 81 321] [--seeds 6] [--csv FILE]
 
-The reference hull, the fresh runs and the runs of the studies of a problem are made once and kept in FOLDER:
-some minutes for each. Seven problems with one parameter are made if they are named. Of every output it prints: the share of the samples of fresh runs that are inside, its
-standard deviation between studies, the width over that of the hull, the coverage of held-out runs, the share
-of whole runs inside and its estimate, the verdicts, and the processor time of bands over that of the runs.
+The reference hull, the fresh runs and the runs of the studies of a problem are made once and kept in
+FOLDER: some minutes for each. Seven problems with a single parameter are made if they are named. Of every
+output it prints: the share of the samples of fresh runs that are inside, its standard deviation between
+studies, the width over that of the hull, the coverage of held-out runs, the share of whole runs inside and
+its estimate, the verdicts, and the processor time of bands over that of the runs.
 With --certify it judges certified bands.
 """
 
