@@ -91,14 +91,18 @@ struct Geometry<S> {
     tangential_velocity: S,
 }
 
+/// Square of the eccentricity [m²] below which the joint is concentric. Every rounding error is far above 1e-70 m, and
+/// the square of its inverse is a number.
+const CONCENTRIC: f64 = 1e-140;
+
 impl ClearanceLaw {
-    /// The geometry of the joint; `None` at |e| = 0, as in a concentric start, where the normal is undefined.
+    /// The geometry of the joint; `None` where the normal is undefined, as in a concentric start.
     #[inline(always)]
     fn geometry<S: Scalar>(&self, motion: &RelativeMotion<S>) -> Option<Geometry<S>> {
         let [ex, ey] = motion.eccentricity;
         let [vx, vy] = motion.rate;
         let square = ex * ex + ey * ey;
-        if square.value() == 0.0 {
+        if square.value() < CONCENTRIC {
             return None;
         }
         let eccentricity = square.sqrt();

@@ -223,6 +223,24 @@ fn concentric_journal_feels_no_force_and_nothing_is_divided_by_zero() {
             }
         }
     }
+    // However small the eccentricity, all is a number; where it is one, the normal has the length 1.
+    let law = law(SlidingVelocity::Surface, 1.5, Some(COULOMB));
+    for exponent in (-320..=-2).filter(|exponent| *exponent != -70) {
+        let distance = 10_f64.powi(exponent);
+        let motion =
+            RelativeMotion { eccentricity: [0.6 * distance, 0.8 * distance], rate: [3.0, 4.0], spin: 0.2 };
+        for phase in [Phase::Free, in_contact(1.0, false)] {
+            let state = law.evaluate(&motion, phase);
+            let rate = if exponent < -70 { 0.0 } else { 5.0 };
+            assert!((state.penetration_rate - rate).abs() < 1e-14, "{distance:e}: {state:?}");
+            for component in law.force_gradient(&motion, phase) {
+                assert!(
+                    component.gradient.iter().all(|slope| slope.is_finite()),
+                    "{distance:e}: {component:?}"
+                );
+            }
+        }
+    }
     let scene = pair(false, SlidingVelocity::Surface);
     for scene in [&scene, &pair(true, SlidingVelocity::ContactPoint)] {
         let mechanism = compile(scene);
