@@ -8,6 +8,10 @@ use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Latch, NormalLaw};
 use crate::numerics::dual::{Dual, Scalar};
 
+/// Square of the eccentricity [m²] below which the joint is concentric. Every rounding error is far above 1e-70 m, and
+/// the square of its inverse is a number.
+const CONCENTRIC: f64 = 1e-140;
+
 /// Convention of the sliding velocity of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SlidingVelocity {
@@ -90,10 +94,6 @@ struct Geometry<S> {
     /// ė·t.
     tangential_velocity: S,
 }
-
-/// Square of the eccentricity [m²] below which the joint is concentric. Every rounding error is far above 1e-70 m, and
-/// the square of its inverse is a number.
-const CONCENTRIC: f64 = 1e-140;
 
 impl ClearanceLaw {
     /// The geometry of the joint; `None` where the normal is undefined, as in a concentric start.

@@ -19,7 +19,7 @@ pub const fn binary_logarithm(value: f64) -> f64 {
 
 /// 2 to a power, to 1e-7 of itself. Beyond the range of normal numbers the power is that at its ends.
 #[inline]
-pub const fn binary_power(exponent: f64) -> f64 {
+pub fn binary_power(exponent: f64) -> f64 {
     let exponent = exponent.clamp(-1022.0, 1023.0);
     let whole = (exponent + if exponent < 0.0 { -0.5 } else { 0.5 }) as i64;
     let x = (exponent - whole as f64) * std::f64::consts::LN_2;

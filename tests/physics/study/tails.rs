@@ -182,6 +182,8 @@ fn held_out_runs_are_aimed_at_less_than_what_is_asked() {
         (target(81, 1, 1, 0.5, 1.44), 0.46),
         (target(81, 1, 1, 0.4, 1.44), 0.46 * 1.25_f64.powi(3)),
         (target(41, 1, 1, 0.1, 1.0), 0.46 * 2.8 * (41.0_f64 / 81.0).sqrt()),
+        // But not with several revolutions.
+        (target(9, 9, 1, 0.6 / 4.0, 2.0), 0.8 * (2.0_f64 / 3.0).sqrt()),
         (target(41, 1, 8, 0.9, 1.0), 0.23 * (41.0_f64 / 81.0).sqrt()),
         // By the root of the heaviness, mean of both sides, with several revolutions times the unevenness.
         (target(81, 1, 2, 0.6 / 2.0, 2.0), 0.46 * 2.0_f64.sqrt()),

@@ -48,8 +48,8 @@ const LARGEST_LIGHT_RATIO: f64 = 2.0;
 
 /// The same with a single parameter. A point that is left out of an even set leaves a hole, which is the larger against
 /// the distance of new points from their neighbors the fewer parameters there are. It matters where the tail is light,
-/// since motions are smooth then; where the spread is uneven in time, less. Chosen on P3a and on seven problems of
-/// `benchmarks/bands.py` with one of their parameters alone.
+/// since motions are smooth then; where the spread is uneven in time, less. Runs of several revolutions fill it. Chosen
+/// on P3a and on seven problems of `benchmarks/bands.py` with one of their parameters alone.
 const LIGHT_POWER_OF_ONE: i32 = -3;
 const LARGEST_LIGHT_RATIO_OF_ONE: f64 = 2.8;
 
@@ -114,8 +114,8 @@ impl Requirement {
         let parameters = (REFERENCE_PARAMETERS / self.parameters as f64).min(1.0);
         let evenness = parameters.powf(0.5 * (FEW_RUNS / self.runs as f64).sqrt().min(1.0));
         let heaviness = self.relative_heaviness(tails);
-        let light = match self.parameters {
-            1 => {
+        let light = match (self.parameters, self.block) {
+            (1, 1) => {
                 let [lower, upper] = tails.map(|tail| tail.unevenness.min(LARGEST_UNEVENNESS).sqrt());
                 let light = (0.5 * (lower + upper) * heaviness).powi(LIGHT_POWER_OF_ONE);
                 light.clamp(1.0, LARGEST_LIGHT_RATIO_OF_ONE)
