@@ -176,7 +176,8 @@ impl Run<'_> {
                     let bound = self.change_phase(index)?;
                     // Repeated changes of phase at one instant: the step is too long in either phase.
                     let repeated = self.standing_events > self.start_guards.len();
-                    h = bound.min(taken * if repeated { FAILURE_FACTOR } else { 1.0 });
+                    let first = if repeated { FAILURE_FACTOR * taken } else { self.system.first_step(taken) };
+                    h = bound.min(first);
                 }
                 None => {
                     let settled = self.method.settle(self.system, self.t, &self.q, &self.v, &mut self.stats);

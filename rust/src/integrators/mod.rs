@@ -84,6 +84,12 @@ pub trait HybridSystem {
         f64::INFINITY
     }
 
+    /// Length of the first step of a phase, before [`HybridSystem::step_bound`], where the `last` step before the
+    /// event was of that length.
+    fn first_step(&self, last: f64) -> f64 {
+        last
+    }
+
     /// Whether states inside an accepted step are needed, and with them its dense output.
     fn wants_dense(&mut self, _step: &DenseStep) -> bool {
         true

@@ -433,6 +433,12 @@ impl HybridSystem for Recorder<'_> {
         bound
     }
 
+    fn first_step(&self, last: f64) -> f64 {
+        // The steps of a contact are far too short for a flight, of which half a clearance bounds the steps.
+        let flies = self.dynamics.phases.iter().all(|phase| matches!(phase, Phase::Free));
+        if flies { f64::INFINITY } else { last }
+    }
+
     fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64]) -> Projection {
         let mechanism = self.mechanism;
         if mechanism.closures.is_empty() {

@@ -391,3 +391,31 @@ fn the_first_step_after_an_onset_follows_the_order_that_the_contact_law_leaves()
         assert!((order - (exponent + 1.0)).abs() < 0.01, "{exponent}: {order}");
     }
 }
+
+#[test]
+fn a_flight_begins_with_steps_as_long_as_its_clearance_allows() {
+    // Without gravity a flight across the bearing is two clearances long: four steps of half a clearance. A first step
+    // of the length of the last one of the impact, a thousandth of the flight, would take a fifth one or more.
+    let (clearance, speed) = (1e-3, 1.0);
+    let mechanism = compile(&journal(clearance, Damping::Elastic));
+    let start = State { q: vec![0.0; 3], v: vec![speed, 0.0, 0.0] };
+    for rtol in [1e-2, 1e-4, 1e-6] {
+        let settings = Settings { rtol, ..Settings::new(8.0 * clearance / speed, 2) };
+        let ends = std::cell::RefCell::new(Vec::new());
+        let monitor = |t: f64| {
+            ends.borrow_mut().push(t);
+            true
+        };
+        let run = simulate_from(&mechanism, &start, &settings, &monitor).unwrap();
+        assert_eq!(run.status, Status::Done);
+        let mut flights = 0;
+        for pair in run.events.windows(2) {
+            if pair[0].kind == EventKind::Separation {
+                let steps = ends.borrow().iter().filter(|&&t| pair[0].time < t && t <= pair[1].time).count();
+                assert!(steps <= 4, "{steps} steps in a flight at rtol {rtol}");
+                flights += 1;
+            }
+        }
+        assert!(flights >= 2, "{flights} flights");
+    }
+}

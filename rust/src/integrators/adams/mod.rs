@@ -33,8 +33,9 @@ const STABLE: f64 = 1.0;
 /// thereafter, it is what it was and the next trial comes after twice as many steps.
 const PATIENCE: [u32; 2] = [8, 256];
 const RAISE: f64 = 1.25;
-/// The start goes on while its error is below this and no attempt fails, so that its steps grow fivefold. Where
-/// one has failed, stability limits them.
+/// The start goes on while its error is below this, no attempt fails and the bound of the system leaves room, so that
+/// its steps grow fivefold. Where an attempt has failed, stability limits them; at the bound, a step of the start costs
+/// more than one of the method.
 const FAR_BELOW: f64 = 1e-4;
 /// Factor on the error estimate of the start. Its embedded error is close to the error, while that of an Adams
 /// step is the whole last difference, some hundred times the error; with equal tolerances the starts made
@@ -438,7 +439,8 @@ impl Stepper for Adams {
             self.differences.clear();
             return Settled::UNLIMITED;
         }
-        if self.started && self.error < FAR_BELOW && self.failures == 0 {
+        let has_room = LARGEST_GROWTH * self.step.h < system.step_bound();
+        if self.started && self.error < FAR_BELOW && self.failures == 0 && has_room {
             self.differences.clear();
             return Settled::UNLIMITED;
         }
