@@ -153,7 +153,8 @@ impl Stepper for Auto {
     }
 
     fn step(&mut self) -> &mut DenseStep {
-        self.active().step()
+        // Not through `active`: every step asks several times.
+        if self.memory.implicit { self.implicit.step() } else { self.explicit.step() }
     }
 
     fn estimate_inside(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
