@@ -94,6 +94,7 @@ class _CalibratedBand(TypedDict):
     inflation: float
     coverage: float
     whole_run: float
+    persistence: float
     degree: int | None
     error: float | None
     coefficients: NDArray[np.float64] | None

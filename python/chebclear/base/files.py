@@ -6,6 +6,7 @@ import dataclasses
 import hashlib
 import json
 import math
+import operator
 import os
 import platform
 import threading
@@ -432,6 +433,21 @@ def same(first: Any, second: Any) -> bool:
     return bool(first == second) or (first != first and second != second)
 
 
+def _read_only(value: Any) -> Any:
+    """The value with read-only arrays: views, so that those of the caller stay writeable."""
+    if isinstance(value, np.ndarray) and value.flags.writeable:
+        view = value.view()
+        view.flags.writeable = False
+        return view
+    if type(value) is tuple:
+        items = tuple(map(_read_only, value))
+        return value if all(map(operator.is_, items, value)) else items
+    if type(value) is dict:
+        held = {key: _read_only(item) for key, item in value.items()}
+        return value if all(map(operator.is_, held.values(), value.values())) else held
+    return value
+
+
 class ArrayRecord(Shown):
     """Base of results: frozen dataclasses that hold read-only arrays, equal if all their fields are."""
 
@@ -447,11 +463,9 @@ class ArrayRecord(Shown):
 
     def _freeze(self) -> None:
         for name, value in vars(self).items():
-            if isinstance(value, np.ndarray) and value.flags.writeable:
-                # A view, so that the array of the caller stays writeable.
-                view = value.view()
-                view.flags.writeable = False
-                object.__setattr__(self, name, view)
+            frozen = _read_only(value)
+            if frozen is not value:
+                object.__setattr__(self, name, frozen)
 
     def __eq__(self, other: object) -> bool:
         return same(self, other) if type(other) is type(self) else NotImplemented

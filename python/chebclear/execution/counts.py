@@ -44,9 +44,9 @@ class Costs(Sequence[Stats]):
     @overload
     def __getitem__(self, index: int) -> Stats: ...
     @overload
-    def __getitem__(self, index: slice) -> Costs: ...
-    def __getitem__(self, index: int | slice) -> Stats | Costs:
-        if isinstance(index, slice):
+    def __getitem__(self, index: slice | NDArray[np.intp]) -> Costs: ...
+    def __getitem__(self, index: int | slice | NDArray[np.intp]) -> Stats | Costs:
+        if isinstance(index, slice | np.ndarray):
             return Costs(self.counts[index])
         return Stats.from_dict(dict(zip(STATS, self.counts[index].tolist(), strict=True)))
 

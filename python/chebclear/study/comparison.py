@@ -220,6 +220,10 @@ def compare(
                 wrong_type=True,
             )
     checks.finish()
+    shared = [name for name in result if name in reference.outputs]
+    if not shared:
+        checks.add(f"no output is in both results: {list(result.outputs)} and {list(reference.outputs)}")
+        checks.finish()
     t = result.t
     first = float(t[0]) if start is None else checks.real("start", start, "s")
     last = float(t[-1]) if end is None else checks.real("end", end, "s")
@@ -232,9 +236,6 @@ def compare(
         checks.add(f"no sample between start and end; the samples are in [{t[0]:.6g}, {t[-1]:.6g}] s")
     if not (t.shape == reference.t.shape and np.allclose(t, reference.t, rtol=0.0, atol=margin)):
         checks.add("both results must have the same instants: the same duration and number of samples")
-    shared = [name for name in result if name in reference.outputs]
-    if not shared:
-        checks.add(f"no output is in both results: {list(result.outputs)} and {list(reference.outputs)}")
     checks.finish()
 
     errors = {}

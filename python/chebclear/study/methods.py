@@ -188,7 +188,8 @@ class Methods(Runner):
             of threads.
         include : StudyResult or sequence of StudyResult, optional
             Results of the same study whose runs are included. They take part in all bands but are not
-            held out, since their points may lie on a grid.
+            held out, since their points may lie on a grid; for the same reason features of all runs then
+            state nothing about a further run. Runs at points that the band has already are left out.
         max_runs : int
             Largest number of runs; with more, no run is started [-].
         cycles : int, optional
@@ -284,7 +285,8 @@ class Methods(Runner):
         points = default_rng(start).uniform(
             [side.lower for side in sides], [side.upper for side in sides], (count, len(sides))
         )
-        return self._with_warnings(self.run_points(points, (count,), None, random=True, kind="sample"))
+        made = self.run_points(points, (count,), None, random=True, kind="sample")
+        return self._with_warnings(replace(made, seed=start))
 
     def tradeoff(
         self,

@@ -100,6 +100,8 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         Runs at the worst cases that the polynomials predict; none before `check`.
     units : dict[str, str]
         Units that were given to the study, by the names of parameters, outputs and features.
+    seed : int | None
+        Seed of the points of `Study.sample`; None for the others, see `requirement`.
     """
 
     kind: str
@@ -124,6 +126,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     seconds: float = field(default=math.nan, compare=False, metadata=unit("s"))
     worst_cases: tuple[WorstCase, ...] = ()
     units: dict[str, str] = field(default_factory=dict)
+    seed: int | None = None
 
     def __str__(self) -> str:
         return summary(self)
@@ -486,6 +489,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
                 worst_cases=tuple(WorstCase(**case) for case in facts.get("worst_cases", ())),
                 failures=tuple(map(FailedRun.from_dict, facts.get("failures", ()))),
                 units=facts.get("units"),
+                seed=facts.get("seed"),
             )
             if not found.bands and found.features is None:
                 raise ValueError("it has neither outputs nor features")

@@ -17,9 +17,9 @@ from ..errors import ArgumentError
 from ..execution.counts import Costs
 from ..execution.failures import FailedRun, count_failed, failure_warnings, is_failure_warning
 from ..execution.memory import Usage
+from ..execution.pieces import NOT_BEGUN
 from ..run.settings import Settings, checked_settings
 from ..run.tracking import settling_time
-from ..run.trajectory import Stats
 from ..scene.scene import ClearanceRevolute, Scene
 from .band.calibrated import (
     Requirement,
@@ -34,7 +34,7 @@ from .by_angle import cut, turning, unpredictable
 from .features.features import FeatureTable
 from .models.finished import FinishedRuns
 from .models.units import units_of
-from .polynomials.points import random_points, sobol_points
+from .polynomials.points import on_cube, random_points, sobol_points
 from .results import StudyResult
 from .runner import Runner
 from .runs import MOST_RUNS, Runs
@@ -49,6 +49,8 @@ BAND_RTOL = 1e-4
 MOST_SEED = 2**64 - 1
 MOST_PARAMETERS = 32
 """Parameters for which there are Sobol' points [-]."""
+# Largest difference of each parameter between runs at the same point, over half its interval.
+_SAME_POINT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -60,8 +62,8 @@ class Table:
     values: Array
     """Outputs in their units, shape (runs, samples, outputs); by crank angle (runs, revolutions, samples,
     outputs)."""
-    stats: Sequence[Stats]
-    """What each run cost."""
+    stats: Costs
+    """What each run cost; nothing if they were not simulated."""
     features: Array | None
     """Features, shape (runs, cycles, features); None if none were asked for."""
 
@@ -70,18 +72,19 @@ class Table:
         """The runs of a result, without the nominal one."""
         values = np.stack([result.values(name) for name in outputs], axis=-1)
         features = None if result.features is None else result.features.values
-        return cls(result.parameters, values, result.stats[:-1], features)
+        return cls(result.parameters, values, Costs.joined([result.stats[:-1]]), features)
 
-    def __getitem__(self, rows: slice) -> Table:
+    def __getitem__(self, rows: slice | NDArray[np.intp]) -> Table:
         features = None if self.features is None else self.features[rows]
-        return Table(self.parameters[rows], self.values[rows], self.stats[rows], features)
+        stats = self.stats[rows] if len(self.stats) else self.stats
+        return Table(self.parameters[rows], self.values[rows], stats, features)
 
     @classmethod
     def new(cls, points: Array, runs: Runs) -> Table:
         """The runs at the points and, if it is among them, the nominal one."""
         # The last row may be the nominal run, whose parameters are not needed here.
         parameters = np.resize(points[runs.kept], (len(runs.values), points.shape[1]))
-        return cls(parameters, runs.values, runs.stats, runs.features)
+        return cls(parameters, runs.values, Costs.joined([runs.stats]), runs.features)
 
 
 def band(
@@ -98,7 +101,12 @@ def band(
 ) -> StudyResult:
     """The result of `Study.band`; see there."""
     checks = Checks()
-    count = BAND_RUNS if runs is None else checks.whole("runs", runs, least=LEAST_RUNS, most=max_runs)
+    count = BAND_RUNS if runs is None else checks.whole("runs", runs, least=LEAST_RUNS, most=MOST_RUNS)
+    most = checks.whole("max_runs", max_runs, least=1)
+    if count > most and not checks.noted("max_runs"):
+        checks.add(
+            f"runs must be <= max_runs = {most}, got {count}: take fewer, or allow them with max_runs={count}"
+        )
     checks.real("coverage", coverage, "-", above=0.0, below=1.0)
     _check_rtol(checks, study, rtol)
     checks.whole("seed", seed, least=0, most=MOST_SEED)
@@ -133,6 +141,10 @@ def certify(study: Runner, coverage: float, rtol: float | None, seed: int, max_r
     checks.whole("max_runs", max_runs, least=1)
     checks.finish()
     runs = certifying_runs(coverage)
+    if runs > MOST_RUNS:
+        raise ArgumentError(
+            f"a coverage of {coverage!r} takes {runs} runs, more than {MOST_RUNS}: ask for less"
+        )
     if runs > max_runs:
         raise ArgumentError(
             f"a coverage of {coverage!r} takes {runs} runs, more than max_runs = {max_runs}: ask for less, "
@@ -253,12 +265,13 @@ def extended(
     old = Table.of(result, outputs)
     nominal_values = np.stack([result.table(name)[-1] for name in outputs], axis=-1)[None]
     features = None if result.features is None else result.features.nominal[None]
-    nominal = Table(old.parameters[:1], nominal_values, result.stats[-1:], features)
+    nominal = Table(old.parameters[:1], nominal_values, Costs.joined([result.stats[-1:]]), features)
     scored, messages = [old[: requirement.runs]], _lasting(result.warnings)
-    failures, good = result.failures, requirement.runs
+    good, begun = requirement.runs, requirement.runs + requirement.failed
+    # Runs that time was short for are made now.
+    failures = tuple(one for one in result.failures if one.reason != NOT_BEGUN or one.index >= begun + runs)
     seconds = result.seconds
     if runs > 0:
-        begun = requirement.runs + requirement.failed
         points = sobol_points(study.intervals, begun, runs, requirement.seed)
         new = _runs(study, requirement, points, result.settings, midpoint=False)
         seconds += new.seconds
@@ -280,7 +293,7 @@ def shortened(study: Runner, result: StudyResult, runs: int) -> StudyResult:
     nominal_values = np.stack([result.table(name)[-1] for name in outputs], axis=-1)[None]
     features = None if result.features is None else result.features.nominal[None]
     table = Table.of(result, outputs)
-    nominal = Table(table.parameters[:1], nominal_values, result.stats[-1:], features)
+    nominal = Table(table.parameters[:1], nominal_values, Costs.joined([result.stats[-1:]]), features)
     facts = _facts(result) | {"seconds": math.nan}
     return _result(study, dataclasses.replace(requirement, runs=runs), [table[:runs]], [], nominal, (), facts)
 
@@ -308,6 +321,7 @@ def _result(
     whole: Array | None = None,
 ) -> StudyResult:
     """The result of the runs of all tables; `whole` has their values if they are one array already."""
+    kept = _without_twins(study, scored, kept)
     tables = [*scored, *kept]
     parameters = np.concatenate([table.parameters for table in tables])
     # Runs of another result may not know the features.
@@ -316,7 +330,8 @@ def _result(
     names = facts.pop("feature_names")
     if names and len(found) == len(tables) + 1:
         values = np.concatenate(found)
-        random = not isinstance(study.model, FinishedRuns) or study.model.independent
+        # Included runs may lie on a grid.
+        random = not kept and (not isinstance(study.model, FinishedRuns) or study.model.independent)
         features = FeatureTable(
             names,
             values[:-1],
@@ -390,6 +405,28 @@ def _others(
             checks.add(f"include[{index}] has runs outside of the intervals of this study")
     checks.finish()
     return [Table.of(result, outputs) for result in results]
+
+
+def _without_twins(study: Runner, scored: Sequence[Table], kept: Sequence[Table]) -> list[Table]:
+    """The included runs at points that no other run has.
+
+    A run that is held out while its twin is not would always be inside.
+    """
+    if not kept:
+        return []
+    points = np.concatenate([table.parameters for table in (*scored, *kept)])
+    # Points are the same to rounding; bit for bit where they come from the same sequence.
+    cube = np.round(on_cube(study.intervals, points) / _SAME_POINT) + 0.0
+    first = np.zeros(len(points), dtype=bool)
+    first[np.unique(cube, axis=0, return_index=True)[1]] = True
+    begin = sum(len(table.parameters) for table in scored)
+    left = []
+    for table in kept:
+        rows = np.flatnonzero(first[begin : begin + len(table.parameters)])
+        begin += len(table.parameters)
+        if len(rows):
+            left.append(table[rows])
+    return left
 
 
 def _in_box(study: Runner, points: Array) -> bool:

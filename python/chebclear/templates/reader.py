@@ -162,7 +162,9 @@ def _located(
         if place is None:
             found.append(((0, 0), Problem(f"{name}: {problem.path}", problem.message)))
             continue
-        if isinstance(problem, ExpressionProblem) and path == problem.path:
+        # The value may be a table in which the text was replaced.
+        quoted = lines[place.line - 1][place.column - 1 : place.column] in ("'", '"')
+        if isinstance(problem, ExpressionProblem) and path == problem.path and quoted:
             place = inside(text, place, problem.offset)
         column = (
             place.key_column if problem.message.startswith(("unknown key", "unknown field")) else place.column

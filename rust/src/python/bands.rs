@@ -122,6 +122,7 @@ fn as_dict<'py>(py: Python<'py>, band: OutputBand, samples: usize) -> PyResult<B
     result.set_item("inflation", band.inflation)?;
     result.set_item("coverage", band.held_out.coverage)?;
     result.set_item("whole_run", band.held_out.whole_run)?;
+    result.set_item("persistence", band.persistence)?;
     let (degree, error, coefficients) = match band.polynomial {
         Some(polynomial) => (
             Some(polynomial.degree),

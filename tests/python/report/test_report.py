@@ -8,6 +8,7 @@ import subprocess
 from html.parser import HTMLParser
 
 import chebclear as cc
+import numpy as np
 import pytest
 from chebclear.report.document import Document, Items, Listing, Picture, Section, Table, Text, Verdict
 from chebclear.report.html import as_html, write
@@ -153,6 +154,35 @@ def test_the_report_of_a_study_says_what_the_result_says(reports, result):
     for sentence in result.ranking("peak force").advice():
         assert sentence in page.text
     assert json.dumps(json.loads(result.scene.to_json())["bodies"][0]["name"]) in page.text
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda study: study.sample(8, seed=4),
+        lambda study: study.chebyshev(2, bounds="eq31"),
+        lambda study: study.band(12, seed=3),
+    ],
+)
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+def test_the_script_has_features_distributions_seeds_and_bounds(ask, tmp_path):
+    scene = cc.mechanisms.slider_crank
+    box = {"rod_length": cc.normal(0.12, 2e-4), "clearance": cc.interval(2e-5, rel=0.5)}
+    features = {"peak force": cc.peak("wrist.normal_force"), "own": lambda run: run["slider.x"][-1]}
+    study = cc.Study(
+        scene, box, ["slider.x"], fixed={"crank_speed": 100.0}, features=features, duration=0.01, samples=31
+    )
+    result = ask(study)
+    page = result.report(tmp_path / "report.html").read_text(encoding="utf-8")
+    [script] = re.findall(r'<pre[^>]*aria-label="study.py"[^>]*>(.*?)</pre>', page, re.DOTALL)
+    found = {}
+    exec(html.unescape(script).replace("print(result)", ""), found)
+    again = found["result"]
+    np.testing.assert_array_equal(again.parameters, result.parameters)
+    np.testing.assert_array_equal(again["slider.x"].upper, result["slider.x"].upper)
+    name = "peak force"
+    np.testing.assert_array_equal(again.feature(name).values, result.feature(name).values)
+    assert found["study"].random == study.random and "a function of your own" in html.unescape(script)
 
 
 def test_the_script_of_a_report_makes_the_result_again(reports, result):

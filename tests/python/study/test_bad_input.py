@@ -32,7 +32,13 @@ def test_too_few_runs_say_which_statement_falls():
     with pytest.raises(ValueError, match="effects of 2 parameters need at least 7 runs"):
         few.ranking("top")
     with pytest.raises(ValueError, match="more than max_runs"):
-        study.certify(0.999999)
+        study.certify(0.99999)
+    with pytest.raises(ValueError, match="more than 1000000"):
+        study.certify(1.0 - 1e-14, max_runs=10**15)
+    with pytest.raises(ValueError, match="runs must be <= max_runs = 10, got 81"):
+        study.band(max_runs=10)
+    with pytest.raises((TypeError, ValueError), match="max_runs must be a whole number"):
+        study.band(max_runs="x")
     with pytest.raises(ValueError, match="runs must be a whole number >= 2, got 1"):
         study.sample(1)
 

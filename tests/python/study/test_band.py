@@ -265,6 +265,61 @@ def test_a_parameter_without_effect_and_two_samples():
     assert band.verdict == "resolved" and band.max_width < 1e-9
 
 
+def noise(a, b):
+    """White noise that differs between any two points, and is the same at the same one."""
+    random = np.random.default_rng([int(a * 2**40), int(b * 2**40)])
+    return {"t": np.linspace(0.0, 1.0, 101), "x": random.standard_exponential(101) ** 2, "f": a}
+
+
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+def test_included_runs_at_points_of_the_band_count_once():
+    # A run that is held out while its twin is not would always be inside.
+    study = cc.Study(noise, {"a": cc.interval(0.0, 1.0), "b": cc.interval(0.0, 1.0)})
+    small, large = study.band(21), study.band(41)
+    for result in (study.band(21, include=small), small.extend(0, include=[small, small])):
+        assert len(result.parameters) == 21
+        np.testing.assert_array_equal(result["x"].upper, small["x"].upper)
+        assert result["x"].coverage == small["x"].coverage
+    assert len(study.band(21, include=large).parameters) == 41
+    # Further runs replace included ones at the same points.
+    np.testing.assert_array_equal(study.band(21, include=large).extend(20)["x"].upper, large["x"].upper)
+    # Included runs may be on a grid: no statement on a further run is made of features of all of them.
+    mixed = study.band(21, include=study.scan(3))
+    assert len(mixed.parameters) == 30 and np.isnan(mixed.feature("f").interval.whole_run)
+    with pytest.raises(ValueError, match="runs on a grid"):
+        mixed.feature("f").quantile(0.5)
+
+
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+def test_runs_that_differ_by_offsets_are_single_observations():
+    def offset(a, b):
+        level = np.random.default_rng([int(a * 2**40), int(b * 2**40)]).standard_normal()
+        return {"t": np.linspace(0.0, 1.0, 101), "x": np.full(101, level)}
+
+    box = {"a": cc.interval(0.0, 1.0), "b": cc.interval(0.0, 1.0)}
+    for runs in (41, 81):
+        result = cc.Study(offset, box).band(runs)
+        band = result["x"]
+        assert band.verdict == "undersampled" and band.margin.persistence > 0.99
+        assert any("at least 999 are needed" in text for text in result.warnings)
+    assert cc.Study(offset, box).band(41, coverage=0.95)["x"].verdict == "calibrated"
+    assert cc.Study(noise, box).band(81)["x"].margin.persistence < 0.1
+
+
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+def test_a_resolved_band_keeps_the_coverage_that_is_asked_for():
+    # The polynomial follows the large part, and its error is small in the mean over time.
+    def model(a, b):
+        t = np.linspace(0.0, 1.0, 101)
+        level = np.random.default_rng([int(a * 2**40), int(b * 2**40)]).standard_normal()
+        return {"t": t, "x": np.where(t < 0.5, 200.0 * a, level)}
+
+    study = cc.Study(model, {"a": cc.interval(0.0, 1.0), "b": cc.interval(0.0, 1.0)})
+    for seed in range(6):
+        band = study.band(41, seed=seed)["x"]
+        assert band.coverage >= 0.999 or band.verdict == "undersampled"
+
+
 def test_wrong_input_is_listed():
     study = planet_study()
     with pytest.raises(ValueError) as caught:

@@ -134,6 +134,32 @@ def test_a_table_of_finished_runs_gets_the_band_of_its_runs(table, tmp_path):
     assert len(study.sample().parameters) == 39
 
 
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+def test_every_run_of_a_table_counts_where_several_are_at_one_point():
+    points = {"a": [0.0, 0.0, 1.0, 1.0, 0.5, 0.2, 0.2, 0.7, 0.7]}
+    rows = np.arange(9.0)
+    result = Study.from_runs(points, [0.0, 1.0], {"x": np.stack([rows, rows], axis=1), "f": rows}).sample()
+    assert result["x"].runs[:, 0].tolist() == [0.0, 1.0, 2.0, 3.0, 5.0, 6.0, 7.0, 8.0]
+    assert result.feature("f").values.ravel().tolist() == result["x"].runs[:, 0].tolist()
+
+
+def test_masked_and_complex_values_of_a_table_are_refused(table):
+    points, values = table
+    with pytest.raises(ValueError, match=r'values\["x"\] must be finite, got nan in run 7'):
+        Study.from_runs(points, T, {"x": np.ma.masked_array(values, mask=values == values[7:8])})
+    with pytest.raises(TypeError, match="must be real numbers"):
+        Study.from_runs(points, T, {"x": values + 0j})
+
+
+def test_instants_of_a_table_are_the_results_own(table):
+    t = T.copy()
+    result = Study.from_runs(table[0], t, {"x": table[1]}).band()
+    t *= 2.0
+    np.testing.assert_array_equal(result.t, T)
+    with pytest.raises(ValueError, match="read-only"):
+        result["x"].hull[1][:] = 0.0
+
+
 def test_runs_that_were_drawn_independently_are_certified(table):
     parameters, values = table
     study = Study.from_runs(parameters, T, {"x": values}, independent=True)

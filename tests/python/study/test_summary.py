@@ -213,9 +213,14 @@ def test_quantiles_say_where_a_normal_distribution_ends():
     result = study.chebyshev(degree=2)
     assert "a: 0.85 to 1.15 (normal: three standard deviations each way, taken as an interval)" in str(result)
     likely = result["x"].quantiles(study.random, probability=0.9)
-    assert likely.statement.endswith("all random parameters independent, a cut at three standard deviations.")
+    assert likely.statement.endswith("independent; values of a beyond the interval count as outside.")
     # x = a t - b: at t = 1 the 5 % point at the largest b and the 95 % point at the smallest.
     assert likely.lower[-1] == pytest.approx(1.0 - 1.645 * 0.05 - 2.2, abs=2e-3)
     assert likely.upper[-1] == pytest.approx(1.0 + 1.645 * 0.05 - 1.8, abs=2e-3)
+    # The intervals hold three standard deviations, 0.9973.
+    likely = result["x"].quantiles(study.random, probability=0.99, draws=20_000)
+    assert likely.upper[-1] == pytest.approx(1.0 + 0.05 * 2.5758 - 1.8, abs=1e-3)
+    with pytest.raises(cc.ArgumentError, match=r"probability must be below 0\.9973"):
+        result["x"].quantiles(study.random, probability=0.9999, draws=100_000)
     with pytest.raises(TypeError, match=r"random must map names of parameters to normal"):
         result["x"].quantiles([0.05, 0.95])

@@ -279,3 +279,24 @@ def test_a_study_of_random_parameters_and_intervals():
     assert found.upper[0] == pytest.approx(0.17 + 5e-4 + 1.96e-4, abs=1e-5)
     assert found.lower[0] == pytest.approx(0.17 - 5e-4 - 1.96e-4, abs=1e-5)
     assert np.all(result["slider.x"].lower <= found.lower) and np.all(found.upper <= result["slider.x"].upper)
+
+
+def test_a_parameter_whose_effect_is_below_the_error_has_no_certain_slope():
+    # It rises and falls with b, by less than the polynomial is wrong, which takes it for a straight line.
+    t = np.linspace(0.0, 1.0, 51)
+
+    def model(a, b):
+        return {"t": t, "y": a * (1.0 + t) + 0.03 * np.sin(6.0 * b)}
+
+    study = cc.Study(model, {"a": cc.interval(0.0, 1.0), "b": cc.interval(-1.0, 1.0)})
+    band = study.band(41)["y"]
+    assert band.verdict == "resolved" and np.all(band.monotone("a") == 1)
+    for ask in (band.sensitivity, band.sensitivity_range, band.monotone):
+        with pytest.warns(cc.ChebclearWarning, match="what b does is below the error"):
+            found = ask("b")
+    assert not found.any()
+    assert band.sensitivity("a").mean() == pytest.approx(1.5, rel=0.05)
+    # More runs resolve it.
+    fine = study.band(161)["y"]
+    lower, upper = fine.sensitivity_range("b")
+    assert np.all(lower <= -0.17) and np.all(upper >= 0.17) and not fine.monotone("b").any()

@@ -118,6 +118,15 @@ def test_a_value_that_stands_in_no_file_has_no_column():
         cc.loads(json.dumps(as_json))
 
 
+def test_an_expression_in_the_table_of_a_parameter_has_the_place_of_the_table(tmp_path):
+    file = tmp_path / "scene.toml"
+    text = FILE.format(value=0) + '\n[parameters.depth]\nnominal = "NOMINAL"\nrel = 0.1\n'
+    for written, changes in (("nowhere", None), ("1 mm", {"depth": "nowhere"})):
+        file.write_text(text.replace("NOMINAL", written))
+        with pytest.raises(cc.SceneError, match=r'parameters\.depth.*: "nowhere" unknown name "nowhere"'):
+            cc.load(file, changes=changes)
+
+
 def test_the_error_of_a_value_survives_copies():
     template = cc.loads(FILE.format(value='"1 / (length - 1)"'))
     with pytest.raises(cc.SceneError) as caught:

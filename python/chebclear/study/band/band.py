@@ -27,6 +27,8 @@ Verdict = Literal["resolved", "not resolved", "calibrated", "certified", "unders
 
 # Largest error of a polynomial whose band is "resolved", over the width of the hull of the runs.
 RESOLVED = 0.05
+# An output rises or falls with a parameter if one over this part of the interval changes it beyond the error.
+_SURE = 4.0
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,9 @@ class Margin:
         Half-length of the window of the running extremes [s]; the mean if several were averaged.
     inflation : float
         Widening of the band to either side, in local spreads of the runs [-].
+    persistence : float
+        Share of the samples for which a held-out run that leaves the band of the others, before that is
+        widened, stays outside [-]; 0 without such runs. Near 1 runs differ for all of their time.
     """
 
     method: Literal["polynomial", "envelope", "runs"]
@@ -54,6 +59,7 @@ class Margin:
     error: float = math.nan
     window: float = field(default=0.0, metadata=unit("s"))
     inflation: float = 0.0
+    persistence: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -178,7 +184,8 @@ class Band(records.ArrayRecord):
     ) -> Array:
         """Derivative of the fitted polynomial with respect to one parameter, Eqs. (32) and (33).
 
-        If the verdict is ``"not resolved"`` it is not the derivative of the response, and a warning says so.
+        If the verdict is ``"not resolved"``, or the effect of the parameter is below the error of the
+        polynomial, it is not the derivative of the response, and a warning says so.
 
         Eq. (33) is printed without the factor 2 / (upper - lower) of the physical derivative and, away from
         the midpoint, without 1 / sin θ; both are in the result.
@@ -207,7 +214,11 @@ class Band(records.ArrayRecord):
         """
         self._polynomial()
         self._doubt("a sensitivity")
-        return self.polynomial_slope(parameter, normalized=normalized, at=at)
+        slope = self.polynomial_slope(parameter, normalized=normalized, at=at)
+        self._doubt_effect(
+            parameter, slope * (2.0 if normalized else 2.0 * self.intervals[parameter].half_width)
+        )
+        return slope
 
     def polynomial_slope(
         self, parameter: str, *, normalized: bool = False, at: Mapping[str, ArrayLike] | None = None
@@ -232,7 +243,10 @@ class Band(records.ArrayRecord):
         return self._polynomial().derivative(parameter, normalized=normalized, at=at)
 
     def sensitivity_range(self, parameter: str, *, threads: int | None = None) -> tuple[Array, Array]:
-        """Certified range of the derivative with respect to one parameter over the whole box.
+        """Certified range of the derivative of the polynomial with respect to one parameter over the box.
+
+        It is not that of the response if the verdict is ``"not resolved"`` or the effect of the parameter is
+        below the error of the polynomial; a warning says so.
 
         Parameters
         ----------
@@ -253,10 +267,18 @@ class Band(records.ArrayRecord):
         """
         surrogate = self._polynomial()
         self._doubt("a range of a sensitivity")
-        return surrogate.slope(parameter).bounds(threads=threads)
+        lower, upper = surrogate.slope(parameter).bounds(threads=threads)
+        self._doubt_effect(
+            parameter, np.maximum(-lower, upper) * (2.0 * self.intervals[parameter].half_width)
+        )
+        return lower, upper
 
     def monotone(self, parameter: str, *, threads: int | None = None) -> NDArray[np.int8]:
         """Where the output certainly rises or falls with a parameter, for all values of the others.
+
+        The slope of the polynomial has one sign over the whole box, and even the least slope changes the
+        output over a quarter of the interval by more than the polynomial was wrong at held-out runs. Between
+        values that are nearer to each other, the response may do the opposite.
 
         Parameters
         ----------
@@ -276,7 +298,8 @@ class Band(records.ArrayRecord):
             As `sensitivity_range`.
         """
         lower, upper = self.sensitivity_range(parameter, threads=threads)
-        rises, falls = (lower >= 0.0) & (upper > 0.0), (upper <= 0.0) & (lower < 0.0)
+        least = _SURE * self._error / (2.0 * self.intervals[parameter].half_width)
+        rises, falls = (lower >= least) & (upper > 0.0), (upper <= -least) & (lower < 0.0)
         return rises.astype(np.int8) - falls.astype(np.int8)
 
     def interval_share(self, parameter: str, *, threads: int | None = None) -> Array:
@@ -345,8 +368,8 @@ class Band(records.ArrayRecord):
         ----------
         random : mapping of str to Normal or Uniform
             Distributions of some or all parameters, made by `normal` and `uniform`. The interval of the
-            runs must contain three standard deviations to either side, where a normal distribution is
-            truncated, or the whole range of a uniform one.
+            runs must contain three standard deviations to either side of a normal distribution, of which
+            what is beyond counts as outside, or the whole range of a uniform one.
         probability : float
             Least probability of the output to be in the band at an instant [-]; half of the rest on either
             side.
@@ -473,6 +496,23 @@ class Band(records.ArrayRecord):
             warn(
                 f"{self.name} is not resolved: {what} of its polynomial is not that of the response. Use "
                 "features of the runs, or Study.band, instead",
+            )
+
+    @property
+    def _error(self) -> Array:
+        """How far the polynomial may be wrong in the change of the output from one point to another."""
+        error = 2.0 * self.margin.error * float(np.mean(self.hull[1] - self.hull[0]))
+        rounding = self._polynomial().rounding
+        # That of an exact polynomial is no error.
+        return np.where(error > rounding, error, 0.0)
+
+    def _doubt_effect(self, parameter: str, change: Array) -> None:
+        """Warn where the `change` of the output over the interval of a parameter is below its error."""
+        if float(np.mean(np.abs(change))) < float(np.mean(self._error)):
+            warn(
+                f"{self.name}: what {parameter} does is below the error of the polynomial, whose sensitivity "
+                "to it is not that of the response: more runs reduce the error, a larger interval enlarges "
+                "the effect"
             )
 
     def _polynomial(self) -> Surrogate:

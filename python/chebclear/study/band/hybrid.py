@@ -38,6 +38,11 @@ class Normal:
         values = [distribution.inv_cdf(first + (last - first) * share) for share in shares]
         return np.clip(values, side.lower, side.upper)
 
+    def share_inside(self, side: Interval) -> float:
+        """Probability of an interval [-]."""
+        distribution = NormalDist(self.mean, self.standard_deviation)
+        return distribution.cdf(side.upper) - distribution.cdf(side.lower)
+
     @property
     def reach(self) -> tuple[float, float]:
         """The range that an interval must contain: three standard deviations to either side."""
@@ -54,6 +59,10 @@ class Uniform:
     def inside(self, side: Interval, shares: Array) -> Array:
         """Values at shares of the probability."""
         return np.clip(self.lower + (self.upper - self.lower) * shares, side.lower, side.upper)
+
+    def share_inside(self, side: Interval) -> float:
+        """Probability of an interval, which contains all of it [-]."""
+        return 1.0
 
     @property
     def reach(self) -> tuple[float, float]:
@@ -182,10 +191,20 @@ def quantile_bounds(
                     f'random["{name}"] reaches from {least!r} to {most!r}, beyond the interval '
                     f"[{side.lower!r}, {side.upper!r}] of the runs"
                 )
-    share = checks.real("probability", probability, "-", above=0.0, below=1.0)
-    # Each tail must contain a draw.
-    count = checks.whole("draws", draws, least=math.ceil(2.0 / (1.0 - share)) if share < 1.0 else 1)
+    asked = checks.real("probability", probability, "-", above=0.0, below=1.0)
     start = checks.whole("seed", seed, least=0)
+    checks.finish()
+    # Values beyond the intervals, of which nothing is known, count as outside.
+    known = math.prod(given.share_inside(surrogate.intervals[name]) for name, given in random.items())
+    if asked >= known:
+        checks.add(
+            f"probability must be below {known:.6g}, that of the intervals of the runs, got {asked!r}: give "
+            "the normal distributions wider intervals in a new study"
+        )
+        checks.finish()
+    share = asked / known
+    # Each tail must contain a draw.
+    count = checks.whole("draws", draws, least=math.ceil(2.0 / (1.0 - share)))
     checks.finish()
 
     lows, highs = _worst_of_draws(surrogate, random, count, default_rng(start))
@@ -196,9 +215,9 @@ def quantile_bounds(
     are = "is in its interval" if len(rest) == 1 else "are in their intervals"
     whatever = f", wherever {' and '.join(rest)} {are}" if rest else ""
     normal = [name for name, given in random.items() if isinstance(given, Normal)]
-    cut = f", {' and '.join(normal)} cut at three standard deviations" if normal else ""
+    cut = f"; values of {' and '.join(normal)} beyond the interval count as outside" if normal else ""
     statement = (
-        f"At each instant the output is between the bounds with a probability of at least {share:g} over "
+        f"At each instant the output is between the bounds with a probability of at least {asked:g} over "
         f"{' and '.join(random)}{whatever}; estimated with {count} draws from the fitted polynomial, all "
         f"random parameters independent{cut}."
     )

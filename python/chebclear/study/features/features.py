@@ -238,11 +238,16 @@ class FeatureResult(records.ArrayRecord):
             If a share is out of range, the runs are not spread at random, or a parameter was given as a
             normal distribution.
         """
-        given = np.asarray(shares, dtype=float)
+        try:
+            given = np.asarray(shares, dtype=float)
+        except (TypeError, ValueError):
+            raise ArgumentError(f"shares must be numbers from 0 to 1, got {shares!r}") from None
         if not np.all((given >= 0.0) & (given <= 1.0)):
             raise ArgumentError(f"shares must be from 0 to 1, got {shares!r}")
         if not self.random:
-            raise ArgumentError("runs on a grid have no quantiles over the box: use Study.sample")
+            raise ArgumentError(
+                "runs on a grid, alone or included, have no quantiles over the box: use Study.sample"
+            )
         if self.normal:
             raise ArgumentError(
                 f"the runs spread {', '.join(self.normal)} evenly over three standard deviations: "

@@ -80,12 +80,14 @@ class FinishedRuns:
             If the table has no run at one of the points.
         """
         own, wanted = self._on_cube(self.parameters), self._on_cube(points)
-        rows, missing = [], []
-        for index, point in enumerate(wanted):
-            distance = np.max(np.abs(own - point), axis=1)
-            rows.append(int(distance.argmin()))
-            if distance.min() > _SAME_POINT:
-                missing.append(index)
+        rows, missing = self._rows(points), []
+        if rows is None:
+            rows = []
+            for index, point in enumerate(wanted):
+                distance = np.max(np.abs(own - point), axis=1)
+                rows.append(int(distance.argmin()))
+                if distance.min() > _SAME_POINT:
+                    missing.append(index)
         if missing:
             first = dict(zip(self.intervals, map(float, points[missing[0]]), strict=True))
             raise ArgumentError(
@@ -114,6 +116,14 @@ class FinishedRuns:
             feature_names=self.table.feature_names,
             nominal_parameters=stand_in,
         )
+
+    def _rows(self, points: Array) -> list[int] | None:
+        """The rows of `points` if these are the runs but the nominal one, in order, or the first of them.
+
+        Each is itself then: a table may have several runs at one point.
+        """
+        rows = np.delete(np.arange(len(self.parameters)), self.nominal)[: len(points)]
+        return rows.tolist() if np.array_equal(self.parameters[rows], points) else None
 
     def _on_cube(self, points: Array) -> Array:
         middle = np.array([side.midpoint for side in self.intervals.values()])
@@ -202,9 +212,12 @@ def _table_parameters(checks: Checks, given: object) -> dict[str, Array]:
 def _numbers(checks: Checks, name: str, value: object) -> Array | None:
     """An array of finite numbers, or a problem."""
     try:
-        array = np.asarray(value, dtype=float)
+        if np.asarray(value).dtype.kind == "c":
+            raise TypeError("imaginary parts would be lost")
+        # What is masked has no value.
+        array = np.ma.filled(np.ma.asarray(value).astype(float), np.nan)
     except (TypeError, ValueError):
-        checks.add(f"{name} must be numbers, got {value!r}", wrong_type=True)
+        checks.add(f"{name} must be real numbers, got {value!r}", wrong_type=True)
         return None
     wrong = np.argwhere(~np.isfinite(array))
     if len(wrong):

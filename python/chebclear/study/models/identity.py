@@ -10,8 +10,10 @@ import functools
 import hashlib
 import inspect
 import json
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from enum import Enum
 from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
 from typing import Any
 
@@ -34,7 +36,7 @@ class ModelIdentity:
     name: str
     """Name of the function."""
     source: str
-    """Hash of its source and of the variables that it uses from its surroundings."""
+    """Hash of its source and of the variables and classes that it uses from its surroundings."""
     fixed: Mapping[str, Any]
     """Keywords that are the same for all runs, as JSON has them."""
 
@@ -86,8 +88,12 @@ def _plain(value: Any, inside: tuple[object, ...]) -> Any:
         return {key: _plain(item, inside) for key, item in value.items()}
     if isinstance(value, ModuleType):
         return f"module {value.__name__} {getattr(value, '__version__', '')}"
-    if isinstance(value, type | BuiltinFunctionType | np.ufunc):
+    if isinstance(value, Enum):
+        return f"{type(value).__module__}.{type(value).__qualname__}.{value.name} {value.value!r}"
+    if isinstance(value, BuiltinFunctionType | np.ufunc):
         return f"{getattr(value, '__module__', '')}.{getattr(value, '__qualname__', value)}"
+    if isinstance(value, type):
+        return _class(value, inside)
     if isinstance(value, functools.partial):
         return [_plain(item, inside) for item in (value.func, value.args, value.keywords)]
     if isinstance(value, FunctionType):
@@ -102,20 +108,74 @@ def _function(function: FunctionType, inside: tuple[object, ...]) -> Any:
     if function in inside or len(inside) > _DEEPEST:
         return function.__qualname__
     inside = (*inside, function)
-    if function.__module__.partition(".")[0] in ("numpy", "scipy", "chebclear"):
+    if _is_versioned(function):
         return f"{function.__module__}.{function.__qualname__}"
-    around: dict[str, Any] = {}
     try:
-        closed = inspect.getclosurevars(function)
-        around = dict(closed.nonlocals) | dict(closed.globals)
+        around = dict(inspect.getclosurevars(function).nonlocals)
     except ValueError:  # a cell that has no value yet
         raise UnknownValueError(f"{function.__qualname__} uses a variable without a value") from None
+    # Those of functions inside as well, which the closure variables are without.
+    names = _names_in(function.__code__)
+    around |= {name: function.__globals__[name] for name in names if name in function.__globals__}
     return {
         "text": _text(function),
         "defaults": _plain(list(function.__defaults__ or ()), inside),
         "keywords": _plain(function.__kwdefaults__ or {}, inside),
         "around": {name: _plain(value, inside) for name, value in around.items()},
     }
+
+
+def _class(given: type, inside: tuple[object, ...]) -> Any:
+    """Source of a class, its public attributes, and what its methods use from their surroundings."""
+    name = f"{given.__module__}.{given.__qualname__}"
+    if _is_versioned(given) or given in inside or len(inside) > _DEEPEST:
+        return name
+    inside = (*inside, given)
+    try:
+        text = inspect.getsource(given)
+    except (OSError, TypeError):
+        text = ""
+    parts: dict[str, Any] = {}
+    # The source has the members of an enumeration.
+    own = {} if issubclass(given, Enum) else vars(given)
+    for key, value in own.items():
+        functions = _functions_of(value)
+        if written := [one for one in functions if _is_written(one, given)]:
+            parts[key] = _plain(written, inside)
+        # Other descriptors stand for values of the objects.
+        elif not (functions or key.startswith("_") or hasattr(type(value), "__get__")):
+            parts[key] = _plain(value, inside)
+    return {"class": name, "text": text, "bases": _plain(list(given.__bases__), inside), "around": parts}
+
+
+def _functions_of(attribute: object) -> list[FunctionType]:
+    """The functions of a method, property or the like of a class."""
+    if isinstance(attribute, classmethod | staticmethod):
+        attribute = attribute.__func__
+    if isinstance(attribute, functools.cached_property):
+        attribute = attribute.func
+    parts = [attribute]
+    if isinstance(attribute, property):
+        parts = [attribute.fget, attribute.fset, attribute.fdel]
+    return [one for one in parts if isinstance(one, FunctionType)]
+
+
+def _is_written(function: FunctionType, given: type) -> bool:
+    """Whether a method was written beside its class: dataclasses and the like make others."""
+    made = function.__code__.co_filename == "<string>"
+    return not made and function.__globals__.get("__name__") == given.__module__
+
+
+def _is_versioned(value: type | FunctionType) -> bool:
+    """Whether a function or class is Python's own or that of a package whose versions are not compared."""
+    package = value.__module__.partition(".")[0]
+    return package in ("numpy", "scipy", "chebclear") or package in sys.stdlib_module_names
+
+
+def _names_in(code: CodeType) -> set[str]:
+    """Names that a function, with all functions inside it, may look up around it."""
+    inner = (one for one in code.co_consts if isinstance(one, CodeType))
+    return set(code.co_names).union(*map(_names_in, inner))
 
 
 def _text(function: FunctionType) -> str:

@@ -39,7 +39,8 @@ class ReturnedRun(NamedTuple):
 def time_axis(checks: Checks, given: object) -> Array:
     """Instants of a model; empty after adding a problem to `checks`."""
     try:
-        t = np.asarray(given, dtype=float)
+        # A copy, so that later changes of the caller's array are not those of the result.
+        t = np.array(given, dtype=float)
     except (TypeError, ValueError):
         checks.add(f"t must be instants [s], got {given!r}", wrong_type=True)
         return np.empty(0)
@@ -101,6 +102,9 @@ def read_run(given: object) -> ReturnedRun:
 
 def _series(checks: Checks, unknown: list[str], name: str, value: object, t: Array, *, timed: bool) -> Array:
     """One output over time."""
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        first = int(np.flatnonzero(np.ma.getmaskarray(value).ravel())[0])
+        unknown.append(f'"{name}" is masked in sample {first}')
     array = np.asarray(value)
     if array.dtype.kind not in "iuf":
         checks.add(f'"{name}" must be a number or an array of numbers, got {value!r}', wrong_type=True)

@@ -87,6 +87,7 @@ def facts_of(result: Any) -> dict[str, Any]:
         "scene": None if result.scene is None else json.loads(result.scene.to_json()),
         "failures": [dataclasses.asdict(failure) for failure in result.failures],
         "units": result.units,
+        "seed": result.seed,
     }
     facts |= {"seconds": result.seconds, "worst_cases": [dataclasses.asdict(c) for c in result.worst_cases]}
     if result.features is not None:

@@ -6,7 +6,9 @@ import dataclasses
 from typing import Any
 
 from ...report.document import Listing
+from ...run.features import Feature
 from ...run.report import settings_in_script
+from ..band.hybrid import Normal, Uniform
 
 _PACKAGE = "chebclear."
 
@@ -39,12 +41,14 @@ def study_listings(result: Any) -> tuple[Listing, str]:
         "study = cc.Study(",
         f"    {callable_text},",
         "    {",
-        *(f"        {name!r}: cc.{side!r}," for name, side in result.intervals.items()),
+        *(f"        {name!r}: {_written(given)}," for name, given in _parameters(result).items()),
         "    },",
         *([f"    outputs={list(result.bands)!r},"] if result.bands else []),
         *(f"    {name}={value!r}," for name, value in settings.items()),
         *([f"    fixed={fixed!r},"] if fixed else []),
+        *_features(result),
         ")",
+        *_included(result),
         f"result = {_call(result)}",
         "print(result)",
     ]
@@ -67,6 +71,44 @@ def _of_study(result: Any) -> Any:
     return dataclasses.replace(result.settings, skip=0.0, samples=turns.samples, cycles=1)
 
 
+def _included(result: Any) -> list[str]:
+    """A remark on runs of other results, which the script cannot make."""
+    requirement = result.requirement
+    count = 0 if requirement is None else len(result.parameters) - requirement.runs
+    return [f"# {count} runs of other results were included, by include=..."] if count else []
+
+
+def _parameters(result: Any) -> dict[str, Any]:
+    """The parameters as they were given: intervals and distributions."""
+    return {**result.intervals, **(getattr(result.study, "random", None) or {})}
+
+
+def _written(given: Any) -> str:
+    """A parameter as the script has it."""
+    if isinstance(given, Normal | Uniform):
+        values = ", ".join(repr(value) for value in dataclasses.astuple(given))
+        return f"cc.{type(given).__name__.lower()}({values})"
+    return f"cc.{given!r}"
+
+
+def _features(result: Any) -> list[str]:
+    """The features; those that are functions are imported by name."""
+    features = getattr(result.study, "features", None)
+    if not features:
+        return []
+    lines = ["    features={"]
+    for name, feature in features.items():
+        if isinstance(feature, Feature):
+            lines.append(f"        {name!r}: cc.{feature.kind}({feature.of!r}),")
+        else:
+            lines.append(f"        # {name!r}: a function of your own, {_name_of(feature)}")
+    return [*lines, "    },"]
+
+
+def _name_of(function: object) -> str:
+    return str(getattr(function, "__qualname__", type(function).__qualname__))
+
+
 def _call(result: Any) -> str:
     """The call that made the result."""
     requirement = result.requirement
@@ -78,7 +120,7 @@ def _call(result: Any) -> str:
         }
         known |= {"rtol": result.settings.rtol}
         if not requirement.certified:
-            known = {"runs": requirement.runs, **known}
+            known = {"runs": requirement.runs + len(result.failures), **known}
         if requirement.revolutions is not None:
             turns = requirement.revolutions
             known |= {
@@ -91,7 +133,10 @@ def _call(result: Any) -> str:
     names = list(result.intervals)
     if result.degrees is not None:
         degrees = dict(zip(names, result.degrees, strict=True))
-        return f"study.chebyshev(degree={degrees!r}, nodes={dict(zip(names, result.nodes, strict=True))!r})"
+        nodes = dict(zip(names, result.nodes, strict=True))
+        bounds = "" if result.bounds == "range" else f", bounds={result.bounds!r}"
+        return f"study.chebyshev(degree={degrees!r}, nodes={nodes!r}{bounds})"
     if result.kind == "scan":
         return f"study.scan({dict(zip(names, result.nodes, strict=True))!r})"
-    return f"study.sample({len(result.parameters)})"
+    seed = "" if result.seed is None else f", seed={result.seed}"
+    return f"study.sample({len(result.parameters) + len(result.failures)}{seed})"

@@ -274,6 +274,16 @@ pub struct HeldOut {
     pub whole_run: f64,
 }
 
+/// Share of the samples for which a held-out run that leaves the band of the others, before that is widened, stays
+/// outside [-]: the mean over these runs, each weighted by its share. 0 where none leaves it.
+pub fn persistence(outside: impl Iterator<Item = u32>, requirement: &Requirement) -> f64 {
+    let mut of_runs = vec![0.0_f64; requirement.runs];
+    outside.for_each(|run| of_runs[run as usize] += 1.0);
+    let sum: f64 = of_runs.iter().sum();
+    let square: f64 = of_runs.iter().map(|count| count * count).sum();
+    if sum > 0.0 { square / (sum * (requirement.block * requirement.samples) as f64) } else { 0.0 }
+}
+
 impl HeldOut {
     /// From the excesses of a band.
     pub fn of(excesses: &[Excess], requirement: &Requirement) -> Self {

@@ -8,7 +8,7 @@
 
 use rayon::prelude::*;
 
-use super::calibrate::{Excess, HeldOut, Requirement, Tail, inflation};
+use super::calibrate::{Excess, HeldOut, Requirement, Tail, inflation, persistence};
 use super::extremes::{Bound, GrowingWindow, NEVER_LEFT_OUT, TopTwo, top_two};
 use super::running::{Ends, Window, running_mean};
 
@@ -71,6 +71,8 @@ pub struct Calibrated {
     pub window: f64,
     /// Local spreads by which the band was widened, mean of both sides and of the bands that were averaged.
     pub inflation: f64,
+    /// How long runs stay outside before the band is widened, see [`persistence`].
+    pub persistence: f64,
     /// What held-out runs did.
     pub held_out: HeldOut,
 }
@@ -335,12 +337,12 @@ fn averaged(
     let inflation = [0, 1].map(|side| {
         level * chosen.iter().map(|(candidate, _)| candidate.inflation[side]).sum::<f64>() * share
     });
-    let mut excesses = Vec::new();
+    let (mut excesses, mut unwidened) = (Vec::new(), Vec::new());
     for (side, of) in sides.iter().enumerate() {
         // How far the rows of the largest run are outside of the mean of the bounds that were made without it. Where
         // the run is inside a candidate before that is widened, its (negative) distance is not known, and 0 is added:
         // the sum can only be too large.
-        let mut outside = vec![-inflation[side]; runs.samples * runs.block];
+        let mut outside = vec![0.0; runs.samples * runs.block];
         for (candidate, widened) in &chosen {
             for (bound, wide) in bounds[side].iter_mut().zip(&widened[side]) {
                 *bound += share * wide;
@@ -349,13 +351,13 @@ fn averaged(
                 outside[*at] += share * excess.score;
             }
         }
-        excesses.extend(
-            outside
-                .iter()
-                .enumerate()
-                .filter(|(_, score)| **score > 0.0)
-                .map(|(place, &score)| Excess { run: of.runs[place / runs.block], score }),
-        );
+        let found = outside.iter().enumerate().filter(|(_, score)| **score > 0.0);
+        let found = found.map(|(place, &score)| Excess { run: of.runs[place / runs.block], score });
+        unwidened.extend(found.clone().map(|excess| excess.run));
+        excesses.extend(found.filter_map(|Excess { run, score }| {
+            let score = score - inflation[side];
+            (score > 0.0).then_some(Excess { run, score })
+        }));
         // Sums of shares are rounded.
         for (bound, &hull) in bounds[side].iter_mut().zip(&of.hull) {
             *bound = bound.max(hull).min(of.limit.max(hull));
@@ -369,6 +371,7 @@ fn averaged(
             * share
             * stride(runs.samples) as f64,
         inflation: 0.5 * (inflation[0] + inflation[1]),
+        persistence: persistence(unwidened.into_iter(), requirement),
         held_out: HeldOut::of(&excesses, requirement),
     }
 }

@@ -65,6 +65,7 @@ pub fn certified(runs: &Runs<'_>, requirement: &Requirement) -> Calibrated {
         upper: bound(1, runs.limits[1]),
         window: 0.0,
         inflation,
+        persistence: 0.0,
         held_out: HeldOut { coverage: 1.0 - mean, ..HeldOut::of(&outside, requirement) },
     }
 }

@@ -45,6 +45,9 @@ pub struct OutputBand {
     pub window: f64,
     /// Local spreads by which the band was widened to either side; 0 with a polynomial.
     pub inflation: f64,
+    /// Share of the samples for which a held-out run that leaves the band of the others, before that is widened, stays
+    /// outside [-]; 0 with a polynomial.
+    pub persistence: f64,
     /// What held-out runs did.
     pub held_out: HeldOut,
     /// The polynomial the band is made from, if one follows the response.
@@ -203,7 +206,13 @@ fn band(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> 
     let rounding: f64 = calibrated.upper.iter().map(|upper| ROUNDING * upper.abs()).sum();
     let most = LARGEST_WIDTH_RATIO * width(&calibrated.lower, &calibrated.upper) + rounding;
     match resolved(runs, regression, requirement) {
-        Some(resolved) if width(&resolved.lower, &resolved.upper) <= most => resolved.into(),
+        // The error of a polynomial is small in the mean over time, and may be large at some instants.
+        Some(resolved)
+            if width(&resolved.lower, &resolved.upper) <= most
+                && resolved.held_out.coverage >= requirement.coverage =>
+        {
+            resolved.into()
+        }
         _ => calibrated.into(),
     }
 }
@@ -219,6 +228,7 @@ impl From<Calibrated> for OutputBand {
             upper: band.upper,
             window: band.window,
             inflation: band.inflation,
+            persistence: band.persistence,
             held_out: band.held_out,
             polynomial: None,
         }
@@ -234,6 +244,7 @@ impl From<Resolved> for OutputBand {
             upper: band.upper,
             window: band.window,
             inflation: 0.0,
+            persistence: 0.0,
             held_out: band.held_out,
             polynomial: Some(polynomial),
         }
