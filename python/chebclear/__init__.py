@@ -106,8 +106,9 @@ if TYPE_CHECKING:
         TorsionDamper,
         TorsionSpring,
     )
-    from .study.band.band import Band, Margin
+    from .study.band.band import Band
     from .study.band.hybrid import Normal, QuantileBand, Uniform, normal, uniform
+    from .study.band.margin import Margin
     from .study.band.zones import RestraintZones, restraint_zones
     from .study.bifurcation import Bifurcation, bifurcation
     from .study.comparison import BoundErrors, Comparison, compare
@@ -335,7 +336,8 @@ _LATE = {
     "execution.failures": ["FailedRun"],
     "execution.plan": ["Plan"],
     "loading": ["load_result"],
-    "study.band.band": ["Band", "Margin"],
+    "study.band.band": ["Band"],
+    "study.band.margin": ["Margin"],
     "study.band.hybrid": ["Normal", "QuantileBand", "Uniform", "normal", "uniform"],
     "study.band.zones": ["RestraintZones", "restraint_zones"],
     "study.bifurcation": ["Bifurcation", "bifurcation"],

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.units import unit
-from ..errors import Problem, SceneError, describe
+from ..errors import ChebclearError, Problem, SceneError, describe
 from .limited import TimeLimitError
 from .means import OnFailure
 from .pieces import NOT_BEGUN, NOT_FINITE, SCENE, TIME_LIMIT, End
@@ -27,7 +27,7 @@ _MOST_FAILED = 0.5
 _MOST_TOLD = 2
 
 
-class NotFiniteError(ValueError):
+class NotFiniteError(ChebclearError, ValueError):
     """A user's model returned values that are not finite."""
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..base.files import replaced, with_default_suffix
+from ..errors import ArgumentError
 from .document import Block, Document, Items, Listing, Picture, Section, Table, Text, Verdict
 from .pictures import embedded
 
@@ -87,8 +88,17 @@ def write(document: Document, path: str | os.PathLike[str]) -> Path:
     -------
     Path
         The file written.
+
+    Raises
+    ------
+    ValueError
+        If the file has another suffix.
     """
     path = with_default_suffix(path, ".html")
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise ArgumentError(
+            f"path must end in .html, a report is a page of a browser, got {os.fspath(path)!r}"
+        )
     text = as_html(document)
     with replaced(path) as beside:
         beside.write_text(text, encoding="utf-8")

@@ -1,5 +1,6 @@
 """Models of one's own that fail, hang or kill their worker, and stores of what they returned."""
 
+import dataclasses
 import math
 import os
 import re
@@ -7,6 +8,8 @@ import signal
 import threading
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from enum import Enum
 from multiprocessing import get_context
 
 import chebclear as cc
@@ -256,6 +259,63 @@ def test_another_model_is_refused_with_the_difference(tmp_path):
         cc.Study(made(object()), BOX, store=tmp_path).scan(2)
 
 
+FACTOR = 1.0
+
+
+class Factors:
+    """What models of the next test use, as users write it."""
+
+    once = 1.0
+
+    @property
+    def twice(self):
+        return 2.0 * FACTOR
+
+    @classmethod
+    def thrice(cls):
+        return 3.0 * cls.once
+
+
+@dataclass(frozen=True)
+class Options:
+    count: int = 1
+    names: list = field(default_factory=list)
+
+
+class Kind(Enum):
+    PLAIN = 1.5
+
+
+def in_a_function(a, b):
+    inner = lambda x: FACTOR * x  # noqa: E731
+    return {"y": inner(a)}
+
+
+def in_a_generator(a, b):
+    return {"y": sum(FACTOR * x for x in [a, b])}
+
+
+def in_a_property(a, b):
+    return {"y": Factors().twice * a}
+
+
+def in_a_class(a, b):
+    return {"y": Factors.thrice() * Kind.PLAIN.value * Options().count * a}
+
+
+@pytest.mark.parametrize("model", [in_a_function, in_a_generator, in_a_property, in_a_class])
+def test_a_store_knows_what_models_use_indirectly(model, tmp_path, monkeypatch):
+    study = cc.Study(model, BOX, store=tmp_path)
+    first = study.scan(2)
+    assert study.scan(2) == first
+    if model is in_a_class:
+        monkeypatch.setattr(Factors, "once", 5.0)
+    else:
+        monkeypatch.setitem(globals(), "FACTOR", 5.0)
+    with pytest.raises(cc.StoreError, match="source"):
+        cc.Study(model, BOX, store=tmp_path).scan(2)
+
+
 def test_a_model_without_time_gives_what_is_done(tmp_path):
     def slow(a, b):
         time.sleep(0.02)
@@ -265,6 +325,11 @@ def test_a_model_without_time_gives_what_is_done(tmp_path):
     assert short.status == "stopped"
     done = len(short.parameters)
     assert 0 < done < 60
+    # What time was short for is made.
+    whole = cc.Study(line, BOX).band(60)
+    made = dataclasses.replace(short, study=whole.study).extend(60 - done)
+    assert made.status != "stopped" and made.failures == () and made["x"] == whole["x"]
+    assert not any("not begun" in text for text in made.warnings)
     assert short["x"] == cc.Study(line, BOX).band(done)["x"]
     assert stored(tmp_path, slow).band(60)["x"] == cc.Study(line, BOX).band(60)["x"]
 

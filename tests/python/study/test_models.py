@@ -151,6 +151,30 @@ def test_masked_and_complex_values_of_a_table_are_refused(table):
         Study.from_runs(points, T, {"x": values + 0j})
 
 
+def test_a_table_whose_runs_leave_out_a_part_of_the_box_says_so():
+    points = {"a": np.random.default_rng(0).uniform(0.9, 0.94, 80)}
+    values = np.sin(5.0 * points["a"])[:, None] * T
+    box = {"a": interval(0.9, 1.1)}
+    with pytest.warns(
+        ChebclearWarning, match="no run of the table has a between 0.93.* 80 % of its interval"
+    ):
+        Study.from_runs(points, T, {"x": values}, intervals=box).band()
+    with pytest.raises(ValueError, match=r'none of 80 has a between .*: give the interval of "a"'):
+        Study.from_runs(points, T, {"x": values}, intervals=box, independent=True)
+    # A grid, and runs that fill their interval.
+    Study.from_runs({"a": np.repeat([0.9, 1.0, 1.1], 27)}, T, {"x": np.zeros((81, 101))})
+    for seed in range(100):
+        drawn = np.random.default_rng(seed).uniform(0.9, 1.1, 20)
+        Study.from_runs({"a": drawn}, T, {"x": values[:20]}, intervals=box, independent=True)
+
+
+def test_a_data_frame_is_a_table(table):
+    pandas = pytest.importorskip("pandas")
+    points, values = table
+    found = Study.from_runs(pandas.DataFrame(points), T, {"x": values}).band(20)
+    assert found["x"].upper.tolist() == Study.from_runs(points, T, {"x": values}).band(20)["x"].upper.tolist()
+
+
 def test_instants_of_a_table_are_the_results_own(table):
     t = T.copy()
     result = Study.from_runs(table[0], t, {"x": table[1]}).band()

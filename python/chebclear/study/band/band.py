@@ -18,48 +18,18 @@ from ...scene.scene import Interval
 from ..polynomials.sensitivity import VarianceShares, variance_shares
 from ..polynomials.surrogate import Surrogate
 from .hybrid import Normal, QuantileBand, Uniform, quantile_bounds
+from .margin import Margin, Verdict
+from .running import running_maximum
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
-Verdict = Literal["resolved", "not resolved", "calibrated", "certified", "undersampled", "sampled"]
 
 # Largest error of a polynomial whose band is "resolved", over the width of the hull of the runs.
 RESOLVED = 0.05
 # An output rises or falls with a parameter if one over this part of the interval changes it beyond the error.
 _SURE = 4.0
-
-
-@dataclass(frozen=True)
-class Margin:
-    """Method of a band, and the margin by which it exceeds its runs.
-
-    Attributes
-    ----------
-    method : Literal['polynomial', 'envelope', 'runs']
-        The range of a polynomial in the parameters with its largest error at runs it was not fitted to;
-        running extremes of the runs in time, widened; or the extremes of the runs alone.
-    degree : int | None
-        Degree of the polynomial [-], the largest of all parameters; None without one.
-    error : float
-        Largest error of the polynomial at runs it was not fitted to, over the width of the hull, both
-        averaged over time [-]; NaN without such a run.
-    window : float
-        Half-length of the window of the running extremes [s]; the mean if several were averaged.
-    inflation : float
-        Widening of the band to either side, in local spreads of the runs [-].
-    persistence : float
-        Share of the samples for which a held-out run that leaves the band of the others, before that is
-        widened, stays outside [-]; 0 without such runs. Near 1 runs differ for all of their time.
-    """
-
-    method: Literal["polynomial", "envelope", "runs"]
-    degree: int | None = None
-    error: float = math.nan
-    window: float = field(default=0.0, metadata=unit("s"))
-    inflation: float = 0.0
-    persistence: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -522,14 +492,3 @@ class Band(records.ArrayRecord):
                 "sensitivity: use features of the runs, such as peak or rms, and their ranking"
             )
         return self.surrogate
-
-
-def running_maximum(values: Array, half: int) -> Array:
-    """Largest value within `half` samples to both sides; windows are truncated at the ends."""
-    # Maxima over spans of 1, 2, 4, ... samples; two overlapping ones of the longest span cover the window.
-    size, width, span = len(values), 2 * half + 1, 1
-    reach = np.pad(values, half, constant_values=-np.inf)
-    while 2 * span <= width:
-        reach = np.maximum(reach[:-span], reach[span:])
-        span *= 2
-    return np.maximum(reach[:size], reach[width - span : width - span + size])

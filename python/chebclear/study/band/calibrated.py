@@ -15,7 +15,8 @@ from ...execution.memory import Usage, copy_output
 from ...scene.scene import Interval
 from ..polynomials.points import on_cube
 from ..polynomials.total_degree import total_degree_polynomial
-from .band import Band, Margin, Verdict
+from .band import Band
+from .margin import Margin, Verdict
 from .revolutions import Revolutions
 
 Array = NDArray[np.float64]

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from ..polynomials.holes import HoleFit
 from ..polynomials.surrogate import Surrogate, chebyshev_grid, time_blocks
-from .band import RESOLVED, Band, Margin, Verdict
+from .band import RESOLVED, Band
+from .margin import Margin, Verdict
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from ...base import files as records
 from ...base.arguments import Checks
-from .band import Band, running_maximum
+from .band import Band
+from .running import running_maximum
 
 Array = NDArray[np.float64]
 

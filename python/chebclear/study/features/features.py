@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -37,9 +37,6 @@ from .effects import (
 )
 from .ranking import Rank, Ranking
 from .swept import SweptRun
-
-if TYPE_CHECKING:
-    pass
 
 Array = NDArray[np.float64]
 Asked = Feature | Callable[[Any], ArrayLike]
@@ -245,9 +242,7 @@ class FeatureResult(records.ArrayRecord):
         if not np.all((given >= 0.0) & (given <= 1.0)):
             raise ArgumentError(f"shares must be from 0 to 1, got {shares!r}")
         if not self.random:
-            raise ArgumentError(
-                "runs on a grid, alone or included, have no quantiles over the box: use Study.sample"
-            )
+            raise ArgumentError("runs on a grid, or with some, have no quantiles: use Study.sample")
         if self.normal:
             raise ArgumentError(
                 f"the runs spread {', '.join(self.normal)} evenly over three standard deviations: "

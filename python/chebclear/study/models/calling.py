@@ -18,6 +18,7 @@ from ...execution.calls import Answers, Calls
 from ...execution.counts import STATS
 from ...execution.dispatch import Task, dispatch
 from ...execution.failures import FEATURE, MODEL, FailedRun, end_of, run_to_raise
+from ...execution.limited import TimeLimitError
 from ...execution.means import Means
 from ...execution.pieces import DONE, NOT_BEGUN, End, Piece, code_version
 from ...execution.store import Store
@@ -218,6 +219,8 @@ class Calling:
         return _run_of(piece, 0, series, numbers)
 
     def _fail(self, number: int, error: Exception, where: str) -> None:
+        if isinstance(error, TimeLimitError):
+            error.add_note(f"in the model with {describe(self.given[number])}")
         if self.means.on_failure == "raise" or number == self.nominal:
             raise error
         self._raised.setdefault(number, error)

@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 
 # Largest difference of a parameter from that of a run of a table, over half the interval, for the same point.
 _SAME_POINT = 1e-6
+# Probability of a gap in an interval below which the runs of a table do not fill it.
+_UNLIKELY = 1e-6
 # A square table may be transposed if neighboring runs differ by less than this part of neighboring samples.
 _ROUGHER = 0.2
 
@@ -57,8 +59,8 @@ class FinishedRuns:
         Where a parameter has no effect, runs of a grid that differ only in it are equal.
         """
         for name, column in zip(self.intervals, self.parameters.T, strict=True):
-            distinct = len(np.unique(column))
-            if 2 * distinct < len(column):
+            if _is_grid(column):
+                distinct = len(np.unique(column))
                 raise ArgumentError(
                     f"the {len(column)} runs take only {distinct} values of {name}: runs on a grid have "
                     "duplicates where a parameter has no effect, so that held-out runs prove nothing. Use "
@@ -171,6 +173,13 @@ def finished_runs(
     check_own_features(checks, asked)
     require_known(checks, checked_units(checks, units), [*columns, *series, *asked, *numbers])
     checks.whole("cycles", cycles, least=1)
+    for name, text in _gaps(columns, sides).items():
+        doubts.append(f"no run of the table has {text}: nothing it says holds there")
+        if independent:
+            checks.add(
+                f"independent says that runs fill the box at random, but none of {runs} has {text}: "
+                f'give the interval of "{name}" from which they were drawn'
+            )
     checks.finish()
     found = [sampled_feature(one, instants, series[one.of], cycles) for one in asked.values()]
     found += [np.repeat(column[:, None], cycles, axis=1) for column in numbers.values()]
@@ -188,6 +197,7 @@ def finished_runs(
 
 def _table_parameters(checks: Checks, given: object) -> dict[str, Array]:
     """The column of each parameter; none if one is wrong."""
+    given = _as_mapping(given)
     if not isinstance(given, Mapping) or not given:
         checks.add(f"parameters must map names to the values of every run, got {given!r}", wrong_type=True)
         return {}
@@ -207,6 +217,13 @@ def _table_parameters(checks: Checks, given: object) -> dict[str, Array]:
         checks.add(f"parameters must all have the same number of runs, got {lengths}")
         return {}
     return columns if len(columns) == len(given) else {}
+
+
+def _as_mapping(given: object) -> object:
+    """A data frame as the mapping of its columns."""
+    if isinstance(given, Mapping) or not hasattr(given, "columns"):
+        return given
+    return {str(name): given[name] for name in given.columns}  # type: ignore[index]
 
 
 def _numbers(checks: Checks, name: str, value: object) -> Array | None:
@@ -236,6 +253,7 @@ def _table_values(
     checks: Checks, given: object, runs: int, t: Array, *, timed: bool
 ) -> tuple[dict[str, Array], dict[str, Array], list[str]]:
     """Time series of shape (runs, samples), numbers of shape (runs,), and doubts of their orientation."""
+    given = _as_mapping(given)
     if not isinstance(given, Mapping) or not given:
         checks.add(
             f"values must map names to arrays of shape (runs, samples) or (runs,), got {given!r}",
@@ -273,6 +291,33 @@ def _table_values(
 def _looks_transposed(array: Array) -> bool:
     over_runs, over_time = (float(np.mean(np.abs(np.diff(array, axis=axis)))) for axis in (0, 1))
     return over_runs < _ROUGHER * over_time
+
+
+def _is_grid(column: Array) -> bool:
+    """Whether a parameter has so few values that runs must be on a grid."""
+    return 2 * len(np.unique(column)) < len(column)
+
+
+def _gaps(columns: Mapping[str, Array], sides: Mapping[str, Interval]) -> dict[str, str]:
+    """The largest part of each interval without a run, in words, where runs that fill the box have none such.
+
+    Of tables of independent and uniformly distributed runs less than one in 1e6 has such a gap.
+    Grids are not judged: their bands are those of polynomials or of the runs alone.
+    """
+    found = {}
+    for name, side in sides.items():
+        column = columns[name]
+        if _is_grid(column):
+            continue
+        values = np.sort(np.concatenate([column, [side.lower, side.upper]]))
+        gaps = np.diff(values)
+        largest = int(gaps.argmax())
+        share = float(gaps[largest]) / (2.0 * side.half_width)
+        # The probability is at most (runs + 1) (1 - share)^runs.
+        if (len(column) + 1) * (1.0 - min(share, 1.0)) ** len(column) < _UNLIKELY:
+            ends = f"{name} between {values[largest]:.6g} and {values[largest + 1]:.6g}"
+            found[name] = f"{ends}, {100.0 * share:.0f} % of its interval"
+    return found
 
 
 def _table_intervals(checks: Checks, columns: Mapping[str, Array], given: object) -> dict[str, Interval]:

@@ -78,6 +78,8 @@ def _head(result: Any) -> str:
         how += f" of degree {' x '.join(map(str, result.degrees))}"
     sides, runs = len(result.intervals), len(result.parameters)
     text = f"{how}: {sides} parameter{'s' if sides > 1 else ''}, {runs} runs and the nominal one"
+    if result.settings is not None:
+        text += f", rtol {result.settings.rtol:g}"
     return text if math.isnan(result.seconds) else f"{text}, {result.seconds:.2g} s"
 
 
