@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import did_you_mean, meant_or_known
-from ..errors import Problem
+from ..errors import Problem, describe
 from .units import with_blank
 
 Array = NDArray[np.float64]
@@ -253,14 +253,21 @@ def _evaluate(node: ast.expr, values: Mapping[str, float]) -> float:
             case _:
                 raise AssertionError(node)
     except ZeroDivisionError:
-        raise ExpressionError("divides by zero", column) from None
+        raise ExpressionError(f"divides by zero{_given(node, values)}", column) from None
     except OverflowError:
         raise ExpressionError("is too large a number", column) from None
     except ExpressionError:
         raise
     except ValueError:  # the root or logarithm of a negative number
-        raise ExpressionError("has no real value", column) from None
+        raise ExpressionError(f"has no real value{_given(node, values)}", column) from None
     return _finite(result, column)
+
+
+def _given(node: ast.expr, values: Mapping[str, float]) -> str:
+    """The values of the names in a part of an expression, in words."""
+    names = dict.fromkeys(part.id for part in ast.walk(node) if isinstance(part, ast.Name))
+    known = {name: values[name] for name in names if name in values and name not in CONSTANTS}
+    return f" with {describe(known)}" if known else ""
 
 
 def _column(node: ast.expr, values: Mapping[str, float | Array], lost: NDArray[np.bool_]) -> Array:
