@@ -142,3 +142,10 @@ def test_a_fact_that_lacks_is_damage(tmp_path):
                 cc.StudyResult.load(path)
             except ValueError as error:
                 assert "damaged" in str(error)
+
+
+def test_values_whose_squares_are_no_numbers_have_no_band():
+    study = cc.Study(lambda a: {"t": T, "x": 1.7e308 * a * T}, {"a": cc.interval(-1.0, 1.0)})
+    for ask in (lambda: study.band(21), lambda: study.certify(0.9)):
+        with pytest.raises(ValueError, match="at most 1e150 in size"):
+            ask()

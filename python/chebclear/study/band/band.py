@@ -76,8 +76,8 @@ class Band(records.ArrayRecord):
     margin : Margin
         Method and margin of the band.
     coverage : float
-        Share of the samples of a run that are in the band made without it, mean over the runs [-]; the proved
-        coverage of a certified band; NaN if it was not measured.
+        Share of the samples of a run that are in the band made without it, mean over the runs [-]; of a
+        certified band at least what is proved; NaN if it was not measured.
     whole_run : float
         Probability that a further run at random parameters is entirely in the band [-]; NaN if it is unknown.
     angle : Array | None

@@ -54,6 +54,9 @@ pub struct OutputBand {
     pub polynomial: Option<Polynomial>,
 }
 
+/// Largest size of a value, whose square is a number still.
+const LARGEST_VALUE: f64 = 1e150;
+
 /// The band of a polynomial is used if it is at most this many times as wide as the calibrated one.
 const LARGEST_WIDTH_RATIO: f64 = 1.5;
 
@@ -191,9 +194,12 @@ impl Design {
                 values.len()
             )));
         }
-        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+        if let Some(at) = values.iter().position(|value| value.is_nan() || value.abs() > LARGEST_VALUE) {
             let run = at / (block * samples);
-            return Err(GridError::new(format!("run {run} has a value {}: all must be finite", values[at])));
+            return Err(GridError::new(format!(
+                "run {run} has a value {:e}: all must be finite and at most {LARGEST_VALUE:e} in size",
+                values[at]
+            )));
         }
         Ok(())
     }
