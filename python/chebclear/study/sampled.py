@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -408,7 +409,7 @@ def _others(
 
 
 def _without_twins(study: Runner, scored: Sequence[Table], kept: Sequence[Table]) -> list[Table]:
-    """The included runs at points that no other run has.
+    """The included runs at points that no held-out run has, and those that are the same only once.
 
     A run that is held out while its twin is not would always be inside.
     """
@@ -417,15 +418,22 @@ def _without_twins(study: Runner, scored: Sequence[Table], kept: Sequence[Table]
     points = np.concatenate([table.parameters for table in (*scored, *kept)])
     # Points are the same to rounding; bit for bit where they come from the same sequence.
     cube = np.round(on_cube(study.intervals, points) / _SAME_POINT) + 0.0
-    first = np.zeros(len(points), dtype=bool)
-    first[np.unique(cube, axis=0, return_index=True)[1]] = True
-    begin = sum(len(table.parameters) for table in scored)
+    held_out = {row.tobytes() for row in cube[: sum(len(table.parameters) for table in scored)]}
+    place = sum(len(table.parameters) for table in scored)
+    seen: set[tuple[bytes, bytes]] = set()
     left = []
     for table in kept:
-        rows = np.flatnonzero(first[begin : begin + len(table.parameters)])
-        begin += len(table.parameters)
-        if len(rows):
-            left.append(table[rows])
+        rows = []
+        for row, values in enumerate(table.values):
+            point = cube[place + row].tobytes()
+            # A table may have several runs at one point.
+            same = (point, hashlib.sha256(values.tobytes()).digest())
+            if point not in held_out and same not in seen:
+                seen.add(same)
+                rows.append(row)
+        place += len(table.parameters)
+        if rows:
+            left.append(table[np.array(rows)])
     return left
 
 

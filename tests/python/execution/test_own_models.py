@@ -1,10 +1,12 @@
 """Models of one's own that fail, hang or kill their worker, and stores of what they returned."""
 
 import dataclasses
+import importlib.util
 import math
 import os
 import re
 import signal
+import sys
 import threading
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -314,6 +316,46 @@ def test_a_store_knows_what_models_use_indirectly(model, tmp_path, monkeypatch):
         monkeypatch.setitem(globals(), "FACTOR", 5.0)
     with pytest.raises(cc.StoreError, match="source"):
         cc.Study(model, BOX, store=tmp_path).scan(2)
+
+
+class Counting:
+    """It changes while models run, holds what cannot be compared, and refers to others in turn."""
+
+    calls = 0
+    lock = threading.Lock()
+
+    def run(self, a):
+        Counting.calls += 1
+        return a if isinstance(self, Others) else 2.0 * a
+
+
+class Others(Counting):
+    def run(self, a):
+        return 3.0 * a if isinstance(self, Counting) else a
+
+
+def test_a_store_takes_classes_that_change_and_refer_to_each_other(tmp_path):
+    def model(a, b):
+        return {"y": Counting().run(a) + Others().run(b)}
+
+    for points in (2, 3):
+        assert len(cc.Study(model, BOX, store=tmp_path).scan(points).parameters) == points**2
+
+
+def test_a_module_of_a_user_may_have_the_name_of_one_of_pythons(tmp_path, monkeypatch):
+    def made(factor):
+        path = tmp_path / f"version {factor}" / "colorsys.py"
+        path.parent.mkdir()
+        path.write_text(f"def model(a, b):\n    return {{'y': {factor} * a}}\n")
+        spec = importlib.util.spec_from_file_location("colorsys", path)
+        module = importlib.util.module_from_spec(spec)
+        monkeypatch.setitem(sys.modules, "colorsys", module)
+        spec.loader.exec_module(module)
+        return module.model
+
+    cc.Study(made(1.0), BOX, store=tmp_path / "store").scan(2)
+    with pytest.raises(cc.StoreError, match="source"):
+        cc.Study(made(100.0), BOX, store=tmp_path / "store").scan(2)
 
 
 def test_a_model_without_time_gives_what_is_done(tmp_path):

@@ -170,7 +170,13 @@ def test_the_script_has_features_distributions_seeds_and_bounds(ask, tmp_path):
     box = {"rod_length": cc.normal(0.12, 2e-4), "clearance": cc.interval(2e-5, rel=0.5)}
     features = {"peak force": cc.peak("wrist.normal_force"), "own": lambda run: run["slider.x"][-1]}
     study = cc.Study(
-        scene, box, ["slider.x"], fixed={"crank_speed": 100.0}, features=features, duration=0.01, samples=31
+        scene,
+        box,
+        ["slider.x"],
+        fixed={"crank_speed": np.float64(100.0)},
+        features=features,
+        duration=0.01,
+        samples=31,
     )
     result = ask(study)
     page = result.report(tmp_path / "report.html").read_text(encoding="utf-8")

@@ -283,6 +283,12 @@ def test_included_runs_at_points_of_the_band_count_once():
     assert len(study.band(21, include=large).parameters) == 41
     # Further runs replace included ones at the same points.
     np.testing.assert_array_equal(study.band(21, include=large).extend(20)["x"].upper, large["x"].upper)
+    # Several runs of a table at one point are all there.
+    points = {"a": [0.0, 0.3, 0.3, 0.5, 1.0], "b": [0.0, 0.1, 0.1, 0.5, 1.0]}
+    level = np.array([0.0, 50.0, 60.0, 1.0, 0.0])[:, None] * np.ones(101)
+    replicates = cc.Study.from_runs(points, np.linspace(0.0, 1.0, 101), {"x": level}).sample()
+    both = study.band(21, include=replicates)
+    assert len(both.parameters) == 21 + len(replicates.parameters) and both["x"].upper.max() >= 60.0
     # Included runs may be on a grid: no statement on a further run is made of features of all of them.
     mixed = study.band(21, include=study.scan(3))
     assert len(mixed.parameters) == 30 and np.isnan(mixed.feature("f").interval.whole_run)
@@ -297,7 +303,7 @@ def test_runs_that_differ_by_offsets_are_single_observations():
         return {"t": np.linspace(0.0, 1.0, 101), "x": np.full(101, level)}
 
     box = {"a": cc.interval(0.0, 1.0), "b": cc.interval(0.0, 1.0)}
-    for runs in (41, 81):
+    for runs in (8, 41, 81):
         result = cc.Study(offset, box).band(runs)
         band = result["x"]
         assert band.verdict == "undersampled" and band.margin.persistence > 0.99

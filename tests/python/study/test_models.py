@@ -161,7 +161,9 @@ def test_a_table_whose_runs_leave_out_a_part_of_the_box_says_so():
         Study.from_runs(points, T, {"x": values}, intervals=box).band()
     with pytest.raises(ValueError, match=r'none of 80 has a between .*: give the interval of "a"'):
         Study.from_runs(points, T, {"x": values}, intervals=box, independent=True)
-    # A grid, and runs that fill their interval.
+    # Grids, and runs that fill their interval.
+    corners = {"a": [0.9, 0.9, 1.1, 1.1, 1.0], "b": [0.0, 1.0, 0.0, 1.0, 0.5]}
+    Study.from_runs({name: values[:4] for name, values in corners.items()}, T, {"x": np.zeros((4, 101))})
     Study.from_runs({"a": np.repeat([0.9, 1.0, 1.1], 27)}, T, {"x": np.zeros((81, 101))})
     for seed in range(100):
         drawn = np.random.default_rng(seed).uniform(0.9, 1.1, 20)

@@ -300,3 +300,13 @@ def test_a_parameter_whose_effect_is_below_the_error_has_no_certain_slope():
     fine = study.band(161)["y"]
     lower, upper = fine.sensitivity_range("b")
     assert np.all(lower <= -0.17) and np.all(upper >= 0.17) and not fine.monotone("b").any()
+
+
+def test_a_parameter_at_its_optimum_is_no_matter_of_the_error():
+    t = np.linspace(0.0, 1.0, 51)
+    box = {"a": cc.interval(0.0, 1.0), "b": cc.interval(-1.0, 1.0)}
+    study = cc.Study(lambda a, b: {"t": t, "y": np.cos(2.0 * b) * (1.0 + t) + 0.01 * a}, box)
+    band = study.band(41)["y"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        np.testing.assert_allclose(band.sensitivity("b"), 0.0, atol=0.01)

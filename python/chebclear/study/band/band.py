@@ -185,9 +185,7 @@ class Band(records.ArrayRecord):
         self._polynomial()
         self._doubt("a sensitivity")
         slope = self.polynomial_slope(parameter, normalized=normalized, at=at)
-        self._doubt_effect(
-            parameter, slope * (2.0 if normalized else 2.0 * self.intervals[parameter].half_width)
-        )
+        self._doubt_effect(parameter, *self._polynomial().slope(parameter).bounds())
         return slope
 
     def polynomial_slope(
@@ -238,17 +236,16 @@ class Band(records.ArrayRecord):
         surrogate = self._polynomial()
         self._doubt("a range of a sensitivity")
         lower, upper = surrogate.slope(parameter).bounds(threads=threads)
-        self._doubt_effect(
-            parameter, np.maximum(-lower, upper) * (2.0 * self.intervals[parameter].half_width)
-        )
+        self._doubt_effect(parameter, lower, upper)
         return lower, upper
 
     def monotone(self, parameter: str, *, threads: int | None = None) -> NDArray[np.int8]:
         """Where the output certainly rises or falls with a parameter, for all values of the others.
 
         The slope of the polynomial has one sign over the whole box, and even the least slope changes the
-        output over a quarter of the interval by more than the polynomial was wrong at held-out runs. Between
-        values that are nearer to each other, the response may do the opposite.
+        output over a quarter of the interval by more than the polynomial was wrong at held-out runs, on
+        average over time. Between values that are nearer to each other, and at instants where the polynomial
+        is far worse than on average, the response may do the opposite.
 
         Parameters
         ----------
@@ -476,9 +473,10 @@ class Band(records.ArrayRecord):
         # That of an exact polynomial is no error.
         return np.where(error > rounding, error, 0.0)
 
-    def _doubt_effect(self, parameter: str, change: Array) -> None:
-        """Warn where the `change` of the output over the interval of a parameter is below its error."""
-        if float(np.mean(np.abs(change))) < float(np.mean(self._error)):
+    def _doubt_effect(self, parameter: str, lower: Array, upper: Array) -> None:
+        """Warn if the largest slopes change the output over the interval by less than its error."""
+        change = np.maximum(-lower, upper) * (2.0 * self.intervals[parameter].half_width)
+        if self.verdict != "not resolved" and float(np.mean(change)) < float(np.mean(self._error)):
             warn(
                 f"{self.name}: what {parameter} does is below the error of the polynomial, whose sensitivity "
                 "to it is not that of the response: more runs reduce the error, a larger interval enlarges "

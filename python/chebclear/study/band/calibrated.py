@@ -260,18 +260,24 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[str]:
             f"undersampled: {failed} of {runs + failed} runs failed and count as outside, "
             f"so that {asked} of a further run cannot be promised for {names}: see result.failures"
         ]
-    lasting = [name for name in short if runs < lasting_runs(bands[name].margin, requirement)]
-    if lasting and runs >= least:
-        needed = max(lasting_runs(bands[name].margin, requirement) for name in lasting)
-        return [
+    lasting = {name: lasting_runs(bands[name].margin, requirement) for name in short}
+    lasting = {name: needed for name, needed in lasting.items() if runs < needed}
+    messages = []
+    if lasting:
+        messages.append(
             f"undersampled: runs of {', '.join(lasting)} that leave the band of the others are outside "
             f"nearly all of their time, so that {runs} runs are too few to verify that {asked} of "
-            f"a further run are in the band; at least {needed} are needed"
-        ]
+            f"a further run are in the band; at least {max(lasting.values())} are needed"
+        )
+    short = [name for name in short if name not in lasting]
+    if not short:
+        return messages
+    names = ", ".join(short)
     if runs < least:
         return [
+            *messages,
             f"undersampled: {runs} runs cannot verify that {asked} of a further run are in the band "
-            f"of {names}; at least {least} are needed"
+            f"of {names}; at least {least} are needed",
         ]
     worst = min(bands[name].coverage for name in short)
     # The share outside falls about as one over the number of runs.
@@ -279,6 +285,7 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[str]:
     # Never rounded up to what was asked for.
     inside = f"{np.floor(1e4 * worst) / 1e2:g} %"
     return [
+        *messages,
         f"undersampled: only {inside} of the samples of held-out runs are in the band of {names}, {asked} "
-        f"were required; about {more} more run{'s' if more > 1 else ''} would suffice: result.extend({more})"
+        f"were required; about {more} more run{'s' if more > 1 else ''} would suffice: result.extend({more})",
     ]

@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 _SAME_POINT = 1e-6
 # Probability of a gap in an interval below which the runs of a table do not fill it.
 _UNLIKELY = 1e-6
+# Number of runs from which a gap between them tells.
+_FEW = 5
 # A square table may be transposed if neighboring runs differ by less than this part of neighboring samples.
 _ROUGHER = 0.2
 
@@ -307,7 +309,8 @@ def _gaps(columns: Mapping[str, Array], sides: Mapping[str, Interval]) -> dict[s
     found = {}
     for name, side in sides.items():
         column = columns[name]
-        if _is_grid(column):
+        # Between few runs a gap says nothing.
+        if 2 * len(np.unique(column)) <= len(column) or len(column) < _FEW:
             continue
         values = np.sort(np.concatenate([column, [side.lower, side.upper]]))
         gaps = np.diff(values)

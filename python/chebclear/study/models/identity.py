@@ -6,14 +6,17 @@ that a function reads, and other packages that it calls, are not compared.
 
 from __future__ import annotations
 
+import dis
 import functools
 import hashlib
 import inspect
 import json
 import sys
+import sysconfig
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
 from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
 from typing import Any
 
@@ -21,8 +24,8 @@ import numpy as np
 
 from ...errors import ArgumentError
 
-# Largest depth of functions that call functions.
-_DEEPEST = 20
+# Folder of Python's own modules.
+_STANDARD = Path(sysconfig.get_path("stdlib")).resolve()
 
 
 class UnknownValueError(ValueError):
@@ -51,8 +54,8 @@ class ModelIdentity:
         """
         name = getattr(call, "__qualname__", type(call).__qualname__)
         try:
-            text = json.dumps(_plain(call, ()), sort_keys=True)
-            given = {key: _plain(value, ()) for key, value in fixed.items()}
+            text = json.dumps(_plain(call, set()), sort_keys=True)
+            given = {key: _plain(value, set()) for key, value in fixed.items()}
         except UnknownValueError as error:
             raise ArgumentError(
                 f"store needs to know whether the model is the same the next time, but {error}: make it a "
@@ -71,8 +74,8 @@ class ModelIdentity:
         }
 
 
-def _plain(value: Any, inside: tuple[object, ...]) -> Any:
-    """A value as JSON has it, equal for equal values; `inside` are the functions that led to it."""
+def _plain(value: Any, seen: set[object]) -> Any:
+    """A value as JSON has it, equal for equal values; those `seen` have their names alone."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, complex | bytes):
@@ -83,9 +86,9 @@ def _plain(value: Any, inside: tuple[object, ...]) -> Any:
         digest = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()[:16]
         return f"array {value.dtype.str} {value.shape} {digest}"
     if isinstance(value, list | tuple):
-        return [_plain(item, inside) for item in value]
+        return [_plain(item, seen) for item in value]
     if isinstance(value, Mapping) and all(isinstance(key, str) for key in value):
-        return {key: _plain(item, inside) for key, item in value.items()}
+        return {key: _plain(item, seen) for key, item in value.items()}
     if isinstance(value, ModuleType):
         return f"module {value.__name__} {getattr(value, '__version__', '')}"
     if isinstance(value, Enum):
@@ -93,59 +96,75 @@ def _plain(value: Any, inside: tuple[object, ...]) -> Any:
     if isinstance(value, BuiltinFunctionType | np.ufunc):
         return f"{getattr(value, '__module__', '')}.{getattr(value, '__qualname__', value)}"
     if isinstance(value, type):
-        return _class(value, inside)
+        return _class(value, seen)
     if isinstance(value, functools.partial):
-        return [_plain(item, inside) for item in (value.func, value.args, value.keywords)]
+        return [_plain(item, seen) for item in (value.func, value.args, value.keywords)]
     if isinstance(value, FunctionType):
-        return _function(value, inside)
+        return _function(value, seen)
     if isinstance(value, MethodType):
         raise UnknownValueError(f"{value.__qualname__} is a method, whose object may change")
     raise UnknownValueError(f"a {type(value).__name__} is no plain value")
 
 
-def _function(function: FunctionType, inside: tuple[object, ...]) -> Any:
+def _function(function: FunctionType, seen: set[object]) -> Any:
     """Source of a function, its defaults, and the variables that it uses from its surroundings."""
-    if function in inside or len(inside) > _DEEPEST:
-        return function.__qualname__
-    inside = (*inside, function)
-    if _is_versioned(function):
-        return f"{function.__module__}.{function.__qualname__}"
+    name = f"{function.__module__}.{function.__qualname__}"
+    if function in seen or _is_versioned(function.__module__, function.__code__.co_filename):
+        return name
+    seen.add(function)
     try:
         around = dict(inspect.getclosurevars(function).nonlocals)
     except ValueError:  # a cell that has no value yet
         raise UnknownValueError(f"{function.__qualname__} uses a variable without a value") from None
-    # Those of functions inside as well, which the closure variables are without.
-    names = _names_in(function.__code__)
+    # Those of functions inside as well, which the closure variables are without; in an order of their own.
+    names = sorted(_names_in(function.__code__))
     around |= {name: function.__globals__[name] for name in names if name in function.__globals__}
     return {
         "text": _text(function),
-        "defaults": _plain(list(function.__defaults__ or ()), inside),
-        "keywords": _plain(function.__kwdefaults__ or {}, inside),
-        "around": {name: _plain(value, inside) for name, value in around.items()},
+        "defaults": _plain(list(function.__defaults__ or ()), seen),
+        "keywords": _plain(function.__kwdefaults__ or {}, seen),
+        "around": {name: _plain(value, seen) for name, value in around.items()},
     }
 
 
-def _class(given: type, inside: tuple[object, ...]) -> Any:
-    """Source of a class, its public attributes, and what its methods use from their surroundings."""
+def _class(given: type, seen: set[object]) -> Any:
+    """Source of a class, its public attributes, and what its methods use from their surroundings.
+
+    Classes of installed packages are named alone.
+    """
     name = f"{given.__module__}.{given.__qualname__}"
-    if _is_versioned(given) or given in inside or len(inside) > _DEEPEST:
+    file = getattr(sys.modules.get(given.__module__), "__file__", None)
+    # In an interactive session there is no file.
+    others = file is not None and (_is_installed(file) or _is_versioned(given.__module__, file))
+    if given in seen or others or given.__module__ == "builtins":
         return name
-    inside = (*inside, given)
+    seen.add(given)
     try:
         text = inspect.getsource(given)
     except (OSError, TypeError):
         text = ""
-    parts: dict[str, Any] = {}
+    return {"class": name, "text": text, "around": _own(given, seen)}
+
+
+def _own(given: type, seen: set[object]) -> list[Any]:
+    """Bases of a class, its attributes that can be compared and do not change, and its methods."""
     # The source has the members of an enumeration.
     own = {} if issubclass(given, Enum) else vars(given)
+    methods = {
+        key: [one for one in _functions_of(value) if _is_written(one, given)] for key, value in own.items()
+    }
+    changed = {name for found in methods.values() for one in found for name in _assigned_in(one.__code__)}
+    parts: dict[str, Any] = {}
     for key, value in own.items():
-        functions = _functions_of(value)
-        if written := [one for one in functions if _is_written(one, given)]:
-            parts[key] = _plain(written, inside)
+        if methods[key]:
+            parts[key] = _plain(methods[key], seen)
         # Other descriptors stand for values of the objects.
-        elif not (functions or key.startswith("_") or hasattr(type(value), "__get__")):
-            parts[key] = _plain(value, inside)
-    return {"class": name, "text": text, "bases": _plain(list(given.__bases__), inside), "around": parts}
+        elif not (key.startswith("_") or key in changed or hasattr(type(value), "__get__")):
+            try:
+                parts[key] = _plain(value, seen)
+            except UnknownValueError:
+                parts[key] = type(value).__qualname__
+    return [_plain(list(given.__bases__), seen), parts]
 
 
 def _functions_of(attribute: object) -> list[FunctionType]:
@@ -166,10 +185,25 @@ def _is_written(function: FunctionType, given: type) -> bool:
     return not made and function.__globals__.get("__name__") == given.__module__
 
 
-def _is_versioned(value: type | FunctionType) -> bool:
-    """Whether a function or class is Python's own or that of a package whose versions are not compared."""
-    package = value.__module__.partition(".")[0]
-    return package in ("numpy", "scipy", "chebclear") or package in sys.stdlib_module_names
+def _assigned_in(code: CodeType) -> set[str]:
+    """Names of the attributes to which a function assigns."""
+    return {one.argval for one in dis.get_instructions(code) if one.opname == "STORE_ATTR"}
+
+
+def _is_versioned(module: str, file: str) -> bool:
+    """Whether a module is Python's own or that of a package whose versions are not compared.
+
+    Python's own is told by its folder: modules of users may have names of Python's.
+    """
+    if module.partition(".")[0] in ("numpy", "scipy", "chebclear"):
+        return True
+    own = _STANDARD in Path(file).resolve().parents and not _is_installed(file)
+    return own or file.startswith("<frozen")
+
+
+def _is_installed(file: str) -> bool:
+    """Whether a file is in a folder of installed packages."""
+    return not {"site-packages", "dist-packages"}.isdisjoint(Path(file).parts)
 
 
 def _names_in(code: CodeType) -> set[str]:

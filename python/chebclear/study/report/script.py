@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
+import numpy as np
+
 from ...report.document import Listing
 from ...run.features import Feature
 from ...run.report import settings_in_script
@@ -45,7 +47,7 @@ def study_listings(result: Any) -> tuple[Listing, str]:
         "    },",
         *([f"    outputs={list(result.bands)!r},"] if result.bands else []),
         *(f"    {name}={value!r}," for name, value in settings.items()),
-        *([f"    fixed={fixed!r},"] if fixed else []),
+        *([f"    fixed={_plain(fixed)!r},"] if fixed else []),
         *_features(result),
         ")",
         *_included(result),
@@ -76,6 +78,13 @@ def _included(result: Any) -> list[str]:
     requirement = result.requirement
     count = 0 if requirement is None else len(result.parameters) - requirement.runs
     return [f"# {count} runs of other results were included, by include=..."] if count else []
+
+
+def _plain(value: Any) -> Any:
+    """A value without NumPy's types, which the script does not import."""
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
 
 
 def _parameters(result: Any) -> dict[str, Any]:
