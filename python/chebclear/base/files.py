@@ -361,15 +361,11 @@ def kind_of(path: str | os.PathLike[str]) -> str:
 @contextmanager
 def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[np.lib.npyio.NpzFile, dict[str, Any]]]:
     """The archive and the facts in a file that `save` wrote."""
-    stranger = ArgumentError(f"{os.fspath(path)} was not written by chebclear: give a file that save() wrote")
+    stranger = ArgumentError(
+        f"{os.fspath(path)} was not written by chebclear, or is damaged: give a whole file that save() wrote"
+    )
     # Opened here, because numpy leaves a file open if it is not an archive.
     with Path(path).open("rb") as file, ExitStack() as closing:
-        if file.read(2) == b"PK":  # an archive, which may be cut off
-            stranger = ArgumentError(
-                f"{os.fspath(path)} was not written by chebclear, or is damaged: give a whole file that "
-                "save() wrote"
-            )
-        file.seek(0)
         try:
             archive = np.load(file, allow_pickle=False)
             if not isinstance(archive, np.lib.npyio.NpzFile):  # a single array

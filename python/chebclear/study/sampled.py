@@ -75,6 +75,13 @@ class Table:
         features = None if result.features is None else result.features.values
         return cls(result.parameters, values, Costs.joined([result.stats[:-1]]), features)
 
+    @classmethod
+    def nominal(cls, result: StudyResult) -> Table:
+        """The nominal run of a result; its parameters are not needed here."""
+        values = np.stack([result.table(name)[-1] for name in result.outputs], axis=-1)[None]
+        features = None if result.features is None else result.features.nominal[None]
+        return cls(result.parameters[:1], values, Costs.joined([result.stats[-1:]]), features)
+
     def __getitem__(self, rows: slice | NDArray[np.intp]) -> Table:
         features = None if self.features is None else self.features[rows]
         stats = self.stats[rows] if len(self.stats) else self.stats
@@ -264,9 +271,6 @@ def extended(
     assert requirement is not None, "the checks let no other result pass"
     outputs = result.outputs
     old = Table.of(result, outputs)
-    nominal_values = np.stack([result.table(name)[-1] for name in outputs], axis=-1)[None]
-    features = None if result.features is None else result.features.nominal[None]
-    nominal = Table(old.parameters[:1], nominal_values, Costs.joined([result.stats[-1:]]), features)
     scored, messages = [old[: requirement.runs]], _lasting(result.warnings)
     good, begun = requirement.runs, requirement.runs + requirement.failed
     # Runs that time was short for are made now.
@@ -284,19 +288,16 @@ def extended(
     requirement = dataclasses.replace(requirement, runs=good, failed=count_failed(failures))
     messages += failure_warnings(failures, good + len(failures) + 1)
     facts = _facts(result) | {"seconds": seconds, "failures": failures}
-    return _result(study, requirement, scored, kept, nominal, messages, facts)
+    return _result(study, requirement, scored, kept, Table.nominal(result), messages, facts)
 
 
 def shortened(study: Runner, result: StudyResult, runs: int) -> StudyResult:
     """The result of `Study.band` from the first runs of another one."""
-    outputs, requirement = result.outputs, result.requirement
-    assert requirement is not None, "a result of Study.band"
-    nominal_values = np.stack([result.table(name)[-1] for name in outputs], axis=-1)[None]
-    features = None if result.features is None else result.features.nominal[None]
-    table = Table.of(result, outputs)
-    nominal = Table(table.parameters[:1], nominal_values, Costs.joined([result.stats[-1:]]), features)
+    assert result.requirement is not None, "a result of Study.band"
+    requirement = dataclasses.replace(result.requirement, runs=runs)
+    first = Table.of(result, result.outputs)[:runs]
     facts = _facts(result) | {"seconds": math.nan}
-    return _result(study, dataclasses.replace(requirement, runs=runs), [table[:runs]], [], nominal, (), facts)
+    return _result(study, requirement, [first], [], Table.nominal(result), (), facts)
 
 
 def _facts(result: StudyResult) -> dict[str, Any]:
@@ -418,8 +419,8 @@ def _without_twins(study: Runner, scored: Sequence[Table], kept: Sequence[Table]
     points = np.concatenate([table.parameters for table in (*scored, *kept)])
     # Points are the same to rounding; bit for bit where they come from the same sequence.
     cube = np.round(on_cube(study.intervals, points) / _SAME_POINT) + 0.0
-    held_out = {row.tobytes() for row in cube[: sum(len(table.parameters) for table in scored)]}
     place = sum(len(table.parameters) for table in scored)
+    held_out = {point.tobytes() for point in cube[:place]}
     seen: set[tuple[bytes, bytes]] = set()
     left = []
     for table in kept:

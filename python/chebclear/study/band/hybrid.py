@@ -15,6 +15,7 @@ from ... import _core
 from ...base import files as records
 from ...base.arguments import Checks, did_you_mean
 from ...base.units import unit
+from ...errors import ArgumentError
 from ...scene.scene import Interval
 from ..polynomials.surrogate import Surrogate
 
@@ -197,11 +198,10 @@ def quantile_bounds(
     # Values beyond the intervals, of which nothing is known, count as outside.
     known = math.prod(given.share_inside(surrogate.intervals[name]) for name, given in random.items())
     if asked >= known:
-        checks.add(
+        raise ArgumentError(
             f"probability must be below {known:.6g}, that of the intervals of the runs, got {asked!r}: give "
             "the normal distributions wider intervals in a new study"
         )
-        checks.finish()
     share = asked / known
     # Each tail must contain a draw.
     count = checks.whole("draws", draws, least=math.ceil(2.0 / (1.0 - share)))

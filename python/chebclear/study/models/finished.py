@@ -310,7 +310,7 @@ def _gaps(columns: Mapping[str, Array], sides: Mapping[str, Interval]) -> dict[s
     for name, side in sides.items():
         column = columns[name]
         # Between few runs a gap says nothing.
-        if 2 * len(np.unique(column)) <= len(column) or len(column) < _FEW:
+        if _is_grid(column) or len(column) < _FEW:
             continue
         values = np.sort(np.concatenate([column, [side.lower, side.upper]]))
         gaps = np.diff(values)

@@ -101,7 +101,7 @@ def _written(given: Any) -> str:
 
 
 def _features(result: Any) -> list[str]:
-    """The features; those that are functions are imported by name."""
+    """The features; those that are functions are left to the reader."""
     features = getattr(result.study, "features", None)
     if not features:
         return []
