@@ -235,16 +235,26 @@ impl Run<'_> {
 
     /// Largest local errors of positions and velocities relative to their tolerances without refinement and caution.
     fn find_errors(&mut self) -> [f64; 2] {
-        let (position, velocity) = self.method.step().error.split_at(self.q.len());
+        // Loops of known length are the faster ones.
+        let errors = match self.q.len() {
+            1 => self.errors_of(1),
+            2 => self.errors_of(2),
+            d => self.errors_of(d),
+        };
+        self.errors = Some(errors);
+        errors
+    }
+
+    #[inline(always)]
+    fn errors_of(&mut self, d: usize) -> [f64; 2] {
+        let (position, velocity) = self.method.step().error[..2 * d].split_at(d);
         let scaled = |error: &[f64], tolerance: &[f64]| {
-            error.iter().zip(tolerance).map(|(e, tol)| e.abs() / tol).fold(0.0, |largest: f64, e| {
+            error.iter().zip(&tolerance[..d]).map(|(e, tol)| e.abs() / tol).fold(0.0, |largest: f64, e| {
                 // max would drop a NaN, and a NaN must reject the step.
                 if e > largest || e.is_nan() { e } else { largest }
             })
         };
-        let errors = [scaled(position, &self.position_tolerance), scaled(velocity, &self.velocity_tolerance)];
-        self.errors = Some(errors);
-        errors
+        [scaled(position, &self.position_tolerance), scaled(velocity, &self.velocity_tolerance)]
     }
 
     /// Factor for the length of the next step from the error of this one.

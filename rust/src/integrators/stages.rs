@@ -125,20 +125,19 @@ impl<const LANES: usize> Stages<LANES> {
         self.each_block([Weights::dense(weights)], |block| read(start, block), out, |_, [sum]| sum);
     }
 
-    /// Gives several sums Σ w_j k_j over the first stages to `take`, with the number of the first component of
-    /// their block.
-    #[inline]
-    pub(super) fn sum_blocks<const SUMS: usize>(
+    /// Several sums Σ w_j k_j over the first stages, of `n` components: those of a block.
+    #[inline(always)]
+    pub(super) fn sums<const SUMS: usize>(
         &self,
+        n: usize,
+        block: usize,
         weights: &[[f64; SUMS]],
-        mut take: impl FnMut(usize, [[f64; LANES]; SUMS]),
-    ) {
+    ) -> [[f64; LANES]; SUMS] {
         // Two degrees of freedom, as in the paper: without strides.
-        if self.width == 1 {
-            return take(0, sums(self.rows.iter(), weights));
-        }
-        for block in 0..self.width {
-            take(block * LANES, sums(self.rows[block..].iter().step_by(self.width), weights));
+        if n <= LANES {
+            sums(self.rows.iter(), weights)
+        } else {
+            sums(self.rows[block..].iter().step_by(self.width), weights)
         }
     }
 

@@ -266,10 +266,17 @@ fn relative_rotation(dynamics: &Dynamics, bodies: [Option<usize>; 2], quantity: 
 }
 
 /// One of x, y, vx, vy, ax, ay. Accelerations of frames are relative to free fall, so gravity is added.
+#[inline(always)]
 fn point_value(dynamics: &Dynamics, point: &PointState, quantity: usize) -> f64 {
-    let acceleration = point.acceleration + dynamics.tree.gravity;
-    let [p, v] = [point.position, point.velocity];
-    [p.x, p.y, v.x, v.y, acceleration.x, acceleration.y][quantity]
+    // Not an array of all six: the compiler computes the one that is asked for.
+    match quantity {
+        0 => point.position.x,
+        1 => point.position.y,
+        2 => point.velocity.x,
+        3 => point.velocity.y,
+        4 => point.acceleration.x + dynamics.tree.gravity.x,
+        _ => point.acceleration.y + dynamics.tree.gravity.y,
+    }
 }
 
 fn body_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {

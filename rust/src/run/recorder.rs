@@ -1,6 +1,8 @@
 //! The system that the integrator integrates: tolerances, guards and phases of a mechanism, and the samples
 //! of a run.
 
+use std::f64::consts::PI;
+
 use crate::contact::clearance::Phase;
 use crate::dynamics::{Dynamics, Linearization, relative_motion};
 use crate::integrators::dense::DenseStep;
@@ -44,7 +46,7 @@ pub(crate) struct Recorder<'a> {
     pub(crate) dynamics: Box<Dynamics<'a>>,
     /// The frames in states inside a step, so that those of `dynamics` stay at its end, where the next begins. The
     /// two are boxed because they are exchanged.
-    inside: Box<Dynamics<'a>>,
+    pub(crate) inside: Box<Dynamics<'a>>,
     pub(crate) settings: &'a Settings,
     pub(crate) monitor: &'a dyn Fn(f64) -> bool,
     pub(crate) tolerances: Tolerances,
@@ -186,6 +188,10 @@ impl<'a> Recorder<'a> {
     pub(crate) fn unwind(&mut self, q: &mut [f64]) {
         let mechanism = self.mechanism;
         for (q, &column) in q.iter_mut().zip(&mechanism.free) {
+            // As a rule, also of what slides.
+            if q.abs() <= PI {
+                continue;
+            }
             if let FrameKind::Revolute = mechanism.frames[column + 1].kind {
                 let (angle, turns) = unwind(*q);
                 *q = angle;
@@ -249,36 +255,43 @@ impl<'a> Recorder<'a> {
         }
         self.step.bound = self.step.next_break - t;
         (self.step.velocity_refinement, self.step.caution) = (1.0, 1.0);
-        for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
-            let motion = self.dynamics.joint_motion(joint);
-            let phase = self.dynamics.phases[index];
-            let presses = matches!(phase, Phase::Contact { clipped: false, .. });
-            let acceleration = motion.acceleration.into();
-            let (state, rate) = joint.law.state_with_rate(&relative_motion(&motion), acceleration, phase);
-            self.log.deepest[index] = self.log.deepest[index].max(state.penetration);
-            self.watch_slide(index, &state);
-            self.step.slides[index] = None;
-            if presses && joint.law.friction.is_some() {
-                self.step.slides[index] = Some(state.sliding_velocity);
-                self.refine_velocity(index, &state);
+        for index in 0..mechanism.clearance_joints.len() {
+            self.watch_joint(t, index);
+        }
+    }
+
+    // Not inlined: what the loop does not change would be loaded ahead of it and kept on the stack.
+    #[inline(never)]
+    fn watch_joint(&mut self, t: f64, index: usize) {
+        let joint = &self.mechanism.clearance_joints[index];
+        let motion = self.dynamics.joint_motion(joint);
+        let phase = self.dynamics.phases[index];
+        let presses = matches!(phase, Phase::Contact { clipped: false, .. });
+        let acceleration = motion.acceleration.into();
+        let (state, rate) = joint.law.state_with_rate(&relative_motion(&motion), acceleration, phase);
+        self.log.deepest[index] = self.log.deepest[index].max(state.penetration);
+        self.watch_slide(index, &state);
+        self.step.slides[index] = None;
+        if presses && joint.law.friction.is_some() {
+            self.step.slides[index] = Some(state.sliding_velocity);
+            self.refine_velocity(index, &state);
+        }
+        if joint.law.stick_velocity().is_some() {
+            let sticks = self.sticks_at_start(index);
+            self.log.sticks[index].advance(t, presses, sticks);
+        }
+        match phase {
+            Phase::Free => {
+                // Half a clearance per step: the journal cannot cross the bearing without an event.
+                let (rate, acceleration) = (motion.rate.norm(), motion.acceleration.norm());
+                let clearance = joint.law.clearance;
+                // |ė| h + |ë| h²/2 = c/2
+                let bound = clearance / (rate + (rate * rate + acceleration * clearance).sqrt());
+                self.step.bound = self.step.bound.min(self.settings.refinement() * bound);
             }
-            if joint.law.stick_velocity().is_some() {
-                let sticks = self.sticks_at_start(index);
-                self.log.sticks[index].advance(t, presses, sticks);
-            }
-            match phase {
-                Phase::Free => {
-                    // Half a clearance per step: the journal cannot cross the bearing without an event.
-                    let (rate, acceleration) = (motion.rate.norm(), motion.acceleration.norm());
-                    let clearance = joint.law.clearance;
-                    // |ė| h + |ë| h²/2 = c/2
-                    let bound = clearance / (rate + (rate * rate + acceleration * clearance).sqrt());
-                    self.step.bound = self.step.bound.min(self.settings.refinement() * bound);
-                }
-                Phase::Contact { .. } => {
-                    self.watch_force(t, index, &motion, [state.normal_force, rate]);
-                    self.begin_with_caution(t, index);
-                }
+            Phase::Contact { .. } => {
+                self.watch_force(t, index, &motion, [state.normal_force, rate]);
+                self.begin_with_caution(t, index);
             }
         }
     }
@@ -383,17 +396,9 @@ impl HybridSystem for Recorder<'_> {
         }
         self.step.breaks_away = false;
         self.step.velocity_refinement = 1.0;
-        for index in 0..self.dynamics.phases.len() {
-            let joint = &self.mechanism.clearance_joints[index];
-            let dynamics = if is_inside { &self.inside } else { &self.dynamics };
-            let ends = dynamics.joint_ends(joint);
-            let state = dynamics.contact_without_forces(joint, &ends);
-            let steep = joint.law.stick_velocity();
-            self.step.breaks_away |= self.sticks_at_start(index)
-                && steep.is_some_and(|steep| state.sliding_velocity.abs() > steep);
-            self.refine_velocity(index, &state);
-            guards[GUARDS * index] = self.gap_guard(index, &state, &ends);
-            guards[GUARDS * index + 1] = self.tension_guard(index, &state, &ends);
+        let (of_joints, _) = guards.as_chunks_mut();
+        for (index, of_joint) in of_joints.iter_mut().enumerate() {
+            *of_joint = self.joint_guards(is_inside, index);
         }
     }
 

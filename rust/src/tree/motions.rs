@@ -97,6 +97,13 @@ struct Slider {
 }
 
 impl Slider {
+    /// Gives the frame, in place, another acceleration of its coordinate.
+    #[inline(always)]
+    fn accelerate(&self, coordinates: &[Coordinate], states: &mut [FrameState]) {
+        let acceleration = states[self.parent].acceleration;
+        states[self.index].acceleration = acceleration + coordinates[self.index - 1].acceleration * self.axis;
+    }
+
     /// Moves the frame to its coordinate.
     #[inline(always)]
     fn place(&self, coordinates: &[Coordinate], states: &mut [FrameState]) {
@@ -302,7 +309,7 @@ impl FrameMotions {
                 states[parent].angular_acceleration + coordinates[index - 1].acceleration;
         }
         for slider in &self.sliders {
-            slider.place(coordinates, states);
+            slider.accelerate(coordinates, states);
         }
         for frame in &self.carried {
             frame.accelerate(coordinates, states);

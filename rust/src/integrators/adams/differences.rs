@@ -15,7 +15,7 @@ use super::coefficients::{Alphas, Integrals, KEPT, RECIPROCALS, REGULAR, integra
 use crate::integrators::stages::Stages;
 
 /// Components that are summed together: one vector register, which two coordinates fill.
-const LANES: usize = 2;
+pub(super) const LANES: usize = 2;
 
 /// Lengths of steps are equal if they differ by so many roundings of the time: the steps end on rounded
 /// instants.
@@ -35,7 +35,6 @@ const REGULAR_WEIGHTS: [[f64; 3]; KEPT] = {
 /// The differences, and the coefficients of the step that was last prepared.
 #[derive(Clone, Debug)]
 pub(super) struct Differences {
-    d: usize,
     /// φ_1 (the present accelerations), φ_2, ...
     rows: Stages<LANES>,
     /// Number of instants they know.
@@ -70,7 +69,6 @@ impl Differences {
     /// No differences yet, for `d` components.
     pub(super) fn new(d: usize) -> Self {
         Self {
-            d,
             rows: Stages::new(KEPT + 1, d),
             count: 0,
             back: [0.0; KEPT],
@@ -148,15 +146,13 @@ impl Differences {
         }
     }
 
-    /// Extrapolates at an order over the prepared step. Gives `take` the number of each component with the change
-    /// of its position besides that by its velocity, the change of its velocity, and its acceleration at the end.
-    pub(super) fn extrapolate(&self, order: usize, mut take: impl FnMut(usize, [f64; 3])) {
-        let (h, d) = (self.h, self.d);
-        self.rows.sum_blocks(&self.weights[..order], |first, [positions, velocities, accelerations]| {
-            for lane in 0..LANES.min(d - first) {
-                take(first + lane, [h * h * positions[lane], h * velocities[lane], accelerations[lane]]);
-            }
-        });
+    /// Extrapolates at an order over the prepared step, a block of the `d` components: the changes of their positions
+    /// besides those by their velocities, the changes of their velocities, and their accelerations at the end.
+    #[inline(always)]
+    pub(super) fn extrapolated(&self, d: usize, order: usize, block: usize) -> [[f64; LANES]; 3] {
+        let [positions, velocities, accelerations] = self.rows.sums(d, block, &self.weights[..order]);
+        let h = self.h;
+        [positions.map(|change| h * h * change), velocities.map(|change| h * change), accelerations]
     }
 
     /// What the difference number `order` (from 0) at the end of the prepared step adds to positions and

@@ -17,7 +17,7 @@ use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
 use crate::numerics::instant::Instant;
 use crate::numerics::logarithm::{binary_logarithm, binary_power, power};
 use coefficients::{MOST, RECIPROCALS};
-use differences::Differences;
+use differences::{Differences, LANES};
 use start::Start;
 
 /// Accelerations that the first step supplies, at equal distances in it: the order of the next one.
@@ -153,18 +153,20 @@ impl Adams {
     }
 
     /// Computes the weights of [`Adams::error_of`] for the prepared step.
-    fn weigh_errors(&mut self, [of_position, of_velocity]: [f64; 2]) {
+    #[inline(always)]
+    fn weigh_errors(&mut self, d: usize, [of_position, of_velocity]: [f64; 2]) {
         let [positions, velocities] = &self.weights;
         for (error_weight, (position, velocity)) in
-            self.error_weights.iter_mut().zip(positions.iter().zip(velocities))
+            self.error_weights[..d].iter_mut().zip(positions[..d].iter().zip(&velocities[..d]))
         {
             *error_weight = (of_velocity * velocity).max(of_position * position);
         }
     }
 
     /// Largest error relative to the tolerances that differences of the components tell of.
-    fn error_of(&self, differences: impl Iterator<Item = f64>) -> f64 {
-        self.error_weights.iter().zip(differences).fold(0.0, |largest, (weight, difference)| {
+    #[inline(always)]
+    fn error_of(&self, d: usize, differences: impl Iterator<Item = f64>) -> f64 {
+        self.error_weights[..d].iter().zip(differences).fold(0.0, |largest, (weight, difference)| {
             let error = weight * difference.abs();
             // A NaN must not get lost.
             if error > largest || error.is_nan() { error } else { largest }
@@ -172,29 +174,32 @@ impl Adams {
     }
 
     /// Predicts the end of the step, evaluates there and corrects; false where something is not finite.
-    fn take(&mut self, system: &mut dyn HybridSystem) -> bool {
-        let d = self.d;
+    ///
+    /// Inlined with the numbers of degrees of freedom that most mechanisms have, for which its loops are unrolled.
+    #[inline(always)]
+    fn take(&mut self, d: usize, system: &mut dyn HybridSystem) -> bool {
         let h = self.step.h;
         let order = self.order.min(self.differences.count());
         (self.order, self.taken_order) = (order, order);
         self.differences.prepare(self.t, h, order);
         // Slices of the length d, so that the compiler knows that indices are inside.
         let (q_start, v_start) = (&self.step.start[..d], &self.step.start[d..][..d]);
-        let (q, rest) = self.predicted.split_at_mut(d);
+        let (q, rest) = self.predicted[..3 * d].split_at_mut(d);
         let (v, a) = rest.split_at_mut(d);
-        let a = &mut a[..d];
         let last = &mut self.last[..d];
-        self.differences.extrapolate(order, |k, [of_position, of_velocity, acceleration]| {
-            q[k] = q_start[k] + (h * v_start[k] + of_position);
-            v[k] = v_start[k] + of_velocity;
-            last[k] = acceleration;
-        });
+        for (block, first) in (0..d).step_by(LANES).enumerate() {
+            let [positions, velocities, accelerations] = self.differences.extrapolated(d, order, block);
+            for (k, lane) in (first..d).zip(0..LANES) {
+                q[k] = q_start[k] + (h * v_start[k] + positions[lane]);
+                v[k] = v_start[k] + velocities[lane];
+                last[k] = accelerations[lane];
+            }
+        }
         if !system.acceleration(Instant::after(self.t, h), q, v, a) {
             return false;
         }
         let [position, velocity] = self.differences.correction(order);
-        let (q_end, v_end) = self.step.end.split_at_mut(d);
-        let v_end = &mut v_end[..d];
+        let (q_end, v_end) = self.step.end[..2 * d].split_at_mut(d);
         for k in 0..d {
             let difference = a[k] - last[k];
             last[k] = difference;
@@ -202,28 +207,26 @@ impl Adams {
             v_end[k] = v[k] + velocity * difference;
         }
         let factors = self.error_factors();
-        self.weigh_errors(factors);
-        self.error = self.error_of(self.last.iter().copied());
+        self.weigh_errors(d, factors);
+        self.error = self.error_of(d, self.last[..d].iter().copied());
         if self.error > 1.0 && order > 1 {
             // The next attempt takes the lower order if its error would have been smaller.
             let lower =
-                self.error_of((0..d).map(|k| self.last[k] + self.differences.continued(order - 1, k)));
+                self.error_of(d, (0..d).map(|k| self.last[k] + self.differences.continued(order - 1, k)));
             if lower < self.error {
                 (self.order, self.error) = (order - 1, lower);
             }
         }
         self.step.embedded_order = self.order;
-        let (q_error, v_error) = self.step.error.split_at_mut(d);
+        let (q_error, v_error) = self.step.error[..2 * d].split_at_mut(d);
+        let last = &self.last[..d];
         for k in 0..d {
-            let difference = if self.order < order {
-                self.last[k] + self.differences.continued(order - 1, k)
-            } else {
-                self.last[k]
-            };
+            let difference =
+                if self.order < order { last[k] + self.differences.continued(order - 1, k) } else { last[k] };
             q_error[k] = factors[0] * difference;
             v_error[k] = factors[1] * difference;
         }
-        self.step.end.iter().all(|y| y.is_finite())
+        self.step.end[..2 * d].iter().all(|y| y.is_finite())
     }
 
     /// Takes the step by the start; false where something is not finite.
@@ -249,24 +252,25 @@ impl Adams {
         differences.prepare(step.t, step.h, STARTING);
         (self.order, self.taken_order) = (STARTING, STARTING);
         // Differences at distances of a whole step. The next one is not known: it continues the last two.
-        self.weigh_errors(self.error_factors());
+        self.weigh_errors(self.d, self.error_factors());
         let [before, last] = [STARTING - 2, STARTING - 1]
-            .map(|i| parts.powi(i as i32) * self.error_of(self.differences.row(i).iter().copied()));
+            .map(|i| parts.powi(i as i32) * self.error_of(self.d, self.differences.row(i).iter().copied()));
         power(last * (last / before).min(1.0), -RECIPROCALS[self.order])
     }
 
     /// Takes the accelerations at the end of the step into the differences and chooses the order of the next
-    /// one; returns its possible growth.
-    fn advance(&mut self) -> f64 {
+    /// one; returns its possible growth. Inlined as [`Adams::take`].
+    #[inline(always)]
+    fn advance(&mut self, d: usize) -> f64 {
         let order = self.taken_order;
-        self.measure_stiffness();
+        self.measure_stiffness(d);
         // A higher order needs a difference more than are used.
         let highest = if self.differences.count() > order { (order + 1).min(MOST) } else { order };
         let lowest = (order - 1).max(1);
         self.differences.advance(&self.a);
         // The binary logarithm of the length of steps at an order, relative to the last one.
         let at = |order: usize| {
-            let difference = self.error_of(self.differences.row(order).iter().copied());
+            let difference = self.error_of(d, self.differences.row(order)[..d].iter().copied());
             let error = self.differences.at_equal_steps(order) * difference;
             -binary_logarithm(error) * RECIPROCALS[order]
         };
@@ -284,14 +288,15 @@ impl Adams {
     }
 
     /// Computes [`Adams::stiffness`] from the accelerations in the predicted and in the corrected state.
-    fn measure_stiffness(&mut self) {
-        let weights = &self.weights[0];
-        let (q, v) = self.step.end.split_at(self.d);
+    #[inline(always)]
+    fn measure_stiffness(&mut self, d: usize) {
+        let weights = &self.weights[0][..d];
+        let (q, v) = self.step.end[..2 * d].split_at(d);
         let rounding_of = |values: &[f64]| squares(weights, values.iter().map(|value| ROUNDING * value));
-        let predicted = &self.predicted[2 * self.d..];
+        let predicted = &self.predicted[2 * d..3 * d];
         let accelerations =
-            squares(weights, self.a.iter().zip(predicted).map(|(a, predicted)| a - predicted));
-        let corrections = squares(weights, self.last.iter().copied());
+            squares(weights, self.a[..d].iter().zip(predicted).map(|(a, predicted)| a - predicted));
+        let corrections = squares(weights, self.last[..d].iter().copied());
         // The sums are squares of norms, so each rate takes one more square root.
         let [position, velocity] = self.differences.correction(self.taken_order);
         let [positions, velocities] = [position, velocity].map(|part| part * part * corrections);
@@ -348,6 +353,7 @@ impl Adams {
 }
 
 /// Sum of the squares of weighted values.
+#[inline(always)]
 fn squares(weights: &[f64], values: impl Iterator<Item = f64>) -> f64 {
     weights.iter().zip(values).map(|(weight, value)| (weight * value).powi(2)).sum()
 }
@@ -398,7 +404,12 @@ impl Stepper for Adams {
         let evaluations = if self.started { Start::EVALUATIONS } else { 1 };
         stats.stages += evaluations;
         stats.evaluations += evaluations;
-        if self.started { self.take_start(system) } else { self.take(system) }
+        match self.d {
+            _ if self.started => self.take_start(system),
+            1 => self.take(1, system),
+            2 => self.take(2, system),
+            d => self.take(d, system),
+        }
     }
 
     fn reject(&mut self) {
@@ -444,7 +455,12 @@ impl Stepper for Adams {
             self.differences.clear();
             return Settled::UNLIMITED;
         }
-        self.possible_growth = if self.started { self.begin_differences() } else { self.advance() };
+        self.possible_growth = match self.d {
+            _ if self.started => self.begin_differences(),
+            1 => self.advance(1),
+            2 => self.advance(2),
+            d => self.advance(d),
+        };
         self.step.embedded_order = self.order;
         let possible_growth = Some(self.possible_growth);
         Settled { largest_growth: self.stable_growth(), possible_growth, ..Settled::UNLIMITED }

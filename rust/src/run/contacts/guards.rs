@@ -2,7 +2,7 @@
 
 use crate::contact::clearance::{ContactState, Phase};
 use crate::integrators::events::Guard;
-use crate::run::recorder::Recorder;
+use crate::run::recorder::{GUARDS, Recorder};
 use crate::tree::kinematics::PointState;
 
 /// Error of the penetration rate, relative to the velocity tolerance, within which the sign of the normal
@@ -49,6 +49,21 @@ impl StepDemands {
 }
 
 impl Recorder<'_> {
+    /// The guards of a clearance joint in the state of the frames inside the step or at its end, and what its friction
+    /// asks of the step up to there.
+    #[inline(never)]
+    pub(crate) fn joint_guards(&mut self, is_inside: bool, index: usize) -> [Guard; GUARDS] {
+        let joint = &self.mechanism.clearance_joints[index];
+        let dynamics = if is_inside { &self.inside } else { &self.dynamics };
+        let ends = dynamics.joint_ends(joint);
+        let state = dynamics.contact_without_forces(joint, &ends);
+        let steep = joint.law.stick_velocity();
+        self.step.breaks_away |=
+            self.sticks_at_start(index) && steep.is_some_and(|steep| state.sliding_velocity.abs() > steep);
+        self.refine_velocity(index, &state);
+        [self.gap_guard(index, &state, &ends), self.tension_guard(index, &state, &ends)]
+    }
+
     /// Rounding error of the penetration [m], a difference of two positions.
     #[inline]
     pub(crate) fn gap_resolution(&self, [journal, bearing]: &[PointState; 2]) -> f64 {
@@ -58,7 +73,7 @@ impl Recorder<'_> {
 
     /// Guard of the gap: zero where the surfaces touch or separate.
     #[inline]
-    pub(crate) fn gap_guard(&self, index: usize, state: &ContactState<f64>, ends: &[PointState; 2]) -> Guard {
+    fn gap_guard(&self, index: usize, state: &ContactState<f64>, ends: &[PointState; 2]) -> Guard {
         let sign = match self.dynamics.phases[index] {
             Phase::Free => -1.0,
             Phase::Contact { .. } => 1.0,
@@ -76,7 +91,7 @@ impl Recorder<'_> {
     /// Guard of the sign of the normal force: zero where the damping would make it tensile, or no longer
     /// does.
     #[inline]
-    pub(crate) fn tension_guard(
+    fn tension_guard(
         &self,
         index: usize,
         state: &ContactState<f64>,
@@ -107,6 +122,7 @@ impl Recorder<'_> {
     }
 
     /// Whether a clearance joint stuck under load at the start of the step.
+    #[inline(always)]
     pub(crate) fn sticks_at_start(&self, index: usize) -> bool {
         let steep = self.mechanism.clearance_joints[index].law.stick_velocity();
         self.step.slides[index].zip(steep).is_some_and(|(sliding, steep)| sliding.abs() < steep)
@@ -114,10 +130,12 @@ impl Recorder<'_> {
 
     /// Raises the velocity refinement to what the friction of a contact needs between the start of the step
     /// and a state.
+    #[inline(always)]
     pub(crate) fn refine_velocity(&mut self, index: usize, state: &ContactState<f64>) {
         if let Some(start) = self.step.slides[index] {
             let phases = &self.dynamics.phases;
-            let refinement = self.tolerances.velocity_refinement(self.mechanism, phases, index, start, state);
+            let tolerances = &self.tolerances;
+            let refinement = tolerances.velocity_refinement(self.mechanism, phases, index, start, state);
             self.step.velocity_refinement = self.step.velocity_refinement.max(refinement);
         }
     }
