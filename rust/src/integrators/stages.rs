@@ -76,19 +76,16 @@ impl<const LANES: usize> Stages<LANES> {
         self.rows[stage * self.width + component / LANES][component % LANES]
     }
 
-    /// Replaces every row up to the one behind the last weight: the first by the row `from`, each other one by
-    /// the row before it less the weighted old row in that place.
-    pub(super) fn renew(&mut self, weights: &[f64], from: usize) {
+    /// Replaces every row up to the one behind the last weight: the first by `first`, each other one by the row
+    /// before it less the weighted old row in that place.
+    #[inline(always)]
+    pub(super) fn renew(&mut self, weights: &[f64], first: &[f64]) {
+        // Two degrees of freedom, as in the paper: without strides.
+        if first.len() <= LANES {
+            return renew_blocks(self.rows.iter_mut(), weights, read(first, 0));
+        }
         for block in 0..self.width {
-            let mut carry = self.rows[from * self.width + block];
-            for (stage, weight) in weights.iter().enumerate() {
-                let row = &mut self.rows[stage * self.width + block];
-                let old = std::mem::replace(row, carry);
-                for (carry, old) in carry.iter_mut().zip(old) {
-                    *carry -= weight * old;
-                }
-            }
-            self.rows[weights.len() * self.width + block] = carry;
+            renew_blocks(self.rows[block..].iter_mut().step_by(self.width), weights, read(first, block));
         }
     }
 
@@ -209,6 +206,23 @@ fn sums<'a, const SUMS: usize, const LANES: usize>(
     blocks.zip(weights).fold([[0.0; LANES]; SUMS], |sums, (block, weights)| {
         std::array::from_fn(|k| plus(sums[k], weights[k], block))
     })
+}
+
+/// Replaces blocks as [`Stages::renew`] does, the first by `carry`.
+#[inline(always)]
+fn renew_blocks<'a, const LANES: usize>(
+    mut blocks: impl Iterator<Item = &'a mut [f64; LANES]>,
+    weights: &[f64],
+    mut carry: [f64; LANES],
+) {
+    // The weights first: no block is taken behind the last one.
+    for (weight, block) in weights.iter().zip(blocks.by_ref()) {
+        let old = std::mem::replace(block, carry);
+        carry = std::array::from_fn(|k| carry[k] - weight * old[k]);
+    }
+    if let Some(block) = blocks.next() {
+        *block = carry;
+    }
 }
 
 /// The sum of weighted rows.

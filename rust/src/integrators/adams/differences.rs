@@ -69,7 +69,7 @@ impl Differences {
     /// No differences yet, for `d` components.
     pub(super) fn new(d: usize) -> Self {
         Self {
-            rows: Stages::new(KEPT + 1, d),
+            rows: Stages::new(KEPT, d),
             count: 0,
             back: [0.0; KEPT],
             h: 0.0,
@@ -96,13 +96,20 @@ impl Differences {
         self.count = 0;
     }
 
-    /// Starts with accelerations at equal distances `h` [s], the earliest first.
-    pub(super) fn begin(&mut self, h: f64, mut accelerations: impl FnMut(usize, &mut [f64]), count: usize) {
+    /// Starts with `count` accelerations at equal distances `h` [s], the earliest first, each written to `out`.
+    pub(super) fn begin(
+        &mut self,
+        h: f64,
+        count: usize,
+        out: &mut [f64],
+        mut accelerations: impl FnMut(usize, &mut [f64]),
+    ) {
         self.clear();
         self.beta = [1.0; KEPT];
         self.constant = false;
         for index in 0..count {
-            self.push(|out| accelerations(index, out));
+            accelerations(index, out);
+            self.push(out);
         }
         for (index, back) in self.back.iter_mut().enumerate() {
             *back = index as f64 * h;
@@ -190,6 +197,7 @@ impl Differences {
     }
 
     /// Moves to the end of the prepared step, with the accelerations there.
+    #[inline(always)]
     pub(super) fn advance(&mut self, a: &[f64]) {
         for i in (1..KEPT.min(self.count + 1)).rev() {
             self.back[i] = self.h + self.back[i - 1];
@@ -199,15 +207,14 @@ impl Differences {
         } else {
             (self.equal, self.length) = (1, self.h);
         }
-        self.push(|out| out.copy_from_slice(a));
+        self.push(a);
     }
 
-    /// New first row; every other one is the row before less what was continued in its place.
-    fn push(&mut self, accelerations: impl FnOnce(&mut [f64])) {
+    /// New accelerations as the first row; every other one is the row before less what was continued in its place.
+    #[inline(always)]
+    fn push(&mut self, a: &[f64]) {
         let count = (self.count + 1).min(KEPT);
-        // The row behind the last one is free: the new accelerations wait there.
-        accelerations(self.rows.row_mut(KEPT));
-        self.rows.renew(&self.beta[..count - 1], KEPT);
+        self.rows.renew(&self.beta[..count - 1], a);
         self.count = count;
     }
 }

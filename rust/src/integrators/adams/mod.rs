@@ -244,11 +244,10 @@ impl Adams {
     fn begin_differences(&mut self) -> f64 {
         self.write_dense();
         let parts = (STARTING - 1) as f64;
-        let Self { differences, step, a, .. } = self;
-        let accelerations = |index: usize, out: &mut [f64]| {
+        let Self { differences, step, a, last, .. } = self;
+        differences.begin(step.h / parts, STARTING, last, |index, out| {
             if index + 1 == STARTING { out.copy_from_slice(a) } else { step.rates(index as f64 / parts, out) }
-        };
-        differences.begin(step.h / parts, accelerations, STARTING);
+        });
         differences.prepare(step.t, step.h, STARTING);
         (self.order, self.taken_order) = (STARTING, STARTING);
         // Differences at distances of a whole step. The next one is not known: it continues the last two.
@@ -267,7 +266,7 @@ impl Adams {
         // A higher order needs a difference more than are used.
         let highest = if self.differences.count() > order { (order + 1).min(MOST) } else { order };
         let lowest = (order - 1).max(1);
-        self.differences.advance(&self.a);
+        self.differences.advance(&self.a[..d]);
         // The binary logarithm of the length of steps at an order, relative to the last one.
         let at = |order: usize| {
             let difference = self.error_of(d, self.differences.row(order)[..d].iter().copied());
