@@ -251,9 +251,10 @@ impl Adams {
         differences.prepare(step.t, step.h, STARTING);
         (self.order, self.taken_order) = (STARTING, STARTING);
         // Differences at distances of a whole step. The next one is not known: it continues the last two.
-        self.weigh_errors(self.d, self.error_factors());
+        let d = self.d;
+        self.weigh_errors(d, self.error_factors());
         let [before, last] = [STARTING - 2, STARTING - 1]
-            .map(|i| parts.powi(i as i32) * self.error_of(self.d, self.differences.row(i).iter().copied()));
+            .map(|i| parts.powi(i as i32) * self.error_of(d, self.differences.row(i).iter().copied()));
         power(last * (last / before).min(1.0), -RECIPROCALS[self.order])
     }
 
@@ -267,23 +268,25 @@ impl Adams {
         let highest = if self.differences.count() > order { (order + 1).min(MOST) } else { order };
         let lowest = (order - 1).max(1);
         self.differences.advance(&self.a[..d]);
-        // The binary logarithm of the length of steps at an order, relative to the last one.
-        let at = |order: usize| {
-            let difference = self.error_of(d, self.differences.row(order)[..d].iter().copied());
-            let error = self.differences.at_equal_steps(order) * difference;
-            -binary_logarithm(error) * RECIPROCALS[order]
-        };
-        let (same, lower) = (at(order), at(lowest));
+        let (same, lower) = (self.length_at(d, order), self.length_at(d, lowest));
         let (chosen, length) = if lower > same + CLEARLY {
             (lowest, lower)
         } else if highest > order {
-            let higher = at(highest);
+            let higher = self.length_at(d, highest);
             if higher > same { (highest, higher) } else { (order, same) }
         } else {
             (order, same)
         };
         self.order = chosen;
         binary_power(length)
+    }
+
+    /// The binary logarithm of the length of steps at an order, relative to the last one.
+    #[inline(always)]
+    fn length_at(&self, d: usize, order: usize) -> f64 {
+        let difference = self.error_of(d, self.differences.row(order)[..d].iter().copied());
+        let error = self.differences.at_equal_steps(order) * difference;
+        -binary_logarithm(error) * RECIPROCALS[order]
     }
 
     /// Computes [`Adams::stiffness`] from the accelerations in the predicted and in the corrected state.
