@@ -64,8 +64,8 @@ impl DenseStep {
     pub fn at(&self, theta: f64, q: &mut [f64], v: &mut [f64]) {
         // The compiler keeps the sums in registers where it knows their number.
         match (&self.form, q.len()) {
-            (Form::Differences(alpha), 2) => self.integrate_to::<2>(alpha, theta, q, v),
-            (Form::Differences(alpha), _) => self.integrate_to::<1>(alpha, theta, q, v),
+            (Form::Differences(alpha), 2) => self.integrate_to::<2>(2, alpha, theta, q, v),
+            (Form::Differences(alpha), d) => self.integrate_to::<1>(d, alpha, theta, q, v),
             (Form::Powers, 1) => self.at_of::<2>(theta, q, v),
             (Form::Powers, 2) => self.at_of::<4>(theta, q, v),
             (Form::Powers, d) => {
@@ -83,10 +83,17 @@ impl DenseStep {
 
     /// The state from the integrals of the accelerations, as many components at a time as LANES says.
     #[inline(always)]
-    fn integrate_to<const LANES: usize>(&self, alpha: &Alphas, theta: f64, q: &mut [f64], v: &mut [f64]) {
-        let d = q.len();
+    fn integrate_to<const LANES: usize>(
+        &self,
+        d: usize,
+        alpha: &Alphas,
+        theta: f64,
+        q: &mut [f64],
+        v: &mut [f64],
+    ) {
         let (h, part) = (self.h, theta * self.h);
-        let (q_start, v_start) = self.start.split_at(d);
+        let (q, v) = (&mut q[..d], &mut v[..d]);
+        let (q_start, v_start) = self.start[..2 * d].split_at(d);
         let [once, twice] = integrals_to(alpha, (self.rows.len() / d.max(1)).saturating_sub(1), theta);
         for first in (0..d).step_by(LANES) {
             let (mut velocities, mut positions) = ([0.0; LANES], [0.0; LANES]);
