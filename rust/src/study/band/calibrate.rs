@@ -140,7 +140,7 @@ impl Requirement {
         0.5 * (heaviness[0] + heaviness[1]) / LIGHT_HEAVINESS
     }
 
-    /// What the usual excess is multiplied by: 1 with [`FEW_RUNS`] runs, the less the more there are.
+    /// What the usual excess is multiplied by: 1 with 41 runs, the less the more there are.
     pub fn fewness(&self) -> f64 {
         (FEW_RUNS / self.effective_runs()).cbrt()
     }
