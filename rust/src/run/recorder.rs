@@ -340,7 +340,7 @@ impl Recorder<'_> {
     /// Tracks the quantities of features through a step.
     fn track(&mut self, step: &DenseStep) {
         self.track_to(step.end_time(), &mut |recorder, t, q, v| {
-            if recorder.needs.work {
+            if recorder.tracking.needs_work() {
                 recorder.add_work_of(step, t);
             }
             recorder.state_inside(step, t, q, v);

@@ -1,6 +1,6 @@
 //! Tolerances of the local error: the meaning of `rtol` for a mechanism with clearance.
 
-use crate::contact::clearance::{ClearanceLaw, ContactState, Phase};
+use crate::contact::clearance::{ContactState, Phase};
 use crate::contact::normal::NormalLaw;
 use crate::error::{InputError, Problem, Subject};
 use crate::mechanism::compiled::Mechanism;
@@ -170,14 +170,12 @@ impl Tolerances {
     pub(crate) fn caution(&self, mechanism: &Mechanism, joint: usize, age: f64) -> f64 {
         let scales = &mechanism.scales.contacts[joint];
         let radians = age * scales.resting_speed / scales.resting_penetration;
-        if radians < CAREFUL_RADIANS[1] { self.caution_after(radians) } else { 1.0 }
-    }
-
-    // Not inlined: the logarithm would be computed in every step, ahead of the loop over the joints.
-    #[inline(never)]
-    fn caution_after(&self, radians: f64) -> f64 {
         let [careful, end] = CAREFUL_RADIANS;
-        power(self.onset_caution, ((end - radians) / (end - careful)).min(1.0))
+        if radians < end {
+            power(self.onset_caution, ((end - radians) / (end - careful)).min(1.0))
+        } else {
+            1.0
+        }
     }
 
     /// Floor of the impact velocity of a joint [m/s], a lower bound for the damping: slower impacts are
@@ -209,7 +207,6 @@ impl Tolerances {
     /// Factor, at least 1, by which the velocity tolerance in the present phases must be divided for the
     /// friction of a loaded `joint` that slides at `start` [m/s] at the start of a step and is in `state`
     /// later.
-    #[inline(always)]
     pub(crate) fn velocity_refinement(
         &self,
         mechanism: &Mechanism,
@@ -226,21 +223,8 @@ impl Tolerances {
         let sliding = self.stick_part * friction.stick_velocity().max(slowest);
         // As a rule, and the ratio below is at least 1.
         if sliding >= self.velocity {
-            1.0
-        } else {
-            self.refinement_for(mechanism, phases, law, sliding, state)
+            return 1.0;
         }
-    }
-
-    /// The same for a velocity tolerance of `sliding` [m/s] in the friction law.
-    fn refinement_for(
-        &self,
-        mechanism: &Mechanism,
-        phases: &[Phase],
-        law: &ClearanceLaw,
-        sliding: f64,
-        state: &ContactState<f64>,
-    ) -> f64 {
         let tolerance = (sliding * law.sliding_ratio(state)).max(self.finest_velocity);
         if tolerance < self.velocity {
             (self.velocity_in(mechanism, phases) / tolerance).max(1.0)

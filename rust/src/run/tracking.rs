@@ -246,7 +246,9 @@ impl Recorder<'_> {
     /// Computes the dynamics in the state at an instant, with the work done until then.
     fn place_at(&mut self, time: f64, state: &mut StateAt) -> bool {
         let needs = self.tracking.plan.needs;
-        let before = needs.work.then(|| self.work.clone());
+        // The state may bring the work up to its instant, also where an output alone needs it: the work of the step must
+        // not count twice.
+        let before = self.needs.work.then(|| self.work.clone());
         let (mut q, mut v) = (std::mem::take(&mut self.tracking.q), std::mem::take(&mut self.tracking.v));
         let defined = state(self, time, &mut q, &mut v);
         self.q.copy_from_slice(&q);

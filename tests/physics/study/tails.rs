@@ -40,7 +40,6 @@ fn exponential_values_have_the_heaviness_one_and_uniform_ones_less() {
     let harmonic: f64 = (2..=41).map(|rank| 1.0 / f64::from(rank)).sum();
     let expected = 3.0 / 42.0 / (41.0 / 42.0 - 0.5) * harmonic / (1.0 + 0.5 + 1.0 / 3.0);
     assert!((uniform.heaviness - expected).abs() < 0.02, "{uniform:?} {expected}");
-    assert!((uniform.lead - 3.0 / 42.0 / (41.0 / 42.0 - 0.5)).abs() < 0.01, "{uniform:?}");
 }
 
 #[test]
@@ -97,24 +96,30 @@ fn level(runs: usize, block: usize, excesses: &[Excess], tail: &Tail) -> f64 {
 #[test]
 fn a_bound_that_few_runs_with_a_heavy_tail_hold_is_widened_by_more() {
     let excesses = exponential_excesses();
-    let led =
-        |lead, heaviness, holders| level(41, 1, &excesses, &Tail { heaviness, lead, holders, ..Tail::USUAL });
-    let level = |heaviness, holders| led(0.7, heaviness, holders);
+    let tail = |heaviness, holders| Tail { heaviness, holders, ..Tail::USUAL };
+    let level_of = level;
+    let level = |heaviness, holders| level_of(41, 1, &excesses, &tail(heaviness, holders));
     assert_eq!(level(0.5, 12.0), level(1.3, 40.0));
     // A smooth motion is held by few runs too.
     assert_eq!(level(0.3, 2.0), level(0.5, 12.0));
     assert!(level(0.9, 2.5) > 3.0 * level(0.9, 12.0));
     // One that is alone far out says that it is: by the square of its rarity over 1.5.
     let rarity = 3.0 * 0.9 * 0.9;
-    let alone = level(0.9, 1.0) / level(0.9, rarity / 1.5);
+    let alone = level(1.3, 1.0) / level(1.3, rarity / 1.5);
     assert!((alone - (1.5 / rarity).powi(2)).abs() < 1e-12, "{alone}");
     assert!(level(0.9, 1.0) > level(0.9, 12.0));
-    // The rarity is the square of the heaviness, up to that of 0.9, over the number of runs.
-    assert!((level(1.3, 2.0) / level(0.9, 2.0) - 1.0).abs() < 1e-12);
-    assert!((level(0.6, 1.6) / level(0.5, 1.6 * 25.0 / 36.0) - 1.0).abs() < 1e-12);
-    // Where the largest run is far ahead, its spread is large, and less is added by the square.
-    assert!((led(0.7, 0.9, 2.0) / led(0.9, 0.9, 2.0) - (9.0_f64 / 7.0).powi(2)).abs() < 1e-12);
-    assert_eq!(led(0.7, 0.9, 12.0), led(0.9, 0.9, 12.0));
+    // The rarity is the square of the heaviness, up to that of 0.9, over the number of runs. Where the largest run is far
+    // ahead, its spread is large, and less is added by the square.
+    assert!((level(1.4, 2.0) / level(1.2, 2.0) - (1.2_f64 / 1.4).powi(2)).abs() < 1e-12);
+    let rareness = (3.0 * 0.36 / 1.6 / 0.6_f64).ln() / (1.15_f64 / 0.6).ln();
+    let equally_rare = level(0.6, 1.6) / level(0.5, 1.6 * 25.0 / 36.0);
+    assert!((equally_rare - (25.0_f64 / 36.0).powf(rareness)).abs() < 1e-12, "{equally_rare}");
+    // Fewer runs know no more of rare motions.
+    let far: Vec<Excess> = excesses.iter().map(|one| Excess { score: 10.0 * one.score, ..*one }).collect();
+    for (fewer, more) in [(3, 5), (5, 9), (9, 17), (17, 41)] {
+        let [fewer_runs, more_runs] = [fewer, more].map(|runs| level_of(runs, 1, &far, &tail(1.3, 2.0)));
+        assert!(fewer_runs > more_runs, "{fewer}: {fewer_runs} {more_runs}");
+    }
 }
 
 #[test]
@@ -142,7 +147,7 @@ fn a_bound_is_hardly_widened_beyond_the_largest_excess() {
 fn held_out_runs_may_lower_the_level_where_enough_of_them_hold_the_bounds() {
     let least = |runs, block, parameters, heaviness, holders| {
         let requirement = Requirement { coverage: 0.999, runs, block, samples: 721, parameters };
-        let tail = Tail { heaviness, holders, unevenness: 1.0, ..Tail::USUAL };
+        let tail = Tail { heaviness, holders, unevenness: 1.0 };
         requirement.least_level([&tail, &tail])
     };
     for (found, expected) in [

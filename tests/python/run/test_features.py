@@ -312,3 +312,17 @@ class TestWrongArguments:
             cc.Feature("peek", "journal.x")
         with pytest.raises(TypeError, match="needs the name of a clearance joint"):
             cc.wear(3)
+
+
+@pytest.mark.parametrize("clearance_at", [("wrist",), ()])
+def test_work_and_losses_do_not_depend_on_features(clearance_at):
+    """Features are taken at instants inside the steps, and the work up to there must not count twice."""
+    scene = cc.mechanisms.slider_crank(clearance_at=clearance_at)
+    outputs = ["energy.*", *(f"{pin}.wear" for pin in clearance_at)]
+    time = {"duration": 0.01, "samples": 61}
+    alone = cc.simulate(scene, outputs=outputs, **time)
+    with_features = cc.simulate(
+        scene, outputs=outputs, features=[cc.peak("slider.ax"), cc.rms("slider.vx")], **time
+    )
+    np.testing.assert_array_equal(with_features.values, alone.values)
+    assert np.max(np.abs(with_features["energy.balance"])) < 1e-5 * np.max(np.abs(alone["energy.total"]))

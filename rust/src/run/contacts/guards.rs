@@ -51,6 +51,7 @@ impl StepDemands {
 impl Recorder<'_> {
     /// The guards of a clearance joint in the state of the frames inside the step or at its end, and what its friction
     /// asks of the step up to there.
+    // Not inlined, for the reason given at `watch_joint`.
     #[inline(never)]
     pub(crate) fn joint_guards(&mut self, is_inside: bool, index: usize) -> [Guard; GUARDS] {
         let joint = &self.mechanism.clearance_joints[index];

@@ -71,11 +71,11 @@ const LEVEL: f64 = 0.97;
 /// with the power of one over the square root of their number.
 const LARGEST_UNEVENNESS: f64 = 2.1;
 
-/// Level, for [`FEW_RUNS`] runs, where the bound is set by rare motions of a few runs [local spreads], times the square of
-/// the tail's [`Tail::lead`]. What the study itself finds then says little: penetrations of P2 and P3b, where single runs
-/// lift off. The spread is that of the largest run: where that is far ahead of the others, a deep lift-off has been
-/// found, and less is to be expected beyond it. The level falls with the number of runs as the usual excess.
-const RARE_LEVEL: f64 = 0.4;
+/// Level where the bound is set by rare motions of a few runs [local spreads], times the square of the tail's heaviness.
+/// What the study itself finds then says little: penetrations of P2 and P3b, where single runs lift off. The spread is that
+/// of the largest run: where that is far ahead of the others, a deep lift-off has been found, and less is to be expected
+/// beyond it. With fewer than [`FEW_RUNS`] runs the level rises as the usual excess.
+const RARE_LEVEL: f64 = 1.3;
 
 /// Rarities at which a bound begins to be, and is entirely, set by rare motions.
 const RARE: [f64; 2] = [0.6, 1.15];
@@ -140,8 +140,8 @@ impl Requirement {
         0.5 * (heaviness[0] + heaviness[1]) / LIGHT_HEAVINESS
     }
 
-    /// What the usual excess is multiplied by: 1 with 41 runs, the less the more there are.
-    pub fn fewness(&self) -> f64 {
+    /// What the usual excess is multiplied by: 1 with 41 effective runs, more with fewer, less with more.
+    pub(super) fn fewness(&self) -> f64 {
         (FEW_RUNS / self.effective_runs()).cbrt()
     }
 
@@ -180,11 +180,9 @@ impl Requirement {
 pub struct Tail {
     /// Root mean square of the reach over its mean.
     pub unevenness: f64,
-    /// The lead relative to what is expected of exponentially distributed values: about 0.5 where values are normally
-    /// distributed.
+    /// Distance from the largest value to the fourth largest over the reach, both summed over time, relative to
+    /// what is expected of exponentially distributed values: about 0.5 where values are normally distributed.
     pub heaviness: f64,
-    /// Distance from the largest value to the fourth largest over the reach, both summed over time.
-    pub lead: f64,
     /// Effective number of runs that have the largest value, weighted by the square of the reach.
     pub holders: f64,
 }
@@ -223,17 +221,15 @@ impl Tail {
         // Of exponentially distributed values, in their standard deviations.
         let harmonic = |count: usize| (1..=count).map(|rank| 1.0 / rank as f64).sum::<f64>();
         let expected = harmonic(ranks - 1) / (harmonic(scored) - 1.0);
-        let lead = distance / sum;
         Self {
             unevenness: (square * samples as f64).sqrt() / sum,
-            heaviness: lead / expected,
-            lead,
+            heaviness: distance / sum / expected,
             holders: square * square / of_runs.iter().map(|of_run| of_run * of_run).sum::<f64>(),
         }
     }
 
     /// Even in time, with a tail that is neither heavy nor light and to which many runs contribute.
-    pub const USUAL: Self = Self { unevenness: 1.0, heaviness: 0.65, lead: 0.36, holders: f64::INFINITY };
+    pub const USUAL: Self = Self { unevenness: 1.0, heaviness: 0.65, holders: f64::INFINITY };
 
     /// From 0 to 1: how far the bound is set by rare motions, which few of the runs contain.
     fn rareness(&self) -> f64 {
@@ -263,7 +259,7 @@ pub fn inflation(excesses: &[Excess], mean: f64, target: f64, requirement: &Requ
     let factor = (LEVEL * tail.unevenness.min(LARGEST_UNEVENNESS)).powf(1.0 / root);
     let rareness = tail.rareness();
     let usual = (factor * mean).powf(1.0 - rareness / root);
-    let rare = (RARE_LEVEL * requirement.fewness() / tail.lead.powi(2)).powf(rareness / root);
+    let rare = (RARE_LEVEL * requirement.fewness().max(1.0) / tail.heaviness.powi(2)).powf(rareness / root);
     let single = (SINGLE / tail.rarity()).min(1.0).powi(2);
     let level = usual * rare * single;
     // Where motions are smooth, the tail is shorter than that of an exponential distribution.
