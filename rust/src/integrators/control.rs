@@ -245,6 +245,7 @@ impl Run<'_> {
         errors
     }
 
+    /// The same for a number of degrees of freedom that the compiler may know.
     #[inline(always)]
     fn errors_of(&mut self, d: usize) -> [f64; 2] {
         let (position, velocity) = self.method.step().error[..2 * d].split_at(d);

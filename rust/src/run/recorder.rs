@@ -260,6 +260,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
+    /// The same for one clearance joint.
     // Not inlined: what the loop does not change would be loaded ahead of it and kept on the stack.
     #[inline(never)]
     fn watch_joint(&mut self, t: f64, index: usize) {
