@@ -90,7 +90,7 @@ class LimitedCalls:
                 if self._wanted is not None and not self._wanted():
                     raise CancelledError("the study was interrupted") from None
                 if left is not None and left <= pause:  # type: ignore[operator]
-                    raise TimeLimitError(f"it was given up after {self._seconds:g} s") from None
+                    raise TimeLimitError(f"the run was given up after {self._seconds:g} s") from None
 
     def close(self) -> None:
         """End the thread."""

@@ -27,9 +27,9 @@ Array = NDArray[np.float64]
 
 # Integrals over time, which grow from revolution to revolution.
 _SUMS = ("impact_loss", "friction_loss", "damping_loss", "wear", "input", "balance")
-# Least samples in time where the angle is measured, for one step of the crank angle and for one revolution at the largest
-# speed. With 180 a revolution accelerations that oscillate between samples put the position of the paper's slider off by
-# 7 um, with 1440 by 0.1 um.
+# Least samples in time where the angle is measured, for one step of the crank angle and for one revolution at
+# the largest speed. With 180 a revolution accelerations that oscillate between samples put the position of
+# the paper's slider off by 7 um, with 1440 by 0.1 um.
 _OVERSAMPLING = 2
 _LEAST_STEPS = 1440
 # A crank that turns by less in the whole run counts as at rest [rad].
@@ -258,10 +258,10 @@ def _refined(instants: Array, t: Array, angle: Array) -> Array:
 
 
 def _interpolated(instants: Array, t: Array, values: Array) -> Array:
-    """Values of shape (times, outputs) at other instants, by cubics through the four equally spaced neighbors.
+    """Values of shape (times, outputs) at other instants, by cubics through four equally spaced ones.
 
-    A chord is off by 14 um in the position of the paper's slider over 91 samples a revolution, as much as a
-    narrow band is wide, and held-out runs are off alike: no calibration would tell.
+    A chord is off by 14 um in the position of the paper's slider over 91 samples a revolution, as much as
+    a narrow band is wide, and held-out runs are off alike: no calibration would tell.
     """
     if len(t) < 4:
         return np.stack([np.interp(instants, t, column) for column in values.T], axis=-1)

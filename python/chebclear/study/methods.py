@@ -196,7 +196,8 @@ class Methods(Runner):
             Revolutions of every run [-] for bands by crank angle; the `samples` of the study are then those
             of one revolution. With a drive at constant speed the duration follows from `cycles`, in place of
             `skip` and `duration` of the study. If the speed is a parameter, or a torque drives the crank, the
-            angle of every run is measured: outputs are interpolated between samples at most half a step apart.
+            angle of every run is measured: outputs are interpolated between samples at most half a step
+            apart.
             A torque drive needs a `duration` in which every run completes all `cycles`.
         discard : int
             Number of first cycles that are not pooled, for the starting transient to decay [-].

@@ -191,6 +191,7 @@ def test_tradeoff_takes_scene_files(capsys):
         (["run", CRANK, "--out", __file__], "is a file"),
         (["study", CRANK, "--kind", "sample", "--degree", "3"], "not for sample"),
         (["study", CRANK, "--runs", "1"], "runs must be a whole number >= 3"),
+        (["study", CRANK, "--discard", "2"], "give --cycles too"),
         (["tradeoff", CRANK, "--paper", "corrected"], "either a scene or --paper"),
         (["tradeoff", CRANK, "--until", "2"], "must be <= the duration"),
     ],

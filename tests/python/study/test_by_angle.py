@@ -117,9 +117,8 @@ def test_the_speed_of_the_drive_may_be_a_parameter():
     band = result["slider.x"]
     for (_, crank), rows in zip(result.parameters, result.values("slider.x"), strict=True):
         expected = crank * np.cos(band.angle) + np.sqrt(0.12**2 - (crank * np.sin(band.angle)) ** 2)
-        # Samples lie at most 3 degrees apart: a cubic misses the arc by 3/128 (0.055 + 0.055²/0.12) m (0.052)⁴, and
-        # some harmonics more. A chord would miss it by 3e-5.
-        np.testing.assert_allclose(rows, np.broadcast_to(expected, rows.shape), rtol=0.0, atol=1e-7)
+        # Samples lie at most a quarter of a degree apart: a chord would miss the arc by 2e-7 m.
+        np.testing.assert_allclose(rows, np.broadcast_to(expected, rows.shape), rtol=0.0, atol=1e-8)
     assert band.verdict == "resolved"
     assert result["crank_bearing.angle"].max_width < 1e-8
 

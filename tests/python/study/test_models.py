@@ -151,6 +151,18 @@ def test_masked_and_complex_values_of_a_table_are_refused(table):
         Study.from_runs(points, T, {"x": values + 0j})
 
 
+def test_a_table_whose_parameters_vary_together_says_so():
+    random = np.random.default_rng(1)
+    first = random.uniform(1.0, 2.0, 200)
+    points = {"a": first, "b": first + random.normal(0.0, 1e-3, 200), "c": random.uniform(1.0, 2.0, 200)}
+    values = (first + points["c"])[:, None] * T
+    with pytest.warns(ChebclearWarning, match=r"a and b vary together \(correlation 1.00\): no run"):
+        result = Study.from_runs(points, T, {"x": values}).band()
+    assert not any("c vary" in text or "and c" in text for text in result.warnings)
+    with pytest.raises(ValueError, match="runs fill the box at random, but a and b vary together"):
+        Study.from_runs(points, T, {"x": values}, independent=True)
+
+
 def test_a_table_whose_runs_leave_out_a_part_of_the_box_says_so():
     points = {"a": np.random.default_rng(0).uniform(0.9, 0.94, 80)}
     values = np.sin(5.0 * points["a"])[:, None] * T

@@ -60,6 +60,13 @@ def test_predicted_worst_cases_are_simulated(study, tmp_path):
         cc.StudyResult.load(tmp_path / "checked.npz").check()
 
 
+def test_what_a_loaded_result_cannot_do_is_not_offered(study, tmp_path):
+    result = study.band(17)
+    assert "result.extend(17)" in str(result) and "result.check()" in str(result)
+    loaded = str(cc.load_result(result.save(tmp_path / "result.npz")))
+    assert "result.extend" not in loaded and "result.check" not in loaded
+
+
 @pytest.mark.parametrize("ask", ["scan", "sample", "certify"])
 def test_every_kind_of_study_prints(study, ask):
     result = study.certify(0.9) if ask == "certify" else getattr(study, ask)()

@@ -101,6 +101,8 @@ def study(options: argparse.Namespace) -> int:
         if name not in _KINDS[options.kind]:
             kinds = " and ".join(kind for kind, names in _KINDS.items() if name in names)
             options.usage_error(f"argument --{name}: is for --kind {kinds}, not for {options.kind}")
+    if "discard" in given and "cycles" not in given:
+        options.usage_error("argument --discard: is for bands by crank angle, give --cycles too")
     made, title = study_of(options)
     if options.rtol is not None and options.kind in ("band", "certify"):
         # These take one of their own in place of that of the study.

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -25,6 +27,10 @@ _SAME_POINT = 1e-6
 _UNLIKELY = 1e-6
 # Number of runs from which a gap between them tells.
 _FEW = 5
+# Correlation of two parameters from which runs leave out most of the box, and that of independent ones by
+# chance, times the square root of the number of runs.
+_LARGEST_CORRELATION = 0.5
+_CHANCE = 5.0
 # A square table may be transposed if neighboring runs differ by less than this part of neighboring samples.
 _ROUGHER = 0.2
 
@@ -175,6 +181,10 @@ def finished_runs(
     check_own_features(checks, asked)
     require_known(checks, checked_units(checks, units), [*columns, *series, *asked, *numbers])
     checks.whole("cycles", cycles, least=1)
+    for text in _together(columns):
+        doubts.append(f"{text}: no run of the table is in most of the box, and nothing it says holds there")
+        if independent:
+            checks.add(f"independent says that runs fill the box at random, but {text}")
     for name, text in _gaps(columns, sides).items():
         doubts.append(f"no run of the table has {text}: nothing it says holds there")
         if independent:
@@ -320,6 +330,23 @@ def _gaps(columns: Mapping[str, Array], sides: Mapping[str, Interval]) -> dict[s
         if (len(column) + 1) * (1.0 - min(share, 1.0)) ** len(column) < _UNLIKELY:
             ends = f"{name} between {values[largest]:.6g} and {values[largest + 1]:.6g}"
             found[name] = f"{ends}, {100.0 * share:.0f} % of its interval"
+    return found
+
+
+def _together(columns: Mapping[str, Array]) -> list[str]:
+    """Pairs of parameters that rise or fall with each other, in words; those of runs that fill the box do not.
+
+    Of independent parameters less than one pair in 1e6 is so by chance.
+    """
+    found = []
+    varying = [(name, column) for name, column in columns.items() if np.ptp(column) > 0.0]
+    for (name, column), (other, values) in combinations(varying, 2):
+        # What has another number of runs is a problem of its own.
+        if len(column) != len(values):
+            continue
+        correlation = float(np.corrcoef(column, values)[0, 1])
+        if abs(correlation) > max(_LARGEST_CORRELATION, _CHANCE / math.sqrt(len(column))):
+            found.append(f"{name} and {other} vary together (correlation {correlation:.2f})")
     return found
 
 

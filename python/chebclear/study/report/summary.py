@@ -135,7 +135,7 @@ def _next(result: Any) -> list[str]:
     unfit = _unfit(result)
     if unfit:
         advice.append(f"{unfit}; more runs would not change that")
-    elif wide and requirement is not None:
+    elif wide and requirement is not None and (result.study is not None or requirement.finished):
         more = requirement.runs
         how = (
             "a table of twice as many runs"
@@ -153,7 +153,7 @@ def _next(result: Any) -> list[str]:
     if inner:
         advice.append(f"{_named(inner)}: inner bounds; Study.band() says how far a further run may go")
     followed = [band.name for band in bands if band.verdict == "resolved" and band.surrogate is not None]
-    if followed and not result.worst_cases:
+    if followed and not result.worst_cases and result.study is not None:
         advice.append(f"result.check() simulates the predicted worst cases of {_named(followed)}")
     if result.features is not None:
         advice.append(f'result.ranking("{result.features.names[0]}") says which tolerance to tighten')
