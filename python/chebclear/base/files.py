@@ -96,7 +96,7 @@ def save(
     Path
         The file written.
     """
-    path = Path(path)
+    path = _named(path)
     if path.suffix != ".npz":
         path = path.with_name(path.name + ".npz")
     versions = {
@@ -136,8 +136,16 @@ def with_default_suffix(path: str | os.PathLike[str], suffix: str) -> Path:
     >>> with_default_suffix("run", ".csv").name, with_default_suffix("run.txt", ".csv").name
     ('run.csv', 'run.txt')
     """
-    path = Path(path)
+    path = _named(path)
     return path if path.suffix else path.with_suffix(suffix)
+
+
+def _named(path: str | os.PathLike[str]) -> Path:
+    """The path of a file, whose name is not empty."""
+    named = Path(path)
+    if not named.name:
+        raise ArgumentError(f"path must end with the name of a file, got {str(path)!r}")
+    return named
 
 
 @contextmanager

@@ -122,6 +122,13 @@ def test_csv_is_read_back_to_the_last_bit(run, tmp_path):
     assert np.array_equal(read, np.column_stack([run.t, run.values]))
 
 
+@pytest.mark.parametrize("name", ["", "."])
+def test_a_path_without_the_name_of_a_file_is_refused(run, name):
+    for write in (run.save, run.to_csv, run.report):
+        with pytest.raises(cc.ChebclearError, match="path must end with the name of a file"):
+            write(name)
+
+
 def test_csv_replaces_a_file_whole_or_not_at_all(run, tmp_path):
     path = tmp_path / "run.csv"
     path.write_text("mine")

@@ -60,6 +60,14 @@ def test_predicted_worst_cases_are_simulated(study, tmp_path):
         cc.StudyResult.load(tmp_path / "checked.npz").check()
 
 
+def test_a_value_whose_square_is_no_number_is_told_with_its_output():
+    def huge(a):
+        return {"t": T, "x": 1e299 * a * T}
+
+    with pytest.raises(cc.ChebclearError, match=r"no band of x: run 0 has a value .*: all must be finite"):
+        cc.Study(huge, {"a": cc.interval(1.0, rel=0.1)}).band(9)
+
+
 def test_what_a_loaded_result_cannot_do_is_not_offered(study, tmp_path):
     result = study.band(17)
     assert "result.extend(17)" in str(result) and "result.check()" in str(result)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import _core
+from ...errors import ArgumentError
 from ...execution.memory import Usage, copy_output
 from ...scene.scene import Interval
 from ..polynomials.points import on_cube
@@ -152,7 +153,10 @@ def calibrated_bands(
     bands = {}
     for index, name in enumerate(outputs):
         copy_output(values, index, column)
-        band = design.band(column, limits[index], threads)
+        try:
+            band = design.band(column, limits[index], threads)
+        except ValueError as error:
+            raise ArgumentError(f"no band of {name}: {error}") from None
         surrogate = None
         if band["degree"] is not None and band["coefficients"] is not None:
             surrogate = total_degree_polynomial(intervals, band["degree"], band["coefficients"])

@@ -334,7 +334,7 @@ def _gaps(columns: Mapping[str, Array], sides: Mapping[str, Interval]) -> dict[s
 
 
 def _together(columns: Mapping[str, Array]) -> list[str]:
-    """Pairs of parameters that rise or fall with each other, in words; those of runs that fill the box do not.
+    """Pairs of parameters that rise or fall with each other, in words; of runs that fill the box none do.
 
     Of independent parameters less than one pair in 1e6 is so by chance.
     """
