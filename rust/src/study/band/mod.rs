@@ -207,20 +207,36 @@ impl Design {
 
 /// The band of one output.
 fn band(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> OutputBand {
+    // The error of a polynomial is small in the mean over time, and may be large at some instants.
+    let holds = |band: &Resolved| band.held_out.coverage >= requirement.coverage;
+    let Some(resolved) = resolved(runs, regression, requirement).filter(holds) else {
+        return calibrated(runs, requirement).into();
+    };
+    let wide = width(&resolved.lower, &resolved.upper);
+    // A calibrated band holds all runs, and costs more than to know how wide that is at least.
+    if wide <= LARGEST_WIDTH_RATIO * hull_width(runs) {
+        return resolved.into();
+    }
     let calibrated = calibrated(runs, requirement);
     // For an output that does not vary the calibrated band has no width; that of a polynomial has the width of rounding.
     let rounding: f64 = calibrated.upper.iter().map(|upper| ROUNDING * upper.abs()).sum();
-    let most = LARGEST_WIDTH_RATIO * width(&calibrated.lower, &calibrated.upper) + rounding;
-    match resolved(runs, regression, requirement) {
-        // The error of a polynomial is small in the mean over time, and may be large at some instants.
-        Some(resolved)
-            if width(&resolved.lower, &resolved.upper) <= most
-                && resolved.held_out.coverage >= requirement.coverage =>
-        {
-            resolved.into()
-        }
-        _ => calibrated.into(),
+    if wide <= LARGEST_WIDTH_RATIO * width(&calibrated.lower, &calibrated.upper) + rounding {
+        resolved.into()
+    } else {
+        calibrated.into()
     }
+}
+
+/// Width of the hull of the runs, summed over the samples.
+fn hull_width(runs: &Runs<'_>) -> f64 {
+    let (mut lower, mut upper) = (vec![f64::INFINITY; runs.samples], vec![f64::NEG_INFINITY; runs.samples]);
+    for row in runs.values.chunks_exact(runs.samples) {
+        for ((lower, upper), &value) in lower.iter_mut().zip(&mut upper).zip(row) {
+            *lower = lower.min(value);
+            *upper = upper.max(value);
+        }
+    }
+    width(&lower, &upper)
 }
 
 fn width(lower: &[f64], upper: &[f64]) -> f64 {
