@@ -135,8 +135,7 @@ impl Recorder<'_> {
     pub(crate) fn refine_velocity(&mut self, index: usize, state: &ContactState<f64>) {
         if let Some(start) = self.step.slides[index] {
             let phases = &self.dynamics.phases;
-            let tolerances = &self.tolerances;
-            let refinement = tolerances.velocity_refinement(self.mechanism, phases, index, start, state);
+            let refinement = self.tolerances.velocity_refinement(self.mechanism, phases, index, start, state);
             self.step.velocity_refinement = self.step.velocity_refinement.max(refinement);
         }
     }

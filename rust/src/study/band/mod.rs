@@ -20,7 +20,7 @@ use calibrate::{HeldOut, Requirement};
 use candidates::{Calibrated, Runs, calibrated};
 use certify::certified;
 use regression::Regression;
-use resolve::{LARGEST_DEGREE, LARGEST_TERM_SHARE, ROUNDING, Resolved, resolved};
+use resolve::{LARGEST_DEGREE, LARGEST_TERM_SHARE, ROUNDING, Resolved, hull, resolved};
 use running::Ends;
 
 /// A polynomial that follows the response.
@@ -214,7 +214,8 @@ fn band(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> 
     };
     let wide = width(&resolved.lower, &resolved.upper);
     // A calibrated band holds all runs, and costs more than to know how wide that is at least.
-    if wide <= LARGEST_WIDTH_RATIO * hull_width(runs) {
+    let [lower, upper] = hull(runs);
+    if wide <= LARGEST_WIDTH_RATIO * width(&lower, &upper) {
         return resolved.into();
     }
     let calibrated = calibrated(runs, requirement);
@@ -225,18 +226,6 @@ fn band(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> 
     } else {
         calibrated.into()
     }
-}
-
-/// Width of the hull of the runs, summed over the samples.
-fn hull_width(runs: &Runs<'_>) -> f64 {
-    let (mut lower, mut upper) = (vec![f64::INFINITY; runs.samples], vec![f64::NEG_INFINITY; runs.samples]);
-    for row in runs.values.chunks_exact(runs.samples) {
-        for ((lower, upper), &value) in lower.iter_mut().zip(&mut upper).zip(row) {
-            *lower = lower.min(value);
-            *upper = upper.max(value);
-        }
-    }
-    width(&lower, &upper)
 }
 
 fn width(lower: &[f64], upper: &[f64]) -> f64 {

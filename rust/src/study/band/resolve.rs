@@ -201,7 +201,7 @@ fn relative_error(runs: &Runs<'_>, largest: &[f64]) -> f64 {
 }
 
 /// Smallest and largest value of all rows at every instant.
-fn hull(runs: &Runs<'_>) -> [Vec<f64>; 2] {
+pub(super) fn hull(runs: &Runs<'_>) -> [Vec<f64>; 2] {
     let mut lower = vec![f64::INFINITY; runs.samples];
     let mut upper = vec![f64::NEG_INFINITY; runs.samples];
     for row in runs.values.chunks_exact(runs.samples) {
