@@ -144,31 +144,49 @@ fn a_bound_is_hardly_widened_beyond_the_largest_excess() {
 }
 
 #[test]
-fn held_out_runs_may_lower_the_level_where_enough_of_them_hold_the_bounds() {
+fn the_usual_level_falls_as_the_tenth_root_of_the_number_of_runs() {
+    let usual = |runs, block| {
+        let requirement = Requirement { coverage: 0.999, runs, block, samples: 721, parameters: 2 };
+        requirement.usual_level()
+    };
+    for (found, expected) in [
+        (usual(9, 1), 1.0),
+        (usual(41, 1), 1.0),
+        (usual(41 * 1024, 1), 0.5),
+        // Nine revolutions count as three runs, and the power by a third.
+        (usual(13, 9), 1.0),
+        (usual(41 * 1024, 9), 3072.0_f64.powf(-0.1 / 3.0)),
+    ] {
+        assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+    }
+}
+
+#[test]
+fn held_out_runs_may_lower_the_level_where_tails_are_light_and_enough_of_them_hold_the_bounds() {
     let least = |runs, block, parameters, heaviness, holders| {
         let requirement = Requirement { coverage: 0.999, runs, block, samples: 721, parameters };
         let tail = Tail { heaviness, holders, unevenness: 1.0 };
-        requirement.least_level([&tail, &tail])
+        requirement.least_share([&tail, &tail])
     };
+    // By the third power of the heaviness over 0.6.
     for (found, expected) in [
-        (least(41, 1, 2, 0.2, 20.0), 0.4),
-        (least(321, 1, 3, 0.2, 5.0), 0.4),
-        // Three runs tell nothing; with several revolutions they do.
-        (least(41, 1, 2, 0.2, 3.0), 1.0),
-        (least(41, 9, 2, 0.2, 3.0), 0.4),
-        // Up to 66 runs only where tails are light, by the third power of their heaviness over 0.6.
-        (least(66, 1, 2, 0.6, 20.0), 1.0),
-        (least(99, 1, 2, 0.6, 20.0), 2.0 / 3.0),
+        (least(41, 1, 2, 0.3, 20.0), 0.125),
+        (least(321, 1, 3, 0.3, 5.0), 0.125),
         (least(41, 1, 2, 0.5, 20.0), (5.0_f64 / 6.0).powi(3)),
-        (least(162, 1, 2, 0.5, 20.0), 0.4),
-        (least(324, 1, 2, 0.9, 20.0), 0.4),
+        (least(321, 1, 2, 0.6, 20.0), 1.0),
+        (least(321, 1, 2, 0.9, 20.0), 1.0),
+        // Three runs tell nothing; with several revolutions they do.
+        (least(41, 1, 2, 0.3, 3.0), 1.0),
+        (least(41, 9, 2, 0.3, 3.0), 0.125),
+        // Between three and five by the logarithm of their number.
+        (least(41, 1, 2, 0.3, 15.0_f64.sqrt()), 1.0 - 0.5 * 0.875),
         // Where motions are rare, nothing is lowered: half of them by the logarithm.
-        (least(324, 1, 2, 0.9, 2.0), 1.0),
-        (least(324, 9, 2, 1.0, 3.0 * 0.81 / (0.6_f64 * 1.15).sqrt()), 0.4_f64.sqrt()),
+        (least(324, 1, 2, 0.3, 0.2), 1.0),
+        (least(324, 9, 2, 0.3, 3.0 * 0.09 / (0.6_f64 * 1.15).sqrt()), 1.0 - 0.5 * 0.875),
         // Few runs tell little, and with many parameters more are few.
-        (least(9, 1, 2, 0.2, 9.0), 1.0 - 0.6 * 9.0 / 41.0),
-        (least(9, 4, 2, 0.2, 9.0), 1.0 - 0.6 * 18.0 / 41.0),
-        (least(41, 1, 12, 0.2, 9.0), 0.85),
+        (least(9, 1, 2, 0.3, 9.0), 1.0 - 0.875 * 9.0 / 41.0),
+        (least(9, 4, 2, 0.3, 9.0), 1.0 - 0.875 * 18.0 / 41.0),
+        (least(41, 1, 12, 0.3, 9.0), 1.0 - 0.875 * 0.25),
     ] {
         assert!((found - expected).abs() < 1e-12, "{found} {expected}");
     }

@@ -144,7 +144,8 @@ pub fn calibrated(runs: &Runs<'_>, requirement: &Requirement) -> Calibrated {
     let target = requirement.target(tails);
     let candidates = widened(shapes, target, requirement, tails);
     let band = |level| averaged(&candidates, &sides, runs, requirement, level);
-    lowered(band, requirement.least_level(tails), 1.0 - target)
+    let coverages = [1.0 - target, requirement.coverage];
+    settled(band, requirement.usual_level(), requirement.least_share(tails), coverages)
 }
 
 /// The shapes of all windows with how far each is widened if excesses are exponentially distributed.
@@ -167,20 +168,44 @@ fn widened(
     shapes.into_par_iter().map(candidate).collect()
 }
 
-/// The band of the lowest level, from a least one to 1, at which held-out runs keep the coverage that is aimed at; of the
-/// level 1 if they do not even keep it there.
-fn lowered(band: impl Fn(f64) -> Calibrated, least: f64, aim: f64) -> Calibrated {
-    let mut found = band(1.0);
-    let (mut low, mut high) = (least, 1.0);
-    if least < 1.0 && found.held_out.coverage >= aim {
-        for _ in 0..LEVEL_HALVINGS {
-            let level = 0.5 * (low + high);
-            let lowered = band(level);
-            if lowered.held_out.coverage >= aim {
-                (found, high) = (lowered, level);
-            } else {
-                low = level;
-            }
+/// The band of the usual level; of a lower one, down to a share of it, if held-out runs still keep the coverage that is
+/// aimed at there; of a higher one, up to that of exponential excesses, if they do not keep what is asked for.
+fn settled(
+    band: impl Fn(f64) -> Calibrated,
+    usual: f64,
+    least_share: f64,
+    [aim, asked]: [f64; 2],
+) -> Calibrated {
+    let found = band(usual);
+    let kept = found.held_out.coverage;
+    if kept >= aim {
+        return lowest(band, least_share * usual, (usual, found), aim);
+    }
+    if kept >= asked || usual >= 1.0 {
+        return found;
+    }
+    let found = band(1.0);
+    if found.held_out.coverage >= asked { lowest(band, usual, (1.0, found), asked) } else { found }
+}
+
+/// The band of the lowest level, from a least one to that of a band that was found, whose held-out runs keep a coverage as
+/// those of that band do.
+fn lowest(
+    band: impl Fn(f64) -> Calibrated,
+    mut low: f64,
+    (mut high, mut found): (f64, Calibrated),
+    coverage: f64,
+) -> Calibrated {
+    if low >= high {
+        return found;
+    }
+    for _ in 0..LEVEL_HALVINGS {
+        let level = 0.5 * (low + high);
+        let tried = band(level);
+        if tried.held_out.coverage >= coverage {
+            (found, high) = (tried, level);
+        } else {
+            low = level;
         }
     }
     found
