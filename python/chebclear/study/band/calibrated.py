@@ -207,7 +207,7 @@ def doubling_narrows(runs: int) -> float:
     """Average relative reduction of the width of a calibrated band when the number of runs is doubled [-].
 
     Measured for accelerations, forces and penetrations of twelve studies with clearance (the table of
-    `benchmarks/README.md`): 9 % on average from 41 to 81 runs, 4 % for each doubling from 81 to 321; with
+    `benchmarks/README.md`): 9 % on average from 41 to 81 runs, 3 % for each doubling from 81 to 321; with
     fewer than 41 runs, P1 to P5, some 12 %.
     """
     few = 41.0 / runs
