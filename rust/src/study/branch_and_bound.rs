@@ -11,10 +11,14 @@ use crate::study::bernstein::{Lanes, split};
 /// `benchmarks/ranges.rs` 1e-3 takes 0.3 to 0.9 times the boxes of 1e-6, and 1e-9 1.1 to 1.6 times.
 const GAP: f64 = 1e-6;
 
-/// Coefficients that the search for one end of one range may process. Polynomials with random coefficients
-/// without decay, in six parameters at degree 3, take half of it. After that the remaining boxes count with
-/// their certified bounds.
+/// Coefficients that a search for one end of one range may process. Polynomials with random coefficients
+/// without decay, in six parameters at degree 3, take half of it.
 const MOST_WORK: usize = 5_000_000;
+
+/// Distances that are tried one after the other where the work for a smaller one does not suffice, as along a ridge of
+/// equal maxima: sin(3 (a + b + c)) at degree 12 takes 1e-2. After the last one the remaining boxes count with their
+/// certified bounds.
+const COARSER_GAPS: [f64; 3] = [1e-4, 1e-2, 0.1];
 
 /// Shortest part of a split, a power of two so that fractions are exact.
 const SHORTEST: f64 = 1.0 / (1 << 16) as f64;
@@ -87,12 +91,31 @@ impl Search {
     /// `end` holds a value of the polynomial and its place, and is improved; `opposite` is a value from near
     /// the other end of the range.
     pub(super) fn climb(&mut self, polynomial: &Polynomial, end: &mut End, opposite: f64) -> f64 {
+        let (mut certified, mut finished) = self.climb_within(GAP, polynomial, end, opposite);
+        for gap in COARSER_GAPS {
+            if finished {
+                break;
+            }
+            let (coarser, done) = self.climb_within(gap, polynomial, end, opposite);
+            (certified, finished) = (certified.min(coarser), done);
+        }
+        certified
+    }
+
+    /// The same to a distance from the value that is found, relative to the range, and whether the work sufficed.
+    fn climb_within(
+        &mut self,
+        gap: f64,
+        polynomial: &Polynomial,
+        end: &mut End,
+        opposite: f64,
+    ) -> (f64, bool) {
         let Polynomial { degrees, error, split_error, bound, .. } = *polynomial;
         let after = |splits: usize| error + splits as f64 * split_error;
         self.begin(polynomial);
         let (mut certified, mut deepest, mut work) = (end.attained, 0, 0);
         while let Some(piece) = self.pieces.last() {
-            let tolerance = (GAP * (end.attained - opposite)).max(after(piece.splits));
+            let tolerance = (gap * (end.attained - opposite)).max(after(piece.splits));
             // Values up to a bound that is already certified need no further search.
             let enough = certified.max(end.attained + tolerance);
             if piece.bound > enough && enough < bound && work < MOST_WORK {
@@ -108,7 +131,7 @@ impl Search {
             }
             certified = certified.max(self.drop_last(degrees.len()));
         }
-        bound.min(certified.max(end.attained) + after(deepest))
+        (bound.min(certified.max(end.attained) + after(deepest)), work < MOST_WORK)
     }
 
     /// Makes the whole box the only piece, reduced along the axes of one slope.

@@ -310,3 +310,111 @@ def test_a_parameter_at_its_optimum_is_no_matter_of_the_error():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         np.testing.assert_allclose(band.sensitivity("b"), 0.0, atol=0.01)
+
+
+def test_without_freedom_left_by_failed_runs_nothing_is_resolved():
+    # Two known nodes determine a line, whatever the response is: the missing ones follow from it.
+    def failing(function, limit):
+        def model(x):
+            if x > limit:
+                raise ValueError("does not assemble")
+            return {"t": np.linspace(0.0, 1.0, 3), "y": np.full(3, function(x))}
+
+        return model
+
+    box = {"x": cc.interval(-1.0, 1.0)}
+    for function in (np.square, np.sin, lambda x: abs(x - 0.2), lambda x: 3.0 * x):
+        with pytest.warns(cc.ChebclearWarning, match="cannot be told from so few"):
+            band = cc.Study(failing(function, 0.5), box).chebyshev(degree=2)["y"]
+        assert band.verdict == "not resolved" and band.margin.error == np.inf
+    # Five of seven nodes leave the quadratic term and its check.
+    with pytest.warns(cc.ChebclearWarning, match="holes"):
+        band = cc.Study(failing(np.square, 0.7), box).chebyshev(degree=6)["y"]
+    assert band.verdict == "resolved" and band.margin.error <= 1e-12
+
+
+@pytest.mark.parametrize(
+    ("function", "names", "degree", "slope"),
+    [
+        (lambda a, b, c: np.sin(3.0 * (a + b + c)), "abc", 12, 3.0),
+        (lambda a, b: np.sin(8.0 * (a + b)), "ab", 24, 8.0),
+    ],
+)
+def test_ranges_along_ridges_of_equal_maxima_are_tight(function, names, degree, slope):
+    t = np.linspace(0.0, 1.0, 2)
+    box = {name: cc.interval(-1.0, 1.0) for name in names}
+    band = cc.Study(lambda **p: {"t": t, "y": np.full(2, function(**p))}, box).chebyshev(degree)["y"]
+    # With a single gap of 1e-6 the bounds were 2.2 and 5.4.
+    assert np.all(band.lower <= -1.0 + 1e-4) and np.all(band.lower >= -1.05)
+    assert np.all(band.upper >= 1.0 - 1e-4) and np.all(band.upper <= 1.05)
+    lower, upper = band.sensitivity_range("a")
+    assert np.all(lower >= -1.05 * slope) and np.all(upper <= 1.05 * slope)
+
+
+def test_rounding_is_no_slope():
+    t = np.linspace(0.0, 1.0, 21)
+    box = {name: cc.interval(-1.0, 2.0) for name in "abc"}
+    for runs in (9, 41, 81):
+        band = cc.Study(lambda a, b, c: {"t": t, "y": 2.0 * a + 7.0 * t}, box).band(runs)["y"]
+        assert np.all(band.monotone("a") == 1)
+        assert not band.monotone("b").any() and not band.monotone("c").any()
+
+
+def test_instants_at_which_a_resolved_polynomial_is_wrong_are_told():
+    t = np.linspace(0.0, 1.0, 101)
+
+    def pulse(x):
+        y = 2.0 * x * np.ones(101)
+        y[50] += 10.0 * (x > 0.3)
+        return {"t": t, "y": y}
+
+    study = cc.Study(pulse, {"x": cc.interval(-1.0, 1.0)})
+    for band in (study.band(81)["y"], study.chebyshev(degree=3)["y"]):
+        assert band.verdict == "resolved"
+        for ask in (lambda band=band: band.sensitivity("x"), lambda band=band: band.worst("lower")):
+            with pytest.warns(cc.ChebclearWarning, match="at 1 of 101 instants, such as t = 0.5 s"):
+                ask()
+
+
+def test_checked_worst_cases_are_those_of_the_range():
+    t = np.linspace(0.0, 1.0, 3)
+    box = {name: cc.interval(-1.0, 1.0) for name in "abcd"}
+
+    def model(**p):
+        return {"t": t, "y": -(1.0 + t) * sum((x - 0.37) ** 2 for x in p.values())}
+
+    result = cc.Study(model, box).band(81)
+    highest, lowest = result.check().worst_cases
+    for name in box:
+        assert highest.parameters[name] == result["y"].worst("upper")[name][-1]
+        assert highest.parameters[name] == pytest.approx(0.37, abs=2e-3)
+        assert lowest.parameters[name] == -1.0
+    assert lowest.simulated == pytest.approx(-2.0 * 4.0 * 1.37**2)
+
+
+def test_wrong_shapes_and_missing_tensors_are_typed():
+    t = np.linspace(0.0, 1.0, 3)
+    box = {f"p{k}": cc.interval(-1.0, 1.0) for k in range(8)}
+    band = cc.Study(lambda **p: {"t": t, "y": np.full(3, np.exp(0.05 * sum(p.values())))}, box).band(161)["y"]
+    assert band.verdict == "resolved"
+    for ask in (band.variance_shares, lambda: band.quantiles({"p0": cc.uniform(-1.0, 1.0)})):
+        with pytest.raises(cc.ArgumentError, match="neither variance shares nor quantiles"):
+            ask()
+    others = dict.fromkeys(list(box)[2:], 0.0)
+    with pytest.raises(cc.ArgumentError, match="broadcast together"):
+        band.evaluate(p0=[1.0, 0.5], p1=[1.0, 0.5, 0.2], **others)
+    with pytest.raises(TypeError, match="p0 must be a number"):
+        band.evaluate(p0=[[1.0, 0.5], [0.0]], p1=0.0, **others)
+    with pytest.raises(cc.ArgumentError, match="window"):
+        band.envelope(-1.0)
+
+
+def test_an_exact_polynomial_holds_in_corners_that_no_run_is_near():
+    t = np.linspace(0.0, 1.0, 3)
+    for count, runs in ((4, 41), (5, 81), (8, 161)):
+        box = {f"p{k}": cc.interval(-1.0, 1.0) for k in range(count)}
+        study = cc.Study(lambda **p: {"t": t, "y": (1.0 + t) * sum(x * x for x in p.values())}, box)
+        band = study.band(runs)["y"]
+        assert band.verdict == "resolved"
+        np.testing.assert_allclose(band.lower, 0.0, atol=1e-9)
+        np.testing.assert_allclose(band.upper, count * (1.0 + t), rtol=1e-6)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -18,7 +19,7 @@ from ...scene.scene import Interval
 from ..polynomials.sensitivity import VarianceShares, variance_shares
 from ..polynomials.surrogate import Surrogate
 from .hybrid import Normal, QuantileBand, Uniform, quantile_bounds
-from .margin import Margin, Verdict
+from .margin import Margin, Verdict, doubt_of, far_off
 from .running import running_maximum
 
 if TYPE_CHECKING:
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Largest error of a polynomial whose band is "resolved", over the width of the hull of the runs.
-RESOLVED = 0.05
 # An output rises or falls with a parameter if one over this part of the interval changes it beyond the error.
 _SURE = 4.0
 
@@ -83,7 +82,7 @@ class Band(records.ArrayRecord):
     angle : Array | None
         Crank angle of the samples [rad], shape (samples,); None for a band over time.
     unit : str
-        Unit of the output; empty if it is not known, as of a model of the user's own without ``units``.
+        Unit of the output; empty if it is not known.
     parameter_units : dict[str, str]
         Units of the parameters, as far as they are known.
     """
@@ -182,7 +181,6 @@ class Band(records.ArrayRecord):
         TypeError
             If `at` names an unknown or misses a parameter.
         """
-        self._polynomial()
         self._doubt("a sensitivity")
         slope = self.polynomial_slope(parameter, normalized=normalized, at=at)
         # The certified range would take hundreds of times as long as the slope.
@@ -245,8 +243,7 @@ class Band(records.ArrayRecord):
 
         The slope of the polynomial has one sign over the whole box, and even the least slope changes the
         output over a quarter of the interval by more than the polynomial was wrong at held-out runs, on
-        average over time. Between values that are nearer to each other, and at instants where the polynomial
-        is far worse than on average, the response may do the opposite.
+        average over time. Between values that are nearer to each other the response may do the opposite.
 
         Parameters
         ----------
@@ -266,7 +263,9 @@ class Band(records.ArrayRecord):
             As `sensitivity_range`.
         """
         lower, upper = self.sensitivity_range(parameter, threads=threads)
-        least = _SURE * self._error / (2.0 * self.intervals[parameter].half_width)
+        # Rounding errors are no slope, however exact the polynomial is.
+        change = _SURE * np.maximum(self._error, self._polynomial().rounding)
+        least = change / (2.0 * self.intervals[parameter].half_width)
         rises, falls = (lower >= least) & (upper > 0.0), (upper <= -least) & (lower < 0.0)
         return rises.astype(np.int8) - falls.astype(np.int8)
 
@@ -423,7 +422,7 @@ class Band(records.ArrayRecord):
         # A tolerance, so that rounding does not remove one of an exact number of samples.
         half = 0 if number is None or not math.isfinite(number) else int(0.5 * number / spacing + 1e-6)
         if half < 1:
-            kind = TypeError if number is None else ValueError
+            kind = TypeError if number is None else ArgumentError
             raise kind(
                 f"window must be a finite number >= {2.0 * spacing:.6g} [s], two samples, got {window!r}"
             )
@@ -460,19 +459,27 @@ class Band(records.ArrayRecord):
 
     def _doubt(self, what: str) -> None:
         """Warn where the polynomial is not the response."""
-        if self.verdict == "not resolved":
-            warn(
-                f"{self.name} is not resolved: {what} of its polynomial is not that of the response. Use "
-                "features of the runs, or Study.band, instead",
-            )
+        off = None if self.verdict == "not resolved" else self._off
+        if doubt := doubt_of(self.name, what, self.t, off):
+            warn(doubt)
+
+    @cached_property
+    def _off(self) -> Array:
+        if self.angle is not None:
+            return np.zeros(len(self.t))  # revolutions scatter about the mean, which it follows
+        points, runs = self.parameters, self.runs
+        if math.isnan(self.coverage):
+            # A polynomial passes through its nodes, but not through the run in the middle of the box.
+            middle = [side.midpoint for side in self.intervals.values()]
+            points, runs = np.vstack([points, middle]), np.vstack([runs, self.nominal])
+        return far_off(self._polynomial(), points, runs, self.hull)
 
     @property
     def _error(self) -> Array:
         """How far the polynomial may be wrong in the change of the output from one point to another."""
         error = 2.0 * self.margin.error * float(np.mean(self.hull[1] - self.hull[0]))
-        rounding = self._polynomial().rounding
         # That of an exact polynomial is no error.
-        return np.where(error > rounding, error, 0.0)
+        return np.where(error > self._polynomial().rounding, error, 0.0)
 
     def _doubt_effect(self, parameter: str, lower: Array, upper: Array) -> None:
         """Warn if the largest slopes change the output over the interval by less than its error."""

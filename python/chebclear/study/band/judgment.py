@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from ..polynomials.holes import HoleFit
 from ..polynomials.surrogate import Surrogate, chebyshev_grid, time_blocks
-from .band import RESOLVED, Band
-from .margin import Margin, Verdict
+from .band import Band
+from .margin import RESOLVED, Margin, Verdict
 
 Array = NDArray[np.float64]
 
@@ -96,15 +96,17 @@ def judged(
 ) -> tuple[Verdict, Margin]:
     """Verdict on a band from its runs, with a mean `width` of their hull, and its margin.
 
-    Missing runs are replaced by values that follow from the others; the error there is
-    assumed to be larger by the condition number of the least squares.
+    Missing runs are replaced by values that follow from the others, which tell nothing of the error: known
+    runs are left out of the least squares instead, and one that no other determines counts as lost. The error
+    at the missing runs is assumed to be larger by the condition number of the least squares.
     """
     if surrogate is None:
         return "sampled", Margin("runs")
     errors = fit_error(surrogate, nodes, runs, nominal, at)
     if holes is not None:
-        residual = np.abs(left_by(surrogate, nodes, runs))[holes.known].max(axis=0)
-        errors = holes.condition * np.maximum(errors, residual)
+        residual = np.abs(left_by(surrogate, nodes, runs))[holes.known]
+        left_out = holes.left_out(surrogate.degrees, nodes, residual)
+        errors = holes.condition * np.maximum(errors, left_out.max(axis=0))
     miss = float(np.mean(errors))
     # Rounding errors of the runs must not count for a constant output.
     noise = 1e-12 * float(max(np.max(runs, initial=0.0), -np.min(runs, initial=0.0)))
@@ -162,10 +164,11 @@ def doubts(bands: Mapping[str, Band]) -> list[str]:
         return []
     errors = [100.0 * error for error in lost.values()]
     least, most = f"{min(errors):.3g}", f"{max(errors):.3g}"
-    size = f"{most} %" if least == most else f"{least} to {most} %"
+    size = f"is {most} %" if least == most else f"is {least} to {most} %"
+    told = f"{size} of the width of the band" if math.isfinite(max(errors)) else "cannot be told from so few"
     return [
-        f"not resolved: {', '.join(lost)}: the error of the polynomial at left-out runs is {size} of the "
-        "width of the band. The response may leave its bounds, and neither worst case nor sensitivity is "
-        "that of the response. A higher degree helps where the response is smooth; where impacts scatter, "
+        f"not resolved: {', '.join(lost)}: the error of the polynomial at left-out runs {told}. The "
+        "response may leave its bounds, and neither worst case nor sensitivity is that of the response. A "
+        "higher degree helps where the response is smooth; where impacts scatter, "
         "use bands that are calibrated on all runs (Study.band) and features of the runs instead"
     ]

@@ -3,12 +3,25 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ...base.units import unit
+from ..polynomials.surrogate import Surrogate, time_blocks
+
+Array = NDArray[np.float64]
 
 Verdict = Literal["resolved", "not resolved", "calibrated", "certified", "undersampled", "sampled"]
+
+# Largest error of a polynomial whose band is "resolved", over the width of the hull of the runs.
+RESOLVED = 0.05
+# Residual at an instant that is told, over the width: twice that error. Resolved positions, velocities and
+# accelerations of slider-cranks, with and without clearance, have no such instant; a step of a single
+# sample has.
+_FAR_OFF = 2.0 * RESOLVED
 
 
 @dataclass(frozen=True)
@@ -40,3 +53,45 @@ class Margin:
     window: float = field(default=0.0, metadata=unit("s"))
     inflation: float = 0.0
     persistence: float = 0.0
+
+
+def far_off(surrogate: Surrogate, points: Array, runs: Array, hull: tuple[Array, Array]) -> Array:
+    """Residual of a polynomial at runs over the width of their hull, 0 where it is small, shape (samples,).
+
+    Parameters
+    ----------
+    surrogate : Surrogate
+        The polynomial, which follows the response on average over time.
+    points : ndarray, shape (runs, parameters)
+        Parameters of the runs [SI units].
+    runs : ndarray, shape (runs, samples)
+        Values in the unit of the output.
+    hull : tuple of ndarray
+        Extremes of all runs; where they are near each other the mean width counts.
+    """
+    width = hull[1] - hull[0]
+    width = np.maximum(width, np.mean(width))
+    at = dict(zip(surrogate.intervals, points.T, strict=True))
+    off = np.zeros(len(width))
+    for block in time_blocks(*runs.shape):
+        part = replace(surrogate, terms=np.ascontiguousarray(surrogate.terms[:, block]))
+        off[block] = np.max(np.abs(part.evaluate(at) - runs[:, block]), axis=0)
+    relative: Array = np.divide(off, width, out=np.zeros_like(off), where=width > 0.0)
+    return np.where(relative > _FAR_OFF, relative, 0.0)
+
+
+def doubt_of(name: str, what: str, t: Array, off: Array | None) -> str:
+    """Warning that a polynomial is not the response, at the instants where it is `far_off` or, without these,
+    at all; empty if it is."""
+    if off is None:
+        return (
+            f"{name} is not resolved: {what} of its polynomial is not that of the response. Use features of "
+            "the runs, or Study.band, instead"
+        )
+    if not off.any():
+        return ""
+    return (
+        f"{name}: at {np.count_nonzero(off)} of {len(t)} instants, such as t = {t[np.argmax(off)]:.6g} s, "
+        f"the polynomial is off by up to {100.0 * off.max():.3g} % of the width, though not on average: "
+        f"{what} there is not that of the response. Use features of the runs instead"
+    )

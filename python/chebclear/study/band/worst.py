@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -11,14 +10,9 @@ from numpy.typing import NDArray
 
 from ...base.units import unit
 from ...errors import describe
-from ..polynomials.points import on_box, sobol_points
 from .band import Band
 
 Array = NDArray[np.float64]
-
-# Number of points at which a polynomial is evaluated, and of parameters up to which these include all
-# corners.
-_POINTS, _MOST_CORNERS = 2048, 10
 
 
 @dataclass(frozen=True)
@@ -49,21 +43,16 @@ class WorstCase:
 def predicted_extremes(band: Band) -> list[tuple[Literal["lower", "upper"], int, Array, float]]:
     """Side, sample, parameters and value of the highest and lowest prediction of a band with a polynomial.
 
-    The polynomial is evaluated at the corners of the box and at points between them, at the instant of the
-    extreme bound.
+    They are the points where the polynomial attains the ends of its range, at the instants of the extreme
+    bounds.
     """
-    sides = band.intervals
-    points = sobol_points(sides, 0, _POINTS, 0)
-    if len(sides) <= _MOST_CORNERS:
-        corners = np.array(list(itertools.product((-1.0, 1.0), repeat=len(sides))))
-        points = np.concatenate([on_box(sides, corners), points])
-    # The given ends, since rounding might move a corner out of the box.
-    ends = np.array([[side.lower, side.upper] for side in sides.values()]).T
-    points = np.clip(points, *ends)
-    values = band.evaluate(**dict(zip(sides, points.T, strict=True)))
     high, low = int(np.argmax(band.upper)), int(np.argmin(band.lower))
-    highest, lowest = int(np.argmax(values[:, high])), int(np.argmin(values[:, low]))
+    polynomial = band.surrogate
+    assert polynomial is not None, "only bands with a polynomial predict"
+    found = replace(polynomial, terms=np.ascontiguousarray(polynomial.terms[:, [high, low]])).range(1)
+    highest = np.array([at[0] for at in found.highest_at.values()])
+    lowest = np.array([at[1] for at in found.lowest_at.values()])
     return [
-        ("upper", high, points[highest], float(values[highest, high])),
-        ("lower", low, points[lowest], float(values[lowest, low])),
+        ("upper", high, highest, float(found.attained_upper[0])),
+        ("lower", low, lowest, float(found.attained_lower[1])),
     ]

@@ -24,7 +24,7 @@ from ...run.features import Feature
 from ...run.settings import Settings
 from ...run.tracking import settling_time
 from ...scene.scene import Interval, Scene
-from ..band.band import RESOLVED
+from ..band.margin import RESOLVED
 from .effects import (
     Effects,
     best_degree,

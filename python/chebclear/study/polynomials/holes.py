@@ -16,6 +16,9 @@ Array = NDArray[np.float64]
 # many times the error at the others: at 10, an error of 0.5 % of the width is at the limit of "resolved".
 MOST_CONDITION = 10.0
 
+# A run whose leverage is nearer to 1 than this is followed by the polynomial whatever its value is.
+_DETERMINED = 1e-9
+
 
 @dataclass(frozen=True)
 class HoleFit:
@@ -42,6 +45,20 @@ class HoleFit:
         whole[self.known] = values
         whole[self.missing] = self.matrix @ values
         return whole
+
+    def left_out(self, degrees: Sequence[int], nodes: Sequence[int], residual: Array) -> Array:
+        """Error of each known run that is predicted from the others, from its residual (known, samples).
+
+        It is infinite for a run that the fit follows whatever its value is.
+        """
+        basis: Array = np.ones((1, 1))
+        for count, degree in zip(nodes, degrees, strict=True):
+            basis = np.asarray(np.kron(basis, _basis(count)[:, : degree + 1]), dtype=np.float64)
+        kept = np.linalg.qr(basis[self.known][:, ~self.dropped])[0]
+        free = 1.0 - np.sum(kept**2, axis=1, keepdims=True)
+        error = np.full_like(residual, np.inf)
+        np.divide(residual, free, out=error, where=free > _DETERMINED)
+        return error
 
 
 def fit_holes(nodes: Sequence[int], degrees: Sequence[int], missing: Sequence[int]) -> HoleFit:

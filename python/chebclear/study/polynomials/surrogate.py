@@ -205,7 +205,10 @@ class Surrogate(records.ArrayRecord):
         """The certified range of the polynomial over the box, and the points of its ends.
 
         Branch and bound in the Bernstein basis, rounded outward: the bounds exceed values that the polynomial
-        attains by at most 1e-6 of the width, and are never wider than those of Eq. (31).
+        attains by at most 1e-6 of the width, and are wider than those of Eq. (31) by rounding at most. Along
+        a ridge of equal values they may exceed them by more, typically 1e-4 to 1e-2 of the width, since the
+        search is limited; above degree 20 in two parameters rounding may leave those of Eq. (31). The values
+        attained tell.
 
         Parameters
         ----------
@@ -335,7 +338,11 @@ class Surrogate(records.ArrayRecord):
             if name not in values:
                 checks.add(f'parameter "{name}" is missing', wrong_type=True)
                 continue
-            given = np.asarray(values[name])
+            try:
+                given = np.asarray(values[name])
+            except ValueError:
+                # Lists of different lengths.
+                given = np.asarray(None)
             if given.dtype.kind not in "iuf":
                 checks.add(
                     f"{name} must be a number or an array of numbers, got {values[name]!r}", wrong_type=True
@@ -347,6 +354,15 @@ class Surrogate(records.ArrayRecord):
             if not np.all((given >= side.lower - slack) & (given <= side.upper + slack)):
                 checks.add(f"{name} must be in [{side.lower!r}, {side.upper!r}], got {values[name]!r}")
             sides.append(np.clip((given - side.midpoint) / side.half_width, -1.0, 1.0))
+        if len(sides) == len(self.intervals):
+            shapes = [side.shape for side in sides]
+            try:
+                np.broadcast_shapes(*shapes)
+            except ValueError:
+                told = ", ".join(
+                    f"{name} {shape}" for name, shape in zip(self.intervals, shapes, strict=True)
+                )
+                checks.add(f"the values must have shapes that broadcast together, got {told}")
         checks.finish()
         together = np.broadcast_arrays(*sides)
         return np.stack([side.ravel() for side in together], axis=-1), together[0].shape

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import _core
+from ...errors import ArgumentError
 from ...scene.scene import Interval
 from .surrogate import BoundKind, PolynomialRange, Surrogate, checked_threads
 
@@ -118,10 +119,11 @@ class TotalDegree(Surrogate):
         exponents = [tuple(term) for term in found]
         return exponents, {term: number for number, term in enumerate(exponents)}
 
-    def _missing(self, what: str) -> ValueError:
-        return ValueError(
-            f"a polynomial of total degree {self.degrees[0]} in {len(self.degrees)} parameters has no {what} "
-            "here: its tensor of coefficients would be too large"
+    def _missing(self, what: str) -> ArgumentError:
+        return ArgumentError(
+            f"a polynomial of total degree {self.degrees[0]} in {len(self.degrees)} parameters has no "
+            f"{what}, since its tensor of coefficients would be too large, and so neither variance shares "
+            "nor quantiles. Features of the runs and their effects have shares for any number of parameters"
         )
 
     def _at(self, terms: Array, points: Array, shape: tuple[int, ...]) -> Array:
