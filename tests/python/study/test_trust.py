@@ -313,7 +313,8 @@ def test_a_parameter_at_its_optimum_is_no_matter_of_the_error():
 
 
 def test_without_freedom_left_by_failed_runs_nothing_is_resolved():
-    # Two known nodes determine a line, whatever the response is: the missing ones follow from it.
+    # Two known nodes determine a line, whatever the response is: the missing ones follow from it. The error
+    # is that of a constant, and one node has not even that.
     def failing(function, limit):
         def model(x):
             if x > limit:
@@ -324,8 +325,11 @@ def test_without_freedom_left_by_failed_runs_nothing_is_resolved():
 
     box = {"x": cc.interval(-1.0, 1.0)}
     for function in (np.square, np.sin, lambda x: abs(x - 0.2), lambda x: 3.0 * x):
-        with pytest.warns(cc.ChebclearWarning, match="cannot be told from so few"):
+        with pytest.warns(cc.ChebclearWarning, match="not resolved"):
             band = cc.Study(failing(function, 0.5), box).chebyshev(degree=2)["y"]
+        assert band.verdict == "not resolved" and band.margin.error >= 1.0
+        with pytest.warns(cc.ChebclearWarning, match="cannot be told from so few"):
+            band = cc.Study(failing(function, 0.5), box).chebyshev(degree=1)["y"]
         assert band.verdict == "not resolved" and band.margin.error == np.inf
     # Five of seven nodes leave the quadratic term and its check.
     with pytest.warns(cc.ChebclearWarning, match="holes"):

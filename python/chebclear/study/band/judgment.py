@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..polynomials.holes import HoleFit
-from ..polynomials.surrogate import Surrogate, chebyshev_grid, time_blocks
+from ..polynomials.surrogate import Surrogate, time_blocks
 from .band import Band
 from .margin import RESOLVED, Margin, Verdict
 
@@ -97,15 +97,14 @@ def judged(
     """Verdict on a band from its runs, with a mean `width` of their hull, and its margin.
 
     Missing runs are replaced by values that follow from the others, which tell nothing of the error: known
-    runs are left out of the least squares instead, and one that no other determines counts as lost. The error
-    at the missing runs is assumed to be larger by the condition number of the least squares.
+    runs are left out of the least squares instead. The error at the missing runs is assumed to be larger by
+    the condition number of the least squares.
     """
     if surrogate is None:
         return "sampled", Margin("runs")
     errors = fit_error(surrogate, nodes, runs, nominal, at)
     if holes is not None:
-        residual = np.abs(left_by(surrogate, nodes, runs))[holes.known]
-        left_out = holes.left_out(surrogate.degrees, nodes, residual)
+        left_out = holes.left_out(surrogate.degrees, nodes, runs[holes.known])
         errors = holes.condition * np.maximum(errors, left_out.max(axis=0))
     miss = float(np.mean(errors))
     # Rounding errors of the runs must not count for a constant output.
@@ -113,14 +112,6 @@ def judged(
     error = 0.0 if miss <= noise else miss / width if width > 0.0 else math.inf
     verdict: Verdict = "resolved" if error <= RESOLVED else "not resolved"
     return verdict, Margin("polynomial", degree=max(surrogate.degrees), error=error)
-
-
-def left_by(surrogate: Surrogate, nodes: Sequence[int], runs: Array) -> Array:
-    """Residuals of a polynomial at the runs on the roots, shape (runs, samples)."""
-    grid = chebyshev_grid(list(surrogate.intervals.values()), nodes)
-    at = dict(zip(surrogate.intervals, grid.T, strict=True))
-    left: Array = runs - surrogate.evaluate(at)
-    return left
 
 
 def told_holes(holes: HoleFit) -> list[str]:

@@ -46,18 +46,31 @@ class HoleFit:
         whole[self.missing] = self.matrix @ values
         return whole
 
-    def left_out(self, degrees: Sequence[int], nodes: Sequence[int], residual: Array) -> Array:
-        """Error of each known run that is predicted from the others, from its residual (known, samples).
+    def left_out(self, degrees: Sequence[int], nodes: Sequence[int], values: Array) -> Array:
+        """Error of each known run as predicted by the others, from their values (known, samples).
 
-        It is infinite for a run that the fit follows whatever its value is.
+        The prediction is of the highest total degree for which the others determine every run, one less
+        than the fitted one if that follows every run. If it has one degree of freedom, half of the errors
+        of the degree below count too, since a single term may vanish by chance. The error is infinite if
+        no degree determines the runs.
         """
+        shares = _shares([degree + 1 for degree in degrees], degrees).ravel()
+        order = np.argsort(shares, kind="stable")
+        order = order[~self.dropped[order]]
         basis: Array = np.ones((1, 1))
         for count, degree in zip(nodes, degrees, strict=True):
             basis = np.asarray(np.kron(basis, _basis(count)[:, : degree + 1]), dtype=np.float64)
-        kept = np.linalg.qr(basis[self.known][:, ~self.dropped])[0]
-        free = 1.0 - np.sum(kept**2, axis=1, keepdims=True)
-        error = np.full_like(residual, np.inf)
-        np.divide(residual, free, out=error, where=free > _DETERMINED)
+        # Ascending degrees: the leading columns span the polynomials of each of them.
+        spanned = np.linalg.qr(basis[self.known][:, order])[0]
+        free = 1.0 - np.cumsum(spanned**2, axis=1)
+        counts = np.searchsorted(shares[order], np.unique(shares[order]), side="right")
+        counts = counts[np.all(free[:, counts - 1] > _DETERMINED, axis=0)]
+        error = np.full_like(values, 0.0 if len(counts) else np.inf)
+        tried = 2 if len(counts) and counts[-1] == len(self.known) - 1 else 1
+        for weight, count in zip((1.0, 0.5)[:tried], counts[::-1], strict=False):
+            leading = spanned[:, :count]
+            residual = np.abs(values - leading @ (leading.T @ values))
+            error = np.maximum(error, weight * residual / free[:, count - 1 : count])
         return error
 
 
@@ -87,21 +100,17 @@ def fit_holes(nodes: Sequence[int], degrees: Sequence[int], missing: Sequence[in
     count = int(np.prod(nodes))
     holes = np.asarray(missing, dtype=np.intp)
     bases = [_basis(nodes_of) for nodes_of in nodes]
-    # Terms of degrees 0 to nodes - 1: their relative total degree, and which are beyond the degrees.
-    shares = np.zeros(nodes)
+    # Terms of degrees 0 to nodes - 1, and which are beyond the degrees.
+    shares = _shares(nodes, degrees)
     beyond = np.zeros(nodes, dtype=bool)
-    for axis, (nodes_of, degree) in enumerate(zip(nodes, degrees, strict=True)):
-        shape = [1] * len(nodes)
-        shape[axis] = nodes_of
-        orders = np.arange(nodes_of).reshape(shape)
-        shares = shares + orders / max(degree, 1)
-        beyond |= orders > degree
-    levels = np.unique(np.round(shares[~beyond], 9))[::-1]
+    for number, degree in zip(np.indices(nodes), degrees, strict=True):
+        beyond |= number > degree
+    levels = np.unique(shares[~beyond])[::-1]
     deltas = np.zeros((count, len(holes)))
     deltas[holes, np.arange(len(holes))] = 1.0
     terms = _transformed(deltas, [basis.T for basis in bases], nodes)
     for level in levels:
-        left_out = (beyond | (shares > level + 1e-6)).ravel()
+        left_out = (beyond | (shares > level)).ravel()
         projected = _transformed(np.where(left_out[:, None], terms, 0.0), bases, nodes).T
         smallest = float(np.linalg.eigvalsh(projected[:, holes])[0])
         if smallest * MOST_CONDITION**2 >= 1.0:
@@ -112,6 +121,16 @@ def fit_holes(nodes: Sequence[int], degrees: Sequence[int], missing: Sequence[in
     dropped = left_out.reshape(nodes)[tuple(slice(degree + 1) for degree in degrees)].ravel()
     matrix = np.asarray(-np.linalg.solve(projected[:, holes], projected[:, known]), dtype=np.float64)
     return HoleFit(holes, known, dropped, smallest**-0.5, matrix)
+
+
+def _shares(sizes: Sequence[int], degrees: Sequence[int]) -> Array:
+    """Total degree of the first `sizes` terms along each axis, relative to the degree in each parameter."""
+    shares = np.zeros(sizes)
+    for number, degree in zip(np.indices(sizes), degrees, strict=True):
+        shares += number / max(degree, 1)
+    # Equal sums of fractions must be equal.
+    rounded: Array = np.round(shares, 9)
+    return rounded
 
 
 def _basis(count: int) -> Array:
