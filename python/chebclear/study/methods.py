@@ -158,7 +158,7 @@ class Methods(Runner):
         include: StudyResult | Sequence[StudyResult] = (),
         max_runs: int = MAX_RUNS,
         cycles: int | None = None,
-        discard: int = 1,
+        discard: int | None = None,
         angle: str | None = None,
     ) -> StudyResult:
         """Bands that should contain further runs, calibrated on held-out runs.
@@ -199,8 +199,9 @@ class Methods(Runner):
             angle of every run is measured: outputs are interpolated between samples at most half a step
             apart.
             A torque drive needs a `duration` in which every run completes all `cycles`.
-        discard : int
-            Number of first cycles that are not pooled, for the starting transient to decay [-].
+        discard : int, optional
+            Number of first cycles that are not pooled [-], for the starting transient to decay; 1 if not
+            given.
         angle : str, optional
             Name of the revolute joint whose angle is the crank angle; that of the only drive at constant
             speed if not given.

@@ -104,7 +104,7 @@ def band(
     include: StudyResult | Sequence[StudyResult],
     max_runs: int,
     cycles: int | None = None,
-    discard: int = 1,
+    discard: int | None = None,
     angle: str | None = None,
 ) -> StudyResult:
     """The result of `Study.band`; see there."""
@@ -123,8 +123,9 @@ def band(
             f"a band takes at most {MOST_PARAMETERS} parameters, the study has {len(study.intervals)}: "
             "give those that matter least as fixed"
         )
-    if cycles is None and angle is not None:
-        checks.add(f"angle is for bands by crank angle: give cycles too, or leave it, got {angle!r}")
+    for name, value in {"discard": discard, "angle": angle}.items():
+        if cycles is None and value is not None:
+            checks.add(f"{name} is for bands by crank angle: give cycles too, or leave it, got {value!r}")
     others = _results(checks, include)
     checks.finish()
     settings = _settings(study, rtol)
@@ -135,7 +136,7 @@ def band(
         points = sobol_points(study.intervals, 0, count, seed)
         requirement = Requirement(float(coverage), count, int(seed), {})
     if cycles is not None:
-        settings, revolutions = turning(study, settings, cycles, discard, angle)
+        settings, revolutions = turning(study, settings, cycles, 1 if discard is None else discard, angle)
         requirement = dataclasses.replace(requirement, revolutions=revolutions)
     return _made(study, requirement, points, settings, others)
 

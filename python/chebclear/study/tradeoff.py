@@ -193,7 +193,7 @@ def _bands(study: Runner, budgets: Sequence[int], seed: int) -> list[_Setting]:
         return []
     most = budgets[-1]
     try:
-        largest = sampled.band(study, most, 0.999, None, seed, (), most, None, 1, None)
+        largest = sampled.band(study, most, 0.999, None, seed, (), most)
     except SimulationError as error:
         return [_Setting("band", None, count, count + 1, None, math.nan, error.reason) for count in budgets]
     settings = []

@@ -201,8 +201,10 @@ def test_what_has_no_band_by_angle_is_refused():
     assert "cycles must be" in str(caught.value) and "discard must be" in str(caught.value)
     with pytest.raises(ValueError, match="\"crank_pin\", got 'wrist'"):
         study.band(9, cycles=3, angle="wrist")
-    with pytest.raises(ValueError, match="give cycles too"):
-        study.band(9, angle="crank_bearing")
+    with pytest.raises(ValueError) as caught:
+        study.band(9, angle="crank_bearing", discard=1)
+    assert "angle is for bands by crank angle: give cycles too" in str(caught.value)
+    assert "discard is for bands by crank angle: give cycles too, or leave it, got 1" in str(caught.value)
     with pytest.raises(ValueError, match=r"include\[0\] has other revolutions, or none"):
         study.band(9, cycles=3, include=study.band(3, coverage=0.5, cycles=2))
     faster = cc.Study(
