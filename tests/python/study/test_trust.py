@@ -312,6 +312,23 @@ def test_a_parameter_at_its_optimum_is_no_matter_of_the_error():
         np.testing.assert_allclose(band.sensitivity("b"), 0.0, atol=0.01)
 
 
+def test_slopes_at_the_boundaries_are_doubted_where_the_degree_is_high_for_the_error():
+    t = np.linspace(0.0, 1.0, 3)
+    box = {"x": cc.interval(-1.0, 1.0)}
+    kink = cc.Study(lambda x: {"t": t, "y": np.full(3, abs(x - 0.3))}, box).band(81)["y"]
+    # Slopes of 1 and -1, of which the polynomial makes up to 2.7.
+    assert kink.verdict == "resolved" and max(kink.polynomial_slope("x", at={"x": [-1.0, 1.0]})[:, 0]) > 1.5
+    for ask in (lambda band: band.sensitivity_range("x"), lambda band: band.sensitivity("x", at={"x": 1.0})):
+        with pytest.warns(cc.ChebclearWarning, match="near the boundaries of the box"):
+            ask(kink)
+    smooth = cc.Study(lambda x: {"t": t, "y": np.full(3, np.exp(x))}, box).band(81)["y"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for band in (kink, smooth):
+            band.sensitivity("x"), band.monotone("x")
+        smooth.sensitivity_range("x"), smooth.sensitivity("x", at={"x": 1.0})
+
+
 def test_without_freedom_left_by_failed_runs_nothing_is_resolved():
     # Two known nodes determine a line, whatever the response is: the missing ones follow from it. The error
     # is that of a constant, and one node has not even that.

@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...base import files as records
-from ...base.arguments import Checks, as_number
+from ...base.arguments import Checks
 from ...base.units import unit
 from ...errors import ArgumentError, warn
 from ...scene.scene import Interval
 from ..polynomials.sensitivity import VarianceShares, variance_shares
 from ..polynomials.surrogate import Surrogate
 from .hybrid import Normal, QuantileBand, Uniform, quantile_bounds
-from .margin import Margin, Verdict, doubt_of, far_off
-from .running import running_maximum
+from .margin import Margin, Verdict, doubt_of, effect_doubt, far_off, slope_doubt
+from .running import half_window, running_maximum
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -154,7 +154,8 @@ class Band(records.ArrayRecord):
         """Derivative of the fitted polynomial with respect to one parameter, Eqs. (32) and (33).
 
         If the verdict is ``"not resolved"``, or the effect of the parameter is below the error of the
-        polynomial, it is not the derivative of the response, and a warning says so.
+        polynomial, it is not the derivative of the response, and a warning says so; another one if slopes
+        away from the midpoint are uncertain.
 
         Eq. (33) is printed without the factor 2 / (upper - lower) of the physical derivative and, away from
         the midpoint, without 1 / sin θ; both are in the result.
@@ -185,6 +186,8 @@ class Band(records.ArrayRecord):
         slope = self.polynomial_slope(parameter, normalized=normalized, at=at)
         # The certified range would take hundreds of times as long as the slope.
         self._doubt_effect(parameter, *self._polynomial().slope(parameter).bounds("eq31"))
+        if at is not None:
+            self._doubt_slopes()
         return slope
 
     def polynomial_slope(
@@ -212,8 +215,8 @@ class Band(records.ArrayRecord):
     def sensitivity_range(self, parameter: str, *, threads: int | None = None) -> tuple[Array, Array]:
         """Certified range of the derivative of the polynomial with respect to one parameter over the box.
 
-        It is not that of the response if the verdict is ``"not resolved"`` or the effect of the parameter is
-        below the error of the polynomial; a warning says so.
+        It is not that of the response if the verdict is ``"not resolved"``, the effect of the parameter is
+        below the error of the polynomial, or the degree is high for that error; a warning says so.
 
         Parameters
         ----------
@@ -232,11 +235,8 @@ class Band(records.ArrayRecord):
         ValueError
             If the parameter or the number of threads is wrong, or the band has no polynomial.
         """
-        surrogate = self._polynomial()
-        self._doubt("a range of a sensitivity")
-        lower, upper = surrogate.slope(parameter).bounds(threads=threads)
-        self._doubt_effect(parameter, lower, upper)
-        return lower, upper
+        self._doubt_slopes()
+        return self._slopes(parameter, threads)
 
     def monotone(self, parameter: str, *, threads: int | None = None) -> NDArray[np.int8]:
         """Where the output certainly rises or falls with a parameter, for all values of the others.
@@ -262,7 +262,7 @@ class Band(records.ArrayRecord):
         ValueError
             As `sensitivity_range`.
         """
-        lower, upper = self.sensitivity_range(parameter, threads=threads)
+        lower, upper = self._slopes(parameter, threads)
         # Rounding errors are no slope, however exact the polynomial is.
         change = _SURE * np.maximum(self._error, self._polynomial().rounding)
         least = change / (2.0 * self.intervals[parameter].half_width)
@@ -417,16 +417,7 @@ class Band(records.ArrayRecord):
         ValueError, TypeError
             If the window is not a number or too short.
         """
-        number = as_number(window)
-        spacing = float(self.t[-1] - self.t[0]) / (len(self.t) - 1)
-        # A tolerance, so that rounding does not remove one of an exact number of samples.
-        half = 0 if number is None or not math.isfinite(number) else int(0.5 * number / spacing + 1e-6)
-        if half < 1:
-            kind = TypeError if number is None else ArgumentError
-            raise kind(
-                f"window must be a finite number >= {2.0 * spacing:.6g} [s], two samples, got {window!r}"
-            )
-        half = min(half, len(self.t) - 1)
+        half = half_window(self.t, window)
         return replace(
             self,
             lower=-running_maximum(-self.lower, half),
@@ -457,6 +448,13 @@ class Band(records.ArrayRecord):
 
         return plot_band(self, ax=ax, **options)
 
+    def _slopes(self, parameter: str, threads: int | None) -> tuple[Array, Array]:
+        surrogate = self._polynomial()
+        self._doubt("a range of a sensitivity")
+        lower, upper = surrogate.slope(parameter).bounds(threads=threads)
+        self._doubt_effect(parameter, lower, upper)
+        return lower, upper
+
     def _doubt(self, what: str) -> None:
         """Warn where the polynomial is not the response."""
         off = None if self.verdict == "not resolved" else self._off
@@ -485,11 +483,12 @@ class Band(records.ArrayRecord):
         """Warn if the largest slopes change the output over the interval by less than its error."""
         change = np.maximum(-lower, upper) * (2.0 * self.intervals[parameter].half_width)
         if self.verdict != "not resolved" and float(np.mean(change)) < float(np.mean(self._error)):
-            warn(
-                f"{self.name}: what {parameter} does is below the error of the polynomial, whose sensitivity "
-                "to it is not that of the response: more runs reduce the error, a larger interval enlarges "
-                "the effect"
-            )
+            warn(effect_doubt(self.name, parameter))
+
+    def _doubt_slopes(self) -> None:
+        """Warn if slopes away from the middle of the box are uncertain."""
+        if self.verdict != "not resolved" and (doubt := slope_doubt(self.name, self.margin)):
+            warn(doubt)
 
     def _polynomial(self) -> Surrogate:
         if self.surrogate is None:

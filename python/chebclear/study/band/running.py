@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
+
+from ...base.arguments import as_number
+from ...errors import ArgumentError
 
 Array = NDArray[np.float64]
 
@@ -17,3 +22,15 @@ def running_maximum(values: Array, half: int) -> Array:
         reach = np.maximum(reach[:-span], reach[span:])
         span *= 2
     return np.maximum(reach[:size], reach[width - span : width - span + size])
+
+
+def half_window(t: Array, window: float) -> int:
+    """Number of samples to either side in a window of a given length [s], at most all."""
+    number = as_number(window)
+    spacing = float(t[-1] - t[0]) / (len(t) - 1)
+    # A tolerance, so that rounding does not remove one of an exact number of samples.
+    half = 0 if number is None or not math.isfinite(number) else int(0.5 * number / spacing + 1e-6)
+    if half < 1:
+        kind = TypeError if number is None else ArgumentError
+        raise kind(f"window must be a finite number >= {2.0 * spacing:.6g} [s], two samples, got {window!r}")
+    return min(half, len(t) - 1)
