@@ -52,6 +52,8 @@ MOST_PARAMETERS = 32
 """Parameters for which there are Sobol' points [-]."""
 # Largest difference of each parameter between runs at the same point, over half its interval.
 _SAME_POINT = 1e-9
+# Largest difference of runs of one model at the same point, over the largest value.
+_SAME_VALUES = 1e-6
 
 
 @dataclass(frozen=True)
@@ -188,6 +190,7 @@ def _finished_points(table: FinishedRuns, runs: int | None, least: int) -> Array
             f"the table has {len(points)} runs besides the nominal one, {max(wanted, least)} are needed"
         )
     table.require_scattered()
+    table.require_filled(points[:wanted])
     return points[:wanted]
 
 
@@ -238,7 +241,8 @@ def _made(
     facts = {"t": new.t, "outputs": new.outputs, "feature_names": new.feature_names, **new.facts}
     kept = _others(study, others, requirement, new.t, new.outputs, facts["scene"])
     del facts["stats"], facts["warnings"]
-    messages = new.warnings if requirement.revolutions is not None else (*new.warnings, *unpredictable(new))
+    messages = [*new.warnings, *_foreign(study, others, nominal, new.outputs)]
+    messages += [] if requirement.revolutions is not None else unpredictable(new)
     whole = None if kept else table.values
     return _result(study, requirement, [scored], kept, nominal, messages, facts, whole)
 
@@ -286,6 +290,7 @@ def extended(
         good += len(new.kept)
         failures += tuple(dataclasses.replace(one, index=one.index + begun) for one in new.failures)
     kept = [old[requirement.runs :], *_others(study, others, requirement, result.t, outputs, result.scene)]
+    messages += _foreign(study, others, Table.nominal(result), outputs)
     requirement = dataclasses.replace(requirement, runs=good, failed=count_failed(failures))
     messages += failure_warnings(failures, good + len(failures) + 1)
     facts = _facts(result) | {"seconds": seconds, "failures": failures}
@@ -408,6 +413,27 @@ def _others(
             checks.add(f"include[{index}] has runs outside of the intervals of this study")
     checks.finish()
     return [Table.of(result, outputs) for result in results]
+
+
+def _foreign(
+    study: Runner, results: Sequence[StudyResult], nominal: Table, outputs: Sequence[str]
+) -> list[str]:
+    """Warnings of included results that are not those of this model at the midpoint, if they have the same.
+
+    Other scenes are refused; what a model of one's own computes is not known.
+    """
+    found = []
+    for index, result in enumerate(results):
+        same = all(result.intervals[name].midpoint == side.midpoint for name, side in study.intervals.items())
+        if study.settings is not None or not same or result.nominal_parameters is not None:
+            continue
+        values, other = nominal.values[0], np.stack([result[name].nominal for name in outputs], axis=-1)
+        if np.max(np.abs(values - other)) > _SAME_VALUES * max(np.max(np.abs(values)), np.max(np.abs(other))):
+            found.append(
+                f"include[{index}] has other values at the midpoint than this study: it is of another model, "
+                "or results of the model are random"
+            )
+    return found
 
 
 def _without_twins(study: Runner, scored: Sequence[Table], kept: Sequence[Table]) -> list[Table]:

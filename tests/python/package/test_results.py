@@ -62,7 +62,7 @@ def results(run):
             cc.compare(chebyshev, sample)["slider.x"],
         ),
         *(bounds, bounds.points[0], bounds.recommendation(), runs, runs.points[0], runs.recommendation(1e-2)),
-        band.quantiles({"crank_length": cc.uniform(0.0495, 0.0505)}, draws=100),
+        band.quantiles({"crank_length": cc.uniform(0.0495, 0.0505)}, draws=200),
         cc.restraint_zones(chebyshev["slider.vx"], ideal["slider.vx"], "crank_length", window=1e-4),
         *(template, cc.animate(run), next(iter(feature.effects.swings.values()))),
         cc.bifurcation(build, "clearance", [2e-5, 3e-5], periods=2, skip=1, rtol=1e-3),

@@ -296,6 +296,54 @@ def test_included_runs_at_points_of_the_band_count_once():
         mixed.feature("f").quantile(0.5)
 
 
+def test_included_runs_of_another_model_are_told():
+    t = np.linspace(0.0, 1.0, 61)
+    box = {"a": cc.interval(-1.0, 1.0)}
+    study, other = (
+        cc.Study(lambda a, c: {"t": t, "x": np.sin(3.0 * t + a) * c}, box, fixed={"c": c}) for c in (1.0, 2.0)
+    )
+    with pytest.warns(cc.ChebclearWarning, match=r"include\[0\] has other values at the midpoint"):
+        study.band(21, include=other.scan(3))
+    with pytest.warns(cc.ChebclearWarning, match=r"include\[1\] has other values at the midpoint"):
+        study.band(21).extend(0, include=[study.scan(3), other.scan(3)])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        study.band(21, include=study.scan(3))
+
+
+def test_bands_hold_corners_without_a_run_where_motions_follow_a_polynomial_roughly():
+    # Of 41 runs some have none where a is near 1 and b near an end: 99.6 to 99.9 % were inside.
+    t = np.linspace(0.0, 1.0, 91)
+
+    def ramp(a, b):
+        return np.maximum(0.0, a - 0.5) * (1.0 + t) + 0.2 * b * np.sin(6.0 * t)
+
+    box = {name: cc.interval(-1.0, 1.0) for name in "ab"}
+    fresh = ramp(*np.random.default_rng(9).uniform(-1.0, 1.0, (2, 3000, 1)))
+    for seed in range(4):
+        band = cc.Study(lambda a, b: {"t": t, "y": ramp(a, b)}, box).band(41, seed=seed)["y"]
+        assert band.verdict == "calibrated" and band.margin.persistence > 0.3
+        assert np.mean((fresh >= band.lower) & (fresh <= band.upper)) >= 0.9995
+
+
+@pytest.mark.parametrize("size", [1e-300, 1e-100, 1e77, 1e140])
+def test_bands_of_very_large_and_very_small_values(size):
+    t = np.linspace(0.0, 1.0, 91)
+    box = {name: cc.interval(0.0, 1.0) for name in "ab"}
+
+    def bands(unit):
+        def model(a, b):
+            return {"t": t, "y": unit * np.sin(1e5 * a + 10.0 * t + b), "z": unit * np.exp(a + b * t)}
+
+        return cc.Study(model, box).band(41)
+
+    found, usual = bands(size), bands(1.0)
+    for name in ("y", "z"):
+        assert found[name].verdict == usual[name].verdict
+        np.testing.assert_allclose(found[name].upper / size, usual[name].upper, rtol=1e-6)
+        np.testing.assert_allclose(found[name].lower / size, usual[name].lower, rtol=1e-6, atol=1e-6)
+
+
 @pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 def test_runs_that_differ_by_offsets_are_single_observations():
     def offset(a, b):

@@ -163,6 +163,36 @@ def test_a_table_whose_parameters_vary_together_says_so():
         Study.from_runs(points, T, {"x": values}, independent=True)
 
 
+def test_copies_of_runs_of_a_table_count_once():
+    # A run that is held out while its copy is not would always be inside.
+    random = np.random.default_rng(0)
+    a, b = random.uniform(0.0, 1.0, (2, 60))
+    x = np.sin(3.0 * T + 6.28 * random.random(60)[:, None]) * (random.exponential(size=60)[:, None] + 0.2)
+    box = {name: interval(-0.01, 1.01) for name in "ab"}
+    once = Study.from_runs({"a": a, "b": b}, T, {"x": x}, intervals=box).band(coverage=0.99)
+    twice = {"a": np.r_[a, a + 1e-9], "b": np.r_[b, b]}
+    with pytest.warns(
+        ChebclearWarning, match=r"60 of 120 runs are copies of others \(run 60 is one of run 0\)"
+    ):
+        both = Study.from_runs(twice, T, {"x": np.r_[x, x]}, intervals=box).band(coverage=0.99)
+    assert both["x"] == once["x"]
+    with pytest.raises(ValueError, match="drawn at random, but 60 of 120 runs are copies of others"):
+        Study.from_runs(twice, T, {"x": np.r_[x, x]}, intervals=box, independent=True)
+    # Measurements at one point that scatter are none.
+    assert len(Study.from_runs(twice, T, {"x": np.r_[x, x + 0.01]}, intervals=box).sample().parameters) == 119
+
+
+def test_the_first_runs_of_a_table_must_fill_the_box_as_all_do():
+    random = np.random.default_rng(1)
+    points = {"a": np.sort(random.uniform(0.0, 1.0, 100)), "b": random.uniform(0.0, 1.0, 100)}
+    study = Study.from_runs(points, T, {"x": np.exp(4.0 * points["a"])[:, None] * T})
+    with pytest.raises(
+        ValueError, match=r"none of the first 21 runs has a between 0\.2.*put them into a random"
+    ):
+        study.band(21)
+    assert study.band()["x"].verdict == "resolved"
+
+
 def test_a_table_whose_runs_leave_out_a_part_of_the_box_says_so():
     points = {"a": np.random.default_rng(0).uniform(0.9, 0.94, 80)}
     values = np.sin(5.0 * points["a"])[:, None] * T

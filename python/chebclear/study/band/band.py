@@ -323,13 +323,13 @@ class Band(records.ArrayRecord):
         random: Mapping[str, Normal | Uniform],
         *,
         probability: float = 0.95,
-        draws: int = 1000,
+        draws: int = 4000,
         seed: int = 0,
     ) -> QuantileBand:
         """Quantiles over random parameters, for the worst case of parameters that are only intervals.
 
         Each draw of the random parameters is inserted into the polynomial, whose range over the others is
-        certified; the quantiles are those of these ends.
+        certified; the quantiles are those of these ends, widened by the error of the polynomial.
 
         Parameters
         ----------
@@ -341,7 +341,7 @@ class Band(records.ArrayRecord):
             Least probability of the output to be in the band at an instant [-]; half of the rest on either
             side.
         draws : int
-            Number of stratified draws [-]; at least one must lie in each tail.
+            Number of stratified draws [-], at least four in each tail; two standard errors are added.
         seed : int
             Seed of the draws [-].
 
@@ -360,7 +360,8 @@ class Band(records.ArrayRecord):
         lower, upper, statement = quantile_bounds(
             surrogate, random, probability=probability, draws=draws, seed=seed
         )
-        return QuantileBand(self.t, lower, upper, float(probability), statement)
+        error = 0.5 * self._error
+        return QuantileBand(self.t, lower - error, upper + error, float(probability), statement)
 
     def worst(self, side: Literal["lower", "upper"], *, threads: int | None = None) -> dict[str, Array]:
         """Parameters at which the output is largest or smallest, for every instant.

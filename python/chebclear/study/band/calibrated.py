@@ -17,7 +17,7 @@ from ...scene.scene import Interval
 from ..polynomials.points import on_cube
 from ..polynomials.total_degree import total_degree_polynomial
 from .band import Band
-from .margin import Margin, Verdict
+from .margin import Margin, Verdict, percent
 from .revolutions import Revolutions
 
 Array = NDArray[np.float64]
@@ -221,7 +221,7 @@ def certifying_runs(coverage: float) -> int:
 
 def statement(requirement: Requirement) -> str:
     """The coverage that a study estimates or proves, in words."""
-    share = f"{100.0 * requirement.coverage:g} %"
+    share = f"{100.0 * requirement.coverage:.10g} %"
     if requirement.failed:
         plain = statement(dataclasses.replace(requirement, failed=0))
         one = requirement.failed == 1
@@ -238,10 +238,10 @@ def statement(requirement: Requirement) -> str:
         "given, taken as spread evenly over the box" if requirement.finished else "spread evenly over the box"
     )
     return (
-        f"The bands were widened until {share} of the samples of held-out runs were inside, or are ranges of "
-        f"polynomials, with their errors, that hold as many, with {requirement.runs} runs {spread}. The "
-        "coverage of further runs is an estimate, not proved; it counts samples, and whole_run counts runs. "
-        "Study.certify proves it with more runs."
+        f"The bands were widened until {share} of the samples of held-out runs were inside (undersampled: as "
+        "many as coverage says), or are ranges of polynomials, with their errors, that hold as many, with "
+        f"{requirement.runs} runs {spread}. The coverage of further runs is an estimate, not proved; it "
+        "counts samples, and whole_run counts runs. Study.certify proves it with more runs."
     )
 
 
@@ -256,7 +256,7 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[str]:
     if not short:
         return []
     least = needed_runs(requirement)
-    asked = f"{100.0 * requirement.coverage:g} % of the samples"
+    asked = f"{100.0 * requirement.coverage:.10g} % of the samples"
     names = ", ".join(short)
     runs, failed = requirement.runs, requirement.failed
     if requirement.succeeded < requirement.coverage:
@@ -286,10 +286,9 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[str]:
     worst = min(bands[name].coverage for name in short)
     # The share outside falls about as one over the number of runs.
     more = max(1, int(np.ceil(runs * (1.0 - worst) / (1.0 - requirement.coverage))) - runs)
-    # Never rounded up to what was asked for.
-    inside = f"{np.floor(1e4 * worst) / 1e2:g} %"
+    extend = "" if requirement.finished else f": result.extend({more})"
     return [
         *messages,
-        f"undersampled: only {inside} of the samples of held-out runs are in the band of {names}, {asked} "
-        f"were required; about {more} more run{'s' if more > 1 else ''} would suffice: result.extend({more})",
+        f"undersampled: only {percent(worst)} of the samples of held-out runs are in the band of {names}, "
+        f"{asked} were required; about {more} more run{'s' if more > 1 else ''} would suffice{extend}",
     ]

@@ -17,12 +17,16 @@ from ...base.arguments import Checks, did_you_mean
 from ...base.units import unit
 from ...errors import ArgumentError
 from ...scene.scene import Interval
-from ..polynomials.surrogate import Surrogate
+from ..polynomials.surrogate import Surrogate, time_blocks
 
 Array = NDArray[np.float64]
 
 # Number of polynomials in the interval parameters that are bounded at once: 64 MB at 16 terms.
 _AT_ONCE = 500_000
+MOST_DRAWS = 1_000_000
+# A quantile is taken so many of its standard errors further out: of 40 sets of draws less than one is not far
+# enough out.
+_CONFIDENCE = 2.0
 
 
 @dataclass(frozen=True)
@@ -203,14 +207,17 @@ def quantile_bounds(
             "the normal distributions wider intervals in a new study"
         )
     share = asked / known
-    # Each tail must contain a draw.
-    count = checks.whole("draws", draws, least=math.ceil(2.0 / (1.0 - share)))
-    checks.finish()
-
-    lows, highs = _worst_of_draws(surrogate, random, count, default_rng(start))
     tail = 0.5 * (1.0 - share)
-    lower = np.quantile(lows, tail, axis=0, method="lower")
-    upper = np.quantile(highs, 1.0 - tail, axis=0, method="higher")
+    # Draws are left in each tail, beyond its standard error.
+    count = checks.whole("draws", draws, least=math.ceil(_CONFIDENCE**2 / tail), most=MOST_DRAWS)
+    checks.finish()
+    beyond = max(0, math.floor(tail * count - _CONFIDENCE * math.sqrt(tail * (1.0 - tail) * count)))
+    weights = _drawn(surrogate, random, count, default_rng(start))
+    lower, upper = np.empty(surrogate.terms.shape[1]), np.empty(surrogate.terms.shape[1])
+    for block in time_blocks(count, len(lower)):
+        lows, highs = _worst_of_draws(surrogate, random, weights, block)
+        lower[block] = np.partition(lows, beyond, axis=0)[beyond]
+        upper[block] = np.partition(highs, count - 1 - beyond, axis=0)[count - 1 - beyond]
     rest = [name for name in surrogate.intervals if name not in random]
     are = "is in its interval" if len(rest) == 1 else "are in their intervals"
     whatever = f", wherever {' and '.join(rest)} {are}" if rest else ""
@@ -218,28 +225,35 @@ def quantile_bounds(
     cut = f"; values of {' and '.join(normal)} beyond the interval count as outside" if normal else ""
     statement = (
         f"At each instant the output is between the bounds with a probability of at least {asked:g} over "
-        f"{' and '.join(random)}{whatever}; estimated with {count} draws from the fitted polynomial, all "
-        f"random parameters independent{cut}."
+        f"{' and '.join(random)}{whatever}; estimated with {count} draws from the fitted polynomial and "
+        f"widened by its error, all random parameters independent{cut}."
     )
     return lower, upper, statement
 
 
-def _worst_of_draws(
-    surrogate: Surrogate, random: Mapping[str, Normal | Uniform], draws: int, rng: Generator
-) -> tuple[Array, Array]:
-    """Lowest and highest value over the interval parameters for each draw, shape (draws, samples)."""
+def _drawn(surrogate: Surrogate, random: Mapping[str, Normal | Uniform], draws: int, rng: Generator) -> Array:
+    """Basis of the random parameters at each draw, shape (draws, terms)."""
     names = list(surrogate.intervals)
     weights = np.ones((draws, 1))
-    axes = [names.index(name) for name in random]
-    for name, axis in zip(random, axes, strict=True):
+    for name in random:
+        axis = names.index(name)
         side = surrogate.intervals[name]
         # Latin hypercube: one draw in each of `draws` equally probable strata of every parameter.
         shares = (rng.permutation(draws) + rng.random(draws)) / draws
         x = (random[name].inside(side, shares) - side.midpoint) / side.half_width
         basis = np.cos(np.arange(surrogate.degrees[axis] + 1) * np.arccos(np.clip(x, -1.0, 1.0))[:, None])
         weights = (weights[:, :, None] * basis[:, None, :]).reshape(draws, -1)
-    samples = surrogate.terms.shape[1]
-    c = np.moveaxis(surrogate.coefficients, axes, range(len(axes)))
+    return weights
+
+
+def _worst_of_draws(
+    surrogate: Surrogate, random: Mapping[str, Normal | Uniform], weights: Array, block: slice
+) -> tuple[Array, Array]:
+    """Lowest and highest value over the interval parameters for each draw, shape (draws, instants)."""
+    names = list(surrogate.intervals)
+    axes = [names.index(name) for name in random]
+    c = np.moveaxis(surrogate.coefficients[..., block], axes, range(len(axes)))
+    draws, samples = len(weights), c.shape[-1]
     c = c.reshape(weights.shape[1], -1)
     degrees = [degree for axis, degree in enumerate(surrogate.degrees) if axis not in axes]
     lows, highs = np.empty((draws, samples)), np.empty((draws, samples))

@@ -57,6 +57,11 @@ class Margin:
     persistence: float = 0.0
 
 
+def percent(share: float) -> str:
+    """A share of what was inside, in words; never rounded up to what was asked for."""
+    return "-" if math.isnan(share) else f"{math.floor(1e4 * share + 1e-9) / 1e2:g} %"
+
+
 def far_off(surrogate: Surrogate, points: Array, runs: Array, hull: tuple[Array, Array]) -> Array:
     """Residual of a polynomial at runs over the width of their hull, 0 where it is small, shape (samples,).
 

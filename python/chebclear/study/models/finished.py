@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
@@ -73,6 +73,17 @@ class FinishedRuns:
                     f"the {len(column)} runs take only {distinct} values of {name}: runs on a grid have "
                     "duplicates where a parameter has no effect, so that held-out runs prove nothing. Use "
                     "chebyshev() for Chebyshev roots, sample() for the extremes of the runs and features"
+                )
+
+    def require_filled(self, points: Array) -> None:
+        """Refuse runs that leave out a part of the box in which others of the table are."""
+        columns = [dict(zip(self.intervals, one.T, strict=True)) for one in (self.parameters, points)]
+        everywhere, found = (_gaps(one, self.intervals) for one in columns)
+        for name, text in found.items():
+            if name not in everywhere:
+                raise ArgumentError(
+                    f"none of the first {len(points)} runs has {text}, though others of the table are there: "
+                    "use all runs, or put them into a random order"
                 )
 
     def run(self, **parameters: float) -> dict[str, Array | float]:
@@ -181,6 +192,18 @@ def finished_runs(
     check_own_features(checks, asked)
     require_known(checks, checked_units(checks, units), [*columns, *series, *asked, *numbers])
     checks.whole("cycles", cycles, least=1)
+    copies = _copies(columns, sides, [*series.values(), *numbers.values()])
+    if copies:
+        first = "run {1} is one of run {0}".format(*copies[0])
+        text = f"{len(copies)} of {runs} runs are copies of others ({first})"
+        doubts.append(f"{text}: these are left out, since they say nothing more")
+        if independent:
+            checks.add(f"independent says that runs are drawn at random, but {text}: leave them out")
+        left = np.setdiff1d(np.arange(runs), [copy for _, copy in copies])
+        columns, series, numbers = (
+            {name: values[left] for name, values in part.items()} for part in (columns, series, numbers)
+        )
+        runs = len(left)
     for text in _together(columns):
         doubts.append(f"{text}: no run of the table is in most of the box, and nothing it says holds there")
         if independent:
@@ -305,6 +328,33 @@ def _looks_transposed(array: Array) -> bool:
     return over_runs < _ROUGHER * over_time
 
 
+def _copies(
+    columns: Mapping[str, Array], sides: Mapping[str, Interval], values: Sequence[Array]
+) -> list[tuple[int, int]]:
+    """Pairs of a run and a later one at the same point with the same values, to a millionth of their range.
+
+    Held-out runs with a copy among the others are always inside. Runs at one point that differ are none:
+    measurements and impacts scatter.
+    """
+    if not values or not columns or len(sides) < len(columns):
+        return []
+    points = [column / (_SAME_POINT * sides[name].half_width) for name, column in columns.items()]
+    first: dict[bytes, list[int]] = {}
+    found = []
+    # Values whose differences overflow are refused elsewhere.
+    with np.errstate(over="ignore", invalid="ignore"):
+        near = [_SAME_POINT * float(np.ptp(array)) for array in values]
+        for run, point in enumerate(np.round(np.stack(points, axis=-1)) + 0.0):
+            known = first.setdefault(point.tobytes(), [])
+            for other in known:
+                if all(np.all(np.abs(a[run] - a[other]) <= e) for a, e in zip(values, near, strict=True)):
+                    found.append((other, run))
+                    break
+            else:
+                known.append(run)
+    return found
+
+
 def _is_grid(column: Array) -> bool:
     """Whether a parameter has so few values that runs must be on a grid."""
     return 2 * len(np.unique(column)) < len(column)
@@ -339,7 +389,10 @@ def _together(columns: Mapping[str, Array]) -> list[str]:
     Of independent parameters less than one pair in 1e6 is so by chance.
     """
     found = []
-    varying = [(name, column) for name, column in columns.items() if np.ptp(column) > 0.0]
+    # Relative to the largest, whose square is a number then.
+    sizes = {name: max(float(np.max(np.abs(column))), math.ulp(0.0)) for name, column in columns.items()}
+    relative = {name: column / sizes[name] for name, column in columns.items()}
+    varying = [(name, column) for name, column in relative.items() if np.ptp(column) > 0.0]
     for (name, column), (other, values) in combinations(varying, 2):
         # What has another number of runs is a problem of its own.
         if len(column) != len(values):

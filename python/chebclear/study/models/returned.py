@@ -39,6 +39,9 @@ class ReturnedRun(NamedTuple):
 def time_axis(checks: Checks, given: object) -> Array:
     """Instants of a model; empty after adding a problem to `checks`."""
     try:
+        # Imaginary parts would be lost, and dates have no origin.
+        if np.asarray(given).dtype.kind in "cmM":
+            raise TypeError
         # A copy, so that later changes of the caller's array are not those of the result.
         t = np.array(given, dtype=float)
     except (TypeError, ValueError):

@@ -17,6 +17,7 @@ from ...execution.pieces import NOT_BEGUN
 from ...run.features import Feature
 from ..band.band import Band
 from ..band.calibrated import doubling_narrows
+from ..band.margin import percent
 from ..features.features import FeatureInterval, find_interval
 from ..polynomials.points import on_cube
 
@@ -94,16 +95,12 @@ def _row(result: Any, band: Band) -> list[str]:
         f"{band.name} [{band.unit}]" if band.unit else band.name,
         f"{band.max_width:.4g}",
         band.verdict,
-        _percent(band.coverage),
-        _percent(band.whole_run),
+        percent(band.coverage),
+        percent(band.whole_run),
         format_ends(peak.lower, peak.upper, 5),
         f"{band.upper.max() if checked is None else checked.predicted:.5g}",
         simulated,
     ]
-
-
-def _percent(share: float) -> str:
-    return "-" if math.isnan(share) else f"{100.0 * share:.4g} %"
 
 
 def _peak(result: Any, band: Band) -> FeatureInterval:

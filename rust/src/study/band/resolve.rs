@@ -64,7 +64,7 @@ pub struct Resolved {
 ///
 /// All rows of values take part in the fit; its error is that of the scored ones.
 pub fn resolved(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> Option<Resolved> {
-    let degree = chosen_degree(runs, regression)?;
+    let degree = chosen_degree(runs, regression, LARGEST_TRUSTED_ERROR)?;
     let samples = runs.samples;
     let (coefficients, largest) = fitted(runs, regression, degree);
     let errors: Vec<f64> = largest.iter().map(|top| top.first).collect();
@@ -86,6 +86,18 @@ pub fn resolved(runs: &Runs<'_>, regression: &Regression, requirement: &Requirem
     let held_out = HeldOut::of(&excesses, requirement);
     let window = MARGIN_WINDOW * (samples - 1) as f64;
     Some(Resolved { lower, upper, degree, error, coefficients, window, held_out })
+}
+
+/// The range over the box of the polynomial with the least error, if that is below `largest_error`; with physical
+/// limits.
+pub fn extrapolated(runs: &Runs<'_>, regression: &Regression, largest_error: f64) -> Option<[Vec<f64>; 2]> {
+    let degree = chosen_degree(runs, regression, largest_error)?;
+    let (coefficients, _) = fitted(runs, regression, degree);
+    let [mut lowest, mut highest] = range(&coefficients, runs.samples, regression.parameters, degree);
+    let [least, most] = runs.limits;
+    lowest.iter_mut().for_each(|value| *value = value.max(least));
+    highest.iter_mut().for_each(|value| *value = value.min(most));
+    Some([lowest, highest])
 }
 
 /// The polynomials of a degree, terms x samples, and the largest errors of runs that are left out at every instant.
@@ -124,7 +136,7 @@ fn fitted_block(runs: &Runs<'_>, regression: &Regression, degree: usize) -> (Vec
 
 /// The degree with the least error at held-out runs, at some instants; None where no polynomial is nearly good
 /// enough.
-fn chosen_degree(runs: &Runs<'_>, regression: &Regression) -> Option<usize> {
+fn chosen_degree(runs: &Runs<'_>, regression: &Regression, largest_error: f64) -> Option<usize> {
     let last = runs.samples - 1;
     let count = PROBES.min(runs.samples);
     let probes: Vec<usize> = (0..count).map(|probe| probe * last / (count - 1).max(1)).collect();
@@ -148,7 +160,7 @@ fn chosen_degree(runs: &Runs<'_>, regression: &Regression) -> Option<usize> {
         }
     }
     // The error over all instants may be smaller.
-    (error_of_best <= 1.2 * LARGEST_TRUSTED_ERROR).then_some(best)
+    (error_of_best <= 1.2 * largest_error).then_some(best)
 }
 
 /// Means of the rows of every run, runs x samples: least squares of the rows and of their means are the same.
