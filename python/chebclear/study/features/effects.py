@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.random import Generator, default_rng
+from numpy.random import default_rng
 from numpy.typing import NDArray
 
 from ...base import files as records
@@ -23,29 +23,22 @@ MOST_DEGREE = 8
 """Largest total degree."""
 # Largest ratio of the number of terms of a polynomial to that of runs.
 _TERMS_PART = 0.7
-# Least number of statistical degrees of freedom for an estimate of the scatter.
-_LEAST_FREE = 4
+LEAST_FREE = 4
+"""Least number of statistical degrees of freedom for an estimate of the scatter."""
 # Degrees whose intervals are joined, from the chosen one on. Where scatter is large, 41 runs choose degree 1
 # for what is of degree 3 (mean force at a clearance of 0.2 mm): intervals of two degrees then held what
 # halving the crank's interval does in 67 % of 30 studies, those of three in all.
 _DEGREES = 3
-# Resampled sets of runs.
-_REPLICATES = 200
-# Number of points of the box at which polynomials are evaluated, and the relative error of widths with it.
-_POINTS, _POINTS_ERROR = 2048, 1e-2
-# Neighbors of a point where the scatter is uneven: part of the runs, and least and largest number of them.
-# Chosen on forces and accelerations of two slider-cranks.
-_NEIGHBORS_PART, _LEAST_NEIGHBORS, _MOST_NEIGHBORS = 0.08, 5, 25
-# Significance level of the test for uneven scatter, against shuffled sets.
-_UNEVEN = 0.2
-# Number of draws at each point for the estimate itself.
-_DRAWS = 16
+REPLICATES = 200
+"""Number of resampled sets of runs."""
+# Number of points of the box at which slopes are evaluated.
+_POINTS = 256
 # Largest share of the unexplained variance that may belong to any parameter; more is reported as scatter.
 _MISSED = 0.01
+# Largest size of values, whose square is a number still.
+_LARGEST = 1e150
 # Relative difference of the runs that counts as rounding.
 _ROUNDING = 1e-12
-# Part of the values in the interval of a feature whose width is compared.
-_CENTRAL = 0.95
 
 
 class Estimate(NamedTuple):
@@ -102,8 +95,9 @@ class Effects(records.ArrayRecord):
         Share that no parameter explains [-], because the sequence of impacts differs between runs.
         Without scatter it is the error of a polynomial of this degree, and its interval reaches down to 0.
     monotone : dict[str, str]
-        ``"rises"`` or ``"falls"`` with a parameter everywhere in the box, for parameters for which that is
-        certain; for the mean, if there is scatter.
+        ``"rises"`` or ``"falls"`` with a parameter for which the polynomial certainly does so everywhere in
+        the box. Between values of a parameter that are near each other the feature may do the opposite, in
+        waves or bends that the runs do not resolve; if there is scatter, this is its mean.
     mean : float
         Mean of the feature over the box in its unit.
     swings : dict[str, Swing]
@@ -181,7 +175,7 @@ def fits_of(points: Array) -> list[_Fit]:
     fits: list[_Fit] = []
     for degree in range(MOST_DEGREE + 1):
         count = math.comb(parameters + degree, degree)
-        if degree and (count > _TERMS_PART * runs or runs - count < _LEAST_FREE):
+        if degree and (count > _TERMS_PART * runs or runs - count < LEAST_FREE):
             break
         powers = powers_up_to(parameters, degree)
         basis = legendre_terms(points, powers)
@@ -204,11 +198,13 @@ def left_out(fit: _Fit, values: Array) -> Array:
 
 def best_degree(fits: list[_Fit], values: Array) -> int:
     """The degree with the smallest leave-one-out error; at least 1 if there are enough runs."""
-    errors = [math.sqrt(float(np.mean(left_out(fit, values) ** 2))) for fit in fits]
+    # Relative to the largest value, so that squares are numbers.
+    relative = values / (float(np.max(np.abs(values))) or 1.0)
+    errors = [float(np.mean(left_out(fit, relative) ** 2)) for fit in fits]
     return max(int(np.argmin(errors)), min(1, len(fits) - 1))
 
 
-class _Model(NamedTuple):
+class Model(NamedTuple):
     """A polynomial for a feature, and those of resampled sets of runs."""
 
     fit: _Fit
@@ -250,7 +246,7 @@ def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) 
         If there are too few runs for a polynomial of degree 1, or the points do not vary all parameters
         independently.
     """
-    models, degree = _models(points, values, seed)
+    models, degree = models_of(points, values, seed)
     variances = np.maximum(models[0].variances, 0.0)
     total = float(variances.sum())
     shares = variances / total if total > 0.0 else variances
@@ -258,15 +254,16 @@ def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) 
     for model in models:
         totals = model.resampled.sum(axis=0)
         # Not limited to 0 and 1 before the ends are taken.
-        ranges.append(_ends(model.resampled / np.where(totals > 0.0, totals, math.inf)))
+        ranges.append(ends_of(model.resampled / np.where(totals > 0.0, totals, math.inf)))
         tops.append(_highest_share(model))
     lower: Array = np.stack([low for low, _ in ranges]).min(axis=0)
     upper: Array = np.stack([high for _, high in ranges]).max(axis=0)
-    missed = _missed(models[0], values)
+    missed, bent = missed_part(models[0], values), unexplained(models)
     lower[:-1] -= missed
-    upper[:-1] += missed
+    upper[:-1] += missed + bent
     # Higher degrees are assumed to explain no more than the highest one.
     lower[-1] = min(float(low[-1]) - top for (low, _), top in zip(ranges, tops, strict=True))
+    lower[-1] = 0.0 if bent > 0.0 else lower[-1]
     lower, upper = np.clip(lower, 0.0, shares), np.clip(upper, shares, 1.0)
     estimates = [Estimate(*map(float, row)) for row in zip(shares, lower, upper, strict=True)]
     signs = [_certain_signs(model, points.shape[1]) for model in models]
@@ -284,7 +281,7 @@ def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) 
     )
 
 
-def _swing(models: list[_Model], axis: int) -> Swing:
+def _swing(models: list[Model], axis: int) -> Swing:
     """Means over all parameters but one, at its ends: terms with other parameters have the mean zero."""
     ends, ranges = np.zeros(2), []
     for number, model in enumerate(models):
@@ -293,7 +290,7 @@ def _swing(models: list[_Model], axis: int) -> Swing:
         points = np.zeros((2, powers.shape[1]))
         points[:, axis] = -1.0, 1.0
         basis = legendre_terms(points, powers[own])
-        ranges.append(_ends(basis @ model.again[own]))
+        ranges.append(ends_of(basis @ model.again[own]))
         if number == 0:
             ends = basis @ model.terms[own]
     lower = np.minimum(np.min([low for low, _ in ranges], axis=0), ends)
@@ -302,39 +299,27 @@ def _swing(models: list[_Model], axis: int) -> Swing:
     return Swing(float(ends[0]), float(ends[1]), rows[0], rows[1])
 
 
-def find_narrowing(names: list[str], points: Array, values: Array, seed: int = 0) -> dict[str, Estimate]:
-    """Relative reduction of the interval of 95 % of the values when the interval of a
-    parameter is halved around its midpoint [-].
-
-    The scatter may be of any size and shape in any part of the box. Parameters and errors are those of
-    `find_effects`.
-    """
-    models, _ = _models(points, values, seed)
-    found = [_narrowed(model, points, seed) for model in models]
-    effect = found[0][0]
-    ranges = [_ends(again) for _, again in found]
-    beyond = _missed(models[0], values) + _POINTS_ERROR
-    lower = np.minimum(np.min([low for low, _ in ranges], axis=0) - beyond, effect)
-    upper = np.maximum(np.max([high for _, high in ranges], axis=0) + beyond, effect)
-    rows = zip(effect, lower, upper, strict=True)
-    return {name: Estimate(*map(float, row)) for name, row in zip(names, rows, strict=True)}
-
-
-def _ends(resampled: Array) -> tuple[Array, Array]:
+def ends_of(resampled: Array) -> tuple[Array, Array]:
     """Ends of the intervals of estimates from their resampled values, shape (estimates, replicates)."""
     lower, upper = np.quantile(resampled, [0.5 - 0.5 * CONFIDENCE, 0.5 + 0.5 * CONFIDENCE], axis=1)
     return lower, upper
 
 
-def _models(points: Array, values: Array, seed: int) -> tuple[list[_Model], int]:
+def models_of(points: Array, values: Array, seed: int) -> tuple[list[Model], int]:
     """The polynomial of the chosen degree, and the next ones, which show the error of the chosen one."""
     fits = fits_of(points)
+    size = float(np.max(np.abs(values)))
+    if not size <= _LARGEST or (0.0 < np.ptp(values) < 1.0 / _LARGEST):
+        raise ArgumentError(
+            f"effects need values of sizes from {1.0 / _LARGEST:g} to {_LARGEST:g}, got {size:g}: give them "
+            "in another unit"
+        )
     # The same in every run up to rounding, which has no effects.
     if np.ptp(values) <= _ROUNDING * np.max(np.abs(values)):
         values = np.zeros_like(values)
     if len(fits) < 2:
         parameters = points.shape[1]
-        least = max(parameters + 1 + _LEAST_FREE, math.ceil((parameters + 1) / _TERMS_PART))
+        least = max(parameters + 1 + LEAST_FREE, math.ceil((parameters + 1) / _TERMS_PART))
         raise ArgumentError(
             f"effects of {parameters} parameter{'s' * (parameters > 1)} need at least {least} runs that vary "
             f"all of them, got {len(points)}: ask for more runs"
@@ -343,7 +328,7 @@ def _models(points: Array, values: Array, seed: int) -> tuple[list[_Model], int]
     return [_model(fit, points, values, seed) for fit in fits[degree : degree + _DEGREES]], degree
 
 
-def _model(fit: _Fit, points: Array, values: Array, seed: int) -> _Model:
+def _model(fit: _Fit, points: Array, values: Array, seed: int) -> Model:
     """One polynomial, with those of resampled sets of runs.
 
     Residuals are resampled, divided by their leverage, and with them the variance between cycles; the
@@ -358,11 +343,11 @@ def _model(fit: _Fit, points: Array, values: Array, seed: int) -> _Model:
     smooth = fit.basis @ terms
     residuals = (mean - smooth) / np.sqrt(1.0 - fit.leverage)
     residuals -= residuals.mean()
-    drawn = random.integers(runs, size=(runs, _REPLICATES))
-    scale = np.sqrt(free / random.chisquare(free, _REPLICATES))
+    drawn = random.integers(runs, size=(runs, REPLICATES))
+    scale = np.sqrt(free / random.chisquare(free, REPLICATES))
     copies = smooth[:, None] + residuals[drawn] * scale
     again = fit.solve @ copies
-    return _Model(
+    return Model(
         fit=fit,
         terms=terms,
         again=again,
@@ -373,12 +358,22 @@ def _model(fit: _Fit, points: Array, values: Array, seed: int) -> _Model:
     )
 
 
-def _missed(model: _Model, values: Array) -> float:
+def missed_part(model: Model, values: Array) -> float:
     """Possible error of the shares by a smooth part that the polynomial does not represent: its leave-one-out
     error over the standard deviation."""
     total = float(np.maximum(model.variances, 0.0).sum())
     error = float(np.mean(left_out(model.fit, values.mean(axis=1)) ** 2))
     return min(_MISSED, math.sqrt(error / total)) if total > 0.0 else 0.0
+
+
+def unexplained(models: list[Model]) -> float:
+    """Possible error of the shares where the runs allow no parabolas: scatter may be what bends, of any
+    parameter."""
+    if int(models[-1].fit.powers.sum(axis=1).max()) > 1:
+        return 0.0
+    variances = np.maximum(models[0].variances, 0.0)
+    total = float(variances.sum())
+    return float(variances[-1]) / total if total > 0.0 else 0.0
 
 
 def _variances(fit: _Fit, terms: Array, means: Array, within: Array) -> Array:
@@ -392,7 +387,7 @@ def _variances(fit: _Fit, terms: Array, means: Array, within: Array) -> Array:
     return np.array([*(squares[group].sum(axis=0) for group in groups), noise + within])
 
 
-def _highest_share(model: _Model) -> float:
+def _highest_share(model: Model) -> float:
     """Share of the variance that the terms of the highest degree explain."""
     total = float(model.variances.sum())
     order = model.fit.powers.sum(axis=1)
@@ -402,78 +397,9 @@ def _highest_share(model: _Model) -> float:
     return max(found, 0.0) / total if total > 0.0 else 0.0
 
 
-def _narrowed(model: _Model, points: Array, seed: int) -> tuple[Array, Array]:
-    """By how much the interval of 95 % of the values narrows with each parameter halved, and in resampled
-    sets, shapes (parameters,) and (parameters, replicates).
-
-    The scatter of a value is that of any run, or of one nearby where it is larger in a part of the box.
-    Resampled sets have random weights of the runs and random signs of the residuals.
-    """
-    runs, parameters = points.shape
-    random = default_rng([seed, 1])
-    near = min(runs, max(_LEAST_NEIGHBORS, min(_MOST_NEIGHBORS, round(_NEIGHBORS_PART * runs))))
-    smooth, residuals = model.fit.basis @ model.terms, model.left.mean(axis=1)
-    signs = random.choice([-1.0, 1.0], size=(runs, _REPLICATES))
-    again = model.fit.solve @ (smooth[:, None] + residuals[:, None] * signs)
-    weights = np.log(random.exponential(size=(runs, _REPLICATES))).astype(np.float32)
-    # The same draws for all boxes, since they are compared.
-    drawn = random.integers(near, size=(_POINTS, _DRAWS))
-    chances = random.gumbel(size=(_POINTS, near, _REPLICATES)).astype(np.float32)
-    cycles = random.integers(model.left.shape[1], size=(_POINTS, _REPLICATES))
-    ends = [0.5 - 0.5 * _CENTRAL, 0.5 + 0.5 * _CENTRAL]
-    anywhere = random.integers(runs, size=(_POINTS, near))
-    uneven = _is_uneven(points, residuals, random)
-
-    def draws(nearest: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """The runs that give each point its scatter, and those of the resampled sets."""
-        # The largest of weight plus Gumbel noise is a draw by the weights.
-        weighted = np.argmax(chances + weights[nearest], axis=1)
-        return np.take_along_axis(nearest, drawn, axis=1), np.take_along_axis(nearest, weighted, axis=1)
-
-    all_boxes = None if uneven else draws(anywhere)
-
-    def widths(at: Array) -> tuple[float, Array]:
-        basis = legendre_terms(at, model.fit.powers)
-        if all_boxes is None:
-            distances = np.sum((at[:, None, :] - points) ** 2, axis=2)
-            chosen, again_chosen = draws(np.argpartition(distances, near - 1, axis=1)[:, :near])
-        else:
-            chosen, again_chosen = all_boxes
-        own = (basis @ model.terms)[:, None] + model.left[chosen, cycles[:, :_DRAWS]]
-        lower, upper = np.quantile(own, ends)
-        values = basis @ again + model.left[again_chosen, cycles] * model.scale
-        lowers, uppers = np.quantile(values, ends, axis=0)
-        return float(upper - lower), np.asarray(uppers - lowers)
-
-    box = even_points(_POINTS, parameters)
-    whole, wholes = widths(box)
-    narrowing, resampled = np.zeros(parameters), np.zeros((parameters, _REPLICATES))
-    if whole > 0.0:
-        for axis in range(parameters):
-            halved = box.copy()
-            halved[:, axis] *= 0.5
-            width, all_widths = widths(halved)
-            narrowing[axis] = 1.0 - width / whole
-            resampled[axis] = 1.0 - all_widths / np.where(wholes > 0.0, wholes, math.inf)
-    return narrowing, resampled
-
-
-def _is_uneven(points: Array, residuals: Array, random: Generator) -> bool:
-    """Whether the size of the scatter follows parabolas in the parameters better than when it is shuffled."""
-    runs, parameters = points.shape
-    if runs < 2 * parameters + 1 + _LEAST_FREE:
-        return False
-    ranks = np.argsort(np.argsort(np.abs(residuals))).astype(float)
-    ranks -= ranks.mean()
-    basis, _ = np.linalg.qr(np.concatenate([np.ones((runs, 1)), points, points**2], axis=1))
-    shuffled = random.permuted(np.repeat(ranks[:, None], _REPLICATES, axis=1), axis=0)
-    own, others = np.sum((basis.T @ ranks) ** 2), np.sum((basis.T @ shuffled) ** 2, axis=0)
-    return bool(np.mean(others >= own) <= _UNEVEN)
-
-
-def _certain_signs(model: _Model, parameters: int) -> list[int]:
+def _certain_signs(model: Model, parameters: int) -> list[int]:
     """Signs of slopes that do not change in the box, in nearly all resampled sets; 0 where not certain."""
-    box = even_points(_POINTS // 8, parameters)
+    box = even_points(_POINTS, parameters)
     if parameters <= 8:
         box = np.concatenate([box, np.array(list(itertools.product((-1.0, 1.0), repeat=parameters)))])
     signs = []

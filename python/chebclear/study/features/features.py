@@ -30,11 +30,11 @@ from .effects import (
     best_degree,
     even_points,
     find_effects,
-    find_narrowing,
     fits_of,
     left_out,
     legendre_terms,
 )
+from .narrowing import find_narrowing
 from .ranking import Rank, Ranking
 from .swept import SweptRun
 
@@ -259,7 +259,8 @@ class FeatureResult(records.ArrayRecord):
             for name, narrowing in narrowings.items()
         ]
         rows.sort(key=lambda row: -row.narrowing.value)
-        return Ranking(self.name, tuple(rows), effects.interactions, effects.scatter, self.normal)
+        share = self.failed / (len(self.values) + self.failed)
+        return Ranking(self.name, tuple(rows), effects.interactions, effects.scatter, self.normal, share)
 
     @property
     def _points(self) -> Array:

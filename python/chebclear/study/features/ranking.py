@@ -61,6 +61,8 @@ class Ranking:
         Share of the variance that no parameter explains [-].
     normal : tuple[str, ...]
         Parameters that were given as normal distributions and are taken as uniform over their intervals.
+    failed : float
+        Share of the runs that failed [-].
     """
 
     feature: str
@@ -68,6 +70,7 @@ class Ranking:
     interactions: Estimate
     scatter: Estimate
     normal: tuple[str, ...] = ()
+    failed: float = 0.0
 
     def __repr__(self) -> str:
         return "\n".join(shortened(str(self).splitlines()))
@@ -90,10 +93,11 @@ class Ranking:
             if row.is_useless:
                 scattered = self.scatter.value >= max(0.5, largest.share.value)
                 part = self.scatter.value if scattered else largest.share.value
-                why = "scatter that no parameter explains" if scattered else f"that of {largest.parameter}"
-                sentences.append(
-                    f"tightening {row.parameter} does not help: {100.0 * part:.0f} % of the spread is {why}"
-                )
+                why = f"{100.0 * part:.0f} % of the spread is "
+                why += "scatter that no parameter explains" if scattered else f"that of {largest.parameter}"
+                if row is largest and not scattered:
+                    why = "what is left of its interval reaches as far"
+                sentences.append(f"tightening {row.parameter} does not help: {why}")
             elif row.narrowing.lower > 0.0:
                 sentences.append(f"halving the interval of {row.parameter} narrows it by {row.narrowing}")
         if not any(row.narrowing.lower > 0.0 for row in self.rows):
@@ -145,6 +149,11 @@ class Ranking:
         lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
         if self.normal:
             lines.append(f"{', '.join(self.normal)}: taken as uniform over three standard deviations")
+        if self.failed:
+            lines.append(
+                f"{100.0 * self.failed:.2g} % of the runs failed: where they did the others are "
+                "extrapolated, and runs with smaller intervals may differ"
+            )
         title = f"{self.feature}: effect of each parameter, in brackets its interval of 95 % confidence"
         return "\n".join([title, *lines, *self.advice()])
 

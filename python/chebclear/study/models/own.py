@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -74,31 +75,48 @@ def sampled_feature(feature: Feature, t: Array, values: Array, cycles: int) -> A
     ValueError
         If there are too few samples.
     """
-    pieces = np.linspace(0, len(t) - 1, cycles + 1).round().astype(int)
-    if np.diff(pieces).min() < 1:
+    if cycles > len(t) - 1:
         raise ArgumentError(f"{cycles} cycles need at least {cycles + 1} samples, got {len(t)}")
     found = []
-    for first, last in pairwise(pieces):
-        times, piece = t[first : last + 1], values[..., first : last + 1]
-        span = times[-1] - times[0]
-        match feature.kind:
-            case "peak":
-                found.append(piece.max(axis=-1))
-            case "lowest":
-                found.append(piece.min(axis=-1))
-            case "peak_to_peak":
-                found.append(np.ptp(piece, axis=-1))
-            case "time_of_peak":
-                found.append(times[piece.argmax(axis=-1)])
-            case "time_of_lowest":
-                found.append(times[piece.argmin(axis=-1)])
-            case "mean":
-                found.append(_integral(times, piece) / span)
-            case "rms":
-                found.append(np.sqrt(_integral(times, piece**2) / span))
-            case kind:
-                raise NotImplementedError(f"{kind} of samples")
+    # What is too large for a number is told below.
+    with np.errstate(over="ignore", invalid="ignore"):
+        for first, last in pairwise(np.linspace(0.0, len(t) - 1.0, cycles + 1)):
+            times, piece = _between(first, last, t), _between(first, last, values)
+            span = times[-1] - times[0]
+            match feature.kind:
+                case "peak":
+                    found.append(piece.max(axis=-1))
+                case "lowest":
+                    found.append(piece.min(axis=-1))
+                case "peak_to_peak":
+                    found.append(np.ptp(piece, axis=-1))
+                case "time_of_peak":
+                    found.append(times[piece.argmax(axis=-1)])
+                case "time_of_lowest":
+                    found.append(times[piece.argmin(axis=-1)])
+                case "mean":
+                    found.append(_integral(times, piece) / span)
+                case "rms":
+                    # Relative to the largest, whose square is a number then.
+                    size = np.maximum(np.max(np.abs(piece), axis=-1), math.ulp(0.0))
+                    found.append(size * np.sqrt(_integral(times, (piece / size[..., None]) ** 2) / span))
+                case kind:
+                    raise NotImplementedError(f"{kind} of samples")
+    if not np.all(np.isfinite(found)):
+        raise ArgumentError(f'{feature.kind}("{feature.of}") is not finite: the values are too large')
     return np.stack(found, axis=-1)
+
+
+def _between(first: float, last: float, values: Array) -> Array:
+    """Values from one place in a row of samples to another, interpolated linearly at ends between samples."""
+    slack = 1e-9 * values.shape[-1]
+    inner = np.arange(math.ceil(first - slack), math.floor(last + slack) + 1)
+    places = np.concatenate(
+        [[first] if inner[0] - first > slack else [], inner, [last] if last - inner[-1] > slack else []]
+    )
+    before = np.minimum(places.astype(int), values.shape[-1] - 2)
+    part = places - before
+    return np.asarray(values[..., before] * (1.0 - part) + values[..., before + 1] * part)
 
 
 def _integral(t: Array, values: Array) -> Array:

@@ -1,0 +1,186 @@
+"""What halving the interval of a parameter does to the interval of a feature."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.random import Generator, default_rng
+from numpy.typing import NDArray
+
+from .effects import (
+    LEAST_FREE,
+    REPLICATES,
+    Estimate,
+    Model,
+    ends_of,
+    even_points,
+    fits_of,
+    left_out,
+    legendre_terms,
+    missed_part,
+    models_of,
+    unexplained,
+)
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
+
+# Points of the box at which polynomials of resampled sets are evaluated, and draws of the scatter at each.
+_POINTS, _DRAWS = 2048, 4
+# So many times as many points for the estimate itself, and the error of the relative width with them: at most
+# 0.012 for squares of sums of eight parameters, 0.027 without them.
+_TIMES, _POINTS_ERROR = 8, 1.5e-2
+# Neighbors of a point where the scatter is uneven: part of the runs, and least and largest number of them.
+# Chosen on forces and accelerations of two slider-cranks.
+_NEIGHBORS_PART, _LEAST_NEIGHBORS, _MOST_NEIGHBORS = 0.08, 5, 25
+# Significance level of the test for uneven scatter, against shuffled sets.
+_UNEVEN = 0.2
+# Least size of the scatter at a point, over the root of its mean square.
+_LEAST_SIZE = 0.1
+# Part of the values in the interval of a feature whose width is compared.
+_CENTRAL = 0.95
+_ENDS = (0.5 - 0.5 * _CENTRAL, 0.5 + 0.5 * _CENTRAL)
+
+
+def find_narrowing(names: list[str], points: Array, values: Array, seed: int = 0) -> dict[str, Estimate]:
+    """Relative reduction of the interval of 95 % of the values when the interval of a
+    parameter is halved around its midpoint [-].
+
+    The scatter may be of any size and shape in any part of the box. Parameters and errors are those of
+    `find_effects`.
+    """
+    models, _ = models_of(points, values, seed)
+    found = [_narrowed(model, points, seed) for model in models]
+    effect = found[0][0]
+    ranges = [ends_of(again) for _, again in found]
+    beyond = missed_part(models[0], values) + _POINTS_ERROR + unexplained(models)
+    lower = np.minimum(np.min([low for low, _ in ranges], axis=0) - beyond, effect)
+    upper = np.maximum(np.minimum(np.max([high for _, high in ranges], axis=0) + beyond, 1.0), effect)
+    rows = zip(effect, lower, upper, strict=True)
+    return {name: Estimate(*map(float, row)) for name, row in zip(names, rows, strict=True)}
+
+
+class _Scatter(NamedTuple):
+    """Runs whose scatter a point of the box gets; the same draws for all boxes, since they are compared."""
+
+    drawn: Rows
+    """For the estimate, shape (points, draws), among the neighbors of a point or all runs."""
+    weights: NDArray[np.float32]
+    """Logarithms of the weights of the runs in the resampled sets, shape (runs, replicates)."""
+    chances: NDArray[np.float32]
+    """Gumbel noise for these, shape (points, neighbors, replicates)."""
+    anywhere: Rows | None
+    """Runs from which that of a point is drawn, shape (points, neighbors); None if it must be one nearby."""
+
+
+def _narrowed(model: Model, points: Array, seed: int) -> tuple[Array, Array]:
+    """By how much the interval of 95 % of the values narrows with each parameter halved, and in resampled
+    sets, shapes (parameters,) and (parameters, replicates).
+
+    The scatter of a value is that of any run, or of one nearby where it is larger in a part of the box, with
+    several cycles of the size there: nearby ones alone would be too even.
+    Resampled sets have random weights of the runs and random signs of the residuals.
+    """
+    runs, parameters = points.shape
+    random = default_rng([seed, 1])
+    near = min(runs, max(_LEAST_NEIGHBORS, min(_MOST_NEIGHBORS, round(_NEIGHBORS_PART * runs))))
+    smooth, residuals = model.fit.basis @ model.terms, model.left.mean(axis=1)
+    signs = random.choice([-1.0, 1.0], size=(runs, REPLICATES))
+    again = model.fit.solve @ (smooth[:, None] + residuals[:, None] * signs)
+    sizes = np.sqrt(np.mean(model.left**2, axis=1))
+    uneven = _is_uneven(points, sizes, random)
+    # Of one cycle the size is too noisy for a polynomial.
+    size_at = _size_of_scatter(points, sizes) if uneven and model.left.shape[1] > 1 else None
+    scatter = _Scatter(
+        drawn=random.integers(near if uneven else runs, size=(_TIMES * _POINTS, _DRAWS)),
+        weights=np.log(random.exponential(size=(runs, REPLICATES))).astype(np.float32),
+        chances=random.gumbel(size=(_POINTS, near, REPLICATES)).astype(np.float32),
+        anywhere=None if uneven else random.integers(runs, size=(_POINTS, near)),
+    )
+    own_cycles = random.integers(model.left.shape[1], size=(_TIMES * _POINTS, _DRAWS))
+    cycles = random.integers(model.left.shape[1], size=(_POINTS, REPLICATES))
+
+    def nearest(at: Array) -> Rows:
+        distances = np.sum(at**2, axis=1)[:, None] - 2.0 * at @ points.T + np.sum(points**2, axis=1)
+        return np.argpartition(distances, near - 1, axis=1)[:, :near]
+
+    def left_at(at: Array, chosen: Rows, cycle: Rows) -> Array:
+        """What runs leave in a cycle, of the size that it has at the points."""
+        left = model.left[chosen, cycle]
+        return left if size_at is None else left * (size_at(at)[:, None] / size_at(points)[chosen])
+
+    def own_values(at: Array) -> Array:
+        """Values of the estimate, shape (points, draws)."""
+        parts = []
+        for first in range(0, len(at), _POINTS):
+            part = slice(first, first + _POINTS)
+            chosen = scatter.drawn[part]
+            if uneven:
+                chosen = np.take_along_axis(nearest(at[part]), chosen, axis=1)
+            polynomial = legendre_terms(at[part], model.fit.powers) @ model.terms
+            parts.append(polynomial[:, None] + left_at(at[part], chosen, own_cycles[part]))
+        return np.concatenate(parts)
+
+    def again_values(at: Array) -> Array:
+        """Those of the resampled sets, shape (points, replicates)."""
+        among = nearest(at) if scatter.anywhere is None else scatter.anywhere
+        # The largest of weight plus Gumbel noise is a draw by the weights.
+        weighted = np.argmax(scatter.chances + scatter.weights[among], axis=1)
+        chosen = np.take_along_axis(among, weighted, axis=1)
+        basis = legendre_terms(at, model.fit.powers)
+        return np.asarray(basis @ again + left_at(at, chosen, cycles) * model.scale)
+
+    return _compared(own_values, again_values, parameters)
+
+
+def _compared(
+    own_values: Callable[[Array], Array], again_values: Callable[[Array], Array], parameters: int
+) -> tuple[Array, Array]:
+    """The narrowing of values over the box with each parameter halved, and that of the resampled sets.
+
+    These are evaluated at the first of the points, and moved by what the estimate changes with all of them.
+    """
+    narrowing, resampled = np.zeros(parameters), np.zeros((parameters, REPLICATES))
+    box = even_points(_TIMES * _POINTS, parameters)
+
+    def widths(at: Array) -> tuple[float, float, Array]:
+        values = own_values(at)
+        of_all, of_first = (float(np.ptp(np.quantile(some, _ENDS))) for some in (values, values[:_POINTS]))
+        return of_all, of_first, np.ptp(np.quantile(again_values(at[:_POINTS]), _ENDS, axis=0), axis=0)
+
+    whole, whole_of_first, wholes = widths(box)
+    if min(whole, whole_of_first) > 0.0:
+        for axis in range(parameters):
+            halved = box.copy()
+            halved[:, axis] *= 0.5
+            width, of_first, all_widths = widths(halved)
+            narrowing[axis] = 1.0 - width / whole
+            moved = narrowing[axis] - (1.0 - of_first / whole_of_first)
+            resampled[axis] = 1.0 - all_widths / np.where(wholes > 0.0, wholes, math.inf) + moved
+    return narrowing, resampled
+
+
+def _size_of_scatter(points: Array, sizes: Array) -> Callable[[Array], Array]:
+    """The size of the scatter in the box: the polynomial for its square that is best at runs left out."""
+    squares = sizes**2
+    fits = fits_of(points)
+    fit = fits[int(np.argmin([np.mean(left_out(fit, squares) ** 2) for fit in fits]))]
+    terms, least = fit.solve @ squares, _LEAST_SIZE**2 * float(np.mean(squares))
+    return lambda at: np.sqrt(np.maximum(legendre_terms(at, fit.powers) @ terms, least))
+
+
+def _is_uneven(points: Array, sizes: Array, random: Generator) -> bool:
+    """Whether the size of the scatter of each run follows parabolas in the parameters better than when it is
+    shuffled."""
+    runs, parameters = points.shape
+    if runs < 2 * parameters + 1 + LEAST_FREE:
+        return False
+    ranks = np.argsort(np.argsort(sizes)).astype(float)
+    ranks -= ranks.mean()
+    basis, _ = np.linalg.qr(np.concatenate([np.ones((runs, 1)), points, points**2], axis=1))
+    shuffled = random.permuted(np.repeat(ranks[:, None], REPLICATES, axis=1), axis=0)
+    own, others = np.sum((basis.T @ ranks) ** 2), np.sum((basis.T @ shuffled) ** 2, axis=0)
+    return bool(np.mean(others >= own) <= _UNEVEN)
