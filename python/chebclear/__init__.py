@@ -114,8 +114,9 @@ if TYPE_CHECKING:
     from .study.comparison import BoundErrors, Comparison, compare
     from .study.costs import StudyTradeoff, StudyTradeoffPoint
     from .study.features.effects import Effects, Estimate, Swing
-    from .study.features.features import FeatureInterval, FeatureResult, FeatureTable
+    from .study.features.features import FeatureResult, FeatureTable
     from .study.features.ranking import Rank, Ranking
+    from .study.features.reach import FeatureInterval
     from .study.polynomials.sensitivity import VarianceShares
     from .study.polynomials.surrogate import PolynomialRange, Surrogate
     from .study.results import StudyResult
@@ -344,8 +345,9 @@ _LATE = {
     "study.comparison": ["BoundErrors", "Comparison", "compare"],
     "study.costs": ["StudyTradeoff", "StudyTradeoffPoint"],
     "study.features.effects": ["Effects", "Estimate", "Swing"],
-    "study.features.features": ["FeatureInterval", "FeatureResult", "FeatureTable"],
+    "study.features.features": ["FeatureResult", "FeatureTable"],
     "study.features.ranking": ["Rank", "Ranking"],
+    "study.features.reach": ["FeatureInterval"],
     "study.polynomials.sensitivity": ["VarianceShares"],
     "study.polynomials.surrogate": ["PolynomialRange", "Surrogate"],
     "study.results": ["StudyResult"],

@@ -86,25 +86,32 @@ def plot_tornado(
     shown = names[:most]
     ax = new_axes(ax)
     mean = scale * effects.mean
-    sides: dict[str, list[tuple[float, int, float]]] = {"left": [], "right": []}
+    sides: dict[str, list[tuple[float, float, float]]] = {"left": [], "right": []}
     for row, name in enumerate(shown):
         swing = effects.swings[name]
         ends = scale * np.array([swing.at_lower, swing.at_upper])
         reaches = scale * np.array([swing.at_lower_range, swing.at_upper_range])
         labels = ("lower end of the interval", "upper end of the interval")
+        # Bars to the same side would hide one another: each gets half of the height.
+        beside = 0.15 if (ends[0] - mean) * (ends[1] - mean) > 0.0 else 0.0
         for number, (end, reach, color, label) in enumerate(
             zip(ends, reaches, (LOW, HIGH), labels, strict=True)
         ):
             style: dict[str, Any] = {
-                "height": 0.6,
+                "height": 0.3 if beside else 0.6,
                 "color": color,
                 "label": label if row == 0 else None,
             } | bars
-            ax.barh(row, end - mean, left=mean, **style)
+            ax.barh(row + (beside if number else -beside), end - mean, left=mean, **style)
             # Whiskers of both ends overlap: one above the other.
-            height = row + (0.12 if number else -0.12)
+            height = row + (beside or 0.12) * (1.0 if number else -1.0)
             ax.plot(reach, (height, height), color="0.2", linewidth=1.0, marker="|", markersize=7.0)
-        # Both ends may lie on one side of the mean: the smaller value is written on the left all the same.
+        if beside:
+            side = "left" if ends[0] < mean else "right"
+            for offset, end, reach in zip((-beside, beside), ends, reaches, strict=True):
+                place = min(end, *reach) if side == "left" else max(end, *reach)
+                sides[side].append((float(place), row + offset, float(end)))
+            continue
         sides["left"].append((float(reaches.min()), row, float(ends.min())))
         sides["right"].append((float(reaches.max()), row, float(ends.max())))
     # Not up into the legend.
@@ -122,12 +129,12 @@ def plot_tornado(
     return ax
 
 
-def _values_beside(ax: Axes, sides: dict[str, list[tuple[float, int, float]]]) -> None:
+def _values_beside(ax: Axes, sides: dict[str, list[tuple[float, float, float]]]) -> None:
     """Values beside the ends of bars, with as many decimals as distinguish them, and room for them."""
     everything = [place for entries in sides.values() for place, _, _ in entries]
     reach = max(everything) - min(everything)
     decimals = max(0, min(12, 2 - math.floor(math.log10(reach)))) if reach > 0.0 else 3
-    texts = {side: [f"{value:.{decimals}f}" for _, _, value in entries] for side, entries in sides.items()}
+    texts = {side: [f"{value:z.{decimals}f}" for _, _, value in entries] for side, entries in sides.items()}
     for side, entries in sides.items():
         for (place, row, _), text in zip(entries, texts[side], strict=True):
             _beside(ax, place, row, text, "right" if side == "left" else "left")
@@ -264,7 +271,7 @@ def _bars_with_whiskers(ax: Axes, rows: list[tuple[str, Any, str]], bars: dict[s
     ax.set_xlim(low - (0.03 * span if low < 0.0 else 0.0), low + span * 0.97 if low < 0.0 else span)
 
 
-def _beside(ax: Axes, place: float, row: int, text: str, side: str) -> None:
+def _beside(ax: Axes, place: float, row: float, text: str, side: str) -> None:
     """A value beside the end of a bar."""
     shift = (-5.0 if side == "right" else 5.0, 0.0)
     ax.annotate(

@@ -47,6 +47,17 @@ class TestTornado:
         assert sides[f"{swing.at_lower:.1f}"] == "left"
         assert sides[f"{swing.at_upper:.1f}"] == "right"
 
+    def test_bars_to_one_side_do_not_hide_one_another(self, ax):
+        points = np.random.default_rng(0).uniform(-1.0, 1.0, (60, 2))
+        values = points[:, :1] - (points[:, 1:] - 0.1) ** 2
+        effects = find_effects(["line", "bowl"], points, values)
+        cc.plot_tornado(types.SimpleNamespace(name="y", unit="", effects=effects), ax=ax)
+        ax.figure.draw_without_rendering()
+        bars = [bar.get_window_extent() for bar in ax.patches]
+        assert not any(one.padded(-1.0).overlaps(other) for one in bars for other in bars if one is not other)
+        for text in ax.texts:
+            assert not any(text.get_window_extent().overlaps(bar) for bar in bars)
+
     def test_values_and_names_are_in_the_picture_and_the_legend_covers_no_bar(self, feature, ax):
         cc.plot_tornado(feature, ax=ax)
         ax.figure.draw_without_rendering()

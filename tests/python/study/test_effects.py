@@ -11,8 +11,8 @@ from chebclear.study.features.effects import (
     legendre_terms,
     powers_up_to,
 )
-from chebclear.study.features.features import find_interval
 from chebclear.study.features.narrowing import find_narrowing
+from chebclear.study.features.reach import find_interval
 
 # Variances of z, z² and z1 z2 for z uniform in [-1, 1]: 1/3, 4/45 and 1/9.
 LINE, SQUARE, PRODUCT = 1.0 / 3.0, 4.0 / 45.0, 1.0 / 9.0
@@ -277,6 +277,14 @@ class TestInterval:
         assert found.upper == pytest.approx(2.0 + 1.0 + 0.8 + 0.5, rel=1e-9)
         assert found.lower == pytest.approx(-2.0 - 1.0 + 0.8, rel=1e-9)
         assert found.coverage == 1.0
+
+    @pytest.mark.parametrize("parameters", [2, 4])
+    def test_an_extremum_inside_of_the_box_is_found(self, parameters):
+        points = np.random.default_rng(0).uniform(-1.0, 1.0, (100, parameters))
+        place = np.linspace(0.12345, 0.4321, parameters)
+        values = -np.sum((points - place) ** 2, axis=1)[:, None]
+        found = find_interval(points, values, values[0], True)
+        assert found.verdict == "resolved" and found.upper == pytest.approx(0.0, abs=1e-8)
 
     def test_a_kink_is_not_resolved(self):
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 2))

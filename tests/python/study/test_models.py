@@ -163,6 +163,44 @@ def test_a_table_whose_parameters_vary_together_says_so():
         Study.from_runs(points, T, {"x": values}, independent=True)
 
 
+def test_a_box_that_is_wider_than_the_runs_of_a_table_is_not_resolved():
+    random = np.random.default_rng(3)
+    points = {"m": random.uniform(1.94, 2.06, 60), "k": random.uniform(76.0, 84.0, 60)}
+    x = np.cos(np.sqrt(points["k"] / points["m"])[:, None] * T)
+    box = {"m": interval(1.5, 2.5), "k": interval(76.0, 84.0)}
+    study = Study.from_runs(points, T, {"x": x, "last": x[:, -1]}, intervals=box)
+    with pytest.warns(
+        ChebclearWarning, match=r"m between 1.5 and 1.94.* or between 2.05.* and 2.5, 88 % of its"
+    ):
+        result = study.band()
+    assert result["x"].verdict == "undersampled" and result.feature("last").interval.verdict == "sampled"
+    assert "cannot be verified for x" in "\n".join(result.warnings)
+    assert "check()" not in str(result) and "Study.certify" not in str(result)
+
+
+def test_what_is_no_number_is_told_with_its_run():
+    points = {"a": np.linspace(1.0, 2.0, 5)}
+    for wrong, told in (
+        (np.array(["1.0", "1,95", "2.0", "1", "3"]), "1,95 of the type str_ in run 1"),
+        (T[:5].astype("datetime64[s]"), "datetime64 in run 0"),
+    ):
+        with pytest.raises(TypeError, match=rf'values\["x"\] must be real numbers, got .*{told}'):
+            Study.from_runs(points, None, {"x": wrong})
+    for wrong in (T.astype("timedelta64[s]"), T + 0j):
+        with pytest.raises(TypeError, match="t must be instants"):
+            Study.from_runs(points, wrong, {"x": np.ones((5, len(T)))})
+
+
+def test_rows_of_data_frames_must_be_in_one_order():
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame({"a": [3.0, 1.0, 2.0], "y": [9.0, 1.0, 4.0]})
+    turned = frame.sort_values("a")
+    with pytest.raises(ValueError, match=r'values\["y"\] has other row labels than parameters\["a"\]'):
+        Study.from_runs(turned[["a"]], None, {"y": frame["y"]})
+    found = Study.from_runs(turned[["a"]], None, {"y": turned["y"]}).sample().feature("y")
+    np.testing.assert_array_equal(found.values[:, 0], found.parameters[:, 0] ** 2)
+
+
 def test_copies_of_runs_of_a_table_count_once():
     # A run that is held out while its copy is not would always be inside.
     random = np.random.default_rng(0)
@@ -257,7 +295,7 @@ def test_orientation_and_all_else_that_is_wrong_with_a_table_is_told_together(ta
     wrong = {"x": values.T, "y": values[:, :50], "z": holed, "w": "text"}
     with pytest.raises(ValueError, match="transpose it") as caught:
         Study.from_runs(parameters, T, wrong, intervals={"a": interval(1.0, rel=0.01), "c": BOX["b"]})
-    for part in ("(40, 50)", "nan in run 7", '"w"', "outside its interval", 'with "c"'):
+    for part in ("(40, 50)", "nan in run 7", '"w"', "outside its interval", 'names "c", no parameter'):
         assert part in str(caught.value), part
     with pytest.raises(ValueError, match="time series need t"):
         Study.from_runs(parameters, None, {"x": values})

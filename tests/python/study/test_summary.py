@@ -200,7 +200,7 @@ def test_what_a_feature_promises_of_a_further_run():
     text = str(cc.Study(lambda a, b: {"product": a * b}, BOX).sample(20).feature("product"))
     # Of n runs in random order the next one is between their extremes with (n - 1) / (n + 1).
     promise = (
-        "of the runs are in the interval of the others, a further run with a probability of at least 90.5 %"
+        "of the runs are in the interval of the others, a further run with a probability of at least 90.47 %"
     )
     assert text.endswith(promise)
 

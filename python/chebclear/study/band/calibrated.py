@@ -14,7 +14,7 @@ from ... import _core
 from ...errors import ArgumentError
 from ...execution.memory import Usage, copy_output
 from ...scene.scene import Interval
-from ..polynomials.points import on_cube
+from ..polynomials.points import empty_parts, on_cube
 from ..polynomials.total_degree import total_degree_polynomial
 from .band import Band
 from .margin import Margin, Verdict, percent
@@ -146,6 +146,8 @@ def calibrated_bands(
         parameters = np.repeat(np.vstack([parameters, middle]), kept, axis=0)
         nominal, rows = values[-1, 0], values.reshape(-1, *values.shape[2:])
         values = rows
+    # What a table has no runs in is unknown; Sobol' points fill the box.
+    empty = requirement.finished and _leaves_out(points[: requirement.runs])
     design = _core.Design(points, requirement.runs, requirement.coverage, requirement.certified, kept)
     spacing = float(t[-1] - t[0]) / (len(t) - 1)
     # One output at a time: samples in a file need not be in the memory all at once.
@@ -179,13 +181,18 @@ def calibrated_bands(
             parameters=parameters,
             runs=rows[:, :, index],
             surrogate=surrogate,
-            verdict=_verdict(margin, band["coverage"], requirement),
+            verdict="undersampled" if empty else _verdict(margin, band["coverage"], requirement),
             margin=margin,
             coverage=band["coverage"] * requirement.succeeded,
             whole_run=band["whole_run"] * requirement.succeeded,
             angle=angle,
         )
     return bands
+
+
+def _leaves_out(cube: Array) -> bool:
+    """Whether runs have a part of the box without any."""
+    return any(len(empty_parts(column)) for column in cube.T)
 
 
 def _verdict(margin: Margin, coverage: float, requirement: Requirement) -> Verdict:
@@ -237,11 +244,12 @@ def statement(requirement: Requirement) -> str:
     spread = (
         "given, taken as spread evenly over the box" if requirement.finished else "spread evenly over the box"
     )
+    proof = "" if requirement.finished else " Study.certify proves it with more runs."
     return (
         f"The bands were widened until {share} of the samples of held-out runs were inside (undersampled: as "
         "many as coverage says), or are ranges of polynomials, with their errors, that hold as many, with "
         f"{requirement.runs} runs {spread}. The coverage of further runs is an estimate, not proved; it "
-        "counts samples, and whole_run counts runs. Study.certify proves it with more runs."
+        f"counts samples, and whole_run counts runs.{proof}"
     )
 
 
@@ -263,6 +271,12 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[str]:
         return [
             f"undersampled: {failed} of {runs + failed} runs failed and count as outside, "
             f"so that {asked} of a further run cannot be promised for {names}: see result.failures"
+        ]
+    band = bands[short[0]]
+    if requirement.finished and _leaves_out(on_cube(band.intervals, band.parameters[:runs])):
+        return [
+            f"undersampled: the table has no runs in a part of the box, so that {asked} of a further run "
+            f"cannot be verified for {names}"
         ]
     lasting = {name: lasting_runs(bands[name].margin, requirement) for name in short}
     lasting = {name: needed for name, needed in lasting.items() if runs < needed}

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...base import files as records
 from ...base.arguments import Checks, as_number, meant_or_known
 from ...base.named import Named
-from ...base.shown import Shown, listed
+from ...base.shown import listed
 from ...base.tables import format_ends
 from ...errors import ArgumentError, describe
 from ...report import html
@@ -24,18 +23,11 @@ from ...run.features import Feature
 from ...run.settings import Settings
 from ...run.tracking import settling_time
 from ...scene.scene import Interval, Scene
-from ..band.margin import RESOLVED
-from .effects import (
-    Effects,
-    best_degree,
-    even_points,
-    find_effects,
-    fits_of,
-    left_out,
-    legendre_terms,
-)
+from ..band.margin import percent
+from .effects import Effects, find_effects
 from .narrowing import find_narrowing
 from .ranking import Rank, Ranking
+from .reach import FeatureInterval, find_interval
 from .swept import SweptRun
 
 Array = NDArray[np.float64]
@@ -47,10 +39,6 @@ _TIMES = {
     "lowest": ("time_of_lowest",),
     "peak_to_peak": ("time_of_peak", "time_of_lowest"),
 }
-# Number of folds of the cross-validation: the share of runs in the interval made from the others.
-_FOLDS = 10
-# Number of points at which the extremes of a polynomial are searched, and of the best ones that are refined.
-_POINTS, _BEST = 4096, 10
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -189,9 +177,9 @@ class FeatureResult(records.ArrayRecord):
         reach = self.interval
         unit = f" {self.unit}" if self.unit not in ("", "-") else ""
         text = f"{self.name}: {format_ends(reach.lower, reach.upper)}{unit} ({reach.verdict})"
-        text += f"; {100.0 * reach.coverage:.1f} % of the runs are in the interval of the others"
+        text += f"; {percent(reach.coverage)} of the runs are in the interval of the others"
         if not math.isnan(reach.whole_run):
-            text += f", a further run with a probability of at least {100.0 * reach.whole_run:.1f} %"
+            text += f", a further run with a probability of at least {percent(reach.whole_run)}"
         return text
 
     @cached_property
@@ -268,114 +256,6 @@ class FeatureResult(records.ArrayRecord):
         middle = np.array([side.midpoint for side in self.intervals.values()])
         half = np.array([side.half_width for side in self.intervals.values()])
         return np.asarray((self.parameters - middle) / half)
-
-
-@dataclass(frozen=True, repr=False)
-class FeatureInterval(Shown):
-    """The range of a feature over the box.
-
-    Attributes
-    ----------
-    lower : float
-        Lower end in the unit of the feature.
-    upper : float
-        Upper end in the unit of the feature.
-    verdict : Literal['resolved', 'sampled']
-        ``"resolved"``: the range of a polynomial in the parameters that follows the feature, with its
-        error. ``"sampled"``: the extremes of the runs; the feature may exceed them between the runs.
-    coverage : float
-        Share of the runs, with all their cycles, that are in the interval made from the others in ten parts
-        [-].
-    whole_run : float
-        Probability that a further run at random parameters is in the interval with all its cycles, without
-        further assumption [-]; NaN for runs on a grid.
-    """
-
-    lower: float
-    upper: float
-    verdict: Literal["resolved", "sampled"]
-    coverage: float
-    whole_run: float
-
-
-def find_interval(points: Array, values: Array, nominal: Array, random: bool) -> FeatureInterval:
-    """The interval of a feature.
-
-    Parameters
-    ----------
-    points : ndarray, shape (runs, parameters)
-        Parameters of the runs, from -1 to 1 over each interval.
-    values : ndarray, shape (runs, cycles)
-        The feature in its unit.
-    nominal : ndarray, shape (cycles,)
-        That of the run at the midpoint.
-    random : bool
-        Whether the runs are spread at random over the box.
-
-    Returns
-    -------
-    FeatureInterval
-    """
-    runs = len(values)
-    lower, upper, resolved = _reach(points, values)
-    inside = np.zeros(runs, dtype=bool)
-    for fold in range(min(_FOLDS, runs)):
-        out = np.arange(runs) % _FOLDS == fold
-        if out.all():
-            break
-        low, high, _ = _reach(points[~out], values[~out])
-        inside[out] = np.all((values[out] >= low) & (values[out] <= high), axis=1)
-    return FeatureInterval(
-        lower=min(lower, float(nominal.min())),
-        upper=max(upper, float(nominal.max())),
-        verdict="resolved" if resolved else "sampled",
-        coverage=float(inside.mean()),
-        whole_run=(runs - 1) / (runs + 1) if random else math.nan,
-    )
-
-
-def _reach(points: Array, values: Array) -> tuple[float, float, bool]:
-    """Lower and upper end from some runs, and whether a polynomial follows them."""
-    lower, upper = float(values.min()), float(values.max())
-    # A single run cannot be left out.
-    if len(values) < 2 or upper == lower:
-        return lower, upper, upper == lower
-    mean = values.mean(axis=1)
-    fits = fits_of(points)
-    degree = best_degree(fits, mean)
-    if degree == 0:
-        return lower, upper, False
-    fit = fits[degree]
-    error = float(np.max(np.abs(left_out(fit, mean)))) + float(np.max(np.abs(values - mean[:, None])))
-    if error > RESOLVED * (upper - lower):
-        return lower, upper, False
-    terms = fit.solve @ mean
-
-    def smooth(at: Array) -> Array:
-        return np.asarray(legendre_terms(at, fit.powers) @ terms)
-
-    highest, lowest = _highest(smooth, points.shape[1]), -_highest(lambda at: -smooth(at), points.shape[1])
-    return min(lower, lowest - error), max(upper, highest + error), True
-
-
-def _highest(function: Callable[[Array], Array], parameters: int) -> float:
-    """Largest value of a polynomial found in the cube: from even points and corners, with refinement."""
-    points = even_points(_POINTS, parameters)
-    if parameters <= 10:
-        corners = np.array(list(itertools.product((-1.0, 1.0), repeat=parameters)))
-        points = np.concatenate([points, corners])
-    values = function(points)
-    best = points[np.argsort(values)[-_BEST:]]
-    steps = np.linspace(-1.0, 1.0, 41)
-    for _ in range(3):
-        for axis in range(parameters):
-            tried = np.repeat(best[:, None, :], len(steps), axis=1)
-            tried[:, :, axis] = steps
-            heights = function(tried.reshape(-1, parameters)).reshape(len(best), len(steps))
-            own = function(best)
-            better = heights.max(axis=1) > own
-            best[better, axis] = steps[heights.argmax(axis=1)[better]]
-    return float(max(values.max(), function(best).max()))
 
 
 def checked_features(checks: Checks, given: object) -> dict[str, Asked]:

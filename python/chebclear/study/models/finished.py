@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.arguments import Checks, did_you_mean
+from ...base.arguments import Checks, meant_or_known
 from ...errors import ArgumentError, describe
 from ...run.features import Feature
 from ...scene.scene import Interval
+from ..polynomials.points import empty_parts, is_grid
 from .own import Returned, check_own_features, sampled_feature
 from .returned import time_axis
 from .units import checked_units, require_known
@@ -23,10 +24,6 @@ Array = NDArray[np.float64]
 
 # Largest difference of a parameter from that of a run of a table, over half the interval, for the same point.
 _SAME_POINT = 1e-6
-# Probability of a gap in an interval below which the runs of a table do not fill it.
-_UNLIKELY = 1e-6
-# Number of runs from which a gap between them tells.
-_FEW = 5
 # Correlation of two parameters from which runs leave out most of the box, and that of independent ones by
 # chance, times the square root of the number of runs.
 _LARGEST_CORRELATION = 0.5
@@ -67,7 +64,7 @@ class FinishedRuns:
         Where a parameter has no effect, runs of a grid that differ only in it are equal.
         """
         for name, column in zip(self.intervals, self.parameters.T, strict=True):
-            if _is_grid(column):
+            if is_grid(column):
                 distinct = len(np.unique(column))
                 raise ArgumentError(
                     f"the {len(column)} runs take only {distinct} values of {name}: runs on a grid have "
@@ -175,6 +172,7 @@ def finished_runs(
     runs = len(next(iter(columns.values()))) if columns else 0
     instants = np.empty(0) if t is None else time_axis(checks, t)
     series, numbers, doubts = _table_values(checks, values, runs, instants, timed=t is not None)
+    _check_rows(checks, parameters, values)
     sides = _table_intervals(checks, columns, intervals)
     asked = features or {}
     for name, feature in asked.items():
@@ -254,6 +252,26 @@ def _table_parameters(checks: Checks, given: object) -> dict[str, Array]:
     return columns if len(columns) == len(given) else {}
 
 
+def _check_rows(checks: Checks, parameters: object, values: object) -> None:
+    """Refuse columns of data frames whose rows have other labels, or the same in another order."""
+    first: tuple[str, Any] | None = None
+    for word, given in (("parameters", parameters), ("values", values)):
+        if not isinstance(columns := _as_mapping(given), Mapping):
+            continue
+        for name, value in columns.items():
+            rows = getattr(value, "index", None)
+            # Those of a series or frame; a list has a method of this name.
+            if rows is None or callable(rows):
+                continue
+            label = f'{word}["{name}"]'
+            first = first or (label, rows)
+            if len(rows) == len(first[1]) and not np.array_equal(rows, first[1]):
+                checks.add(
+                    f"{label} has other row labels than {first[0]}: sort both alike, or give arrays without "
+                    "labels (to_numpy)"
+                )
+
+
 def _as_mapping(given: object) -> object:
     """A data frame as the mapping of its columns."""
     if isinstance(given, Mapping) or not hasattr(given, "columns"):
@@ -264,12 +282,13 @@ def _as_mapping(given: object) -> object:
 def _numbers(checks: Checks, name: str, value: object) -> Array | None:
     """An array of finite numbers, or a problem."""
     try:
-        if np.asarray(value).dtype.kind == "c":
-            raise TypeError("imaginary parts would be lost")
+        # Imaginary parts would be lost, and dates have no origin.
+        if np.asarray(value).dtype.kind in "cmM":
+            raise TypeError
         # What is masked has no value.
         array = np.ma.filled(np.ma.asarray(value).astype(float), np.nan)
     except (TypeError, ValueError):
-        checks.add(f"{name} must be real numbers, got {value!r}", wrong_type=True)
+        checks.add(f"{name} must be real numbers, got {_no_number(value)}", wrong_type=True)
         return None
     wrong = np.argwhere(~np.isfinite(array))
     if len(wrong):
@@ -282,6 +301,19 @@ def _numbers(checks: Checks, name: str, value: object) -> Array | None:
         )
         return None
     return array
+
+
+def _no_number(value: object) -> str:
+    """The first element that is no number and its run, or what was given if it has none."""
+    array = np.asarray(value)
+    for run, one in enumerate(array.ravel() if array.ndim == 1 else ()):
+        try:
+            if isinstance(one, complex | np.datetime64 | np.timedelta64):
+                raise TypeError
+            float(one)
+        except (TypeError, ValueError):
+            return f"{one!s:.40} of the type {type(one).__name__} in run {run}"
+    return repr(value).splitlines()[0][:200]
 
 
 def _table_values(
@@ -355,31 +387,17 @@ def _copies(
     return found
 
 
-def _is_grid(column: Array) -> bool:
-    """Whether a parameter has so few values that runs must be on a grid."""
-    return 2 * len(np.unique(column)) < len(column)
-
-
 def _gaps(columns: Mapping[str, Array], sides: Mapping[str, Interval]) -> dict[str, str]:
-    """The largest part of each interval without a run, in words, where runs that fill the box have none such.
-
-    Of tables of independent and uniformly distributed runs less than one in 1e6 has such a gap.
-    Grids are not judged: their bands are those of polynomials or of the runs alone.
-    """
+    """The parts of each interval without a run, in words."""
     found = {}
     for name, side in sides.items():
-        column = columns[name]
-        # Between few runs a gap says nothing.
-        if _is_grid(column) or len(column) < _FEW:
-            continue
-        values = np.sort(np.concatenate([column, [side.lower, side.upper]]))
-        gaps = np.diff(values)
-        largest = int(gaps.argmax())
-        share = float(gaps[largest]) / (2.0 * side.half_width)
-        # The probability is at most (runs + 1) (1 - share)^runs.
-        if (len(column) + 1) * (1.0 - min(share, 1.0)) ** len(column) < _UNLIKELY:
-            ends = f"{name} between {values[largest]:.6g} and {values[largest + 1]:.6g}"
-            found[name] = f"{ends}, {100.0 * share:.0f} % of its interval"
+        parts = side.midpoint + side.half_width * empty_parts(
+            (columns[name] - side.midpoint) / side.half_width
+        )
+        if len(parts):
+            share = float(np.sum(np.diff(parts))) / (2.0 * side.half_width)
+            ends = " or ".join(f"between {lower:.6g} and {upper:.6g}" for lower, upper in parts)
+            found[name] = f"{name} {ends}, {100.0 * share:.0f} % of its interval"
     return found
 
 
@@ -411,7 +429,7 @@ def _table_intervals(checks: Checks, columns: Mapping[str, Array], given: object
     wanted: Mapping[str, Any] = given or {}
     for name in wanted:
         if columns and name not in columns:
-            checks.add(f'intervals names no parameter with "{name}"{did_you_mean(name, columns)}')
+            checks.add(f'intervals names "{name}", no parameter of the runs{meant_or_known(name, columns)}')
     sides = {}
     for name, column in columns.items():
         least, most = float(column.min()), float(column.max())

@@ -18,7 +18,8 @@ from ...run.features import Feature
 from ..band.band import Band
 from ..band.calibrated import doubling_narrows
 from ..band.margin import percent
-from ..features.features import FeatureInterval, find_interval
+from ..features.reach import FeatureInterval, find_interval
+from ..models.finished import FinishedRuns
 from ..polynomials.points import on_cube
 
 Array = NDArray[np.float64]
@@ -150,7 +151,9 @@ def _next(result: Any) -> list[str]:
     if inner:
         advice.append(f"{_named(inner)}: inner bounds; Study.band() says how far a further run may go")
     followed = [band.name for band in bands if band.verdict == "resolved" and band.surrogate is not None]
-    if followed and not result.worst_cases and result.study is not None:
+    # A table has no further runs.
+    simulated = result.study is not None and not isinstance(result.study.model, FinishedRuns)
+    if followed and not result.worst_cases and simulated:
         advice.append(f"result.check() simulates the predicted worst cases of {_named(followed)}")
     if result.features is not None:
         advice.append(f'result.ranking("{result.features.names[0]}") says which tolerance to tighten')
