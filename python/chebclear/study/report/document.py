@@ -28,6 +28,7 @@ from ...run.report import costs_table, mechanism_picture, reproduction, version_
 from ...run.settings import Settings
 from ...scene.scene import Interval, Scene
 from ..band.band import Band
+from ..band.margin import percent
 from .alternatives import alternatives
 from .ranking import feature_section
 from .script import study_listings
@@ -170,14 +171,9 @@ def _reach(band: Band) -> Finding:
     width, when = float(band.width[widest]), float(band.t[widest])
     text = f"{verb} {reach} ({band.verdict}"
     if math.isfinite(band.coverage):
-        text += f": {_share(band.coverage)} of held-out samples inside"
+        text += f": {percent(band.coverage)} of held-out samples inside"
     text += f"). Widest at {format_quantity(when, 's')}: {format_quantity(width, unit)}."
     return Finding(band.name, text)
-
-
-def _share(share: float) -> str:
-    """A share in per cent, never rounded up to all."""
-    return f"{math.floor(1e5 * share) / 1e3:g} %"
 
 
 def _doubts(result: ReportedStudy) -> list[str]:
@@ -214,14 +210,14 @@ def verdict_table(bands: Mapping[str, Band]) -> Table:
     rows: list[list[Cell]] = []
     for name, band in bands.items():
         unit = band.unit
-        further = "-" if math.isnan(band.whole_run) else f"{math.floor(1e3 * band.whole_run) / 10.0:g} %"
+        further = percent(band.whole_run)
         rows.append(
             [
                 name,
                 format_range((float(band.lower.min()), float(band.upper.max())), unit),
                 format_quantity(band.max_width, unit),
                 Verdict(band.verdict, JUDGMENTS[band.verdict]),
-                "-" if math.isnan(band.coverage) else _share(band.coverage),
+                percent(band.coverage),
                 further,
             ]
         )

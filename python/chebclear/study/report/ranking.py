@@ -10,6 +10,7 @@ from ...base.prefixes import format_range
 from ...base.shown import capital
 from ...plots.features import plot_ranking
 from ...report.document import Block, Finding, Items, Picture, Section, Text
+from ..band.margin import percent
 from ..features.features import FeatureResult
 from ..features.ranking import Ranking, ranking_table
 
@@ -21,9 +22,9 @@ def feature_section(feature: FeatureResult) -> tuple[Section, Finding]:
     """The section of a feature, and what the answer of the report says of it."""
     reach = feature.interval
     text = f"{format_range((reach.lower, reach.upper), feature.unit, 4)} ({reach.verdict}"
-    told = f"{text}); {100.0 * reach.coverage:.3g} % of the runs are in the interval made from the others"
+    told = f"{text}); {percent(reach.coverage)} of the runs are in the interval made from the others"
     if not math.isnan(reach.whole_run):
-        share = f"{100.0 * reach.whole_run:.3g} %"
+        share = percent(reach.whole_run)
         text += f": a further run with a probability of at least {share}"
         told += f"; a further run is in it with a probability of at least {share}"
     blocks: list[Block] = [Text(f"{capital(told)}.")]
