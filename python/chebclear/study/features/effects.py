@@ -45,10 +45,10 @@ class Estimate(NamedTuple):
     """An estimate with its 95 % confidence interval.
 
     It holds for responses that polynomials follow, with any scatter. Part of a jump in a parameter counts as
-    scatter: of a step that makes 94 % of a variance, half of the intervals held its share. Waves that the runs
-    do not resolve count as scatter too, and as effects: of Ishigami's function, whose degree is above 8, 61 to
-    81 % of the intervals of halving held with 41 to 121 runs, and a parameter without effect was said to help
-    in a sixth of the studies; with 241 runs all held.
+    scatter: of a step that makes 94 % of a variance, half of the intervals held its share. Waves that the
+    runs do not resolve count as scatter too, and as effects: of Ishigami's function, whose degree is above 8,
+    61 to 81 % of the intervals of halving held with 41 to 121 runs, and a parameter without effect was said
+    to help in a sixth of the studies; with 241 runs all held.
     """
 
     value: float
