@@ -28,14 +28,18 @@ from .effects import (
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
-# Points of the box at which polynomials of resampled sets are evaluated, and draws of the scatter at each.
-_POINTS, _DRAWS = 2048, 4
+# Points of the box at which polynomials of resampled sets are evaluated.
+_POINTS = 2048
+# Draws of scatter for the estimate itself.
+_DRAWS = 2**15
 # So many times as many points for the estimate itself, and the error of the relative width with them: at most
 # 0.012 for squares of sums of eight parameters, 0.027 without them.
 _TIMES, _POINTS_ERROR = 8, 1.5e-2
 # Neighbors of a point where the scatter is uneven: part of the runs, and least and largest number of them.
 # Chosen on forces and accelerations of two slider-cranks.
 _NEIGHBORS_PART, _LEAST_NEIGHBORS, _MOST_NEIGHBORS = 0.08, 5, 25
+# Size of the scatter, over that of the polynomial, below which it does not matter where it is.
+_MATTERS = 0.01
 # Significance level of the test for uneven scatter, against shuffled sets.
 _UNEVEN = 0.2
 # Least size of the scatter at a point, over the root of its mean square.
@@ -91,16 +95,19 @@ def _narrowed(model: Model, points: Array, seed: int) -> tuple[Array, Array]:
     signs = random.choice([-1.0, 1.0], size=(runs, REPLICATES))
     again = model.fit.solve @ (smooth[:, None] + residuals[:, None] * signs)
     sizes = np.sqrt(np.mean(model.left**2, axis=1))
-    uneven = _is_uneven(points, sizes, random)
+    matters = float(np.mean(sizes**2)) > _MATTERS**2 * float(np.var(smooth))
+    uneven = matters and _is_uneven(points, sizes, random)
     # Of one cycle the size is too noisy for a polynomial.
     size_at = _size_of_scatter(points, sizes) if uneven and model.left.shape[1] > 1 else None
+    # Neighbors of so many points would take most of the time, and such scatter outweighs the error of few.
+    count = _POINTS if uneven else _TIMES * _POINTS
     scatter = _Scatter(
-        drawn=random.integers(near if uneven else runs, size=(_TIMES * _POINTS, _DRAWS)),
+        drawn=random.integers(near if uneven else runs, size=(count, _DRAWS // count)),
         weights=np.log(random.exponential(size=(runs, REPLICATES))).astype(np.float32),
         chances=random.gumbel(size=(_POINTS, near, REPLICATES)).astype(np.float32),
         anywhere=None if uneven else random.integers(runs, size=(_POINTS, near)),
     )
-    own_cycles = random.integers(model.left.shape[1], size=(_TIMES * _POINTS, _DRAWS))
+    own_cycles = random.integers(model.left.shape[1], size=(count, _DRAWS // count))
     cycles = random.integers(model.left.shape[1], size=(_POINTS, REPLICATES))
 
     def nearest(at: Array) -> Rows:
@@ -133,18 +140,18 @@ def _narrowed(model: Model, points: Array, seed: int) -> tuple[Array, Array]:
         basis = legendre_terms(at, model.fit.powers)
         return np.asarray(basis @ again + left_at(at, chosen, cycles) * model.scale)
 
-    return _compared(own_values, again_values, parameters)
+    return _compared(own_values, again_values, even_points(count, parameters))
 
 
 def _compared(
-    own_values: Callable[[Array], Array], again_values: Callable[[Array], Array], parameters: int
+    own_values: Callable[[Array], Array], again_values: Callable[[Array], Array], box: Array
 ) -> tuple[Array, Array]:
     """The narrowing of values over the box with each parameter halved, and that of the resampled sets.
 
     These are evaluated at the first of the points, and moved by what the estimate changes with all of them.
     """
+    parameters = box.shape[1]
     narrowing, resampled = np.zeros(parameters), np.zeros((parameters, REPLICATES))
-    box = even_points(_TIMES * _POINTS, parameters)
 
     def widths(at: Array) -> tuple[float, float, Array]:
         values = own_values(at)
