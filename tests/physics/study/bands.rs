@@ -289,8 +289,7 @@ fn exponential_scores_are_met_at_the_share_aimed_at() {
     scores.iter_mut().for_each(|score| score.1 *= 0.5 * usual);
     for (coverage, parameters) in [(0.9, 2), (0.99, 2), (0.999, 2), (0.999, 8)] {
         let requirement = Requirement { coverage, runs, block: 1, samples, parameters };
-        // The level is 0.97 of that of exponential scores.
-        let beyond = (-level(&scores, &requirement) / (0.97 * usual)).exp();
+        let beyond = (-level(&scores, &requirement) / usual).exp();
         // 0.42 of what is allowed with two parameters, half of that at either side; less with eight.
         let aim = 0.21 * (1.0 - coverage) * (2.0 / parameters as f64).powf(0.5 * (41.0_f64 / 90.0).sqrt());
         assert!((0.9..1.1).contains(&(beyond / aim)), "{coverage}: {beyond} {aim}");

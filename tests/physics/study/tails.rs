@@ -144,7 +144,7 @@ fn a_bound_is_hardly_widened_beyond_the_largest_excess() {
 }
 
 #[test]
-fn the_usual_level_falls_as_the_tenth_root_of_the_number_of_runs() {
+fn the_usual_level_falls_as_the_ninth_root_of_the_number_of_runs() {
     let usual = |runs, block| {
         let requirement = Requirement { coverage: 0.999, runs, block, samples: 721, parameters: 2 };
         requirement.usual_level()
@@ -152,10 +152,10 @@ fn the_usual_level_falls_as_the_tenth_root_of_the_number_of_runs() {
     for (found, expected) in [
         (usual(9, 1), 1.0),
         (usual(41, 1), 1.0),
-        (usual(41 * 1024, 1), 0.5),
+        (usual(41 * 512, 1), 0.5),
         // Nine revolutions count as three runs, and the power by a third.
         (usual(13, 9), 1.0),
-        (usual(41 * 1024, 9), 3072.0_f64.powf(-0.1 / 3.0)),
+        (usual(41 * 1024, 9), 3072.0_f64.powf(-1.0 / 27.0)),
     ] {
         assert!((found - expected).abs() < 1e-12, "{found} {expected}");
     }

@@ -62,19 +62,15 @@ const USUAL_EXCESS: f64 = 0.0625;
 /// the mean excess differs by 0.18 between studies of 41 runs of one mechanism, and by 0.4 between mechanisms.
 const USUAL_RUNS: f64 = 8.0;
 
-/// What mean excesses are multiplied by for the level. From 0.92 to 1 as many means of six studies hold 99.95 % of new runs
-/// and are narrow: more is inside, but bands are wider.
-const LEVEL: f64 = 0.97;
-
-/// With more runs than [`FEW_RUNS`] the level falls as the tenth root of their number: tails are shorter than exponential
+/// With more runs than [`FEW_RUNS`] the level falls as the ninth root of their number: tails are shorter than exponential
 /// ones, the more so the further out a bound lies. At one level for all numbers accelerations of P1 by 321 runs are 1.08
-/// times as wide as the hull of 4000 runs, now 1.04.
-const LEVEL_POWER: f64 = 0.1;
+/// times as wide as the hull of 4000 runs, now 1.03.
+const LEVEL_POWER: f64 = 1.0 / 9.0;
 
 /// Where the spread of the runs is uneven in time, a rare excess at an instant of small spread may be as large as
 /// a common one at an instant of large spread. Bounds are therefore widened in proportion to the unevenness, up to this
-/// one. Runs of several revolutions contain more rare motions: that factor, [`LEVEL`] and [`RARE_LEVEL`] then count
-/// with the power of one over the square root of their number.
+/// one. Runs of several revolutions contain more rare motions: that factor and [`RARE_LEVEL`] then count with the power
+/// of one over the square root of their number.
 const LARGEST_UNEVENNESS: f64 = 2.1;
 
 /// Level where the bound is set by rare motions of a few runs [local spreads], times the square of the tail's heaviness.
@@ -264,7 +260,7 @@ pub fn inflation(excesses: &[Excess], mean: f64, target: f64, requirement: &Requ
         return 0.0;
     }
     let root = (block as f64).sqrt();
-    let factor = (LEVEL * tail.unevenness.min(LARGEST_UNEVENNESS)).powf(1.0 / root);
+    let factor = tail.unevenness.min(LARGEST_UNEVENNESS).powf(1.0 / root);
     let rareness = tail.rareness();
     let usual = (factor * mean).powf(1.0 - rareness / root);
     let rare = (RARE_LEVEL * requirement.fewness().max(1.0) / tail.heaviness.powi(2)).powf(rareness / root);
