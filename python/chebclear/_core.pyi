@@ -155,6 +155,7 @@ class Design:
         coverage: float,
         certified: bool = False,
         revolutions: int | None = None,
+        filled: bool = True,
     ) -> Design: ...
     def band(
         self, values: NDArray[np.float64], limits: tuple[float, float], threads: int | None = None

@@ -428,7 +428,8 @@ def _foreign(
         if study.settings is not None or not same or result.nominal_parameters is not None:
             continue
         values, other = nominal.values[0], np.stack([result[name].nominal for name in outputs], axis=-1)
-        if np.max(np.abs(values - other)) > _SAME_VALUES * max(np.max(np.abs(values)), np.max(np.abs(other))):
+        size = np.maximum(np.max(np.abs(values), axis=0), np.max(np.abs(other), axis=0))
+        if np.any(np.abs(values - other) > _SAME_VALUES * size):
             found.append(
                 f"include[{index}] has other values at the midpoint than this study: it is of another model, "
                 "or results of the model are random"

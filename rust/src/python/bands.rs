@@ -74,14 +74,14 @@ pub fn band_terms(runs: usize, parameters: usize) -> usize {
 }
 
 /// Points of runs, prepared for the calibrated or certified bands of one output after the other; with revolutions
-/// each run has that many rows.
+/// each run has that many rows. Where the runs leave out a part of the box no polynomial is extrapolated into it.
 #[pyclass(frozen, module = "chebclear._core")]
 pub struct Design(band::Design);
 
 #[pymethods]
 impl Design {
     #[new]
-    #[pyo3(signature = (points, scored, coverage, certified=false, revolutions=None))]
+    #[pyo3(signature = (points, scored, coverage, certified=false, revolutions=None, filled=true))]
     fn new(
         py: Python<'_>,
         points: PyReadonlyArray2<'_, f64>,
@@ -89,9 +89,14 @@ impl Design {
         coverage: f64,
         certified: bool,
         revolutions: Option<usize>,
+        filled: bool,
     ) -> PyResult<Self> {
         let (points, [_, parameters]) = flat(&points)?;
-        let method = if certified { Method::Certified } else { Method::Calibrated };
+        let method = match (certified, filled) {
+            (true, _) => Method::Certified,
+            (false, true) => Method::Calibrated,
+            (false, false) => Method::OfRuns,
+        };
         let design = interruptible(py, |monitor| {
             band::Design::new(&points, parameters, revolutions, scored, coverage, method, monitor)
         })?;

@@ -47,7 +47,7 @@ pub struct Ranges {
 ///
 /// The bounds hold for the polynomial, not for the response it was fitted to. They exceed values that the
 /// polynomial attains by at most 1e-6 of the range, apart from rounding and from polynomials that need too
-/// much work, and are never wider than those of Eq. (31).
+/// much work, and are wider than those of Eq. (31) by rounding at most.
 ///
 /// The columns are processed on `threads` threads of a private pool (default: one for every processor); the
 /// results do not depend on the number.

@@ -264,7 +264,7 @@ class TestInterval:
         for repetition in range(60):
             random = np.random.default_rng(repetition)
             points, values = random.uniform(-1.0, 1.0, (41, 2)), random.gumbel(size=(41, 1))
-            found = find_interval(points, values, values[0], True)
+            found = find_interval(points, values, values[0], True, filled=True)
             assert found.verdict == "sampled" and found.whole_run == 40.0 / 42.0
             further = random.gumbel(size=1000)
             inside.append(np.mean((further >= found.lower) & (further <= found.upper)))
@@ -272,7 +272,7 @@ class TestInterval:
 
     def test_a_smooth_feature_reaches_its_corners(self):
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 3))
-        found = find_interval(points, quadratic(points)[:, None], np.zeros(1), True)
+        found = find_interval(points, quadratic(points)[:, None], np.zeros(1), True, filled=True)
         assert found.verdict == "resolved"
         assert found.upper == pytest.approx(2.0 + 1.0 + 0.8 + 0.5, rel=1e-9)
         assert found.lower == pytest.approx(-2.0 - 1.0 + 0.8, rel=1e-9)
@@ -283,16 +283,18 @@ class TestInterval:
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (100, parameters))
         place = np.linspace(0.12345, 0.4321, parameters)
         values = -np.sum((points - place) ** 2, axis=1)[:, None]
-        found = find_interval(points, values, values[0], True)
+        found = find_interval(points, values, values[0], True, filled=True)
         assert found.verdict == "resolved" and found.upper == pytest.approx(0.0, abs=1e-8)
 
     def test_a_kink_is_not_resolved(self):
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 2))
-        assert find_interval(points, kink(points)[:, None], np.zeros(1), True).verdict == "sampled"
+        assert (
+            find_interval(points, kink(points)[:, None], np.zeros(1), True, filled=True).verdict == "sampled"
+        )
 
     def test_a_constant_feature(self):
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 2))
-        found = find_interval(points, np.full((41, 1), 7.0), np.full(1, 7.0), True)
+        found = find_interval(points, np.full((41, 1), 7.0), np.full(1, 7.0), True, filled=True)
         assert (found.lower, found.upper, found.coverage) == (7.0, 7.0, 1.0)
         effects = find_effects(["a", "b"], points, np.full((41, 1), 7.0))
         assert effects.deviation == pytest.approx(0.0, abs=1e-12)

@@ -8,6 +8,7 @@ from chebclear import ChebclearWarning, Study, StudyResult, interval, mechanisms
 from chebclear import loss as joint_loss
 from chebclear.run import simulation
 from chebclear.scene.scene import compiled
+from chebclear.study.polynomials.points import leaves_out
 
 BOX = {"a": interval(1.0, rel=0.1), "b": interval(2.0, rel=0.1)}
 T = np.linspace(0.0, 1.0, 101)
@@ -208,7 +209,7 @@ def test_copies_of_runs_of_a_table_count_once():
     x = np.sin(3.0 * T + 6.28 * random.random(60)[:, None]) * (random.exponential(size=60)[:, None] + 0.2)
     box = {name: interval(-0.01, 1.01) for name in "ab"}
     once = Study.from_runs({"a": a, "b": b}, T, {"x": x}, intervals=box).band(coverage=0.99)
-    twice = {"a": np.r_[a, a + 1e-9], "b": np.r_[b, b]}
+    twice = {"a": np.r_[a, a * (1.0 + 1e-15)], "b": np.r_[b, b]}
     with pytest.warns(
         ChebclearWarning, match=r"60 of 120 runs are copies of others \(run 60 is one of run 0\)"
     ):
@@ -216,8 +217,18 @@ def test_copies_of_runs_of_a_table_count_once():
     assert both["x"] == once["x"]
     with pytest.raises(ValueError, match="drawn at random, but 60 of 120 runs are copies of others"):
         Study.from_runs(twice, T, {"x": np.r_[x, x]}, intervals=box, independent=True)
-    # Measurements at one point that scatter are none.
+    # Measurements at one point that scatter are none, nor equal counts, nor runs that are near by chance.
     assert len(Study.from_runs(twice, T, {"x": np.r_[x, x + 0.01]}, intervals=box).sample().parameters) == 119
+    counts = {"a": np.round(a, 1), "b": np.round(b, 1)}
+    few = Study.from_runs(counts, None, {"n": np.floor(2.0 * random.random(60))}, intervals=box)
+    assert len(few.sample().parameters) == 59
+    many = {"a": random.uniform(-1.0, 1.0, 3000)}
+    line = many["a"][:, None] * T[:3]
+    sides = {"a": interval(-1.0, 1.0)}
+    study = Study.from_runs(many, T[:3], {"x": line}, intervals=sides, independent=True)
+    assert study.certify(0.999)["x"].verdict == "certified"
+    with pytest.raises(ValueError, match="all 3 runs are copies of one: give 2 different ones"):
+        Study.from_runs({"a": [0.5] * 3}, None, {"y": [1.0] * 3}, intervals=sides)
 
 
 def test_the_first_runs_of_a_table_must_fill_the_box_as_all_do():
@@ -229,6 +240,11 @@ def test_the_first_runs_of_a_table_must_fill_the_box_as_all_do():
     ):
         study.band(21)
     assert study.band()["x"].verdict == "resolved"
+    # All runs but the nominal one are used: no others are where these are not.
+    a = np.concatenate([random.uniform(-1.0, -0.42, 20), random.uniform(0.42, 1.0, 20), [0.0]])
+    with pytest.warns(ChebclearWarning, match=r"undersampled: the table has no runs in a part of the box"):
+        study = Study.from_runs({"a": a}, T, {"x": a[:, None] * T}, intervals={"a": interval(-1.0, 1.0)})
+        assert study.band()["x"].verdict == "undersampled"
 
 
 def test_a_table_whose_runs_leave_out_a_part_of_the_box_says_so():
@@ -248,6 +264,60 @@ def test_a_table_whose_runs_leave_out_a_part_of_the_box_says_so():
     for seed in range(100):
         drawn = np.random.default_rng(seed).uniform(0.9, 1.1, 20)
         Study.from_runs({"a": drawn}, T, {"x": values[:20]}, intervals=box, independent=True)
+
+
+def strip(random):
+    points = random.uniform(-1.0, 1.0, (3000, 2))
+    return points[np.abs(points[:, 0] - points[:, 1]) < 1.1]
+
+
+def disc(random):
+    points = random.uniform(-1.0, 1.0, (3000, 2))
+    return points[np.hypot(*points.T) < 1.0]
+
+
+def clusters(random):
+    levels = np.repeat([-1.0, -0.9, -0.8, 0.9, 1.0], 24)
+    return np.stack([levels, random.uniform(-1.0, 1.0, 120)], axis=-1)
+
+
+@pytest.mark.parametrize(
+    ("draw", "told"),
+    [
+        (strip, "a and b leave out a part of the box together|a and b vary together"),
+        (disc, "a and b leave out a part of the box together"),
+        (lambda random: np.clip(random.normal(0.0, 1 / 3, (120, 2)), -1.0, 1.0), "a and b leave out a part"),
+        (clusters, "no run of the table has a between -0.8 and 0.9"),
+    ],
+)
+def test_nothing_is_extrapolated_into_a_part_of_the_box_that_a_table_leaves_out(draw, told):
+    sides = {"a": interval(-1.0, 1.0), "b": interval(-1.0, 1.0)}
+    a, b = draw(np.random.default_rng(1))[:120].T
+    x = (a + b + 0.2 * a * b + np.exp(-2.0 * (a**2 + b**2)))[:, None] * (1.0 + T)
+    with pytest.warns(ChebclearWarning, match=told):
+        study = Study.from_runs({"a": a, "b": b}, T, {"x": x}, intervals=sides, features={"peak": peak("x")})
+        if draw is clusters:  # a grid in one parameter has no held-out runs
+            result = study.sample()
+        else:
+            result = study.band()
+            assert result["x"].verdict == "undersampled"
+            assert result["x"].surrogate is None
+            assert np.max(np.abs(result["x"].upper)) < 4.0 * np.max(np.abs(x))
+    reach = result.feature("peak").interval
+    assert reach.verdict == "sampled"
+    assert (reach.lower, reach.upper) == (x.max(axis=1).min(), x.max(axis=1).max())
+    with pytest.warns(ChebclearWarning, match="peak: the runs leave out a part of the box: effects are"):
+        assert "effects are extrapolated there, not known" in str(result.ranking("peak"))
+
+
+def test_runs_that_fill_the_box_leave_nothing_out():
+    for seed in range(200):
+        for count in (20, 300):
+            points = np.random.default_rng([seed, count]).uniform(-1.0, 1.0, (count, 4))
+            assert not leaves_out(points)
+    # Grids.
+    roots = np.cos((2 * np.arange(5) + 1) * np.pi / 10)
+    assert not leaves_out(np.stack(np.meshgrid(roots, np.linspace(-1.0, 1.0, 2)), axis=-1).reshape(-1, 2))
 
 
 def test_a_data_frame_is_a_table(table):
@@ -280,8 +350,11 @@ def test_a_table_on_chebyshev_roots_gets_the_polynomial_but_no_held_out_runs():
     order = np.random.default_rng(1).permutation(16)
     parameters = dict(zip(BOX, own.parameters[order].T, strict=True))
     study = Study.from_runs(parameters, T, {"x": own.values("x")[order]}, intervals=BOX)
-    with pytest.warns(ChebclearWarning, match="midpoint"):
+    with pytest.warns(ChebclearWarning, match="midpoint") as told:
         result = study.chebyshev(degree=3)
+        # Another run stands in for that at the midpoint: nothing is doubted.
+        result["x"].worst("upper")
+    assert len(told) == 1
     assert np.array_equal(result["x"].upper, own["x"].upper)
     assert result["x"].verdict == "resolved"
     with pytest.raises(ValueError, match="runs on a grid have duplicates"):
@@ -303,6 +376,14 @@ def test_orientation_and_all_else_that_is_wrong_with_a_table_is_told_together(ta
         Study.from_runs({"a": np.ones(5)}, None, {"x": np.arange(5.0)})
     with pytest.raises(ValueError, match="same number of runs"):
         Study.from_runs({"a": [1.0, 2.0], "b": [1.0, 2.0, 3.0]}, None, {"x": [1.0, 2.0]})
+    with pytest.raises(
+        TypeError, match=r'parameters\["a"\] must be real numbers, got rows of different lengths'
+    ):
+        Study.from_runs({"a": [[1.0], [1.0, 2.0]]}, None, {"x": [1.0, 2.0]})
+    with pytest.raises(TypeError, match=r'parameters\["a"\] must be real numbers, got 1000.* in run 1'):
+        Study.from_runs({"a": [1, 10**400]}, None, {"x": [1.0, 2.0]})
+    with pytest.raises(TypeError, match="t must be instants"):
+        Study.from_runs({"a": [1.0, 2.0]}, [1, 10**400], {"x": np.ones((2, 2))})
 
 
 def test_a_square_table_that_looks_transposed_is_doubted():
@@ -329,3 +410,35 @@ def test_a_callable_feature_does_not_simulate_again(monkeypatch):
     study.features = {"contacts": lambda run: len(run.contacts)}
     assert study.sample(4).feature("contacts").nominal > 0
     assert len(calls) == 5, "what a study does not keep costs each run once more"
+
+
+def test_included_runs_of_another_model_are_told_output_by_output():
+    def model(size):
+        return Study(
+            lambda a: {"t": T, "x": size * (1.0 + a) * T, "force": 1e4 * (1.0 + a * T)},
+            {"a": interval(-1.0, 1.0)},
+        )
+
+    own, other = model(1e-3), model(5e-3)
+    with pytest.warns(ChebclearWarning, match=r"include\[0\] has other values at the midpoint"):
+        own.band(21, include=other.band(41, seed=3))
+
+
+def test_what_a_polynomial_says_where_runs_failed_is_doubted():
+    def model(a):
+        if a > 0.8:
+            raise RuntimeError("does not assemble")
+        return {"t": T, "x": np.exp(2.0 * a) * (1.0 + T)}
+
+    study = Study(model, {"a": interval(-1.0, 1.0)}, features={"peak": peak("x")})
+    with pytest.warns(ChebclearWarning, match="failed"):
+        result = study.band(41)
+    assert result["x"].verdict == "undersampled"
+    for ask in (lambda band: band.worst("upper"), lambda band: band.sensitivity("a")):
+        with pytest.warns(
+            ChebclearWarning, match="x is undersampled: runs failed, and a .* of its polynomial may"
+        ):
+            ask(result["x"])
+    # Of the runs alone: the polynomial would be extrapolated.
+    reach = result.feature("peak").interval
+    assert (reach.verdict, reach.upper) == ("sampled", result.feature("peak").values.max())

@@ -241,6 +241,8 @@ def test_quantiles_at_the_worst_of_the_intervals():
     band = band_of(response, 5)
     # Of 20,000 draws 500 are in each tail; two standard errors are 44. Stratified draws scatter less.
     least, most = 500.0 / 20_000.0, (500.0 - 44.2) / 20_000.0
+    with pytest.raises(ValueError, match=r"takes .* draws, more than 1000000: ask for less"):
+        band.quantiles({"a": cc.uniform(2.0, 6.0)}, probability=1.0 - 1e-12)
     # a in [2, 6] is x = (a - 4) / 2. Uniform over all of it: quantiles of 2 x are ±1.9, then y adds ±1.
     even = band.quantiles({"a": cc.uniform(2.0, 6.0)}, probability=0.95, draws=20_000)
     assert 3.0 - 4.0 * least < even.upper[0] == pytest.approx(3.0 - 4.0 * most, abs=1e-3)

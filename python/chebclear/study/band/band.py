@@ -458,8 +458,8 @@ class Band(records.ArrayRecord):
 
     def _doubt(self, what: str) -> None:
         """Warn where the polynomial is not the response."""
-        off = None if self.verdict == "not resolved" else self._off
-        if doubt := doubt_of(self.name, what, self.t, off):
+        off = self._off if self.verdict == "resolved" else None
+        if doubt := doubt_of(self.name, what, self.t, off, self.verdict):
             warn(doubt)
 
     @cached_property
@@ -467,7 +467,8 @@ class Band(records.ArrayRecord):
         if self.angle is not None:
             return np.zeros(len(self.t))  # revolutions scatter about the mean, which it follows
         points, runs = self.parameters, self.runs
-        if math.isnan(self.coverage):
+        # Of a table without a run in the middle another one is the nominal run.
+        if math.isnan(self.coverage) and not np.any(np.all(runs == self.nominal, axis=1)):
             # A polynomial passes through its nodes, but not through the run in the middle of the box.
             middle = [side.midpoint for side in self.intervals.values()]
             points, runs = np.vstack([points, middle]), np.vstack([runs, self.nominal])
@@ -483,12 +484,12 @@ class Band(records.ArrayRecord):
     def _doubt_effect(self, parameter: str, lower: Array, upper: Array) -> None:
         """Warn if the largest slopes change the output over the interval by less than its error."""
         change = np.maximum(-lower, upper) * (2.0 * self.intervals[parameter].half_width)
-        if self.verdict != "not resolved" and float(np.mean(change)) < float(np.mean(self._error)):
+        if self.verdict == "resolved" and float(np.mean(change)) < float(np.mean(self._error)):
             warn(effect_doubt(self.name, parameter))
 
     def _doubt_slopes(self) -> None:
         """Warn if slopes away from the middle of the box are uncertain."""
-        if self.verdict != "not resolved" and (doubt := slope_doubt(self.name, self.margin)):
+        if self.verdict == "resolved" and (doubt := slope_doubt(self.name, self.margin)):
             warn(doubt)
 
     def _polynomial(self) -> Surrogate:

@@ -14,7 +14,7 @@ from ... import _core
 from ...errors import ArgumentError
 from ...execution.memory import Usage, copy_output
 from ...scene.scene import Interval
-from ..polynomials.points import empty_parts, on_cube
+from ..polynomials.points import leaves_out, on_cube
 from ..polynomials.total_degree import total_degree_polynomial
 from .band import Band
 from .margin import Margin, Verdict, percent
@@ -147,8 +147,10 @@ def calibrated_bands(
         nominal, rows = values[-1, 0], values.reshape(-1, *values.shape[2:])
         values = rows
     # What a table has no runs in is unknown; Sobol' points fill the box.
-    empty = requirement.finished and _leaves_out(points[: requirement.runs])
-    design = _core.Design(points, requirement.runs, requirement.coverage, requirement.certified, kept)
+    empty = requirement.finished and leaves_out(points[: requirement.runs])
+    design = _core.Design(
+        points, requirement.runs, requirement.coverage, requirement.certified, kept, not empty
+    )
     spacing = float(t[-1] - t[0]) / (len(t) - 1)
     # One output at a time: samples in a file need not be in the memory all at once.
     column = np.empty(values.shape[:2])
@@ -188,11 +190,6 @@ def calibrated_bands(
             angle=angle,
         )
     return bands
-
-
-def _leaves_out(cube: Array) -> bool:
-    """Whether runs have a part of the box without any."""
-    return any(len(empty_parts(column)) for column in cube.T)
 
 
 def _verdict(margin: Margin, coverage: float, requirement: Requirement) -> Verdict:
@@ -273,7 +270,7 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[str]:
             f"so that {asked} of a further run cannot be promised for {names}: see result.failures"
         ]
     band = bands[short[0]]
-    if requirement.finished and _leaves_out(on_cube(band.intervals, band.parameters[:runs])):
+    if requirement.finished and leaves_out(on_cube(band.intervals, band.parameters[:runs])):
         return [
             f"undersampled: the table has no runs in a part of the box, so that {asked} of a further run "
             f"cannot be verified for {names}"

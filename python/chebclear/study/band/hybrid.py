@@ -209,7 +209,12 @@ def quantile_bounds(
     share = asked / known
     tail = 0.5 * (1.0 - share)
     # Draws are left in each tail, beyond its standard error.
-    count = checks.whole("draws", draws, least=math.ceil(_CONFIDENCE**2 / tail), most=MOST_DRAWS)
+    least = math.ceil(_CONFIDENCE**2 / tail)
+    if least > MOST_DRAWS:
+        raise ArgumentError(
+            f"a probability of {asked!r} takes {least} draws, more than {MOST_DRAWS}: ask for less"
+        )
+    count = checks.whole("draws", draws, least=least, most=MOST_DRAWS)
     checks.finish()
     beyond = max(0, math.floor(tail * count - _CONFIDENCE * math.sqrt(tail * (1.0 - tail) * count)))
     weights = _drawn(surrogate, random, count, default_rng(start))

@@ -87,9 +87,14 @@ def far_off(surrogate: Surrogate, points: Array, runs: Array, hull: tuple[Array,
     return np.where(relative > _FAR_OFF, relative, 0.0)
 
 
-def doubt_of(name: str, what: str, t: Array, off: Array | None) -> str:
+def doubt_of(name: str, what: str, t: Array, off: Array | None, verdict: Verdict) -> str:
     """Warning that a polynomial is not the response, at the instants where it is `far_off` or, without these,
     at all; empty if it is."""
+    if off is None and verdict == "undersampled":
+        return (
+            f"{name} is undersampled: runs failed, and {what} of its polynomial may be where the response is "
+            "not known or does not exist"
+        )
     if off is None:
         return (
             f"{name} is not resolved: {what} of its polynomial is not that of the response. Use features of "

@@ -16,7 +16,7 @@ from ...base.arguments import Checks, as_number, meant_or_known
 from ...base.named import Named
 from ...base.shown import listed
 from ...base.tables import format_ends
-from ...errors import ArgumentError, describe
+from ...errors import ArgumentError, describe, warn
 from ...report import html
 from ...report.document import Table
 from ...run.features import Feature
@@ -24,6 +24,7 @@ from ...run.settings import Settings
 from ...run.tracking import settling_time
 from ...scene.scene import Interval, Scene
 from ..band.margin import percent
+from ..polynomials.points import leaves_out
 from .effects import Effects, find_effects
 from .narrowing import find_narrowing
 from .ranking import Rank, Ranking
@@ -185,23 +186,23 @@ class FeatureResult(records.ArrayRecord):
     @cached_property
     def interval(self) -> FeatureInterval:
         """How far the feature reaches over the box."""
-        reach = find_interval(self._points, self.values, self.nominal, self.random)
-        if not self.failed:
-            return reach
-        # Nothing is known of the feature where runs failed.
+        reach = find_interval(self._points, self.values, self.nominal, self.random, filled=not self.failed)
         share = len(self.values) / (len(self.values) + self.failed)
-        whole_run = reach.whole_run * share
-        return replace(reach, verdict="sampled", coverage=reach.coverage * share, whole_run=whole_run)
+        return replace(reach, coverage=reach.coverage * share, whole_run=reach.whole_run * share)
 
     @cached_property
     def effects(self) -> Effects:
         """How much each parameter contributes to the feature, and how much no parameter explains.
+
+        Where the runs leave out a part of the box the polynomial is extrapolated there: a warning says so.
 
         Raises
         ------
         ValueError
             If there are too few runs to tell.
         """
+        if leaves_out(self._points):
+            warn(f"{self.name}: the runs leave out a part of the box: effects are extrapolated there")
         return find_effects(list(self.intervals), self._points, self.values)
 
     def quantile(self, shares: ArrayLike) -> Array:
@@ -248,7 +249,15 @@ class FeatureResult(records.ArrayRecord):
         ]
         rows.sort(key=lambda row: -row.narrowing.value)
         share = self.failed / (len(self.values) + self.failed)
-        return Ranking(self.name, tuple(rows), effects.interactions, effects.scatter, self.normal, share)
+        return Ranking(
+            self.name,
+            tuple(rows),
+            effects.interactions,
+            effects.scatter,
+            self.normal,
+            share,
+            leaves_out(self._points),
+        )
 
     @property
     def _points(self) -> Array:

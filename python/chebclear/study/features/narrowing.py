@@ -99,6 +99,8 @@ def _narrowed(model: Model, points: Array, seed: int) -> tuple[Array, Array]:
     uneven = matters and _is_uneven(points, sizes, random)
     # Of one cycle the size is too noisy for a polynomial.
     size_at = _size_of_scatter(points, sizes) if uneven and model.left.shape[1] > 1 else None
+    # What runs leave, of the size 1 where it is known.
+    left = model.left if size_at is None else model.left / size_at(points)[:, None]
     # Neighbors of so many points would take most of the time, and such scatter outweighs the error of few.
     count = _POINTS if uneven else _TIMES * _POINTS
     scatter = _Scatter(
@@ -116,8 +118,8 @@ def _narrowed(model: Model, points: Array, seed: int) -> tuple[Array, Array]:
 
     def left_at(at: Array, chosen: Rows, cycle: Rows) -> Array:
         """What runs leave in a cycle, of the size that it has at the points."""
-        left = model.left[chosen, cycle]
-        return left if size_at is None else left * (size_at(at)[:, None] / size_at(points)[chosen])
+        found = left[chosen, cycle]
+        return found if size_at is None else found * size_at(at)[:, None]
 
     def own_values(at: Array) -> Array:
         """Values of the estimate, shape (points, draws)."""

@@ -63,6 +63,8 @@ class Ranking:
         Parameters that were given as normal distributions and are taken as uniform over their intervals.
     failed : float
         Share of the runs that failed [-].
+    extrapolated : bool
+        Whether the runs leave out a part of the box, into which effects are extrapolated.
     """
 
     feature: str
@@ -71,6 +73,7 @@ class Ranking:
     scatter: Estimate
     normal: tuple[str, ...] = ()
     failed: float = 0.0
+    extrapolated: bool = False
 
     def __repr__(self) -> str:
         return "\n".join(shortened(str(self).splitlines()))
@@ -103,6 +106,20 @@ class Ranking:
         if not any(row.narrowing.lower > 0.0 for row in self.rows):
             sentences.append(self._uncertain())
         return tuple(sentences)
+
+    def reservations(self) -> tuple[str, ...]:
+        """What the table assumes or does not know, a sentence for each."""
+        told = []
+        if self.normal:
+            told.append(f"{', '.join(self.normal)}: taken as uniform over three standard deviations")
+        if self.failed:
+            told.append(
+                f"{100.0 * self.failed:.2g} % of the runs failed: where they did the others are "
+                "extrapolated, and runs with smaller intervals may differ"
+            )
+        if self.extrapolated:
+            told.append("the runs leave out a part of the box: effects are extrapolated there, not known")
+        return tuple(told)
 
     def _uncertain(self) -> str:
         """What is known where no tolerance certainly narrows the interval."""
@@ -137,7 +154,9 @@ class Ranking:
         return " ".join(sentences)
 
     def _repr_html_(self) -> str:
-        return html.fragment(self.feature, [ranking_table(self), Items(self.advice())])
+        return html.fragment(
+            self.feature, [ranking_table(self), Items((*self.reservations(), *self.advice()))]
+        )
 
     def __str__(self) -> str:
         head = ("parameter", "halving it narrows by", "share of the variance", "monotone")
@@ -147,15 +166,8 @@ class Ranking:
         rows += [("together", "", str(self.interactions), ""), ("scatter", "", str(self.scatter), "")]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
-        if self.normal:
-            lines.append(f"{', '.join(self.normal)}: taken as uniform over three standard deviations")
-        if self.failed:
-            lines.append(
-                f"{100.0 * self.failed:.2g} % of the runs failed: where they did the others are "
-                "extrapolated, and runs with smaller intervals may differ"
-            )
         title = f"{self.feature}: effect of each parameter, in brackets its interval of 95 % confidence"
-        return "\n".join([title, *lines, *self.advice()])
+        return "\n".join([title, *lines, *self.reservations(), *self.advice()])
 
 
 def ranking_table(ranking: Ranking) -> Table:

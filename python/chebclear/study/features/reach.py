@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...base.shown import Shown
 from ..band.margin import RESOLVED
-from ..polynomials.points import empty_parts
+from ..polynomials.points import leaves_out
 from .effects import best_degree, even_points, fits_of, left_out, legendre_terms
 
 Array = NDArray[np.float64]
@@ -52,7 +52,9 @@ class FeatureInterval(Shown):
     whole_run: float
 
 
-def find_interval(points: Array, values: Array, nominal: Array, random: bool) -> FeatureInterval:
+def find_interval(
+    points: Array, values: Array, nominal: Array, random: bool, *, filled: bool
+) -> FeatureInterval:
     """The interval of a feature.
 
     Parameters
@@ -65,19 +67,23 @@ def find_interval(points: Array, values: Array, nominal: Array, random: bool) ->
         That of the run at the midpoint.
     random : bool
         Whether the runs are spread at random over the box.
+    filled : bool
+        Whether none have failed. Where they have, or the points leave out a part of the box, nothing is known
+        of the feature, and no polynomial is extrapolated.
 
     Returns
     -------
     FeatureInterval
     """
     runs = len(values)
-    lower, upper, resolved = _reach(points, values)
+    filled = filled and not leaves_out(points)
+    lower, upper, resolved = _reach(points, values, filled)
     inside = np.zeros(runs, dtype=bool)
     for fold in range(min(_FOLDS, runs)):
         out = np.arange(runs) % _FOLDS == fold
         if out.all():
             break
-        low, high, _ = _reach(points[~out], values[~out])
+        low, high, _ = _reach(points[~out], values[~out], filled)
         inside[out] = np.all((values[out] >= low) & (values[out] <= high), axis=1)
     return FeatureInterval(
         lower=min(lower, float(nominal.min())),
@@ -88,14 +94,12 @@ def find_interval(points: Array, values: Array, nominal: Array, random: bool) ->
     )
 
 
-def _reach(points: Array, values: Array) -> tuple[float, float, bool]:
-    """Lower and upper end from some runs, and whether a polynomial follows them."""
+def _reach(points: Array, values: Array, filled: bool) -> tuple[float, float, bool]:
+    """Lower and upper end from some runs, and whether a polynomial follows them in the whole box."""
     lower, upper = float(values.min()), float(values.max())
     # A single run cannot be left out.
-    if len(values) < 2 or upper == lower:
-        return lower, upper, upper == lower
-    if any(len(empty_parts(column)) for column in points.T):
-        return lower, upper, False
+    if len(values) < 2 or upper == lower or not filled:
+        return lower, upper, filled and upper == lower
     mean = values.mean(axis=1)
     fits = fits_of(points)
     degree = best_degree(fits, mean)

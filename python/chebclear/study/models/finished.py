@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from ...base.arguments import Checks, meant_or_known
 from ...errors import ArgumentError, describe
 from ...run.features import Feature
 from ...scene.scene import Interval
-from ..polynomials.points import empty_parts, is_grid
+from ..polynomials.points import empty_parts, empty_together, is_grid, on_cube
 from .own import Returned, check_own_features, sampled_feature
 from .returned import time_axis
 from .units import checked_units, require_known
@@ -24,6 +25,9 @@ Array = NDArray[np.float64]
 
 # Largest difference of a parameter from that of a run of a table, over half the interval, for the same point.
 _SAME_POINT = 1e-6
+# The same for copies of a run, rounding alone: of 2000 random values of one parameter two may be within 1e-6.
+# For their values over the range of all runs.
+_COPY = 1e-12
 # Correlation of two parameters from which runs leave out most of the box, and that of independent ones by
 # chance, times the square root of the number of runs.
 _LARGEST_CORRELATION = 0.5
@@ -74,7 +78,7 @@ class FinishedRuns:
 
     def require_filled(self, points: Array) -> None:
         """Refuse runs that leave out a part of the box in which others of the table are."""
-        columns = [dict(zip(self.intervals, one.T, strict=True)) for one in (self.parameters, points)]
+        columns = [dict(zip(self.intervals, one.T, strict=True)) for one in (self.points, points)]
         everywhere, found = (_gaps(one, self.intervals) for one in columns)
         for name, text in found.items():
             if name not in everywhere:
@@ -202,8 +206,10 @@ def finished_runs(
             {name: values[left] for name, values in part.items()} for part in (columns, series, numbers)
         )
         runs = len(left)
-    for text in _together(columns):
-        doubts.append(f"{text}: no run of the table is in most of the box, and nothing it says holds there")
+        if runs < 2:
+            checks.add(f"all {len(copies) + 1} runs are copies of one: give 2 different ones at least")
+    for text in [*_together(columns), *_apart(columns, sides)]:
+        doubts.append(f"{text}, and nothing that the table says holds there")
         if independent:
             checks.add(f"independent says that runs fill the box at random, but {text}")
     for name, text in _gaps(columns, sides).items():
@@ -265,7 +271,9 @@ def _check_rows(checks: Checks, parameters: object, values: object) -> None:
                 continue
             label = f'{word}["{name}"]'
             first = first or (label, rows)
-            if len(rows) == len(first[1]) and not np.array_equal(rows, first[1]):
+            # Labels may be missing, and such a label does not equal itself.
+            same = rows.equals(first[1]) if hasattr(rows, "equals") else np.array_equal(rows, first[1])
+            if len(rows) == len(first[1]) and not same:
                 checks.add(
                     f"{label} has other row labels than {first[0]}: sort both alike, or give arrays without "
                     "labels (to_numpy)"
@@ -287,7 +295,7 @@ def _numbers(checks: Checks, name: str, value: object) -> Array | None:
             raise TypeError
         # What is masked has no value.
         array = np.ma.filled(np.ma.asarray(value).astype(float), np.nan)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         checks.add(f"{name} must be real numbers, got {_no_number(value)}", wrong_type=True)
         return None
     wrong = np.argwhere(~np.isfinite(array))
@@ -305,13 +313,16 @@ def _numbers(checks: Checks, name: str, value: object) -> Array | None:
 
 def _no_number(value: object) -> str:
     """The first element that is no number and its run, or what was given if it has none."""
-    array = np.asarray(value)
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        return f"rows of different lengths, {repr(value).splitlines()[0][:200]}"
     for run, one in enumerate(array.ravel() if array.ndim == 1 else ()):
         try:
             if isinstance(one, complex | np.datetime64 | np.timedelta64):
                 raise TypeError
             float(one)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             return f"{one!s:.40} of the type {type(one).__name__} in run {run}"
     return repr(value).splitlines()[0][:200]
 
@@ -363,20 +374,28 @@ def _looks_transposed(array: Array) -> bool:
 def _copies(
     columns: Mapping[str, Array], sides: Mapping[str, Interval], values: Sequence[Array]
 ) -> list[tuple[int, int]]:
-    """Pairs of a run and a later one at the same point with the same values, to a millionth of their range.
+    """Pairs of a run and a later one at the same point with the same values, to rounding.
 
     Held-out runs with a copy among the others are always inside. Runs at one point that differ are none:
-    measurements and impacts scatter.
+    measurements and impacts scatter. Neither are they where runs at different points are often equal too,
+    such as counts of rare events.
     """
     if not values or not columns or len(sides) < len(columns):
         return []
-    points = [column / (_SAME_POINT * sides[name].half_width) for name, column in columns.items()]
+    points = np.stack(list(columns.values()), axis=-1)
+    distinct = {
+        hashlib.sha256(b"".join(array[run].tobytes() for array in values)).digest()
+        for run in range(len(points))
+    }
+    if 2 * len(distinct) < len(np.unique(points, axis=0)):
+        return []
     first: dict[bytes, list[int]] = {}
     found = []
-    # Values whose differences overflow are refused elsewhere.
-    with np.errstate(over="ignore", invalid="ignore"):
-        near = [_SAME_POINT * float(np.ptp(array)) for array in values]
-        for run, point in enumerate(np.round(np.stack(points, axis=-1)) + 0.0):
+    # Values whose differences overflow are refused elsewhere, as are intervals without a width.
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        scales = np.array([_COPY * sides[name].half_width for name in columns])
+        near = [_COPY * float(np.ptp(array)) for array in values]
+        for run, point in enumerate(np.round(points / scales) + 0.0):
             known = first.setdefault(point.tobytes(), [])
             for other in known:
                 if all(np.all(np.abs(a[run] - a[other]) <= e) for a, e in zip(values, near, strict=True)):
@@ -417,8 +436,23 @@ def _together(columns: Mapping[str, Array]) -> list[str]:
             continue
         correlation = float(np.corrcoef(column, values)[0, 1])
         if abs(correlation) > max(_LARGEST_CORRELATION, _CHANCE / math.sqrt(len(column))):
-            found.append(f"{name} and {other} vary together (correlation {correlation:.2f})")
+            found.append(
+                f"{name} and {other} vary together (correlation {correlation:.2f}): no run of the table is "
+                "in most of the box"
+            )
     return found
+
+
+def _apart(columns: Mapping[str, Array], sides: Mapping[str, Interval]) -> list[str]:
+    """Pairs of parameters that leave out a part of the box together, in words."""
+    if not columns or len(sides) < len(columns) or not all(side.half_width > 0.0 for side in sides.values()):
+        return []
+    names = list(columns)
+    pairs = empty_together(on_cube(dict(sides), np.stack(list(columns.values()), axis=-1)))
+    return [
+        f"{names[one]} and {names[other]} leave out a part of the box together: no run of the table is there"
+        for one, other in pairs
+    ]
 
 
 def _table_intervals(checks: Checks, columns: Mapping[str, Array], given: object) -> dict[str, Interval]:

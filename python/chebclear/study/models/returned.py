@@ -44,7 +44,7 @@ def time_axis(checks: Checks, given: object) -> Array:
             raise TypeError
         # A copy, so that later changes of the caller's array are not those of the result.
         t = np.array(given, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         checks.add(f"t must be instants [s], got {given!r}", wrong_type=True)
         return np.empty(0)
     if t.ndim != 1 or len(t) < 2:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +16,14 @@ Array = NDArray[np.float64]
 
 # Probability of a gap in an interval below which runs do not fill it.
 _UNLIKELY = 1e-6
+# The same of parts of the box in two parameters: 120 normally distributed runs, three standard deviations to
+# either side, leave out some 12 % of the box.
+_UNLIKELY_TOGETHER = 1e-5
 # Number of runs from which a gap between them tells.
 _FEW = 5
+# Gap between levels of a grid in [-1, 1], times their number, that is no even spacing: in the middle of
+# Chebyshev roots it is π at most, between equally spaced levels 4.
+_UNEVEN = 2.0 * math.pi
 
 
 def sobol_points(intervals: Mapping[str, Interval], first: int, count: int, seed: int) -> Array:
@@ -66,8 +74,8 @@ def is_grid(column: Array) -> bool:
 def empty_parts(column: Array) -> Array:
     """Parts of [-1, 1] without a value of the runs, where runs that fill the box have none such.
 
-    Of independent and uniformly distributed runs less than one set in 1e6 has such a part. Grids are not
-    judged: their bands are those of polynomials or of the runs alone.
+    Of independent and uniformly distributed runs less than one set in 1e6 has such a part. Of a grid it is a
+    part that is half as long again as even spacing makes it.
 
     Parameters
     ----------
@@ -79,11 +87,60 @@ def empty_parts(column: Array) -> Array:
     ndarray, shape (parts, 2)
         Ends of the parts, in their order.
     """
-    runs = len(column)
-    if is_grid(column) or runs < _FEW:
+    if len(column) < _FEW:
         return np.empty((0, 2))
-    values = np.sort(np.concatenate([[-1.0], column, [1.0]]))
-    shares = np.clip(0.5 * np.diff(values), 0.0, 1.0)
-    # The probability is at most (runs + 1) (1 - share)^runs.
-    found = np.flatnonzero((runs + 1) * (1.0 - shares) ** runs < _UNLIKELY)
+    values = np.concatenate([[-1.0], np.sort(column), [1.0]])
+    if is_grid(column):
+        found = np.flatnonzero(np.diff(values) * len(np.unique(column)) > _UNEVEN)
+    else:
+        shares = np.clip(0.5 * np.diff(values), 0.0, 1.0)
+        # The probability is at most (runs + 1) (1 - share)^runs.
+        found = np.flatnonzero((len(column) + 1) * (1.0 - shares) ** len(column) < _UNLIKELY)
     return np.stack([values[found], values[found + 1]], axis=-1)
+
+
+def empty_together(cube: Array) -> list[tuple[int, int]]:
+    """Pairs of parameters that leave out a part of the box together, though neither does alone.
+
+    Runs on a strip, within a circle, or normally distributed ones leave out corners: none has a large sum or
+    difference of the two, or a large |a| + |b|. Or they leave out the middle. Of independent and uniformly
+    distributed runs less than one set in 1e5 does; grids are not judged.
+
+    Parameters
+    ----------
+    cube : ndarray, shape (runs, parameters)
+        Values of the runs, from -1 to 1 over the intervals.
+
+    Returns
+    -------
+    list of tuple of int
+        Numbers of the parameters.
+    """
+    runs = len(cube)
+    judged = [axis for axis, column in enumerate(cube.T) if runs >= _FEW and not is_grid(column)]
+    pairs = list(combinations(judged, 2))
+    found = []
+    for one, other in pairs:
+        total, difference = cube[:, one] + cube[:, other], cube[:, one] - cube[:, other]
+        shares = np.array([_share_below(values) for values in (total, difference)])
+        # Both ends of each together: corners that are opposite to each other.
+        sizes = np.abs(2.0 * shares - 1.0)
+        distance = np.abs(cube[:, one]) + np.abs(cube[:, other])
+        nearer = np.where(distance < 1.0, 0.5 * distance**2, 1.0 - 0.5 * np.maximum(2.0 - distance, 0.0) ** 2)
+        judgments = np.vstack([shares, sizes, nearer])
+        # Shares of the box, which are uniformly distributed where runs are: what is left out at either end.
+        ends = np.concatenate([judgments.min(axis=1), 1.0 - judgments.max(axis=1)])
+        if len(ends) * len(pairs) * (1.0 - min(max(ends.max(), 0.0), 1.0)) ** runs < _UNLIKELY_TOGETHER:
+            found.append((one, other))
+    return found
+
+
+def leaves_out(cube: Array) -> bool:
+    """Whether runs leave out a part of the box, alone or in two parameters together; see `empty_parts`."""
+    return any(len(empty_parts(column)) for column in cube.T) or bool(empty_together(cube))
+
+
+def _share_below(total: Array) -> Array:
+    """Share of the square [-1, 1]² in which a + b, or a - b, is smaller."""
+    below = 0.125 * (2.0 - np.abs(total)) ** 2
+    return np.where(total < 0.0, below, 1.0 - below)

@@ -57,7 +57,7 @@ MEANINGS = {
     "calibrated": "the band was widened until held-out runs were inside; there are no derivatives with "
     "respect to the parameters",
     "sampled": "the extremes of the runs, an inner bound: the response may exceed them between the runs",
-    "undersampled": "there were too few runs for the required coverage",
+    "undersampled": "there were too few runs for the required coverage, or none in a part of the box",
     "not resolved": "no polynomial follows the response, which may leave the bounds and has other worst "
     "cases",
 }

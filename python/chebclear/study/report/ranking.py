@@ -35,7 +35,7 @@ def feature_section(feature: FeatureResult) -> tuple[Section, Finding]:
         return Section(f"Feature: {feature.name}", blocks), Finding(feature.name, f"{text}).")
     blocks += [
         ranking_table(ranking),
-        Items([f"{sentence}." for sentence in ranking.advice()]),
+        Items([f"{sentence}." for sentence in (*ranking.reservations(), *ranking.advice())]),
         Picture(_finding(ranking), partial(_bars, ranking), height=1.0 + 0.3 * len(ranking)),
     ]
     return Section(f"Feature: {feature.name}", blocks), Finding(

@@ -113,7 +113,10 @@ def _peak(result: Any, band: Band) -> FeatureInterval:
     values = result.table(band.name)
     peaks = values.reshape(len(values), -1).max(axis=1)[:, None]
     points = on_cube(result.intervals, result.parameters)
-    return find_interval(points, peaks[:-1], peaks[-1], random=result.requirement is not None)
+    failed = any(one.reason != NOT_BEGUN for one in result.failures)
+    return find_interval(
+        points, peaks[:-1], peaks[-1], random=result.requirement is not None, filled=not failed
+    )
 
 
 def _asked_peak(result: Any, output: str) -> str:

@@ -103,6 +103,8 @@ fn largest_term_count(rows: usize) -> usize {
 pub enum Method {
     /// By held-out runs, with a polynomial where one follows the response.
     Calibrated,
+    /// By held-out runs alone: a polynomial would be extrapolated into a part of the box that the runs leave out.
+    OfRuns,
     /// By a proof for independent runs, see [`certify`].
     Certified,
 }
@@ -214,6 +216,7 @@ impl Design {
         let requirement = Requirement { coverage, runs: scored, block, samples, parameters };
         match self.method {
             Method::Calibrated => band(&runs, &self.regression, &requirement),
+            Method::OfRuns => calibrated(&runs, &requirement).into(),
             Method::Certified => certified(&runs, &requirement).into(),
         }
     }
