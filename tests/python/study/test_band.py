@@ -311,6 +311,7 @@ def test_included_runs_of_another_model_are_told():
         study.band(21, include=study.scan(3))
 
 
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 def test_bands_hold_corners_without_a_run_where_motions_follow_a_polynomial_roughly():
     # Of 41 runs some have none where a is near 1 and b near an end: 99.6 to 99.9 % were inside.
     t = np.linspace(0.0, 1.0, 91)
@@ -322,7 +323,8 @@ def test_bands_hold_corners_without_a_run_where_motions_follow_a_polynomial_roug
     fresh = ramp(*np.random.default_rng(9).uniform(-1.0, 1.0, (2, 3000, 1)))
     for seed in range(4):
         band = cc.Study(lambda a, b: {"t": t, "y": ramp(a, b)}, box).band(41, seed=seed)["y"]
-        assert band.verdict == "calibrated" and band.margin.persistence > 0.3
+        # No polynomial explains the bend, so that few runs cannot verify it.
+        assert band.verdict == "undersampled" and band.margin.persistence > 0.8
         assert np.mean((fresh >= band.lower) & (fresh <= band.upper)) >= 0.9995
 
 
@@ -358,6 +360,29 @@ def test_runs_that_differ_by_offsets_are_single_observations():
         assert any("at least 999 are needed" in text for text in result.warnings)
     assert cc.Study(offset, box).band(41, coverage=0.95)["x"].verdict == "calibrated"
     assert cc.Study(noise, box).band(81)["x"].margin.persistence < 0.1
+
+
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+@pytest.mark.parametrize(
+    "response",
+    [
+        lambda t, a, b, e: a * np.sin(9.0 * t) + 0.5 * b + 0.3 * e,
+        lambda t, a, b, e: np.sin(20.0 * t) * (1.0 + 0.3 * e) + a * t + 0.3 * b,
+    ],
+)
+def test_runs_that_differ_by_offsets_or_factors_beside_what_parameters_do_are_single_observations(response):
+    # With a held-out coverage of 100 % they kept 99.2 to 99.6 % of new runs for 99.9 %.
+    t = np.linspace(0.0, 1.0, 101)
+
+    def model(a, b):
+        scatter = np.random.default_rng([int((a + 1.0) * 2**40), int((b + 1.0) * 2**40)]).standard_normal()
+        return {"t": t, "x": response(t, a, b, scatter)}
+
+    box = {"a": cc.interval(-1.0, 1.0), "b": cc.interval(-1.0, 1.0)}
+    for seed in range(4):
+        band = cc.Study(model, box).band(41, seed=seed)["x"]
+        assert band.verdict == "undersampled" and band.margin.persistence > 0.8
+    assert cc.Study(model, box).band(41, coverage=0.95)["x"].verdict == "calibrated"
 
 
 @pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")

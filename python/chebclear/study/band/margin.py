@@ -45,8 +45,9 @@ class Margin:
     inflation : float
         Widening of the band to either side, in local spreads of the runs [-].
     persistence : float
-        Share of the samples for which a held-out run that leaves the band of the others, before that is
-        widened, stays outside [-]; 0 without such runs. Near 1 runs differ for all of their time.
+        How long runs stay apart, the longer of two [-]: the share of the samples for which a held-out run
+        that leaves the band of the others, before that is widened, stays outside, and that for which a run
+        stays furthest from what a polynomial explains. Near 1 runs differ for all of their time.
     """
 
     method: Literal["polynomial", "envelope", "runs"]

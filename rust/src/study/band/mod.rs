@@ -45,8 +45,9 @@ pub struct OutputBand {
     pub window: f64,
     /// Local spreads by which the band was widened to either side; 0 with a polynomial.
     pub inflation: f64,
-    /// Share of the samples for which a held-out run that leaves the band of the others, before that is widened, stays
-    /// outside [-]; 0 with a polynomial.
+    /// How long runs stay apart, the longer of two: the share of the samples for which a held-out run that leaves the
+    /// band of the others, before that is widened, stays outside, and what [`resolve::persistence`] finds [-]; 0 with
+    /// a polynomial.
     pub persistence: f64,
     /// What held-out runs did.
     pub held_out: HeldOut,
@@ -216,7 +217,7 @@ impl Design {
         let requirement = Requirement { coverage, runs: scored, block, samples, parameters };
         match self.method {
             Method::Calibrated => band(&runs, &self.regression, &requirement),
-            Method::OfRuns => calibrated(&runs, &requirement).into(),
+            Method::OfRuns => lasting(calibrated(&runs, &requirement), &runs, &self.regression).into(),
             Method::Certified => certified(&runs, &requirement).into(),
         }
     }
@@ -250,7 +251,7 @@ fn band(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> 
     let holds = |band: &Resolved| band.held_out.coverage >= requirement.coverage;
     let Some(resolved) = resolved(runs, regression, requirement).filter(holds) else {
         let band = calibrated(runs, requirement);
-        return with_corners(band, runs, regression).into();
+        return lasting(with_corners(band, runs, regression), runs, regression).into();
     };
     let wide = width(&resolved.lower, &resolved.upper);
     // A calibrated band holds all runs, and costs more than to know how wide that is at least.
@@ -264,8 +265,17 @@ fn band(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> 
     if wide <= LARGEST_WIDTH_RATIO * width(&calibrated.lower, &calibrated.upper) + rounding {
         resolved.into()
     } else {
-        calibrated.into()
+        lasting(calibrated, runs, regression).into()
     }
+}
+
+/// A calibrated band that knows how long what no polynomial explains lasts in a run. Revolutions of one run show that by
+/// themselves.
+fn lasting(mut band: Calibrated, runs: &Runs<'_>, regression: &Regression) -> Calibrated {
+    if runs.block == 1 {
+        band.persistence = band.persistence.max(resolve::persistence(runs, regression));
+    }
+    band
 }
 
 /// A calibrated band that contains the range of the polynomial too, where motions follow one roughly.

@@ -134,9 +134,49 @@ fn fitted_block(runs: &Runs<'_>, regression: &Regression, degree: usize) -> (Vec
     (regression.coefficients(&projected, samples, degree), largest)
 }
 
+/// How long what no polynomial explains lasts in a run: 1 where the same two runs are furthest from the polynomial with
+/// the least error at all instants, about two over the number of runs where every instant has others [-].
+///
+/// Runs that differ by an offset or a factor, beside what their parameters do, are single observations, however many
+/// samples they have.
+pub fn persistence(runs: &Runs<'_>, regression: &Regression) -> f64 {
+    let Some(Tried { errors, probes, .. }) = tried(runs, regression) else { return 0.0 };
+    let mut of_runs = vec![0.0_f64; runs.scored];
+    for at in 0..probes {
+        let of_rows = || errors.iter().skip(at).step_by(probes).enumerate();
+        let order = |a: &(usize, &f64), b: &(usize, &f64)| a.1.total_cmp(b.1);
+        if let (Some((lowest, low)), Some((highest, high))) =
+            (of_rows().min_by(order), of_rows().max_by(order))
+            && low < high
+        {
+            of_runs[lowest / runs.block] += 1.0;
+            of_runs[highest / runs.block] += 1.0;
+        }
+    }
+    let sum: f64 = of_runs.iter().sum();
+    let square: f64 = of_runs.iter().map(|count| count * count).sum();
+    if sum > 0.0 { square / (sum * probes as f64) } else { 0.0 }
+}
+
 /// The degree with the least error at held-out runs, at some instants; None where no polynomial is nearly good
 /// enough.
 fn chosen_degree(runs: &Runs<'_>, regression: &Regression, largest_error: f64) -> Option<usize> {
+    // The error over all instants may be smaller.
+    tried(runs, regression).filter(|tried| tried.error <= 1.2 * largest_error).map(|tried| tried.degree)
+}
+
+/// The polynomial with the least error at held-out runs.
+struct Tried {
+    degree: usize,
+    /// Largest error over the width of the hull, both averaged over the probes [-].
+    error: f64,
+    /// Errors of the rows of the scored runs, rows x probes.
+    errors: Vec<f64>,
+    /// Number of instants at which it was tried.
+    probes: usize,
+}
+
+fn tried(runs: &Runs<'_>, regression: &Regression) -> Option<Tried> {
     let last = runs.samples - 1;
     let count = PROBES.min(runs.samples);
     let probes: Vec<usize> = (0..count).map(|probe| probe * last / (count - 1).max(1)).collect();
@@ -147,20 +187,19 @@ fn chosen_degree(runs: &Runs<'_>, regression: &Regression, largest_error: f64) -
     let means = means(&at_probes);
     let projected = regression.project(&means, count, most);
     let mut residuals = means.to_vec();
-    let (mut best, mut error_of_best) = (0, f64::INFINITY);
+    let mut best: Option<Tried> = None;
     for degree in 0..=most {
         regression.reduce(&mut residuals, &projected, count, degree);
         let errors = errors_of_rows(&at_probes, &means, regression.leave_one_out(&residuals, count, degree));
         let error = relative_error(&at_probes, &largest_errors(&errors, count));
-        if error < error_of_best {
-            (best, error_of_best) = (degree, error);
+        if best.as_ref().is_none_or(|best| error < best.error) {
+            best = Some(Tried { degree, error, errors, probes: count });
         }
         if error < NEGLIGIBLE_ERROR {
             break;
         }
     }
-    // The error over all instants may be smaller.
-    (error_of_best <= 1.2 * largest_error).then_some(best)
+    best
 }
 
 /// Means of the rows of every run, runs x samples: least squares of the rows and of their means are the same.
