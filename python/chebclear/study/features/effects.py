@@ -249,7 +249,7 @@ def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) 
         If there are too few runs for a polynomial of degree 1, or the points do not vary all parameters
         independently.
     """
-    models, degree = models_of(points, values, seed)
+    models, degree, _ = models_of(points, values, seed)
     variances = np.maximum(models[0].variances, 0.0)
     total = float(variances.sum())
     shares = variances / total if total > 0.0 else variances
@@ -308,8 +308,9 @@ def ends_of(resampled: Array) -> tuple[Array, Array]:
     return lower, upper
 
 
-def models_of(points: Array, values: Array, seed: int) -> tuple[list[Model], int]:
-    """The polynomial of the chosen degree, and the next ones, which show the error of the chosen one."""
+def models_of(points: Array, values: Array, seed: int) -> tuple[list[Model], int, Model | None]:
+    """The polynomial of the chosen degree and the next ones, which show the error of the chosen one; its
+    degree; and the polynomial of the degree below where the runs allow none above."""
     fits = fits_of(points)
     size = float(np.max(np.abs(values)))
     if not size <= _LARGEST or (0.0 < np.ptp(values) < 1.0 / _LARGEST):
@@ -328,7 +329,9 @@ def models_of(points: Array, values: Array, seed: int) -> tuple[list[Model], int
             f"all of them, got {len(points)}: ask for more runs"
         )
     degree = best_degree(fits, values.mean(axis=1))
-    return [_model(fit, points, values, seed) for fit in fits[degree : degree + _DEGREES]], degree
+    models = [_model(fit, points, values, seed) for fit in fits[degree : degree + _DEGREES]]
+    below = _model(fits[degree - 1], points, values, seed) if len(models) == 1 and degree > 1 else None
+    return models, degree, below
 
 
 def _model(fit: _Fit, points: Array, values: Array, seed: int) -> Model:
