@@ -276,7 +276,7 @@ class Methods(Runner):
         """
         checks = Checks()
         count = checks.whole("runs", runs, least=2, most=MOST_RUNS)
-        start = checks.whole("seed", seed, least=0)
+        start = checks.whole("seed", seed, least=0, most=sampled.MOST_SEED)
         checks.finish()
         if isinstance(self.model, FinishedRuns):
             own = self.model.points

@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
+from inspect import signature
 from typing import Any, Unpack
 
 from numpy.typing import ArrayLike
 
-from ..base.arguments import Checks
+from ..base.arguments import Checks, meant_or_known
 from ..base.progress import Progress, is_request
 from ..execution.means import OnFailure, checked_means
 from ..execution.plan import Plan
@@ -222,6 +223,11 @@ class Study(Methods):
             checks.add("a table of finished runs costs no further ones: there is nothing to be planned")
         if probes is not None:
             probes = checks.whole("probes", probes, least=1)
+        checks.finish()
+        known = [name for name in signature(getattr(self, method)).parameters]
+        for name in arguments:
+            if name not in known:
+                checks.add(f'{method} has no argument "{name}"{meant_or_known(name, known)}', wrong_type=True)
         checks.finish()
         return plan_of(self, method, probes, arguments)
 

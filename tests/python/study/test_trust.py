@@ -468,3 +468,17 @@ def test_an_exact_polynomial_holds_in_corners_that_no_run_is_near():
         assert band.verdict == "resolved"
         np.testing.assert_allclose(band.lower, 0.0, atol=1e-9)
         np.testing.assert_allclose(band.upper, count * (1.0 + t), rtol=1e-6)
+
+
+def test_instants_at_which_an_interpolating_polynomial_is_off_are_told():
+    # It passes through its nodes: those that are left out tell.
+    t = np.linspace(0.0, 1.0, 51)
+    box = {"a": cc.interval(-1.0, 1.0), "b": cc.interval(-1.0, 1.0)}
+
+    def step(a, b):
+        return {"t": t, "y": np.where(t > 0.5 + 0.02 * a, 1.0, 0.0) + 0.5 * b}
+
+    band = cc.Study(step, box).chebyshev(degree=4)["y"]
+    assert band.verdict == "resolved"
+    with pytest.warns(cc.ChebclearWarning, match=r"y: at 1 of 51 instants, such as t = 0\.5 s"):
+        band.sensitivity("a")

@@ -37,6 +37,8 @@ def add(commands: Commands) -> None:
 def report(options: argparse.Namespace) -> int:
     """Run the command."""
     path = options.to or (options.out or options.result.parent) / f"{options.result.stem}.html"
+    if options.out and not options.to:
+        options.out.mkdir(parents=True, exist_ok=True)
     require_writable(path.parent)
     result = load_result(options.result)
     if isinstance(result, Bifurcation):

@@ -459,7 +459,7 @@ class Band(records.ArrayRecord):
     def _doubt(self, what: str) -> None:
         """Warn where the polynomial is not the response."""
         off = self._off if self.verdict == "resolved" else None
-        if doubt := doubt_of(self.name, what, self.t, off, self.verdict):
+        if doubt := doubt_of(self.name, self.verdict, what, self.t, off):
             warn(doubt)
 
     @cached_property
@@ -467,9 +467,8 @@ class Band(records.ArrayRecord):
         if self.angle is not None:
             return np.zeros(len(self.t))  # revolutions scatter about the mean, which it follows
         points, runs = self.parameters, self.runs
-        # Of a table without a run in the middle another one is the nominal run.
+        # A polynomial on a grid does not pass through the run in the middle, which a table may lack.
         if math.isnan(self.coverage) and not np.any(np.all(runs == self.nominal, axis=1)):
-            # A polynomial passes through its nodes, but not through the run in the middle of the box.
             middle = [side.midpoint for side in self.intervals.values()]
             points, runs = np.vstack([points, middle]), np.vstack([runs, self.nominal])
         return far_off(self._polynomial(), points, runs, self.hull)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..polynomials.holes import HoleFit
+from ..polynomials.left_out import left_out_error
 from ..polynomials.surrogate import Surrogate, time_blocks
 from .band import Band
 from .margin import RESOLVED, Margin, Verdict
@@ -53,36 +54,8 @@ def fit_error(
     middle = [side.midpoint for side in surrogate.intervals.values()] if at is None else at
     error: Array = np.abs(surrogate.evaluate(dict(zip(surrogate.intervals, middle, strict=True))) - nominal)
     for block in time_blocks(*runs.shape):
-        error[block] = np.maximum(error[block], _left_out_error(surrogate.degrees, nodes, runs[:, block]))
+        error[block] = np.maximum(error[block], left_out_error(surrogate.degrees, nodes, runs[:, block]))
     return error
-
-
-def _left_out_error(degrees: Sequence[int], nodes: Sequence[int], runs: Array) -> Array:
-    """The part of it that the nodes tell, of some of the samples."""
-    error: Array = np.zeros(runs.shape[1])
-    before = 1
-    for count, degree in zip(nodes, degrees, strict=True):
-        # As a stack of matrices, which are multiplied where they are; `tensordot` would copy them.
-        lines = runs.reshape(before, count, -1)
-        before *= count
-        highest = min(degree, count - 2)
-        for tried, weight in ((highest, 1.0), (highest - 1, 0.5)):
-            if tried < (0 if tried == highest else 1):
-                continue
-            misses = (_left_out(count, tried) @ lines).reshape(-1, runs.shape[1])
-            worst = np.maximum(misses.max(axis=0), -misses.min(axis=0))
-            error = np.maximum(error, weight * worst)
-    return error
-
-
-def _left_out(count: int, degree: int) -> Array:
-    """Matrix from values at `count` roots to their prediction errors by fits of `degree` to the others."""
-    angles = (2 * np.arange(count) + 1) * math.pi / (2 * count)
-    basis = np.cos(np.outer(angles, np.arange(degree + 1))) * math.sqrt(2.0 / count)
-    basis[:, 0] *= math.sqrt(0.5)
-    residual = np.eye(count) - basis @ basis.T
-    left_out: Array = residual / np.diag(residual)[:, None]
-    return left_out
 
 
 def judged(

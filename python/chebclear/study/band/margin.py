@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.units import unit
-from ..polynomials.surrogate import Surrogate, time_blocks
+from ..polynomials.left_out import left_out_error
+from ..polynomials.surrogate import Surrogate, chebyshev_grid, time_blocks
 
 Array = NDArray[np.float64]
 
@@ -22,6 +23,9 @@ RESOLVED = 0.05
 # accelerations of slider-cranks, with and without clearance, have no such instant; a step of a single
 # sample has.
 _FAR_OFF = 2.0 * RESOLVED
+# The same for nodes of a grid that are predicted from the others, whose errors are several times those of the
+# polynomial itself.
+_FAR_OFF_LEFT_OUT = 5.0 * RESOLVED
 # Error of slopes near the boundaries of the box that is told, over the width divided by the interval.
 _STEEP = 0.25
 
@@ -66,6 +70,9 @@ def percent(share: float) -> str:
 def far_off(surrogate: Surrogate, points: Array, runs: Array, hull: tuple[Array, Array]) -> Array:
     """Residual of a polynomial at runs over the width of their hull, 0 where it is small, shape (samples,).
 
+    A polynomial with as many terms as nodes of a grid passes through all of them: their errors when they are
+    left out count instead, where these are large.
+
     Parameters
     ----------
     surrogate : Surrogate
@@ -81,14 +88,22 @@ def far_off(surrogate: Surrogate, points: Array, runs: Array, hull: tuple[Array,
     width = np.maximum(width, np.mean(width))
     at = dict(zip(surrogate.intervals, points.T, strict=True))
     off = np.zeros(len(width))
+    left = np.zeros(len(width))
+    nodes = [degree + 1 for degree in surrogate.degrees]
+    count = math.prod(nodes)
+    interpolates = len(points) in (count, count + 1) and np.allclose(
+        points[:count], chebyshev_grid(list(surrogate.intervals.values()), nodes), rtol=1e-9
+    )
     for block in time_blocks(*runs.shape):
         part = replace(surrogate, terms=np.ascontiguousarray(surrogate.terms[:, block]))
         off[block] = np.max(np.abs(part.evaluate(at) - runs[:, block]), axis=0)
-    relative: Array = np.divide(off, width, out=np.zeros_like(off), where=width > 0.0)
-    return np.where(relative > _FAR_OFF, relative, 0.0)
+        if interpolates:
+            left[block] = left_out_error(surrogate.degrees, nodes, runs[:count, block])
+    own, others = (np.divide(one, width, out=np.zeros_like(one), where=width > 0.0) for one in (off, left))
+    return np.where((own > _FAR_OFF) | (others > _FAR_OFF_LEFT_OUT), np.maximum(own, others), 0.0)
 
 
-def doubt_of(name: str, what: str, t: Array, off: Array | None, verdict: Verdict) -> str:
+def doubt_of(name: str, verdict: Verdict, what: str, t: Array, off: Array | None) -> str:
     """Warning that a polynomial is not the response, at the instants where it is `far_off` or, without these,
     at all; empty if it is."""
     if off is None and verdict == "undersampled":

@@ -324,6 +324,11 @@ def models_of(points: Array, values: Array, seed: int) -> tuple[list[Model], int
     if len(fits) < 2:
         parameters = points.shape[1]
         least = max(parameters + 1 + LEAST_FREE, math.ceil((parameters + 1) / _TERMS_PART))
+        if len(points) >= least:
+            raise ArgumentError(
+                "effects cannot be told apart: parameters vary together, or one does not vary, and more such "
+                "runs do not help"
+            )
         raise ArgumentError(
             f"effects of {parameters} parameter{'s' * (parameters > 1)} need at least {least} runs that vary "
             f"all of them, got {len(points)}: ask for more runs"

@@ -69,10 +69,11 @@ def find_narrowing(names: list[str], points: Array, values: Array, seed: int = 0
     effect = found[0][0]
     ranges = [ends_of(again) for _, again in found]
     beyond = missed_part(models[0], values) + _POINTS_ERROR + unexplained(models)
-    if below is not None:
-        beyond = beyond + _OF_LAST * np.abs(_narrowed(below, points, seed)[0] - effect)
-    lower = np.minimum(np.min([low for low, _ in ranges], axis=0) - beyond, effect)
-    upper = np.maximum(np.minimum(np.max([high for _, high in ranges], axis=0) + beyond, 1.0), effect)
+    # What the last degree changed is about what the next one would.
+    last = 0.0 if below is None else _OF_LAST * np.abs(_narrowed(below, points, seed)[0] - effect)
+    lower = np.minimum(np.min([low for low, _ in ranges], axis=0) - beyond - last, effect)
+    upper = np.minimum(np.max([high for _, high in ranges], axis=0) + beyond + last, 1.0)
+    upper = np.maximum(upper, effect)
     rows = zip(effect, lower, upper, strict=True)
     return {name: Estimate(*map(float, row)) for name, row in zip(names, rows, strict=True)}
 

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -16,7 +13,8 @@ from ...base.arguments import Checks, meant_or_known
 from ...errors import ArgumentError, describe
 from ...run.features import Feature
 from ...scene.scene import Interval
-from ..polynomials.points import empty_parts, empty_together, is_grid, on_cube
+from ..polynomials.points import is_grid
+from .filled import copies_of, gaps, spread
 from .own import Returned, check_own_features, sampled_feature
 from .returned import time_axis
 from .units import checked_units, require_known
@@ -25,13 +23,6 @@ Array = NDArray[np.float64]
 
 # Largest difference of a parameter from that of a run of a table, over half the interval, for the same point.
 _SAME_POINT = 1e-6
-# The same for copies of a run, rounding alone: of 2000 random values of one parameter two may be within 1e-6.
-# For their values over the range of all runs.
-_COPY = 1e-12
-# Correlation of two parameters from which runs leave out most of the box, and that of independent ones by
-# chance, times the square root of the number of runs.
-_LARGEST_CORRELATION = 0.5
-_CHANCE = 5.0
 # A square table may be transposed if neighboring runs differ by less than this part of neighboring samples.
 _ROUGHER = 0.2
 
@@ -79,7 +70,7 @@ class FinishedRuns:
     def require_filled(self, points: Array) -> None:
         """Refuse runs that leave out a part of the box in which others of the table are."""
         columns = [dict(zip(self.intervals, one.T, strict=True)) for one in (self.points, points)]
-        everywhere, found = (_gaps(one, self.intervals) for one in columns)
+        everywhere, found = (gaps(one, self.intervals) for one in columns)
         for name, text in found.items():
             if name not in everywhere:
                 raise ArgumentError(
@@ -194,7 +185,7 @@ def finished_runs(
     check_own_features(checks, asked)
     require_known(checks, checked_units(checks, units), [*columns, *series, *asked, *numbers])
     checks.whole("cycles", cycles, least=1)
-    copies = _copies(columns, sides, [*series.values(), *numbers.values()])
+    copies = copies_of(columns, sides, [*series.values(), *numbers.values()])
     if copies:
         first = "run {1} is one of run {0}".format(*copies[0])
         text = f"{len(copies)} of {runs} runs are copies of others ({first})"
@@ -208,17 +199,7 @@ def finished_runs(
         runs = len(left)
         if runs < 2:
             checks.add(f"all {len(copies) + 1} runs are copies of one: give 2 different ones at least")
-    for text in [*_together(columns), *_apart(columns, sides)]:
-        doubts.append(f"{text}, and nothing that the table says holds there")
-        if independent:
-            checks.add(f"independent says that runs fill the box at random, but {text}")
-    for name, text in _gaps(columns, sides).items():
-        doubts.append(f"no run of the table has {text}: nothing it says holds there")
-        if independent:
-            checks.add(
-                f"independent says that runs fill the box at random, but none of {runs} has {text}: "
-                f'give the interval of "{name}" from which they were drawn'
-            )
+    doubts += spread(checks, columns, sides, independent)
     checks.finish()
     found = [sampled_feature(one, instants, series[one.of], cycles) for one in asked.values()]
     found += [np.repeat(column[:, None], cycles, axis=1) for column in numbers.values()]
@@ -369,90 +350,6 @@ def _table_values(
 def _looks_transposed(array: Array) -> bool:
     over_runs, over_time = (float(np.mean(np.abs(np.diff(array, axis=axis)))) for axis in (0, 1))
     return over_runs < _ROUGHER * over_time
-
-
-def _copies(
-    columns: Mapping[str, Array], sides: Mapping[str, Interval], values: Sequence[Array]
-) -> list[tuple[int, int]]:
-    """Pairs of a run and a later one at the same point with the same values, to rounding.
-
-    Held-out runs with a copy among the others are always inside. Runs at one point that differ are none:
-    measurements and impacts scatter. Neither are they where runs at different points are often equal too,
-    such as counts of rare events.
-    """
-    if not values or not columns or len(sides) < len(columns):
-        return []
-    points = np.stack(list(columns.values()), axis=-1)
-    distinct = {
-        hashlib.sha256(b"".join(array[run].tobytes() for array in values)).digest()
-        for run in range(len(points))
-    }
-    if 2 * len(distinct) < len(np.unique(points, axis=0)):
-        return []
-    first: dict[bytes, list[int]] = {}
-    found = []
-    # Values whose differences overflow are refused elsewhere, as are intervals without a width.
-    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        scales = np.array([_COPY * sides[name].half_width for name in columns])
-        near = [_COPY * float(np.ptp(array)) for array in values]
-        for run, point in enumerate(np.round(points / scales) + 0.0):
-            known = first.setdefault(point.tobytes(), [])
-            for other in known:
-                if all(np.all(np.abs(a[run] - a[other]) <= e) for a, e in zip(values, near, strict=True)):
-                    found.append((other, run))
-                    break
-            else:
-                known.append(run)
-    return found
-
-
-def _gaps(columns: Mapping[str, Array], sides: Mapping[str, Interval]) -> dict[str, str]:
-    """The parts of each interval without a run, in words."""
-    found = {}
-    for name, side in sides.items():
-        parts = side.midpoint + side.half_width * empty_parts(
-            (columns[name] - side.midpoint) / side.half_width
-        )
-        if len(parts):
-            share = float(np.sum(np.diff(parts))) / (2.0 * side.half_width)
-            ends = " or ".join(f"between {lower:.6g} and {upper:.6g}" for lower, upper in parts)
-            found[name] = f"{name} {ends}, {100.0 * share:.0f} % of its interval"
-    return found
-
-
-def _together(columns: Mapping[str, Array]) -> list[str]:
-    """Pairs of parameters that rise or fall with each other, in words; of runs that fill the box none do.
-
-    Of independent parameters less than one pair in 1e6 is so by chance.
-    """
-    found = []
-    # Relative to the largest, whose square is a number then.
-    sizes = {name: max(float(np.max(np.abs(column))), math.ulp(0.0)) for name, column in columns.items()}
-    relative = {name: column / sizes[name] for name, column in columns.items()}
-    varying = [(name, column) for name, column in relative.items() if np.ptp(column) > 0.0]
-    for (name, column), (other, values) in combinations(varying, 2):
-        # What has another number of runs is a problem of its own.
-        if len(column) != len(values):
-            continue
-        correlation = float(np.corrcoef(column, values)[0, 1])
-        if abs(correlation) > max(_LARGEST_CORRELATION, _CHANCE / math.sqrt(len(column))):
-            found.append(
-                f"{name} and {other} vary together (correlation {correlation:.2f}): no run of the table is "
-                "in most of the box"
-            )
-    return found
-
-
-def _apart(columns: Mapping[str, Array], sides: Mapping[str, Interval]) -> list[str]:
-    """Pairs of parameters that leave out a part of the box together, in words."""
-    if not columns or len(sides) < len(columns) or not all(side.half_width > 0.0 for side in sides.values()):
-        return []
-    names = list(columns)
-    pairs = empty_together(on_cube(dict(sides), np.stack(list(columns.values()), axis=-1)))
-    return [
-        f"{names[one]} and {names[other]} leave out a part of the box together: no run of the table is there"
-        for one, other in pairs
-    ]
 
 
 def _table_intervals(checks: Checks, columns: Mapping[str, Array], given: object) -> dict[str, Interval]:

@@ -15,6 +15,7 @@ from ...execution.batch import jammed
 from ...execution.failures import set_apart
 from ...execution.pieces import NOT_BEGUN
 from ...run.features import Feature
+from ...scene.scene import Interval
 from ..band.band import Band
 from ..band.calibrated import doubling_narrows
 from ..band.margin import percent
@@ -40,7 +41,7 @@ def summary(result: Any) -> str:
     for name, side in sides[:_MOST_LINES]:
         unit = f" {result.units[name]}" if result.units.get(name, "-") != "-" else ""
         spread = _OF_NORMAL if name in normal else ""
-        lines.append(f"  {name}: {side.lower:.6g} to {side.upper:.6g}{unit}{spread}")
+        lines.append(f"  {name}: {_ends(side)}{unit}{spread}")
     lines += [f"  and {len(sides) - _MOST_LINES} more parameters"] * (len(sides) > _MOST_LINES)
     bands = list(result.bands.values())
     if bands:
@@ -71,6 +72,14 @@ def summary(result: Any) -> str:
     lines += [f"warning: and {more} more, see result.warnings"] * (more > 0)
     lines += [f"next: {text}" for text in _next(result)]
     return "\n".join(lines)
+
+
+def _ends(side: Interval) -> str:
+    """An interval in words; of one that is narrow against its size, middle and half width."""
+    text = format_ends(side.lower, side.upper)
+    if len(set(text.split(" to "))) == 1 and side.half_width > 0.0:
+        return f"{side.midpoint:.6g} ± {side.half_width:.3g}"
+    return text
 
 
 def _head(result: Any) -> str:
@@ -159,7 +168,9 @@ def _next(result: Any) -> list[str]:
     if followed and not result.worst_cases and simulated:
         advice.append(f"result.check() simulates the predicted worst cases of {_named(followed)}")
     if result.features is not None:
-        advice.append(f'result.ranking("{result.features.names[0]}") says which tolerance to tighten')
+        table = result.features
+        varying = [name for name in table.names if np.ptp(table[name].values) > 0.0]
+        advice += [f'result.ranking("{name}") says which tolerance to tighten' for name in varying[:1]]
     return advice
 
 

@@ -345,6 +345,14 @@ impl Candidate {
     }
 }
 
+/// Width up to which bands are averaged, from the widths of all.
+fn averaged_width(widths: impl Iterator<Item = f64>, requirement: &Requirement) -> f64 {
+    let most =
+        if (requirement.parameters, requirement.block) == (1, 1) { AVERAGED_WIDTHS_OF_ONE } else { 1.0 };
+    let share = AVERAGED_WIDTHS * requirement.fewness().min(1.0).powi(2);
+    widths.fold(f64::INFINITY, f64::min) * (1.0 + share.min(most))
+}
+
 /// The mean of the narrowest candidates, each widened by its inflation times `level`, and what held-out runs do in it.
 fn averaged(
     candidates: &[Candidate],
@@ -355,11 +363,7 @@ fn averaged(
 ) -> Calibrated {
     let widened: Vec<([Vec<f64>; 2], f64)> =
         candidates.par_iter().map(|candidate| candidate.widened(sides, level)).collect();
-    let narrowest = widened.iter().map(|(_, width)| *width).fold(f64::INFINITY, f64::min);
-    let most =
-        if (requirement.parameters, requirement.block) == (1, 1) { AVERAGED_WIDTHS_OF_ONE } else { 1.0 };
-    let averaged_widths = AVERAGED_WIDTHS * requirement.fewness().min(1.0).powi(2);
-    let largest = narrowest * (1.0 + averaged_widths.min(most));
+    let largest = averaged_width(widened.iter().map(|(_, width)| *width), requirement);
     let chosen: Vec<(&Candidate, &[Vec<f64>; 2])> = candidates
         .iter()
         .zip(&widened)

@@ -1,0 +1,130 @@
+"""Whether the runs of a table fill the box: copies of runs, and parts of the box without any."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...base.arguments import Checks
+from ...scene.scene import Interval
+from ..polynomials.points import empty_parts, empty_together, on_cube
+
+Array = NDArray[np.float64]
+
+# Largest difference of a parameter from that of a copy, over half the interval, and of values over the range
+# of all runs: rounding alone, since of 2000 random values of one parameter two may be within 1e-6.
+_COPY = 1e-12
+# Correlation of two parameters from which runs leave out most of the box, and that of independent ones by
+# chance, times the square root of the number of runs.
+_LARGEST_CORRELATION = 0.5
+_CHANCE = 5.0
+
+
+def copies_of(
+    columns: Mapping[str, Array], sides: Mapping[str, Interval], values: Sequence[Array]
+) -> list[tuple[int, int]]:
+    """Pairs of a run and a later one at the same point with the same values, to rounding.
+
+    Held-out runs with a copy among the others are always inside. Runs at one point that differ are none:
+    measurements and impacts scatter. Neither are they where runs at different points are often equal too,
+    such as counts of rare events.
+    """
+    if not values or not columns or len(sides) < len(columns):
+        return []
+    points = np.stack(list(columns.values()), axis=-1)
+    distinct = {
+        hashlib.sha256(b"".join(array[run].tobytes() for array in values)).digest()
+        for run in range(len(points))
+    }
+    if 2 * len(distinct) < len(np.unique(points, axis=0)):
+        return []
+    first: dict[bytes, list[int]] = {}
+    found = []
+    # Values whose differences overflow are refused elsewhere, as are intervals without a width.
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        scales = np.array([_COPY * sides[name].half_width for name in columns])
+        near = [_COPY * float(np.ptp(array)) for array in values]
+        for run, point in enumerate(np.round(points / scales) + 0.0):
+            known = first.setdefault(point.tobytes(), [])
+            for other in known:
+                if all(np.all(np.abs(a[run] - a[other]) <= e) for a, e in zip(values, near, strict=True)):
+                    found.append((other, run))
+                    break
+            else:
+                known.append(run)
+    return found
+
+
+def spread(
+    checks: Checks, columns: Mapping[str, Array], sides: Mapping[str, Interval], independent: bool
+) -> list[str]:
+    """Doubts of runs that leave out a part of the box; problems are added to `checks` if they are said to be
+    independent."""
+    doubts = []
+    for text in [*_together(columns), *_apart(columns, sides)]:
+        doubts.append(f"{text}, and nothing that the table says holds there")
+        if independent:
+            checks.add(f"independent says that runs fill the box at random, but {text}")
+    for name, text in gaps(columns, sides).items():
+        doubts.append(f"no run of the table has {text}: nothing it says holds there")
+        if independent:
+            runs = len(columns[name])
+            checks.add(
+                f"independent says that runs fill the box at random, but none of {runs} has {text}: "
+                f'give the interval of "{name}" from which they were drawn'
+            )
+    return doubts
+
+
+def gaps(columns: Mapping[str, Array], sides: Mapping[str, Interval]) -> dict[str, str]:
+    """The parts of each interval without a run, in words."""
+    found = {}
+    for name, side in sides.items():
+        parts = side.midpoint + side.half_width * empty_parts(
+            (columns[name] - side.midpoint) / side.half_width
+        )
+        if len(parts):
+            share = float(np.sum(np.diff(parts))) / (2.0 * side.half_width)
+            ends = " or ".join(f"between {lower:.6g} and {upper:.6g}" for lower, upper in parts)
+            found[name] = f"{name} {ends}, {100.0 * share:.0f} % of its interval"
+    return found
+
+
+def _together(columns: Mapping[str, Array]) -> list[str]:
+    """Pairs of parameters that rise or fall with each other, in words; of runs that fill the box none do.
+
+    Of independent parameters less than one pair in 1e6 is so by chance.
+    """
+    found = []
+    # Relative to the largest, whose square is a number then.
+    sizes = {name: max(float(np.max(np.abs(column))), math.ulp(0.0)) for name, column in columns.items()}
+    relative = {name: column / sizes[name] for name, column in columns.items()}
+    varying = [(name, column) for name, column in relative.items() if np.ptp(column) > 0.0]
+    for (name, column), (other, values) in combinations(varying, 2):
+        # What has another number of runs is a problem of its own.
+        if len(column) != len(values):
+            continue
+        correlation = float(np.corrcoef(column, values)[0, 1])
+        if abs(correlation) > max(_LARGEST_CORRELATION, _CHANCE / math.sqrt(len(column))):
+            found.append(
+                f"{name} and {other} vary together (correlation {correlation:.2f}): no run of the table is "
+                "in most of the box"
+            )
+    return found
+
+
+def _apart(columns: Mapping[str, Array], sides: Mapping[str, Interval]) -> list[str]:
+    """Pairs of parameters that leave out a part of the box together, in words."""
+    if not columns or len(sides) < len(columns) or not all(side.half_width > 0.0 for side in sides.values()):
+        return []
+    names = list(columns)
+    pairs = empty_together(on_cube(dict(sides), np.stack(list(columns.values()), axis=-1)))
+    return [
+        f"{names[one]} and {names[other]} leave out a part of the box together: no run of the table is there"
+        for one, other in pairs
+    ]
