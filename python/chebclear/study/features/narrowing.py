@@ -38,7 +38,7 @@ _TIMES, _POINTS_ERROR = 8, 1.5e-2
 # Neighbors of a point where the scatter is uneven: part of the runs, and least and largest number of them.
 # Chosen on forces and accelerations of two slider-cranks.
 _NEIGHBORS_PART, _LEAST_NEIGHBORS, _MOST_NEIGHBORS = 0.08, 5, 25
-# The part where the size depends on one parameter alone, along which neighbors are nearer.
+# The part where the size depends on one of several parameters, along which neighbors are nearer.
 _PART_OF_ONE = 0.14
 # Size of the scatter, over that of the polynomial, below which it does not matter where it is.
 _MATTERS = 0.01
@@ -47,6 +47,8 @@ _UNEVEN = 0.2
 # That of the test for the parameters on which it depends: one too many makes neighbors farther. With 0.2 the
 # intervals of 41 and 81 runs hold the effect of a scatter exp(2 a) in 79 and 88 % instead of 83 and 94.
 _TELLING = 0.05
+# Dimensions in which neighbors are near enough.
+_FEW = 2
 # Error by the degrees that the runs do not allow, over what the last one changed. With it all of 40 studies
 # of 41 runs hold the effects on exp(2 a + b), 1 / (1.3 + a) and 1 / (2.5 + a + b), without it 75 to 82 %.
 _OF_LAST = 0.5
@@ -108,7 +110,7 @@ def _narrowed(model: Model, points: Array, seed: int) -> tuple[Array, Array]:
     matters = float(np.mean(sizes**2)) > _MATTERS**2 * float(np.var(smooth))
     telling = _uneven_along(points, sizes, random) if matters else np.zeros(parameters, dtype=bool)
     uneven = bool(telling.any())
-    part = _PART_OF_ONE if np.count_nonzero(telling) == 1 else _NEIGHBORS_PART
+    part = _PART_OF_ONE if np.count_nonzero(telling) == 1 < parameters else _NEIGHBORS_PART
     near = min(runs, max(_LEAST_NEIGHBORS, min(_MOST_NEIGHBORS, round(part * runs))))
     # Of one cycle the size is too noisy for a polynomial.
     size_at = _size_of_scatter(points, sizes) if uneven and model.left.shape[1] > 1 else None
@@ -200,7 +202,7 @@ def _uneven_along(points: Array, sizes: Array, random: Generator) -> NDArray[np.
     """The parameters on which the size of the scatter of each run depends, shape (parameters,).
 
     It follows parabolas in all parameters better than when it is shuffled, else none is meant, and parabolas
-    in these alone. If no single one is certain, all are meant.
+    in these alone. If no single one is certain all are meant, as in two dimensions, where neighbors are near.
     """
     runs, parameters = points.shape
     none = np.zeros(parameters, dtype=bool)
@@ -218,5 +220,7 @@ def _uneven_along(points: Array, sizes: Array, random: Generator) -> NDArray[np.
 
     if follows(points) > _UNEVEN:
         return none
+    if parameters <= _FEW:
+        return ~none
     along = np.array([follows(column[:, None]) <= _TELLING for column in points.T])
     return along if along.any() else ~none
