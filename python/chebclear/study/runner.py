@@ -111,6 +111,7 @@ class Runner:
                 self.normal,
                 units_of(runs.feature_names, self.features, self.units, simulated=self.settings is not None),
                 count_failed(runs.failures),
+                isinstance(self.model, FinishedRuns),
             )
         result = StudyResult.from_runs(
             runs.t,

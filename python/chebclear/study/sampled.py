@@ -350,6 +350,7 @@ def _result(
             study.normal,
             units_of(names, study.features, study.units, simulated=study.settings is not None),
             requirement.failed,
+            isinstance(study.model, FinishedRuns),
         )
     result = StudyResult.from_runs(
         intervals=study.intervals,

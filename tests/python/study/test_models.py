@@ -227,6 +227,12 @@ def test_copies_of_runs_of_a_table_count_once():
     sides = {"a": interval(-1.0, 1.0)}
     study = Study.from_runs(many, T[:3], {"x": line}, intervals=sides, independent=True)
     assert study.certify(0.999)["x"].verdict == "certified"
+    # Several copies that differ by rounding, in a narrow interval.
+    narrow = 0.05 * (1.0 + 1e-3 * a)
+    thrice = {"a": np.concatenate([narrow, narrow * 1000.0 * 0.001, narrow * 3.0 / 3.0]), "b": np.tile(b, 3)}
+    with pytest.warns(ChebclearWarning, match="copies of others"):
+        study = Study.from_runs(thrice, T, {"x": np.tile(x, (3, 1))})
+        assert len(study.sample().parameters) <= 64
     with pytest.raises(ValueError, match="all 3 runs are copies of one: give 2 different ones"):
         Study.from_runs({"a": [0.5] * 3}, None, {"y": [1.0] * 3}, intervals=sides)
 
@@ -239,6 +245,15 @@ def test_the_first_runs_of_a_table_must_fill_the_box_as_all_do():
         ValueError, match=r"none of the first 21 runs has a between 0\.2.*put them into a random"
     ):
         study.band(21)
+    assert study.band()["x"].verdict == "resolved"
+    # In two parameters together.
+    a, b = random.uniform(-1.0, 1.0, (2, 200))
+    a, b = a[np.argsort(np.abs(a - b))], b[np.argsort(np.abs(a - b))]
+    study = Study.from_runs({"a": a, "b": b}, T, {"x": (a + b)[:, None] * (1.0 + T)})
+    with pytest.raises(
+        ValueError, match=r"the first 100 runs leave out a part of the box .*put them into a random"
+    ):
+        study.band(100)
     assert study.band()["x"].verdict == "resolved"
     # All runs but the nominal one are used: no others are where these are not.
     a = np.concatenate([random.uniform(-1.0, -0.42, 20), random.uniform(0.42, 1.0, 20), [0.0]])
@@ -281,6 +296,10 @@ def clusters(random):
     return np.stack([levels, random.uniform(-1.0, 1.0, 120)], axis=-1)
 
 
+def beginning(random):
+    return np.stack([np.repeat([-1.0, -0.8, -0.6, -0.4], 30), random.uniform(-1.0, 1.0, 120)], axis=-1)
+
+
 @pytest.mark.parametrize(
     ("draw", "told"),
     [
@@ -288,6 +307,7 @@ def clusters(random):
         (disc, "a and b leave out a part of the box together"),
         (lambda random: np.clip(random.normal(0.0, 1 / 3, (120, 2)), -1.0, 1.0), "a and b leave out a part"),
         (clusters, "no run of the table has a between -0.8 and 0.9"),
+        (beginning, "no run of the table has a between -0.4 and 1"),
     ],
 )
 def test_nothing_is_extrapolated_into_a_part_of_the_box_that_a_table_leaves_out(draw, told):
@@ -296,7 +316,7 @@ def test_nothing_is_extrapolated_into_a_part_of_the_box_that_a_table_leaves_out(
     x = (a + b + 0.2 * a * b + np.exp(-2.0 * (a**2 + b**2)))[:, None] * (1.0 + T)
     with pytest.warns(ChebclearWarning, match=told):
         study = Study.from_runs({"a": a, "b": b}, T, {"x": x}, intervals=sides, features={"peak": peak("x")})
-        if draw is clusters:  # a grid in one parameter has no held-out runs
+        if draw in (clusters, beginning):  # a grid in one parameter has no held-out runs
             result = study.sample()
         else:
             result = study.band()
@@ -315,6 +335,14 @@ def test_runs_that_fill_the_box_leave_nothing_out():
         for count in (20, 300):
             points = np.random.default_rng([seed, count]).uniform(-1.0, 1.0, (count, 4))
             assert not leaves_out(points)
+    # Pairs of Sobol' points in many dimensions look empty, but runs of a study are not judged.
+    sides = {f"p{index}": interval(-1.0, 1.0) for index in range(20)}
+    study = Study(
+        lambda **p: {"t": T, "x": (200.0 + sum(p.values())) * (1.0 + T)}, sides, features={"peak": peak("x")}
+    )
+    reach = study.band(128).feature("peak").interval
+    assert reach.verdict == "resolved"
+    assert (reach.lower, reach.upper) == pytest.approx((360.0, 440.0), rel=1e-9)
     # Grids.
     roots = np.cos((2 * np.arange(5) + 1) * np.pi / 10)
     assert not leaves_out(np.stack(np.meshgrid(roots, np.linspace(-1.0, 1.0, 2)), axis=-1).reshape(-1, 2))

@@ -482,3 +482,30 @@ def test_instants_at_which_an_interpolating_polynomial_is_off_are_told():
     assert band.verdict == "resolved"
     with pytest.warns(cc.ChebclearWarning, match=r"y: at 1 of 51 instants, such as t = 0\.5 s"):
         band.sensitivity("a")
+
+
+def test_tables_whose_nominal_run_is_elsewhere_are_not_doubted():
+    t = np.linspace(0.0, 1.0, 21)
+    box = {"a": cc.interval(-1.0, 1.0), "b": cc.interval(-1.0, 1.0)}
+
+    def smooth(a, b):
+        return np.exp(0.2 * (a + b)) * (1.0 + t)
+
+    own = cc.Study(lambda a, b: {"t": t, "x": smooth(a, b)}, box).chebyshev(degree=3)
+    points = np.vstack([own.parameters[:16], [0.35, 0.35]])
+    values = np.vstack([own.values("x")[:16], smooth(0.35, 0.35)])
+    with pytest.warns(cc.ChebclearWarning) as told:
+        study = cc.Study.from_runs(dict(zip("ab", points.T, strict=True)), t, {"x": values}, intervals=box)
+        study.chebyshev(degree=3)["x"].worst("upper")
+    assert not [one for one in told if "polynomial is off" in str(one.message)]
+    # Points are compared on the box: all are near each other in a narrow one.
+    narrow = {name: cc.interval(-1e-9, 1e-9) for name in "ab"}
+
+    def quadratic(a, b):
+        return {"t": t, "x": 1e9 * (a + b + 5e8 * a * a) * (1.0 + t)}
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        band = cc.Study(quadratic, narrow).band(81)["x"]
+        band.worst("upper")
+    assert band.verdict == "resolved"

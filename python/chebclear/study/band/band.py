@@ -466,12 +466,7 @@ class Band(records.ArrayRecord):
     def _off(self) -> Array:
         if self.angle is not None:
             return np.zeros(len(self.t))  # revolutions scatter about the mean, which it follows
-        points, runs = self.parameters, self.runs
-        # A polynomial on a grid does not pass through the run in the middle, which a table may lack.
-        if math.isnan(self.coverage) and not np.any(np.all(runs == self.nominal, axis=1)):
-            middle = [side.midpoint for side in self.intervals.values()]
-            points, runs = np.vstack([points, middle]), np.vstack([runs, self.nominal])
-        return far_off(self._polynomial(), points, runs, self.hull)
+        return far_off(self._polynomial(), self.parameters, self.runs, self.hull)
 
     @property
     def _error(self) -> Array:

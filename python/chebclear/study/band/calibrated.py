@@ -283,8 +283,9 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[str]:
     if lasting:
         messages.append(
             f"undersampled: runs of {', '.join(lasting)} differ for nearly all of their time in what no "
-            f"polynomial explains, so that {runs} runs are too few to verify that {asked} of "
-            f"a further run are in the band; at least {max(lasting.values())} are needed"
+            f"polynomial of {runs} runs explains, so that they are too few to verify that {asked} of a "
+            f"further run are in the band; {max(lasting.values())} verify it in any case, fewer if they let "
+            "a polynomial follow"
         )
     short = [name for name in short if name not in lasting]
     if not short:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...base.units import unit
 from ..polynomials.left_out import left_out_error
+from ..polynomials.points import on_cube
 from ..polynomials.surrogate import Surrogate, chebyshev_grid, time_blocks
 
 Array = NDArray[np.float64]
@@ -90,15 +91,16 @@ def far_off(surrogate: Surrogate, points: Array, runs: Array, hull: tuple[Array,
     off = np.zeros(len(width))
     left = np.zeros(len(width))
     nodes = [degree + 1 for degree in surrogate.degrees]
-    count = math.prod(nodes)
-    interpolates = len(points) in (count, count + 1) and np.allclose(
-        points[:count], chebyshev_grid(list(surrogate.intervals.values()), nodes), rtol=1e-9
-    )
+    interpolates = False
+    if len(points) == math.prod(nodes):
+        grid = chebyshev_grid(list(surrogate.intervals.values()), nodes)
+        own, nearest = (on_cube(surrogate.intervals, each) for each in (points, grid))
+        interpolates = bool(np.max(np.abs(own - nearest)) < 1e-6)
     for block in time_blocks(*runs.shape):
         part = replace(surrogate, terms=np.ascontiguousarray(surrogate.terms[:, block]))
-        off[block] = np.max(np.abs(part.evaluate(at) - runs[:, block]), axis=0)
+        off[block] = np.max(np.abs(part.evaluate(at) - runs[:, block]), axis=0, initial=0.0)
         if interpolates:
-            left[block] = left_out_error(surrogate.degrees, nodes, runs[:count, block])
+            left[block] = left_out_error(surrogate.degrees, nodes, runs[:, block])
     own, others = (np.divide(one, width, out=np.zeros_like(one), where=width > 0.0) for one in (off, left))
     return np.where((own > _FAR_OFF) | (others > _FAR_OFF_LEFT_OUT), np.maximum(own, others), 0.0)
 

@@ -69,6 +69,8 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
         SI unit of each feature, empty where it is not known; empty if none is.
     failed : int
         Further runs that failed and are not among these [-].
+    finished : bool
+        Whether the runs came as a table, at points of unknown origin, which may leave out a part of the box.
     """
 
     names: tuple[str, ...]
@@ -80,6 +82,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
     normal: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
     failed: int = 0
+    finished: bool = False
 
     @classmethod
     def of_file(
@@ -96,6 +99,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
             tuple(facts.get("normal", ())),
             tuple(facts.get("feature_units", ())),
             sum(one["reason"] != "not_begun" for one in facts.get("failures", ())),
+            facts.get("finished", False),
         )
 
     @property
@@ -129,6 +133,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
             normal=self.normal,
             unit=self.units[index] if self.units else "",
             failed=self.failed,
+            finished=self.finished,
         )
 
 
@@ -156,6 +161,8 @@ class FeatureResult(records.ArrayRecord):
         SI unit of the feature; empty if it is not known.
     failed : int
         Further runs that failed; they count as outside [-].
+    finished : bool
+        Whether the runs came as a table, at points of unknown origin, which may leave out a part of the box.
     """
 
     name: str
@@ -167,6 +174,7 @@ class FeatureResult(records.ArrayRecord):
     normal: tuple[str, ...] = ()
     unit: str = ""
     failed: int = 0
+    finished: bool = False
 
     def __repr__(self) -> str:
         runs, cycles = self.values.shape
@@ -186,7 +194,8 @@ class FeatureResult(records.ArrayRecord):
     @cached_property
     def interval(self) -> FeatureInterval:
         """How far the feature reaches over the box."""
-        reach = find_interval(self._points, self.values, self.nominal, self.random, filled=not self.failed)
+        filled = not self.failed and not self._leaves_out
+        reach = find_interval(self._points, self.values, self.nominal, self.random, filled=filled)
         share = len(self.values) / (len(self.values) + self.failed)
         return replace(reach, coverage=reach.coverage * share, whole_run=reach.whole_run * share)
 
@@ -201,7 +210,7 @@ class FeatureResult(records.ArrayRecord):
         ValueError
             If there are too few runs to tell.
         """
-        if leaves_out(self._points):
+        if self._leaves_out:
             warn(f"{self.name}: the runs leave out a part of the box: effects are extrapolated there")
         return find_effects(list(self.intervals), self._points, self.values)
 
@@ -256,8 +265,13 @@ class FeatureResult(records.ArrayRecord):
             effects.scatter,
             self.normal,
             share,
-            leaves_out(self._points),
+            self._leaves_out,
         )
+
+    @cached_property
+    def _leaves_out(self) -> bool:
+        # Those of a study fill the box, though pairs of many parameters may look as if they did not.
+        return self.finished and leaves_out(self._points)
 
     @property
     def _points(self) -> Array:

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from ...base.shown import Shown
 from ..band.margin import RESOLVED
-from ..polynomials.points import leaves_out
 from .effects import best_degree, even_points, fits_of, left_out, legendre_terms
 
 Array = NDArray[np.float64]
@@ -68,15 +67,14 @@ def find_interval(
     random : bool
         Whether the runs are spread at random over the box.
     filled : bool
-        Whether none have failed. Where they have, or the points leave out a part of the box, nothing is known
-        of the feature, and no polynomial is extrapolated.
+        Whether none have failed and the points leave out no part of the box, where nothing is known of the
+        feature: no polynomial is extrapolated.
 
     Returns
     -------
     FeatureInterval
     """
     runs = len(values)
-    filled = filled and not leaves_out(points)
     lower, upper, resolved = _reach(points, values, filled)
     inside = np.zeros(runs, dtype=bool)
     for fold in range(min(_FOLDS, runs)):

@@ -37,20 +37,20 @@ def copies_of(
     if not values or not columns or len(sides) < len(columns):
         return []
     points = np.stack(list(columns.values()), axis=-1)
-    distinct = {
-        hashlib.sha256(b"".join(array[run].tobytes() for array in values)).digest()
-        for run in range(len(points))
-    }
-    if 2 * len(distinct) < len(np.unique(points, axis=0)):
-        return []
-    first: dict[bytes, list[int]] = {}
-    found = []
     # Values whose differences overflow are refused elsewhere, as are intervals without a width.
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         scales = np.array([_COPY * sides[name].half_width for name in columns])
+        # Not below the rounding of the values themselves.
+        cells = np.round(points / np.maximum(scales, 8.0 * np.spacing(np.max(np.abs(points), axis=0)))) + 0.0
         near = [_COPY * float(np.ptp(array)) for array in values]
-        for run, point in enumerate(np.round(points / scales) + 0.0):
-            known = first.setdefault(point.tobytes(), [])
+    rows = (b"".join(array[run].tobytes() for array in values) for run in range(len(points)))
+    if 2 * len({hashlib.sha256(row).digest() for row in rows}) < len(np.unique(cells, axis=0)):
+        return []
+    first: dict[bytes, list[int]] = {}
+    found = []
+    with np.errstate(over="ignore", invalid="ignore"):
+        for run, cell in enumerate(cells):
+            known = first.setdefault(cell.tobytes(), [])
             for other in known:
                 if all(np.all(np.abs(a[run] - a[other]) <= e) for a, e in zip(values, near, strict=True)):
                     found.append((other, run))
@@ -96,10 +96,16 @@ def gaps(columns: Mapping[str, Array], sides: Mapping[str, Interval]) -> dict[st
 
 
 def _together(columns: Mapping[str, Array]) -> list[str]:
-    """Pairs of parameters that rise or fall with each other, in words; of runs that fill the box none do.
+    """Pairs of parameters that rise or fall with each other, in words; of runs that fill the box none do."""
+    return [
+        f"{one} and {other} vary together (correlation {correlation:.2f}): no run of the table is in most of "
+        "the box"
+        for (one, other), correlation in _correlated(columns)
+    ]
 
-    Of independent parameters less than one pair in 1e6 is so by chance.
-    """
+
+def _correlated(columns: Mapping[str, Array]) -> list[tuple[tuple[str, str], float]]:
+    """Pairs of correlated parameters; of independent ones less than one pair in 1e6 is so by chance."""
     found = []
     # Relative to the largest, whose square is a number then.
     sizes = {name: max(float(np.max(np.abs(column))), math.ulp(0.0)) for name, column in columns.items()}
@@ -111,20 +117,21 @@ def _together(columns: Mapping[str, Array]) -> list[str]:
             continue
         correlation = float(np.corrcoef(column, values)[0, 1])
         if abs(correlation) > max(_LARGEST_CORRELATION, _CHANCE / math.sqrt(len(column))):
-            found.append(
-                f"{name} and {other} vary together (correlation {correlation:.2f}): no run of the table is "
-                "in most of the box"
-            )
+            found.append(((name, other), correlation))
     return found
 
 
 def _apart(columns: Mapping[str, Array], sides: Mapping[str, Interval]) -> list[str]:
-    """Pairs of parameters that leave out a part of the box together, in words."""
+    """That pairs of parameters which are not correlated leave out a part of the box together, in words."""
     if not columns or len(sides) < len(columns) or not all(side.half_width > 0.0 for side in sides.values()):
         return []
     names = list(columns)
     pairs = empty_together(on_cube(dict(sides), np.stack(list(columns.values()), axis=-1)))
+    told = {pair for pair, _ in _correlated(columns)}
+    apart = [(names[one], names[other]) for one, other in pairs if (names[one], names[other]) not in told]
+    if not apart:
+        return []
+    more = f", as do {len(apart) - 1} more pairs" if len(apart) > 1 else ""
     return [
-        f"{names[one]} and {names[other]} leave out a part of the box together: no run of the table is there"
-        for one, other in pairs
+        f"{' and '.join(apart[0])} leave out a part of the box together{more}: no run of the table is there"
     ]

@@ -13,7 +13,7 @@ from ...base.arguments import Checks, meant_or_known
 from ...errors import ArgumentError, describe
 from ...run.features import Feature
 from ...scene.scene import Interval
-from ..polynomials.points import is_grid
+from ..polynomials.points import empty_together, is_grid
 from .filled import copies_of, gaps, spread
 from .own import Returned, check_own_features, sampled_feature
 from .returned import time_axis
@@ -77,6 +77,12 @@ class FinishedRuns:
                     f"none of the first {len(points)} runs has {text}, though others of the table are there: "
                     "use all runs, or put them into a random order"
                 )
+        pairs = [empty_together(self._on_cube(one)) for one in (self.points, points)]
+        if set(pairs[1]) - set(pairs[0]):
+            raise ArgumentError(
+                f"the first {len(points)} runs leave out a part of the box in which others of the table are: "
+                "use all runs, or put them into a random order"
+            )
 
     def run(self, **parameters: float) -> dict[str, Array | float]:
         """The run with these parameters, as a model of one's own returns it."""

@@ -24,6 +24,8 @@ _FEW = 5
 # Gap between levels of a grid in [-1, 1], times their number, that is no even spacing: in the middle of
 # Chebyshev roots it is π at most, between equally spaced levels 4.
 _UNEVEN = 2.0 * math.pi
+# The same from the ends of the interval: 1 at most of roots, and in the middle of even parts.
+_UNEVEN_ENDS = 2.0
 
 
 def sobol_points(intervals: Mapping[str, Interval], first: int, count: int, seed: int) -> Array:
@@ -74,8 +76,8 @@ def is_grid(column: Array) -> bool:
 def empty_parts(column: Array) -> Array:
     """Parts of [-1, 1] without a value of the runs, where runs that fill the box have none such.
 
-    Of independent and uniformly distributed runs less than one set in 1e6 has such a part. Of a grid it is a
-    part that is half as long again as even spacing makes it.
+    Of independent and uniformly distributed runs less than one set in 1e6 has such a part. Of a grid it is
+    longer than those of even spacing.
 
     Parameters
     ----------
@@ -91,7 +93,9 @@ def empty_parts(column: Array) -> Array:
         return np.empty((0, 2))
     values = np.concatenate([[-1.0], np.sort(column), [1.0]])
     if is_grid(column):
-        found = np.flatnonzero(np.diff(values) * len(np.unique(column)) > _UNEVEN)
+        most = np.full(len(values) - 1, _UNEVEN)
+        most[[0, -1]] = _UNEVEN_ENDS
+        found = np.flatnonzero(np.diff(values) * len(np.unique(column)) > most)
     else:
         shares = np.clip(0.5 * np.diff(values), 0.0, 1.0)
         # The probability is at most (runs + 1) (1 - share)^runs.
@@ -117,7 +121,8 @@ def empty_together(cube: Array) -> list[tuple[int, int]]:
         Numbers of the parameters.
     """
     runs = len(cube)
-    judged = [axis for axis, column in enumerate(cube.T) if runs >= _FEW and not is_grid(column)]
+    filled = [axis for axis, column in enumerate(cube.T) if not len(empty_parts(column))]
+    judged = [axis for axis in filled if runs >= _FEW and not is_grid(cube[:, axis])]
     pairs = list(combinations(judged, 2))
     found = []
     for one, other in pairs:

@@ -96,6 +96,7 @@ def facts_of(result: Any) -> dict[str, Any]:
             "random": result.features.random,
             "normal": result.features.normal,
             "feature_units": result.features.units,
+            "finished": result.features.finished,
         }
     return facts
 

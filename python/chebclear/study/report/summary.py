@@ -21,7 +21,7 @@ from ..band.calibrated import doubling_narrows
 from ..band.margin import percent
 from ..features.reach import FeatureInterval, find_interval
 from ..models.finished import FinishedRuns
-from ..polynomials.points import on_cube
+from ..polynomials.points import leaves_out, on_cube
 
 Array = NDArray[np.float64]
 
@@ -122,10 +122,10 @@ def _peak(result: Any, band: Band) -> FeatureInterval:
     values = result.table(band.name)
     peaks = values.reshape(len(values), -1).max(axis=1)[:, None]
     points = on_cube(result.intervals, result.parameters)
-    failed = any(one.reason != NOT_BEGUN for one in result.failures)
-    return find_interval(
-        points, peaks[:-1], peaks[-1], random=result.requirement is not None, filled=not failed
-    )
+    filled = not any(one.reason != NOT_BEGUN for one in result.failures)
+    if isinstance(getattr(result.study, "model", None), FinishedRuns):
+        filled = filled and not leaves_out(points)
+    return find_interval(points, peaks[:-1], peaks[-1], random=result.requirement is not None, filled=filled)
 
 
 def _asked_peak(result: Any, output: str) -> str:
