@@ -224,7 +224,7 @@ class Study(Methods):
         if probes is not None:
             probes = checks.whole("probes", probes, least=1)
         checks.finish()
-        known = [name for name in signature(getattr(self, method)).parameters]
+        known = list(signature(getattr(self, method)).parameters)
         for name in arguments:
             if name not in known:
                 checks.add(f'{method} has no argument "{name}"{meant_or_known(name, known)}', wrong_type=True)

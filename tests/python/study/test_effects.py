@@ -478,18 +478,18 @@ class TestStudy:
         assert "crank_length = " in caught.value.__notes__[0]
 
 
-def hits_of(response, runs, studies, parameters=3):
+def hits_of(response, runs, studies):
     """How many intervals of the effect of halving the first parameter hold that of brute force."""
-    many = np.random.default_rng(0).uniform(-1.0, 1.0, (400_000, parameters))
-    sides = [many, many * np.r_[0.5, np.ones(parameters - 1)]]
+    many = np.random.default_rng(0).uniform(-1.0, 1.0, (400_000, 3))
+    sides = [many, many * [0.5, 1.0, 1.0]]
     whole, halved = (
         np.ptp(np.quantile(response(side, np.random.default_rng(1)), [0.025, 0.975])) for side in sides
     )
     found = []
     for study in range(studies):
         random = np.random.default_rng([study, 5])
-        points = random.uniform(-1.0, 1.0, (runs, parameters))
-        found.append(find_narrowing(list("abc")[:parameters], points, response(points, random)[:, None])["a"])
+        points = random.uniform(-1.0, 1.0, (runs, 3))
+        found.append(find_narrowing(["a", "b", "c"], points, response(points, random)[:, None])["a"])
     return sum(one.lower <= 1.0 - halved / whole <= one.upper for one in found)
 
 

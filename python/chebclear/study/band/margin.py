@@ -27,6 +27,8 @@ _FAR_OFF = 2.0 * RESOLVED
 # The same for nodes of a grid that are predicted from the others, whose errors are several times those of the
 # polynomial itself.
 _FAR_OFF_LEFT_OUT = 5.0 * RESOLVED
+# Difference of points that are the same, over half the interval.
+_SAME_POINT = 1e-6
 # Error of slopes near the boundaries of the box that is told, over the width divided by the interval.
 _STEEP = 0.25
 
@@ -72,7 +74,7 @@ def far_off(surrogate: Surrogate, points: Array, runs: Array, hull: tuple[Array,
     """Residual of a polynomial at runs over the width of their hull, 0 where it is small, shape (samples,).
 
     A polynomial with as many terms as nodes of a grid passes through all of them: their errors when they are
-    left out count instead, where these are large.
+    left out count instead.
 
     Parameters
     ----------
@@ -88,21 +90,27 @@ def far_off(surrogate: Surrogate, points: Array, runs: Array, hull: tuple[Array,
     width = hull[1] - hull[0]
     width = np.maximum(width, np.mean(width))
     at = dict(zip(surrogate.intervals, points.T, strict=True))
-    off = np.zeros(len(width))
-    left = np.zeros(len(width))
     nodes = [degree + 1 for degree in surrogate.degrees]
-    interpolates = False
-    if len(points) == math.prod(nodes):
-        grid = chebyshev_grid(list(surrogate.intervals.values()), nodes)
-        own, nearest = (on_cube(surrogate.intervals, each) for each in (points, grid))
-        interpolates = bool(np.max(np.abs(own - nearest)) < 1e-6)
+    interpolates = _on_grid(surrogate, nodes, points)
+    off = np.zeros(len(width))
     for block in time_blocks(*runs.shape):
+        if interpolates:
+            off[block] = left_out_error(surrogate.degrees, nodes, runs[:, block])
+            continue
         part = replace(surrogate, terms=np.ascontiguousarray(surrogate.terms[:, block]))
         off[block] = np.max(np.abs(part.evaluate(at) - runs[:, block]), axis=0, initial=0.0)
-        if interpolates:
-            left[block] = left_out_error(surrogate.degrees, nodes, runs[:, block])
-    own, others = (np.divide(one, width, out=np.zeros_like(one), where=width > 0.0) for one in (off, left))
-    return np.where((own > _FAR_OFF) | (others > _FAR_OFF_LEFT_OUT), np.maximum(own, others), 0.0)
+    relative: Array = np.divide(off, width, out=np.zeros_like(off), where=width > 0.0)
+    return np.where(relative > (_FAR_OFF_LEFT_OUT if interpolates else _FAR_OFF), relative, 0.0)
+
+
+def _on_grid(surrogate: Surrogate, nodes: list[int], points: Array) -> bool:
+    """Whether points are the Chebyshev grid of so many nodes."""
+    # Counted first: the grid of a polynomial of many parameters is large.
+    if len(points) != math.prod(nodes):
+        return False
+    grid = chebyshev_grid(list(surrogate.intervals.values()), nodes)
+    own, wanted = (on_cube(surrogate.intervals, each) for each in (points, grid))
+    return bool(np.max(np.abs(own - wanted)) < _SAME_POINT)
 
 
 def doubt_of(name: str, verdict: Verdict, what: str, t: Array, off: Array | None) -> str:

@@ -66,7 +66,7 @@ def spread(
     """Doubts of runs that leave out a part of the box; problems are added to `checks` if they are said to be
     independent."""
     doubts = []
-    for text in [*_together(columns), *_apart(columns, sides)]:
+    for text in _together(columns, sides):
         doubts.append(f"{text}, and nothing that the table says holds there")
         if independent:
             checks.add(f"independent says that runs fill the box at random, but {text}")
@@ -95,18 +95,29 @@ def gaps(columns: Mapping[str, Array], sides: Mapping[str, Interval]) -> dict[st
     return found
 
 
-def _together(columns: Mapping[str, Array]) -> list[str]:
-    """Pairs of parameters that rise or fall with each other, in words; of runs that fill the box none do."""
-    return [
+def _together(columns: Mapping[str, Array], sides: Mapping[str, Interval]) -> list[str]:
+    """What pairs of parameters leave out together, in words; of runs that fill the box none do."""
+    correlated = _correlated(columns)
+    found = [
         f"{one} and {other} vary together (correlation {correlation:.2f}): no run of the table is in most of "
         "the box"
-        for (one, other), correlation in _correlated(columns)
+        for (one, other), correlation in correlated.items()
     ]
+    if not columns or len(sides) < len(columns) or not all(side.half_width > 0.0 for side in sides.values()):
+        return found
+    names = list(columns)
+    pairs = empty_together(on_cube(dict(sides), np.stack(list(columns.values()), axis=-1)))
+    apart = [pair for one, other in pairs if (pair := (names[one], names[other])) not in correlated]
+    if apart:
+        more = f", as do {len(apart) - 1} more pairs" if len(apart) > 1 else ""
+        there = f"leave out a part of the box together{more}: no run of the table is there"
+        found.append(f"{' and '.join(apart[0])} {there}")
+    return found
 
 
-def _correlated(columns: Mapping[str, Array]) -> list[tuple[tuple[str, str], float]]:
-    """Pairs of correlated parameters; of independent ones less than one pair in 1e6 is so by chance."""
-    found = []
+def _correlated(columns: Mapping[str, Array]) -> dict[tuple[str, str], float]:
+    """Correlations of correlated pairs; of independent parameters less than one pair in 1e6 is by chance."""
+    found = {}
     # Relative to the largest, whose square is a number then.
     sizes = {name: max(float(np.max(np.abs(column))), math.ulp(0.0)) for name, column in columns.items()}
     relative = {name: column / sizes[name] for name, column in columns.items()}
@@ -117,21 +128,5 @@ def _correlated(columns: Mapping[str, Array]) -> list[tuple[tuple[str, str], flo
             continue
         correlation = float(np.corrcoef(column, values)[0, 1])
         if abs(correlation) > max(_LARGEST_CORRELATION, _CHANCE / math.sqrt(len(column))):
-            found.append(((name, other), correlation))
+            found[name, other] = correlation
     return found
-
-
-def _apart(columns: Mapping[str, Array], sides: Mapping[str, Interval]) -> list[str]:
-    """That pairs of parameters which are not correlated leave out a part of the box together, in words."""
-    if not columns or len(sides) < len(columns) or not all(side.half_width > 0.0 for side in sides.values()):
-        return []
-    names = list(columns)
-    pairs = empty_together(on_cube(dict(sides), np.stack(list(columns.values()), axis=-1)))
-    told = {pair for pair, _ in _correlated(columns)}
-    apart = [(names[one], names[other]) for one, other in pairs if (names[one], names[other]) not in told]
-    if not apart:
-        return []
-    more = f", as do {len(apart) - 1} more pairs" if len(apart) > 1 else ""
-    return [
-        f"{' and '.join(apart[0])} leave out a part of the box together{more}: no run of the table is there"
-    ]
