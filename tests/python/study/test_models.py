@@ -310,7 +310,7 @@ def beginning(random):
         (beginning, "no run of the table has a between -0.4 and 1"),
     ],
 )
-def test_nothing_is_extrapolated_into_a_part_of_the_box_that_a_table_leaves_out(draw, told):
+def test_nothing_is_extrapolated_into_a_part_of_the_box_that_a_table_leaves_out(draw, told, tmp_path):
     sides = {"a": interval(-1.0, 1.0), "b": interval(-1.0, 1.0)}
     a, b = draw(np.random.default_rng(1))[:120].T
     x = (a + b + 0.2 * a * b + np.exp(-2.0 * (a**2 + b**2)))[:, None] * (1.0 + T)
@@ -323,6 +323,10 @@ def test_nothing_is_extrapolated_into_a_part_of_the_box_that_a_table_leaves_out(
             assert result["x"].verdict == "undersampled"
             assert result["x"].surrogate is None
             assert np.max(np.abs(result["x"].upper)) < 4.0 * np.max(np.abs(x))
+            # More runs at the same points do not help; a loaded result says the same.
+            assert "next: runs in the part of the box that the table leaves out" in str(result)
+            result.save(tmp_path / "table.npz")
+            assert str(StudyResult.load(tmp_path / "table.npz")) == str(result)
     reach = result.feature("peak").interval
     assert reach.verdict == "sampled"
     assert (reach.lower, reach.upper) == (x.max(axis=1).min(), x.max(axis=1).max())

@@ -122,10 +122,16 @@ def _peak(result: Any, band: Band) -> FeatureInterval:
     values = result.table(band.name)
     peaks = values.reshape(len(values), -1).max(axis=1)[:, None]
     points = on_cube(result.intervals, result.parameters)
-    filled = not any(one.reason != NOT_BEGUN for one in result.failures)
-    if isinstance(getattr(result.study, "model", None), FinishedRuns):
-        filled = filled and not leaves_out(points)
+    filled = not any(one.reason != NOT_BEGUN for one in result.failures) and not _leaves_out(result)
     return find_interval(points, peaks[:-1], peaks[-1], random=result.requirement is not None, filled=filled)
+
+
+def _leaves_out(result: Any) -> bool:
+    """Whether the runs came as a table that leaves out a part of the box."""
+    table = isinstance(getattr(result.study, "model", None), FinishedRuns)
+    # A loaded result has no study.
+    table = table or (result.requirement is not None and result.requirement.finished)
+    return table and leaves_out(on_cube(result.intervals, result.parameters))
 
 
 def _asked_peak(result: Any, output: str) -> str:
@@ -145,6 +151,8 @@ def _next(result: Any) -> list[str]:
     unfit = _unfit(result)
     if unfit:
         advice.append(f"{unfit}; more runs would not change that")
+    elif wide and _leaves_out(result):
+        advice.append("runs in the part of the box that the table leaves out, or intervals without it")
     elif wide and requirement is not None and (result.study is not None or requirement.finished):
         more = requirement.runs
         how = (
