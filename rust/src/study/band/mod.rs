@@ -217,7 +217,9 @@ impl Design {
         let requirement = Requirement { coverage, runs: scored, block, samples, parameters };
         match self.method {
             Method::Calibrated => band(&runs, &self.regression, &requirement),
-            Method::OfRuns => lasting(calibrated(&runs, &requirement), &runs, &self.regression).into(),
+            Method::OfRuns => {
+                lasting(calibrated(&runs, &requirement), &runs, &self.regression, &requirement).into()
+            }
             Method::Certified => certified(&runs, &requirement).into(),
         }
     }
@@ -251,7 +253,7 @@ fn band(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> 
     let holds = |band: &Resolved| band.held_out.coverage >= requirement.coverage;
     let Some(resolved) = resolved(runs, regression, requirement).filter(holds) else {
         let band = calibrated(runs, requirement);
-        return lasting(with_corners(band, runs, regression), runs, regression).into();
+        return lasting(with_corners(band, runs, regression), runs, regression, requirement).into();
     };
     let wide = width(&resolved.lower, &resolved.upper);
     // A calibrated band holds all runs, and costs more than to know how wide that is at least.
@@ -265,15 +267,20 @@ fn band(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> 
     if wide <= LARGEST_WIDTH_RATIO * width(&calibrated.lower, &calibrated.upper) + rounding {
         resolved.into()
     } else {
-        lasting(calibrated, runs, regression).into()
+        lasting(calibrated, runs, regression, requirement).into()
     }
 }
 
 /// A calibrated band that knows how long what no polynomial explains lasts in a run. Revolutions of one run show that by
 /// themselves.
-fn lasting(mut band: Calibrated, runs: &Runs<'_>, regression: &Regression) -> Calibrated {
+fn lasting(
+    mut band: Calibrated,
+    runs: &Runs<'_>,
+    regression: &Regression,
+    requirement: &Requirement,
+) -> Calibrated {
     if runs.block == 1 {
-        band.persistence = band.persistence.max(resolve::persistence(runs, regression));
+        band.persistence = band.persistence.max(resolve::persistence(runs, regression, requirement));
     }
     band
 }

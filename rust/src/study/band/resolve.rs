@@ -1,6 +1,6 @@
 //! Whether a polynomial in the parameters follows an output, and the band that it then gives.
 
-use super::calibrate::{Excess, HeldOut, Requirement};
+use super::calibrate::{self, Excess, HeldOut, Requirement};
 use super::candidates::Runs;
 use super::extremes::{GrowingWindow, NEVER_LEFT_OUT, TopTwo, top_two};
 use super::regression::{Regression, exponents};
@@ -138,24 +138,21 @@ fn fitted_block(runs: &Runs<'_>, regression: &Regression, degree: usize) -> (Vec
 /// the least error at all instants, about two over the number of runs where every instant has others [-].
 ///
 /// Runs that differ by an offset or a factor, beside what their parameters do, are single observations, however many
-/// samples they have.
-pub fn persistence(runs: &Runs<'_>, regression: &Regression) -> f64 {
+/// samples they have. For runs of one row.
+pub fn persistence(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> f64 {
     let Some(Tried { errors, probes, .. }) = tried(runs, regression) else { return 0.0 };
-    let mut of_runs = vec![0.0_f64; runs.scored];
+    let mut furthest = Vec::with_capacity(2 * probes);
     for at in 0..probes {
-        let of_rows = || errors.iter().skip(at).step_by(probes).enumerate();
-        let order = |a: &(usize, &f64), b: &(usize, &f64)| a.1.total_cmp(b.1);
-        if let (Some((lowest, low)), Some((highest, high))) =
-            (of_rows().min_by(order), of_rows().max_by(order))
+        let of_runs = || errors.iter().skip(at).step_by(probes).zip(0_u32..);
+        let order = |a: &(&f64, u32), b: &(&f64, u32)| a.0.total_cmp(b.0);
+        if let (Some((low, lowest)), Some((high, highest))) =
+            (of_runs().min_by(order), of_runs().max_by(order))
             && low < high
         {
-            of_runs[lowest / runs.block] += 1.0;
-            of_runs[highest / runs.block] += 1.0;
+            furthest.extend([lowest, highest]);
         }
     }
-    let sum: f64 = of_runs.iter().sum();
-    let square: f64 = of_runs.iter().map(|count| count * count).sum();
-    if sum > 0.0 { square / (sum * probes as f64) } else { 0.0 }
+    calibrate::persistence(furthest.into_iter(), &Requirement { samples: probes, ..*requirement })
 }
 
 /// The degree with the least error at held-out runs, at some instants; None where no polynomial is nearly good
