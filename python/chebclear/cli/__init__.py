@@ -4,5 +4,4 @@ In: the words of a command line; out: tables on standard output, files, an exit 
 `commands` are one file each.
 """
 
-from .entry import main as main
-from .entry import run_process as run_process
+from .entry import main as main, run_process as run_process

@@ -98,6 +98,7 @@ def parser() -> argparse.ArgumentParser:
         "asks for, 70 a defect of this program, 130 interrupted.",
     )
     made.add_argument("--version", action="version", version=f"%(prog)s {package_version()}")
+    made.set_defaults(parser=made)  # for completion
     commands = made.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for command in _COMMANDS:
         command.add(commands)

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from ..base.files import complete_folder
 from ..base.tables import format_number, markdown_table
 from ..study.band.band import Band
-from . import case_study as paper
-from . import figures as paper_figures
+from . import case_study as paper, figures as paper_figures
 from .case_study import CaseStudy, ConventionStudy
 
 Array = NDArray[np.float64]

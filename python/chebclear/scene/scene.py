@@ -20,47 +20,51 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..base.quantities import Interval as Interval
-from ..base.quantities import interval as interval
-from ..base.quantities import rpm as rpm
+from ..base.quantities import Interval as Interval, interval as interval, rpm as rpm
 from ..base.units import unit
 from ..errors import ArgumentError, Problem, SceneError
 from ..report import html
 from ..report.document import Listing
 from .description import describe_scene, summarize_scene
-from .forces import Damper as Damper
-from .forces import Force as Force
-from .forces import Gravity as Gravity
-from .forces import Spring as Spring
-from .forces import Torque as Torque
-from .forces import TorsionDamper as TorsionDamper
-from .forces import TorsionSpring as TorsionSpring
-from .functions import Harmonic as Harmonic
-from .functions import Polynomial as Polynomial
-from .functions import Table as Table
-from .laws import ContactLaw as ContactLaw
-from .laws import Flores as Flores
-from .laws import FrictionLaw as FrictionLaw
-from .laws import Hertz as Hertz
-from .laws import HuntCrossley as HuntCrossley
-from .laws import LankaraniNikravesh as LankaraniNikravesh
-from .laws import ModifiedCoulomb as ModifiedCoulomb
-from .laws import SmoothedCoulomb as SmoothedCoulomb
-from .motions import BodyStart as BodyStart
-from .motions import ClearanceStart as ClearanceStart
-from .motions import JointStart as JointStart
-from .motions import Motion as Motion
-from .motions import Speed as Speed
-from .parts import AnyForce as AnyForce
-from .parts import Body as Body
-from .parts import ClearanceRevolute as ClearanceRevolute
-from .parts import Drive as Drive
-from .parts import Fixed as Fixed
-from .parts import Inspection as Inspection
-from .parts import Joint as Joint
-from .parts import Prismatic as Prismatic
-from .parts import Revolute as Revolute
-from .parts import Start as Start
+from .forces import (
+    Damper as Damper,
+    Force as Force,
+    Gravity as Gravity,
+    Spring as Spring,
+    Torque as Torque,
+    TorsionDamper as TorsionDamper,
+    TorsionSpring as TorsionSpring,
+)
+from .functions import Harmonic as Harmonic, Polynomial as Polynomial, Table as Table
+from .laws import (
+    ContactLaw as ContactLaw,
+    Flores as Flores,
+    FrictionLaw as FrictionLaw,
+    Hertz as Hertz,
+    HuntCrossley as HuntCrossley,
+    LankaraniNikravesh as LankaraniNikravesh,
+    ModifiedCoulomb as ModifiedCoulomb,
+    SmoothedCoulomb as SmoothedCoulomb,
+)
+from .motions import (
+    BodyStart as BodyStart,
+    ClearanceStart as ClearanceStart,
+    JointStart as JointStart,
+    Motion as Motion,
+    Speed as Speed,
+)
+from .parts import (
+    AnyForce as AnyForce,
+    Body as Body,
+    ClearanceRevolute as ClearanceRevolute,
+    Drive as Drive,
+    Fixed as Fixed,
+    Inspection as Inspection,
+    Joint as Joint,
+    Prismatic as Prismatic,
+    Revolute as Revolute,
+    Start as Start,
+)
 from .schema import Part, Points, Vector, at_or_below, read, write
 
 if TYPE_CHECKING:

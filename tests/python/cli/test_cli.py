@@ -10,8 +10,7 @@ import pytest
 from chebclear import cli
 from chebclear.cli import program
 from chebclear.errors import ArgumentError, MissingProgramError, SceneError, SimulationError
-from chebclear.paper import case_study as paper
-from chebclear.paper import output as paper_output
+from chebclear.paper import case_study as paper, output as paper_output
 
 TABLE_3_OUTPUTS = {"slider.x", "slider.vx", "slider.ax", "wrist.penetration"}
 

@@ -20,6 +20,7 @@ PYTHON_ROOMS = [
     "_core",
     "errors",
     "base",
+    "version",
     "data",
     "report",
     "scene",

@@ -15,8 +15,12 @@ from chebclear.templates.expressions import ExpressionError, parse
 from hostile import AnyRuns, other_facts, other_members, results, stores
 
 hypothesis = pytest.importorskip("hypothesis", reason="needs hypothesis")
-from hypothesis import HealthCheck, given, settings  # noqa: E402
-from hypothesis import strategies as st  # noqa: E402
+from hypothesis import (  # noqa: E402
+    HealthCheck,
+    given,
+    settings,
+    strategies as st,
+)
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 

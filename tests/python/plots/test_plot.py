@@ -9,9 +9,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from chebclear.base import tables
-from chebclear.plots import bands as band_plots
-from chebclear.plots import runs as run_plots
-from chebclear.plots import spectra
+from chebclear.plots import bands as band_plots, runs as run_plots, spectra
 from chebclear.scene.columns import column_unit
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

@@ -4,8 +4,16 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from chebclear import ChebclearWarning, Study, StudyResult, interval, mechanisms, peak, rms
-from chebclear import loss as joint_loss
+from chebclear import (
+    ChebclearWarning,
+    Study,
+    StudyResult,
+    interval,
+    loss as joint_loss,
+    mechanisms,
+    peak,
+    rms,
+)
 from chebclear.run import simulation
 from chebclear.scene.scene import compiled
 from chebclear.study.polynomials.points import leaves_out

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from importlib import resources
 
 from ..options import Commands, new_command
 from ..output import print_json
 
-# Scripts that shtab wrote ahead of time: a shell that completes by them starts no Python (docs/decisions.md).
+# A shell that completes by the scripts of shtab starts no Python (docs/decisions.md).
 _SHELLS = ("bash", "fish", "zsh")
 
 
@@ -29,10 +28,27 @@ def add(commands: Commands) -> None:
 
 def completion(options: argparse.Namespace) -> int:
     """Run the command."""
-    folder = resources.files("chebclear.cli") / "completions"
-    text = (folder / f"chebclear.{options.shell}").read_text(encoding="utf-8")
+    import shtab
+
+    _describe(options.parser)
+    text = shtab.complete(options.parser, shell=options.shell).rstrip()
     if options.json:
-        print_json({"shell": options.shell, "script": text})
+        print_json({"shell": options.shell, "script": text + "\n"})
     else:
-        print(text, end="")
+        print(text)
     return 0
+
+
+def _describe(parser: argparse.ArgumentParser) -> None:
+    """Name the arguments that are files or directories, and describe each command in a line."""
+    import shtab
+
+    for action in parser._actions:
+        if action.metavar in ("FILE", "DIR"):
+            vars(action)["complete"] = shtab.FILE if action.metavar == "FILE" else shtab.DIRECTORY
+        if isinstance(action, argparse._SubParsersAction):
+            lines = {choice.dest: choice.help for choice in action._choices_actions}
+            for name, command in action.choices.items():
+                # The description of a command's own help takes several lines.
+                command.description = lines[name]
+                _describe(command)

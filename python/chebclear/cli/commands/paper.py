@@ -49,9 +49,7 @@ def add(commands: Commands) -> None:
 def paper(options: argparse.Namespace) -> int:
     """Run the command."""
     # Imported here: the other commands need none of it, and Ctrl-C on the way is answered as at any time.
-    from ...paper import case_study as paper
-    from ...paper import many_parameters as many
-    from ...paper import output as paper_output
+    from ...paper import case_study as paper, many_parameters as many, output as paper_output
 
     out = options.out if options.out is not None or options.json else Path("paper_results")
     require_writable(out)
