@@ -12,10 +12,13 @@ from ..base.arguments import Checks
 from ..scene.columns import plain_words
 from .axes import abscissa_of, distinct_colors, line_style, new_axes, unit_scale
 from .labels import legend_above_the_data, set_labels, with_unit, words_of
-from .subjects import BandLike, ZonesLike, require
+from .subjects import require
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from ..study.band.band import Band
+    from ..study.band.zones import RestraintZones
 
 Array = NDArray[np.float64]
 
@@ -36,13 +39,13 @@ _MOST_CORNERS = 4000
 
 
 def plot_band(
-    band: BandLike,
+    band: Band,
     *,
     ax: Axes | None = None,
     unit: str | None = None,
     x: Array | None = None,
     x_label: str | None = None,
-    scan: BandLike | None = None,
+    scan: Band | None = None,
     nominal: bool = True,
     runs: int = 0,
     **fill: Any,
@@ -91,9 +94,9 @@ def plot_band(
     ... )
     >>> ax = cc.plot_band(study.band(runs=12)["slider.x"])
     """
-    require("band", band, BandLike)
+    require("band", band, "Band")
     if scan is not None:
-        require("scan", scan, BandLike)
+        require("scan", scan, "Band")
     checks = Checks()
     runs = checks.whole("runs", runs, least=0)
     checks.finish()
@@ -132,7 +135,7 @@ def plot_band(
     return ax
 
 
-def _slope_unit(band: BandLike, parameter: str, given: str | None, *, normalized: bool) -> str:
+def _slope_unit(band: Band, parameter: str, given: str | None, *, normalized: bool) -> str:
     """The unit of a sensitivity, in words where that of the parameter is not known."""
     per = band.parameter_units.get(parameter, "") if given is None else given
     if normalized:
@@ -142,14 +145,14 @@ def _slope_unit(band: BandLike, parameter: str, given: str | None, *, normalized
     return f"{band.unit} per {per}".lstrip()
 
 
-def _own_abscissa(band: BandLike) -> tuple[Array, str]:
+def _own_abscissa(band: Band) -> tuple[Array, str]:
     """What a band is drawn over, and its label."""
     if band.angle is None:
         return band.t, "time [s]"
     return np.degrees(band.angle), "crank angle [°]"
 
 
-def verdict_words(band: BandLike) -> str:
+def verdict_words(band: Band) -> str:
     """What the bounds of a band are, for a legend."""
     if band.verdict == "sampled":
         return "extremes of the runs (inner bound)"
@@ -166,14 +169,14 @@ def _percent(share: float) -> str:
 
 
 def plot_sensitivity(
-    band: BandLike,
+    band: Band,
     parameter: str,
     *,
     ax: Axes | None = None,
     normalized: bool = False,
     parameter_unit: str | None = None,
-    ideal: BandLike | None = None,
-    zones: ZonesLike | None = None,
+    ideal: Band | None = None,
+    zones: RestraintZones | None = None,
     x: Array | None = None,
     x_label: str | None = None,
     **line: Any,
@@ -222,11 +225,11 @@ def plot_sensitivity(
     ... )
     >>> ax = cc.plot_sensitivity(study.chebyshev(degree=2)["slider.x"], "rod_length")
     """
-    require("band", band, BandLike)
+    require("band", band, "Band")
     if ideal is not None:
-        require("ideal", ideal, BandLike)
+        require("ideal", ideal, "Band")
     if zones is not None:
-        require("zones", zones, ZonesLike)
+        require("zones", zones, "RestraintZones")
     slope = band.sensitivity(parameter, normalized=normalized)
     reference = None if ideal is None else ideal.sensitivity(parameter, normalized=normalized)
     ax = new_axes(ax)

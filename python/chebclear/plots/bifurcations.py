@@ -10,14 +10,16 @@ from ..base.arguments import Checks
 from ..scene.columns import column_unit, column_words, plain_words
 from .axes import distinct_colors, line_style, new_axes, unit_scale
 from .labels import set_labels, with_unit
-from .subjects import BifurcationLike, require
+from .subjects import require
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..study.bifurcation import Bifurcation
+
 
 def plot_bifurcation(
-    diagram: BifurcationLike,
+    diagram: Bifurcation,
     *,
     ax: Axes | None = None,
     unit: str | None = None,
@@ -52,7 +54,7 @@ def plot_bifurcation(
     >>> diagram = cc.bifurcation(cc.mechanisms.slider_crank, "clearance", [2e-5, 5e-5], periods=3, skip=1)
     >>> ax = cc.plot_bifurcation(diagram)
     """
-    require("diagram", diagram, BifurcationLike)
+    require("diagram", diagram, "Bifurcation")
     checks = Checks()
     parameter_scale = checks.real("parameter_scale", parameter_scale, "-", above=0.0)
     checks.finish()

@@ -11,10 +11,13 @@ from ..base.arguments import Checks, meant_or_known
 from ..scene.columns import column_unit, column_words
 from .axes import COLORS, MARKERS, line_style, new_axes
 from .labels import legend_columns, plain_numbers, set_labels, typeset, with_unit
-from .subjects import BoundCostsLike, CostsLike, require
+from .subjects import require
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from ..study.costs import StudyTradeoff
+    from ..tradeoffs.result import Tradeoff
 
 _COSTS = {
     "seconds": "time of a run on this machine [ms]",
@@ -26,7 +29,7 @@ _COSTS = {
 
 # Long because all it draws has a style and words of its own.
 def plot_tradeoff(
-    result: CostsLike,
+    result: Tradeoff,
     output: str | None = None,
     *,
     ax: Axes | None = None,
@@ -72,7 +75,7 @@ def plot_tradeoff(
     >>> result = cc.tradeoff(scene, duration=0.005, samples=51, outputs=["slider.vx"], rtols=[1e-3, 1e-4])
     >>> ax = cc.plot_tradeoff(result)
     """
-    require("result", result, CostsLike)
+    require("result", result, "Tradeoff")
     checks = Checks()
     checks.word("cost", cost, _COSTS)
     if until is not None:
@@ -140,7 +143,7 @@ def plot_tradeoff(
 
 
 def plot_study_tradeoff(
-    result: BoundCostsLike, output: str | None = None, *, ax: Axes | None = None, **line: Any
+    result: StudyTradeoff, output: str | None = None, *, ax: Axes | None = None, **line: Any
 ) -> Axes:
     """Draw the relative error of the mean width against the number of runs, one line a way of bounding.
 
@@ -179,7 +182,7 @@ def plot_study_tradeoff(
     ... )
     >>> ax = cc.plot_study_tradeoff(study.tradeoff(degrees=[1, 2], points=[3], holdout=5))
     """
-    require("result", result, BoundCostsLike)
+    require("result", result, "StudyTradeoff")
     name = result.outputs[0] if output is None else output
     if name not in result.outputs:
         raise KeyError(f'unknown column "{name}"{meant_or_known(name, result.outputs)}')

@@ -21,10 +21,14 @@ from .labels import (
     typeset,
     with_unit,
 )
-from .subjects import EffectsLike, FeatureLike, RankingLike, offers, require
+from .subjects import is_a, require
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from ..study.features.effects import Effects
+    from ..study.features.features import FeatureResult
+    from ..study.features.ranking import Ranking
 
 Array = NDArray[np.float64]
 
@@ -32,7 +36,7 @@ LOW, HIGH, TOGETHER, SCATTER = COLORS[0], COLORS[1], "0.6", "0.8"
 
 
 def plot_tornado(
-    feature: FeatureLike, *, ax: Axes | None = None, unit: str | None = None, most: int = 10, **bars: Any
+    feature: FeatureResult, *, ax: Axes | None = None, unit: str | None = None, most: int = 10, **bars: Any
 ) -> Axes:
     """Draw the effect of each parameter on the mean of a feature, the largest on top.
 
@@ -76,7 +80,7 @@ def plot_tornado(
     ... )
     >>> ax = cc.plot_tornado(study.sample(20).feature("mean force"), unit="N")
     """
-    require("feature", feature, FeatureLike)
+    require("feature", feature, "FeatureResult")
     checks = Checks()
     most = checks.whole("most", most, least=1)
     checks.finish()
@@ -150,14 +154,12 @@ def _room(ax: Axes, texts: list[str]) -> float:
     return points / size_of(ax)[0]
 
 
-def _reach(effects: EffectsLike, name: str) -> float:
+def _reach(effects: Effects, name: str) -> float:
     swing = effects.swings[name]
     return float(max(abs(swing.at_lower - effects.mean), abs(swing.at_upper - effects.mean)))
 
 
-def plot_shares(
-    effects: EffectsLike | FeatureLike | RankingLike, *, ax: Axes | None = None, **bars: Any
-) -> Axes:
+def plot_shares(effects: Effects | FeatureResult | Ranking, *, ax: Axes | None = None, **bars: Any) -> Axes:
     """Draw the shares in the variance of a feature: parameters, parameters together, and scatter.
 
     Whiskers hold the true shares with a confidence of 95 %. The share of scatter is what no
@@ -196,8 +198,8 @@ def plot_shares(
     >>> ax = cc.plot_shares(study.sample(20).ranking("mean force"))
     """
     found: Any = getattr(effects, "effects", effects)
-    if not offers(found, EffectsLike):
-        require("effects", found, RankingLike)
+    if not is_a(found, "Effects"):
+        require("effects", found, "Ranking")
     main = found.main if hasattr(found, "main") else {row.parameter: row.share for row in found.rows}
     rows = sorted(
         ((plain_words(name), share, COLORS[0]) for name, share in main.items()), key=lambda row: -row[1].value
@@ -213,7 +215,7 @@ def plot_shares(
     return ax
 
 
-def plot_ranking(ranking: RankingLike, *, ax: Axes | None = None, **bars: Any) -> Axes:
+def plot_ranking(ranking: Ranking, *, ax: Axes | None = None, **bars: Any) -> Axes:
     """Draw by how much the interval of a feature narrows when that of a parameter is halved.
 
     Whiskers are 95 % confidence intervals: where one includes zero, no effect is certain.
@@ -245,7 +247,7 @@ def plot_ranking(ranking: RankingLike, *, ax: Axes | None = None, **bars: Any) -
     ... )
     >>> ax = cc.plot_ranking(study.sample(20).ranking("mean force"))
     """
-    require("ranking", ranking, RankingLike)
+    require("ranking", ranking, "Ranking")
     ax = new_axes(ax)
     rows = [(plain_words(row.parameter), row.narrowing, COLORS[0]) for row in ranking.rows]
     _bars_with_whiskers(ax, rows, bars)

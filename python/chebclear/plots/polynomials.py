@@ -12,10 +12,12 @@ from ..errors import ArgumentError
 from ..scene.columns import plain_words
 from .axes import MARKERS, distinct_colors, line_style, new_axes, unit_scale
 from .labels import legend_above_the_data, plain_numbers, set_labels, with_unit, words_of
-from .subjects import PolynomialBandLike, require
+from .subjects import require
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from ..study.band.band import Band
 
 Array = NDArray[np.float64]
 
@@ -23,7 +25,7 @@ Array = NDArray[np.float64]
 _MOST_POINTS = 20_000
 
 
-def plot_coefficients(band: PolynomialBandLike, *, ax: Axes | None = None, **line: Any) -> Axes:
+def plot_coefficients(band: Band, *, ax: Axes | None = None, **line: Any) -> Axes:
     """Draw how the coefficients of the polynomial of a band decay with the degree, one line a parameter.
 
     If the response is smooth they fall by a factor from degree to degree, and the last ones have the size of
@@ -60,7 +62,7 @@ def plot_coefficients(band: PolynomialBandLike, *, ax: Axes | None = None, **lin
     ... )
     >>> ax = cc.plot_coefficients(study.chebyshev(degree=3)["slider.x"])
     """
-    require("band", band, PolynomialBandLike)
+    require("band", band, "Band")
     sizes = np.abs(band.coefficients).max(axis=-1)
     ax = new_axes(ax)
     distinct_colors(ax)
@@ -82,8 +84,8 @@ def plot_coefficients(band: PolynomialBandLike, *, ax: Axes | None = None, **lin
 
 
 def plot_prediction(
-    band: PolynomialBandLike,
-    holdout: PolynomialBandLike,
+    band: Band,
+    holdout: Band,
     *,
     ax: Axes | None = None,
     unit: str | None = None,
@@ -128,8 +130,8 @@ def plot_prediction(
     ... )
     >>> ax = cc.plot_prediction(study.chebyshev(degree=2)["slider.x"], study.scan(5)["slider.x"])
     """
-    require("band", band, PolynomialBandLike)
-    require("holdout", holdout, PolynomialBandLike)
+    require("band", band, "Band")
+    require("holdout", holdout, "Band")
     if (
         holdout.name != band.name
         or holdout.t.shape != band.t.shape

@@ -29,10 +29,12 @@ from .labels import (
     with_unit,
     words_in_common,
 )
-from .subjects import ContactsLike, RunLike, column_names, require, require_name
+from .subjects import column_names, require, require_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from ..run.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
@@ -41,7 +43,7 @@ _ON_SAMPLE = 1e-3
 
 
 def plot_trajectory(
-    run: RunLike,
+    run: Trajectory,
     columns: str | Sequence[str],
     *,
     ax: Axes | None = None,
@@ -85,7 +87,7 @@ def plot_trajectory(
     >>> run = cc.simulate(scene, duration=0.01, samples=101)
     >>> ax = cc.plot_trajectory(run, ["slider.vx", "rod.vx"])
     """
-    require("run", run, RunLike)
+    require("run", run, "Trajectory")
     names = column_names(run, columns)
     curves = [run[name] for name in names]
     units = {column_unit(name) for name in names}
@@ -118,7 +120,7 @@ def plot_trajectory(
 
 
 def plot_orbit(
-    run: RunLike,
+    run: Trajectory,
     joint: str,
     *,
     ax: Axes | None = None,
@@ -167,7 +169,7 @@ def plot_orbit(
     from matplotlib.cbook import normalize_kwargs
     from matplotlib.collections import LineCollection
 
-    require("run", run, RunLike)
+    require("run", run, "Trajectory")
     clearance = _clearance_joint(run, joint).clearance
     scale, shown = unit_scale("m", unit)
     path = np.column_stack([scale * run[f"{joint}.eccentricity_{axis}"] for axis in "xy"])
@@ -210,7 +212,7 @@ def plot_orbit(
 
 
 def plot_poincare(
-    run: RunLike,
+    run: Trajectory,
     x: str,
     y: str | None = None,
     *,
@@ -260,7 +262,7 @@ def plot_poincare(
     >>> run = cc.simulate(scene, duration=4 * scene.period, samples=401)
     >>> ax = cc.plot_poincare(run, "slider.x", "slider.vx")
     """
-    require("run", run, RunLike)
+    require("run", run, "Trajectory")
     if y is None:
         own = [f"{x}.eccentricity_{axis}" for axis in "xy"]
         pair = own if own[0] in run.columns else run.columns[:2]
@@ -281,7 +283,7 @@ def plot_poincare(
     return ax
 
 
-def section_samples(run: RunLike, period: float | None, shift: float = 0.0) -> NDArray[np.int64]:
+def section_samples(run: Trajectory, period: float | None, shift: float = 0.0) -> NDArray[np.int64]:
     """Indices of the samples of a run that are whole periods apart.
 
     Parameters
@@ -324,7 +326,7 @@ def section_samples(run: RunLike, period: float | None, shift: float = 0.0) -> N
 
 
 def plot_contacts(
-    runs: ContactsLike | Sequence[ContactsLike],
+    runs: Trajectory | Sequence[Trajectory],
     *,
     ax: Axes | None = None,
     joints: str | Sequence[str] | None = None,
@@ -371,11 +373,11 @@ def plot_contacts(
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import LogNorm, Normalize
 
-    several: list[ContactsLike] = list(runs) if isinstance(runs, Sequence) else [runs]
+    several: list[Trajectory] = list(runs) if isinstance(runs, Sequence) else [runs]
     if not several:
         raise ArgumentError("runs must be at least one run, got none")
     for run in several:
-        require("runs", run, ContactsLike)
+        require("runs", run, "Trajectory")
     labels = _names("labels", labels)
     joints = _names("joints", joints)
     if labels is not None and len(labels) != len(several):
@@ -427,7 +429,7 @@ def _names(argument: str, given: object) -> list[str] | None:
     return list(given)
 
 
-def _clearance_joint(run: RunLike | ContactsLike, name: str) -> ClearanceRevolute:
+def _clearance_joint(run: Trajectory | Trajectory, name: str) -> ClearanceRevolute:
     """The clearance joint of a run's scene."""
     known = {joint.name: joint for joint in loose_joints(run.scene.joints)}
     if not isinstance(name, str):

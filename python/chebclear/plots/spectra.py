@@ -12,10 +12,12 @@ from ..errors import ArgumentError
 from ..scene.columns import column_unit, column_words
 from .axes import abscissa_of, new_axes
 from .labels import add_color_bar, set_labels
-from .subjects import RunLike, offers, require_name
+from .subjects import is_a, require_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from ..run.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
@@ -85,7 +87,7 @@ def short_time_spectrum(
 
 
 def plot_spectrogram(
-    run: RunLike | Array,
+    run: Trajectory | Array,
     column: str | Array,
     *,
     ax: Axes | None = None,
@@ -170,7 +172,7 @@ def plot_spectrogram(
 
 def _signal(run: Any, column: Any) -> tuple[Array, Array]:
     """Instants and values of what `plot_spectrogram` was given."""
-    if isinstance(column, str) and offers(run, RunLike):
+    if isinstance(column, str) and is_a(run, "Trajectory"):
         require_name("column", column, run)
         return run.t, run[column]
     t, signal = np.asarray(run), np.asarray(column)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import fields
 from functools import partial
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,6 @@ from ..base.prefixes import format_exact, format_quantity, format_range
 from ..base.shown import in_a_sentence
 from ..base.units import units
 from ..plots.drawing.scene import plot_scene
-from ..plots.subjects import RunLike
 from ..report.document import Document, Finding, Items, Listing, Picture, Section, Table
 from ..scene.columns import column_unit
 from ..scene.scene import ClearanceRevolute, Scene
@@ -26,33 +25,15 @@ from .settings import Settings
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from .trajectory import Trajectory
+
 Array = NDArray[np.float64]
 
 MOST_PICTURES = 6
 """Most outputs that are drawn by default [-]."""
 
 
-class ReportedRun(RunLike, Protocol):
-    """What this file needs of a `Trajectory`, which has the report as a method and cannot be imported."""
-
-    @property
-    def contacts(self) -> Any: ...
-    @property
-    def stats(self) -> Any: ...
-    @property
-    def message(self) -> str: ...
-    @property
-    def warnings(self) -> tuple[str, ...]: ...
-    @property
-    def settings(self) -> Settings: ...
-    @property
-    def error(self) -> Any: ...
-    def peak(self, output: str) -> Any: ...
-    def lowest(self, output: str) -> Any: ...
-    def plot(self, columns: str, *, ax: Any = None) -> Any: ...
-
-
-def run_document(run: ReportedRun, outputs: Sequence[str] | None, title: str | None) -> Document:
+def run_document(run: Trajectory, outputs: Sequence[str] | None, title: str | None) -> Document:
     """The report of one run; see `Trajectory.report`."""
     shown = (
         list(outputs)
@@ -122,15 +103,15 @@ def outputs_to_show(scene: Scene, columns: Sequence[str], named: Sequence[str] =
     return (found or list(columns))[:MOST_PICTURES]
 
 
-def _extremes(run: ReportedRun, name: str) -> tuple[str, str, Any, Any]:
+def _extremes(run: Trajectory, name: str) -> tuple[str, str, Any, Any]:
     return name, column_unit(name), run.lowest(name), run.peak(name)
 
 
-def _curve(run: ReportedRun, name: str, ax: Axes) -> None:
+def _curve(run: Trajectory, name: str, ax: Axes) -> None:
     run.plot(name, ax=ax)
 
 
-def _extremes_table(run: ReportedRun, extremes: Sequence[tuple[str, str, Any, Any]]) -> Table:
+def _extremes_table(run: Trajectory, extremes: Sequence[tuple[str, str, Any, Any]]) -> Table:
     head = ["output", "lowest", "at", "highest", "at"]
     rows = [
         [
@@ -151,7 +132,7 @@ def _extremes_table(run: ReportedRun, extremes: Sequence[tuple[str, str, Any, An
     return Table("Extremes of the continuous motion, not of the samples", head, rows)
 
 
-def columns_table(run: ReportedRun) -> Table:
+def columns_table(run: Trajectory) -> Table:
     """Every column with the range of its samples."""
     rows = []
     for name in run.columns:
@@ -161,7 +142,7 @@ def columns_table(run: ReportedRun) -> Table:
     return Table("Ranges of the samples; run.peak finds extrema between them", ["output", "range"], rows)
 
 
-def _contacts_table(run: ReportedRun) -> Table:
+def _contacts_table(run: Trajectory) -> Table:
     """Number and strength of the contacts of each joint."""
     contacts, rows = run.contacts, []
     for joint in dict.fromkeys(contacts.joint.tolist()):

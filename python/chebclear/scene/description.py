@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from ..base.arguments import as_number
 from ..base.shown import listed
@@ -17,24 +17,14 @@ from ..errors import SceneError
 from .parts import GROUND, Body, ClearanceRevolute, Inspection, Prismatic, ends_of, loose_joints, owner_of
 from .schema import Part, Points
 
+if TYPE_CHECKING:
+    from .scene import Scene
+
 # Most numbers of a table that are shown.
 _LONG = 8
 
 
-class Described(Protocol):
-    """What this file needs of a `Scene`, which has the description as a method and cannot be imported."""
-
-    @property
-    def _choices(self) -> Mapping[str, tuple[type[Part], ...]]: ...
-    @property
-    def joints(self) -> Any: ...
-    @property
-    def ground(self) -> Any: ...
-
-    def check(self) -> Inspection: ...
-
-
-def summarize_scene(scene: Described) -> str:
+def summarize_scene(scene: Scene) -> str:
     """The text of ``repr(scene)``: numbers and names of the parts; of many, the first ones."""
     parts = {name: _parts(getattr(scene, name)) for name in scene._choices}
     lines = [f"<Scene: {_counts(parts)}"]
@@ -50,7 +40,7 @@ def summarize_scene(scene: Described) -> str:
     return "\n".join(lines) + ">"
 
 
-def describe_scene(scene: Described) -> str:
+def describe_scene(scene: Scene) -> str:
     """The text of `Scene.describe`.
 
     Parameters
@@ -242,7 +232,7 @@ def _fields(fields: dict[str, Any], unit: dict[str, str]) -> str:
     return ", ".join(shown)
 
 
-def _mobility(scene: Described, facts: Inspection) -> list[str]:
+def _mobility(scene: Scene, facts: Inspection) -> list[str]:
     """Degrees of freedom, coordinates, loops and cut joints."""
     joints = {joint.name: joint for joint in scene.joints}
     clearance = [name for name in facts.cut_joints if isinstance(joints[name], ClearanceRevolute)]

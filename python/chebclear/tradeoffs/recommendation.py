@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from ..base.tables import format_number
 from ..base.units import unit
 from ..scene.columns import column_unit
 from .point import TradeoffPoint
+
+if TYPE_CHECKING:
+    from .result import Tradeoff
 
 Array = NDArray[np.float64]
 
@@ -66,26 +69,6 @@ class Recommendation(records.ArrayRecord):
 
     def __str__(self) -> str:
         return self.text
-
-
-class Measured(Protocol):
-    """What this file needs of a `Tradeoff`, which has these methods itself and cannot be imported."""
-
-    @property
-    def t(self) -> Array: ...
-    @property
-    def outputs(self) -> tuple[str, ...]: ...
-    @property
-    def points(self) -> tuple[TradeoffPoint, ...]: ...
-    @property
-    def ranges(self) -> Array: ...
-    @property
-    def check(self) -> TradeoffPoint: ...
-
-    @property
-    def end(self) -> float: ...
-    @property
-    def duration(self) -> float: ...
 
 
 def largest_error(t: Array, growth: Array, until: float | None) -> Array:
@@ -139,7 +122,7 @@ def power(number: float) -> str:
 
 # Long because its cases exclude each other one after the other.
 def recommendation(
-    result: Measured, accuracy: float | Mapping[str, float], *, until: float | None, cost: str
+    result: Tradeoff, accuracy: float | Mapping[str, float], *, until: float | None, cost: str
 ) -> Recommendation:
     """The cheapest setting that is accurate enough; see `Tradeoff.recommendation`."""
     checks = Checks()
@@ -212,7 +195,7 @@ def recommendation(
     return answer(None, shown, text)
 
 
-def _settings_within(result: Measured, bound: Array, span: float) -> list[TradeoffPoint]:
+def _settings_within(result: Tradeoff, bound: Array, span: float) -> list[TradeoffPoint]:
     """Settings that satisfy the bound with every finished smaller tolerance of their method."""
     uncertain = _uncertainty(result, span)
     good: list[TradeoffPoint] = []
@@ -228,18 +211,18 @@ def _settings_within(result: Measured, bound: Array, span: float) -> list[Tradeo
     return good
 
 
-def _uncertainty(result: Measured, span: float) -> Array:
+def _uncertainty(result: Tradeoff, span: float) -> Array:
     """How well the reference is known up to a time, in the units of the outputs."""
     return _with_rounding(result, largest_error(result.t, result.check.growth, span)[:, None])[:, 0]
 
 
-def _with_rounding(result: Measured, growth: Array) -> Array:
+def _with_rounding(result: Tradeoff, growth: Array) -> Array:
     """Differences of the two tight runs, shape (outputs, instants), at least what rounding leaves."""
     return np.maximum(growth, _ROUNDING * result.ranges[:, None])
 
 
 def _checked_limits(
-    checks: Checks, result: Measured, accuracy: float | Mapping[str, float]
+    checks: Checks, result: Tradeoff, accuracy: float | Mapping[str, float]
 ) -> dict[str, float]:
     """Largest admissible error of every output in its unit."""
     if not isinstance(accuracy, Mapping):
@@ -277,7 +260,7 @@ def _price(point: TradeoffPoint, cost: str) -> str:
     return in_words(point.seconds, 2) if cost == "seconds" else f"{int(_cost(point, cost))} {cost}"
 
 
-def _span(result: Measured, span: float) -> str:
+def _span(result: Tradeoff, span: float) -> str:
     """A part of the time in words; what was skipped does not count."""
     covered = span - float(result.t[0])
     whole = covered >= result.duration * (1.0 - 1e-9)
@@ -289,7 +272,7 @@ def _nearest(errors: Array, bound: Array) -> int:
     return int(np.argmax(np.where(np.isfinite(errors), errors, math.inf) / bound))
 
 
-def _amounts(result: Measured, errors: Array, chosen: list[int]) -> str:
+def _amounts(result: Tradeoff, errors: Array, chosen: list[int]) -> str:
     """``"slider.vx within 0.0020 m/s"`` and so on."""
     words = []
     for index in chosen:
@@ -298,7 +281,7 @@ def _amounts(result: Measured, errors: Array, chosen: list[int]) -> str:
     return ", ".join(words)
 
 
-def _shown_amounts(result: Measured, errors: Array, bound: Array) -> str:
+def _shown_amounts(result: Tradeoff, errors: Array, bound: Array) -> str:
     chosen = [index for index in range(len(errors)) if math.isfinite(bound[index])]
     if len(chosen) > _NAMED:
         chosen = [_nearest(errors, bound)]

@@ -3,40 +3,22 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 from ..plots.costs import plot_tradeoff
-from ..plots.subjects import CostsLike
 from ..report.document import Document, Picture, Section, Table, Text
 from ..run.report import mechanism_picture, reproduction, run_script, version_fact, warnings_section
-from ..run.settings import Settings
-from ..scene.scene import Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from .result import Tradeoff
 
 ACCURACIES = (1e-1, 1e-2, 1e-3, 1e-4)
 """Largest errors, relative to the range of each output, that a report recommends settings for [-]."""
 
 
-class ReportedTradeoff(CostsLike, Protocol):
-    """What is asked of a `Tradeoff`, which has the report as a method and so may not be imported."""
-
-    @property
-    def trusted_until(self) -> float: ...
-    @property
-    def warnings(self) -> tuple[str, ...]: ...
-    @property
-    def settings(self) -> Settings: ...
-    @property
-    def scene(self) -> Scene: ...
-    def describe_reference(self) -> str: ...
-    def hardest_outputs(self, most: int) -> list[str]: ...
-    def recommendation(self, accuracy: float) -> Any: ...
-    def cells(self) -> tuple[list[str], list[list[str]]]: ...
-
-
-def tradeoff_document(result: ReportedTradeoff, title: str | None) -> Document:
+def tradeoff_document(result: Tradeoff, title: str | None) -> Document:
     """The report of accuracy against cost; see `Tradeoff.report`."""
     advice = {accuracy: str(result.recommendation(accuracy)) for accuracy in ACCURACIES}
     failed = [point for point in result.points if not point.success]
@@ -81,5 +63,5 @@ def tradeoff_document(result: ReportedTradeoff, title: str | None) -> Document:
     )
 
 
-def _costs(result: ReportedTradeoff, name: str, ax: Axes) -> None:
+def _costs(result: Tradeoff, name: str, ax: Axes) -> None:
     plot_tradeoff(result, name, ax=ax)

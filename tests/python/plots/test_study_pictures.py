@@ -1,18 +1,24 @@
 """Pictures of studies: tornado, shares, coefficients, predictions and bifurcation diagrams."""
 
 import dataclasses
-import types
 
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.study.features.effects import even_points, find_effects
+from chebclear.study.features.effects import even_points
+from chebclear.study.features.features import FeatureResult
 from matplotlib.figure import Figure
 
 
 @pytest.fixture
 def ax():
     return Figure(figsize=(6.0, 3.5), layout="constrained").subplots()
+
+
+def feature_of(name, unit, parameters, points, values):
+    """A feature of runs at points of the box from -1 to 1."""
+    box = dict.fromkeys(parameters, cc.Interval(-1.0, 1.0))
+    return FeatureResult(name, values, values.mean(axis=0), box, points, random=True, unit=unit)
 
 
 @pytest.fixture(scope="module")
@@ -22,8 +28,7 @@ def feature():
     noise = np.random.default_rng(0).normal(scale=0.3, size=60)
     values = 1000.0 + 8.0 * points[:, 0] - 3.0 * points[:, 1] + noise
     names = ["link_length", "clearance", "oil"]
-    effects = find_effects(names, points, values[:, None])
-    return types.SimpleNamespace(name="peak_force", unit="N", effects=effects)
+    return feature_of("peak_force", "N", names, points, values[:, None])
 
 
 def texts(ax):
@@ -50,8 +55,7 @@ class TestTornado:
     def test_bars_to_one_side_do_not_hide_one_another(self, ax):
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (60, 2))
         values = points[:, :1] - (points[:, 1:] - 0.1) ** 2
-        effects = find_effects(["line", "bowl"], points, values)
-        cc.plot_tornado(types.SimpleNamespace(name="y", unit="", effects=effects), ax=ax)
+        cc.plot_tornado(feature_of("y", "", ["line", "bowl"], points, values), ax=ax)
         ax.figure.draw_without_rendering()
         bars = [bar.get_window_extent() for bar in ax.patches]
         assert not any(one.padded(-1.0).overlaps(other) for one in bars for other in bars if one is not other)

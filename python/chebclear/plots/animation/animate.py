@@ -19,13 +19,15 @@ from ...errors import ArgumentError, MissingProgramError
 from ...scene.columns import column_words, plain_words
 from ...scene.scene import ClearanceRevolute
 from ..drawing.pose import simulated_poses
-from ..subjects import RunLike, require, require_name
+from ..subjects import require, require_name
 from .motion import motion_of
 from .page import page_of
 from .stage import Stage
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from ...run.trajectory import Trajectory
 
 MOST_FRAMES = 2000
 MOST_RATE = 100
@@ -127,7 +129,7 @@ class Animation:
 
 
 def animate(
-    run: RunLike,
+    run: Trajectory,
     output: str | None = None,
     *,
     joint: str | None = None,
@@ -177,7 +179,7 @@ def animate(
     >>> animate(run, "slider.vx", frames=10)
     <Animation: 10 frames, 25 a second>
     """
-    require("run", run, RunLike)
+    require("run", run, "Trajectory")
     if output is not None:
         require_name("output", output, run)
     checks = Checks()

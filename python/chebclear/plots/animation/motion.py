@@ -18,7 +18,7 @@ from ..drawing.strokes import Owner, Stroke
 from ..drawing.symbols import along
 
 if TYPE_CHECKING:
-    from ..subjects import RunLike
+    from ...run.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
@@ -82,7 +82,7 @@ def moved(transforms: Array, points: Array) -> Array:
 
 
 def motion_of(
-    run: RunLike,
+    run: Trajectory,
     poses: Array,
     samples: NDArray[np.int64],
     frames: NDArray[np.int64],
@@ -167,7 +167,7 @@ def _travels(moments: list[Pose]) -> dict[str, tuple[float, float]]:
     return travels
 
 
-def _loose(run: RunLike, name: str, samples: NDArray[np.int64], pose: Pose) -> LooseJoint:
+def _loose(run: Trajectory, name: str, samples: NDArray[np.int64], pose: Pose) -> LooseJoint:
     joint = next(joint for joint in run.scene.joints if joint.name == name)
     assert isinstance(joint, ClearanceRevolute)
     eccentricity = np.column_stack([run[f"{name}.eccentricity_{axis}"][samples] for axis in "xy"])

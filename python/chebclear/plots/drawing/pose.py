@@ -15,7 +15,7 @@ from ...scene.scene import Damper, Force, Scene, Spring
 from ..axes import COLORS
 
 if TYPE_CHECKING:
-    from ..subjects import RunLike
+    from ...run.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
@@ -101,7 +101,7 @@ class Pose:
         return np.array([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]])
 
 
-def simulated_poses(run: RunLike) -> Array:
+def simulated_poses(run: Trajectory) -> Array:
     """Origins and angles of all bodies at the samples of a run.
 
     Parameters

@@ -19,7 +19,7 @@ from ...scene.columns import plain_words
 from ...scene.scene import ClearanceRevolute, Gravity, Scene
 from ..axes import new_axes
 from ..labels import size_of, typeset
-from ..subjects import RunLike, offers
+from ..subjects import is_a
 from .pen import Pen, strokes_of
 from .plane import along_body, around
 from .pose import Pose, simulated_poses
@@ -27,6 +27,8 @@ from .strokes import put_on
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from ...run.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
@@ -44,7 +46,7 @@ _LABELED_MARGIN = 0.05
 
 
 def plot_scene(
-    scene: Scene | RunLike,
+    scene: Scene | Trajectory,
     t: float | None = None,
     *,
     ax: Axes | None = None,
@@ -95,7 +97,7 @@ def plot_scene(
     """
     checks = Checks()
     checks.real("exaggerate", exaggerate, "-", above=0.0)
-    if not isinstance(scene, Scene) and not offers(scene, RunLike):
+    if not isinstance(scene, Scene) and not is_a(scene, "Trajectory"):
         checks.add(f"scene must be a Scene or a run of one, got {scene!r}", wrong_type=True)
         checks.finish()
     if isinstance(scene, Scene):
@@ -128,7 +130,7 @@ def plot_scene(
     return ax
 
 
-def _nearest(run: RunLike, poses: Array, time: float) -> int:
+def _nearest(run: Trajectory, poses: Array, time: float) -> int:
     """The sample nearest to an instant, of those that the run has reached."""
     reached = np.flatnonzero(np.isfinite(poses).all(axis=(1, 2)))
     if not len(reached) or time > run.end_time:

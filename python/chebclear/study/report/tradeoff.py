@@ -4,36 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from ...plots.costs import plot_study_tradeoff
-from ...plots.subjects import BoundCostsLike
 from ...report.document import Document, Picture, Section, Table, Text
 from ...run.report import version_fact, warnings_section
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..costs import StudyTradeoff
+
 WIDTH_ERRORS = (0.5, 0.25, 0.1, 0.05)
 """Largest relative errors of the width that a report recommends bounds for [-]."""
 
 
-class ReportedCosts(BoundCostsLike, Protocol):
-    """What is asked of a `StudyTradeoff`, which has the report as a method and so may not be imported."""
-
-    @property
-    def holdout(self) -> int: ...
-    @property
-    def reference_runs(self) -> int: ...
-    @property
-    def reference_change(self) -> Any: ...
-    @property
-    def warnings(self) -> tuple[str, ...]: ...
-    def recommendation(self, width_error: float) -> Any: ...
-    def cells(self) -> tuple[list[str], list[list[str]]]: ...
-
-
-def costs_document(result: ReportedCosts, title: str | None) -> Document:
+def costs_document(result: StudyTradeoff, title: str | None) -> Document:
     """The report of bounds against runs; see `StudyTradeoff.report`."""
     answer = [f"Widths within {100.0 * part:g} %: {result.recommendation(part)}." for part in WIDTH_ERRORS]
     changes = ", ".join(
@@ -80,5 +66,5 @@ def _failed(points: Sequence[Any]) -> list[str]:
     return [f"{point} failed: {point.status}." for point in points if point.status != "done"]
 
 
-def _costs(result: ReportedCosts, name: str, ax: Axes) -> None:
+def _costs(result: StudyTradeoff, name: str, ax: Axes) -> None:
     plot_study_tradeoff(result, name, ax=ax)
