@@ -1,4 +1,4 @@
-"""The case study of the paper: its set-up and printed values, its tables and figures.
+"""The case study of the paper: its set-up and printed values, its tables.
 
-In: nothing but the paper's numbers; out: tables and figures. Uses every room.
+In: nothing but the paper's numbers; out: tables and arrays. Uses every room.
 """

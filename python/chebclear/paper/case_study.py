@@ -68,7 +68,7 @@ SECOND = slice((SAMPLES - 1) // 2, None)  # the samples of the second revolution
 SINGLE_DURATION = DURATION * 735.0 / 720.0
 SINGLE_SAMPLES = 7351
 
-# Crank angle over which running maxima are taken [deg]: for the envelopes of Figures 4 and 8 and for the
+# Crank angle over which running maxima are taken [deg]: for the
 # restraint zones. Wide enough to hold some periods of the contact's ringing, 2 to 5 degrees each, narrow
 # beside the quarter turns over which the load changes.
 ENVELOPE = 10.0

@@ -1,4 +1,4 @@
-"""What the case study leaves behind: ``tables.md``, ``results.npz``, the PNGs and a short summary."""
+"""What the case study writes: ``tables.md``, ``results.npz`` and a short summary."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..base.files import complete_folder
 from ..base.tables import format_number, markdown_table
 from ..study.band.band import Band
-from . import case_study as paper, figures as paper_figures
+from . import case_study as paper
 from .case_study import CaseStudy, ConventionStudy
 
 Array = NDArray[np.float64]
@@ -43,11 +43,10 @@ NAMES = {
     "crank_length": "crank length l1",
     "rod_length": "rod length l2",
 }
-DPI = 150
 
 
-def write(study: CaseStudy, directory: Path, *, figures: bool = True) -> None:
-    """Write ``tables.md``, ``results.npz`` and, in a folder for each convention, the figures as PNGs.
+def write(study: CaseStudy, directory: Path) -> None:
+    """Write ``tables.md`` and ``results.npz``.
 
     Everything is written to a temporary folder first and moved when complete, so an interrupted run leaves no
     half-written file. Other files in `directory` are left alone.
@@ -58,20 +57,10 @@ def write(study: CaseStudy, directory: Path, *, figures: bool = True) -> None:
         The results.
     directory : Path
         Where to; made if it does not exist, as are its parents.
-    figures : bool
-        Draw the figures, which takes longer than the computations.
     """
     with complete_folder(directory) as folder:
-        _write_files(study, folder, figures)
-
-
-def _write_files(study: CaseStudy, folder: Path, figures: bool) -> None:
-    (folder / "tables.md").write_text(tables_markdown(study), encoding="utf-8")
-    np.savez_compressed(folder / "results.npz", **arrays(study))  # type: ignore[arg-type]
-    for name, convention in study.conventions.items() if figures else ():
-        (folder / name).mkdir()
-        for file, draw in paper_figures.figures(convention).items():
-            draw().savefig(folder / name / f"{file}.png", dpi=DPI)
+        (folder / "tables.md").write_text(tables_markdown(study), encoding="utf-8")
+        np.savez_compressed(folder / "results.npz", **arrays(study))  # type: ignore[arg-type]
 
 
 def arrays(study: CaseStudy) -> dict[str, Array]:

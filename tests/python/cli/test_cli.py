@@ -82,7 +82,7 @@ def test_json_of_the_real_command(tmp_path):
 
 def test_default_directory(computed, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert cli.main(["paper", "--no-figures"]) == 0
+    assert cli.main(["paper"]) == 0
     assert {path.name for path in tmp_path.iterdir()} == {"paper_results"}
     assert {path.name for path in (tmp_path / "paper_results").iterdir()} == {"tables.md", "results.npz"}
     printed = capsys.readouterr().out
@@ -95,14 +95,12 @@ def test_all_files(computed, tmp_path, capsys):
     assert cli.main(["paper", "--out", str(out), "--json"]) == 0
     json.loads(capsys.readouterr().out)
     names = {str(path.relative_to(out)) for path in out.rglob("*") if path.is_file()}
-    figures = {f"{name}/fig{number:02d}.png" for name in paper.CONVENTIONS for number in range(1, 13)}
-    assert names == {"tables.md", "results.npz"} | figures
-    assert all((out / name).read_bytes().startswith(b"\x89PNG") for name in figures)
+    assert names == {"tables.md", "results.npz"}
     assert [path.name for path in out.parent.iterdir()] == ["results"]
 
 
 def test_arrays(computed, study, tmp_path):
-    cli.main(["paper", "--out", str(tmp_path), "--no-figures"])
+    cli.main(["paper", "--out", str(tmp_path)])
     with np.load(tmp_path / "results.npz", allow_pickle=False) as data:
         band = study.conventions["corrected"].lengths["0.01"]["slider.ax"]
         np.testing.assert_array_equal(data["corrected/lengths_0.01/slider.ax/upper"], band.upper)
@@ -116,7 +114,7 @@ def test_arrays(computed, study, tmp_path):
 def test_second_run_replaces_the_first_and_leaves_other_files(computed, tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     (tmp_path / "tables.md").write_text("old")
-    assert cli.main(["paper", "--out", str(tmp_path), "--no-figures"]) == 0
+    assert cli.main(["paper", "--out", str(tmp_path)]) == 0
     assert (tmp_path / "notes.txt").read_text() == "mine"
     assert "Table 3" in (tmp_path / "tables.md").read_text(encoding="utf-8")
 

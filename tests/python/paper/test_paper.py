@@ -166,60 +166,6 @@ class TestCaseStudy:
                 assert (np.abs(zones.deviation[inside]) < zones.threshold).all()
 
 
-class TestFigures:
-    def test_every_axis_has_a_unit(self, study):
-        from chebclear.paper import figures as paper_figures
-
-        drawn = paper_figures.figures(study.conventions["as_printed"])
-        assert list(drawn) == [f"fig{number:02d}" for number in range(1, 13)]
-        for name, draw in list(drawn.items())[3:]:
-            for ax in draw().axes:
-                if ax.get_label() == "<colorbar>":
-                    assert "[dB" in ax.get_ylabel()
-                    continue
-                assert ax.get_xlabel() == "crank angle [deg]", name
-                assert ax.get_ylabel().endswith("]"), name
-                assert ax.get_xlim() == (360.0, 720.0), name
-
-    def test_panels_have_letters_of_their_own_and_sensitivities_one_unit(self, study):
-        from chebclear.paper import figures as paper_figures
-
-        drawn = paper_figures.figures(study.conventions["as_printed"])
-        for name in ("fig09", "fig10", "fig11", "fig12"):
-            axes = drawn[name]().axes
-            letters = [ax.get_title(loc="left")[:3] for ax in axes]
-            assert letters == ["(a)", "(b)", "(c)", "(d)"][: len(axes)], name
-            if name != "fig12":
-                assert all(
-                    "/s per 1 %]" in ax.get_ylabel() or "[mm per 1 %]" in ax.get_ylabel() for ax in axes
-                )
-        above, _, below, _ = drawn["fig10"]().axes
-        assert above.lines[0].get_color() != below.lines[0].get_color()
-        # 1 m/s for the whole length is 10 mm/s for one per cent of it.
-        zones = study.conventions["as_printed"].restraint_zones("0.01", "crank_length")
-        np.testing.assert_allclose(below.lines[0].get_ydata(), 10.0 * zones.deviation)
-        nominal = study.conventions["as_printed"].clearances["0.2"]["slider.x"].nominal
-        curves = [line.get_ydata() for line in drawn["fig12"]().axes[0].lines]
-        assert any(np.array_equal(curve, 1e3 * nominal) for curve in curves)
-
-    def test_the_joint_is_drawn_as_it_was_simulated(self, study):
-        from chebclear.paper import drawings
-        from matplotlib.patches import Circle
-
-        convention = study.conventions["as_printed"]
-        run = convention.single["nominal"]
-        (ax,) = drawings.clearance_joint(convention).axes
-        bearing, journal = (patch for patch in ax.patches if isinstance(patch, Circle))
-        # The circles overlap by as many clearances as surfaces did at most.
-        overlap = np.hypot(*journal.center) + journal.radius - bearing.radius
-        clearance = bearing.radius - journal.radius
-        assert overlap / clearance == pytest.approx(run["wrist.penetration"].max() / 2e-5, rel=1e-9)
-        (ax,) = drawings.mechanism(convention).axes
-        assert "clearances drawn 100 times larger" in " ".join(text.get_text() for text in ax.texts)
-        (ax,) = drawings.method(convention).axes
-        assert "16 interpolation points" in " ".join(text.get_text() for text in ax.texts)
-
-
 def test_tables_hold_the_papers_values(study):
     text = paper_output.tables_markdown(study)
     printed = [f"{value:.2f}" for pair in paper_output.TABLE_3.values() for value in pair]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import time
 from pathlib import Path
 
 from ...run.settings import LEAST_RTOL, MOST_RTOL
@@ -18,16 +17,16 @@ def add(commands: Commands) -> None:
         commands,
         "paper",
         paper,
-        "compute the case study: tables, figures, arrays",
-        "Compute the slider-crank case study of Xiang, Yan, Wu and Niu (2020): Tables 3 to 5, the numbers of "
-        "its text and Figures 1 to 12, as printed in the paper and with corrections.",
+        "compute the case study: tables and arrays",
+        "Compute the slider-crank case study of Xiang, Yan, Wu and Niu (2020): Tables 3 to 5 and the numbers "
+        "of its text, as printed in the paper and with corrections.",
         "chebclear paper --out paper_results",
     )
     command.add_argument(
         "--out",
         type=directory,
         metavar="DIR",
-        help="directory for PNGs, tables.md and results.npz (default: paper_results; no files with --json)",
+        help="directory for tables.md and results.npz (default: paper_results; no files with --json)",
     )
     add_threads(command)
     command.add_argument(
@@ -37,36 +36,23 @@ def add(commands: Commands) -> None:
         help=f"relative tolerance of the integrator, {LEAST_RTOL:g} to {MOST_RTOL:g} (default: the study's "
         "own)",
     )
-    command.add_argument("--no-figures", action="store_true", help="write the tables and arrays only")
-    command.add_argument(
-        "--many-parameters",
-        action="store_true",
-        help="also measure precision against runs for 1 to 8 parameters, some 4000 runs more: "
-        "many_parameters.md and .png",
-    )
 
 
 def paper(options: argparse.Namespace) -> int:
     """Run the command."""
     # Imported here: the other commands need none of it, and Ctrl-C on the way is answered as at any time.
-    from ...paper import case_study as paper, many_parameters as many, output as paper_output
+    from ...paper import case_study as paper, output as paper_output
 
     out = options.out if options.out is not None or options.json else Path("paper_results")
     require_writable(out)
     rtol = paper.RTOL if options.rtol is None else options.rtol
     study = paper.case_study(rtol=rtol, threads=options.threads, progress=progress_of(options))
-    drawing = 0.0
     if out is not None:
-        start = time.perf_counter()
-        paper_output.write(study, out, figures=not options.no_figures)
-        drawing = time.perf_counter() - start
-        if options.many_parameters:
-            rows = many.many_parameters(threads=options.threads, progress=progress_of(options))
-            many.write(rows, out, figures=not options.no_figures)
+        paper_output.write(study, out)
     if options.json:
         print_json(study.to_dict())
         return 0
     print(paper_output.summary(study))
     if out is not None:
-        print(f"Wrote {out} in {drawing:.1f} s.")
+        print(f"Wrote {out}.")
     return 0
