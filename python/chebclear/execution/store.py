@@ -298,6 +298,8 @@ class Store:
         """What the system says against reading or writing, as a `StoreError`."""
         try:
             yield
+        except StoreError:
+            raise
         except OSError as error:
             kept = f"; it keeps {len(self)} runs, and the study goes on from there" if len(self) else ""
             raise StoreError(f"the store {self.path}: {error.strerror or error}{kept}") from error
@@ -317,6 +319,7 @@ def differences(kept: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str]
         for name, value in wanted["settings"].items()
         if settings.get(name) != value
     ]
+    found += [f"{name}: this study has none" for name in settings if name not in wanted["settings"]]
     for name in _NAMED:
         known = kept.get(name)
         lacking = [one for one in wanted[name] if not isinstance(known, list) or one not in known]

@@ -168,6 +168,8 @@ class OwnModel:
     """Equal pieces of the time, each with features of its own [-]."""
     with_unit: Sequence[str] = ()
     """Names that were given a unit."""
+    version: str | None = None
+    """What a store compares instead of the code of `call` and what it uses."""
     first: ReturnedRun | None = field(default=None, init=False)
     """The run with whose names and instants all others are compared; None before there is one."""
 
@@ -192,7 +194,7 @@ class OwnModel:
         given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in rows]
         store = None
         if means.store is not None:
-            store = Store(means.store, ModelIdentity.of(self.call, self.fixed))
+            store = Store(means.store, ModelIdentity.of(self.call, self.fixed, self.version))
         table = _Table(self, given, means.run_seconds)
         call = functools.partial(call_model, self.call, self.fixed)
         nominal = len(given) - 1 if midpoint else None
