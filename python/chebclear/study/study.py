@@ -177,7 +177,7 @@ class Study(Methods):
         if not simulated and in_memory is False:
             checks.add("in_memory may not be False for a model of your own: what it returns is in the memory")
         if version is not None and (not isinstance(version, str) or not version):
-            checks.add(f"version must be a text, such as \"1\", got {version!r}", wrong_type=True)
+            checks.add(f'version must be a text, such as "1", got {version!r}', wrong_type=True)
         if version is not None and (simulated or store is None):
             checks.add("version is for a model of your own with a store, which compares it")
         self.settings, self.model = None, None

@@ -24,7 +24,6 @@ import sysconfig
 import threading
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Sequence
-from importlib import metadata
 from pathlib import Path
 from types import (
     BuiltinFunctionType,
@@ -410,12 +409,16 @@ def _version(top: str) -> str | None:
     """Versions of the packages that a module belongs to; None if it belongs to none."""
     if top == "chebclear":
         return f"{package_version()}, core {code_version()}"
+    from importlib import metadata  # which reads e-mail
+
     found = sorted({f"{name} {metadata.version(name)}" for name in _distributions().get(top, ())})
     return ", ".join(found) or None
 
 
 @functools.cache
 def _distributions() -> dict[str, list[str]]:
+    from importlib import metadata
+
     return dict(metadata.packages_distributions())
 
 
