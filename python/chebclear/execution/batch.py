@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.progress import Progress
-from ..errors import ChebclearError
+from ..errors import ChebclearError, error_text
 from ..run.settings import Settings
 from ..scene.structure import FlatScene
 from .counts import STATS
@@ -198,9 +198,10 @@ class Batch:
 
     def lost(self, runs: Sequence[int], error: BaseException) -> None:
         """Record runs whose worker ended in every attempt."""
+        end = End(WORKER_LOST, f"its worker was lost whenever it was tried: {error_text(error)}")
         for number in runs:
             self._keys.pop(number, None)
-            self.end(number, End(WORKER_LOST, f"its worker was lost whenever it was tried: {error}"))
+            self.end(number, end)
         self.done += len(runs)
 
     def end(self, number: int, end: End) -> None:

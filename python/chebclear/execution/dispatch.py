@@ -198,19 +198,20 @@ class _Dispatcher:
         self.pending[future] = task
 
     def _take(self, future: Future[Any], task: Task) -> None:
-        try:
-            piece = future.result()
-        except Exception as error:
+        # It is not raised here, so that only this process's own Ctrl-C ends the study as one.
+        error = future.exception()
+        if error is not None:
             if not _is_loss(error):
-                raise
+                raise error
             self._lose(task, error)
             return
+        piece = future.result()
         task.finished = 0
         self.seconds += piece.seconds
         self.runs += len(task.runs)
         self.source.place(task, piece)
 
-    def _lose(self, task: Task, error: Exception) -> None:
+    def _lose(self, task: Task, error: BaseException) -> None:
         """Send a piece again whose worker ended in the middle."""
         if isinstance(error, BrokenExecutor):
             self.workers.renew(error)
@@ -246,8 +247,10 @@ class _Dispatcher:
         self.reported = done
 
 
-def _is_loss(error: Exception) -> bool:
-    return isinstance(error, BrokenExecutor) or type(error).__name__ in _LOST
+def _is_loss(error: BaseException) -> bool:
+    lost = isinstance(error, BrokenExecutor) or type(error).__name__ in _LOST
+    # What is no exception, such as an interrupt that came to a worker alone, ended the worker.
+    return lost or not isinstance(error, Exception)
 
 
 class _Workers(Protocol):

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.units import unit
-from ..errors import ChebclearError, Problem, SceneError, describe
-from .limited import TimeLimitError
+from ..errors import ChebclearError, Problem, SceneError, cut, describe, error_text
+from .limited import CallError, TimeLimitError
 from .means import OnFailure
 from .pieces import NOT_BEGUN, NOT_FINITE, SCENE, TIME_LIMIT, End
 
@@ -84,10 +84,10 @@ def end_of(error: Exception, where: str) -> End:
     if isinstance(error, TimeLimitError):
         return End(TIME_LIMIT, f"{where}: {error}")
     if isinstance(error, SceneError):
-        return End(SCENE, str(error).replace("\n", "; "))
+        return End(SCENE, cut(str(error).replace("\n", "; ")))
     if isinstance(error, NotFiniteError):
-        return End(NOT_FINITE, str(error).replace("\n", "; "))
-    return End(where, f"{type(error).__name__}: {error}")
+        return End(NOT_FINITE, cut(str(error).replace("\n", "; ")))
+    return End(where, str(error) if isinstance(error, CallError) else error_text(error))
 
 
 def run_to_raise(failed: Mapping[int, End], runs: int, nominal: int, on_failure: OnFailure) -> int | None:

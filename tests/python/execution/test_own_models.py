@@ -1,5 +1,7 @@
 """Models of one's own that fail, hang or kill their worker, and stores of what they returned."""
 
+import asyncio
+import contextlib
 import dataclasses
 import importlib.util
 import math
@@ -18,6 +20,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.execution import dispatch, limited
+from chebclear.execution.calls import call_order
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
@@ -138,7 +141,7 @@ def killed():
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-AT = points(12)
+AT = points(24)
 FAULTS = {AT[3, 0]: endless, AT[5, 0]: killed, AT[6, 0]: no_license, AT[8, 0]: threading.Event().wait}
 
 
@@ -179,6 +182,118 @@ def test_errors_that_do_not_pickle_come_back_by_name():
     with ProcessPoolExecutor(1, mp_context=get_context("fork")) as pool:
         result = cc.Study(rude, BOX, executor=pool).sample(20)
     assert result.failures and all("Rude: go away" in one.message for one in result.failures)
+
+
+class Unreadable(Exception):
+    """Its message raises what it was made of."""
+
+    def __str__(self):
+        raise self.args[0]
+
+
+def raises(error):
+    raise error
+
+
+ENDS = {
+    "exit": (sys.exit, "it ended with SystemExit: "),
+    "status": (lambda: sys.exit(3), "it ended with SystemExit: 3"),
+    "interrupt": (lambda: raises(KeyboardInterrupt()), "it ended with KeyboardInterrupt: "),
+    "generator": (lambda: raises(GeneratorExit()), "it ended with GeneratorExit: "),
+    "cancelled": (lambda: raises(asyncio.CancelledError()), "it ended with CancelledError: "),
+    "group": (lambda: raises(BaseExceptionGroup("all", [SystemExit()])), "BaseExceptionGroup: all"),
+    "unreadable": (lambda: raises(Unreadable(ValueError())), "Unreadable: (its message raises ValueError)"),
+    "worse": (lambda: raises(Unreadable(SystemExit())), "Unreadable: (its message raises SystemExit)"),
+    "endless": (lambda: raises(ValueError("x" * 50_000_000)), "... (50000012 characters)"),
+    "nonsense": (lambda: "y" * 50_000_000, "must return a Scene, or a mapping"),
+}
+ENDING = {AT[1 + number, 0]: fault for number, (fault, _) in enumerate(ENDS.values())}
+
+
+def ending(a, b):
+    return ENDING.get(a, lambda: line(a, b))()
+
+
+@contextlib.contextmanager
+def executor(where):
+    if where == "here":
+        yield None
+    elif where == "threads":
+        with ThreadPoolExecutor(2) as pool:
+            yield pool
+    else:
+        with ProcessPoolExecutor(2, mp_context=get_context("fork")) as pool:
+            yield pool
+
+
+@pytest.mark.skipif(os.name != "posix", reason="fork")
+@pytest.mark.parametrize("seconds", [None, 60.0])
+@pytest.mark.parametrize("where", ["here", "threads", "processes"])
+def test_every_way_a_call_can_end_is_a_failed_run(where, seconds, monkeypatch):
+    if where == "here" and seconds is None:  # there it may be the user's Ctrl-C
+        faults = {a: fault for a, fault in ENDING.items() if fault is not ENDS["interrupt"][0]}
+        monkeypatch.setitem(globals(), "ENDING", faults)
+    results = []
+
+    def work():
+        with executor(where) as pool:
+            results.append(cc.Study(ending, BOX, executor=pool, run_seconds=seconds).sample(24))
+
+    # A study that waits for ever must not keep the test.
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    thread.join(50.0)
+    assert not thread.is_alive(), "the study hangs"
+    (result,) = results
+    told = {one.index: (one.reason, one.message) for one in result.failures}
+    for number, (fault, words) in enumerate(ENDS.values()):
+        if fault in ENDING.values():
+            reason, message = told.pop(1 + number)
+            assert reason == "model" and words in message and len(message) < 2000
+    assert not told
+    at = cc.Study(line, BOX).sample(24)
+    kept = [number for number in range(24) if at.parameters[number, 0] not in ENDING]
+    assert np.array_equal(result.values("x"), at.values("x")[kept])
+
+
+def test_a_callable_of_a_scene_that_exits_is_a_failed_run_too():
+    def build(crank_length):
+        return sys.exit(2) if crank_length < 0.047 else cc.mechanisms.slider_crank(crank_length=crank_length)
+
+    def last(run):
+        return sys.exit(2) if run["slider.x"][-1] > 0.172 else 1.0
+
+    study = cc.Study(
+        build,
+        {"crank_length": cc.Interval(0.045, 0.055)},
+        ["slider.x"],
+        duration=1e-3,
+        samples=6,
+        features={"last": last},
+    )
+    told = {(one.reason, one.message) for one in study.scan(5).failures}
+    assert told == {(reason, "it ended with SystemExit: 2") for reason in ("build", "feature")}
+
+
+def test_a_nominal_run_that_exits_is_an_error():
+    with pytest.raises(cc.ChebclearError, match="it ended with SystemExit: 4"):
+        cc.Study(lambda a, b: sys.exit(4), BOX).sample(3)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+def test_an_interrupt_of_a_worker_alone_costs_its_piece(monkeypatch):
+    monkeypatch.setattr(dispatch, "call_order", interrupted)
+    with ProcessPoolExecutor(1, mp_context=get_context("fork")) as pool:
+        result = cc.Study(line, BOX, executor=pool).sample(12)
+    assert [one.reason for one in result.failures] == ["worker_lost"]
+    assert result.failures[0].parameters["a"] == AT[5, 0]
+
+
+def interrupted(order, stop):
+    if any(one["a"] == AT[5, 0] for one in order.parameters):
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(60.0)
+    return call_order(order, stop)
 
 
 def test_workers_that_end_before_they_have_finished_anything_are_an_error(monkeypatch):
