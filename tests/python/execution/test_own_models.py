@@ -342,6 +342,17 @@ def test_a_study_that_is_refined_reuses_all_runs(tmp_path, counted):
     assert len(counted) - 25 - 26 == 30  # 26 by the study without a store
 
 
+@pytest.mark.parametrize("content", [None, "", "[]"])
+def test_a_lost_head_costs_no_call(tmp_path, counted, content):
+    first = stored(tmp_path).scan(3)
+    (tmp_path / "store.json").unlink()
+    if content is not None:
+        (tmp_path / "store.json").write_text(content)
+    del counted[:]
+    assert stored(tmp_path).scan(3)["x"] == first["x"] and not counted
+    assert stored(tmp_path, outputs=["y"]).scan(3)["y"] == first["y"] and not counted
+
+
 def test_a_run_that_failed_is_called_again(tmp_path, counted, monkeypatch):
     monkeypatch.setenv("CHEBCLEAR_TEST_LICENSE", "no")
     result = stored(tmp_path, licensed).sample(6)
