@@ -163,7 +163,7 @@ def cut(text: str) -> str:
     Examples
     --------
     >>> len(cut("x" * 50_000_000))
-    1027
+    1025
     """
     return text if len(text) <= _READ else f"{text[:_READ]}... ({len(text)} characters)"
 

@@ -63,7 +63,7 @@ def packed(facts: Mapping[str, Any], keys: Sequence[bytes], piece: Piece) -> byt
     return memory.getvalue()
 
 
-def looked_at(file: IO[bytes]) -> tuple[dict[str, Any], NDArray[np.uint8], tuple[End, ...]]:
+def read_header(file: IO[bytes]) -> tuple[dict[str, Any], NDArray[np.uint8], tuple[End, ...]]:
     """What a file says of its runs, their keys and ends; the runs themselves are not read.
 
     Raises

@@ -290,8 +290,8 @@ class GatheredWarnings:
     def messages(self, runs: int, place: Callable[[Sequence[int]], str]) -> tuple[str, ...]:
         """Each kind in words, in the order of the runs, as of so many runs and with the place of some."""
         kinds = sorted(self._first, key=self._first.__getitem__)
-        told = []
+        found = []
         for kind in kinds:
             numbers = sorted(self._runs[kind])
-            told.append(f"{self._first[kind][2]} (in {len(numbers)} of {runs} runs{place(numbers)})")
-        return tuple(told)
+            found.append(f"{self._first[kind][2]} (in {len(numbers)} of {runs} runs{place(numbers)})")
+        return tuple(found)

@@ -28,7 +28,7 @@ from ..base.files import package_version, replaced
 from ..errors import StoreError
 from ..run.settings import Settings
 from ..scene.structure import FlatScene
-from .archive import FORMAT, KEY_BYTES, KIND, WRONG, UnfitError, looked_at, packed, unpacked
+from .archive import FORMAT, KEY_BYTES, KIND, WRONG, UnfitError, packed, read_header, unpacked
 from .pieces import TIME_LIMIT, End, Piece, code_version
 
 Array = NDArray[np.float64]
@@ -148,11 +148,11 @@ class Store:
     def names(self, key: bytes) -> tuple[list[str], list[str]]:
         """Names of the outputs and of the features that are kept of a run."""
         with self._errors(), (self.path / self._where[key][0]).open("rb") as file:
-            head, _, _ = looked_at(file)
+            head, _, _ = read_header(file)
         return head["outputs"], head["features"]
 
     def name(self, outputs: Sequence[str], features: Sequence[str]) -> None:
-        """Say what the runs have that are asked for, if that was not known when the store was opened."""
+        """Name the outputs and features of the runs, if they were not known when the store was opened."""
         self._facts |= {"outputs": list(outputs), "features": list(features)}
         with self._errors():
             if self._where:
@@ -175,7 +175,7 @@ class Store:
         self._where |= {key: (name, row) for row, key in enumerate(keys)}
 
     def read(self, keys: Iterable[tuple[int, bytes]]) -> Iterator[tuple[list[int], Piece]]:
-        """The kept runs among those asked for.
+        """The kept ones of some runs.
 
         Parameters
         ----------
@@ -292,7 +292,7 @@ class Store:
             if found != digest:
                 raise UnfitError("is damaged: its checksum is another one", damaged=True)
             file.seek(0)
-            head, keys, ends = looked_at(file)
+            head, keys, ends = read_header(file)
         different = differences(head, self._facts)
         if different:
             raise UnfitError(f"is of another study ({'; '.join(different)})")

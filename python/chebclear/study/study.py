@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..base.arguments import Checks, meant_or_known
 from ..base.progress import Progress, is_request
-from ..execution.means import OnFailure, checked_means
+from ..execution.options import OnFailure, checked_options
 from ..execution.plan import Plan
 from ..run.features import Feature
 from ..run.settings import RunOptions, Settings, checked_names, checked_settings, with_settings
@@ -171,7 +171,7 @@ class Study(Methods):
         if not is_request(progress):
             checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
         self.progress = progress
-        self.means = checked_means(
+        self.means = checked_options(
             checks, threads, executor, store, on_failure, run_seconds, max_seconds, in_memory
         )
         if not simulated and in_memory is False:

@@ -19,7 +19,7 @@ from ...execution.counts import STATS
 from ...execution.dispatch import Task, dispatch
 from ...execution.failures import FEATURE, MODEL, FailedRun, end_of, run_to_raise
 from ...execution.limited import TimeLimitError
-from ...execution.means import Means
+from ...execution.options import ExecutionOptions
 from ...execution.pieces import DONE, NOT_BEGUN, End, Piece, code_version
 from ...execution.store import Store
 from .returned import ReturnedRun, read_run, require_same
@@ -63,7 +63,7 @@ class Calling:
     """Parameters of each run by name."""
     nominal: int | None
     """Number of the nominal run, if it is among them."""
-    means: Means
+    means: ExecutionOptions
     """Where calls are made, and how failed ones are treated."""
     store: Store | None
     """Store of finished runs."""

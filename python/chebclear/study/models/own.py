@@ -18,7 +18,7 @@ from ...base.units import unit
 from ...errors import ArgumentError, describe
 from ...execution.failures import FailedRun, failure_warnings
 from ...execution.limited import LimitedCalls
-from ...execution.means import Means
+from ...execution.options import ExecutionOptions
 from ...execution.store import Store
 from ...run.features import JOINT_KINDS, Feature
 from ...run.settings import RunOptions
@@ -174,7 +174,12 @@ class OwnModel:
     """The run with whose names and instants all others are compared; None before there is one."""
 
     def runs(
-        self, points: Array, *, midpoint: bool, report: Callable[[int, int], None] | None, means: Means
+        self,
+        points: Array,
+        *,
+        midpoint: bool,
+        report: Callable[[int, int], None] | None,
+        means: ExecutionOptions,
     ) -> Returned:
         """The runs at the points and, if asked for, last at the midpoint.
 
