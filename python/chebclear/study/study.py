@@ -83,7 +83,7 @@ class Study(Methods):
         reads.
     version : str, optional
         For a model of your own with a store: stands for the function and everything that it uses. The store
-        then compares this text and `fixed` only, so give another one whenever the model is another.
+        then compares this text and the data in `fixed`, so give another one whenever the model is another.
     on_failure : {"collect", "raise"}
         Treatment of failed runs. ``"collect"`` repeats simulations once with tighter tolerances, then
         collects failed runs in `StudyResult.failures`; results are made without them, and their verdicts

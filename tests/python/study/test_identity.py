@@ -180,10 +180,10 @@ print(json.dumps(ModelIdentity.of(model, {}, None).facts()))
 
 
 def test_fixed_values_are_compared_with_a_version_too():
-    one = {"k": 1.5, "table": np.arange(4.0), "function": np.sin}
+    one = {"k": 1.5, "table": np.arange(4.0), "names": {"a": ["b", (1, None)]}}
     assert facts(len, one, "1") == facts(len, dict(one), "1")
     assert facts(len, one, "1") != facts(len, one, "2")
-    for name, other in (("k", 2.5), ("table", np.arange(5.0)), ("function", np.cos)):
+    for name, other in (("k", 2.5), ("table", np.arange(5.0)), ("names", {"a": ["b", (2, None)]})):
         assert facts(len, one, "1") != facts(len, one | {name: other}, "1")
 
 
@@ -245,6 +245,19 @@ def test_everyday_values_are_known_in_every_process():
         assert done.returncode == 0, done.stderr
         texts.add(done.stdout)
     assert len(texts) == 1 and len(set(json.loads(texts.pop()))) > 40
+
+
+def test_a_version_stands_for_objects_in_fixed():
+    for one, other in (((x for x in [1.0]), (x for x in [2.0])), (Open(1.5), Open(2.5))):
+        with pytest.raises(ValueError, match="version="):
+            facts(len, {"k": one, "table": [1.5]})
+        assert facts(len, {"k": one, "table": [1.5]}, "1") == facts(len, {"k": other, "table": [1.5]}, "1")
+        assert facts(len, {"k": one, "table": [1.5]}, "1") != facts(len, {"k": one, "table": [2.5]}, "1")
+
+
+class Open:
+    def __init__(self, k):
+        self.k, self.file = k, sys.stdout
 
 
 COUNTS = {"calls": 0}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...errors import ArgumentError
-from .reached import UnknownValueError, reached, value_text
+from .reached import UnknownValueError, is_data, reached, value_text
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class ModelIdentity:
     version: str | None
     """What the user calls the model; None if its parts are compared."""
     parts: Mapping[str, str]
-    """The values of `fixed`, and without a version all parts that the model can reach."""
+    """The values of `fixed` (those that are data, with a version) and all parts that the model can reach."""
 
     @classmethod
     def of(cls, call: Callable[..., Any], fixed: Mapping[str, Any], version: str | None) -> ModelIdentity:
@@ -32,7 +32,10 @@ class ModelIdentity:
         """
         name = getattr(call, "__qualname__", type(call).__qualname__)
         try:
-            parts = {f"fixed {key}": value_text(value) for key, value in fixed.items()}
+            parts = {
+                f"fixed {key}": value_text(value) if version is None or is_data(value) else "of the version"
+                for key, value in fixed.items()
+            }
             if version is None:
                 parts |= reached(call)
         except UnknownValueError as error:

@@ -53,6 +53,9 @@ _UNFORESEEN: Sequence[object] = (
     importlib.import_module,
     importlib.util.spec_from_file_location,
     importlib.machinery.SourceFileLoader,
+    ctypes.CDLL,
+    ctypes.PyDLL,
+    ctypes.cdll,
     runpy.run_path,
     runpy.run_module,
     sys.modules,
@@ -98,6 +101,17 @@ def reached(function: Any) -> dict[str, str]:
         If a part cannot be compared.
     """
     return {"package python": platform.python_version()} | _Walk("model", function).parts
+
+
+def is_data(value: Any) -> bool:
+    """Whether a value consists of numbers, texts, arrays, lists and dictionaries alone."""
+    if type(value) in (list, tuple, set, frozenset):
+        return all(map(is_data, value))
+    if type(value) is dict:
+        return all(map(is_data, [*value, *value.values()]))
+    if isinstance(value, np.ndarray):
+        return type(value) is np.ndarray and not value.dtype.hasobject
+    return type(value) in (*_SCALARS, int) or isinstance(value, np.generic)
 
 
 def value_text(value: Any) -> str:
@@ -192,6 +206,8 @@ class _Walk:
         """What is found under its name in an installed module, or what a module of the user's is."""
         if isinstance(value, ModuleType):
             return self._package(value) or self._module(value)
+        if isinstance(value, FunctionType) and not self._is_of_package(value):
+            return ""  # whatever name it was given
         for holder in (value, type(getattr(value, "__self__", None))):
             module = sys.modules.get(str(getattr(holder, "__module__", None)))
             if module is None:
@@ -239,12 +255,16 @@ class _Walk:
 
         return self._compiled(module) or self._part("module", _module_name(module.__name__), text)
 
+    def _is_of_package(self, function: FunctionType) -> bool:
+        """Whether a function was written in an installed module."""
+        module = sys.modules.get(str(function.__globals__.get("__name__")))
+        return module is not None and vars(module) is function.__globals__ and self._package(module) != ""
+
     def _function(self, function: FunctionType) -> str:
         around = function.__globals__
-        module = sys.modules.get(str(around.get("__name__")))
         parts = [self._code(function.__code__), self._text(function.__defaults__)]
         parts += [self._text(function.__kwdefaults__), self._text(vars(function))]
-        if module is not None and vars(module) is around and self._package(module):
+        if self._is_of_package(function):
             # One that an installed package has made, around functions of the user's perhaps.
             return repr([*parts, *map(self._text, enclosed(function).values())])
         for use in uses(function):
@@ -268,9 +288,9 @@ class _Walk:
     def _of_package(self, value: Any) -> str:
         """What stands in an installed module: known by the version, unless the user has replaced it."""
         _require_foreseen(value)
-        if value is MISSING or type(value) in _SCALARS or isinstance(value, FunctionType | type):
-            return self._text(value)
-        return ""
+        kinds = (*_SCALARS, int, FunctionType, MethodType, functools.partial)
+        own = not isinstance(value, ModuleType) and not self._by_name(type(value))
+        return self._text(value) if own or type(value) in kinds or isinstance(value, type) else ""
 
     def _code(self, code: CodeType) -> str:
         if not _UNFORESEEN_NAMES.isdisjoint(code.co_names):
