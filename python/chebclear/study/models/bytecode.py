@@ -43,31 +43,32 @@ def uses(function: FunctionType) -> Iterator[Use]:
         [one for one in dis.get_instructions(code) if one.opname not in ("EXTENDED_ARG", "CACHE")]
         for code in codes
     ]
-    imported: dict[str, Any] = {}
-    for some in instructions:
-        imported |= _imports(some, function.__globals__)
-    for name, value in imported.items():
+    imported: dict[str, list[Any]] = {}
+    for name, value in (pair for some in instructions for pair in _imports(some, function.__globals__)):
+        imported.setdefault(name, []).append(value)
         if not isinstance(value, ModuleType):
             yield Use((name,), None, value)
-    around = enclosed(function) | imported
-    everywhere = function.__globals__ | around
+    around = enclosed(function)
     for some in instructions:
         for place, one in enumerate(some):
-            if not one.opname.startswith("LOAD_") or one.opname in _NO_USE:
-                continue
-            known = everywhere
-            if "FAST" in one.opname:
-                known = imported
-            elif "DEREF" in one.opname:
-                known = around
-            for name in one.argval if isinstance(one.argval, tuple) else (one.argval,):
-                if not isinstance(name, str):
+            for left, name in enumerate(reversed(_loaded(one))):
+                # Of two that are loaded at once, what follows belongs to the last.
+                attributes = [] if left else [*takewhile(_is_attribute, some[place + 1 :])]
+                if name in imported:
+                    values = imported[name]
+                elif "FAST" in one.opname:
                     continue
-                if name in known:
-                    attributes = takewhile(_is_attribute, some[place + 1 :]) if name == one.argval else ()
-                    yield _followed(name, known[name], [after.argval for after in attributes])
-                elif known is everywhere:
+                elif name in around:
+                    values = [around[name]]
+                elif "DEREF" in one.opname:
+                    continue
+                elif name in function.__globals__:
+                    values = [function.__globals__[name]]
+                else:
                     yield Use((name,), builtins, getattr(builtins, name, MISSING))
+                    continue
+                for value in values:
+                    yield _followed(name, value, [after.argval for after in attributes])
 
 
 def all_codes(code: CodeType) -> Iterator[CodeType]:
@@ -76,6 +77,16 @@ def all_codes(code: CodeType) -> Iterator[CodeType]:
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
             yield from all_codes(constant)
+
+
+def _loaded(instruction: dis.Instruction) -> tuple[str, ...]:
+    """Names of the variables that an instruction loads; newer Pythons may load two, or store one before."""
+    if "LOAD_" not in instruction.opname or instruction.opname in _NO_USE:
+        return ()
+    names = instruction.argval if isinstance(instruction.argval, tuple) else (instruction.argval,)
+    if instruction.opname.startswith("STORE_"):
+        names = names[1:]
+    return tuple(name for name in names if isinstance(name, str))
 
 
 def _is_attribute(instruction: dis.Instruction) -> bool:
@@ -102,9 +113,8 @@ def enclosed(function: FunctionType) -> dict[str, Any]:
     return found
 
 
-def _imports(instructions: list[dis.Instruction], around: Mapping[str, Any]) -> dict[str, Any]:
-    """What a function imports, by the names that it gives it."""
-    found: dict[str, Any] = {}
+def _imports(instructions: list[dis.Instruction], around: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """What a function imports, with the names that it gives it; one name may stand for several."""
     for place, one in enumerate(instructions):
         if one.opname != "IMPORT_NAME":
             continue
@@ -118,10 +128,9 @@ def _imports(instructions: list[dis.Instruction], around: Mapping[str, Any]) -> 
                 if not then.opname.startswith("STORE_"):  # import a.b as c
                     held = last
             elif after.opname.startswith("STORE_"):
-                found[after.argval] = last
+                yield after.argval[0] if isinstance(after.argval, tuple) else after.argval, last
             elif after.opname not in _STACK:
                 break
-    return found
 
 
 def _module(path: str, package: str, innermost: bool) -> Any:

@@ -133,7 +133,7 @@ class _Walk:
         self.parts: dict[str, str] = {}
         # Texts of the objects that were met, by identity; each is kept so that no other gets the same.
         self._met: dict[int, tuple[str, Any]] = {}
-        self._variables: dict[tuple[int, str], str] = {}
+        self._variables: dict[tuple[int, str, int], tuple[str, Any]] = {}
         self._names: Counter[str] = Counter()
         # Parts wait for their turn, so that calls do not nest.
         self._waiting: deque[tuple[str, Callable[[], str]]] = deque([(name, lambda: self._text(value))])
@@ -160,10 +160,11 @@ class _Walk:
         """A variable of a module, class or function."""
         if value is MISSING or isinstance(value, FunctionType | type | ModuleType):
             return self._text(value)
-        key = (id(owner), name)
+        # One name of a function may stand for several imports.
+        key = (id(owner), name, id(value))
         if key not in self._variables:
-            self._variables[key] = self._part("variable", name, lambda: self._text(value))
-        return self._variables[key]
+            self._variables[key] = (self._part("variable", name, lambda: self._text(value)), value)
+        return self._variables[key][0]
 
     def _text(self, value: Any) -> str:
         """A value as text, the same in every process."""
