@@ -155,7 +155,11 @@ def test_packages_count_by_their_versions(monkeypatch):
     def model(a):
         return {"y": float(np.sin(a))}
 
+    def unnamed(a):  # an array has the methods of its package
+        return {"y": TABLE.cumsum()[-1] * a}
+
     before = facts(model)["settings"]
+    assert facts(unnamed)["settings"]["package numpy"] == before["package numpy"]
     assert before["package numpy"] == f"numpy {np.__version__}"
     assert before["package python"] == platform.python_version()
     monkeypatch.setattr(platform, "python_version", lambda: "3.99.0")
@@ -260,6 +264,7 @@ class Open:
         self.k, self.file = k, sys.stdout
 
 
+TABLE = np.arange(4.0)
 COUNTS = {"calls": 0}
 
 

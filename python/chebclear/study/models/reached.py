@@ -123,7 +123,7 @@ def value_text(value: Any) -> str:
         If it cannot be compared.
     """
     parts = _Walk("value", value).parts
-    return parts["value"] if len(parts) == 1 else _hash(repr(sorted(parts.items())))
+    return parts["value"] if len(parts) == 1 or is_data(value) else _hash(repr(sorted(parts.items())))
 
 
 class _Walk:
@@ -373,6 +373,7 @@ class _Walk:
         return self._texts([make, arguments, state, [*(items or ())], [*(pairs or ())], own])
 
     def _array(self, array: np.ndarray[Any, Any]) -> str:
+        self._package(np)  # whose methods it has
         if array.dtype.names:
             content = ", ".join(f"{name} {self._array(array[name])}" for name in array.dtype.names)
         elif array.dtype.hasobject:
