@@ -11,6 +11,9 @@ import warnings
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
+# Characters of a message that someone reads [-].
+_READ = 1000
+
 
 class Problem(NamedTuple):
     """One problem of an input."""
@@ -152,3 +155,29 @@ def warn(message: str, category: type[Warning] = ChebclearWarning) -> None:
 def describe(parameters: Mapping[str, float]) -> str:
     """Parameters in words, such as ``"crank_length = 0.05, rod_length = 0.12"``."""
     return ", ".join(f"{name} = {float(value)!r}" for name, value in parameters.items())
+
+
+def cut(text: str) -> str:
+    """A text of any length, as far as someone reads it.
+
+    Examples
+    --------
+    >>> len(cut("x" * 50_000_000))
+    1025
+    """
+    return text if len(text) <= _READ else f"{text[:_READ]}... ({len(text)} characters)"
+
+
+def error_text(error: BaseException) -> str:
+    """Type and message of an error, also if the message is endless or cannot be made.
+
+    Examples
+    --------
+    >>> error_text(ValueError("no license"))
+    'ValueError: no license'
+    """
+    try:
+        message = str(error)
+    except BaseException as another:  # the message is code of the user's too
+        message = f"(its message raises {type(another).__name__})"
+    return cut(f"{type(error).__name__}: {message}")

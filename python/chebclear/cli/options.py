@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias
 
-from ..execution.means import MOST_THREADS
+from ..execution.options import MOST_THREADS
 from ..run.settings import LEAST_RTOL, METHODS, MOST_RTOL
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..base.files import DAMAGE, member_header
 from .counts import STATS
-from .pieces import Piece, as_text, code_version, from_text
+from .pieces import End, Piece, as_text, code_version, from_text
 
 FORMAT = 1
 """Number of the format of stores; raised when a store can no longer be read the old way."""
@@ -63,8 +63,8 @@ def packed(facts: Mapping[str, Any], keys: Sequence[bytes], piece: Piece) -> byt
     return memory.getvalue()
 
 
-def looked_at(file: IO[bytes]) -> tuple[dict[str, Any], NDArray[np.uint8]]:
-    """What a file says of its runs, and their keys; the runs themselves are not read.
+def read_header(file: IO[bytes]) -> tuple[dict[str, Any], NDArray[np.uint8], tuple[End, ...]]:
+    """What a file says of its runs, their keys and ends; the runs themselves are not read.
 
     Raises
     ------
@@ -93,8 +93,8 @@ def looked_at(file: IO[bytes]) -> tuple[dict[str, Any], NDArray[np.uint8]]:
                 isinstance(name, str) for name in names
             ):
                 raise UnfitError("is no piece of a store: its parts do not fit each other")
-            from_text(str(archive["ends"]), runs)
-            return head, archive["keys"]
+            ends, _ = from_text(str(archive["ends"]), runs)
+            return head, archive["keys"], ends
     except WRONG:
         raise UnfitError("is no piece of a store") from None
 

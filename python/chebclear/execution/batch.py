@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.progress import Progress
-from ..errors import ChebclearError
+from ..errors import ChebclearError, error_text
 from ..run.settings import Settings
 from ..scene.structure import FlatScene
 from .counts import STATS
@@ -198,9 +198,10 @@ class Batch:
 
     def lost(self, runs: Sequence[int], error: BaseException) -> None:
         """Record runs whose worker ended in every attempt."""
+        end = End(WORKER_LOST, f"its worker was lost whenever it was tried: {error_text(error)}")
         for number in runs:
             self._keys.pop(number, None)
-            self.end(number, End(WORKER_LOST, f"its worker was lost whenever it was tried: {error}"))
+            self.end(number, end)
         self.done += len(runs)
 
     def end(self, number: int, end: End) -> None:
@@ -289,8 +290,8 @@ class GatheredWarnings:
     def messages(self, runs: int, place: Callable[[Sequence[int]], str]) -> tuple[str, ...]:
         """Each kind in words, in the order of the runs, as of so many runs and with the place of some."""
         kinds = sorted(self._first, key=self._first.__getitem__)
-        told = []
+        found = []
         for kind in kinds:
             numbers = sorted(self._runs[kind])
-            told.append(f"{self._first[kind][2]} (in {len(numbers)} of {runs} runs{place(numbers)})")
-        return tuple(told)
+            found.append(f"{self._first[kind][2]} (in {len(numbers)} of {runs} runs{place(numbers)})")
+        return tuple(found)

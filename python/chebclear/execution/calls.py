@@ -12,8 +12,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..base.units import unit
-from .limited import LimitedCalls, ended_by_force
+from ..errors import error_text
+from .limited import CallError, LimitedCalls, ended_by_force
 from .pieces import end_with_parent, is_missing
+
+# Size of an error that is sent back as it is [bytes]; of a larger one only the beginning of its message.
+_MOST_SENT = 100_000
 
 
 @dataclass(frozen=True)
@@ -84,9 +88,12 @@ def call_order(order: Calls, stop: str | threading.Event | None) -> Answers:
 
 
 def _portable(error: Exception) -> Exception:
-    """An error that can be pickled; one that cannot would lose the whole piece."""
+    """An error that can be sent back; one that cannot would lose the whole piece."""
     try:
-        pickle.loads(pickle.dumps(error))
-    except Exception:
-        return RuntimeError(f"{type(error).__name__}: {error}")
-    return error
+        sent = pickle.dumps(error)
+        if len(sent) <= _MOST_SENT:
+            pickle.loads(sent)
+            return error
+    except BaseException:  # an error is code of the user's too
+        pass
+    return CallError(error_text(error))

@@ -58,7 +58,7 @@ class Costs(Sequence[Stats]):
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        return f"<what {len(self)} runs cost>"
+        return f"<Costs: {len(self)} runs>"
 
 
 def _as_counts(costs: Sequence[Stats]) -> Array:

@@ -120,7 +120,7 @@ def dispatch(
     executor : concurrent.futures.Executor or None
         Where to simulate; on threads of this process if None.
     threads : int or None
-        Threads of this process [-]; all processors if None, and 0 for the thread that asks. Not for an
+        Threads of this process [-]; all processors if None, and 0 for the calling thread. Not for an
         executor.
     report : callable or None
         Gets the runs done and the runs in all.
@@ -134,9 +134,9 @@ def dispatch(
     """
     workers: _Workers
     if executor is not None:
-        workers = _Sent(executor, 1 if source.keeps else _QUEUED)
+        workers = _ExecutorWorkers(executor, 1 if source.keeps else _QUEUED)
     else:
-        workers = _Asking() if threads == 0 else _Here(threads, source)
+        workers = _CallingThread() if threads == 0 else _Threads(threads, source)
     with workers.ready():
         _Dispatcher(source, workers, report, max_seconds).run()
 
@@ -198,19 +198,20 @@ class _Dispatcher:
         self.pending[future] = task
 
     def _take(self, future: Future[Any], task: Task) -> None:
-        try:
-            piece = future.result()
-        except Exception as error:
+        # It is not raised here, so that only this process's own Ctrl-C ends the study as one.
+        error = future.exception()
+        if error is not None:
             if not _is_loss(error):
-                raise
+                raise error
             self._lose(task, error)
             return
+        piece = future.result()
         task.finished = 0
         self.seconds += piece.seconds
         self.runs += len(task.runs)
         self.source.place(task, piece)
 
-    def _lose(self, task: Task, error: Exception) -> None:
+    def _lose(self, task: Task, error: BaseException) -> None:
         """Send a piece again whose worker ended in the middle."""
         if isinstance(error, BrokenExecutor):
             self.workers.renew(error)
@@ -246,8 +247,10 @@ class _Dispatcher:
         self.reported = done
 
 
-def _is_loss(error: Exception) -> bool:
-    return isinstance(error, BrokenExecutor) or type(error).__name__ in _LOST
+def _is_loss(error: BaseException) -> bool:
+    lost = isinstance(error, BrokenExecutor) or type(error).__name__ in _LOST
+    # What is no exception, such as an interrupt that came to a worker alone, ended the worker.
+    return lost or not isinstance(error, Exception)
 
 
 class _Workers(Protocol):
@@ -278,8 +281,8 @@ class _Workers(Protocol):
         """Give up what is under way."""
 
 
-class _Asking:
-    """The thread that asks: a callable of the user's need not be safe on another one."""
+class _CallingThread:
+    """The calling thread: a callable of the user's need not be safe on another one."""
 
     count = 1
     seconds = _SECONDS_HERE
@@ -304,7 +307,7 @@ class _Asking:
         """Nothing is under way."""
 
 
-class _Here:
+class _Threads:
     """Threads of this process; the core computes without the interpreter."""
 
     seconds = _SECONDS_HERE
@@ -330,7 +333,7 @@ class _Here:
             task.finished = finished
 
         order = task.order
-        assert not isinstance(order, Calls), "the thread that asks makes calls"
+        assert not isinstance(order, Calls), "calls are made on the calling thread"
 
         def work() -> Piece:
             piece = simulate_order(order, self._stop, task.into, count)
@@ -347,7 +350,7 @@ class _Here:
         self._stop.set()
 
 
-class _Sent:
+class _ExecutorWorkers:
     """Workers of an executor."""
 
     seconds = _SECONDS_SENT

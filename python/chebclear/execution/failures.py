@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.units import unit
-from ..errors import ChebclearError, Problem, SceneError, describe
-from .limited import TimeLimitError
-from .means import OnFailure
+from ..errors import ChebclearError, Problem, SceneError, cut, describe, error_text
+from .limited import CallError, TimeLimitError
+from .options import OnFailure
 from .pieces import NOT_BEGUN, NOT_FINITE, SCENE, TIME_LIMIT, End
 
 Array = NDArray[np.float64]
@@ -24,7 +24,7 @@ BUILD, MODEL, FEATURE = "build", "model", "feature"
 # Largest share of failed runs; with more, the error is in what they have in common.
 _MOST_FAILED = 0.5
 # Most parameters by which runs are set apart from others.
-_MOST_TOLD = 2
+_MOST_NAMED = 2
 
 
 class NotFiniteError(ChebclearError, ValueError):
@@ -75,7 +75,7 @@ class FailedRun:
 
     @classmethod
     def from_dict(cls, plain: Mapping[str, Any]) -> FailedRun:
-        """What JSON made of one."""
+        """Build from JSON."""
         return cls(**plain)
 
 
@@ -84,10 +84,10 @@ def end_of(error: Exception, where: str) -> End:
     if isinstance(error, TimeLimitError):
         return End(TIME_LIMIT, f"{where}: {error}")
     if isinstance(error, SceneError):
-        return End(SCENE, str(error).replace("\n", "; "))
+        return End(SCENE, cut(str(error).replace("\n", "; ")))
     if isinstance(error, NotFiniteError):
-        return End(NOT_FINITE, str(error).replace("\n", "; "))
-    return End(where, f"{type(error).__name__}: {error}")
+        return End(NOT_FINITE, cut(str(error).replace("\n", "; ")))
+    return End(where, str(error) if isinstance(error, CallError) else error_text(error))
 
 
 def run_to_raise(failed: Mapping[int, End], runs: int, nominal: int, on_failure: OnFailure) -> int | None:
@@ -141,7 +141,7 @@ def count_failed(failures: Sequence[FailedRun]) -> int:
 def set_apart(names: Sequence[str], these: Array, others: Array) -> str:
     """Where in the box some runs are, in words that follow a count of them.
 
-    The range of a parameter is told if more than half of the other runs are outside of it; of more than two
+    The range of a parameter is named if more than half of the other runs are outside of it; of more than two
     such parameters, those with the most outside.
 
     Parameters
@@ -161,15 +161,15 @@ def set_apart(names: Sequence[str], these: Array, others: Array) -> str:
         return ""
     lower, upper = these.min(axis=0), these.max(axis=0)
     outside = ((others < lower) | (others > upper)).mean(axis=0)
-    order = np.argsort(-outside, kind="stable")[:_MOST_TOLD]
-    told = [
+    order = np.argsort(-outside, kind="stable")[:_MOST_NAMED]
+    ranges = [
         f"{names[k]} = {lower[k]:.4g}"
         if lower[k] == upper[k]
         else f"{names[k]} from {lower[k]:.4g} to {upper[k]:.4g}"
         for k in order
         if outside[k] > 0.5
     ]
-    return f", with {' and '.join(told)}" if told else ""
+    return f", with {' and '.join(ranges)}" if ranges else ""
 
 
 def is_failure_warning(text: str) -> bool:

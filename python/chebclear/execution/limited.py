@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import faulthandler
+import functools
+import math
 import multiprocessing
 import os
 import queue
@@ -14,7 +17,7 @@ from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
-from ..errors import ChebclearError
+from ..errors import ChebclearError, error_text
 from .memory import threads_started
 
 Value = TypeVar("Value")
@@ -30,6 +33,10 @@ class TimeLimitError(ChebclearError, TimeoutError):
     """A function that took too long."""
 
 
+class CallError(ChebclearError, RuntimeError):
+    """A call that ended in a way that cannot be raised or sent as it is, such as `sys.exit`, in words."""
+
+
 class LimitedCalls:
     """Calls functions, each for a limited time only.
 
@@ -42,7 +49,7 @@ class LimitedCalls:
         The limit [s]; None for none.
     wanted : callable, optional
         Says whether what is called is still wanted. Without it and without a limit functions are called on
-        the thread that asks.
+        the calling thread.
     """
 
     def __init__(self, seconds: float | None, wanted: Callable[[], bool] | None = None) -> None:
@@ -57,15 +64,23 @@ class LimitedCalls:
         ------
         TimeLimitError
             If it takes longer.
+        CallError
+            If it raises what is no `Exception`; but `KeyboardInterrupt` on the calling thread is the user's.
         concurrent.futures.CancelledError
             If it is no longer wanted.
         """
+        call = functools.partial(function, *arguments, **keywords)
         if self._seconds is None and self._wanted is None:
-            return function(*arguments, **keywords)
+            try:
+                return call()
+            except (Exception, KeyboardInterrupt):
+                raise
+            except BaseException as ended:
+                raise _ended(ended) from ended
         if self._worker is None:
             self._worker = _Worker()
         worker = self._worker
-        worker.tasks.put(lambda: function(*arguments, **keywords))
+        worker.tasks.put(call)
         try:
             value, error = self._result(worker)
         except BaseException:
@@ -76,20 +91,17 @@ class LimitedCalls:
             raise error
         return value  # type: ignore[no-any-return]
 
-    def _result(self, worker: _Worker) -> tuple[Any, BaseException | None]:
+    def _result(self, worker: _Worker) -> tuple[Any, Exception | None]:
         """What came of a call."""
-        begin = time.monotonic()
+        deadline = math.inf if self._seconds is None else time.monotonic() + self._seconds
         while True:
-            left = None
-            if self._seconds is not None:
-                left = max(0.0, begin + self._seconds - time.monotonic())
-            pause = left if self._wanted is None else _WAKE if left is None else min(left, _WAKE)
+            left = deadline - time.monotonic()
             try:
-                return worker.results.get(timeout=pause)
+                return worker.results.get(timeout=min(max(left, 0.0), _WAKE))
             except queue.Empty:
                 if self._wanted is not None and not self._wanted():
                     raise CancelledError("the study was interrupted") from None
-                if left is not None and left <= pause:  # type: ignore[operator]
+                if left <= _WAKE:
                     raise TimeLimitError(f"the run was given up after {self._seconds:g} s") from None
 
     def close(self) -> None:
@@ -104,29 +116,37 @@ class _Worker:
 
     def __init__(self) -> None:
         self.tasks: queue.SimpleQueue[Callable[[], Any] | None] = queue.SimpleQueue()
-        self.results: queue.SimpleQueue[tuple[Any, BaseException | None]] = queue.SimpleQueue()
+        self.results: queue.SimpleQueue[tuple[Any, Exception | None]] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._serve, name="chebclear-call", daemon=True)
+        self._abandoned = False
         with threads_started():
             self._thread.start()
 
     def _serve(self) -> None:
-        try:
+        # A call ends in one of three ways: with a result, with an exception of any kind, or abandoned. The
+        # first two are answered, since somebody waits.
+        with contextlib.suppress(SystemExit):
             while (task := self.tasks.get()) is not None:
                 try:
                     self.results.put((task(), None))
-                except Exception as error:
-                    self.results.put((None, error))
-        except SystemExit:  # abandoned
-            pass
+                except BaseException as error:
+                    if self._abandoned:
+                        return
+                    self.results.put((None, error if isinstance(error, Exception) else _ended(error)))
 
     def abandon(self) -> None:
         """End what it computes as soon as it is in Python again."""
+        self._abandoned = True
         self.tasks.put(None)
         identifier = self._thread.ident
         if identifier is not None:
             ctypes.pythonapi.PyThreadState_SetAsyncExc(
                 ctypes.c_ulong(identifier), ctypes.py_object(SystemExit)
             )
+
+
+def _ended(error: BaseException) -> CallError:
+    return CallError(f"it ended with {error_text(error)}")
 
 
 @contextmanager

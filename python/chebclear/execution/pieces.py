@@ -64,7 +64,7 @@ class End:
 
 @dataclass(frozen=True)
 class Order:
-    """What a worker is asked to simulate."""
+    """Scenes for a worker to simulate."""
 
     scenes: Sequence[FlatScene]
     """Structure and numbers of each scene."""

@@ -9,15 +9,17 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import errno
 import functools
 import hashlib
 import json
 import os
 import re
+import stat
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +28,8 @@ from ..base.files import package_version, replaced
 from ..errors import StoreError
 from ..run.settings import Settings
 from ..scene.structure import FlatScene
-from .archive import FORMAT, KEY_BYTES, KIND, WRONG, UnfitError, looked_at, packed, unpacked
-from .pieces import Piece, code_version
+from .archive import FORMAT, KEY_BYTES, KIND, WRONG, UnfitError, packed, read_header, unpacked
+from .pieces import TIME_LIMIT, End, Piece, code_version
 
 Array = NDArray[np.float64]
 
@@ -37,6 +39,8 @@ _UNFINISHED = (".piece-", f".{_HEAD}.", ".values-")
 _PIECE = re.compile(r"piece-([0-9a-f]{32})\.npz")
 # A head is a few kilobytes of names and numbers.
 _MOST_HEAD_BYTES = 10_000_000
+# What the system says of a file that another process has locked.
+_TAKEN = (errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES, errno.EDEADLK)
 # What may differ between the studies of one store: outputs and features are compared by name.
 _NAMED = ("outputs", "features")
 
@@ -111,15 +115,19 @@ class Store:
         self._lock = self._locked()
         try:
             with self._errors():
-                self._check_head()
+                described = self._check_head()
                 self._read_all()
+                if not described:
+                    self._write_head(self._facts | self._kept_names())
         except BaseException:
             self.close()
             raise
 
     def close(self) -> None:
         """Let other processes use the store."""
-        self._lock.close()
+        # Workers that were forked in the meantime have the file too, and would keep it locked.
+        _unlock(self._lock)
+        os.close(self._lock)
 
     def __enter__(self) -> Store:
         return self
@@ -140,11 +148,11 @@ class Store:
     def names(self, key: bytes) -> tuple[list[str], list[str]]:
         """Names of the outputs and of the features that are kept of a run."""
         with self._errors(), (self.path / self._where[key][0]).open("rb") as file:
-            head, _ = looked_at(file)
+            head, _, _ = read_header(file)
         return head["outputs"], head["features"]
 
     def name(self, outputs: Sequence[str], features: Sequence[str]) -> None:
-        """Say what the runs have that are asked for, if that was not known when the store was opened."""
+        """Name the outputs and features of the runs, if they were not known when the store was opened."""
         self._facts |= {"outputs": list(outputs), "features": list(features)}
         with self._errors():
             if self._where:
@@ -167,7 +175,7 @@ class Store:
         self._where |= {key: (name, row) for row, key in enumerate(keys)}
 
     def read(self, keys: Iterable[tuple[int, bytes]]) -> Iterator[tuple[list[int], Piece]]:
-        """The kept runs among those asked for.
+        """The kept ones of some runs.
 
         Parameters
         ----------
@@ -194,28 +202,30 @@ class Store:
                 raise StoreError(f"{path} was changed since it was looked at: {error}") from error
             yield [number for number, _ in found], piece
 
-    def _check_head(self) -> None:
-        """Refuse a store of something else; a new one is described."""
+    def _check_head(self) -> bool:
+        """Refuse a store of something else; whether it is described.
+
+        If it is not, pieces may still be there: all that the head says is in every piece as well.
+        """
         path = self.path / _HEAD
-        if not path.exists():
+        if not os.path.lexists(path):
             others = sorted(entry.name for entry in self.path.iterdir() if entry.name != _LOCK)
             if others and not any(_PIECE.fullmatch(name) for name in others):
                 raise StoreError(
                     f"{self.path} is no store: it holds {others[0]} and no {_HEAD}; give an empty folder "
                     "or one that does not exist"
                 )
-            self._write_head(self._facts)
-            return
+            return False
+        if not path.is_file():
+            raise StoreError(f"{path} is no file")
         with path.open("rb") as file:
             content = file.read(_MOST_HEAD_BYTES)
         try:
             kept = json.loads(content)
             form, kind = kept["format"], kept["kind"]
         except (ValueError, TypeError, KeyError, RecursionError):
-            # What it said is in every piece as well, and is compared there.
             self.remarks.append(f"{path} was damaged and is written anew")
-            self._write_head(self._facts)
-            return
+            return False
         if kind != KIND or not isinstance(form, int):
             raise StoreError(f"{path} was not written by chebclear")
         if form > FORMAT:
@@ -227,6 +237,16 @@ class Store:
                 + "\n".join(f"  {line}" for line in different)
                 + "\ngive another folder, or simulate as the runs in this one were"
             )
+        return True
+
+    def _kept_names(self) -> dict[str, Any]:
+        """Names of all outputs and features that the pieces have."""
+        one_of_each = {file: key for key, (file, _) in self._where.items()}
+        names = [self.names(key) for key in one_of_each.values()]
+        if not names:
+            return {}
+        outputs, features = max(names, key=lambda both: len(both[0]) + len(both[1]))
+        return {"outputs": outputs, "features": features}
 
     def _write_head(self, facts: Mapping[str, Any]) -> None:
         with replaced(self.path / _HEAD) as beside:
@@ -250,57 +270,79 @@ class Store:
                     with contextlib.suppress(PermissionError):
                         path.unlink(missing_ok=True)
                 continue
+            if not path.is_file():
+                self.remarks.append(f"{path} is no file and was left alone")
+                continue
             try:
-                keys = self._keys(path, named[1])
+                keys, ends = self._keys(path, named[1])
             except UnfitError as error:
                 self.remarks.append(f"{path} {error}; its runs are simulated again")
                 if error.damaged:
                     path.replace(path.with_name(path.name + _SET_ASIDE))
                 continue
-            for row, key in enumerate(keys):
-                self._where[key.tobytes()] = (path.name, row)
+            for row, (key, end) in enumerate(zip(keys, ends, strict=True)):
+                # How long a run takes is no property of the run: it gets its time anew.
+                if end.status != TIME_LIMIT:
+                    self._where[key.tobytes()] = (path.name, row)
 
-    def _keys(self, path: Path, digest: str) -> NDArray[np.uint8]:
-        """Keys of the runs of a piece; raises `UnfitError` if it cannot be used."""
+    def _keys(self, path: Path, digest: str) -> tuple[NDArray[np.uint8], tuple[End, ...]]:
+        """Keys and ends of the runs of a piece; raises `UnfitError` if it cannot be used."""
         with path.open("rb") as file:
             found = hashlib.file_digest(file, "sha256").hexdigest()[: len(digest)]
             if found != digest:
                 raise UnfitError("is damaged: its checksum is another one", damaged=True)
             file.seek(0)
-            head, keys = looked_at(file)
+            head, keys, ends = read_header(file)
         different = differences(head, self._facts)
         if different:
             raise UnfitError(f"is of another study ({'; '.join(different)})")
-        return keys
+        return keys, ends
 
-    def _locked(self) -> IO[str]:
+    def _locked(self) -> int:
         """The lock of the store, held until it is closed or its process ends, however that ends."""
+        path = self.path / _LOCK
         with self._errors():
-            file = (self.path / _LOCK).open("a+", encoding="utf-8")
+            # What a link leads to, or waits behind a pipe, is none of ours.
+            flags = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+            file = os.open(path, os.O_RDWR | os.O_CREAT | flags, 0o666)
+            try:
+                if not stat.S_ISREG(os.fstat(file).st_mode):
+                    raise StoreError(f"{path} is no file")
+                self._take(file)
+                os.ftruncate(file, 0)
+                os.write(file, f"process {os.getpid()}".encode())
+            except BaseException:
+                os.close(file)
+                raise
+        return file
+
+    def _take(self, file: int) -> None:
+        """Lock a file, or say why that is impossible."""
         try:
             _lock(file)
-        except OSError:
-            file.seek(0)
-            owner = file.read(100).strip()
-            file.close()
+        except OSError as error:
+            if error.errno not in _TAKEN:
+                raise StoreError(
+                    f"the file system of the store {self.path} cannot lock files ({error.strerror}): give a "
+                    "folder on another one"
+                ) from error
+            owner = os.read(file, 100).decode(errors="replace").strip()
             raise StoreError(
                 f"the store {self.path} is in use{f' by {owner}' if owner else ''}: wait for it to end, or "
                 "give another folder"
             ) from None
-        with self._errors():
-            file.truncate(0)
-            file.write(f"process {os.getpid()}")
-            file.flush()
-        return file
 
     @contextlib.contextmanager
     def _errors(self) -> Iterator[None]:
         """What the system says against reading or writing, as a `StoreError`."""
         try:
             yield
+        except StoreError:
+            raise
         except OSError as error:
             kept = f"; it keeps {len(self)} runs, and the study goes on from there" if len(self) else ""
-            raise StoreError(f"the store {self.path}: {error.strerror or error}{kept}") from error
+            where = f" ({Path(error.filename).name})" if isinstance(error.filename, str) else ""
+            raise StoreError(f"the store {self.path}: {error.strerror or error}{where}{kept}") from error
 
 
 def differences(kept: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str]:
@@ -317,6 +359,7 @@ def differences(kept: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str]
         for name, value in wanted["settings"].items()
         if settings.get(name) != value
     ]
+    found += [f"{name}: this study has none" for name in settings if name not in wanted["settings"]]
     for name in _NAMED:
         known = kept.get(name)
         lacking = [one for one in wanted[name] if not isinstance(known, list) or one not in known]
@@ -325,14 +368,20 @@ def differences(kept: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str]
     return found
 
 
-def _lock(file: IO[str]) -> None:
+def _lock(file: int) -> None:
     """Lock a file for this process; raises OSError if another one holds it."""
     try:
         import fcntl
     except ImportError:  # Windows
         import msvcrt
 
-        file.seek(0)
-        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined,unused-ignore]
+        msvcrt.locking(file, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined,unused-ignore]
         return
-    fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def _unlock(file: int) -> None:
+    with contextlib.suppress(ImportError):  # Windows, where no process is forked
+        import fcntl
+
+        fcntl.flock(file, fcntl.LOCK_UN)

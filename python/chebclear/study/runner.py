@@ -15,8 +15,8 @@ from ..base.progress import Progress, reporter
 from ..errors import SceneError, describe
 from ..execution.counts import Costs
 from ..execution.failures import count_failed, located
-from ..execution.means import Means
 from ..execution.memory import SAMPLES_ALONE, Usage
+from ..execution.options import ExecutionOptions
 from ..run.settings import Settings
 from ..run.tracking import settling_time
 from ..scene.scene import Interval, Scene
@@ -54,7 +54,7 @@ class Runner:
     """Features of every run by name."""
     units: dict[str, str]
     """Units that were given, by the names of parameters, outputs and features."""
-    means: Means
+    means: ExecutionOptions
     """Where runs are simulated, and how failed runs are treated."""
     progress: bool | Progress | None
     """Progress reports."""

@@ -29,8 +29,8 @@ from ..execution.failures import (
     set_apart,
 )
 from ..execution.limited import LimitedCalls
-from ..execution.means import Means
 from ..execution.memory import Usage
+from ..execution.options import ExecutionOptions
 from ..execution.pieces import NOT_BEGUN, SCENE, SETTINGS, End
 from ..execution.store import Identity, Store
 from ..run.settings import Settings
@@ -144,7 +144,7 @@ class Making:
         Settings of a run; outputs may be patterns.
     features : mapping of str to Feature or callable
         Features of every run by name.
-    means : Means
+    means : ExecutionOptions
         Where runs are simulated, and how failed runs are treated.
     rtol : float
         Relative tolerance of the study [-], which single analyses replace.
@@ -162,7 +162,7 @@ class Making:
         points: Array,
         settings: Settings,
         features: Mapping[str, Asked],
-        means: Means,
+        means: ExecutionOptions,
         rtol: float,
         midpoint: bool,
         usage: Usage,

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..base.arguments import Checks, meant_or_known
 from ..base.progress import Progress, is_request
-from ..execution.means import OnFailure, checked_means
+from ..execution.options import OnFailure, checked_options
 from ..execution.plan import Plan
 from ..run.features import Feature
 from ..run.settings import RunOptions, Settings, checked_names, checked_settings, with_settings
@@ -79,8 +79,11 @@ class Study(Methods):
     store : path, optional
         Folder that keeps every finished run; created if it does not exist. An interrupted study continues
         from there with exactly the same result, and a later study of the mechanism simulates only new runs.
-        For a model of your own, the source and the variables of the function are compared, not files that it
+        For a model of your own, everything that the function can reach is compared, but not files that it
         reads.
+    version : str, optional
+        For a model of your own with a store: stands for the function and everything that it uses. The store
+        then compares this text and the data in `fixed`, so give another one whenever the model is another.
     on_failure : {"collect", "raise"}
         Treatment of failed runs. ``"collect"`` repeats simulations once with tighter tolerances, then
         collects failed runs in `StudyResult.failures`; results are made without them, and their verdicts
@@ -140,6 +143,7 @@ class Study(Methods):
         executor: Executor | None = None,
         features: Mapping[str, Asked] | None = None,
         store: str | os.PathLike[str] | None = None,
+        version: str | None = None,
         on_failure: OnFailure = "collect",
         run_seconds: float | None = None,
         max_seconds: float | None = None,
@@ -167,11 +171,15 @@ class Study(Methods):
         if not is_request(progress):
             checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
         self.progress = progress
-        self.means = checked_means(
+        self.means = checked_options(
             checks, threads, executor, store, on_failure, run_seconds, max_seconds, in_memory
         )
         if not simulated and in_memory is False:
             checks.add("in_memory may not be False for a model of your own: what it returns is in the memory")
+        if version is not None and (not isinstance(version, str) or not version):
+            checks.add(f'version must be a text, such as "1", got {version!r}', wrong_type=True)
+        if version is not None and (simulated or store is None):
+            checks.add("version is for a model of your own with a store, which compares it")
         self.settings, self.model = None, None
         if simulated:
             given = {"outputs": outputs, "features": tracked_features(self.features.values()), **options}
@@ -184,7 +192,7 @@ class Study(Methods):
         names = checked_names(checks, outputs)
         checks.finish()
         self.model = OwnModel(
-            build, self.intervals, self.fixed, names, self.features, cycles, tuple(self.units)
+            build, self.intervals, self.fixed, names, self.features, cycles, tuple(self.units), version
         )
 
     def plan(self, method: str = "band", *, probes: int | None = None, **arguments: Any) -> Plan:

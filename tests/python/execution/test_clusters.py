@@ -52,10 +52,30 @@ def test_dask_processes_give_the_same_bits_and_live_through_long_pieces(dask):
     assert set(dask.scheduler_info()["workers"]) == before and len(before) == 2
 
 
+def test_a_call_that_exits_on_dask_is_a_failed_run(dask):
+    def ending(a):  # inside, since workers cannot import a module of tests
+        if a < 0.95:
+            sys.exit(3)
+        if a > 1.05:
+            raise KeyboardInterrupt
+        return {"y": a}
+
+    executor = dask.get_executor(pure=False)
+    result = cc.Study(ending, {"a": cc.interval(1.0, rel=0.1)}, executor=executor).scan(3)
+    assert [one.message for one in result.failures] == [
+        "it ended with SystemExit: 3",
+        "it ended with KeyboardInterrupt: ",
+    ]
+
+
 MPI = """
+import sys
 import warnings
 import chebclear as cc
 from mpi4py.futures import MPIPoolExecutor
+
+def ending(a):
+    return sys.exit(3) if a < 0.95 else {"y": a}
 
 if __name__ == "__main__":
     warnings.simplefilter("ignore")
@@ -63,6 +83,8 @@ if __name__ == "__main__":
     options = {"duration": 0.002, "samples": 11}
     with MPIPoolExecutor(2) as ranks:
         sent = cc.Study(cc.mechanisms.slider_crank, box, ["slider.x"], executor=ranks, **options).scan(9)
+        ended = cc.Study(ending, {"a": cc.interval(1.0, rel=0.1)}, executor=ranks).scan(3)
+    print(*(one.message for one in ended.failures))
     print(sent == cc.Study(cc.mechanisms.slider_crank, box, ["slider.x"], **options).scan(9))
 """
 
@@ -83,7 +105,7 @@ def test_two_ranks_of_mpi_give_the_same_bits(tmp_path):
         env=os.environ | allowed,
         check=False,
     )
-    assert done.stdout.strip() == "True", done.stderr
+    assert done.stdout.splitlines() == ["it ended with SystemExit: 3", "True"], done.stderr
 
 
 def test_ray_gives_the_same_bits(tmp_path):

@@ -1,5 +1,7 @@
 """Models of one's own that fail, hang or kill their worker, and stores of what they returned."""
 
+import asyncio
+import contextlib
 import dataclasses
 import importlib.util
 import math
@@ -18,6 +20,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.execution import dispatch, limited
+from chebclear.execution.calls import call_order
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
@@ -138,8 +141,14 @@ def killed():
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-AT = points(12)
-FAULTS = {AT[3, 0]: endless, AT[5, 0]: killed, AT[6, 0]: no_license, AT[8, 0]: threading.Event().wait}
+AT = points(24)
+FAULTS = {
+    AT[3, 0]: endless,
+    AT[5, 0]: killed,
+    AT[6, 0]: no_license,
+    AT[8, 0]: threading.Event().wait,
+    AT[10, 0]: lambda: os._exit(0),
+}
 
 
 def worst(a, b):
@@ -156,8 +165,9 @@ def test_calls_that_take_their_worker_with_them_cost_no_other(monkeypatch):
         5: "worker_lost",
         6: "model",
         8: "time_limit",
+        10: "worker_lost",
     }
-    others = [0, 1, 2, 4, 7, 9, 10, 11]
+    others = [0, 1, 2, 4, 7, 9, 11]
     assert np.array_equal(result.values("x"), cc.Study(line, BOX).sample(12).values("x")[others])
 
 
@@ -179,6 +189,118 @@ def test_errors_that_do_not_pickle_come_back_by_name():
     with ProcessPoolExecutor(1, mp_context=get_context("fork")) as pool:
         result = cc.Study(rude, BOX, executor=pool).sample(20)
     assert result.failures and all("Rude: go away" in one.message for one in result.failures)
+
+
+class Unreadable(Exception):
+    """Its message raises what it was made of."""
+
+    def __str__(self):
+        raise self.args[0]
+
+
+def raises(error):
+    raise error
+
+
+ENDS = {
+    "exit": (sys.exit, "it ended with SystemExit: "),
+    "status": (lambda: sys.exit(3), "it ended with SystemExit: 3"),
+    "interrupt": (lambda: raises(KeyboardInterrupt()), "it ended with KeyboardInterrupt: "),
+    "generator": (lambda: raises(GeneratorExit()), "it ended with GeneratorExit: "),
+    "cancelled": (lambda: raises(asyncio.CancelledError()), "it ended with CancelledError: "),
+    "group": (lambda: raises(BaseExceptionGroup("all", [SystemExit()])), "BaseExceptionGroup: all"),
+    "unreadable": (lambda: raises(Unreadable(ValueError())), "Unreadable: (its message raises ValueError)"),
+    "worse": (lambda: raises(Unreadable(SystemExit())), "Unreadable: (its message raises SystemExit)"),
+    "endless": (lambda: raises(ValueError("x" * 50_000_000)), "... (50000012 characters)"),
+    "nonsense": (lambda: "y" * 50_000_000, "must return a Scene, or a mapping"),
+}
+ENDING = {AT[1 + number, 0]: fault for number, (fault, _) in enumerate(ENDS.values())}
+
+
+def ending(a, b):
+    return ENDING.get(a, lambda: line(a, b))()
+
+
+@contextlib.contextmanager
+def executor(where):
+    if where == "here":
+        yield None
+    elif where == "threads":
+        with ThreadPoolExecutor(2) as pool:
+            yield pool
+    else:
+        with ProcessPoolExecutor(2, mp_context=get_context("fork")) as pool:
+            yield pool
+
+
+@pytest.mark.skipif(os.name != "posix", reason="fork")
+@pytest.mark.parametrize("seconds", [None, 60.0])
+@pytest.mark.parametrize("where", ["here", "threads", "processes"])
+def test_every_way_a_call_can_end_is_a_failed_run(where, seconds, monkeypatch):
+    if where == "here" and seconds is None:  # there it may be the user's Ctrl-C
+        faults = {a: fault for a, fault in ENDING.items() if fault is not ENDS["interrupt"][0]}
+        monkeypatch.setitem(globals(), "ENDING", faults)
+    results = []
+
+    def work():
+        with executor(where) as pool:
+            results.append(cc.Study(ending, BOX, executor=pool, run_seconds=seconds).sample(24))
+
+    # A study that waits for ever must not keep the test.
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    thread.join(50.0)
+    assert not thread.is_alive(), "the study hangs"
+    (result,) = results
+    told = {one.index: (one.reason, one.message) for one in result.failures}
+    for number, (fault, words) in enumerate(ENDS.values()):
+        if fault in ENDING.values():
+            reason, message = told.pop(1 + number)
+            assert reason == "model" and words in message and len(message) < 2000
+    assert not told
+    at = cc.Study(line, BOX).sample(24)
+    kept = [number for number in range(24) if at.parameters[number, 0] not in ENDING]
+    assert np.array_equal(result.values("x"), at.values("x")[kept])
+
+
+def test_a_callable_of_a_scene_that_exits_is_a_failed_run_too():
+    def build(crank_length):
+        return sys.exit(2) if crank_length < 0.047 else cc.mechanisms.slider_crank(crank_length=crank_length)
+
+    def last(run):
+        return sys.exit(2) if run["slider.x"][-1] > 0.172 else 1.0
+
+    study = cc.Study(
+        build,
+        {"crank_length": cc.Interval(0.045, 0.055)},
+        ["slider.x"],
+        duration=1e-3,
+        samples=6,
+        features={"last": last},
+    )
+    told = {(one.reason, one.message) for one in study.scan(5).failures}
+    assert told == {(reason, "it ended with SystemExit: 2") for reason in ("build", "feature")}
+
+
+def test_a_nominal_run_that_exits_is_an_error():
+    with pytest.raises(cc.ChebclearError, match="it ended with SystemExit: 4"):
+        cc.Study(lambda a, b: sys.exit(4), BOX).sample(3)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+def test_an_interrupt_of_a_worker_alone_costs_its_piece(monkeypatch):
+    monkeypatch.setattr(dispatch, "call_order", interrupted)
+    with ProcessPoolExecutor(1, mp_context=get_context("fork")) as pool:
+        result = cc.Study(line, BOX, executor=pool).sample(12)
+    assert [one.reason for one in result.failures] == ["worker_lost"]
+    assert result.failures[0].parameters["a"] == AT[5, 0]
+
+
+def interrupted(order, stop):
+    if any(one["a"] == AT[5, 0] for one in order.parameters):
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(60.0)
+    return call_order(order, stop)
 
 
 def test_workers_that_end_before_they_have_finished_anything_are_an_error(monkeypatch):
@@ -227,6 +349,17 @@ def test_a_study_that_is_refined_reuses_all_runs(tmp_path, counted):
     assert len(counted) - 25 - 26 == 30  # 26 by the study without a store
 
 
+@pytest.mark.parametrize("content", [None, "", "[]"])
+def test_a_lost_head_costs_no_call(tmp_path, counted, content):
+    first = stored(tmp_path).scan(3)
+    (tmp_path / "store.json").unlink()
+    if content is not None:
+        (tmp_path / "store.json").write_text(content)
+    del counted[:]
+    assert stored(tmp_path).scan(3)["x"] == first["x"] and not counted
+    assert stored(tmp_path, outputs=["y"]).scan(3)["y"] == first["y"] and not counted
+
+
 def test_a_run_that_failed_is_called_again(tmp_path, counted, monkeypatch):
     monkeypatch.setenv("CHEBCLEAR_TEST_LICENSE", "no")
     result = stored(tmp_path, licensed).sample(6)
@@ -254,11 +387,11 @@ def test_another_model_is_refused_with_the_difference(tmp_path):
     study = cc.Study(made(1.0), BOX, store=tmp_path, fixed={"shift": 1.0})
     study.scan(2)
     for other, fixed in ((made(2.0), {"shift": 1.0}), (made(1.0), {"shift": 2.0}), (made(1.0), {})):
-        with pytest.raises(cc.StoreError, match=r"source|fixed"):
+        with pytest.raises(cc.StoreError, match=r"variable \S+\.model: scale: the store has|fixed shift: "):
             cc.Study(other, BOX, store=tmp_path, fixed=fixed).scan(2)
     assert cc.Study(made(1.0), BOX, store=tmp_path, fixed={"shift": 1.0}).scan(2) == study.scan(2)
     with pytest.raises(ValueError, match="store needs to know whether the model is the same"):
-        cc.Study(made(object()), BOX, store=tmp_path).scan(2)
+        cc.Study(made(x for x in T), BOX, store=tmp_path).scan(2)
 
 
 FACTOR = 1.0
@@ -314,29 +447,27 @@ def test_a_store_knows_what_models_use_indirectly(model, tmp_path, monkeypatch):
         monkeypatch.setattr(Factors, "once", 5.0)
     else:
         monkeypatch.setitem(globals(), "FACTOR", 5.0)
-    with pytest.raises(cc.StoreError, match="source"):
+    with pytest.raises(cc.StoreError, match=r"FACTOR|Factors\.once: the store has 'float 1.0', this study"):
         cc.Study(model, BOX, store=tmp_path).scan(2)
 
 
-class Counting:
-    """It changes while models run, holds what cannot be compared, and refers to others in turn."""
+class Locked:
+    """It holds what has no value, and refers to another in turn."""
 
-    calls = 0
     lock = threading.Lock()
 
     def run(self, a):
-        Counting.calls += 1
         return a if isinstance(self, Others) else 2.0 * a
 
 
-class Others(Counting):
+class Others(Locked):
     def run(self, a):
-        return 3.0 * a if isinstance(self, Counting) else a
+        return 3.0 * a if isinstance(self, Locked) else a
 
 
-def test_a_store_takes_classes_that_change_and_refer_to_each_other(tmp_path):
+def test_a_store_takes_classes_that_refer_to_each_other(tmp_path):
     def model(a, b):
-        return {"y": Counting().run(a) + Others().run(b)}
+        return {"y": Locked().run(a) + Others().run(b)}
 
     for points in (2, 3):
         assert len(cc.Study(model, BOX, store=tmp_path).scan(points).parameters) == points**2
@@ -354,7 +485,7 @@ def test_a_module_of_a_user_may_have_the_name_of_one_of_pythons(tmp_path, monkey
         return module.model
 
     cc.Study(made(1.0), BOX, store=tmp_path / "store").scan(2)
-    with pytest.raises(cc.StoreError, match="source"):
+    with pytest.raises(cc.StoreError, match=r"function colorsys\.model: the store has"):
         cc.Study(made(100.0), BOX, store=tmp_path / "store").scan(2)
 
 

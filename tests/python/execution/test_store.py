@@ -1,17 +1,23 @@
 """Stores: what was finished is never simulated again, what cannot be trusted is, and others are refused."""
 
+import dataclasses
+import errno
 import hashlib
 import io
 import os
 import random
 import subprocess
 import sys
+import threading
 import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.execution import batch, store
+from chebclear.execution import batch, dispatch, store
+from chebclear.execution.pieces import TIME_LIMIT, End
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
@@ -296,6 +302,99 @@ def test_a_full_disk_is_an_error_and_nothing_is_lost(tmp_path, monkeypatch, simu
     monkeypatch.undo()
     assert len(pieces(tmp_path)) == 3
     assert study(tmp_path).scan(4) == whole
+
+
+@pytest.mark.skipif(os.name != "posix", reason="fork")
+def test_workers_that_were_forked_do_not_keep_the_store(tmp_path, simulated):
+    with ProcessPoolExecutor(2, mp_context=get_context("fork")) as pool:
+        first = study(tmp_path, executor=pool).scan(2)
+        count = len(simulated)
+        assert study(tmp_path, executor=pool).scan(2) == first and len(simulated) == count
+
+
+@pytest.mark.parametrize("content", [None, "", "{", "[]"])
+def test_a_lost_head_is_made_anew_of_the_pieces(tmp_path, simulated, content):
+    whole = study(tmp_path).scan(2)
+    head = (tmp_path / "store.json").read_text()
+    (tmp_path / "store.json").unlink()
+    if content is not None:
+        (tmp_path / "store.json").write_text(content)
+    del simulated[:]
+    study(tmp_path, ["slider.vx"]).scan(2)
+    assert not simulated and (tmp_path / "store.json").read_text() == head
+    assert study(tmp_path).scan(2)["slider.x"] == whole["slider.x"] and not simulated
+
+
+def test_a_run_that_took_too_long_gets_its_time_anew(tmp_path, monkeypatch):
+    real = dispatch.simulate_order
+
+    def slow(order, stop, into=None, count=None):
+        piece = real(order, stop, into, count)
+        given_up = End(TIME_LIMIT, "the run was given up after 1 s", 0.001)
+        late = [0.045 in np.frombuffer(scene.numbers) for scene in order.scenes]
+        piece.values[late] = np.nan
+        ends = tuple(given_up if slow else end for slow, end in zip(late, piece.ends, strict=True))
+        return dataclasses.replace(piece, ends=ends)
+
+    monkeypatch.setattr(dispatch, "simulate_order", slow)
+    failures = study(tmp_path, run_seconds=1.0).scan(3).failures
+    assert {one.reason for one in failures} == {"time_limit"} and len(failures) == 3
+    monkeypatch.undo()
+    result = study(tmp_path).scan(3)
+    assert not result.failures and result["slider.x"] == study(None).scan(3)["slider.x"]
+
+
+def link(path, target):
+    path.symlink_to(target)
+
+
+def directory(path, target):
+    path.mkdir()
+
+
+def pipe(path, target):
+    os.mkfifo(path)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links and pipes")
+@pytest.mark.parametrize("kind", [link, directory, pipe])
+@pytest.mark.parametrize("name", ["lock", "store.json", "piece-0123456789abcdef0123456789abcdef.npz"])
+def test_what_is_no_file_is_named_and_left_alone(tmp_path, name, kind):
+    target, folder = tmp_path / "thesis.tex", tmp_path / "runs"
+    target.write_text("mine")
+    whole = study(folder).scan(2)
+    (folder / name).unlink(missing_ok=True)
+    kind(folder / name, target if name == "lock" else tmp_path / "nothing")
+    found = []
+
+    def work():
+        try:
+            found.append(study(folder).scan(2))
+        except cc.StoreError as error:
+            found.append(error)
+
+    thread = threading.Thread(target=work, daemon=True)  # a pipe may keep who opens it
+    thread.start()
+    thread.join(50.0)
+    (again,) = found
+    if name.startswith("piece"):
+        assert again["slider.x"] == whole["slider.x"]
+        assert any(f"{name} is no file" in told for told in again.warnings)
+    else:
+        assert isinstance(again, cc.StoreError) and name in str(again)
+    assert target.read_text() == "mine" and os.path.lexists(folder / name)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="flock")
+def test_a_file_system_that_locks_nothing_is_said_to(tmp_path, monkeypatch):
+    import fcntl
+
+    def flock(file, what):
+        raise OSError(errno.ENOSYS, os.strerror(errno.ENOSYS))
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+    with pytest.raises(cc.StoreError, match="cannot lock files"):
+        study(tmp_path).scan(2)
 
 
 PROGRAM = """

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from ...base.progress import Progress
-from ...errors import SimulationError, describe
+from ...errors import SimulationError, describe, error_text
 from ...execution.archive import KEY_BYTES
 from ...execution.batch import WORKER_LOST
 from ...execution.calls import Answers, Calls
@@ -19,7 +19,7 @@ from ...execution.counts import STATS
 from ...execution.dispatch import Task, dispatch
 from ...execution.failures import FEATURE, MODEL, FailedRun, end_of, run_to_raise
 from ...execution.limited import TimeLimitError
-from ...execution.means import Means
+from ...execution.options import ExecutionOptions
 from ...execution.pieces import DONE, NOT_BEGUN, End, Piece, code_version
 from ...execution.store import Store
 from .returned import ReturnedRun, read_run, require_same
@@ -63,7 +63,7 @@ class Calling:
     """Parameters of each run by name."""
     nominal: int | None
     """Number of the nominal run, if it is among them."""
-    means: Means
+    means: ExecutionOptions
     """Where calls are made, and how failed ones are treated."""
     store: Store | None
     """Store of finished runs."""
@@ -85,7 +85,7 @@ class Calling:
         self._numbers = numbers
         self._taken = 0
         self._oldest = 0
-        self._raised: dict[int, Exception] = {}
+        self._first_failure: tuple[int, Exception] | None = None
         self._kept: list[tuple[int, bytes]] = []
         self._early: dict[int, ReturnedRun] = {}
 
@@ -161,10 +161,10 @@ class Calling:
 
     def lost(self, runs: Sequence[int], error: BaseException) -> None:
         """Note runs whose worker ended whenever they were tried."""
+        message = f"its worker was lost whenever it was tried: {error_text(error)}"
         for number in runs:
-            message = f"its worker was lost whenever it was tried: {error}"
-            self._raised[number] = SimulationError(WORKER_LOST, 0.0, None, self.given[number], message)
-            self.ends[number] = End(WORKER_LOST, message)
+            lost = SimulationError(WORKER_LOST, 0.0, None, self.given[number], message)
+            self._end(number, End(WORKER_LOST, message), lost)
         self.done += len(runs)
 
     def _find_first(self) -> None:
@@ -221,17 +221,22 @@ class Calling:
     def _fail(self, number: int, error: Exception, where: str) -> None:
         if isinstance(error, TimeLimitError):
             error.add_note(f"in the model with {describe(self.given[number])}")
+        self._end(number, end_of(error, where), error)
+
+    def _end(self, number: int, end: End, error: Exception) -> None:
+        """Note a run that failed; its error is kept if it may have to be raised."""
         if self.means.on_failure == "raise" or number == self.nominal:
             raise error
-        self._raised.setdefault(number, error)
-        self.ends[number] = end_of(error, where)
+        self.ends[number] = end
+        if self._first_failure is None or number < self._first_failure[0]:
+            self._first_failure = (number, error)
 
     def _require_success(self) -> None:
         failed = {number: end for number, end in enumerate(self.ends) if end.status not in (DONE, NOT_BEGUN)}
         nominal = -1 if self.nominal is None else self.nominal
-        first = run_to_raise(failed, self.total, nominal, self.means.on_failure)
-        if first is not None:
-            error = self._raised[first]
+        if run_to_raise(failed, self.total, nominal, self.means.on_failure) is not None:
+            assert self._first_failure is not None, "a run failed"
+            error = self._first_failure[1]
             if len(failed) > 1:
                 error.add_note(f"{len(failed)} of {self.total} runs of the study failed")
             raise error

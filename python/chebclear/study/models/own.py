@@ -18,7 +18,7 @@ from ...base.units import unit
 from ...errors import ArgumentError, describe
 from ...execution.failures import FailedRun, failure_warnings
 from ...execution.limited import LimitedCalls
-from ...execution.means import Means
+from ...execution.options import ExecutionOptions
 from ...execution.store import Store
 from ...run.features import JOINT_KINDS, Feature
 from ...run.settings import RunOptions
@@ -168,11 +168,18 @@ class OwnModel:
     """Equal pieces of the time, each with features of its own [-]."""
     with_unit: Sequence[str] = ()
     """Names that were given a unit."""
+    version: str | None = None
+    """What a store compares instead of the code of `call` and what it uses."""
     first: ReturnedRun | None = field(default=None, init=False)
     """The run with whose names and instants all others are compared; None before there is one."""
 
     def runs(
-        self, points: Array, *, midpoint: bool, report: Callable[[int, int], None] | None, means: Means
+        self,
+        points: Array,
+        *,
+        midpoint: bool,
+        report: Callable[[int, int], None] | None,
+        means: ExecutionOptions,
     ) -> Returned:
         """The runs at the points and, if asked for, last at the midpoint.
 
@@ -192,7 +199,7 @@ class OwnModel:
         given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in rows]
         store = None
         if means.store is not None:
-            store = Store(means.store, ModelIdentity.of(self.call, self.fixed))
+            store = Store(means.store, ModelIdentity.of(self.call, self.fixed, self.version))
         table = _Table(self, given, means.run_seconds)
         call = functools.partial(call_model, self.call, self.fixed)
         nominal = len(given) - 1 if midpoint else None

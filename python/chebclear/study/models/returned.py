@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.arguments import Checks, as_number
-from ...errors import ArgumentError
+from ...errors import ArgumentError, cut
 from ...execution.failures import NotFiniteError
 from ...scene.scene import Scene
 
@@ -45,7 +45,7 @@ def time_axis(checks: Checks, given: object) -> Array:
         # A copy, so that later changes of the caller's array are not those of the result.
         t = np.array(given, dtype=float)
     except (TypeError, ValueError, OverflowError):
-        checks.add(f"t must be instants [s], got {given!r}", wrong_type=True)
+        checks.add(f"t must be instants [s], got {cut(repr(given))}", wrong_type=True)
         return np.empty(0)
     if t.ndim != 1 or len(t) < 2:
         checks.add(f"t must be at least 2 instants [s], shape (samples,), got shape {t.shape}")
@@ -80,7 +80,7 @@ def read_run(given: object) -> ReturnedRun:
     if not isinstance(given, Mapping):
         raise TypeError(
             "a model must return a Scene, or a mapping such as {'t': instants, 'force': values, 'stroke': "
-            f"0.03}}, got {given!r}"
+            f"0.03}}, got {cut(repr(given))}"
         )
     t = time_axis(checks, given["t"]) if "t" in given else np.empty(0)
     series, numbers = {}, {}
@@ -92,7 +92,7 @@ def read_run(given: object) -> ReturnedRun:
             if number is None:
                 series[name] = _series(checks, unknown, name, value, t, timed="t" in given)
             elif not math.isfinite(number):
-                unknown.append(f'"{name}" is not finite: {value!r}')
+                unknown.append(f'"{name}" is not finite: {cut(repr(value))}')
             else:
                 numbers[name] = number
     if not series and not numbers and not unknown:
@@ -110,7 +110,9 @@ def _series(checks: Checks, unknown: list[str], name: str, value: object, t: Arr
         unknown.append(f'"{name}" is masked in sample {first}')
     array = np.asarray(value)
     if array.dtype.kind not in "iuf":
-        checks.add(f'"{name}" must be a number or an array of numbers, got {value!r}', wrong_type=True)
+        checks.add(
+            f'"{name}" must be a number or an array of numbers, got {cut(repr(value))}', wrong_type=True
+        )
     elif not timed:
         checks.add(f'"{name}" is an array of shape {array.shape} without a time axis: return "t" as well')
     elif len(t) and array.shape != t.shape:

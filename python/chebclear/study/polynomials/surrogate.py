@@ -17,7 +17,7 @@ from ... import _core
 from ...base import files as records
 from ...base.arguments import Checks, did_you_mean, meant_or_known
 from ...errors import ArgumentError
-from ...execution.means import MOST_THREADS
+from ...execution.options import MOST_THREADS
 from ...scene.scene import Interval
 
 if TYPE_CHECKING:

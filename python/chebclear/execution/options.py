@@ -16,7 +16,7 @@ MOST_THREADS = 1024
 
 
 @dataclass(frozen=True)
-class Means:
+class ExecutionOptions:
     """Where the runs of a study are made, and how failed ones are treated."""
 
     threads: int | None = None
@@ -35,7 +35,7 @@ class Means:
     """Whether the samples of all runs are in the memory, and not in a file beside the store."""
 
 
-def checked_means(
+def checked_options(
     checks: Checks,
     threads: int | None,
     executor: Executor | None,
@@ -44,8 +44,8 @@ def checked_means(
     run_seconds: float | None,
     max_seconds: float | None,
     in_memory: bool,
-) -> Means:
-    """Means from the arguments of the user; problems are added to `checks`."""
+) -> ExecutionOptions:
+    """ExecutionOptions from the arguments of the user; problems are added to `checks`."""
     if threads is not None:
         threads = checks.whole("threads", threads, least=1, most=MOST_THREADS)
     if executor is not None and not callable(getattr(executor, "submit", None)):
@@ -61,4 +61,4 @@ def checked_means(
         checks.add(f"in_memory must be True or False, got {in_memory!r}", wrong_type=True)
     elif not in_memory and store is None:
         checks.add("in_memory may only be False with a store, in whose folder the samples then are")
-    return Means(threads, executor, store, on_failure, run_seconds, max_seconds, bool(in_memory))
+    return ExecutionOptions(threads, executor, store, on_failure, run_seconds, max_seconds, bool(in_memory))
