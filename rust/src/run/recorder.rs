@@ -34,9 +34,6 @@ const LARGEST_PROJECTION: f64 = 10.0;
 /// a step that is too long; one that is too short grows fivefold per step.
 const FIRST_STEP: f64 = 1e-3;
 
-/// Instants that differ by this part of the time are one.
-const ROUNDED: f64 = 32.0 * f64::EPSILON;
-
 /// Guards of a clearance joint: the gap, and the sign of the normal force.
 pub(crate) const GUARDS: usize = 2;
 
@@ -216,7 +213,7 @@ impl<'a> Recorder<'a> {
 
     /// The state at an instant of a step, projected onto the closures.
     fn state_inside(&mut self, step: &DenseStep, t: f64, q: &mut [f64], v: &mut [f64]) {
-        let theta = (t - step.t) / step.h;
+        let theta = step.part_until(t);
         step.at(theta, q, v);
         let is_tree = self.mechanism.closures.is_empty();
         if !is_tree && self.dynamics.project(t, q, v, &self.mechanism.scales).is_none() {
@@ -253,7 +250,7 @@ impl<'a> Recorder<'a> {
         if t >= self.step.next_break {
             self.step.next_break = mechanism.next_break(t);
         }
-        self.step.bound = self.step.next_break - t;
+        self.step.bound = f64::INFINITY;
         (self.step.velocity_refinement, self.step.caution) = (1.0, 1.0);
         for index in 0..mechanism.clearance_joints.len() {
             self.watch_joint(t, index);
@@ -315,19 +312,13 @@ impl Recorder<'_> {
     /// Takes the samples that are due in a step.
     fn take_samples(&mut self, step: &DenseStep) {
         let end = step.end_time();
-        while let Some(t) = self.samples.next_due() {
-            // The last step ends at the last sample only to rounding.
-            let slack = if self.samples.last_is_due() { ROUNDED * t } else { 0.0 };
-            if t > end + slack {
-                break;
-            }
-            let t_inside = t.clamp(step.t, end);
+        while let Some(t) = self.samples.next_due().filter(|&due| due <= end) {
             if self.needs.work {
                 // Saved, so that the sum over the steps does not depend on the samples.
                 self.work_of_steps.clone_from(&self.work);
-                self.add_work_of(step, t_inside);
+                self.add_work_of(step, t);
             }
-            self.move_inside(step, t_inside);
+            self.move_inside(step, t);
             if !self.samples.have_begun() && self.settings.skip > 0.0 {
                 self.cut_contacts(t);
             }
@@ -376,8 +367,8 @@ impl HybridSystem for Recorder<'_> {
         self.tolerances.in_phases(self.mechanism, &self.dynamics.phases, position, velocity);
     }
 
-    fn is_smooth_at(&self, t: f64) -> bool {
-        t * (1.0 + ROUNDED) < self.step.next_break
+    fn next_break(&self) -> f64 {
+        self.step.next_break
     }
 
     fn step_bound(&self) -> f64 {
@@ -474,13 +465,13 @@ impl HybridSystem for Recorder<'_> {
         let end = step.end_time();
         self.may_check_energy(step)
             || self.tracking.wants(end)
-            || self.samples.next_due().is_some_and(|due| due <= end * (1.0 + ROUNDED))
+            || self.samples.next_due().is_some_and(|due| due <= end)
     }
 
     fn accepted(&mut self, step: &DenseStep) -> bool {
         let end = step.end_time();
         if step.h > 0.0 {
-            if self.samples.next_due().is_some_and(|due| due <= end * (1.0 + ROUNDED)) {
+            if self.samples.next_due().is_some_and(|due| due <= end) {
                 self.visit_inside(|recorder| recorder.take_samples(step));
             }
             if self.tracking.wants(end) {

@@ -55,8 +55,12 @@ impl Tracking {
     /// Empty extents, for a run of `d` coordinates whose samples begin at `from` [s].
     pub(crate) fn new(plan: Plan, settings: &Settings, from: f64, d: usize) -> Self {
         let cycles = settings.cycles;
-        let bounds: Vec<f64> =
-            (0..=cycles).map(|k| from + settings.duration * k as f64 / cycles as f64).collect();
+        // The last piece ends where the run does, to the last digit.
+        let bounds: Vec<f64> = (0..cycles)
+            .map(|k| settings.duration * k as f64 / cycles as f64)
+            .chain([settings.duration])
+            .map(|passed| from + passed)
+            .collect();
         let extents = bounds
             .windows(2)
             .flat_map(|ends| std::iter::repeat_n(Extent::new(ends[1] - ends[0]), plan.tracked.len()))
@@ -102,8 +106,7 @@ impl Tracking {
         let width = self.plan.tracked.len();
         let mut answers = Vec::new();
         for (piece, ends) in self.bounds.windows(2).enumerate() {
-            // The last step may end before the end of the run by a rounding error.
-            let finished = end >= ends[1] * (1.0 - 32.0 * f64::EPSILON);
+            let finished = end >= ends[1];
             let ends = [ends[0], ends[1]];
             let (extents, touches): (Vec<Extent>, Vec<Touch>) = if finished {
                 let touch = |joint| Touch::of(joint, ends, events, contacts);
@@ -131,10 +134,6 @@ impl Recorder<'_> {
             self.tracking.reached = to;
             if to >= bound {
                 self.tracking.piece += 1;
-                if self.tracking.piece + 1 == self.tracking.bounds.len() {
-                    // The last step may end after the end of the run by a rounding error.
-                    self.tracking.reached = f64::INFINITY;
-                }
             }
             if self.tracking.wants(end) && !(self.monitor)(from) {
                 // Cancelled: this step is the last one.

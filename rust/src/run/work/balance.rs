@@ -292,7 +292,7 @@ impl Recorder<'_> {
             let next = (from + self.piece_of_work(from)).min(to);
             for &(place, weight) in nodes {
                 let t = from + place * (next - from);
-                step.at((t - step.t) / step.h, &mut q, &mut v);
+                step.at(step.part_until(t), &mut q, &mut v);
                 self.add_work(t, &q, &v, weight * (next - from));
             }
             from = next;
