@@ -181,7 +181,11 @@ impl Run<'_> {
             let stopped = self.next_t >= self.stop;
             self.accept(event.is_some() || stopped)?;
             // A break tells nothing of the steps beyond it, however short the one that ends there.
-            let least = if stopped && !self.was_rejected { h } else { 0.0 };
+            let least = match (stopped, self.was_rejected) {
+                (true, false) => h,
+                (true, true) => self.shortest(),
+                (false, _) => 0.0,
+            };
             match event {
                 Some(index) => {
                     let bound = self.change_phase(index)?;
