@@ -28,7 +28,7 @@ impl Recorder<'_> {
                 break true;
             }
             let step = self.continued(t, last, LARGEST_ROTATION);
-            let next = (t + step).min(self.mechanism.next_break(t));
+            let next = (t + step).min(self.motion.mechanism.next_break(t));
             let next = next.min(end);
             if !self.sample_until(t, next, q, v)
                 || !self.track_from(t, next, q, v)
@@ -45,7 +45,7 @@ impl Recorder<'_> {
             if next >= end {
                 break true;
             }
-            self.unwind(q);
+            self.motion.unwind(q);
         };
         if !followed {
             outcome.status = Status::SingularMechanism;
@@ -99,7 +99,7 @@ impl Recorder<'_> {
     /// Length [s] of the next step after one of length `last` (NaN for none): until a drive
     /// has rotated by `largest_rotation` [rad], or slid by the same fraction of the size of the mechanism.
     fn continued(&self, t: f64, last: f64, largest_rotation: f64) -> f64 {
-        let mechanism = self.mechanism;
+        let mechanism = self.motion.mechanism;
         let mut step = if last.is_nan() {
             first_rotation(mechanism, largest_rotation)
         } else {
@@ -135,7 +135,7 @@ impl Recorder<'_> {
         for (q, v) in q.iter_mut().zip(&*v) {
             *q += v * (t - from);
         }
-        self.dynamics.project(t, q, v, &self.mechanism.scales).is_some()
+        self.motion.dynamics.project(t, q, v, &self.motion.mechanism.scales).is_some()
     }
 }
 

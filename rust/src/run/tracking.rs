@@ -158,7 +158,7 @@ impl Recorder<'_> {
         for (time, row) in times.iter().zip(values.chunks_exact_mut(width)).skip(known) {
             defined &= self.place_at(*time, state);
             for (value, tracked) in row.iter_mut().zip(&self.tracking.plan.tracked) {
-                *value = tracked.value(&self.dynamics, &self.tracking.work);
+                *value = tracked.value(&self.motion.dynamics, &self.tracking.work);
             }
         }
         for index in 0..width {
@@ -236,7 +236,7 @@ impl Recorder<'_> {
 
     fn tracked_value(&mut self, index: usize, time: f64, state: &mut StateAt) -> f64 {
         if self.place_at(time, state) {
-            self.tracking.plan.tracked[index].value(&self.dynamics, &self.tracking.work)
+            self.tracking.plan.tracked[index].value(&self.motion.dynamics, &self.tracking.work)
         } else {
             f64::NAN
         }
@@ -250,13 +250,13 @@ impl Recorder<'_> {
         let before = self.needs.work.then(|| self.work.clone());
         let (mut q, mut v) = (std::mem::take(&mut self.tracking.q), std::mem::take(&mut self.tracking.v));
         let defined = state(self, time, &mut q, &mut v);
-        self.q.copy_from_slice(&q);
-        self.v.copy_from_slice(&v);
+        self.motion.q.copy_from_slice(&q);
+        self.motion.v.copy_from_slice(&v);
         (self.tracking.q, self.tracking.v) = (q, v);
         if let Some(before) = before {
             self.tracking.work = std::mem::replace(&mut self.work, before);
         }
-        self.place(time, needs);
+        self.motion.place(time, needs);
         defined
     }
 }
