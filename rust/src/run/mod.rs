@@ -5,6 +5,7 @@ pub mod contacts;
 pub mod features;
 mod motion;
 pub mod outputs;
+mod pace;
 mod prescribed;
 mod recorder;
 pub mod restart;

@@ -7,6 +7,7 @@ use crate::integrators::dense::DenseStep;
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::turns::{rewind, unwind};
 use crate::run::outputs::Needs;
+use crate::run::pace::{piece_of_work, uniform_piece};
 use crate::tree::kinematics::FrameKind;
 
 /// A mechanism in a state.
@@ -20,6 +21,8 @@ pub(crate) struct Motion<'a> {
     pub(crate) q: Vec<f64>,
     pub(crate) v: Vec<f64>,
     pub(crate) a: Vec<f64>,
+    /// Length of the pieces over which work is integrated [s], if all drives have constant speed.
+    uniform_piece: Option<f64>,
 }
 
 impl<'a> Motion<'a> {
@@ -34,6 +37,7 @@ impl<'a> Motion<'a> {
             q: vec![0.0; d],
             v: vec![0.0; d],
             a: vec![0.0; d],
+            uniform_piece: uniform_piece(mechanism),
         }
     }
 
@@ -100,6 +104,12 @@ impl<'a> Motion<'a> {
             self.a.fill(f64::NAN);
         }
         self.dynamics.accelerate(&self.a);
+    }
+
+    /// Length [s] of the piece of a step from `t` on over which Gauss's quadrature integrates the powers of the
+    /// drives to rounding.
+    pub(crate) fn piece_of_work(&self, t: f64) -> f64 {
+        piece_of_work(self.mechanism, self.uniform_piece, t)
     }
 
     /// Begins to look at states inside the last step: the frames of its end stay where they are meanwhile, since the

@@ -14,7 +14,6 @@ use crate::run::contacts::{Event, EventKind};
 use crate::run::features::Plan;
 use crate::run::motion::Motion;
 use crate::run::outputs::{Column, Needs};
-use crate::run::prescribed::uniform_piece;
 use crate::run::restart::Memory;
 use crate::run::samples::Samples;
 use crate::run::settings::Settings;
@@ -47,8 +46,6 @@ pub(crate) struct Recorder<'a> {
     /// What the contacts ask of the present step.
     pub(crate) step: StepDemands,
     pub(crate) work: Work,
-    /// Length of the pieces over which work is integrated [s], if all drives have constant speed.
-    pub(crate) uniform_piece: Option<f64>,
     /// The work up to the present step, while `work` holds that up to a sample inside it.
     work_of_steps: Work,
     /// Error of the energy balance over the steps.
@@ -85,7 +82,6 @@ impl<'a> Recorder<'a> {
             log: ContactLog::new(joints),
             step: StepDemands::new(joints),
             work: Work::new(joints),
-            uniform_piece: uniform_piece(mechanism),
             work_of_steps: Work::default(),
             balance: Balance::new(joints, settings.rtol),
             tracking,

@@ -127,7 +127,7 @@ impl Recorder<'_> {
             let from = self.tracking.reached;
             let bound = self.tracking.bounds[self.tracking.piece + 1];
             // A drive may make many turns in one step.
-            let to = end.min(bound).min(from + self.piece_of_work(from));
+            let to = end.min(bound).min(from + self.motion.piece_of_work(from));
             if !self.track_part(from, to, state) {
                 return false;
             }

@@ -14,9 +14,6 @@ use crate::run::recorder::Recorder;
 use crate::run::settings::Settings;
 use crate::run::work::{GAUSS, GAUSS_OF_SHORT};
 
-/// Rotation of a drive [rad] over which Gauss's quadrature with four points integrates its power to rounding.
-pub(crate) const WORK_ROTATION: f64 = 0.5;
-
 /// Bounds of the largest error of the balance without a warning, relative to the largest energy: the relative
 /// tolerance within them. Runs at 1e-2 are off by 1e-3 to 5e-3 as a rule, less than they ask for; to find that
 /// out took nearly all steps, a quarter of the run.
@@ -289,7 +286,7 @@ impl Recorder<'_> {
         let (mut q, mut v) = (std::mem::take(&mut self.motion.q), std::mem::take(&mut self.motion.v));
         let mut from = step.t;
         while from < to {
-            let next = (from + self.piece_of_work(from)).min(to);
+            let next = (from + self.motion.piece_of_work(from)).min(to);
             for &(place, weight) in nodes {
                 let t = from + place * (next - from);
                 step.at(step.part_until(t), &mut q, &mut v);
