@@ -5,7 +5,6 @@ pub mod contacts;
 pub mod features;
 mod motion;
 pub mod outputs;
-mod pace;
 mod prescribed;
 mod recorder;
 pub mod restart;

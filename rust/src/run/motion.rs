@@ -7,7 +7,7 @@ use crate::integrators::dense::DenseStep;
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::turns::{rewind, unwind};
 use crate::run::outputs::Needs;
-use crate::run::pace::{piece_of_work, uniform_piece};
+use crate::run::work::pace::{piece_of_work, uniform_piece};
 use crate::tree::kinematics::FrameKind;
 
 /// A mechanism in a state.

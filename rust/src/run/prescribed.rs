@@ -2,9 +2,9 @@
 //! integrated.
 
 use crate::integrators::{Outcome, Stats, Status};
-use crate::run::pace::continued;
 use crate::run::recorder::Recorder;
 use crate::run::work::GAUSS;
+use crate::run::work::pace::continued;
 
 /// Largest rotation of a drive [rad] in one step of the continuation of the kinematic solution. The error of
 /// the initial guess is then a few thousandths of the size of the mechanism, far from any other branch.
