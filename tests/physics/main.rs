@@ -54,6 +54,7 @@ mod run {
     mod reference;
     mod restart;
     mod scaling;
+    mod tables;
 }
 
 mod study {

@@ -1,6 +1,5 @@
 //! The loop over the steps: step-size control, projection, acceptance.
 
-use crate::integrators::dense::DenseStep;
 use crate::integrators::events::{EventFinder, Guard};
 use crate::integrators::rosenbrock::Rosenbrock;
 use crate::integrators::tableaus::Tableau;
@@ -45,6 +44,11 @@ pub(super) struct Run<'a> {
     pub(super) limits: Limits,
     pub(super) stats: Stats,
     pub(super) t: f64,
+    /// End of the run, and the instant that the present step must not pass: the end or a break before it [s].
+    end: f64,
+    stop: f64,
+    /// Length of the step that ends there.
+    longest: f64,
     pub(super) q: Vec<f64>,
     pub(super) v: Vec<f64>,
     position_tolerance: Vec<f64>,
@@ -117,6 +121,9 @@ pub fn integrate_with(
         limits,
         stats: Stats::default(),
         t,
+        end,
+        stop: end,
+        longest: 0.0,
         q: q.to_vec(),
         v: v.to_vec(),
         position_tolerance: vec![0.0; d],
@@ -143,7 +150,7 @@ pub fn integrate_with(
         inner_v: vec![0.0; d],
         inner_guards: vec![Guard::INACTIVE; guards],
     };
-    let (status, guard) = match run.advance(end) {
+    let (status, guard) = match run.advance() {
         Ok(()) => (Status::Done, None),
         Err(failure) => failure,
     };
@@ -156,11 +163,11 @@ pub fn integrate_with(
 pub(super) type Failure = (Status, Option<usize>);
 
 impl Run<'_> {
-    fn advance(&mut self, end: f64) -> Result<(), Failure> {
+    fn advance(&mut self) -> Result<(), Failure> {
         // By default a thousandth of the run; if that is too long, a few rejections shorten it.
-        let mut h = self.limits.first_step.unwrap_or(1e-3 * (end - self.t)).max(self.shortest(end));
+        let mut h = self.limits.first_step.unwrap_or(1e-3 * (self.end - self.t)).max(self.shortest());
         self.restart();
-        while self.t < end {
+        while self.t < self.end {
             if !self.method.begin(self.system, self.t, &self.q, &self.v, &mut self.stats) {
                 let finite = self.q.iter().chain(&self.v).all(|y| y.is_finite());
                 return Err((if finite { Status::SingularMechanism } else { Status::NonFinite }, None));
@@ -168,20 +175,32 @@ impl Run<'_> {
             self.start_refinement = self.system.velocity_refinement();
             self.caution = self.system.caution();
             h = h.min(self.system.step_bound()).min(self.limits.max_step);
-            let (taken, error, event) = self.attempt_to_event(h, end)?;
-            let cut = event.is_some() || self.next_t >= end;
-            self.accept(cut)?;
+            self.stop = self.end.min(self.system.next_break());
+            self.longest = self.rounded(self.stop - self.t);
+            let (taken, error, event) = self.attempt_to_event(h)?;
+            let stopped = self.next_t >= self.stop;
+            self.accept(event.is_some() || stopped)?;
+            // A break tells nothing of the steps beyond it, however short the one that ends there.
+            let least = match (stopped, self.was_rejected) {
+                (true, false) => h,
+                (true, true) => self.shortest(),
+                (false, _) => 0.0,
+            };
             match event {
                 Some(index) => {
                     let bound = self.change_phase(index)?;
                     // Repeated changes of phase at one instant: the step is too long in either phase.
                     let repeated = self.standing_events > self.start_guards.len();
-                    let first = if repeated { FAILURE_FACTOR * taken } else { self.system.first_step(taken) };
+                    let first = if repeated {
+                        FAILURE_FACTOR * taken
+                    } else {
+                        self.system.first_step(taken.max(least))
+                    };
                     h = bound.min(first);
                 }
                 None => {
                     let settled = self.method.settle(self.system, self.t, &self.q, &self.v, &mut self.stats);
-                    h = self.next_step(taken, error, &settled);
+                    h = self.next_step(taken, error, &settled).max(least);
                     if settled.switched {
                         self.stats.switches += 1;
                         // The error of another method gives no prediction.
@@ -203,8 +222,8 @@ impl Run<'_> {
 
     /// Shortest step that still advances the time. It depends on the present time: a contact at the
     /// start of a run of hours may need steps shorter than the rounding of its final time.
-    fn shortest(&self, end: f64) -> f64 {
-        let time = self.t.abs().max(EARLIEST * (end - self.t).abs());
+    fn shortest(&self) -> f64 {
+        let time = self.t.abs().max(EARLIEST * (self.end - self.t).abs());
         (16.0 * f64::EPSILON * time).max(f64::MIN_POSITIVE)
     }
 
@@ -216,11 +235,15 @@ impl Run<'_> {
     pub(super) fn take(&mut self, h: f64) -> bool {
         self.dense = false;
         self.errors = None;
-        // The length is rounded so that t + h is exact and the next step starts exactly where this one ends.
-        // While steps are longer than t, the difference is rounded as well and may miss that by one unit in
-        // the last place.
-        let h = (self.t + h) - self.t;
+        let h = self.rounded(h);
         self.method.attempt(self.system, h, &mut self.stats)
+    }
+
+    /// The length of a step rounded so that t + h is exact and the next step starts exactly where this one ends.
+    /// While steps are longer than t, the difference is rounded as well and may miss that by one unit in the last
+    /// place.
+    fn rounded(&self, h: f64) -> f64 {
+        (self.t + h) - self.t
     }
 
     /// Local error relative to the tolerances: the largest over all coordinates.
@@ -272,14 +295,14 @@ impl Run<'_> {
     }
 
     /// Takes a step of at most `h` whose error is within the tolerance; returns its length and error.
-    fn attempt(&mut self, mut h: f64, end: f64) -> Result<(f64, f64), Failure> {
+    fn attempt(&mut self, mut h: f64) -> Result<(f64, f64), Failure> {
         self.was_rejected = false;
         loop {
             if self.stats.steps + self.stats.rejected >= self.limits.max_steps {
                 return Err((Status::MaxSteps, None));
             }
-            let remaining = end - self.t;
-            // Two steps of equal length rather than a tiny last one. The last step ends exactly at the end.
+            let remaining = self.stop - self.t;
+            // Two steps of equal length rather than a tiny last one.
             let length = if h >= remaining {
                 remaining
             } else if 2.0 * h > remaining {
@@ -287,7 +310,7 @@ impl Run<'_> {
             } else {
                 h
             };
-            if h < self.shortest(end) && length < remaining {
+            if h < self.shortest() && length < remaining {
                 return Err((self.refusal, None));
             }
             let finite = self.take(length);
@@ -308,11 +331,11 @@ impl Run<'_> {
     /// grows at a rate r, the error of a linearly implicit step grows as its length approaches 1/(γr), even
     /// if the step becomes shorter. A step is also rejected if it crosses a kink with too much damping or if
     /// its projection is too large.
-    fn attempt_to_event(&mut self, mut h: f64, end: f64) -> Result<(f64, f64, Option<usize>), Failure> {
+    fn attempt_to_event(&mut self, mut h: f64) -> Result<(f64, f64, Option<usize>), Failure> {
         let mut was_refused = false;
         self.refusal = Status::StepUnderflow;
         loop {
-            let (taken, error) = self.attempt(h, end)?;
+            let (taken, error) = self.attempt(h)?;
             let event = self.end_on_event();
             // W may be singular at the length that ends on the event, and regular at longer and shorter ones.
             let failed = matches!(event, Err((Status::NonFinite, _)));
@@ -326,7 +349,7 @@ impl Run<'_> {
             } else if part_error > 1.0 {
                 (Status::StepUnderflow, self.factor(part_error).min(SAFETY))
             } else {
-                match self.project(end) {
+                match self.project() {
                     Projection::Unneeded | Projection::Done => {
                         self.was_rejected |= was_refused;
                         // Without an event, the second value includes what the guards found at the end of the
@@ -345,9 +368,12 @@ impl Run<'_> {
     }
 
     /// Projects the end of the step onto the constraints.
-    fn project(&mut self, end: f64) -> Projection {
+    fn project(&mut self) -> Projection {
         let step = self.method.step();
-        self.next_t = end_of_step(step, end);
+        // The longest step ends at its stop, whatever the rounding of its length; every other one ends where it says,
+        // which is not behind it.
+        step.stop = (step.h >= self.longest).then_some(self.stop);
+        self.next_t = step.end_time();
         let (q, v) = step.end.split_at(self.q.len());
         self.next_q.copy_from_slice(q);
         self.next_v.copy_from_slice(v);
@@ -425,12 +451,4 @@ impl Run<'_> {
         let trend = h / self.last_step * power(self.last_error / error, exponent);
         factor.min((factor * trend).max(SMALLEST_FACTOR))
     }
-}
-
-/// Instant at which a step ends; exactly `end` if they differ by rounding alone, so that no step of the length
-/// of a rounding error is left.
-fn end_of_step(step: &DenseStep, end: f64) -> f64 {
-    let next = step.t + step.h;
-    let rounding = 16.0 * f64::EPSILON * next.abs().max(end.abs());
-    if (end - next).abs() <= rounding { end } else { next }
 }

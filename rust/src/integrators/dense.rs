@@ -22,6 +22,8 @@ pub struct DenseStep {
     pub t: f64,
     /// Length of the step [s].
     pub h: f64,
+    /// The instant [s] at which the step had to end, if it did. It is `t + h` but for the rounding of the length.
+    pub stop: Option<f64>,
     /// (q, v) at the start.
     pub start: Vec<f64>,
     /// (q, v) at the end.
@@ -48,6 +50,7 @@ impl DenseStep {
         Self {
             t: 0.0,
             h: 0.0,
+            stop: None,
             start: vec![0.0; n],
             end: vec![0.0; n],
             error: vec![0.0; n],
@@ -150,8 +153,14 @@ impl DenseStep {
         Instant::after(self.t, theta * self.h)
     }
 
+    /// The fraction of the step that has passed at an instant [s] inside it.
+    pub fn part_until(&self, t: f64) -> f64 {
+        // The length of a step that had to end at a certain instant is rounded.
+        ((t - self.t) / self.h).min(1.0)
+    }
+
     /// End of the step [s].
     pub fn end_time(&self) -> f64 {
-        self.t + self.h
+        self.stop.unwrap_or(self.t + self.h)
     }
 }

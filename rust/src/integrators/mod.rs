@@ -45,10 +45,10 @@ pub trait HybridSystem {
         f64::INFINITY
     }
 
-    /// Whether the accelerations and their derivatives go on smoothly beyond the instant at which a step from
-    /// the state of the last [`HybridSystem::begin`] ends.
-    fn is_smooth_at(&self, _t: f64) -> bool {
-        true
+    /// The first instant [s] after the last [`HybridSystem::begin`] at which the accelerations or their derivatives
+    /// jump. A step ends there, at exactly this number, or before it.
+    fn next_break(&self) -> f64 {
+        f64::INFINITY
     }
 
     /// Number of guards.

@@ -3,6 +3,7 @@
 
 pub mod contacts;
 pub mod features;
+mod motion;
 pub mod outputs;
 mod prescribed;
 mod recorder;

@@ -1,22 +1,19 @@
 //! The system that the integrator integrates: tolerances, guards and phases of a mechanism, and the samples
 //! of a run.
 
-use std::f64::consts::PI;
-
 use crate::contact::clearance::Phase;
-use crate::dynamics::{Dynamics, Linearization, relative_motion};
+use crate::dynamics::{Linearization, relative_motion};
 use crate::integrators::dense::DenseStep;
 use crate::integrators::events::Guard;
 use crate::integrators::{HybridSystem, Limits, Projection};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::instant::Instant;
-use crate::numerics::turns::{rewind, unwind};
 use crate::run::contacts::guards::StepDemands;
 use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::{Event, EventKind};
 use crate::run::features::Plan;
+use crate::run::motion::Motion;
 use crate::run::outputs::{Column, Needs};
-use crate::run::prescribed::uniform_piece;
 use crate::run::restart::Memory;
 use crate::run::samples::Samples;
 use crate::run::settings::Settings;
@@ -25,7 +22,6 @@ use crate::run::tracking::Tracking;
 use crate::run::work::Work;
 use crate::run::work::balance::Balance;
 use crate::tree::elements::State;
-use crate::tree::kinematics::FrameKind;
 
 /// Largest correction of a projection relative to the tolerance of a step.
 const LARGEST_PROJECTION: f64 = 10.0;
@@ -34,34 +30,22 @@ const LARGEST_PROJECTION: f64 = 10.0;
 /// a step that is too long; one that is too short grows fivefold per step.
 const FIRST_STEP: f64 = 1e-3;
 
-/// Instants that differ by this part of the time are one.
-const ROUNDED: f64 = 32.0 * f64::EPSILON;
-
 /// Guards of a clearance joint: the gap, and the sign of the normal force.
 pub(crate) const GUARDS: usize = 2;
 
 /// The mechanism as a system for the integrator, which takes the samples of a run.
 pub(crate) struct Recorder<'a> {
-    pub(crate) mechanism: &'a Mechanism,
-    pub(crate) dynamics: Box<Dynamics<'a>>,
-    /// The frames in states inside a step, so that those of `dynamics` stay at its end, where the next begins. The
-    /// two are boxed because they are exchanged.
-    pub(crate) inside: Box<Dynamics<'a>>,
+    pub(crate) motion: Motion<'a>,
     pub(crate) settings: &'a Settings,
     pub(crate) monitor: &'a dyn Fn(f64) -> bool,
     pub(crate) tolerances: Tolerances,
     pub(crate) samples: Samples<'a>,
     /// What must be computed for samples, and the work if a feature needs it.
     pub(crate) needs: Needs,
-    pub(crate) q: Vec<f64>,
-    pub(crate) v: Vec<f64>,
-    pub(crate) a: Vec<f64>,
     pub(crate) log: ContactLog,
     /// What the contacts ask of the present step.
     pub(crate) step: StepDemands,
     pub(crate) work: Work,
-    /// Length of the pieces over which work is integrated [s], if all drives have constant speed.
-    pub(crate) uniform_piece: Option<f64>,
     /// The work up to the present step, while `work` holds that up to a sample inside it.
     work_of_steps: Work,
     /// Error of the energy balance over the steps.
@@ -88,23 +72,16 @@ impl<'a> Recorder<'a> {
         let needs = Needs::of(&table.0);
         let samples = Samples::new(settings, table, from);
         let tracking = Tracking::new(plan, settings, samples.from, d);
-        let dynamics = Box::new(Dynamics::new(mechanism));
         Self {
-            mechanism,
-            inside: dynamics.clone(),
-            dynamics,
+            motion: Motion::new(mechanism),
             settings,
             monitor,
             tolerances: Tolerances::new(mechanism, start, settings),
             samples,
             needs: Needs { work: needs.work || tracking.needs_work(), ..needs },
-            q: vec![0.0; d],
-            v: vec![0.0; d],
-            a: vec![0.0; d],
             log: ContactLog::new(joints),
             step: StepDemands::new(joints),
             work: Work::new(joints),
-            uniform_piece: uniform_piece(mechanism),
             work_of_steps: Work::default(),
             balance: Balance::new(joints, settings.rtol),
             tracking,
@@ -115,14 +92,14 @@ impl<'a> Recorder<'a> {
 
     /// Takes the next sample in a given state.
     pub(crate) fn sample_state(&mut self, t: f64, q: &[f64], v: &[f64]) {
-        self.q.copy_from_slice(q);
-        self.v.copy_from_slice(v);
+        self.motion.q.copy_from_slice(q);
+        self.motion.v.copy_from_slice(v);
         self.sample(t);
     }
 
     /// Limits of the integration.
     pub(crate) fn limits(&self) -> Limits {
-        let scales = &self.mechanism.scales;
+        let scales = &self.motion.mechanism.scales;
         let crossing = FIRST_STEP * scales.length / scales.speed;
         // If nothing moves, relative to the duration of the run.
         let whole = FIRST_STEP * (self.settings.skip + self.settings.duration);
@@ -134,8 +111,8 @@ impl<'a> Recorder<'a> {
     /// Takes over the memory of the run that this one continues.
     pub(crate) fn recall(&mut self, memory: &Memory) {
         self.warn_of_scene();
-        self.dynamics.phases.clone_from(&memory.phases);
-        self.dynamics.turns.clone_from(&memory.turns);
+        self.motion.dynamics.phases.clone_from(&memory.phases);
+        self.motion.dynamics.turns.clone_from(&memory.turns);
         self.log.open.clone_from(&memory.contacts);
         match &memory.work {
             Some(work) => self.work.clone_from(work),
@@ -158,17 +135,10 @@ impl<'a> Recorder<'a> {
     /// The memory with which another run continues.
     pub(crate) fn memory(&self) -> Memory {
         Memory {
-            phases: self.dynamics.phases.clone(),
+            phases: self.motion.dynamics.phases.clone(),
             contacts: self.log.open.clone(),
-            turns: self.dynamics.turns.clone(),
+            turns: self.motion.dynamics.turns.clone(),
             work: (self.needs.work && !self.work.input.is_nan()).then(|| self.work.clone()),
-        }
-    }
-
-    /// Adds the full turns to angles.
-    pub(crate) fn rewind(&self, q: &mut [f64]) {
-        for (q, &column) in q.iter_mut().zip(&self.mechanism.free) {
-            *q = rewind(*q, self.dynamics.turns[column]);
         }
     }
 
@@ -176,84 +146,26 @@ impl<'a> Recorder<'a> {
     pub(crate) fn begin(&mut self, q: &mut [f64], v: &[f64]) {
         self.warn_of_scene();
         self.begin_contacts(q, v);
-        self.work.begin(&mut self.dynamics);
-        self.unwind(q);
+        self.work.begin(&mut self.motion.dynamics);
+        self.motion.unwind(q);
         if self.samples.next_due().is_some_and(|due| due <= 0.0) {
             self.sample_state(0.0, q, v);
         }
     }
 
-    /// Subtracts full turns from angles to within half a turn, so that their rounding errors do not grow with
-    /// the turns.
-    pub(crate) fn unwind(&mut self, q: &mut [f64]) {
-        let mechanism = self.mechanism;
-        for (q, &column) in q.iter_mut().zip(&mechanism.free) {
-            // As a rule, also of what slides.
-            if q.abs() <= PI {
-                continue;
-            }
-            if let FrameKind::Revolute = mechanism.frames[column + 1].kind {
-                let (angle, turns) = unwind(*q);
-                *q = angle;
-                self.dynamics.turns[column] += turns;
-            }
-        }
-    }
-
-    /// Writes the next row of samples from the state in `self.q`, `self.v`.
+    /// Writes the next row of samples from the state in `self.motion.q`, `self.motion.v`.
     fn sample(&mut self, t: f64) {
-        self.place(t, self.needs);
-        self.samples.take(&self.dynamics, &self.work);
-    }
-
-    /// Sets the state to that at an instant of a step, projected onto the closures, which the dense output
-    /// does not satisfy exactly.
-    pub(crate) fn move_inside(&mut self, step: &DenseStep, t: f64) {
-        let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
-        self.state_inside(step, t, &mut q, &mut v);
-        (self.q, self.v) = (q, v);
-    }
-
-    /// The state at an instant of a step, projected onto the closures.
-    fn state_inside(&mut self, step: &DenseStep, t: f64, q: &mut [f64], v: &mut [f64]) {
-        let theta = (t - step.t) / step.h;
-        step.at(theta, q, v);
-        let is_tree = self.mechanism.closures.is_empty();
-        if !is_tree && self.dynamics.project(t, q, v, &self.mechanism.scales).is_none() {
-            step.at(theta, q, v);
-        }
-    }
-
-    /// Computes all that `needs` names for the state in `self.q`, `self.v`.
-    pub(crate) fn place(&mut self, t: f64, needs: Needs) {
-        if needs.acceleration {
-            self.accelerate_at(t);
-        } else {
-            self.dynamics.move_to(t, &self.q, &self.v);
-            if needs.contacts {
-                self.dynamics.find_contacts();
-            }
-        }
-        if needs.reactions {
-            self.dynamics.find_reactions();
-        }
-    }
-
-    /// Computes motion, accelerations and contacts in the state in `self.q`, `self.v`; NaN where there are none.
-    pub(crate) fn accelerate_at(&mut self, t: f64) {
-        if !self.dynamics.acceleration_and_contacts(t, &self.q, &self.v, &mut self.a) {
-            self.a.fill(f64::NAN);
-        }
-        self.dynamics.accelerate(&self.a);
+        self.motion.place(t, self.needs);
+        self.samples.take(&self.motion.dynamics, &self.work);
     }
 
     /// Bounds the next step and records penetrations and forces, after [`Dynamics::accelerate`].
     fn watch(&mut self, t: f64) {
-        let mechanism = self.mechanism;
+        let mechanism = self.motion.mechanism;
         if t >= self.step.next_break {
             self.step.next_break = mechanism.next_break(t);
         }
-        self.step.bound = self.step.next_break - t;
+        self.step.bound = f64::INFINITY;
         (self.step.velocity_refinement, self.step.caution) = (1.0, 1.0);
         for index in 0..mechanism.clearance_joints.len() {
             self.watch_joint(t, index);
@@ -264,9 +176,9 @@ impl<'a> Recorder<'a> {
     // Not inlined: what the loop does not change would be loaded ahead of it and kept on the stack.
     #[inline(never)]
     fn watch_joint(&mut self, t: f64, index: usize) {
-        let joint = &self.mechanism.clearance_joints[index];
-        let motion = self.dynamics.joint_motion(joint);
-        let phase = self.dynamics.phases[index];
+        let joint = &self.motion.mechanism.clearance_joints[index];
+        let motion = self.motion.dynamics.joint_motion(joint);
+        let phase = self.motion.dynamics.phases[index];
         let presses = matches!(phase, Phase::Contact { clipped: false, .. });
         let acceleration = motion.acceleration.into();
         let (state, rate) = joint.law.state_with_rate(&relative_motion(&motion), acceleration, phase);
@@ -299,35 +211,23 @@ impl<'a> Recorder<'a> {
 }
 
 impl Recorder<'_> {
-    /// Visits states inside the last step: the frames of its end stay where they are meanwhile, since the next
-    /// step needs them.
+    /// Visits states inside the last step.
     pub(crate) fn visit_inside(&mut self, visit: impl FnOnce(&mut Self)) {
-        std::mem::swap(&mut self.dynamics, &mut self.inside);
-        self.dynamics.phases.copy_from_slice(&self.inside.phases);
-        // Those of the driven coordinates follow from the instant.
-        for &column in &self.mechanism.free {
-            self.dynamics.turns[column] = self.inside.turns[column];
-        }
+        self.motion.enter_step();
         visit(self);
-        std::mem::swap(&mut self.dynamics, &mut self.inside);
+        self.motion.leave_step();
     }
 
     /// Takes the samples that are due in a step.
     fn take_samples(&mut self, step: &DenseStep) {
         let end = step.end_time();
-        while let Some(t) = self.samples.next_due() {
-            // The last step ends at the last sample only to rounding.
-            let slack = if self.samples.last_is_due() { ROUNDED * t } else { 0.0 };
-            if t > end + slack {
-                break;
-            }
-            let t_inside = t.clamp(step.t, end);
+        while let Some(t) = self.samples.next_due().filter(|&due| due <= end) {
             if self.needs.work {
                 // Saved, so that the sum over the steps does not depend on the samples.
                 self.work_of_steps.clone_from(&self.work);
-                self.add_work_of(step, t_inside);
+                self.add_work_of(step, t);
             }
-            self.move_inside(step, t_inside);
+            self.motion.move_inside(step, t);
             if !self.samples.have_begun() && self.settings.skip > 0.0 {
                 self.cut_contacts(t);
             }
@@ -344,7 +244,7 @@ impl Recorder<'_> {
             if recorder.tracking.needs_work() {
                 recorder.add_work_of(step, t);
             }
-            recorder.state_inside(step, t, q, v);
+            recorder.motion.state_inside(step, t, q, v);
             true
         });
     }
@@ -352,32 +252,32 @@ impl Recorder<'_> {
 
 impl HybridSystem for Recorder<'_> {
     fn dimension(&self) -> usize {
-        self.q.len()
+        self.motion.q.len()
     }
 
     fn acceleration(&mut self, t: Instant, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        self.dynamics.acceleration(t, q, v, a)
+        self.motion.dynamics.acceleration(t, q, v, a)
     }
 
     fn linearize(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearization) -> bool {
-        self.dynamics.linearize(t, q, v, linear)
+        self.motion.dynamics.linearize(t, q, v, linear)
     }
 
     fn begin(&mut self, t: f64, q: &[f64], v: &[f64], a: &[f64]) {
-        if !self.dynamics.is_at(t.into(), q, v) {
-            self.dynamics.move_to(t, q, v);
+        if !self.motion.dynamics.is_at(t.into(), q, v) {
+            self.motion.dynamics.move_to(t, q, v);
         }
-        self.dynamics.accelerate(a);
+        self.motion.dynamics.accelerate(a);
         self.watch(t);
         self.begin_energy_check(t);
     }
 
     fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
-        self.tolerances.in_phases(self.mechanism, &self.dynamics.phases, position, velocity);
+        self.tolerances.in_phases(self.motion.mechanism, &self.motion.dynamics.phases, position, velocity);
     }
 
-    fn is_smooth_at(&self, t: f64) -> bool {
-        t * (1.0 + ROUNDED) < self.step.next_break
+    fn next_break(&self) -> f64 {
+        self.step.next_break
     }
 
     fn step_bound(&self) -> f64 {
@@ -385,12 +285,12 @@ impl HybridSystem for Recorder<'_> {
     }
 
     fn guard_count(&self) -> usize {
-        GUARDS * self.dynamics.phases.len()
+        GUARDS * self.motion.dynamics.phases.len()
     }
 
     fn guards(&mut self, t: Instant, q: &[f64], v: &[f64], guards: &mut [Guard]) {
-        let is_inside = self.dynamics.instant() != t;
-        let moved = if is_inside { &mut self.inside } else { &mut self.dynamics };
+        let is_inside = self.motion.dynamics.instant() != t;
+        let moved = if is_inside { &mut self.motion.inside } else { &mut self.motion.dynamics };
         // The last stage of a method may have been evaluated in this state.
         if !moved.is_at(t, q, v) {
             moved.move_to(t, q, v);
@@ -418,9 +318,9 @@ impl HybridSystem for Recorder<'_> {
     fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> f64 {
         let index = guard / GUARDS;
         self.end_phase(t, index, q, v);
-        let mut normal_velocity = self.dynamics.contact_state(index).penetration_rate;
+        let mut normal_velocity = self.motion.dynamics.contact_state(index).penetration_rate;
         let mut bound = f64::INFINITY;
-        let (kind, phase) = match (guard % GUARDS, self.dynamics.phases[index]) {
+        let (kind, phase) = match (guard % GUARDS, self.motion.dynamics.phases[index]) {
             (0, Phase::Free) => {
                 let onset = self.onset(t, q, v, index);
                 (bound, normal_velocity) = (onset.first_step, onset.impact_velocity);
@@ -434,23 +334,23 @@ impl HybridSystem for Recorder<'_> {
             // The contact ended at the same instant.
             (_, Phase::Free) => return bound,
         };
-        self.dynamics.phases[index] = phase;
+        self.motion.dynamics.phases[index] = phase;
         self.log.record(Event { time: t, joint: index, kind, normal_velocity });
         bound
     }
 
     fn first_step(&self, last: f64) -> f64 {
         // The steps of a contact are far too short for a flight, of which half a clearance bounds the steps.
-        let flies = self.dynamics.phases.iter().all(|phase| matches!(phase, Phase::Free));
+        let flies = self.motion.dynamics.phases.iter().all(|phase| matches!(phase, Phase::Free));
         if flies { f64::INFINITY } else { last }
     }
 
     fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64]) -> Projection {
-        let mechanism = self.mechanism;
+        let mechanism = self.motion.mechanism;
         if mechanism.closures.is_empty() {
             return Projection::Unneeded;
         }
-        let Some(correction) = self.dynamics.project(t, q, v, &mechanism.scales) else {
+        let Some(correction) = self.motion.dynamics.project(t, q, v, &mechanism.scales) else {
             return Projection::Singular;
         };
         let position = correction.position / (LARGEST_PROJECTION * self.tolerances.position);
@@ -467,20 +367,20 @@ impl HybridSystem for Recorder<'_> {
     }
 
     fn wrap_angles(&mut self, q: &mut [f64]) {
-        self.unwind(q);
+        self.motion.unwind(q);
     }
 
     fn wants_dense(&mut self, step: &DenseStep) -> bool {
         let end = step.end_time();
         self.may_check_energy(step)
             || self.tracking.wants(end)
-            || self.samples.next_due().is_some_and(|due| due <= end * (1.0 + ROUNDED))
+            || self.samples.next_due().is_some_and(|due| due <= end)
     }
 
     fn accepted(&mut self, step: &DenseStep) -> bool {
         let end = step.end_time();
         if step.h > 0.0 {
-            if self.samples.next_due().is_some_and(|due| due <= end * (1.0 + ROUNDED)) {
+            if self.samples.next_due().is_some_and(|due| due <= end) {
                 self.visit_inside(|recorder| recorder.take_samples(step));
             }
             if self.tracking.wants(end) {

@@ -49,11 +49,6 @@ impl<'a> Samples<'a> {
         self.due
     }
 
-    /// Whether the next sample is the last one.
-    pub(crate) fn last_is_due(&self) -> bool {
-        self.taken + 1 == self.settings.samples
-    }
-
     /// Instant of the last sample taken [s]; minus infinity before the first.
     pub(crate) fn last_taken(&self) -> f64 {
         self.taken.checked_sub(1).map_or(f64::NEG_INFINITY, |index| self.time(index))

@@ -55,8 +55,12 @@ impl Tracking {
     /// Empty extents, for a run of `d` coordinates whose samples begin at `from` [s].
     pub(crate) fn new(plan: Plan, settings: &Settings, from: f64, d: usize) -> Self {
         let cycles = settings.cycles;
-        let bounds: Vec<f64> =
-            (0..=cycles).map(|k| from + settings.duration * k as f64 / cycles as f64).collect();
+        // The last piece ends where the run does, to the last digit.
+        let bounds: Vec<f64> = (0..cycles)
+            .map(|k| settings.duration * k as f64 / cycles as f64)
+            .chain([settings.duration])
+            .map(|passed| from + passed)
+            .collect();
         let extents = bounds
             .windows(2)
             .flat_map(|ends| std::iter::repeat_n(Extent::new(ends[1] - ends[0]), plan.tracked.len()))
@@ -102,8 +106,7 @@ impl Tracking {
         let width = self.plan.tracked.len();
         let mut answers = Vec::new();
         for (piece, ends) in self.bounds.windows(2).enumerate() {
-            // The last step may end before the end of the run by a rounding error.
-            let finished = end >= ends[1] * (1.0 - 32.0 * f64::EPSILON);
+            let finished = end >= ends[1];
             let ends = [ends[0], ends[1]];
             let (extents, touches): (Vec<Extent>, Vec<Touch>) = if finished {
                 let touch = |joint| Touch::of(joint, ends, events, contacts);
@@ -124,17 +127,13 @@ impl Recorder<'_> {
             let from = self.tracking.reached;
             let bound = self.tracking.bounds[self.tracking.piece + 1];
             // A drive may make many turns in one step.
-            let to = end.min(bound).min(from + self.piece_of_work(from));
+            let to = end.min(bound).min(from + self.motion.piece_of_work(from));
             if !self.track_part(from, to, state) {
                 return false;
             }
             self.tracking.reached = to;
             if to >= bound {
                 self.tracking.piece += 1;
-                if self.tracking.piece + 1 == self.tracking.bounds.len() {
-                    // The last step may end after the end of the run by a rounding error.
-                    self.tracking.reached = f64::INFINITY;
-                }
             }
             if self.tracking.wants(end) && !(self.monitor)(from) {
                 // Cancelled: this step is the last one.
@@ -159,7 +158,7 @@ impl Recorder<'_> {
         for (time, row) in times.iter().zip(values.chunks_exact_mut(width)).skip(known) {
             defined &= self.place_at(*time, state);
             for (value, tracked) in row.iter_mut().zip(&self.tracking.plan.tracked) {
-                *value = tracked.value(&self.dynamics, &self.tracking.work);
+                *value = tracked.value(&self.motion.dynamics, &self.tracking.work);
             }
         }
         for index in 0..width {
@@ -237,7 +236,7 @@ impl Recorder<'_> {
 
     fn tracked_value(&mut self, index: usize, time: f64, state: &mut StateAt) -> f64 {
         if self.place_at(time, state) {
-            self.tracking.plan.tracked[index].value(&self.dynamics, &self.tracking.work)
+            self.tracking.plan.tracked[index].value(&self.motion.dynamics, &self.tracking.work)
         } else {
             f64::NAN
         }
@@ -251,13 +250,13 @@ impl Recorder<'_> {
         let before = self.needs.work.then(|| self.work.clone());
         let (mut q, mut v) = (std::mem::take(&mut self.tracking.q), std::mem::take(&mut self.tracking.v));
         let defined = state(self, time, &mut q, &mut v);
-        self.q.copy_from_slice(&q);
-        self.v.copy_from_slice(&v);
+        self.motion.q.copy_from_slice(&q);
+        self.motion.v.copy_from_slice(&v);
         (self.tracking.q, self.tracking.v) = (q, v);
         if let Some(before) = before {
             self.tracking.work = std::mem::replace(&mut self.work, before);
         }
-        self.place(time, needs);
+        self.motion.place(time, needs);
         defined
     }
 }

@@ -295,11 +295,11 @@ fn run(
 
 /// The result of a run without its samples and their names.
 fn finished(mut recorder: Recorder, outcome: Outcome, mut end: State) -> Trajectory {
-    let mechanism = recorder.mechanism;
+    let mechanism = recorder.motion.mechanism;
     let name_of = |index: usize| mechanism.clearance_joints[index].name.clone();
     let paradox = match outcome.status {
         Status::Done | Status::Cancelled | Status::Projection => None,
-        _ => recorder.dynamics.paradoxical_contact(outcome.time, &end.q, &end.v),
+        _ => recorder.motion.dynamics.paradoxical_contact(outcome.time, &end.q, &end.v),
     };
     let warnings = recorder.warnings();
     let restart = (outcome.status == Status::Done).then(|| Restart {
@@ -309,7 +309,7 @@ fn finished(mut recorder: Recorder, outcome: Outcome, mut end: State) -> Traject
         v: end.v.clone(),
         memory: recorder.memory(),
     });
-    recorder.rewind(&mut end.q);
+    recorder.motion.rewind(&mut end.q);
     let [skipped_events, events] = recorder.log.finished_events(&recorder.samples);
     let [skipped_contacts, contacts] = recorder.log.finished_contacts(&recorder.samples);
     let joints = mechanism.clearance_joints.len();

@@ -26,7 +26,7 @@ impl Recorder<'_> {
     pub(crate) fn warnings(&mut self) -> Vec<String> {
         let mut warnings = std::mem::take(&mut self.warnings);
         self.warn_of_floors(&mut warnings);
-        for (joint, deepest) in self.mechanism.clearance_joints.iter().zip(&self.log.deepest) {
+        for (joint, deepest) in self.motion.mechanism.clearance_joints.iter().zip(&self.log.deepest) {
             if *deepest > DEEP * joint.law.journal_radius {
                 warnings.push(format!(
                     "joint {:?}: the penetration reached {deepest:.2e} m, more than {DEEP} of the journal radius: \
@@ -36,7 +36,7 @@ impl Recorder<'_> {
                 ));
             }
         }
-        for (joint, stick) in self.mechanism.clearance_joints.iter().zip(&self.log.sticks) {
+        for (joint, stick) in self.motion.mechanism.clearance_joints.iter().zip(&self.log.sticks) {
             if let Some(slow) = joint.law.stick_velocity()
                 && stick.crept > CREEPING * stick.pressed
                 && slow * stick.crept > NOTICEABLE * joint.law.clearance
@@ -57,7 +57,7 @@ impl Recorder<'_> {
 
     /// Warns of impacts slower than the floor of the impact velocity, which were damped as if at it.
     fn warn_of_floors(&self, warnings: &mut Vec<String>) {
-        let mechanism = self.mechanism;
+        let mechanism = self.motion.mechanism;
         for (index, (joint, &slow_impacts)) in
             mechanism.clearance_joints.iter().zip(&self.log.impacts_at_floor).enumerate()
         {
@@ -86,7 +86,7 @@ impl Recorder<'_> {
     /// Warning that the energy balance does not close, with a remedy.
     fn warning_of_energy(&self) -> Option<String> {
         let balance = &self.balance;
-        let laws = self.mechanism.clearance_joints.iter().filter_map(|joint| joint.law.friction);
+        let laws = self.motion.mechanism.clearance_joints.iter().filter_map(|joint| joint.law.friction);
         let slowest = laws.map(|law| law.stick_velocity()).fold(f64::INFINITY, f64::min);
         let remedy = if balance.is_off_in_friction() {
             format!(
@@ -109,7 +109,7 @@ impl Recorder<'_> {
 
     /// Adds the warnings that are known before the first step.
     pub(crate) fn warn_of_scene(&mut self) {
-        let mechanism = self.mechanism;
+        let mechanism = self.motion.mechanism;
         self.warnings.extend(mechanism.warnings.iter().map(ToString::to_string));
         for (joint, scales) in mechanism.clearance_joints.iter().zip(&mechanism.scales.contacts) {
             let caution = joint.law.normal.caution();

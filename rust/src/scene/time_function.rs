@@ -217,12 +217,6 @@ pub struct Spline {
     pieces: Vec<[f64; 4]>,
 }
 
-/// Distance from a knot, relative to the piece before it, within which a time counts as the knot, since
-/// steps end there only to rounding.
-const AT_KNOT: f64 = 1e-9;
-/// The same relative to the time: twice the shortest step, since no step could lead from there to the knot.
-const CLOSE_KNOT: f64 = 32.0 * f64::EPSILON;
-
 impl Spline {
     /// The spline through `values` at `times`.
     ///
@@ -239,84 +233,120 @@ impl Spline {
         if let Some(k) = (1..times.len()).find(|&k| times[k] <= times[k - 1]) {
             return Err(format!("times must increase, got {} [s] after {} [s]", times[k], times[k - 1]));
         }
-        let slopes = not_a_knot(times, values);
-        let pieces = (0..times.len() - 1)
-            .map(|k| {
-                let h = times[k + 1] - times[k];
-                let secant = (values[k + 1] - values[k]) / h;
-                let (left, right) = (slopes[k], slopes[k + 1]);
-                let square = (3.0 * secant - 2.0 * left - right) / h;
-                [values[k], left, square, (left + right - 2.0 * secant) / (h * h)]
-            })
-            .collect();
+        let pieces = not_a_knot(times, values);
+        if let Some(k) =
+            pieces.iter().position(|piece| !piece.iter().all(|coefficient| coefficient.is_finite()))
+        {
+            return Err(format!(
+                "the curve through the points must be finite, it is not between {:e} and {:e} [s]: they are too close, \
+                 or the values too large",
+                times[k],
+                times[k + 1]
+            ));
+        }
         Ok(Self { times: times.to_vec(), pieces })
     }
 
     fn with_rest(&self, t: Instant) -> ([f64; 4], f64) {
-        let piece = self.piece(t.time);
+        let piece = self.piece(t);
         let (time, rest) = exact_sum(t.time, -self.times[piece]);
-        polynomial(&self.pieces[piece], Instant { time, rest: rest + t.rest })
+        // In a short piece the rest of a long time is no small part.
+        polynomial(&self.pieces[piece], Instant::after(time, rest + t.rest))
     }
 
-    /// The piece that holds from `t` on.
-    fn piece(&self, t: f64) -> usize {
-        let last = self.pieces.len() - 1;
-        let mut piece = self.times[1..].partition_point(|&knot| knot <= t).min(last);
-        while piece < last {
-            let [start, end] = [self.times[piece], self.times[piece + 1]];
-            if end - t > (AT_KNOT * (end - start)).max(CLOSE_KNOT * t.abs()) {
-                break;
-            }
-            piece += 1;
-        }
-        piece
+    /// The piece that holds from `t` on. The rest of the instant counts: pieces may be as short as it.
+    fn piece(&self, t: Instant) -> usize {
+        self.knots().partition_point(|&knot| knot < t.time || knot == t.time && t.rest >= 0.0)
+    }
+
+    /// The points between two pieces.
+    fn knots(&self) -> &[f64] {
+        &self.times[1..self.times.len() - 1]
     }
 
     fn next_break(&self, t: f64) -> f64 {
-        let inner = &self.times[..self.times.len() - 1];
-        inner.get(self.piece(t) + 1).copied().unwrap_or(f64::INFINITY)
+        self.knots().get(self.piece(t.into())).copied().unwrap_or(f64::INFINITY)
     }
 }
 
-/// Slopes of the spline at the knots from a tridiagonal system that includes the end conditions.
-fn not_a_knot(times: &[f64], values: &[f64]) -> Vec<f64> {
+/// The pieces of the spline.
+///
+/// Its unknowns are the second derivatives at the inner knots that are knots. Slopes would do as well but for points
+/// at very unequal distances: the second derivatives are then small differences of slopes, divided by the distance.
+fn not_a_knot(times: &[f64], values: &[f64]) -> Vec<[f64; 4]> {
     let n = times.len();
     let h: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let secant: Vec<f64> = values.windows(2).zip(&h).map(|(pair, h)| (pair[1] - pair[0]) / h).collect();
     if n == 2 {
-        return vec![secant[0]; 2];
+        return vec![[values[0], secant[0], 0.0, 0.0]];
     }
+    let quadratic = |k: usize| (secant[k + 1] - secant[k]) / (h[k] + h[k + 1]);
     if n == 3 {
-        let bend = (secant[1] - secant[0]) / (h[0] + h[1]);
-        return vec![secant[0] - bend * h[0], secant[0] + bend * h[0], secant[1] + bend * h[1]];
+        return cubic(values, &h, &secant, quadratic(0), 0.0).to_vec();
     }
-    let (mut lower, mut diagonal, mut upper, mut right) =
-        (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-    for k in 1..n - 1 {
-        lower[k] = h[k];
-        diagonal[k] = 2.0 * (h[k - 1] + h[k]);
-        upper[k] = h[k - 1];
-        right[k] = 3.0 * (h[k] * secant[k - 1] + h[k - 1] * secant[k]);
+    if n == 4 {
+        let third = (quadratic(1) - quadratic(0)) / (h[0] + h[1] + h[2]);
+        let [first, second] = cubic(values, &h, &secant, quadratic(0), third);
+        let [_, last] = cubic(&values[1..], &h[1..], &secant[1..], quadratic(1), third);
+        return vec![first, second, last];
     }
-    // The third derivatives of the first two pieces agree; eliminating the third slope leaves a row
-    // of two entries. Likewise at the end.
-    let end = |near: f64, far: f64, first: f64, second: f64| {
-        let sum = near + far;
-        ((near + 2.0 * sum) * far * first + near * near * second) / sum
+    // At the inner end of the cubic through three points its slope is that of the parabola through them and `lever`
+    // times the difference of their second derivatives.
+    let lever = |outer: f64, inner: f64| (outer + inner) * inner / (2.0 * (outer + 2.0 * inner));
+    let (left, right) = (lever(h[0], h[1]), lever(h[n - 2], h[n - 3]));
+    let (first, last) = (quadratic(0), quadratic(n - 3));
+    // The slopes of both sides of a knot agree.
+    let (mut diagonal, mut second) = (vec![0.0; n], vec![0.0; n]);
+    for k in 2..n - 2 {
+        let (before, of_before) = match k {
+            2 => (secant[1] + first * h[1] - 2.0 * first * left, left),
+            _ => (secant[k - 1], h[k - 1] / 3.0),
+        };
+        let (after, of_after) = if k == n - 3 {
+            (secant[k] - last * h[k] + 2.0 * last * right, right)
+        } else {
+            (secant[k], h[k] / 3.0)
+        };
+        (diagonal[k], second[k]) = (of_before + of_after, after - before);
+        if k > 2 {
+            let factor = h[k - 1] / 6.0 / diagonal[k - 1];
+            diagonal[k] -= factor * h[k - 1] / 6.0;
+            second[k] -= factor * second[k - 1];
+        }
+    }
+    second[n - 3] /= diagonal[n - 3];
+    for k in (2..n - 3).rev() {
+        second[k] = (second[k] - h[k] / 6.0 * second[k + 1]) / diagonal[k];
+    }
+    let third = |second: f64, of_parabola: f64, outer: f64, inner: f64| {
+        (second - 2.0 * of_parabola) / (2.0 * (outer + 2.0 * inner))
     };
-    (diagonal[0], upper[0]) = (h[1], h[0] + h[1]);
-    right[0] = end(h[0], h[1], secant[0], secant[1]);
-    (diagonal[n - 1], lower[n - 1]) = (h[n - 3], h[n - 2] + h[n - 3]);
-    right[n - 1] = end(h[n - 2], h[n - 3], secant[n - 2], secant[n - 3]);
-    for k in 1..n {
-        let factor = lower[k] / diagonal[k - 1];
-        diagonal[k] -= factor * upper[k - 1];
-        right[k] -= factor * right[k - 1];
-    }
-    let mut slopes = right;
-    slopes[n - 1] /= diagonal[n - 1];
-    for k in (0..n - 1).rev() {
-        slopes[k] = (slopes[k] - upper[k] * slopes[k + 1]) / diagonal[k];
-    }
-    slopes
+    let start = cubic(values, &h, &secant, first, third(second[2], first, h[0], h[1]));
+    let end = n - 3;
+    let third = -third(second[end], last, h[n - 2], h[n - 3]);
+    let end = cubic(&values[end..], &h[end..], &secant[end..], last, third);
+    let inner = (2..n - 3).map(|k| {
+        let [a, b] = [second[k], second[k + 1]];
+        [values[k], secant[k] - h[k] * (2.0 * a + b) / 6.0, 0.5 * a, (b - a) / (6.0 * h[k])]
+    });
+    start.into_iter().chain(inner).chain(end).collect()
+}
+
+/// Both pieces of the cubic through three points, from the quadratic and the cubic coefficient of its Newton form.
+fn cubic(values: &[f64], h: &[f64], secant: &[f64], quadratic: f64, third: f64) -> [[f64; 4]; 2] {
+    let both = h[0] + h[1];
+    [
+        [
+            values[0],
+            secant[0] - h[0] * quadratic + third * h[0] * both,
+            quadratic - third * (h[0] + both),
+            third,
+        ],
+        [
+            values[1],
+            secant[0] + h[0] * quadratic - third * h[0] * h[1],
+            quadratic + third * (h[0] - h[1]),
+            third,
+        ],
+    ]
 }

@@ -106,22 +106,24 @@ fn a_spline_meets_its_points_smoothly_and_has_no_knot_next_to_its_ends() {
 }
 
 #[test]
-fn breaks_are_the_inner_knots_and_a_knot_met_to_rounding_is_passed() {
+fn breaks_are_the_inner_knots_to_the_last_digit() {
     let times = [0.0, 0.1, 0.7, 1.0 / 3.0 + 1.0, 2.0];
     let function = table(&times, &[0.0, 1.0, 0.0, 2.0, 1.0]);
     assert_eq!(function.domain(), [0.0, 2.0]);
     let mut t = -1.0;
     let mut met = Vec::new();
     while function.next_break(t).is_finite() {
-        t = function.next_break(t) * (1.0 - 1e-15);
+        assert_eq!(function.next_break(function.next_break(t).next_down()), function.next_break(t));
+        t = function.next_break(t);
         met.push(t);
     }
-    assert_eq!(met.len(), times.len() - 2, "{met:?}");
-    // The jump of the third derivative shows from there on.
-    let [.., before] = function.at(0.7 - 1e-6);
-    let [.., at] = function.at(0.7 * (1.0 - 1e-15));
-    let [.., after] = function.at(0.7 + 1e-6);
-    assert!(before != after && at == after);
+    assert_eq!(met, times[1..4]);
+    // The jump of the third derivative shows from there on, not less than a rounding before.
+    let third = |t: Instant| function.at(t)[3];
+    let [before, after] = [0.7 - 1e-6, 0.7 + 1e-6].map(|t| third(t.into()));
+    assert!(before != after);
+    assert_eq!(third(0.7.into()), after);
+    assert_eq!([third(0.7_f64.next_down().into()), third(Instant { time: 0.7, rest: -1e-20 })], [before; 2]);
 }
 
 #[test]
@@ -149,6 +151,11 @@ fn bad_points_are_refused_in_words() {
         (vec![0.0, f64::NAN], vec![1.0, 2.0], "point 1 of a table must be finite"),
         (vec![0.0, 1.0], vec![f64::INFINITY, 2.0], "point 0 of a table must be finite"),
         (vec![0.0, 1.0, 1.0], vec![0.0; 3], "times must increase, got 1 [s] after 1 [s]"),
+        (
+            vec![0.0, 1e-320, 1.0, 2.0],
+            vec![0.0, 1.0, 2.0, 0.0],
+            "not between 0e0 and 1e-320 [s]: they are too close",
+        ),
         (vec![0.0, 1.0, 0.5], vec![0.0; 3], "times must increase, got 0.5 [s] after 1 [s]"),
     ] {
         let message = Spline::new(&times, &values).expect_err("the points are bad");

@@ -447,7 +447,7 @@ impl Stepper for Adams {
             return Settled::UNLIMITED;
         }
         self.settled = Some(t);
-        if !system.is_smooth_at(t) {
+        if t >= system.next_break() {
             // What was before a break of a driven motion or a force says nothing of what comes.
             self.differences.clear();
             return Settled::UNLIMITED;

@@ -54,8 +54,8 @@ impl Recorder<'_> {
     // Not inlined, for the reason given at `watch_joint`.
     #[inline(never)]
     pub(crate) fn joint_guards(&mut self, is_inside: bool, index: usize) -> [Guard; GUARDS] {
-        let joint = &self.mechanism.clearance_joints[index];
-        let dynamics = if is_inside { &self.inside } else { &self.dynamics };
+        let joint = &self.motion.mechanism.clearance_joints[index];
+        let dynamics = if is_inside { &self.motion.inside } else { &self.motion.dynamics };
         let ends = dynamics.joint_ends(joint);
         let state = dynamics.contact_without_forces(joint, &ends);
         let steep = joint.law.stick_velocity();
@@ -69,13 +69,13 @@ impl Recorder<'_> {
     #[inline]
     pub(crate) fn gap_resolution(&self, [journal, bearing]: &[PointState; 2]) -> f64 {
         let size = journal.position.abs().sum() + bearing.position.abs().sum();
-        4.0 * f64::EPSILON * (size + self.mechanism.scales.length)
+        4.0 * f64::EPSILON * (size + self.motion.mechanism.scales.length)
     }
 
     /// Guard of the gap: zero where the surfaces touch or separate.
     #[inline]
     fn gap_guard(&self, index: usize, state: &ContactState<f64>, ends: &[PointState; 2]) -> Guard {
-        let sign = match self.dynamics.phases[index] {
+        let sign = match self.motion.dynamics.phases[index] {
             Phase::Free => -1.0,
             Phase::Contact { .. } => 1.0,
         };
@@ -98,10 +98,10 @@ impl Recorder<'_> {
         state: &ContactState<f64>,
         [journal, bearing]: &[PointState; 2],
     ) -> Guard {
-        let Phase::Contact { latch, clipped } = self.dynamics.phases[index] else {
+        let Phase::Contact { latch, clipped } = self.motion.dynamics.phases[index] else {
             return Guard::INACTIVE;
         };
-        let law = &self.mechanism.clearance_joints[index].law.normal;
+        let law = &self.motion.mechanism.clearance_joints[index].law.normal;
         let slope = law.force_ratio_slope(state.penetration, latch);
         if slope == 0.0 {
             return Guard::INACTIVE;
@@ -111,7 +111,8 @@ impl Recorder<'_> {
         // the ratio stays near zero for long, and its noise must not count as events.
         let rounding = 4.0 * f64::EPSILON * (journal.velocity.abs().sum() + bearing.velocity.abs().sum());
         let resolution = 64.0 * f64::EPSILON
-            + slope * (rounding + RATIO_PART * self.tolerances.damped(law, self.dynamics.phases[index]));
+            + slope
+                * (rounding + RATIO_PART * self.tolerances.damped(law, self.motion.dynamics.phases[index]));
         Guard {
             value: if clipped { -ratio } else { ratio },
             rate: f64::NAN,
@@ -125,7 +126,7 @@ impl Recorder<'_> {
     /// Whether a clearance joint stuck under load at the start of the step.
     #[inline(always)]
     pub(crate) fn sticks_at_start(&self, index: usize) -> bool {
-        let steep = self.mechanism.clearance_joints[index].law.stick_velocity();
+        let steep = self.motion.mechanism.clearance_joints[index].law.stick_velocity();
         self.step.slides[index].zip(steep).is_some_and(|(sliding, steep)| sliding.abs() < steep)
     }
 
@@ -134,8 +135,9 @@ impl Recorder<'_> {
     #[inline(always)]
     pub(crate) fn refine_velocity(&mut self, index: usize, state: &ContactState<f64>) {
         if let Some(start) = self.step.slides[index] {
-            let phases = &self.dynamics.phases;
-            let refinement = self.tolerances.velocity_refinement(self.mechanism, phases, index, start, state);
+            let phases = &self.motion.dynamics.phases;
+            let refinement =
+                self.tolerances.velocity_refinement(self.motion.mechanism, phases, index, start, state);
             self.step.velocity_refinement = self.step.velocity_refinement.max(refinement);
         }
     }
@@ -146,7 +148,7 @@ impl Recorder<'_> {
         if let Some(open) = &self.log.open[index]
             && !self.sticks_at_start(index)
         {
-            let caution = self.tolerances.caution(self.mechanism, index, t - open.contact.onset);
+            let caution = self.tolerances.caution(self.motion.mechanism, index, t - open.contact.onset);
             self.step.caution = self.step.caution.max(caution);
         }
     }

@@ -89,10 +89,10 @@ impl ContactLog {
 impl Recorder<'_> {
     /// Records the force of an open contact, after [`Dynamics::accelerate`].
     pub(crate) fn watch_contact(&mut self, t: f64, index: usize) {
-        let joint = &self.mechanism.clearance_joints[index];
-        let motion = self.dynamics.joint_motion(joint);
+        let joint = &self.motion.mechanism.clearance_joints[index];
+        let motion = self.motion.dynamics.joint_motion(joint);
         let acceleration = motion.acceleration.into();
-        let phase = self.dynamics.phases[index];
+        let phase = self.motion.dynamics.phases[index];
         let (state, rate) = joint.law.state_with_rate(&relative_motion(&motion), acceleration, phase);
         self.watch_force(t, index, &motion, [state.normal_force, rate]);
     }
@@ -105,8 +105,8 @@ impl Recorder<'_> {
         motion: &JointMotion,
         [force, rate]: [f64; 2],
     ) {
-        let law = &self.mechanism.clearance_joints[index].law;
-        let phase = self.dynamics.phases[index];
+        let law = &self.motion.mechanism.clearance_joints[index].law;
+        let phase = self.motion.dynamics.phases[index];
         if let Some(open) = &mut self.log.open[index] {
             let acceleration = motion.acceleration.into();
             let sample = ForceSample { time: t, motion: relative_motion(motion), acceleration, force, rate };
@@ -114,12 +114,12 @@ impl Recorder<'_> {
         }
     }
 
-    /// Records the forces of all open contacts in the state in `self.q`, `self.v`, from which no step starts.
+    /// Records the forces of all open contacts in the state in `self.motion.q`, `self.motion.v`, from which no step starts.
     fn watch_open_contacts(&mut self, t: f64) {
         if self.log.open.iter().all(Option::is_none) {
             return;
         }
-        self.accelerate_at(t);
+        self.motion.accelerate_at(t);
         for index in 0..self.log.open.len() {
             self.watch_contact(t, index);
         }
@@ -127,12 +127,12 @@ impl Recorder<'_> {
 
     /// Records the last forces of the contacts that are open at the end of the run.
     pub(crate) fn end_contacts(&mut self, t: f64, q: &[f64], v: &[f64]) {
-        self.q.copy_from_slice(q);
-        self.v.copy_from_slice(v);
+        self.motion.q.copy_from_slice(q);
+        self.motion.v.copy_from_slice(v);
         self.watch_open_contacts(t);
     }
 
-    /// Begins the sampled time after a skipped one, in the state in `self.q`, `self.v`.
+    /// Begins the sampled time after a skipped one, in the state in `self.motion.q`, `self.motion.v`.
     pub(crate) fn cut_contacts(&mut self, t: f64) {
         self.watch_open_contacts(t);
         self.log.cut();
@@ -142,12 +142,12 @@ impl Recorder<'_> {
     pub(crate) fn end_phase(&mut self, t: f64, index: usize, q: &[f64], v: &[f64]) {
         self.tracking.interrupt();
         if self.log.open[index].is_none() {
-            self.dynamics.move_to(t, q, v);
+            self.motion.dynamics.move_to(t, q, v);
             return;
         }
-        self.q.copy_from_slice(q);
-        self.v.copy_from_slice(v);
-        self.accelerate_at(t);
+        self.motion.q.copy_from_slice(q);
+        self.motion.v.copy_from_slice(v);
+        self.motion.accelerate_at(t);
         self.watch_contact(t, index);
     }
 }

@@ -22,7 +22,7 @@ pub(crate) struct Onset {
 impl Recorder<'_> {
     /// The onset of a contact in a state with zero or slightly positive penetration.
     pub(crate) fn onset(&mut self, t: f64, q: &[f64], v: &[f64], index: usize) -> Onset {
-        let mechanism = self.mechanism;
+        let mechanism = self.motion.mechanism;
         let law = &mechanism.clearance_joints[index].law.normal;
         let mass = self.contact_mass(t, q, v, index);
         let impact_velocity = self.surface_velocity(index);
@@ -43,9 +43,9 @@ impl Recorder<'_> {
     /// [`Recorder::contact_mass`]. A located onset has a penetration of up to a part of the position
     /// tolerance. Over this distance a load can make a slow approach several times faster.
     fn surface_velocity(&mut self, index: usize) -> f64 {
-        self.dynamics.accelerate(&self.a);
-        let state = self.dynamics.contact_state(index);
-        let motion = self.dynamics.joint_motion(&self.mechanism.clearance_joints[index]);
+        self.motion.dynamics.accelerate(&self.motion.a);
+        let state = self.motion.dynamics.contact_state(index);
+        let motion = self.motion.dynamics.joint_motion(&self.motion.mechanism.clearance_joints[index]);
         let distance = motion.eccentricity.norm();
         let tangential = motion.eccentricity.perp(&motion.rate) / distance;
         let acceleration =
@@ -56,16 +56,16 @@ impl Recorder<'_> {
 
     /// Sets the phases of the contacts in which the run starts.
     pub(crate) fn begin_contacts(&mut self, q: &[f64], v: &[f64]) {
-        self.dynamics.move_to(0.0, q, v);
-        for index in 0..self.dynamics.phases.len() {
-            let state = self.dynamics.contact_state(index);
-            let mechanism = self.mechanism;
+        self.motion.dynamics.move_to(0.0, q, v);
+        for index in 0..self.motion.dynamics.phases.len() {
+            let state = self.motion.dynamics.contact_state(index);
+            let mechanism = self.motion.mechanism;
             let joint = &mechanism.clearance_joints[index];
             let law = &joint.law.normal;
             let slowest =
                 joint.impact_velocity_floor.unwrap_or(mechanism.scales.contacts[index].resting_velocity);
             // A journal that the scene places on the surface may lie on either side by a rounding error.
-            let touches = state.penetration > -self.gap_resolution(&self.dynamics.joint_ends(joint));
+            let touches = state.penetration > -self.gap_resolution(&self.motion.dynamics.joint_ends(joint));
             let rests = touches && state.penetration_rate.abs() < slowest;
             if !(state.penetration > 0.0 || rests) {
                 continue;
@@ -82,18 +82,18 @@ impl Recorder<'_> {
                     joint.name
                 ));
             }
-            self.dynamics.phases[index] = Phase::Contact { latch: law.latch(arrival), clipped: false };
+            self.motion.dynamics.phases[index] = Phase::Contact { latch: law.latch(arrival), clipped: false };
             self.log.open[index] = Some(OpenContact::begin(index, 0.0, f64::NAN));
         }
     }
 
     /// Effective mass [kg] for the normal force of a contact in a state.
     fn contact_mass(&mut self, t: f64, q: &[f64], v: &[f64], index: usize) -> f64 {
-        if !self.dynamics.acceleration(t, q, v, &mut self.a) {
+        if !self.motion.dynamics.acceleration(t, q, v, &mut self.motion.a) {
             return f64::INFINITY;
         }
-        let joint = &self.mechanism.clearance_joints[index];
-        let normal = self.dynamics.joint_motion(joint).eccentricity.normalize();
-        self.dynamics.accelerance([joint.bearing, joint.journal]).mass_along(normal)
+        let joint = &self.motion.mechanism.clearance_joints[index];
+        let normal = self.motion.dynamics.joint_motion(joint).eccentricity.normalize();
+        self.motion.dynamics.accelerance([joint.bearing, joint.journal]).mass_along(normal)
     }
 }

@@ -14,9 +14,6 @@ use crate::run::recorder::Recorder;
 use crate::run::settings::Settings;
 use crate::run::work::{GAUSS, GAUSS_OF_SHORT};
 
-/// Rotation of a drive [rad] over which Gauss's quadrature with four points integrates its power to rounding.
-pub(crate) const WORK_ROTATION: f64 = 0.5;
-
 /// Bounds of the largest error of the balance without a warning, relative to the largest energy: the relative
 /// tolerance within them. Runs at 1e-2 are off by 1e-3 to 5e-3 as a rule, less than they ask for; to find that
 /// out took nearly all steps, a quarter of the run.
@@ -265,17 +262,17 @@ impl Balance {
 impl Recorder<'_> {
     /// Adds the powers of a state to the work.
     pub(crate) fn add_work(&mut self, t: f64, q: &[f64], v: &[f64], dt: f64) {
-        if !self.dynamics.acceleration_and_contacts(t, q, v, &mut self.a) {
-            self.a.fill(f64::NAN);
+        if !self.motion.dynamics.acceleration_and_contacts(t, q, v, &mut self.motion.a) {
+            self.motion.a.fill(f64::NAN);
         }
-        self.dynamics.accelerate(&self.a);
+        self.motion.dynamics.accelerate(&self.motion.a);
         let input = if self.needs.work {
-            self.dynamics.find_reactions();
-            self.dynamics.input_power()
+            self.motion.dynamics.find_reactions();
+            self.motion.dynamics.input_power()
         } else {
-            self.dynamics.balanced_power()
+            self.motion.dynamics.balanced_power()
         };
-        self.work.add(&self.dynamics, input, dt);
+        self.work.add(&self.motion.dynamics, input, dt);
     }
 
     /// Adds the work from the start of a step to the instant `to` in it, in pieces that resolve the drives:
@@ -286,13 +283,13 @@ impl Recorder<'_> {
 
     /// The same with given nodes and weights in every piece.
     fn add_work_by(&mut self, nodes: &[(f64, f64)], step: &DenseStep, to: f64) {
-        let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
+        let (mut q, mut v) = (std::mem::take(&mut self.motion.q), std::mem::take(&mut self.motion.v));
         let mut from = step.t;
         while from < to {
-            let next = (from + self.piece_of_work(from)).min(to);
+            let next = (from + self.motion.piece_of_work(from)).min(to);
             for &(place, weight) in nodes {
                 let t = from + place * (next - from);
-                step.at((t - step.t) / step.h, &mut q, &mut v);
+                step.at(step.part_until(t), &mut q, &mut v);
                 self.add_work(t, &q, &v, weight * (next - from));
             }
             from = next;
@@ -301,7 +298,7 @@ impl Recorder<'_> {
                 break;
             }
         }
-        (self.q, self.v) = (q, v);
+        (self.motion.q, self.motion.v) = (q, v);
     }
 
     /// Records the state at the start `t` of a step.
@@ -318,9 +315,9 @@ impl Recorder<'_> {
     }
 
     fn slide(&self, index: usize, state: &ContactState<f64>) -> Slide {
-        let joint = &self.mechanism.clearance_joints[index];
+        let joint = &self.motion.mechanism.clearance_joints[index];
         let (Phase::Contact { clipped: false, .. }, Some(law)) =
-            (self.dynamics.phases[index], joint.law.friction)
+            (self.motion.dynamics.phases[index], joint.law.friction)
         else {
             return Slide { velocity: 1.0, rate: 0.0 };
         };
@@ -332,14 +329,18 @@ impl Recorder<'_> {
         };
         Slide {
             velocity: (sliding_velocity / law.steep_until()).clamp(-1.0, 1.0),
-            rate: ratio * law.steepness() * normal_force / self.mechanism.scales.contacts[index].mass,
+            rate: ratio * law.steepness() * normal_force / self.motion.mechanism.scales.contacts[index].mass,
         }
     }
 
     /// Error of the velocity of points that a method estimates for its step [m/s].
     fn velocity_error(&self, step: &DenseStep) -> f64 {
         let errors = &step.error[step.error.len() / 2..];
-        errors.iter().zip(&self.mechanism.scales.levers).map(|(error, lever)| (error * lever).abs()).sum()
+        errors
+            .iter()
+            .zip(&self.motion.mechanism.scales.levers)
+            .map(|(error, lever)| (error * lever).abs())
+            .sum()
     }
 
     /// Whether an accepted step may be checked; comes before [`Recorder::check_energy`].
@@ -355,7 +356,7 @@ impl Recorder<'_> {
         if stiff && probability < 1.0 {
             self.move_to_end(step);
             for (index, start) in self.balance.slides.iter().enumerate() {
-                let state = self.dynamics.contact_state(index);
+                let state = self.motion.dynamics.contact_state(index);
                 let change = self.slide(index, &state).velocity - start.velocity;
                 probability = probability.max(change.abs() / ALWAYS_CHECKED_CHANGE);
             }
@@ -366,7 +367,7 @@ impl Recorder<'_> {
                 Some((_, stored)) => self.account_of(stored),
                 None => {
                     let (q, v) = step.start.split_at(step.start.len() / 2);
-                    self.dynamics.move_to(step.t, q, v);
+                    self.motion.dynamics.move_to(step.t, q, v);
                     self.account()
                 }
             };
@@ -374,11 +375,11 @@ impl Recorder<'_> {
             let nodes: &[(f64, f64)] =
                 if step.is_short && !self.needs.work { &GAUSS_OF_SHORT } else { &GAUSS };
             self.visit_inside(|recorder| recorder.add_work_by(nodes, step, step.end_time()));
-            if self.mechanism.closures.is_empty() {
+            if self.motion.mechanism.closures.is_empty() {
                 self.move_to_end(step);
             } else {
-                self.move_inside(step, step.end_time());
-                self.dynamics.move_to(step.end_time(), &self.q, &self.v);
+                self.motion.move_inside(step, step.end_time());
+                self.motion.dynamics.move_to(step.end_time(), &self.motion.q, &self.motion.v);
             }
             let end = self.account();
             self.balance.checked = Some((step.end_time(), end.stored));
@@ -389,18 +390,18 @@ impl Recorder<'_> {
     /// Moves to the end of a step, where the guards may have moved the frames already.
     fn move_to_end(&mut self, step: &DenseStep) {
         let (q, v) = step.end.split_at(step.end.len() / 2);
-        if !self.dynamics.is_at(step.end_time().into(), q, v) {
-            self.dynamics.move_to(step.end_time(), q, v);
+        if !self.motion.dynamics.is_at(step.end_time().into(), q, v) {
+            self.motion.dynamics.move_to(step.end_time(), q, v);
         }
     }
 
     /// The account in the state that the dynamics was last moved to.
     fn account(&mut self) -> Account {
-        self.dynamics.find_contacts();
+        self.motion.dynamics.find_contacts();
         self.account_of(Stored {
-            kinetic: self.dynamics.kinetic_energy(),
-            potential: self.dynamics.potential_energy(),
-            contact: self.dynamics.contact_energies(),
+            kinetic: self.motion.dynamics.kinetic_energy(),
+            potential: self.motion.dynamics.potential_energy(),
+            contact: self.motion.dynamics.contact_energies(),
         })
     }
 

@@ -3,6 +3,7 @@
 //! `contact`, `integrators`.
 
 pub(crate) mod balance;
+pub(crate) mod pace;
 
 use crate::dynamics::{ContactLoss, Dynamics};
 

@@ -1,0 +1,130 @@
+//! The motion of a run: the state that is looked at, at the end of a step or inside it, and what follows from it.
+
+use std::f64::consts::PI;
+
+use crate::dynamics::Dynamics;
+use crate::integrators::dense::DenseStep;
+use crate::mechanism::compiled::Mechanism;
+use crate::numerics::turns::{rewind, unwind};
+use crate::run::outputs::Needs;
+use crate::run::work::pace::{piece_of_work, uniform_piece};
+use crate::tree::kinematics::FrameKind;
+
+/// A mechanism in a state.
+pub(crate) struct Motion<'a> {
+    pub(crate) mechanism: &'a Mechanism,
+    pub(crate) dynamics: Box<Dynamics<'a>>,
+    /// The frames in states inside a step, so that those of `dynamics` stay at its end, where the next begins. The
+    /// two are boxed because they are exchanged.
+    pub(crate) inside: Box<Dynamics<'a>>,
+    /// Position, velocity and acceleration.
+    pub(crate) q: Vec<f64>,
+    pub(crate) v: Vec<f64>,
+    pub(crate) a: Vec<f64>,
+    /// Length of the pieces over which work is integrated [s], if all drives have constant speed.
+    uniform_piece: Option<f64>,
+}
+
+impl<'a> Motion<'a> {
+    /// The motion of a mechanism, which has no state yet.
+    pub(crate) fn new(mechanism: &'a Mechanism) -> Self {
+        let d = mechanism.degrees_of_freedom();
+        let dynamics = Box::new(Dynamics::new(mechanism));
+        Self {
+            mechanism,
+            inside: dynamics.clone(),
+            dynamics,
+            q: vec![0.0; d],
+            v: vec![0.0; d],
+            a: vec![0.0; d],
+            uniform_piece: uniform_piece(mechanism),
+        }
+    }
+
+    /// Adds the full turns to angles.
+    pub(crate) fn rewind(&self, q: &mut [f64]) {
+        for (q, &column) in q.iter_mut().zip(&self.mechanism.free) {
+            *q = rewind(*q, self.dynamics.turns[column]);
+        }
+    }
+
+    /// Subtracts full turns from angles to within half a turn, so that their rounding errors do not grow with
+    /// the turns.
+    pub(crate) fn unwind(&mut self, q: &mut [f64]) {
+        let mechanism = self.mechanism;
+        for (q, &column) in q.iter_mut().zip(&mechanism.free) {
+            // As a rule, also of what slides.
+            if q.abs() <= PI {
+                continue;
+            }
+            if let FrameKind::Revolute = mechanism.frames[column + 1].kind {
+                let (angle, turns) = unwind(*q);
+                *q = angle;
+                self.dynamics.turns[column] += turns;
+            }
+        }
+    }
+
+    /// Sets the state to that at an instant of a step, projected onto the closures, which the dense output
+    /// does not satisfy exactly.
+    pub(crate) fn move_inside(&mut self, step: &DenseStep, t: f64) {
+        let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
+        self.state_inside(step, t, &mut q, &mut v);
+        (self.q, self.v) = (q, v);
+    }
+
+    /// The state at an instant of a step, projected onto the closures.
+    pub(crate) fn state_inside(&mut self, step: &DenseStep, t: f64, q: &mut [f64], v: &mut [f64]) {
+        let theta = step.part_until(t);
+        step.at(theta, q, v);
+        let is_tree = self.mechanism.closures.is_empty();
+        if !is_tree && self.dynamics.project(t, q, v, &self.mechanism.scales).is_none() {
+            step.at(theta, q, v);
+        }
+    }
+
+    /// Computes all that `needs` names for the state in `self.q`, `self.v`.
+    pub(crate) fn place(&mut self, t: f64, needs: Needs) {
+        if needs.acceleration {
+            self.accelerate_at(t);
+        } else {
+            self.dynamics.move_to(t, &self.q, &self.v);
+            if needs.contacts {
+                self.dynamics.find_contacts();
+            }
+        }
+        if needs.reactions {
+            self.dynamics.find_reactions();
+        }
+    }
+
+    /// Computes motion, accelerations and contacts in the state in `self.q`, `self.v`; NaN where there are none.
+    pub(crate) fn accelerate_at(&mut self, t: f64) {
+        if !self.dynamics.acceleration_and_contacts(t, &self.q, &self.v, &mut self.a) {
+            self.a.fill(f64::NAN);
+        }
+        self.dynamics.accelerate(&self.a);
+    }
+
+    /// Length [s] of the piece of a step from `t` on over which Gauss's quadrature integrates the powers of the
+    /// drives to rounding.
+    pub(crate) fn piece_of_work(&self, t: f64) -> f64 {
+        piece_of_work(self.mechanism, self.uniform_piece, t)
+    }
+
+    /// Begins to look at states inside the last step: the frames of its end stay where they are meanwhile, since the
+    /// next step needs them.
+    pub(crate) fn enter_step(&mut self) {
+        std::mem::swap(&mut self.dynamics, &mut self.inside);
+        self.dynamics.phases.copy_from_slice(&self.inside.phases);
+        // Those of the driven coordinates follow from the instant.
+        for &column in &self.mechanism.free {
+            self.dynamics.turns[column] = self.inside.turns[column];
+        }
+    }
+
+    /// Returns to the end of the step.
+    pub(crate) fn leave_step(&mut self) {
+        std::mem::swap(&mut self.dynamics, &mut self.inside);
+    }
+}

@@ -1,0 +1,70 @@
+//! How far drives may move in one piece of a run: of the continuation of a kinematic solution, and of the work.
+
+use crate::mechanism::compiled::Mechanism;
+use crate::tree::elements::DrivenCoordinate;
+
+/// Rotation of a drive [rad] over which Gauss's quadrature with four points integrates its power to rounding.
+const WORK_ROTATION: f64 = 0.5;
+
+/// Length [s] of the next step after one of length `last` (NaN for none): until a drive
+/// has rotated by `largest_rotation` [rad], or slid by the same fraction of the size of the mechanism.
+pub(crate) fn continued(mechanism: &Mechanism, t: f64, last: f64, largest_rotation: f64) -> f64 {
+    let mut step = if last.is_nan() {
+        first_rotation(mechanism, largest_rotation)
+    } else {
+        // Limited growth: a step over a whole oscillation would show no displacement.
+        slowest_pace(mechanism).min(2.0 * last)
+    };
+    for driven in &mechanism.driven {
+        let largest = largest_motion(mechanism, driven, largest_rotation);
+        let start = driven.motion.at(t)[0];
+        while step.is_finite() && t + step > t {
+            let ahead = [0.25, 0.5, 0.75, 1.0].map(|part| driven.motion.at(t + part * step)[0]);
+            let moved = ahead.iter().map(|position| (position - start).abs()).fold(0.0, f64::max);
+            if moved <= largest {
+                break;
+            }
+            step *= (0.9 * largest / moved).max(0.1);
+        }
+    }
+    resolved(t, step)
+}
+
+/// Length [s] of the piece of a step from `t` on over which Gauss's quadrature integrates the powers of the
+/// drives to rounding; `uniform` is [`uniform_piece`].
+pub(crate) fn piece_of_work(mechanism: &Mechanism, uniform: Option<f64>, t: f64) -> f64 {
+    match uniform {
+        Some(piece) => resolved(t, piece),
+        None => continued(mechanism, t, f64::NAN, WORK_ROTATION),
+    }
+}
+
+/// Length [s] of the pieces in which drives at constant speed are resolved, the same at all times; `None` if a
+/// drive changes its speed.
+pub(crate) fn uniform_piece(mechanism: &Mechanism) -> Option<f64> {
+    let is_uniform = mechanism.driven.iter().all(|driven| driven.motion.is_linear());
+    is_uniform.then(|| first_rotation(mechanism, WORK_ROTATION))
+}
+
+/// Time [s] from zero until a drive has rotated by `largest_rotation` [rad], or slid likewise.
+fn first_rotation(mechanism: &Mechanism, largest_rotation: f64) -> f64 {
+    let time = |driven: &DrivenCoordinate| {
+        driven.motion.time_to_move(largest_motion(mechanism, driven, largest_rotation))
+    };
+    mechanism.driven.iter().map(time).fold(slowest_pace(mechanism), f64::min)
+}
+
+/// Largest motion of a drive in one step: an angle [rad], or the same fraction of the size of the mechanism [m].
+fn largest_motion(mechanism: &Mechanism, driven: &DrivenCoordinate, largest_rotation: f64) -> f64 {
+    largest_rotation * if driven.is_angle { 1.0 } else { mechanism.scales.length }
+}
+
+/// Longest step [s] for which no function of time in the scene is too fast.
+fn slowest_pace(mechanism: &Mechanism) -> f64 {
+    mechanism.time_functions().map(|(_, function)| function.pace()).fold(f64::INFINITY, f64::min)
+}
+
+/// The step [s]; one unit in the last place of the time where the motion is too fast for its resolution.
+fn resolved(t: f64, step: f64) -> f64 {
+    if t + step > t { step } else { t.next_up() - t }
+}
