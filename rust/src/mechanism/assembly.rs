@@ -88,7 +88,12 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<A
     let speed = if speed > 0.0 { speed } else { speed_from_rest(tree, &dynamics, length) };
     let contacts = contact_scales(&mut dynamics, speed, length);
     let branch = conditions.branch(&dynamics, length);
-    Ok(Assembled { start: State { q, v }, scales: Scales { length, speed, levers, contacts }, branch, warning })
+    Ok(Assembled {
+        start: State { q, v },
+        scales: Scales { length, speed, levers, contacts },
+        branch,
+        warning,
+    })
 }
 
 /// The coordinates that close the loops nearest to the given angles, with a warning where there are two; otherwise the

@@ -73,7 +73,12 @@ impl Conditions {
 
     /// Residuals of the positions, and their Jacobian with respect to the free
     /// coordinates. Lengths are divided by `unit`, columns multiplied by the `units` of the coordinates.
-    pub(super) fn positions(&self, dynamics: &Dynamics, units: &[f64], unit: f64) -> (DVector<f64>, DMatrix<f64>) {
+    pub(super) fn positions(
+        &self,
+        dynamics: &Dynamics,
+        units: &[f64],
+        unit: f64,
+    ) -> (DVector<f64>, DMatrix<f64>) {
         let given = |one: &GivenCoordinate| one.position;
         let mut residual = DVector::zeros(self.rows(given));
         for (index, (pair, gap, _)) in self.pairs.iter().enumerate() {
@@ -92,7 +97,12 @@ impl Conditions {
     }
 
     /// The same for the velocities.
-    pub(super) fn velocities(&self, dynamics: &Dynamics, units: &[f64], unit: f64) -> (DVector<f64>, DMatrix<f64>) {
+    pub(super) fn velocities(
+        &self,
+        dynamics: &Dynamics,
+        units: &[f64],
+        unit: f64,
+    ) -> (DVector<f64>, DMatrix<f64>) {
         let given = |one: &GivenCoordinate| one.velocity;
         let mut residual = DVector::zeros(self.rows(given));
         for (index, (pair, _, rate)) in self.pairs.iter().enumerate() {

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use crate::mechanism::vector_loops::{CLOSED, EQUALLY_NEAR, NEGLIGIBLE, VectorLoops, turned};
+use crate::mechanism::vector_loops::{CLOSED, EQUALLY_NEAR, NEGLIGIBLE, VectorLoops, Wanted, turned};
 use crate::numerics::turns::unwind;
 
 /// Distances that differ by less than this part are equal: rounding decides nothing.
@@ -115,9 +115,8 @@ impl VectorLoops {
         let mut at = self.unwound(&self.newton(start)?);
         let mut part = 1.0;
         for _ in 0..STEPS {
-            let scale = |turn: usize| self.wanted[turn].1.max(1.0).sqrt();
             let pull = DVector::from_fn(self.count(), |unknown, _| match self.wanted.get(unknown) {
-                Some((wanted, weight)) if *weight > 0.0 => (wanted - at[unknown]) * scale(unknown),
+                Some(wanted) if wanted.matters() => (wanted.mean - at[unknown]) * wanted.scale(),
                 _ => 0.0,
             });
             let jacobian = self.jacobian(&at);
@@ -126,13 +125,7 @@ impl VectorLoops {
             if part * free.amax() < SETTLED {
                 break;
             }
-            let moved: Vec<f64> = (0..self.count())
-                .map(|unknown| {
-                    let per = if unknown < self.turns() { scale(unknown) } else { 1.0 };
-                    at[unknown] + part * free[unknown] / per
-                })
-                .collect();
-            match self.newton(&moved) {
+            match self.newton(&self.moved(&at, &free, part)) {
                 Some(next) if self.distance(&next) < self.distance(&at) => {
                     at = self.unwound(&next);
                     part = (2.0 * part).min(1.0);
@@ -154,12 +147,20 @@ impl VectorLoops {
             let step = solve(self.jacobian(&at), &gaps);
             let largest = step.rows(0, self.turns()).amax();
             let fraction = if largest > 1.0 { 1.0 / largest } else { 1.0 };
-            for (unknown, value) in at.iter_mut().enumerate() {
-                let per = self.wanted.get(unknown).map_or(1.0, |(_, weight)| weight.max(1.0).sqrt());
-                *value -= fraction * step[unknown] / per;
-            }
+            at = self.moved(&at, &step, -fraction);
         }
         None
+    }
+
+    /// Unknowns after a part of a step, which has each angle times its scale.
+    fn moved(&self, unknowns: &[f64], step: &DVector<f64>, part: f64) -> Vec<f64> {
+        let scales = self.wanted.iter().map(Wanted::scale).chain(std::iter::repeat(1.0));
+        unknowns
+            .iter()
+            .zip(step)
+            .zip(scales)
+            .map(|((value, step), scale)| value + part * step / scale)
+            .collect()
     }
 }
 
@@ -204,12 +205,18 @@ impl Search<'_> {
         } else {
             let squares = |values: &Vec<f64>| -> f64 {
                 let turns = unsettled.iter().zip(values).filter(|(unknown, _)| **unknown < loops.turns());
-                turns.map(|(&turn, &change)| loops.square(turn, change)).sum()
+                turns.map(|(&turn, &change)| loops.wanted[turn].squares(change)).sum()
             };
-            loops.close(one, &unsettled, unknowns, known).into_iter().map(|way| (squares(&way), way)).collect()
+            loops
+                .close(one, &unsettled, unknowns, known)
+                .into_iter()
+                .map(|way| (squares(&way), way))
+                .collect()
         };
         // Equal ones remain in their order.
-        if let [(first, _), (second, _)] = ways[..] && second < first * (1.0 - EQUAL) {
+        if let [(first, _), (second, _)] = ways[..]
+            && second < first * (1.0 - EQUAL)
+        {
             ways.swap(0, 1);
         }
         for &unknown in &unsettled {
@@ -237,8 +244,8 @@ impl Search<'_> {
                 _ if known[unknown] => unknowns[unknown],
                 _ if start == STARTS => self.from[unknown],
                 // Multiples of the roots of primes fill a cube evenly.
-                Some((wanted, _)) => {
-                    wanted + reach * (2.0 * (start as f64 * prime(unknown).sqrt()).fract() - 1.0)
+                Some(wanted) => {
+                    wanted.mean + reach * (2.0 * (start as f64 * prime(unknown).sqrt()).fract() - 1.0)
                 }
                 None => self.from[unknown],
             };

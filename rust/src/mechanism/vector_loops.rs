@@ -3,6 +3,8 @@
 //! In the angles of the bodies every loop is `c + Σ l e^{iφ} + Σ s a e^{iφ} = 0`, with the displacements s of the sliding
 //! joints. Nothing else of the mechanism matters for how its loops can be closed.
 
+use std::f64::consts::PI;
+
 use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::dynamics::Dynamics;
@@ -30,8 +32,43 @@ pub(super) struct VectorLoops {
     pub(super) axes: Vec<Vec<Complex<f64>>>,
     /// The angle with which each displacement turns; none if it keeps its direction.
     pub(super) carriers: Vec<Option<usize>>,
-    /// Mean change [rad] that the given angles ask for, of the bodies that turn with each angle, and their number.
-    pub(super) wanted: Vec<(f64, f64)>,
+    /// The changes of each angle that the given angles of the bodies ask for.
+    pub(super) wanted: Vec<Wanted>,
+}
+
+/// The changes of an angle that the given angles of the bodies which turn with it ask for.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Wanted {
+    /// One for each body [rad].
+    changes: Vec<f64>,
+    /// Their mean [rad].
+    pub(super) mean: f64,
+}
+
+impl Wanted {
+    fn new(mut changes: Vec<f64>) -> Self {
+        // Each within half a turn of the first.
+        let first = changes.first().copied().unwrap_or(0.0);
+        changes.iter_mut().for_each(|change| *change = first + unwind(*change - first).0);
+        let mean =
+            first + changes.iter().map(|change| change - first).sum::<f64>() / changes.len().max(1) as f64;
+        Self { changes, mean }
+    }
+
+    /// Root of the number of the bodies; 1 without any.
+    pub(super) fn scale(&self) -> f64 {
+        (self.changes.len().max(1) as f64).sqrt()
+    }
+
+    /// Sum of the squared differences from a change, each within half a turn [rad²].
+    pub(super) fn squares(&self, change: f64) -> f64 {
+        self.changes.iter().map(|wanted| unwind(change - wanted).0.powi(2)).sum()
+    }
+
+    /// Whether a body asks for anything.
+    pub(super) fn matters(&self) -> bool {
+        !self.changes.is_empty()
+    }
 }
 
 impl VectorLoops {
@@ -85,9 +122,8 @@ impl VectorLoops {
         let loops = self.constants.len();
         // Angles in no loop keep their guess.
         for turn in 0..self.turns() {
-            let matters = (0..loops).any(|one| self.depends(one, turn));
-            if !matters {
-                self.wanted[turn].1 = 0.0;
+            if !(0..loops).any(|one| self.depends(one, turn)) {
+                self.wanted[turn] = Wanted::default();
             }
         }
     }
@@ -105,25 +141,24 @@ impl VectorLoops {
 
     /// The displacements that turn with an angle.
     pub(super) fn carried(&self, turn: usize) -> impl Iterator<Item = usize> {
-        self.carriers.iter().enumerate().filter(move |(_, carrier)| **carrier == Some(turn)).map(|(slide, _)| slide)
+        self.carriers
+            .iter()
+            .enumerate()
+            .filter(move |(_, carrier)| **carrier == Some(turn))
+            .map(|(slide, _)| slide)
     }
 
     /// Root of the sum of the squared changes of the angles of the bodies, each within half a turn [rad].
     pub(super) fn distance(&self, unknowns: &[f64]) -> f64 {
-        (0..self.turns()).map(|turn| self.square(turn, unknowns[turn])).sum::<f64>().sqrt()
-    }
-
-    pub(super) fn square(&self, turn: usize, change: f64) -> f64 {
-        let (wanted, weight) = self.wanted[turn];
-        weight * unwind(change - wanted).0.powi(2)
+        self.wanted.iter().zip(unknowns).map(|(wanted, change)| wanted.squares(*change)).sum::<f64>().sqrt()
     }
 
     /// The same changes within half a turn of what is wanted.
     pub(super) fn unwound(&self, unknowns: &[f64]) -> Vec<f64> {
-        let turns = self.wanted.iter().zip(unknowns).map(|(&(wanted, _), change)| {
-            let (near, full) = unwind(change - wanted);
+        let turns = self.wanted.iter().zip(unknowns).map(|(wanted, change)| {
+            let (near, full) = unwind(change - wanted.mean);
             // The bits remain where nothing changes.
-            if full == 0.0 { *change } else { wanted + near }
+            if full == 0.0 { *change } else { wanted.mean + near }
         });
         turns.chain(unknowns[self.turns()..].iter().copied()).collect()
     }
@@ -135,11 +170,22 @@ impl VectorLoops {
     /// the solutions coincide if `ρ L` is less than the smallest singular value of J. Displacements enter linearly
     /// and may be any. (With more unknowns than equations they lie on one sheet.)
     pub(super) fn is_surely_nearest(&self, unknowns: &[f64]) -> bool {
-        let away = |(&(wanted, weight), change): (&(f64, f64), &f64)| weight * (change - wanted).powi(2);
-        let radius = (1.0 + EQUALLY_NEAR) * self.wanted.iter().zip(unknowns).map(away).sum::<f64>().sqrt();
+        let part = (1.0 + EQUALLY_NEAR).powi(2);
+        let mut squares = 0.0;
+        let mut spread: f64 = 0.0;
         let mut at = unknowns.to_vec();
-        for (change, (wanted, _)) in at.iter_mut().zip(&self.wanted) {
-            *change = *wanted;
+        for (change, wanted) in at.iter_mut().zip(&self.wanted) {
+            let away = wanted.changes.iter().map(|wanted| wanted - *change);
+            let apart = wanted.changes.iter().map(|other| other - wanted.mean);
+            squares += part * away.map(|away| away * away).sum::<f64>();
+            squares -= apart.clone().map(|apart| apart * apart).sum::<f64>();
+            spread = apart.map(f64::abs).fold(spread, f64::max);
+            *change = wanted.mean;
+        }
+        let radius = squares.max(0.0).sqrt();
+        // Beyond half a turn an angle comes near again.
+        if radius + spread >= PI {
+            return false;
         }
         let jacobian = self.jacobian(&at);
         let matter = |unknown: &usize| (0..self.constants.len()).any(|one| self.depends(one, *unknown));
@@ -150,10 +196,10 @@ impl VectorLoops {
         let longest = (0..self.turns())
             .map(|turn| {
                 let axes = self.carried(turn).flat_map(|slide| self.axes.iter().map(move |axes| axes[slide]));
-                let own = jacobian.column(turn).norm_squared();
-                let weight = self.wanted[turn].1.max(1.0);
-                // The column holds the vector over the root of the weight, and so does the change of the angle.
-                ((own * weight + axes.map(|axis| axis.norm_sqr()).sum::<f64>()).sqrt()) / weight
+                let scale = self.wanted[turn].scale();
+                // The column holds the vector over the scale, and so does the change of the angle.
+                let own = jacobian.column(turn).norm_squared() * scale * scale;
+                (own + axes.map(|axis| axis.norm_sqr()).sum::<f64>()).sqrt() / (scale * scale)
             })
             .fold(0.0, f64::max);
         let smallest = unsettled.singular_values().min();
@@ -174,7 +220,7 @@ impl VectorLoops {
         for one in 0..self.constants.len() {
             for turn in 0..self.turns() {
                 let arm = self.link(one, turn, unknowns, &known) * turned(unknowns[turn]);
-                let column = arm * Complex::i() / self.wanted[turn].1.max(1.0).sqrt();
+                let column = arm * Complex::i() / self.wanted[turn].scale();
                 (jacobian[(2 * one, turn)], jacobian[(2 * one + 1, turn)]) = (column.re, column.im);
             }
             for slide in 0..self.carriers.len() {
@@ -190,12 +236,14 @@ impl VectorLoops {
     pub(super) fn link(&self, one: usize, turn: usize, unknowns: &[f64], known: &[bool]) -> Complex<f64> {
         let first = self.turns();
         let slid = self.carried(turn).filter(|slide| known[first + slide]);
-        self.links[one][turn] + slid.map(|slide| self.axes[one][slide] * unknowns[first + slide]).sum::<Complex<f64>>()
+        self.links[one][turn]
+            + slid.map(|slide| self.axes[one][slide] * unknowns[first + slide]).sum::<Complex<f64>>()
     }
 
     /// The direction of a displacement, with the angle with which it turns.
     pub(super) fn axis(&self, one: usize, slide: usize, unknowns: &[f64]) -> Complex<f64> {
-        self.axes[one][slide] * self.carriers[slide].map_or(Complex::new(1.0, 0.0), |turn| turned(unknowns[turn]))
+        self.axes[one][slide]
+            * self.carriers[slide].map_or(Complex::new(1.0, 0.0), |turn| turned(unknowns[turn]))
     }
 
     /// What the known angles and displacements leave of a loop.
@@ -235,7 +283,13 @@ enum Value {
 
 impl Closing {
     /// The loops of the conditions, of a mechanism whose bodies have the guessed angles.
-    pub(super) fn new(dynamics: &mut Dynamics, scene: &Scene, conditions: &Conditions, guess: &[f64], length: f64) -> Self {
+    pub(super) fn new(
+        dynamics: &mut Dynamics,
+        scene: &Scene,
+        conditions: &Conditions,
+        guess: &[f64],
+        length: f64,
+    ) -> Self {
         let tree = dynamics.tree;
         let unit = length.log2().ceil().exp2();
         let d = guess.len();
@@ -376,14 +430,14 @@ fn tie(ties: &mut [(usize, f64)], one: usize, other: usize, apart: f64) {
     }
 }
 
-/// The change that the given angles of the bodies ask of each unknown, and the number of these bodies.
+/// The changes that the given angles of the bodies ask of each unknown.
 fn wanted(
     dynamics: &Dynamics,
     scene: &Scene,
     carrier: &dyn Fn(usize, usize) -> Option<usize>,
     turn: &dyn Fn(usize) -> (Option<usize>, f64),
     turns: usize,
-) -> Vec<(f64, f64)> {
+) -> Vec<Wanted> {
     let mut asked = vec![Vec::new(); turns];
     for (placed, body) in dynamics.tree.bodies.iter().zip(&scene.bodies) {
         if let Some((Some(turn), offset)) = carrier(placed.frame, usize::MAX).map(turn) {
@@ -391,14 +445,7 @@ fn wanted(
             asked[turn].push(unwind(given_angle(scene, body) - angle).0 - offset);
         }
     }
-    let mean = |asked: Vec<f64>| match asked[..] {
-        [] => (0.0, 0.0),
-        [first, ref others @ ..] => {
-            let more: f64 = others.iter().map(|other| unwind(other - first).0).sum();
-            (first + more / asked.len() as f64, asked.len() as f64)
-        }
-    };
-    asked.into_iter().map(mean).collect()
+    asked.into_iter().map(Wanted::new).collect()
 }
 
 /// The angle of a body that its start gives, or its initial guess [rad].

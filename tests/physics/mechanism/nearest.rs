@@ -40,7 +40,12 @@ struct Built {
 
 impl Built {
     fn new() -> Self {
-        Self { scene: Scene::default(), assemblies: vec![Vec::new()], fixed: Vec::new(), ends: vec![Vec::new()] }
+        Self {
+            scene: Scene::default(),
+            assemblies: vec![Vec::new()],
+            fixed: Vec::new(),
+            ends: vec![Vec::new()],
+        }
     }
 
     fn bar(&mut self, length: f64) -> String {
@@ -259,14 +264,16 @@ fn tally(count: usize, seed: u64, within: Option<f64>) -> Tally {
         let truth = &built.assemblies[random.index(built.assemblies.len())];
         let guess: Vec<f64> = truth
             .iter()
-            .map(|angle| within.map_or(0.0, |within| wrapped(angle + random.within(-within, within))))
+            .map(|angle| within.map_or(0.0, |within| angle + random.within(-within, within)))
             .collect();
         let scene = built.with_guesses(&guess);
         tally.guesses += 1;
         let mechanism = match Mechanism::compile(&scene) {
             Ok(mechanism) => mechanism,
             Err(error) => {
-                if std::env::var("SHOW").is_ok() { println!("{error}"); }
+                if std::env::var("SHOW").is_ok() {
+                    println!("{error}");
+                }
                 tally.refused += 1;
                 continue;
             }
@@ -277,6 +284,9 @@ fn tally(count: usize, seed: u64, within: Option<f64>) -> Tally {
         if second <= EQUALLY_NEAR * distances[0].0 {
             tally.ambiguous += 1;
             tally.warned += usize::from(warned);
+            if !warned && std::env::var("SHOW").is_ok() {
+                println!("unwarned {distances:?} {:?} {:?}", built.assemblies, built.scene.joints.iter().map(|j| j.name().to_owned()).collect::<Vec<_>>());
+            }
             continue;
         }
         tally.needless += usize::from(warned);
