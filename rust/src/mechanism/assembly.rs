@@ -61,23 +61,9 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<A
             ));
         }
     };
-    let (v, gap_rate) = close_velocities(&mut dynamics, &conditions, &q, length);
-    dynamics.move_to(0.0, &q, &v);
+    let v = close_velocities(&mut dynamics, &conditions, &q, length)?;
     check_directions(tree, &dynamics)?;
     let speed = speed_scale(tree, &dynamics, length);
-    // The least-squares solution leaves a gap rate only where no velocity keeps the joints closed: the
-    // configuration is singular and the drive acts against it.
-    if gap_rate.is_nan() || gap_rate > 1e-9 * speed {
-        return Err(Subject::Scene.error(
-            "bodies",
-            format!(
-                "the assembled configuration is singular{}: no velocity keeps the joints together \
-                 (remaining rate {gap_rate:.3e} m/s); start the drive at another angle{}",
-                if scene.start.is_empty() { "" } else { ", or the start contradicts itself or the drives" },
-                excess(tree)
-            ),
-        ));
-    }
     check_mobility(tree, &dynamics, &conditions, length)?;
     let levers = levers(tree, &dynamics);
     let mut accelerations = vec![0.0; d];
@@ -368,14 +354,22 @@ fn close_positions(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f6
     residual.norm() * unit
 }
 
-/// Velocities of smallest norm that satisfy the conditions, and the largest remaining gap rate [m/s].
+/// Gap rate relative to the speed of the mechanism that counts as a rounding error of the velocities.
+const CLOSED_RATE: f64 = 1e-9;
+/// Rates of a start that differ by this part of the largest from those that the joints allow are given to a few
+/// digits; beyond it they contradict each other.
+const DIGITS: f64 = 1e-2;
+
+/// Velocities of smallest norm that satisfy the conditions; where given rates do not quite agree, those that the joints
+/// allow nearest to them.
 fn close_velocities(
     dynamics: &mut Dynamics,
     conditions: &Conditions,
     q: &[f64],
     length: f64,
-) -> (Vec<f64>, f64) {
-    let units = column_units(dynamics.tree, length);
+) -> Result<Vec<f64>, InputError> {
+    let tree = dynamics.tree;
+    let units = column_units(tree, length);
     let unit = length.log2().ceil().exp2();
     let mut v = vec![0.0; q.len()];
     // The conditions are linear in v: the second pass only removes rounding errors of the first.
@@ -389,5 +383,70 @@ fn close_velocities(
     }
     dynamics.move_to(0.0, q, &v);
     let (remaining, _) = conditions.velocities(dynamics, &units, unit);
-    (v, if remaining.is_empty() { 0.0 } else { remaining.amax() * unit })
+    let rounding = CLOSED_RATE * speed_scale(tree, dynamics, length) / unit;
+    let is_closed = |remaining: &[f64]| remaining.iter().all(|rate| rate.abs() <= rounding);
+    if is_closed(remaining.as_slice()) {
+        return Ok(v);
+    }
+    // What the joints demand stands before what the start gives.
+    dynamics.move_to(0.0, q, &vec![0.0; q.len()]);
+    let (right, jacobian) = conditions.velocities(dynamics, &units, unit);
+    let rates = conditions.given_rates(unit);
+    let rows = |is_given: bool| -> Vec<usize> {
+        (0..rates.len()).filter(|&row| rates[row].is_some() == is_given).collect()
+    };
+    let [(demands, demanded), (gives, given)] =
+        [rows(false), rows(true)].map(|rows| (jacobian.select_rows(&rows), right.select_rows(&rows)));
+    let least = least_squares(demands.clone(), &demanded, SINGULAR_VELOCITY);
+    let open = &demanded - &demands * &least;
+    if given.is_empty() || !is_closed(open.as_slice()) {
+        // The least-squares solution leaves a gap rate only where no velocity keeps the joints closed: the
+        // configuration is singular and the drive acts against it.
+        return Err(Subject::Scene.error(
+            "bodies",
+            format!(
+                "the assembled configuration is singular: no velocity keeps the joints together (remaining rate {:.3e} \
+                 m/s); start the drive at another angle{}",
+                open.amax() * unit,
+                excess(tree)
+            ),
+        ));
+    }
+    let free = free_directions(demands);
+    let more = least_squares(&gives * &free, &(&given - &gives * &least), SINGULAR_VELOCITY);
+    let step = least + free * more;
+    let off = (&given - &gives * &step).amax();
+    let largest = rates.iter().flatten().fold(0.0_f64, |largest, rate| largest.max(rate.abs()));
+    if off.is_nan() || off > rounding.max(DIGITS * largest) {
+        return Err(Subject::Scene.error(
+            "start",
+            format!(
+                "the start contradicts itself or the drives: the rates that the joints allow nearest to the given ones \
+                 differ by {:.2} % of the largest of these; give fewer rates, or such as agree to two digits",
+                100.0 * off / largest
+            ),
+        ));
+    }
+    for (k, value) in v.iter_mut().enumerate() {
+        *value = -step[k] * units[k];
+    }
+    dynamics.move_to(0.0, q, &v);
+    Ok(v)
+}
+
+/// Projection onto the directions that some conditions leave free.
+fn free_directions(conditions: DMatrix<f64>) -> DMatrix<f64> {
+    let columns = conditions.ncols();
+    let cutoff = SINGULAR_VELOCITY * conditions.amax();
+    let mut free = DMatrix::identity(columns, columns);
+    if conditions.is_empty() || !conditions.iter().all(|x| x.is_finite()) {
+        return free;
+    }
+    let svd = conditions.svd(false, true);
+    for (value, direction) in svd.singular_values.iter().zip(svd.v_t.iter().flat_map(|v_t| v_t.row_iter())) {
+        if *value > cutoff {
+            free -= direction.transpose() * direction;
+        }
+    }
+    free
 }

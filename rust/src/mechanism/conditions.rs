@@ -27,6 +27,8 @@ pub(super) struct Conditions {
     /// Pairs of points with the vector from the first to the second [m] and its rate [m/s]: loop closures,
     /// then clearance joints.
     pub(super) pairs: Vec<([FramePoint; 2], Vec2, Vec2)>,
+    /// For each pair whether the start gives its vector and its rate.
+    is_given: Vec<bool>,
     /// Coordinates given in the scene.
     pub(super) coordinates: Vec<GivenCoordinate>,
 }
@@ -60,7 +62,12 @@ impl Conditions {
             let (eccentricity, rate) = eccentric(&joint.name);
             ([joint.bearing, joint.journal], eccentricity, rate)
         });
+        let starts = |name: &str| {
+            scene.start.iter().any(|start| matches!(start, Start::Clearance { joint, .. } if joint == name))
+        };
+        let by_start = tree.clearance_joints.iter().map(|joint| starts(&joint.name));
         Self {
+            is_given: tree.closures.iter().map(|_| false).chain(by_start).collect(),
             pairs: closures.chain(joints).collect(),
             coordinates: scene.start.iter().filter_map(|start| given_coordinate(tree, start)).collect(),
         }
@@ -116,6 +123,18 @@ impl Conditions {
             residual[2 * self.pairs.len() + row] = if one.is_angle { off } else { off / unit };
         }
         (residual, self.jacobian(dynamics, units, unit, given))
+    }
+
+    /// The rate that the start gives in each row of the velocities; none where the joints demand it.
+    pub(super) fn given_rates(&self, unit: f64) -> Vec<Option<f64>> {
+        let pairs = self.pairs.iter().zip(&self.is_given).flat_map(|((_, _, rate), is_given)| {
+            [rate.x, rate.y].map(|rate| is_given.then_some(rate / unit))
+        });
+        let coordinates = self
+            .coordinates
+            .iter()
+            .filter_map(|one| one.velocity.map(|rate| Some(if one.is_angle { rate } else { rate / unit })));
+        pairs.chain(coordinates).collect()
     }
 
     /// The signs of the branch in the pose last moved to.
