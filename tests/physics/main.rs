@@ -30,6 +30,7 @@ mod dynamics {
 mod mechanism {
     mod assembly;
     mod effective_mass;
+    mod nearest;
 }
 
 mod integrators {

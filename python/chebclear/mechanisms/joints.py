@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypedDict, TypeVar
@@ -348,6 +349,10 @@ def bar(name: str, points: tuple[str, str], length: float, mass: float, angle: f
     )
 
 
+ROUNDING = 8.0 * sys.float_info.epsilon
+"""Sums of lengths that differ by this part are equal but for rounding."""
+
+
 def elbow(
     start: tuple[float, float], end: tuple[float, float], first: float, second: float, side: float
 ) -> tuple[float, float] | None:
@@ -362,9 +367,9 @@ def elbow(
     along = (first / distance * first - second / distance * second + distance) / 2.0
     # Lengths as ratios, so that no square overflows.
     ratio = along / first
-    if not abs(ratio) <= 1.0:
+    if not abs(ratio) <= 1.0 + ROUNDING:
         return None
-    across = side * first * math.sqrt((1.0 - ratio) * (1.0 + ratio))
+    across = side * first * math.sqrt(max(0.0, (1.0 - ratio) * (1.0 + ratio)))
     unit_x, unit_y = along_x / distance, along_y / distance
     return (
         start[0] + along * unit_x - across * unit_y,

@@ -9,6 +9,7 @@ from typing import Unpack
 from ..base.arguments import as_number
 from ..scene.scene import Body, Gravity, Revolute, Scene, Speed, rpm
 from .joints import (
+    ROUNDING,
     Arguments,
     PinOptions,
     Pins,
@@ -339,8 +340,13 @@ def six_bar(
 
 
 def _full_turn(base: float, crank: float, coupler: float, rocker: float) -> bool:
-    """Whether coupler and rocker reach each other at every angle of the crank (Grashof)."""
-    return abs(coupler - rocker) < abs(base - crank) and base + crank < coupler + rocker
+    """Whether coupler and rocker reach each other at every angle of the crank (Grashof).
+
+    They may be in line, as in a parallelogram, whose sums of lengths are equal but for rounding.
+    """
+    rounding = ROUNDING * (base + crank + coupler + rocker)
+    shortest = abs(coupler - rocker) <= abs(base - crank) + rounding
+    return shortest and base + crank <= coupler + rocker + rounding
 
 
-_GRASHOF = "it needs |coupler - rocker| < |ground - crank| and ground + crank < coupler + rocker"
+_GRASHOF = "it needs |coupler - rocker| <= |ground - crank| and ground + crank <= coupler + rocker"

@@ -5,13 +5,16 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::dynamics::Dynamics;
 use crate::error::{InputError, Problem, Subject};
-use crate::mechanism::branch::{Group, branch};
+use crate::mechanism::branch::differs;
+use crate::mechanism::conditions::{Conditions, column_units};
 use crate::mechanism::immovable::no_acceleration;
+use crate::mechanism::nearest::{Assembly, EQUAL};
 use crate::mechanism::scales::{contact_scales, length_scale, levers, speed_from_rest, speed_scale};
+use crate::mechanism::vector_loops::{Closing, given_angle};
 use crate::numerics::turns::unwind;
 use crate::scene::parts::{Scene, Start};
-use crate::tree::elements::{FramePoint, IdealKind, Realization, Scales, State, Tree};
-use crate::tree::kinematics::{FrameKind, Vec2};
+use crate::tree::elements::{Realization, Scales, State, Tree};
+use crate::tree::kinematics::FrameKind;
 
 /// Newton steps after which an assembly fails. A poor initial guess needs about ten; a hundred are needed
 /// only next to a singular configuration.
@@ -21,55 +24,46 @@ const ITERATIONS: usize = 100;
 /// a few hundred rounding errors, far below any clearance that could be simulated.
 const CLOSED: f64 = 1e-13;
 
-/// The start of a tree, its scales, and the signs of its branch.
-pub(crate) fn assemble(tree: &Tree, scene: &Scene) -> Result<(State, Scales, Vec<i8>), InputError> {
+/// An assembled mechanism.
+pub(crate) struct Assembled {
+    pub(crate) start: State,
+    pub(crate) scales: Scales,
+    /// The signs of its branch.
+    pub(crate) branch: Vec<i8>,
+    /// Says that another assembly is about as near.
+    pub(crate) warning: Option<Problem>,
+}
+
+/// The start of a tree nearest to the given angles; of those that are about equally near the one on a branch that is
+/// preferred, if there is one.
+pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<Assembled, InputError> {
     let length = length_scale(scene);
-    let guess = initial_guess(tree, scene);
-    let d = guess.len();
+    let d = tree.free.len();
     let mut dynamics = Dynamics::new(tree);
     let conditions = Conditions::new(tree, scene);
-    let mut q = guess.clone();
-    slide_together(&mut dynamics, &conditions, &mut q, length);
-    let mut residual = close_positions(&mut dynamics, &conditions, &mut q, length);
-    if residual.is_nan() || residual > CLOSED * length {
-        // From the translated position Newton's method may stall where the initial guess does not.
-        q = guess;
-        residual = close_positions(&mut dynamics, &conditions, &mut q, length);
-    }
-    if residual.is_nan() || residual > CLOSED * length {
-        return Err(Subject::Scene.error(
-            "bodies",
-            format!(
-                "the mechanism cannot be assembled with its loops closed and its clearance joints {}: from the \
-                 given angles a gap of {residual:.3e} m remains; check the lengths and the initial guesses of the angles of the \
-                 bodies{}{}",
-                if scene.start.is_empty() { "concentric" } else { "as the start says" },
-                if scene.start.is_empty() {
-                    ""
-                } else {
-                    "; the start may also contradict itself or the drives"
-                },
-                excess(tree)
-            ),
-        ));
-    }
-    let (v, gap_rate) = close_velocities(&mut dynamics, &conditions, &q, length);
-    dynamics.move_to(0.0, &q, &v);
+    let (q, warning) = match close_nearest(&mut dynamics, scene, &conditions, length, preferred) {
+        Ok(closed) => closed,
+        Err(residual) => {
+            return Err(Subject::Scene.error(
+                "bodies",
+                format!(
+                    "the mechanism cannot be assembled with its loops closed and its clearance joints {}: from the \
+                     given angles a gap of {residual:.3e} m remains; check the lengths and the initial guesses of the \
+                     angles of the bodies{}{}",
+                    if scene.start.is_empty() { "concentric" } else { "as the start says" },
+                    if scene.start.is_empty() {
+                        ""
+                    } else {
+                        "; the start may also contradict itself or the drives"
+                    },
+                    excess(tree)
+                ),
+            ));
+        }
+    };
+    let v = close_velocities(&mut dynamics, &conditions, &q, length)?;
     check_directions(tree, &dynamics)?;
     let speed = speed_scale(tree, &dynamics, length);
-    // The least-squares solution leaves a gap rate only where no velocity keeps the joints closed: the
-    // configuration is singular and the drive acts against it.
-    if gap_rate.is_nan() || gap_rate > 1e-9 * speed {
-        return Err(Subject::Scene.error(
-            "bodies",
-            format!(
-                "the assembled configuration is singular{}: no velocity keeps the joints together \
-                 (remaining rate {gap_rate:.3e} m/s); start the drive at another angle{}",
-                if scene.start.is_empty() { "" } else { ", or the start contradicts itself or the drives" },
-                excess(tree)
-            ),
-        ));
-    }
     check_mobility(tree, &dynamics, &conditions, length)?;
     let levers = levers(tree, &dynamics);
     let mut accelerations = vec![0.0; d];
@@ -80,7 +74,100 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene) -> Result<(State, Scales, Vec
     let speed = if speed > 0.0 { speed } else { speed_from_rest(tree, &dynamics, length) };
     let contacts = contact_scales(&mut dynamics, speed, length);
     let branch = conditions.branch(&dynamics, length);
-    Ok((State { q, v }, Scales { length, speed, levers, contacts }, branch))
+    Ok(Assembled {
+        start: State { q, v },
+        scales: Scales { length, speed, levers, contacts },
+        branch,
+        warning,
+    })
+}
+
+/// The coordinates that close the loops nearest to the given angles, with a warning where there are two; otherwise the
+/// gap [m] that remains.
+///
+/// Newton's method starts from the initial guess. Its result is kept where no other can be nearer, or if it is the
+/// nearest one of a search.
+fn close_nearest(
+    dynamics: &mut Dynamics,
+    scene: &Scene,
+    conditions: &Conditions,
+    length: f64,
+    preferred: &[i8],
+) -> Result<(Vec<f64>, Option<Problem>), f64> {
+    let tree = dynamics.tree;
+    let guess = initial_guess(tree, scene);
+    let mut q = guess.clone();
+    slide_together(dynamics, conditions, &mut q, length);
+    let mut residual = close_positions(dynamics, conditions, &mut q, length);
+    if residual.is_nan() || residual > CLOSED * length {
+        // From the translated position Newton's method may stall where the initial guess does not.
+        q.copy_from_slice(&guess);
+        residual = close_positions(dynamics, conditions, &mut q, length);
+    }
+    let closes = |residual: f64| residual <= CLOSED * length;
+    let closing = Closing::new(dynamics, scene, conditions, &guess, length);
+    let loops = &closing.loops;
+    let unknowns = closing.unknowns(&q);
+    if closes(residual) && loops.is_surely_nearest(&unknowns) {
+        return Ok((q, None));
+    }
+    let found = loops.search(&unknowns);
+    let first = loops.assembly(&unknowns);
+    // Where a mechanism can move, Newton's method ends beside the nearest point.
+    let settled = closes(residual).then(|| loops.settled(&unknowns)).flatten();
+    let mut ways: Vec<(Assembly, Vec<f64>)> = Vec::new();
+    for way in found {
+        let is_first = first.is_about_as_near_as(&way)
+            && settled.as_ref().is_some_and(|settled| !loops.differ(settled, &way));
+        let way = if is_first { first.clone() } else { way };
+        let mut at = closing.coordinates(&way.unknowns);
+        if is_first && way.unknowns == unknowns {
+            at.copy_from_slice(&q);
+        } else if !closes(close_positions(dynamics, conditions, &mut at, length)) {
+            continue;
+        }
+        ways.push((way, at));
+    }
+    if ways.is_empty() && closes(residual) {
+        ways.push((first, q));
+    }
+    let at_rest = vec![0.0; guess.len()];
+    let is_preferred = |(_, at): &(Assembly, Vec<f64>)| {
+        dynamics.move_to(0.0, at, &at_rest);
+        !differs(preferred, &conditions.branch(dynamics, length))
+    };
+    let place = ways.iter().position(is_preferred).unwrap_or(0);
+    if ways.is_empty() {
+        return Err(residual);
+    }
+    let (taken, q) = ways.swap_remove(place);
+    let other = ways.iter().find(|(way, _)| loops.differ(way, &taken));
+    let warning = other.map(|(_, other)| two_ways(dynamics, scene, &q, other));
+    Ok((q, warning))
+}
+
+/// Warning that loops close as well in another way, whose coordinates are given, with the body that shows it best.
+fn two_ways(dynamics: &mut Dynamics, scene: &Scene, q: &[f64], other: &[f64]) -> Problem {
+    let at_rest = vec![0.0; q.len()];
+    let mut angles = [q, other].map(|q| {
+        dynamics.move_to(0.0, q, &at_rest);
+        let bodies = dynamics.tree.bodies.iter();
+        bodies.map(|body| unwind(dynamics.frame(body.frame).angle + body.angle).0).collect::<Vec<f64>>()
+    });
+    let [taken, other] = &mut angles;
+    let apart = |&body: &usize| unwind(taken[body] - other[body]).0.abs();
+    // The first of those that differ by the same angle, whatever the rounding.
+    let most = (0..scene.bodies.len()).map(|body| apart(&body)).fold(0.0, f64::max);
+    let body = (0..scene.bodies.len()).find(|body| apart(body) >= most * (1.0 - EQUAL)).unwrap_or(0);
+    let name = scene.bodies.get(body).map_or("", |body| &body.name);
+    Problem::new(
+        format!("bodies[{body}].angle"),
+        format!(
+            "two ways to close the loops are about equally near to the given angles, with {name:?} at {:.4} and at \
+             {:.4} [rad]; it starts at the first: give angles nearer to the way that is meant",
+            taken[body], other[body]
+        ),
+    )
 }
 
 /// Checks that no spring with a natural length, and no damper, starts with its two points in one place, where
@@ -154,8 +241,8 @@ fn excess(tree: &Tree) -> String {
     )
 }
 
-/// Free coordinates that give the bodies the guessed angles, or those that the start gives with all their
-/// is_angle: springs count them, and what follows meets them up to full turns only.
+/// Free coordinates that give the bodies the guessed angles, or those that the start gives with all their turns:
+/// springs count them, and what follows meets them up to full turns only.
 fn initial_guess(tree: &Tree, scene: &Scene) -> Vec<f64> {
     let mut angles = vec![0.0; tree.frames.len()];
     let mut coordinates = vec![0.0; tree.frames.len()];
@@ -172,13 +259,7 @@ fn initial_guess(tree: &Tree, scene: &Scene) -> Vec<f64> {
             // The body on the joint itself: bodies fixed to it have their origin elsewhere.
             .filter(|(placed, _)| placed.frame == index)
             .min_by_key(|(placed, _)| !placed.owns_frame)
-            .map_or(angles[index], |(placed, body)| {
-                let given = scene.start.iter().find_map(|start| match start {
-                    Start::Body { body: name, angle, .. } if *name == body.name => *angle,
-                    _ => None,
-                });
-                given.unwrap_or(body.angle) - placed.angle
-            });
+            .map_or(angles[index], |(placed, body)| given_angle(scene, body) - placed.angle);
         coordinates[index] = match driven {
             Some(driven) => driven.sign * driven.motion.at(0.0)[0],
             None => given_turn(tree, scene, index - 1).unwrap_or(wanted - angles[index]),
@@ -198,195 +279,6 @@ fn given_turn(tree: &Tree, scene: &Scene, column: usize) -> Option<f64> {
             _ => None,
         }
     })
-}
-
-/// Unit of each free coordinate for least squares: 1 rad, or the size of the mechanism rounded to a
-/// power of two, so that a scene in other units takes the same steps to the last bit.
-fn column_units(tree: &Tree, length: f64) -> Vec<f64> {
-    let unit = length.log2().ceil().exp2();
-    tree.free
-        .iter()
-        .map(|&column| match tree.frames[column + 1].kind {
-            FrameKind::Revolute => 1.0,
-            FrameKind::Prismatic { .. } => unit,
-        })
-        .collect()
-}
-
-/// Equations of the start.
-struct Conditions {
-    /// Pairs of points with the vector from the first to the second [m] and its rate [m/s]: loop closures,
-    /// then clearance joints.
-    pairs: Vec<([FramePoint; 2], Vec2, Vec2)>,
-    /// Coordinates given in the scene.
-    coordinates: Vec<GivenCoordinate>,
-}
-
-/// A coordinate of a joint or the angle of a body for which the scene gives a position, a velocity or both.
-struct GivenCoordinate {
-    /// Its derivative with respect to the coordinate of every column.
-    columns: Vec<f64>,
-    /// Whether it is an angle.
-    is_angle: bool,
-    /// Its value [rad or m] where all coordinates are zero.
-    zero: f64,
-    position: Option<f64>,
-    velocity: Option<f64>,
-}
-
-impl Conditions {
-    fn new(tree: &Tree, scene: &Scene) -> Self {
-        let eccentric = |name: &str| {
-            let given = scene.start.iter().find_map(|start| match start {
-                Start::Clearance { joint, eccentricity, rate } if joint == name => {
-                    Some((Vec2::from(*eccentricity), Vec2::from(*rate)))
-                }
-                _ => None,
-            });
-            given.unwrap_or((Vec2::zeros(), Vec2::zeros()))
-        };
-        let closures =
-            tree.closures.iter().map(|closure| ([closure.a, closure.b], Vec2::zeros(), Vec2::zeros()));
-        let joints = tree.clearance_joints.iter().map(|joint| {
-            let (eccentricity, rate) = eccentric(&joint.name);
-            ([joint.bearing, joint.journal], eccentricity, rate)
-        });
-        Self {
-            pairs: closures.chain(joints).collect(),
-            coordinates: scene.start.iter().filter_map(|start| given_coordinate(tree, start)).collect(),
-        }
-    }
-
-    /// Number of equations of the pairs and the given coordinates.
-    fn rows(&self, given: impl Fn(&GivenCoordinate) -> Option<f64>) -> usize {
-        2 * self.pairs.len() + self.coordinates.iter().filter(|one| given(one).is_some()).count()
-    }
-
-    /// Residuals of the positions, and their Jacobian with respect to the free
-    /// coordinates. Lengths are divided by `unit`, columns multiplied by the `units` of the coordinates.
-    fn positions(&self, dynamics: &Dynamics, units: &[f64], unit: f64) -> (DVector<f64>, DMatrix<f64>) {
-        let given = |one: &GivenCoordinate| one.position;
-        let mut residual = DVector::zeros(self.rows(given));
-        for (index, (pair, gap, _)) in self.pairs.iter().enumerate() {
-            let [from, to] = pair.map(|point| dynamics.point(point).position);
-            let off = (to - from - gap) / unit;
-            (residual[2 * index], residual[2 * index + 1]) = (off.x, off.y);
-        }
-        let wanted = self.coordinates.iter().filter_map(|one| Some((one, one.position?)));
-        for (row, (one, wanted)) in wanted.enumerate() {
-            let off = one.zero + one.sum(|column| dynamics.coordinate(column).position) - wanted;
-            // An angle is satisfied up to full turns.
-            let off = if one.is_angle { unwind(off).0 } else { off / unit };
-            residual[2 * self.pairs.len() + row] = off;
-        }
-        (residual, self.jacobian(dynamics, units, unit, given))
-    }
-
-    /// The same for the velocities.
-    fn velocities(&self, dynamics: &Dynamics, units: &[f64], unit: f64) -> (DVector<f64>, DMatrix<f64>) {
-        let given = |one: &GivenCoordinate| one.velocity;
-        let mut residual = DVector::zeros(self.rows(given));
-        for (index, (pair, _, rate)) in self.pairs.iter().enumerate() {
-            let [from, to] = pair.map(|point| dynamics.point(point).velocity);
-            let off = (to - from - rate) / unit;
-            (residual[2 * index], residual[2 * index + 1]) = (off.x, off.y);
-        }
-        let wanted = self.coordinates.iter().filter_map(|one| Some((one, one.velocity?)));
-        for (row, (one, wanted)) in wanted.enumerate() {
-            let off = one.sum(|column| dynamics.coordinate(column).velocity) - wanted;
-            residual[2 * self.pairs.len() + row] = if one.is_angle { off } else { off / unit };
-        }
-        (residual, self.jacobian(dynamics, units, unit, given))
-    }
-
-    /// The signs of the branch in the pose last moved to.
-    fn branch(&self, dynamics: &Dynamics, length: f64) -> Vec<i8> {
-        let tree = dynamics.tree;
-        let (_, jacobian) =
-            self.positions(dynamics, &column_units(tree, length), length.log2().ceil().exp2());
-        let pairs = self.pairs.iter().enumerate().map(|(index, ([a, b], ..))| {
-            let moves = |frame: usize, freedom: usize| {
-                tree.paths[frame].free.iter().any(|&(_, other)| other == freedom)
-            };
-            let columns = (0..tree.free.len()).filter(|&k| moves(a.frame, k) != moves(b.frame, k)).collect();
-            Group { rows: vec![2 * index, 2 * index + 1], columns }
-        });
-        let given =
-            self.coordinates.iter().filter(|one| one.position.is_some()).enumerate().map(|(row, one)| {
-                let columns = (0..tree.free.len()).filter(|&k| one.columns[tree.free[k]] != 0.0).collect();
-                Group { rows: vec![2 * self.pairs.len() + row], columns }
-            });
-        branch(&jacobian, pairs.chain(given).collect())
-    }
-
-    fn jacobian(
-        &self,
-        dynamics: &Dynamics,
-        units: &[f64],
-        unit: f64,
-        given: impl Fn(&GivenCoordinate) -> Option<f64>,
-    ) -> DMatrix<f64> {
-        let tree = dynamics.tree;
-        let mut jacobian = DMatrix::zeros(self.rows(&given), tree.free.len());
-        for (index, &(pair, ..)) in self.pairs.iter().enumerate() {
-            let columns = dynamics.gap_columns(pair);
-            for axis in 0..2 {
-                for (freedom, &column) in tree.free.iter().enumerate() {
-                    jacobian[(2 * index + axis, freedom)] = columns[column][axis] / unit * units[freedom];
-                }
-            }
-        }
-        for (row, one) in self.coordinates.iter().filter(|one| given(one).is_some()).enumerate() {
-            let scale = if one.is_angle { 1.0 } else { 1.0 / unit };
-            for (freedom, &column) in tree.free.iter().enumerate() {
-                jacobian[(2 * self.pairs.len() + row, freedom)] =
-                    one.columns[column] * scale * units[freedom];
-            }
-        }
-        jacobian
-    }
-}
-
-impl GivenCoordinate {
-    fn sum(&self, of: impl Fn(usize) -> f64) -> f64 {
-        let moving = self.columns.iter().enumerate().filter(|(_, by)| **by != 0.0);
-        moving.map(|(column, by)| by * of(column)).sum()
-    }
-}
-
-fn given_coordinate(tree: &Tree, start: &Start) -> Option<GivenCoordinate> {
-    // Names were checked with the scene.
-    let index_of = |name: &str| tree.bodies.iter().position(|body| body.name == name);
-    let between = |bodies: [Option<usize>; 2], position, velocity| {
-        let mut columns = vec![0.0; tree.frames.len() - 1];
-        let mut zero = 0.0;
-        for (body, sign) in bodies.into_iter().zip([-1.0, 1.0]) {
-            let Some(placed) = body.map(|body| &tree.bodies[body]) else { continue };
-            zero += sign * placed.angle;
-            for &column in &tree.paths[placed.frame].columns {
-                columns[column] += sign * tree.frames[column + 1].kind.rotation();
-            }
-        }
-        Some(GivenCoordinate { columns, is_angle: true, zero, position, velocity })
-    };
-    match start {
-        Start::Clearance { .. } => None,
-        Start::Body { body, angle, angular_velocity } => {
-            between([None, index_of(body)], *angle, *angular_velocity)
-        }
-        Start::Joint { joint, position, velocity } => {
-            let joint = tree.ideal_joints.iter().find(|other| other.name == *joint)?;
-            match joint.realization {
-                Realization::Tree { column: Some(column), .. } if joint.kind == IdealKind::Prismatic => {
-                    let mut columns = vec![0.0; tree.frames.len() - 1];
-                    columns[column] = 1.0;
-                    let (position, velocity) = (*position, *velocity);
-                    Some(GivenCoordinate { columns, is_angle: false, zero: 0.0, position, velocity })
-                }
-                _ => between(joint.bodies, *position, *velocity),
-            }
-        }
-    }
 }
 
 /// Singular values relative to the largest below which a direction counts as immovable.
@@ -462,14 +354,22 @@ fn close_positions(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f6
     residual.norm() * unit
 }
 
-/// Velocities of smallest norm that satisfy the conditions, and the largest remaining gap rate [m/s].
+/// Gap rate relative to the speed of the mechanism that counts as a rounding error of the velocities.
+const CLOSED_RATE: f64 = 1e-9;
+/// Rates of a start that differ by this part of the largest from those that the joints allow are given to a few
+/// digits; beyond it they contradict each other.
+const DIGITS: f64 = 1e-2;
+
+/// Velocities of smallest norm that satisfy the conditions; where given rates do not quite agree, those that the joints
+/// allow nearest to them.
 fn close_velocities(
     dynamics: &mut Dynamics,
     conditions: &Conditions,
     q: &[f64],
     length: f64,
-) -> (Vec<f64>, f64) {
-    let units = column_units(dynamics.tree, length);
+) -> Result<Vec<f64>, InputError> {
+    let tree = dynamics.tree;
+    let units = column_units(tree, length);
     let unit = length.log2().ceil().exp2();
     let mut v = vec![0.0; q.len()];
     // The conditions are linear in v: the second pass only removes rounding errors of the first.
@@ -483,5 +383,70 @@ fn close_velocities(
     }
     dynamics.move_to(0.0, q, &v);
     let (remaining, _) = conditions.velocities(dynamics, &units, unit);
-    (v, if remaining.is_empty() { 0.0 } else { remaining.amax() * unit })
+    let rounding = CLOSED_RATE * speed_scale(tree, dynamics, length) / unit;
+    let is_closed = |remaining: &[f64]| remaining.iter().all(|rate| rate.abs() <= rounding);
+    if is_closed(remaining.as_slice()) {
+        return Ok(v);
+    }
+    // What the joints demand stands before what the start gives.
+    dynamics.move_to(0.0, q, &vec![0.0; q.len()]);
+    let (right, jacobian) = conditions.velocities(dynamics, &units, unit);
+    let rates = conditions.given_rates(unit);
+    let rows = |is_given: bool| -> Vec<usize> {
+        (0..rates.len()).filter(|&row| rates[row].is_some() == is_given).collect()
+    };
+    let [(demands, demanded), (gives, given)] =
+        [rows(false), rows(true)].map(|rows| (jacobian.select_rows(&rows), right.select_rows(&rows)));
+    let least = least_squares(demands.clone(), &demanded, SINGULAR_VELOCITY);
+    let open = &demanded - &demands * &least;
+    if given.is_empty() || !is_closed(open.as_slice()) {
+        // The least-squares solution leaves a gap rate only where no velocity keeps the joints closed: the
+        // configuration is singular and the drive acts against it.
+        return Err(Subject::Scene.error(
+            "bodies",
+            format!(
+                "the assembled configuration is singular: no velocity keeps the joints together (remaining rate {:.3e} \
+                 m/s); start the drive at another angle{}",
+                open.amax() * unit,
+                excess(tree)
+            ),
+        ));
+    }
+    let free = free_directions(demands);
+    let more = least_squares(&gives * &free, &(&given - &gives * &least), SINGULAR_VELOCITY);
+    let step = least + free * more;
+    let off = (&given - &gives * &step).amax();
+    let largest = rates.iter().flatten().fold(0.0_f64, |largest, rate| largest.max(rate.abs()));
+    if off.is_nan() || off > rounding.max(DIGITS * largest) {
+        return Err(Subject::Scene.error(
+            "start",
+            format!(
+                "the start contradicts itself or the drives: the rates that the joints allow nearest to the given ones \
+                 differ by {:.2} % of the largest of these; give fewer rates, or such as agree to two digits",
+                100.0 * off / largest
+            ),
+        ));
+    }
+    for (k, value) in v.iter_mut().enumerate() {
+        *value = -step[k] * units[k];
+    }
+    dynamics.move_to(0.0, q, &v);
+    Ok(v)
+}
+
+/// Projection onto the directions that some conditions leave free.
+fn free_directions(conditions: DMatrix<f64>) -> DMatrix<f64> {
+    let columns = conditions.ncols();
+    let cutoff = SINGULAR_VELOCITY * conditions.amax();
+    let mut free = DMatrix::identity(columns, columns);
+    if conditions.is_empty() || !conditions.iter().all(|x| x.is_finite()) {
+        return free;
+    }
+    let svd = conditions.svd(false, true);
+    for (value, direction) in svd.singular_values.iter().zip(svd.v_t.iter().flat_map(|v_t| v_t.row_iter())) {
+        if *value > cutoff {
+            free -= direction.transpose() * direction;
+        }
+    }
+    free
 }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Schur};
 
 use crate::dynamics::{Dynamics, Linearization};
 use crate::error::Problem;
-use crate::mechanism::assembly::assemble;
+use crate::mechanism::assembly::{Assembled, assemble};
 use crate::scene::parts::{Joint, JointKind, Scene, Start};
 use crate::tree::elements::{Scales, State, Tree};
 
@@ -35,7 +35,7 @@ pub(crate) fn warning_of_equilibrium(
     } else {
         let scene = without_play(scene);
         let ideal = Tree::span(&scene).ok()?;
-        let (start, scales, _) = assemble(&ideal, &scene).ok()?;
+        let Assembled { start, scales, .. } = assemble(&ideal, &scene, &[]).ok()?;
         growth(&ideal, &start, &scales)?
     };
     let tenfold = std::f64::consts::LN_10 / growth;

@@ -3,7 +3,7 @@
 use std::ops::Deref;
 
 use crate::error::{InputError, Problem};
-use crate::mechanism::assembly::assemble;
+use crate::mechanism::assembly::{Assembled, assemble};
 use crate::mechanism::balance::warning_of_equilibrium;
 use crate::scene::parts::Scene;
 use crate::tree::elements::{Scales, State, Tree};
@@ -30,10 +30,19 @@ impl Mechanism {
     /// Every problem of [`Scene::check`]; otherwise bodies that are not connected, a structure, loops
     /// that prescribe more than can move, or a mechanism that cannot be assembled.
     pub fn compile(scene: &Scene) -> Result<Mechanism, InputError> {
+        Self::compile_on(scene, &[])
+    }
+
+    /// The same, on a branch that is preferred where two are about equally near to the given angles.
+    ///
+    /// # Errors
+    /// Those of [`Mechanism::compile`].
+    pub fn compile_on(scene: &Scene, preferred: &[i8]) -> Result<Mechanism, InputError> {
         scene.check()?;
         let tree = Tree::span(scene)?;
-        let (start, scales, branch) = assemble(&tree, scene)?;
+        let Assembled { start, scales, branch, warning } = assemble(&tree, scene, preferred)?;
         let mut warnings = scene.implausible();
+        warnings.extend(warning);
         warnings.extend(warning_of_equilibrium(&tree, &start, &scales, scene));
         Ok(Mechanism { tree, start, scales, branch, warnings })
     }

@@ -5,5 +5,8 @@ mod assembly;
 mod balance;
 pub mod branch;
 pub mod compiled;
+mod conditions;
 mod immovable;
+mod nearest;
 mod scales;
+mod vector_loops;

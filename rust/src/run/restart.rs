@@ -75,7 +75,47 @@ impl Restart {
             .map_err(|error| Subject::Start.error("start", format!("is not valid JSON: {error}")))?;
         let mut problems = Vec::new();
         let restart = read(Node::root(&value, "start"), &mut problems);
-        Subject::Start.judge(restart, problems)
+        let restart = Subject::Start.judge(restart, problems)?;
+        restart.check()?;
+        Ok(restart)
+    }
+
+    /// Numbers that no run can have ended with.
+    ///
+    /// # Errors
+    /// Each of them, with its path below `start`.
+    pub fn check(&self) -> Result<(), InputError> {
+        let mut problems = Vec::new();
+        let mut expect = |good: bool, path: &str, what: &str, value: f64| {
+            if !good {
+                problems.push(Problem::new(format!("start.{path}"), format!("must be {what}, got {value}")));
+            }
+        };
+        for (name, numbers) in [("q", &self.q), ("v", &self.v)] {
+            for (index, &number) in numbers.iter().enumerate() {
+                expect(number.is_finite(), &format!("{name}[{index}]"), "a finite number", number);
+            }
+        }
+        let Memory { phases, turns, work, .. } = &self.memory;
+        for (index, &number) in turns.iter().enumerate() {
+            let is_whole = number.is_finite() && number.fract() == 0.0;
+            expect(is_whole, &format!("turns[{index}]"), "a whole number of full turns", number);
+        }
+        for (index, phase) in phases.iter().enumerate() {
+            let Phase::Contact { latch, .. } = phase else { continue };
+            for (name, number) in Latch::NAMES.into_iter().zip(latch.numbers()) {
+                let is_damping = number.is_finite() && number >= 0.0;
+                expect(is_damping, &format!("phases[{index}].{name}"), "a finite number >= 0", number);
+            }
+        }
+        if let Some(work) = work {
+            // Work that is not known is NaN.
+            expect(!(work.damping < 0.0), "work.damping", ">= 0 [J]", work.damping);
+            for (index, loss) in work.contacts.iter().enumerate() {
+                expect(!(loss.wear < 0.0), &format!("work.contacts[{index}][2]"), ">= 0 [N m]", loss.wear);
+            }
+        }
+        Subject::Start.judge((), problems)
     }
 }
 
@@ -156,10 +196,12 @@ fn read_phase(node: Node, problems: &mut Problems) -> Phase {
         return Phase::Free;
     }
     let mut fields = node.fields(problems);
-    let phase = Phase::Contact {
-        latch: Latch::from_numbers(Latch::NAMES.map(|name| fields.number(name, problems))),
-        clipped: fields.number("clipped", problems) != 0.0,
-    };
+    let latch = Latch::from_numbers(Latch::NAMES.map(|name| fields.number(name, problems)));
+    let clipped = fields.number("clipped", problems);
+    if clipped != 0.0 && clipped != 1.0 {
+        problems.push(Problem::new(fields.path_of("clipped"), format!("must be 0 or 1, got {clipped}")));
+    }
+    let phase = Phase::Contact { latch, clipped: clipped != 0.0 };
     fields.finish(problems);
     phase
 }

@@ -224,7 +224,7 @@ fn check_restart(mechanism: &Mechanism, restart: &Restart) -> Result<(), InputEr
             ),
         ));
     }
-    Ok(())
+    restart.check()
 }
 
 /// Names of the coordinates and clearance joints of a mechanism, by which a restart recognizes it.

@@ -62,7 +62,7 @@ impl<'s> Sweep<'s> {
             .transpose()
             .map_err(|error| Subject::Settings.error("threads", format!("cannot be started: {error}")))?;
         let checked = |scene: &FlatScene| {
-            let mechanism = Mechanism::compile(&scene.structure.scene(&scene.numbers)?)?;
+            let mechanism = Mechanism::compile_on(&scene.structure.scene(&scene.numbers)?, &scene.branch)?;
             if differs(&scene.branch, &mechanism.branch) {
                 let message = "closes its loops on another side than the scene at the midpoint: values on two branches are \
                                those of two mechanisms; set the angles of the bodies for all scenes to one side, give a \

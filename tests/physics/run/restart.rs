@@ -1,5 +1,7 @@
 //! A run that goes on where another ended is that of a single run, within the error of that.
 
+use chebclear::contact::clearance::Phase;
+use chebclear::contact::normal::Latch;
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::run::contacts::Contact;
 use chebclear::run::restart::Restart;
@@ -231,4 +233,33 @@ fn a_damaged_end_is_refused_with_every_problem() {
         let told: Vec<String> = problems.iter().map(ToString::to_string).collect();
         assert!(told.iter().any(|problem| problem.starts_with(path)), "{path:?} in {told:?}");
     }
+}
+
+#[test]
+fn an_end_with_numbers_that_no_run_ends_with_is_refused_with_every_problem() {
+    let mechanism = compile(&slider_crank(false));
+    let good = run(&mechanism, &settings(Method::Rodas5P, 1e-3, 2)).restart.unwrap();
+    assert!(good.memory.phases.iter().any(|phase| matches!(phase, Phase::Contact { .. })));
+    let mut bad = good.clone();
+    bad.q[1] = f64::NAN;
+    bad.memory.turns[0] = 0.37;
+    bad.memory.phases[0] = Phase::Contact { latch: Latch::from_numbers([-2.0]), clipped: false };
+    let work = bad.memory.work.as_mut().unwrap();
+    work.damping = -1.0;
+    work.contacts[0].wear = -1.0;
+    let told: Vec<String> =
+        Restart::from_json(&bad.to_json()).unwrap_err().problems.iter().map(ToString::to_string).collect();
+    let expected = [
+        "start.q[1]: must be a finite number, got NaN",
+        "start.turns[0]: must be a whole number of full turns, got 0.37",
+        "start.phases[0].hysteresis_factor: must be a finite number >= 0, got -2",
+        "start.work.damping: must be >= 0 [J], got -1",
+        "start.work.contacts[0][2]: must be >= 0 [N m], got -1",
+    ];
+    assert_eq!(told, expected);
+    let refused = resume(&mechanism, &bad, &settings(Method::Rodas5P, 1e-3, 2), &|_| true).unwrap_err();
+    assert_eq!(refused.problems.len(), expected.len());
+    let half = good.to_json().replacen("\"clipped\":0.0", "\"clipped\":0.5", 1);
+    let refused = Restart::from_json(&half).unwrap_err();
+    assert!(refused.to_string().contains("start.phases[0].clipped: must be 0 or 1, got 0.5"), "{refused}");
 }

@@ -1,0 +1,467 @@
+//! The loops of a mechanism as sums of vectors that turn with the bodies.
+//!
+//! In the angles of the bodies every loop is `c + Σ l e^{iφ} + Σ s a e^{iφ} = 0`, with the displacements s of the sliding
+//! joints. Nothing else of the mechanism matters for how its loops can be closed.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use crate::dynamics::Dynamics;
+use crate::mechanism::conditions::{Conditions, column_units};
+use crate::numerics::turns::unwind;
+use crate::scene::parts::{Body, Scene, Start};
+use crate::tree::kinematics::FrameKind;
+
+/// Two assemblies are about equally near if their distances differ by less than this part.
+pub(super) const EQUALLY_NEAR: f64 = 0.05;
+/// Lengths relative to the size of the mechanism that are rounding errors of sums of its vectors.
+pub(super) const NEGLIGIBLE: f64 = 1e-12;
+/// Gap relative to the size of the mechanism that an assembly leaves before it is refined: the root of a rounding
+/// error, since two solutions that coincide are known to it only.
+pub(super) const CLOSED: f64 = 1e-7;
+/// The loops of a mechanism in the unknowns that remain: changes of angles from the initial guess, then displacements.
+/// Lengths are relative to the size of the mechanism.
+#[derive(Clone, Debug, Default)]
+pub(super) struct VectorLoops {
+    /// What does not change in each loop.
+    pub(super) constants: Vec<Complex<f64>>,
+    /// Vector of each loop that turns with each angle, in the pose of the initial guess.
+    pub(super) links: Vec<Vec<Complex<f64>>>,
+    /// The direction of each displacement in each loop, likewise.
+    pub(super) axes: Vec<Vec<Complex<f64>>>,
+    /// The angle with which each displacement turns; none if it keeps its direction.
+    pub(super) carriers: Vec<Option<usize>>,
+    /// The changes of each angle that the given angles of the bodies ask for.
+    pub(super) wanted: Vec<Wanted>,
+}
+
+/// The changes of an angle that the given angles of the bodies which turn with it ask for.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Wanted {
+    /// One for each body [rad].
+    changes: Vec<f64>,
+    /// Their mean [rad].
+    pub(super) mean: f64,
+}
+
+impl Wanted {
+    fn new(mut changes: Vec<f64>) -> Self {
+        // Each within half a turn of the first.
+        let first = changes.first().copied().unwrap_or(0.0);
+        changes.iter_mut().for_each(|change| *change = first + unwind(*change - first).0);
+        let mean =
+            first + changes.iter().map(|change| change - first).sum::<f64>() / changes.len().max(1) as f64;
+        Self { changes, mean }
+    }
+
+    /// Root of the number of the bodies; 1 without any.
+    pub(super) fn scale(&self) -> f64 {
+        (self.changes.len().max(1) as f64).sqrt()
+    }
+
+    /// Sum of the squared differences from a change, each within half a turn [rad²].
+    pub(super) fn squares(&self, change: f64) -> f64 {
+        self.changes.iter().map(|wanted| unwind(change - wanted).0.powi(2)).sum()
+    }
+
+    /// Whether a body asks for anything.
+    pub(super) fn matters(&self) -> bool {
+        !self.changes.is_empty()
+    }
+}
+
+impl VectorLoops {
+    pub(super) fn turns(&self) -> usize {
+        self.wanted.len()
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.turns() + self.carriers.len()
+    }
+
+    /// Replaces loops by sums and differences that have fewer unknowns: the shortest way around.
+    pub(super) fn shorten(&mut self) {
+        let loops = self.constants.len();
+        let mut shortened = true;
+        while shortened {
+            shortened = false;
+            for (one, other) in (0..loops).flat_map(|one| (0..loops).map(move |other| (one, other))) {
+                for sign in [-1.0, 1.0] {
+                    if one == other {
+                        continue;
+                    }
+                    let add = |a: &[Complex<f64>], b: &[Complex<f64>]| -> Vec<Complex<f64>> {
+                        a.iter().zip(b).map(|(a, b)| tidy(a + b * sign)).collect()
+                    };
+                    let links = add(&self.links[one], &self.links[other]);
+                    let axes = add(&self.axes[one], &self.axes[other]);
+                    let size = |links: &[Complex<f64>], axes: &[Complex<f64>]| {
+                        links.iter().chain(axes).filter(|vector| vector.norm() > 0.0).count()
+                    };
+                    // A loop that has no unknowns left says nothing.
+                    let less = size(&links, &axes);
+                    if less > 0 && less < size(&self.links[one], &self.axes[one]) {
+                        self.constants[one] = tidy(self.constants[one] + self.constants[other] * sign);
+                        (self.links[one], self.axes[one]) = (links, axes);
+                        shortened = true;
+                    }
+                }
+            }
+        }
+        let says_nothing = |one: &usize| {
+            let mut vectors = self.links[*one].iter().chain(&self.axes[*one]);
+            vectors.all(|vector| vector.norm() == 0.0) && self.constants[*one].norm() <= CLOSED
+        };
+        let silent: Vec<usize> = (0..loops).filter(says_nothing).collect();
+        for one in silent.into_iter().rev() {
+            self.constants.remove(one);
+            self.links.remove(one);
+            self.axes.remove(one);
+        }
+        let loops = self.constants.len();
+        // Angles in no loop keep their guess.
+        for turn in 0..self.turns() {
+            if !(0..loops).any(|one| self.depends(one, turn)) {
+                self.wanted[turn] = Wanted::default();
+            }
+        }
+    }
+
+    /// Whether a loop changes with an unknown.
+    pub(super) fn depends(&self, one: usize, unknown: usize) -> bool {
+        match unknown.checked_sub(self.turns()) {
+            Some(slide) => self.axes[one][slide].norm() > 0.0,
+            None => {
+                self.links[one][unknown].norm() > 0.0
+                    || self.carried(unknown).any(|slide| self.axes[one][slide].norm() > 0.0)
+            }
+        }
+    }
+
+    /// The displacements that turn with an angle.
+    pub(super) fn carried(&self, turn: usize) -> impl Iterator<Item = usize> {
+        self.carriers
+            .iter()
+            .enumerate()
+            .filter(move |(_, carrier)| **carrier == Some(turn))
+            .map(|(slide, _)| slide)
+    }
+
+    /// Root of the sum of the squared changes of the angles of the bodies, each within half a turn [rad].
+    pub(super) fn distance(&self, unknowns: &[f64]) -> f64 {
+        self.wanted.iter().zip(unknowns).map(|(wanted, change)| wanted.squares(*change)).sum::<f64>().sqrt()
+    }
+
+    /// The same changes within half a turn of what is wanted.
+    pub(super) fn unwound(&self, unknowns: &[f64]) -> Vec<f64> {
+        let turns = self.wanted.iter().zip(unknowns).map(|(wanted, change)| {
+            let (near, full) = unwind(change - wanted.mean);
+            // The bits remain where nothing changes.
+            if full == 0.0 { *change } else { wanted.mean + near }
+        });
+        turns.chain(unknowns[self.turns()..].iter().copied()).collect()
+    }
+
+    /// Whether no other assembly can be nearer than this one, nor about as near.
+    ///
+    /// Let J be the derivative where the angles are those that are wanted. In a ball around these of radius ρ, the
+    /// derivative between two solutions differs from J by less than `ρ L` with the largest vector L that turns, so that
+    /// the solutions coincide if `ρ L` is less than the smallest singular value of J. Displacements enter linearly
+    /// and may be any. (With more unknowns than equations they lie on one sheet.)
+    pub(super) fn is_surely_nearest(&self, unknowns: &[f64]) -> bool {
+        let part = (1.0 + EQUALLY_NEAR).powi(2);
+        let mut squares = 0.0;
+        let mut spread: f64 = 0.0;
+        let mut at = unknowns.to_vec();
+        for (change, wanted) in at.iter_mut().zip(&self.wanted) {
+            let away = wanted.changes.iter().map(|wanted| wanted - *change);
+            let apart = wanted.changes.iter().map(|other| other - wanted.mean);
+            squares += part * away.map(|away| away * away).sum::<f64>();
+            squares -= apart.clone().map(|apart| apart * apart).sum::<f64>();
+            spread = apart.map(f64::abs).fold(spread, f64::max);
+            *change = wanted.mean;
+        }
+        let radius = squares.max(0.0).sqrt();
+        // Beyond half a turn an angle comes near again.
+        if radius + spread >= PI {
+            return false;
+        }
+        let jacobian = self.jacobian(&at);
+        let matter = |unknown: &usize| (0..self.constants.len()).any(|one| self.depends(one, *unknown));
+        let unsettled = jacobian.select_columns(&(0..self.count()).filter(matter).collect::<Vec<_>>());
+        if unsettled.is_empty() {
+            return true;
+        }
+        let longest = (0..self.turns())
+            .map(|turn| {
+                let axes = self.carried(turn).flat_map(|slide| self.axes.iter().map(move |axes| axes[slide]));
+                let scale = self.wanted[turn].scale();
+                // The column holds the vector over the scale, and so does the change of the angle.
+                let own = jacobian.column(turn).norm_squared() * scale * scale;
+                (own + axes.map(|axis| axis.norm_sqr()).sum::<f64>()).sqrt() / (scale * scale)
+            })
+            .fold(0.0, f64::max);
+        let smallest = unsettled.singular_values().min();
+        radius * longest < smallest && smallest > 0.0
+    }
+
+    /// The gap of every loop.
+    pub(super) fn gaps(&self, unknowns: &[f64]) -> DVector<f64> {
+        let known = vec![true; self.count()];
+        let gaps = (0..self.constants.len()).map(|one| self.rest(one, unknowns, &known));
+        DVector::from_vec(gaps.flat_map(|gap| [gap.re, gap.im]).collect())
+    }
+
+    /// Their derivatives, with each angle times the root of its number of bodies.
+    pub(super) fn jacobian(&self, unknowns: &[f64]) -> DMatrix<f64> {
+        let known = vec![true; self.count()];
+        let mut jacobian = DMatrix::zeros(2 * self.constants.len(), self.count());
+        for one in 0..self.constants.len() {
+            for turn in 0..self.turns() {
+                let arm = self.link(one, turn, unknowns, &known) * turned(unknowns[turn]);
+                let column = arm * Complex::i() / self.wanted[turn].scale();
+                (jacobian[(2 * one, turn)], jacobian[(2 * one + 1, turn)]) = (column.re, column.im);
+            }
+            for slide in 0..self.carriers.len() {
+                let axis = self.axis(one, slide, unknowns);
+                let column = self.turns() + slide;
+                (jacobian[(2 * one, column)], jacobian[(2 * one + 1, column)]) = (axis.re, axis.im);
+            }
+        }
+        jacobian
+    }
+
+    /// The vector that turns with an angle, with the displacements known.
+    pub(super) fn link(&self, one: usize, turn: usize, unknowns: &[f64], known: &[bool]) -> Complex<f64> {
+        let first = self.turns();
+        let slid = self.carried(turn).filter(|slide| known[first + slide]);
+        self.links[one][turn]
+            + slid.map(|slide| self.axes[one][slide] * unknowns[first + slide]).sum::<Complex<f64>>()
+    }
+
+    /// The direction of a displacement, with the angle with which it turns.
+    pub(super) fn axis(&self, one: usize, slide: usize, unknowns: &[f64]) -> Complex<f64> {
+        self.axes[one][slide]
+            * self.carriers[slide].map_or(Complex::new(1.0, 0.0), |turn| turned(unknowns[turn]))
+    }
+
+    /// What the known angles and displacements leave of a loop.
+    pub(super) fn rest(&self, one: usize, unknowns: &[f64], known: &[bool]) -> Complex<f64> {
+        let turns = (0..self.turns()).filter(|&turn| known[turn]);
+        let links = turns.map(|turn| self.link(one, turn, unknowns, known) * turned(unknowns[turn]));
+        let fixed = (0..self.carriers.len())
+            .filter(|&slide| self.carriers[slide].is_none() && known[self.turns() + slide])
+            .map(|slide| self.axes[one][slide] * unknowns[self.turns() + slide]);
+        self.constants[one] + links.sum::<Complex<f64>>() + fixed.sum::<Complex<f64>>()
+    }
+}
+
+/// The free coordinates of a mechanism in the unknowns of its loops.
+pub(super) struct Closing {
+    pub(super) loops: VectorLoops,
+    freedoms: Vec<Freedom>,
+    /// Coordinates of the initial guess; displacements are zero.
+    guess: Vec<f64>,
+    /// Size of the mechanism [m].
+    unit: f64,
+}
+
+struct Freedom {
+    /// The freedom of the nearest body above it that turns freely.
+    parent: Option<usize>,
+    value: Value,
+}
+
+enum Value {
+    /// The angle of the body changes with an unknown, if it is not given, and by a constant.
+    Turn(Option<usize>, f64),
+    Slide(usize),
+    /// A displacement that the scene gives.
+    Given(f64),
+}
+
+impl Closing {
+    /// The loops of the conditions, of a mechanism whose bodies have the guessed angles.
+    pub(super) fn new(
+        dynamics: &mut Dynamics,
+        scene: &Scene,
+        conditions: &Conditions,
+        guess: &[f64],
+        length: f64,
+    ) -> Self {
+        let tree = dynamics.tree;
+        let unit = length.log2().ceil().exp2();
+        let d = guess.len();
+        let slides = |k: usize| tree.frames[tree.free[k] + 1].kind != FrameKind::Revolute;
+        let guess: Vec<f64> = (0..d).map(|k| if slides(k) { 0.0 } else { guess[k] }).collect();
+        dynamics.move_to(0.0, &guess, &vec![0.0; d]);
+        let (residual, jacobian) = conditions.positions(dynamics, &column_units(tree, length), unit);
+        let carrier = |frame: usize, below: usize| {
+            let above = tree.paths[frame].free.iter().map(|&(_, k)| k);
+            above.filter(|&k| !slides(k) && k != below).last()
+        };
+        let parents: Vec<Option<usize>> = (0..d).map(|k| carrier(tree.free[k] + 1, k)).collect();
+        // By the angle of a body instead of that of a joint: what the bodies hanging on it do not follow.
+        let by_angle = |row: usize, k: usize| {
+            let hanging = (0..d).filter(|&other| parents[other] == Some(k) && !slides(other));
+            jacobian[(row, k)] - hanging.map(|other| jacobian[(row, other)]).sum::<f64>()
+        };
+        let pairs = conditions.pairs.len();
+        let mut ties: Vec<(usize, f64)> = (0..d).map(|k| (k, 0.0)).collect();
+        ties.push((d, 0.0));
+        let mut given = vec![None; d];
+        for (row, one) in conditions.coordinates.iter().filter(|one| one.position.is_some()).enumerate() {
+            let row = 2 * pairs + row;
+            if one.is_angle {
+                let moving: Vec<(usize, f64)> = (0..d)
+                    .filter(|&k| !slides(k))
+                    .map(|k| (k, by_angle(row, k)))
+                    .filter(|(_, by)| *by != 0.0)
+                    .collect();
+                match moving[..] {
+                    [(k, by)] => tie(&mut ties, k, d, -residual[row] / by),
+                    [(k, by), (other, _)] => tie(&mut ties, k, other, -residual[row] / by),
+                    _ => {}
+                }
+            } else if let Some(k) = (0..d).find(|&k| slides(k) && jacobian[(row, k)] != 0.0) {
+                given[k] = Some(-residual[row] / jacobian[(row, k)]);
+            }
+        }
+        let roots: Vec<usize> = (0..d).filter(|&k| !slides(k) && ties[k].0 == k).collect();
+        let sliding: Vec<usize> = (0..d).filter(|&k| slides(k) && given[k].is_none()).collect();
+        let turn = |k: usize| (roots.iter().position(|&root| root == ties[k].0), ties[k].1);
+        let mut loops = VectorLoops {
+            wanted: wanted(dynamics, scene, &carrier, &turn, roots.len()),
+            carriers: sliding.iter().map(|&k| parents[k].and_then(|parent| turn(parent).0)).collect(),
+            ..VectorLoops::default()
+        };
+        for pair in 0..pairs {
+            let column = |of: &dyn Fn(usize) -> f64| Complex::new(of(2 * pair), of(2 * pair + 1));
+            let mut constant = column(&|row| residual[row]);
+            let mut links = vec![Complex::new(0.0, 0.0); roots.len()];
+            let mut axes = vec![Complex::new(0.0, 0.0); sliding.len()];
+            for k in 0..d {
+                if slides(k) {
+                    let (carrier, offset) = parents[k].map_or((None, 0.0), &turn);
+                    let axis = column(&|row| jacobian[(row, k)]) * turned(offset);
+                    match (given[k], sliding.iter().position(|&other| other == k), carrier) {
+                        (Some(value), _, None) => constant += axis * value,
+                        (Some(value), _, Some(turn)) => links[turn] += axis * value,
+                        (None, Some(slide), _) => axes[slide] = axis,
+                        (None, None, _) => {}
+                    }
+                } else {
+                    let (turn, offset) = turn(k);
+                    // The derivative of a vector that turns is the vector times i.
+                    let link = column(&|row| by_angle(row, k)) / Complex::i();
+                    constant -= link;
+                    match turn {
+                        None => constant += link * turned(offset),
+                        Some(turn) => links[turn] += link * turned(offset),
+                    }
+                }
+            }
+            loops.constants.push(constant);
+            loops.links.push(links.into_iter().map(tidy).collect());
+            loops.axes.push(axes);
+        }
+        loops.shorten();
+        let freedoms = (0..d).map(|k| Freedom {
+            parent: parents[k],
+            value: match (given[k], sliding.iter().position(|&other| other == k)) {
+                (Some(value), _) => Value::Given(value),
+                (None, Some(slide)) => Value::Slide(slide),
+                (None, None) => Value::Turn(turn(k).0, turn(k).1),
+            },
+        });
+        Self { freedoms: freedoms.collect(), loops, guess, unit }
+    }
+
+    /// The unknowns of coordinates.
+    pub(super) fn unknowns(&self, q: &[f64]) -> Vec<f64> {
+        let turns = self.loops.wanted.len();
+        let mut unknowns = vec![0.0; turns + self.loops.carriers.len()];
+        let mut changes = vec![0.0; q.len()];
+        // Parents stand before their children.
+        for (k, freedom) in self.freedoms.iter().enumerate() {
+            match freedom.value {
+                Value::Turn(turn, offset) => {
+                    changes[k] = q[k] - self.guess[k] + freedom.parent.map_or(0.0, |parent| changes[parent]);
+                    if let Some(turn) = turn {
+                        unknowns[turn] = changes[k] - offset;
+                    }
+                }
+                Value::Slide(slide) => unknowns[turns + slide] = q[k] / self.unit,
+                Value::Given(_) => {}
+            }
+        }
+        unknowns
+    }
+
+    /// The coordinates that unknowns give.
+    pub(super) fn coordinates(&self, unknowns: &[f64]) -> Vec<f64> {
+        let change = |k: usize| match self.freedoms[k].value {
+            Value::Turn(turn, offset) => offset + turn.map_or(0.0, |turn| unknowns[turn]),
+            Value::Slide(_) | Value::Given(_) => 0.0,
+        };
+        let coordinate = |(k, freedom): (usize, &Freedom)| match freedom.value {
+            Value::Turn(..) => self.guess[k] + change(k) - freedom.parent.map_or(0.0, change),
+            Value::Slide(slide) => unknowns[self.loops.wanted.len() + slide] * self.unit,
+            Value::Given(value) => value * self.unit,
+        };
+        self.freedoms.iter().enumerate().map(coordinate).collect()
+    }
+}
+
+/// Notes that the angle `one` changes by `apart` more than the angle `other`.
+fn tie(ties: &mut [(usize, f64)], one: usize, other: usize, apart: f64) {
+    let (mut from, mut to) = (ties[one], ties[other]);
+    let mut apart = apart;
+    if from.0 == ties.len() - 1 {
+        (from, to, apart) = (to, from, -apart);
+    }
+    if from.0 == to.0 {
+        return;
+    }
+    let by = to.1 + apart - from.1;
+    for (root, offset) in ties.iter_mut().filter(|(root, _)| *root == from.0) {
+        (*root, *offset) = (to.0, *offset + by);
+    }
+}
+
+/// The changes that the given angles of the bodies ask of each unknown.
+fn wanted(
+    dynamics: &Dynamics,
+    scene: &Scene,
+    carrier: &dyn Fn(usize, usize) -> Option<usize>,
+    turn: &dyn Fn(usize) -> (Option<usize>, f64),
+    turns: usize,
+) -> Vec<Wanted> {
+    let mut asked = vec![Vec::new(); turns];
+    for (placed, body) in dynamics.tree.bodies.iter().zip(&scene.bodies) {
+        if let Some((Some(turn), offset)) = carrier(placed.frame, usize::MAX).map(turn) {
+            let angle = dynamics.frame(placed.frame).angle + placed.angle;
+            asked[turn].push(unwind(given_angle(scene, body) - angle).0 - offset);
+        }
+    }
+    asked.into_iter().map(Wanted::new).collect()
+}
+
+/// The angle of a body that its start gives, or its initial guess [rad].
+pub(super) fn given_angle(scene: &Scene, body: &Body) -> f64 {
+    let given = scene.start.iter().find_map(|start| match start {
+        Start::Body { body: name, angle, .. } if *name == body.name => *angle,
+        _ => None,
+    });
+    given.unwrap_or(body.angle)
+}
+
+/// Zero where only rounding errors are left.
+fn tidy(vector: Complex<f64>) -> Complex<f64> {
+    if vector.norm() <= NEGLIGIBLE { Complex::new(0.0, 0.0) } else { vector }
+}
+
+pub(super) fn turned(angle: f64) -> Complex<f64> {
+    Complex::from_polar(1.0, angle)
+}
