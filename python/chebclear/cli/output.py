@@ -12,8 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO
 
-from ..base.files import complete_folder
 from ..base.tables import format_number, format_table, markdown_table
+from ..base.writing import complete_folder
 from ..errors import ArgumentError, ChebclearWarning
 from .words import at_the_command_line
 

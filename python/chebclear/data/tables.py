@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..base.files import replaced, with_default_suffix
+from ..base.writing import replaced, with_default_suffix
 from .dataset import Dataset
 from .needed import needed
 

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.files import complete_folder
 from ..base.progress import Progress, reporter
 from ..base.tables import markdown_table
+from ..base.writing import complete_folder
 from ..errors import ChebclearWarning
 from ..mechanisms.sliders import slider_crank
 from ..scene.laws import ModifiedCoulomb
