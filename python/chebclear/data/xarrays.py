@@ -22,16 +22,17 @@ _TYPES = frozenset(
 def netcdf_name(name: str) -> str:
     """A name that netCDF accepts for a dimension, a variable or an attribute.
 
-    Slashes, quotes and control characters become underscores; a name that does not begin with a letter, a
-    digit or an underscore gets an underscore before it, a type or a name that ends with a blank one after it.
+    Slashes, quotes, control characters and letters beyond Latin-1, which SciPy cannot write, become
+    underscores; a name that does not begin with a letter, a digit or an underscore gets an underscore before
+    it, a type or a name that ends with a blank one after it.
 
     Examples
     --------
     >>> netcdf_name("slider.x"), netcdf_name("N/mm"), netcdf_name("$x"), netcdf_name("float")
     ('slider.x', 'N_mm', '_$x', 'float_')
     """
-    name = re.sub(r"[/'\x00-\x1f\x7f]", "_", unicodedata.normalize("NFC", name))
-    if not re.match(r"[0-9A-Za-z_\x80-\U0010ffff]", name):
+    name = re.sub(r"[/'\x00-\x1f\x7f-\x9f]|[^\x00-\xff]", "_", unicodedata.normalize("NFC", name))
+    if not re.match(r"[0-9A-Za-z_\xa0-\xff]", name):
         name = f"_{name}"
     return f"{name}_" if name in _TYPES or name.endswith(" ") else name
 
