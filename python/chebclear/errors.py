@@ -6,6 +6,7 @@ which is also a ``ValueError``, or a plain ``TypeError`` if it has a wrong type.
 
 from __future__ import annotations
 
+import re
 import sys
 import warnings
 from collections.abc import Iterable, Mapping
@@ -13,6 +14,31 @@ from typing import Any, NamedTuple
 
 # Characters of a message that someone reads [-].
 _READ = 1000
+# What moves the cursor of a terminal, colors it or ends a line, and halves of letters, which no file holds.
+_CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
+
+
+def is_plain(text: str) -> bool:
+    """Whether a text holds only what can be seen: no control characters, no ends of lines."""
+    return _CONTROL.search(text) is None
+
+
+def visible(text: str, kept: str = "\t\n") -> str:
+    """A text with its control characters written out, so that a terminal shows and does not obey them.
+
+    Parameters
+    ----------
+    text : str
+        What may hold names from files of strangers.
+    kept : str
+        Control characters that stay.
+
+    Examples
+    --------
+    >>> print(visible("\\x1b[2Jrod"))
+    \\x1b[2Jrod
+    """
+    return _CONTROL.sub(lambda found: found[0] if found[0] in kept else ascii(found[0])[1:-1], text)
 
 
 class Problem(NamedTuple):
@@ -29,6 +55,9 @@ class Problem(NamedTuple):
 
 class ChebclearError(Exception):
     """Base of all exceptions of this package."""
+
+    def __str__(self) -> str:
+        return visible(super().__str__())
 
 
 class ArgumentError(ChebclearError, ValueError):
@@ -56,7 +85,7 @@ class InputError(ChebclearError, ValueError):
         super().__init__(self.problems)
 
     def __str__(self) -> str:
-        return "\n".join(map(str, self.problems))
+        return visible("\n".join(map(str, self.problems)))
 
 
 class SceneError(InputError):
@@ -116,7 +145,7 @@ class SimulationError(ChebclearError, RuntimeError):
         where = "" if self.joint is None else f', joint "{self.joint}"'
         what = self.message or f"it ended at t = {self.time:.9g} s{where}"
         given = f", with {describe(self.parameters)}" if self.parameters else ""
-        return f"the simulation failed ({self.reason}): {what}{given}"
+        return visible(f"the simulation failed ({self.reason}): {what}{given}")
 
 
 class MissingProgramError(ChebclearError, RuntimeError):
@@ -133,6 +162,9 @@ class StoreError(ChebclearError, OSError):
 
 class ChebclearWarning(UserWarning):
     """Something that should be checked but did not stop the computation."""
+
+    def __str__(self) -> str:
+        return visible(super().__str__())
 
 
 class HorizonWarning(ChebclearWarning):

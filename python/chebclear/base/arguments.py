@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from ..errors import ArgumentError, InputError
+from ..errors import ArgumentError, InputError, is_plain
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
@@ -177,6 +177,12 @@ class Checks:
             self.add_at(name, problem, wrong_type=not isinstance(value, str))
             return words[0]
         return str(value)
+
+    def names(self, what: str, given: Iterable[object]) -> None:
+        """Names that pages, tables and terminals can show."""
+        for name in given:
+            if isinstance(name, str) and not is_plain(name):
+                self.add(f"{what} must be named without control characters, got {name!r}")
 
     def noted(self, name: str) -> bool:
         """Whether there is a problem of the argument of this name."""

@@ -9,11 +9,9 @@ import math
 import operator
 import os
 import platform
-import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from tokenize import TokenError
 from typing import TYPE_CHECKING, Any, TypeVar
 from zipfile import ZIP_DEFLATED, BadZipFile, ZipFile
@@ -24,6 +22,7 @@ from numpy.typing import NDArray
 
 from ..errors import ArgumentError, ChebclearError
 from .shown import Shown
+from .writing import named, replaced
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -96,7 +95,7 @@ def save(
     Path
         The file written.
     """
-    path = _named(path)
+    path = named(path)
     if path.suffix != ".npz":
         path = path.with_name(path.name + ".npz")
     versions = {
@@ -126,54 +125,6 @@ def _write_member(archive: ZipFile, name: str, array: NDArray[Any] | Stacked) ->
             member.write(block.data)
             content.update(block.data)
         return content.hexdigest()
-
-
-def with_default_suffix(path: str | os.PathLike[str], suffix: str) -> Path:
-    """A path with a default suffix if it has none.
-
-    Examples
-    --------
-    >>> with_default_suffix("run", ".csv").name, with_default_suffix("run.txt", ".csv").name
-    ('run.csv', 'run.txt')
-    """
-    path = _named(path)
-    return path if path.suffix else path.with_suffix(suffix)
-
-
-def _named(path: str | os.PathLike[str]) -> Path:
-    """The path of a file, whose name is not empty."""
-    named = Path(path)
-    if not named.name:
-        raise ArgumentError(f"path must end with the name of a file, got {str(path)!r}")
-    return named
-
-
-@contextmanager
-def replaced(path: Path) -> Iterator[Path]:
-    """A new file that replaces a path when the block ends without an exception.
-
-    If the writing is interrupted, the path still holds the complete old file.
-
-    Parameters
-    ----------
-    path : Path
-        The file to replace; it need not exist. Of a link, the target is replaced.
-
-    Yields
-    ------
-    Path
-        The file to write, in the same folder.
-    """
-    path = path.resolve()
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"there is no folder {str(path.parent)!r} for {path.name}: make it first")
-    # Threads of one process may write the same path at once, such as two pieces that hold the same run.
-    beside = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}")
-    try:
-        yield beside
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 # Key of the object that represents a number which JSON does not have.
@@ -391,39 +342,6 @@ def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[np.lib.npyio.NpzFile
                 "take a newer one"
             )
         yield archive, facts
-
-
-@contextmanager
-def complete_folder(directory: Path) -> Iterator[Path]:
-    """A temporary folder whose files move into a directory when the block ends without an exception.
-
-    An interrupted job leaves no incomplete file; other files of the directory are not changed.
-
-    Parameters
-    ----------
-    directory : Path
-        The destination; created with its parents if it does not exist, and removed again if it stays empty.
-
-    Yields
-    ------
-    Path
-        The folder to write to.
-    """
-    made = [each for each in (directory, *directory.parents) if not each.exists()]
-    directory.mkdir(parents=True, exist_ok=True)
-    try:
-        # Inside the directory, which is writable and on the same file system.
-        with TemporaryDirectory(prefix=".partial-", dir=directory) as folder:
-            yield Path(folder)
-            for source in sorted(Path(folder).rglob("*.*")):
-                target = directory / source.relative_to(folder)
-                target.parent.mkdir(exist_ok=True)
-                source.replace(target)
-    finally:
-        for new in made:
-            if not new.is_dir() or any(new.iterdir()):
-                break
-            new.rmdir()
 
 
 def same(first: Any, second: Any) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 # Numbers below this part of the largest of their quantity are the rounding of sums, some fifty of the last
 # places of a double, and are shown as 0.
@@ -77,6 +78,18 @@ def format_number(value: float, digits: int = 3, scale: float = 0.0) -> str:
     if not -4 <= exponent < 6:
         return scientific
     return f"{value:.{max(0, digits - 1 - exponent)}f}"
+
+
+def shown_by_spreadsheets(cell: Any) -> Any:
+    """A cell of a CSV file; a text that a spreadsheet would take for a formula gets an apostrophe before it.
+
+    Examples
+    --------
+    >>> shown_by_spreadsheets("=HYPERLINK(0)"), shown_by_spreadsheets("-"), shown_by_spreadsheets(-1.5)
+    ("'=HYPERLINK(0)", '-', -1.5)
+    """
+    formula = isinstance(cell, str) and len(cell) > 1 and cell[0] in "=+-@"
+    return f"'{cell}" if formula else cell
 
 
 def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 
-from ..base.files import complete_folder
+from ..base.writing import complete_folder
 from ..execution.plan import Plan
 from ..study.results import StudyResult
 from .figures import draw_bands

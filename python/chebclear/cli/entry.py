@@ -41,6 +41,8 @@ def run_process() -> int:
     int
         The exit code.
     """
+    # Pictures are only written to files: what a notebook or a terminal shows them with does not matter here.
+    os.environ["MPLBACKEND"] = "agg"
     try:
         # One that is ignored, as in a job in the background, stays so.
         answered = signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -12,8 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO
 
-from ..base.files import complete_folder
-from ..base.tables import format_number, format_table, markdown_table
+from ..base.tables import format_number, format_table, markdown_table, shown_by_spreadsheets
+from ..base.writing import complete_folder
 from ..errors import ArgumentError, ChebclearWarning
 from .words import at_the_command_line
 
@@ -85,12 +85,13 @@ def table_text(rows: Rows) -> str:
 
 
 def write_table(rows: Rows, folder: Path, name: str) -> None:
-    """The table as Markdown to be read, as CSV and JSON with all digits."""
-    (folder / f"{name}.md").write_text(markdown_table(*_cells(rows)) + "\n", encoding="utf-8")
+    """The table as Markdown to be read, as CSV and JSON with all digits; without rows, files that say so."""
+    text = markdown_table(*_cells(rows)) if rows else "none"
+    (folder / f"{name}.md").write_text(f"{text}\n", encoding="utf-8")
     with (folder / f"{name}.csv").open("w", encoding="utf-8", newline="") as file:
-        table = csv.DictWriter(file, list(rows[0]) if rows else [])
-        table.writeheader()
-        table.writerows(rows)
+        table = csv.writer(file)
+        for cells in [list(rows[0]), *(row.values() for row in rows)] if rows else ():
+            table.writerow(map(shown_by_spreadsheets, cells))
     text = json.dumps(_finite(list(rows)), indent=1, allow_nan=False, ensure_ascii=False)
     (folder / f"{name}.json").write_text(text + "\n", encoding="utf-8")
 

@@ -19,6 +19,7 @@ from ..errors import ArgumentError, ChebclearError, InputError
 from .commands import animate, check, completion, fields, new, paper, report, run, scan, study, tradeoff
 from .ending import EXIT_INTERRUPTED, EXIT_TERMINATED, Terminated, terminable
 from .output import plain_warnings
+from .streams import shown_streams
 from .words import at_the_command_line
 
 EXIT_FAILED = 1
@@ -43,7 +44,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         The exit code; see this module.
     """
-    given = list(sys.argv[1:] if arguments is None else arguments)
+    with shown_streams():
+        return _run(list(sys.argv[1:] if arguments is None else arguments))
+
+
+def _run(given: Sequence[str]) -> int:
+    """Run the command that the words name; the exit code."""
     options = None
     try:
         try:

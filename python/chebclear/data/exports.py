@@ -40,7 +40,8 @@ class Exports(ABC):
     def to_csv(self, path: str | os.PathLike[str]) -> Path:
         """Write the table to a CSV file: a line of names with units in brackets, then a line for each sample.
 
-        Numbers are written so that they are read back to the last bit. An existing file is replaced, as a
+        Numbers are written so that they are read back to the last bit. A word or name that spreadsheets would
+        compute, as ``=x``, gets an apostrophe before it. An existing file is replaced, as a
         whole or not at all.
 
         Parameters
@@ -77,7 +78,8 @@ class Exports(ABC):
         Returns
         -------
         xarray.Dataset
-            It can be written with ``to_netcdf``.
+            It can be written with ``to_netcdf``. Names that netCDF does not accept are changed; such a
+            variable has its own name as ``long_name``.
 
         Raises
         ------

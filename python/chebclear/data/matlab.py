@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.files import replaced, with_default_suffix
+from ..base.writing import replaced, with_default_suffix
 from .dataset import Dataset
 from .needed import needed
 

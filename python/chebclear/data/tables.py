@@ -7,7 +7,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..base.files import replaced, with_default_suffix
+from ..base.tables import shown_by_spreadsheets
+from ..base.writing import replaced, with_default_suffix
 from .dataset import Dataset
 from .needed import needed
 
@@ -22,9 +23,13 @@ def to_csv(data: Dataset, path: str | os.PathLike[str]) -> Path:
     head = [f"{name} [{data.unit(name)}]" if data.unit(name) else name for name in table]
     with replaced(path) as beside, beside.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(head)
+        writer.writerow(map(shown_by_spreadsheets, head))
         # tolist gives Python's numbers, which are written with as many digits as tell them apart.
-        writer.writerows(zip(*(column.tolist() for column in table.values()), strict=True))
+        columns = [column.tolist() for column in table.values()]
+        for index, column in enumerate(table.values()):
+            if column.dtype.kind not in "fiub":
+                columns[index] = list(map(shown_by_spreadsheets, columns[index]))
+        writer.writerows(zip(*columns, strict=True))
     return path
 
 

@@ -24,7 +24,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.files import package_version, replaced
+from ..base.files import package_version
+from ..base.writing import replaced
 from ..errors import StoreError
 from ..run.settings import Settings
 from ..scene.structure import FlatScene

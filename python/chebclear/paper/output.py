@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.files import complete_folder
 from ..base.tables import format_number, markdown_table
+from ..base.writing import complete_folder
 from ..study.band.band import Band
 from . import case_study as paper
 from .case_study import CaseStudy, ConventionStudy

@@ -74,13 +74,29 @@ _CAPITALS = dict(
 def typeset(text: str) -> str:
     """A label as it is to be given to matplotlib: as LaTeX where ``text.usetex`` is on.
 
-    A text that has formulas between dollars is taken to be LaTeX already.
+    A text that has formulas between dollars is taken to be LaTeX already. Names may hold anything: a dollar
+    that begins no formula is a letter.
     """
     import matplotlib as mpl
 
-    if not mpl.rcParams["text.usetex"] or (text.count("$") >= 2 and text.count("$") % 2 == 0):
+    if "$" in text and all(map(_has_formulas, text.split("\n"))):
         return text
-    return "".join(_latex(letter) for letter in text)
+    if mpl.rcParams["text.usetex"]:
+        return "".join(_latex(letter) for letter in text)
+    return text.replace("$", r"\$")
+
+
+def _has_formulas(line: str) -> bool:
+    """Whether matplotlib, which looks at each line for itself, reads a line as a text with formulas."""
+    from matplotlib.mathtext import MathTextParser
+
+    if line.count("$") % 2:
+        return False
+    try:
+        MathTextParser("path").parse(line)
+    except ValueError:
+        return False
+    return True
 
 
 def _latex(letter: str) -> str:

@@ -10,9 +10,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..base.files import replaced, with_default_suffix
+from ..base.writing import replaced, with_default_suffix
 from ..errors import ArgumentError
 from .document import Block, Document, Items, Listing, Picture, Section, Table, Text, Verdict
+from .markup import templates_of
 from .pictures import embedded
 
 if TYPE_CHECKING:
@@ -58,17 +59,7 @@ def fragment(title: str, blocks: Sequence[Block]) -> str:
 
 def _environment() -> Environment:
     """The templates of this room, and what they may call."""
-    # Here, so that importing the package does not take its 40 ms.
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    # Jinja escapes nothing unless told; a name that the template does not know is a mistake, not a blank.
-    environment = Environment(
-        loader=PackageLoader("chebclear.report", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = templates_of("chebclear.report")
     environment.filters.update(embedded=embedded, download=_download, kind=_kind, breakable=_breakable)
     environment.tests.update(verdict=_is_verdict)
     return environment

@@ -24,6 +24,7 @@ def checked_intervals(checks: Checks, parameters: object) -> dict[str, Interval]
         return {}
     if not parameters:
         checks.add("parameters must name at least one interval")
+    checks.names("parameters", parameters)
     for name, side in parameters.items():
         if not isinstance(side, Interval | Normal | Uniform):
             checks.add(

@@ -278,8 +278,8 @@ def _checked_values(checks: Checks, values: ArrayLike) -> Array:
     given = np.asarray(values)
     if given.ndim != 1 or not 1 <= len(given) <= MOST_VALUES or given.dtype.kind not in "iuf":
         checks.add(f"values must be a list of 1 to {MOST_VALUES} numbers, got {values!r}", wrong_type=True)
-    elif not np.isfinite(given).all():
-        checks.add("values must be finite")
+    elif not np.isfinite(given).all() or np.ma.is_masked(values):
+        checks.add("values must be finite, none of them masked")
     return given.astype(float) if given.dtype.kind in "iuf" else np.zeros(0)
 
 

@@ -11,7 +11,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from ..base.arguments import as_number, meant_or_known
-from ..errors import Problem, SceneError
+from ..errors import Problem, SceneError, is_plain
 from ..scene.scene import Scene
 from ..scene.schema import Part, at_or_below
 from .changes import SECTIONS, changed
@@ -213,8 +213,9 @@ class _Reader:
         form = self.file.get("format", FORMAT)
         if form != FORMAT or isinstance(form, bool):
             self.values.note(("format",), f"must be {FORMAT}, the format of this version, got {form!r}")
-        if not isinstance(self.file.get("title", ""), str):
-            self.values.note(("title",), f"must be a text, got {self.file['title']!r}")
+        title = self.file.get("title", "")
+        if not isinstance(title, str) or not is_plain(title):
+            self.values.note(("title",), f"must be a text without control characters, got {title!r}")
             self.file = {**self.file, "title": ""}
 
     def _check_scene(self, template: Template, constants: Mapping[str, float]) -> None:

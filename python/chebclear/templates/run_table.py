@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..base.arguments import meant_or_known
+from ..errors import is_plain
 from ..run.features import JOINT_KINDS, KINDS, Feature, meant_kind
 from ..run.settings import Settings, require_features
 from ..scene.scene import Inspection
@@ -54,6 +55,8 @@ def read_run(given: Any, constants: Mapping[str, float], values: Values) -> dict
             number = values.constant(value, ("run", key), UNITS[key], constants)
             if number is not None:
                 run[key] = int(number) if key in _WHOLE and number == int(number) else number
+        elif key == "outputs" and value == []:
+            values.note(("run", key), "must name at least one output, or be left out for the usual ones")
         elif key in known:
             run[key] = value
         else:
@@ -87,6 +90,8 @@ def read_features(given: Any, values: Values) -> dict[str, Feature]:
         return {}
     features: dict[str, Feature] = {}
     for name, text in given.items():
+        if not is_plain(name):
+            values.note(("features", name), "must be named without control characters")
         found = _FEATURE.fullmatch(text) if isinstance(text, str) else None
         if found is None:
             values.note(("features", name), f"must be a text such as {_EXAMPLE}, got {text!r}")

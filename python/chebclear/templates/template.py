@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import did_you_mean
-from ..base.files import replaced
 from ..base.quantities import Interval
+from ..base.writing import replaced
 from ..errors import ArgumentError, Problem, SceneError
 from ..run.features import Feature
 from ..run.simulation import simulate

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..base.files import complete_folder
+from ..base.writing import complete_folder
 from ..plots.costs import plot_tradeoff
 from .recommendation import Recommendation
 from .result import Tradeoff

@@ -278,6 +278,11 @@ impl Scene {
     }
 }
 
+/// Whether a letter moves the cursor of a terminal, colors it or ends a line.
+fn is_unseen(letter: char) -> bool {
+    letter.is_control() || matches!(letter, '\u{2028}' | '\u{2029}')
+}
+
 /// Collects problems; each method is one rule.
 struct Checker {
     problems: Vec<Problem>,
@@ -365,6 +370,9 @@ impl Checker {
     fn name(&mut self, path: &str, name: &str, taken: bool) {
         if name.is_empty() || name.contains('.') {
             self.add(path, format!("must be a non-empty name without a dot, got {name:?}"));
+        }
+        if name.contains(is_unseen) {
+            self.add(path, format!("must be a name without control characters, got {name:?}"));
         }
         if taken {
             self.add(path, format!("the name {name:?} is already taken"));

@@ -3,8 +3,6 @@
 import dataclasses
 import json
 import math
-import threading
-from concurrent.futures import ThreadPoolExecutor
 
 import chebclear as cc
 import numpy as np
@@ -59,32 +57,6 @@ def test_what_interrupts_the_writing_leaves_the_old_file(tmp_path, monkeypatch, 
         run.save(path)
     assert path.read_bytes() == old
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_kill_leaves_the_old_file(tmp_path):
-    """Nothing is cleaned up after a kill: all that matters is that the path is not open for writing."""
-    path = tmp_path / "run.npz"
-    path.write_bytes(b"old")
-    with files.replaced(path) as beside:
-        beside.write_bytes(b"new, half of it")
-        assert path.read_bytes() == b"old" and beside.parent == tmp_path
-    assert path.read_bytes() == b"new, half of it"
-
-
-def test_threads_may_replace_a_file_at_the_same_time(tmp_path):
-    """Each writes a file of its own; the last one to end stays, and none is lost in between."""
-    path, both_write = tmp_path / "run.npz", threading.Barrier(2)
-
-    def write(content):
-        with files.replaced(path) as beside:
-            beside.write_bytes(content)
-            both_write.wait(timeout=60)
-            assert beside.read_bytes() == content
-
-    with ThreadPoolExecutor(2) as pool:
-        for written in [pool.submit(write, content) for content in (b"one", b"two")]:
-            written.result()
-    assert path.read_bytes() in (b"one", b"two") and list(tmp_path.iterdir()) == [path]
 
 
 def test_a_link_stays_a_link(tmp_path):

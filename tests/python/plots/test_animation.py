@@ -155,6 +155,21 @@ def test_a_gif_has_all_frames(run, tmp_path):
     )
 
 
+@pytest.mark.parametrize("suffix", [".html", ".gif"])
+def test_an_interrupted_save_leaves_the_old_file(run, tmp_path, monkeypatch, suffix):
+    animation, path = cc.animate(run, frames=3, size=(3.0, 2.0)), tmp_path / f"press{suffix}"
+    path.write_text("old")
+
+    def interrupt(*arguments, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(module, "page_of", interrupt)
+    monkeypatch.setattr(Image.Image, "save", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        animation.save(path)
+    assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
+
+
 def test_a_still_shows_its_instant(run):
     figure = cc.animate(run, "ram.vx", frames=5).figure(-1)
     words = {text.get_text() for ax in figure.axes for text in ax.texts}

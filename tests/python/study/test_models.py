@@ -8,6 +8,7 @@ from chebclear import (
     ChebclearWarning,
     Study,
     StudyResult,
+    bifurcation,
     interval,
     loss as joint_loss,
     mechanisms,
@@ -482,3 +483,15 @@ def test_what_a_polynomial_says_where_runs_failed_is_doubted():
     # Of the runs alone: the polynomial would be extrapolated.
     reach = result.feature("peak").interval
     assert (reach.verdict, reach.upper) == ("sampled", result.feature("peak").values.max())
+
+
+def test_masked_instants_have_no_value():
+    t = np.ma.masked_array([0.0, 0.5, 1.0], mask=[False, True, False])
+    with pytest.raises(ValueError, match="t must be finite"):
+        Study(lambda a: {"t": t, "x": [a, a, a]}, {"a": interval(1.0, rel=0.1)}).scan(2)
+    with pytest.raises(ValueError, match="t must be finite"):
+        Study.from_runs({"a": [1.0, 2.0]}, t, {"x": np.ones((2, 3))})
+    with pytest.raises(ValueError, match="none of them masked"):
+        bifurcation(
+            mechanisms.slider_crank, "clearance", np.ma.masked_array([1e-5, 2e-5], mask=[True, False])
+        )

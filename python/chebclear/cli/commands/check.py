@@ -7,7 +7,7 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from ...base.files import complete_folder
+from ...base.writing import complete_folder
 from ...scene.columns import column_unit
 from ...scene.parts import ends_of, loose_joints
 from ...scene.scene import ClearanceRevolute, Scene

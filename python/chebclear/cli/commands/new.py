@@ -6,7 +6,7 @@ import argparse
 import shlex
 from pathlib import Path
 
-from ...base.files import replaced
+from ...base.writing import replaced
 from ...templates.starters import starter, starter_names
 from ..options import Commands, new_command
 from ..output import print_json

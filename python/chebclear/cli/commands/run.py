@@ -8,7 +8,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.files import complete_folder
+from ...base.writing import complete_folder
 from ...run.trajectory import Trajectory
 from ...scene.columns import column_unit
 from ...scene.scene import ClearanceRevolute

@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...base.arguments import Checks, as_number, meant_or_known
+from ...base.writing import replaced
 from ...errors import ArgumentError, MissingProgramError
+from ...report.markup import element
 from ...scene.columns import column_words, plain_words
 from ...scene.scene import ClearanceRevolute
 from ..drawing.pose import simulated_poses
@@ -76,18 +78,20 @@ class Animation:
         file = Path(path)
         if file.suffix not in _ENDINGS:
             raise ArgumentError(f"an animation is saved as {', '.join(_ENDINGS)}, got {file.name!r}")
-        if file.suffix == ".html":
-            file.write_text(page_of(self._stage, self.rate, self._title(), self._note()), encoding="utf-8")
-        elif file.suffix == ".gif":
-            self._save_gif(file)
-        else:
-            self._save_movie(file)
+        with replaced(file) as beside:
+            if file.suffix == ".html":
+                page = page_of(self._stage, self.rate, self._title(), self._note())
+                beside.write_text(page, encoding="utf-8")
+            elif file.suffix == ".gif":
+                self._save_gif(beside)
+            else:
+                self._save_movie(beside)
         return file
 
     def _repr_html_(self) -> str:
         with tempfile.TemporaryDirectory() as folder:
             picture = base64.b64encode(self.save(Path(folder, "run.gif")).read_bytes()).decode("ascii")
-        return f'<img alt="{self._title()}" src="data:image/gif;base64,{picture}">'
+        return str(element("img", alt=self._title(), src=f"data:image/gif;base64,{picture}"))
 
     def _save_gif(self, file: Path) -> None:
         from PIL import Image

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import base64
-import html
 import io
 import itertools
-import json
 from collections.abc import Iterable, Sequence
-from importlib.resources import files
-from string import Template
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...report.markup import element, templates_of
 from ..axes import COLORS
 from ..drawing.strokes import Stroke
 from .motion import LooseJoint, Motion
 from .stage import FORCE, Stage, arrow, arrow_head, drawn_path, force_words
 
 if TYPE_CHECKING:
+    from markupsafe import Markup
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
@@ -48,13 +46,15 @@ def page_of(stage: Stage, rate: int, title: str, note: str) -> str:
     str
         HTML without references to anything outside.
     """
+    from jinja2.utils import htmlsafe_json_dumps
+
     motion, figure = stage.motion, stage.figure
     stage.show(0)
     figure.draw_without_rendering()
     width, height = figure.bbox.width, figure.bbox.height
     to_page = {ax: _to_page(ax, height) for ax in figure.axes}
     owners = list(motion.transforms)
-    drawing = [_strokes(motion, owners)]
+    drawing = _strokes(motion, owners)
     data: dict[str, Any] = {
         "rate": rate,
         "time": [f"t = {motion.t[sample]:.5f} s" for sample in motion.frames],
@@ -67,19 +67,21 @@ def page_of(stage: Stage, rate: int, title: str, note: str) -> str:
     data["texts"]["clock"] = data["time"]
     drawing.append(_text("clock", stage.scene, height, "#555"))
     if motion.loose is not None and stage.bearing is not None:
-        drawing.append(_bearing(motion, motion.loose, stage.bearing, to_page[stage.bearing], height, data))
-    drawing.append(_running(motion, to_page[stage.plot], data))
-    words = f"{title}. {note}"
-    return Template(files(__package__).joinpath("page.html").read_text(encoding="utf-8")).substitute(
-        title=html.escape(title),
-        alt=html.escape(words),
-        note=html.escape(note),
-        width=f"{width:g}",
-        height=f"{height:g}",
-        last=len(motion.frames) - 1,
-        background=_background(stage),
-        drawing="\n".join(drawing),
-        motion=json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
+        drawing += _bearing(motion, motion.loose, stage.bearing, to_page[stage.bearing], height, data)
+    drawing += _running(motion, to_page[stage.plot], data)
+    return (
+        templates_of("chebclear.plots.animation")
+        .get_template("page.html.j2")
+        .render(
+            title=title,
+            note=note,
+            width=f"{width:g}",
+            height=f"{height:g}",
+            last=len(motion.frames) - 1,
+            background=_background(stage),
+            drawing=drawing,
+            motion=htmlsafe_json_dumps(data, allow_nan=False, separators=(",", ":")),
+        )
     )
 
 
@@ -125,44 +127,43 @@ def _path(points: Array, end: str = "") -> str:
     return "M" + "L".join(f"{x:.5g} {y:.5g}" for x, y in points) + end
 
 
-def _strokes(motion: Motion, owners: list[Any]) -> str:
+def _strokes(motion: Motion, owners: list[Any]) -> list[Markup]:
     """The mechanism; strokes that lie on each other and move together share a group."""
-    lines: list[str] = []
-    last = None
-    for stroke in motion.strokes:
-        if stroke.owner != last:
-            lines.append(
-                ("</g>" if last is not None else "") + f'<g data-owner="{owners.index(stroke.owner)}">'
-            )
-            last = stroke.owner
-        lines.append(_shape(stroke))
-    return "\n".join([*lines, "</g>"])
+    from markupsafe import Markup
+
+    return [
+        element("g", Markup("\n").join(map(_shape, strokes)), data_owner=owners.index(owner))
+        for owner, strokes in itertools.groupby(motion.strokes, lambda stroke: stroke.owner)
+    ]
 
 
-def _shape(stroke: Stroke) -> str:
+def _shape(stroke: Stroke) -> Markup:
     from matplotlib.colors import to_hex
 
-    face = "none" if stroke.face == "none" else to_hex(stroke.face)
-    style = f'stroke="{to_hex(stroke.color)}" stroke-width="{stroke.width / 0.72:.3g}" fill="{face}"'
+    style = {
+        "stroke": to_hex(stroke.color),
+        "stroke_width": f"{stroke.width / 0.72:.3g}",
+        "fill": "none" if stroke.face == "none" else to_hex(stroke.face),
+    }
     if stroke.alpha < 1.0:
-        style += f' fill-opacity="{stroke.alpha:g}"'
+        style["fill_opacity"] = f"{stroke.alpha:g}"
     if stroke.kind == "line":
-        return f'<polyline points="{_points(stroke.points)}" {style} stroke-linecap="round"/>'
+        return element("polyline", points=_points(stroke.points), **style, stroke_linecap="round")
     if stroke.kind == "disc":
         x, y = stroke.points[0]
-        return f'<circle cx="{x:.6g}" cy="{y:.6g}" r="{stroke.radius:.6g}" {style}/>'
-    return f'<polygon points="{_points(stroke.points)}" {style}/>'
+        return element("circle", cx=f"{x:.6g}", cy=f"{y:.6g}", r=f"{stroke.radius:.6g}", **style)
+    return element("polygon", points=_points(stroke.points), **style)
 
 
-def _text(name: str, ax: Axes, height: float, color: str) -> str:
+def _text(name: str, ax: Axes, height: float, color: str) -> Markup:
     """An empty text in the lower left corner of the axes."""
     x, y = ax.transAxes.transform((0.02, 0.03))
-    return f'<text id="{name}" x="{x:.5g}" y="{height - y:.5g}" fill="{color}"></text>'
+    return element("text", "", id=name, x=f"{x:.5g}", y=f"{height - y:.5g}", fill=color)
 
 
 def _bearing(
     motion: Motion, loose: LooseJoint, ax: Axes, page: Array, height: float, data: dict[str, Any]
-) -> str:
+) -> list[Markup]:
     """The parts of the magnified joint that move."""
     path = drawn_path(loose)
     arrows = [arrow(loose, motion.frames, int(sample)) for sample in motion.frames]
@@ -177,28 +178,27 @@ def _bearing(
         "until": until,
     }
     radius, arm = abs(page[0]), 5.0
-    return "\n".join(
-        [
-            f'<circle id="journal" r="{radius:.5g}" fill="{loose.colors[1]}" fill-opacity="0.55"/>',
-            '<polyline id="trail" fill="none" stroke="#777" stroke-width="0.8"/>',
-            f'<path id="center" d="M-{arm} 0H{arm}M0 -{arm}V{arm}" stroke="black" fill="none"/>',
-            f'<path id="shaft" stroke="{FORCE}" stroke-width="2.5" fill="none"/>',
-            f'<path id="head" fill="{FORCE}"/>',
-            _text("force", ax, height, FORCE),
-        ]
-    )
+    cross = f"M-{arm} 0H{arm}M0 -{arm}V{arm}"
+    return [
+        element("circle", id="journal", r=f"{radius:.5g}", fill=loose.colors[1], fill_opacity="0.55"),
+        element("polyline", id="trail", fill="none", stroke="#777", stroke_width="0.8"),
+        element("path", id="center", d=cross, stroke="black", fill="none"),
+        element("path", id="shaft", stroke=FORCE, stroke_width="2.5", fill="none"),
+        element("path", id="head", fill=FORCE),
+        _text("force", ax, height, FORCE),
+    ]
 
 
-def _running(motion: Motion, page: Array, data: dict[str, Any]) -> str:
+def _running(motion: Motion, page: Array, data: dict[str, Any]) -> list[Markup]:
     """The part of the running plot that has passed."""
     curve = _on_page(np.column_stack([motion.t, motion.values]), page)
     chosen, until = _thinned(motion.values, motion.frames)
     data["paths"]["done"] = {"points": [_points([place]) for place in curve[chosen]], "until": until}
     data["shifts"]["now"] = _numbers(curve[motion.frames])
-    return (
-        f'<polyline id="done" fill="none" stroke="{COLORS[0]}" stroke-width="1.2"/>\n'
-        f'<circle id="now" r="4" fill="{COLORS[0]}"/>'
-    )
+    return [
+        element("polyline", id="done", fill="none", stroke=COLORS[0], stroke_width="1.2"),
+        element("circle", id="now", r="4", fill=COLORS[0]),
+    ]
 
 
 def _thinned(values: Array, frames: Sequence[int] | NDArray[np.int64]) -> tuple[NDArray[np.int64], list[int]]:

@@ -290,6 +290,7 @@ def checked_features(checks: Checks, given: object) -> dict[str, Asked]:
             f'features must map names to features such as peak("slider.ax"), got {given!r}', wrong_type=True
         )
         return {}
+    checks.names("features", given)
     asked: dict[str, Asked] = {}
     for name, feature in given.items():
         if not isinstance(name, str):

@@ -188,6 +188,7 @@ def finished_runs(
             checks.add(f'features["{name}"]: the table has no output "{feature.of}": it has {known}')
         elif name in numbers:
             checks.add(f'"{name}" is in values and in features')
+    checks.names("columns", [*columns, *series, *numbers, *asked])
     check_own_features(checks, asked)
     require_known(checks, checked_units(checks, units), [*columns, *series, *asked, *numbers])
     checks.whole("cycles", cycles, least=1)

@@ -43,7 +43,7 @@ def time_axis(checks: Checks, given: object) -> Array:
         if np.asarray(given).dtype.kind in "cmM":
             raise TypeError
         # A copy, so that later changes of the caller's array are not those of the result.
-        t = np.array(given, dtype=float)
+        t: Array = np.ma.filled(np.ma.array(given, dtype=float, copy=True), np.nan)
     except (TypeError, ValueError, OverflowError):
         checks.add(f"t must be instants [s], got {cut(repr(given))}", wrong_type=True)
         return np.empty(0)
@@ -97,6 +97,7 @@ def read_run(given: object) -> ReturnedRun:
                 numbers[name] = number
     if not series and not numbers and not unknown:
         checks.add(f"a model must return at least one output besides t, got {sorted(map(str, given))}")
+    checks.names("outputs", given)
     checks.finish()
     if unknown:
         raise NotFiniteError("\n".join(unknown))

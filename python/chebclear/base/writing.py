@@ -1,0 +1,136 @@
+"""Files and folders that are written as a whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import shutil
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from ..errors import ArgumentError
+
+
+def with_default_suffix(path: str | os.PathLike[str], suffix: str) -> Path:
+    """A path with a default suffix if it has none.
+
+    Examples
+    --------
+    >>> with_default_suffix("run", ".csv").name, with_default_suffix("run.txt", ".csv").name
+    ('run.csv', 'run.txt')
+    """
+    path = named(path)
+    return path if path.suffix else path.with_suffix(suffix)
+
+
+def named(path: str | os.PathLike[str]) -> Path:
+    """The path of a file, whose name is not empty."""
+    named = Path(path)
+    if not named.name:
+        raise ArgumentError(f"path must end with the name of a file, got {str(path)!r}")
+    return named
+
+
+@contextmanager
+def replaced(path: Path) -> Iterator[Path]:
+    """A new file that replaces a path when the block ends without an exception.
+
+    If the writing is interrupted, the path still holds the complete old file. What writers of the path left
+    that were killed is removed.
+
+    Parameters
+    ----------
+    path : Path
+        The file to replace; it need not exist. Of a link, the target is replaced.
+
+    Yields
+    ------
+    Path
+        The file to write, in the same folder and with the same suffix.
+    """
+    path = path.resolve()
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"there is no folder {str(path.parent)!r} for {path.name}: make it first")
+    prefix = f".{path.name}."
+    _remove_left(path.parent, prefix)
+    # Threads of one process may write the same path at once, such as two pieces that hold the same run.
+    beside = path.with_name(f"{prefix}{_writer()}{threading.get_ident()}{path.suffix}")
+    try:
+        yield beside
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def _writer() -> str:
+    """What names of temporary files hold of who writes them: the machine and the process."""
+    return f"{platform.node()}.{os.getpid()}."
+
+
+def _remove_left(folder: Path, prefix: str) -> None:
+    """Remove the temporary files and folders of a name that killed processes of this machine left."""
+    pattern = re.compile(rf"{re.escape(prefix + platform.node())}\.(\d{{1,9}})\..*")
+    for entry in folder.iterdir():
+        named = pattern.fullmatch(entry.name)
+        if named is None or not _has_ended(int(named[1])):
+            continue
+        if entry.is_dir() and not entry.is_symlink():
+            shutil.rmtree(entry, ignore_errors=True)
+        else:
+            # Another process may be as quick, or Windows keep what is still open.
+            with suppress(FileNotFoundError, PermissionError):
+                entry.unlink()
+
+
+def _has_ended(process: int) -> bool:
+    """Whether no process has this number; on Windows, where a file in use cannot be removed, always."""
+    if os.name == "nt":
+        return process != os.getpid()
+    try:
+        os.kill(process, 0)  # sends nothing
+    except ProcessLookupError:
+        return True
+    except OSError:  # that of another user
+        return False
+    return False
+
+
+_PARTIAL = ".partial."
+
+
+@contextmanager
+def complete_folder(directory: Path) -> Iterator[Path]:
+    """A temporary folder whose files move into a directory when the block ends without an exception.
+
+    An interrupted job leaves no incomplete file; other files of the directory are not changed.
+
+    Parameters
+    ----------
+    directory : Path
+        The destination; created with its parents if it does not exist, and removed again if it stays empty.
+
+    Yields
+    ------
+    Path
+        The folder to write to.
+    """
+    made = [each for each in (directory, *directory.parents) if not each.exists()]
+    directory.mkdir(parents=True, exist_ok=True)
+    try:
+        _remove_left(directory, _PARTIAL)
+        # Inside the directory, which is writable and on the same file system.
+        with TemporaryDirectory(prefix=f"{_PARTIAL}{_writer()}", dir=directory) as folder:
+            yield Path(folder)
+            for source in sorted(Path(folder).rglob("*.*")):
+                target = directory / source.relative_to(folder)
+                target.parent.mkdir(exist_ok=True)
+                source.replace(target)
+    finally:
+        for new in made:
+            if not new.is_dir() or any(new.iterdir()):
+                break
+            new.rmdir()
