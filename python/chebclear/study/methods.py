@@ -180,9 +180,9 @@ class Methods(Runner):
         coverage : float
             Share of the samples of a further run that should be inside [-], between 0 and 1.
         rtol : float, optional
-            Relative tolerance of the integrator [-], in place of that of the study; 1e-4 if not given. Bands
-            need no smaller one, although single runs change. Velocities of impacting mechanisms are resolved
-            more often at 1e-5.
+            Relative tolerance of the integrator [-], in place of that of the study; 1e-4 if neither
+            says one. Bands need no smaller one, although single runs change. Velocities of impacting
+            mechanisms are resolved more often at 1e-5.
         seed : int
             Seed of the points [-], 0 to 2**64 - 1. The same seed gives exactly the same result on any number
             of threads.

@@ -372,7 +372,9 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         **facts
             The remaining fields.
         """
-        facts["nominal_parameters"] = at = nominal_parameters
+        facts["nominal_parameters"] = nominal_parameters
+        at = np.array([side.nominal for side in intervals.values()])
+        at = at if nominal_parameters is None else nominal_parameters
         given = dict(units or {})
         facts |= {"bounds": bounds, "requirement": requirement, "failures": failures, "units": given}
         simulated = facts.get("scene") is not None
@@ -467,7 +469,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             If the file holds something else.
         """
         with records.loaded(path, "study") as (arrays, facts):
-            intervals = {name: Interval(*ends) for name, ends in facts["intervals"].items()}
+            intervals = {name: Interval(*numbers) for name, numbers in facts["intervals"].items()}
             found = cls.from_runs(
                 arrays["t"],
                 facts["outputs"],

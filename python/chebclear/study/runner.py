@@ -54,6 +54,8 @@ class Runner:
     """Features of every run by name."""
     units: dict[str, str]
     """Units that were given, by the names of parameters, outputs and features."""
+    rtol_given: bool
+    """Whether the user said the tolerance of the runs; methods with a default of their own then take it."""
     means: Means
     """Where runs are simulated, and how failed runs are treated."""
     progress: bool | Progress | None
@@ -135,6 +137,16 @@ class Runner:
         if degrees is not None and runs.failures:
             found += told_holes(fit_holes(counts, degrees, [one.index for one in runs.failures]))
         return replace(result, warnings=(*result.warnings, *found))
+
+    def run_settings(self, rtol: float | None, default: float) -> Settings | None:
+        """Settings of the runs of a method with a default tolerance of its own; None without simulations.
+
+        The tolerance is that given to the method, else that given to the study, as a keyword, in its settings
+        or in its scene file, else the default.
+        """
+        if self.settings is None or (rtol is None and self.rtol_given):
+            return self.settings
+        return replace(self.settings, rtol=default if rtol is None else float(rtol))
 
     @property
     def normal(self) -> tuple[str, ...]:

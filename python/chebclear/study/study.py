@@ -149,6 +149,7 @@ class Study(Methods):
     ) -> None:
         checks = Checks()
         # Simulations have a duration; a model of your own returns its instants.
+        self.rtol_given = settings is not None or "rtol" in options
         timed = settings is not None or not options.keys().isdisjoint(("duration", "samples"))
         simulated = timed or returns_a_scene(build)
         self.features = checked_features(checks, features)

@@ -258,7 +258,7 @@ def test_pieces_with_different_outputs_are_not_mixed():
             with_options(study, executor=executor).scan(4)
         problem = caught.value.problems[0]
         assert problem.path == f"scene with gravity = {PLANET['gravity'].upper!r}: outputs"
-        assert problem.message.startswith('has no "block.x" as at the midpoint')
+        assert problem.message.startswith('has no "block.x" as at the nominal values')
 
 
 @pytest.mark.parametrize("name", ["crank_length", "clearance", "rod_length"])

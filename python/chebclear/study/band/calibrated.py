@@ -144,8 +144,8 @@ def calibrated_bands(
     nominal, rows, angle, kept = values[-1], values[:-1], None, None
     if requirement.revolutions is not None:
         kept, angle = requirement.revolutions.kept, requirement.revolutions.angle
-        middle = [side.midpoint for side in intervals.values()]
-        parameters = np.repeat(np.vstack([parameters, middle]), kept, axis=0)
+        own = [side.nominal for side in intervals.values()]
+        parameters = np.repeat(np.vstack([parameters, own]), kept, axis=0)
         nominal, rows = values[-1, 0], values.reshape(-1, *values.shape[2:])
         values = rows
     # What a table has no runs in is unknown; Sobol' points fill the box.

@@ -24,7 +24,7 @@ class Rank(Shown):
         Name of the parameter.
     narrowing : Estimate
         Relative reduction of the interval of 95 % of the feature's values when that of the parameter is
-        halved [-].
+        halved [-], towards its nominal value.
     share : Estimate
         Share of the variance that the parameter alone explains [-].
     monotone : str | None

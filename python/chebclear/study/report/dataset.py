@@ -76,7 +76,7 @@ def facts_of(result: Any) -> dict[str, Any]:
     facts: dict[str, Any] = {
         "kind_of_study": result.kind,
         "outputs": result.outputs,
-        "intervals": {name: [side.lower, side.upper] for name, side in result.intervals.items()},
+        "intervals": {name: list(dataclasses.astuple(side)) for name, side in result.intervals.items()},
         "degrees": result.degrees,
         "nodes": result.nodes,
         "bounds": result.bounds,

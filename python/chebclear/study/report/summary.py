@@ -77,6 +77,8 @@ def summary(result: Any) -> str:
 def _ends(side: Interval) -> str:
     """An interval in words; of one that is narrow against its size, middle and half width."""
     text = format_ends(side.lower, side.upper)
+    if side.nominal != side.midpoint:
+        return f"{text}, nominal {side.nominal:.6g}"
     if len(set(text.split(" to "))) == 1 and side.half_width > 0.0:
         return f"{side.midpoint:.6g} ± {side.half_width:.3g}"
     return text
