@@ -26,11 +26,12 @@ from .band.judgment import doubts, early_widths, told_holes
 from .features.features import Asked, FeatureTable
 from .models.finished import FinishedRuns
 from .models.own import OwnModel
-from .models.units import units_of
+from .models.units import known_units, units_of
 from .polynomials.holes import fit_holes
 from .polynomials.surrogate import BoundKind
 from .results import StudyResult
 from .runs import Making, Many, Runs
+from .spec import StudySpec, declared_order
 
 Array = NDArray[np.float64]
 
@@ -60,6 +61,45 @@ class Runner:
     """Where runs are simulated, and how failed runs are treated."""
     progress: bool | Progress | None
     """Progress reports."""
+
+    @property
+    def spec(self) -> StudySpec:
+        """What is asked of the study, as its results carry it."""
+        outputs, cycles = None, 1
+        if self.settings is not None:
+            outputs, cycles = self.settings.outputs, self.settings.cycles
+        elif isinstance(self.model, OwnModel):
+            outputs, cycles = self.model.outputs, self.model.cycles
+        own = known_units(self.build, self.intervals)
+        return StudySpec(
+            build=self.build,
+            parameters={**self.intervals, **self.random},
+            outputs=None if outputs is None else tuple(outputs),
+            settings=self.settings,
+            rtol_given=self.rtol_given,
+            fixed=self.fixed,
+            features=self.features,
+            units={name: given for name, given in self.units.items() if own.get(name) != given},
+            cycles=cycles,
+            on_failure=self.means.on_failure,
+            run_seconds=self.means.run_seconds,
+            table=isinstance(self.model, FinishedRuns),
+        )
+
+    def drawn(self, draw: Callable[[dict[str, Interval]], Array]) -> Array:
+        """Points of the box that are the same for each parameter wherever the user names it.
+
+        Parameters
+        ----------
+        draw : callable
+            Returns the points of a box, shape (runs, parameters). It gets the parameters in the order in
+            which the model declares them.
+        """
+        names = declared_order(self.build, self.intervals)
+        points = draw({name: self.intervals[name] for name in names})
+        if names == list(self.intervals):
+            return points
+        return np.ascontiguousarray(points[:, [names.index(name) for name in self.intervals]])
 
     def run_points(
         self,

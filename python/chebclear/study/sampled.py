@@ -135,7 +135,7 @@ def band(
         points = _finished_points(study.model, runs, LEAST_RUNS)
         requirement = Requirement(float(coverage), len(points), int(seed), {}, finished=True)
     else:
-        points = sobol_points(study.intervals, 0, count, seed)
+        points = study.drawn(lambda box: sobol_points(box, 0, count, seed))
         requirement = Requirement(float(coverage), count, int(seed), {})
     if cycles is not None:
         settings, revolutions = turning(study, settings, cycles, 1 if discard is None else discard, angle)
@@ -169,7 +169,7 @@ def certify(study: Runner, coverage: float, rtol: float | None, seed: int, max_r
             )
         points = _finished_points(study.model, None, runs)
     else:
-        points = random_points(study.intervals, runs, seed)
+        points = study.drawn(lambda box: random_points(box, runs, seed))
     requirement = Requirement(float(coverage), len(points), int(seed), {}, certified=True)
     return _made(study, requirement, points, _settings(study, rtol), [])
 
@@ -280,7 +280,8 @@ def extended(
     failures = tuple(one for one in result.failures if one.reason != NOT_BEGUN or one.index >= begun + runs)
     seconds = result.seconds
     if runs > 0:
-        points = sobol_points(study.intervals, begun, runs, requirement.seed)
+        seed = requirement.seed
+        points = study.drawn(lambda box: sobol_points(box, begun, runs, seed))
         new = _runs(study, requirement, points, result.settings, midpoint=False)
         seconds += new.seconds
         scored.append(Table.new(points, new))

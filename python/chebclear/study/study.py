@@ -17,18 +17,18 @@ from ..execution.plan import Plan
 from ..run.features import Feature
 from ..run.settings import RunOptions, Settings, checked_names, checked_settings, with_settings
 from ..scene.scene import Interval, Scene
-from .arguments import (
-    check_keywords,
-    checked_fixed,
-    checked_intervals,
-    returns_a_scene,
-)
 from .band.hybrid import Normal, Uniform
 from .features.features import Asked, checked_features, tracked_features
 from .methods import Methods, plan_of
 from .models.finished import FinishedRuns, finished_runs
 from .models.own import OwnModel, check_own_features, check_unused
 from .models.units import checked_units, known_units, require_known
+from .spec import (
+    check_keywords,
+    checked_fixed,
+    checked_intervals,
+    returns_a_scene,
+)
 
 
 @with_settings(RunOptions)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import _core
+from ...base.named import ReadOnlyDict
 from ...errors import ArgumentError
 from ...execution.memory import Usage, copy_output
 from ...scene.scene import Interval
@@ -53,6 +54,9 @@ class Requirement:
     """The revolutions of every run that are pooled by crank angle; None for bands over time."""
     failed: int = 0
     """Runs at points of the sequence that failed; they count as outside [-]."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "limits", ReadOnlyDict(self.limits))
 
     @property
     def succeeded(self) -> float:

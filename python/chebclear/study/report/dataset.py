@@ -88,6 +88,7 @@ def facts_of(result: Any) -> dict[str, Any]:
         "failures": [dataclasses.asdict(failure) for failure in result.failures],
         "units": result.units,
         "seed": result.seed,
+        "spec": None if result.spec is None else result.spec.facts(),
     }
     facts |= {"seconds": result.seconds, "worst_cases": [dataclasses.asdict(c) for c in result.worst_cases]}
     if result.features is not None:
