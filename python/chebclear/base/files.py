@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tokenize import TokenError
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 from zipfile import ZIP_DEFLATED, BadZipFile, ZipFile
 from zlib import error as ZlibError
 
@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ArgumentError, ChebclearError
+from .named import ReadOnlyDict
 from .shown import Shown
 from .writing import named, replaced
 
@@ -351,7 +352,7 @@ def same(first: Any, second: Any) -> bool:
         return bool(np.array_equal(first, second, equal_nan=floats))
     if type(first) is not type(second):
         return False
-    if dataclasses.is_dataclass(first):
+    if dataclasses.is_dataclass(first) and (isinstance(first, ArrayRecord) or _by_fields(first)):
         names = [item.name for item in dataclasses.fields(first) if item.compare]
         return all(same(getattr(first, name), getattr(second, name)) for name in names)
     if isinstance(first, (list, tuple)):
@@ -361,8 +362,13 @@ def same(first: Any, second: Any) -> bool:
     return bool(first == second) or (first != first and second != second)
 
 
+def _by_fields(record: Any) -> bool:
+    """Whether a record equals another one by its fields, and has no say of its own."""
+    return bool(record.__dataclass_params__.eq)
+
+
 def _read_only(value: Any) -> Any:
-    """The value with read-only arrays: views, so that those of the caller stay writeable."""
+    """The value with read-only arrays, views, so that those of the caller stay writeable, and dicts."""
     if isinstance(value, np.ndarray) and value.flags.writeable:
         view = value.view()
         view.flags.writeable = False
@@ -371,21 +377,27 @@ def _read_only(value: Any) -> Any:
         items = tuple(map(_read_only, value))
         return value if all(map(operator.is_, items, value)) else items
     if type(value) is dict:
-        held = {key: _read_only(item) for key, item in value.items()}
-        return value if all(map(operator.is_, held.values(), value.values())) else held
+        return ReadOnlyDict({key: _read_only(item) for key, item in value.items()})
     return value
 
 
 class ArrayRecord(Shown):
-    """Base of results: frozen dataclasses that hold read-only arrays, equal if all their fields are."""
+    """Base of results: dataclasses that are frozen with the arrays and dicts they hold, equal if all their
+    fields are. A copy is the result itself, as of a tuple."""
 
     __hash__ = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         self._freeze()
 
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memory: object) -> Self:
+        return self
+
     def __setstate__(self, state: dict[str, Any]) -> None:
-        # Copies and pickles do not call __init__, and their arrays are new ones.
+        # Pickles do not call __init__, and their arrays are new ones.
         self.__dict__.update(state)
         self._freeze()
 

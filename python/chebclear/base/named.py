@@ -5,11 +5,13 @@ from __future__ import annotations
 import fnmatch
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Generic, TypeVar
+from typing import Any, Generic, NoReturn, TypeVar
 
 from .arguments import did_you_mean
 
 Entry = TypeVar("Entry")
+Key = TypeVar("Key")
+Value = TypeVar("Value")
 
 
 def is_pattern(name: object) -> bool:
@@ -26,6 +28,19 @@ def matching(names: Iterable[str], pattern: str) -> list[str]:
     ['slider.x', 'slider.vx']
     """
     return [name for name in names if fnmatch.fnmatchcase(name, pattern)]
+
+
+class ReadOnlyDict(dict[Key, Value]):
+    """A dict that does not change: what frozen results hold. ``dict(it)`` is one that does."""
+
+    def _refuse(self, *given: Any, **named: Any) -> NoReturn:
+        raise TypeError("results are read-only: change a copy, dict(...)")
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce__(self) -> tuple[type[ReadOnlyDict[Key, Value]], tuple[dict[Key, Value]]]:
+        return type(self), (dict(self),)
 
 
 class Named(Mapping[str, Entry], Generic[Entry]):

@@ -10,21 +10,25 @@ from .arguments import Checks
 
 @dataclass(frozen=True)
 class Interval:
-    """All values from `lower` to `upper`.
+    """All values from `lower` to `upper`, with a nominal one among them.
 
     Parameters
     ----------
     lower, upper : float
         Ends, in the SI unit of the quantity; finite, `lower` below `upper`.
+    nominal : float, optional
+        Nominal value, at which the nominal run of a study is simulated: from `lower` to `upper`, as of a
+        dimension with tolerances to one side; the midpoint if not given.
 
     Raises
     ------
     ValueError, TypeError
-        If an end is not a finite number or the ends are reversed.
+        If a number is not finite, the ends are reversed, or the nominal value is not between them.
     """
 
     lower: float
     upper: float
+    nominal: float = None  # type: ignore[assignment] # a number once made
 
     def __post_init__(self) -> None:
         checks = Checks()
@@ -33,6 +37,16 @@ class Interval:
         if self.lower >= self.upper:
             checks.add(f"lower must be < upper, got lower = {self.lower!r} and upper = {self.upper!r}")
         checks.finish()
+        nominal = self.nominal
+        if nominal is None:
+            nominal = self.midpoint
+        nominal = checks.real("nominal", nominal, "SI unit", least=self.lower, most=self.upper)
+        checks.finish()
+        object.__setattr__(self, "nominal", nominal)
+
+    def __repr__(self) -> str:
+        nominal = "" if self.nominal == self.midpoint else f", nominal={self.nominal!r}"
+        return f"Interval(lower={self.lower!r}, upper={self.upper!r}{nominal})"
 
     @property
     def midpoint(self) -> float:

@@ -28,12 +28,16 @@ class Costs(Sequence[Stats]):
     """
 
     def __init__(self, counts: Array) -> None:
-        self.counts = counts
+        self.counts = counts.view()
+        self.counts.flags.writeable = False
 
     @classmethod
     def joined(cls, parts: Iterable[Sequence[Stats]]) -> Costs:
         """Those of some runs and then of others."""
         return cls(np.concatenate([np.empty((0, len(STATS))), *map(_as_counts, parts)]))
+
+    def __reduce__(self) -> tuple[type[Costs], tuple[Array]]:
+        return Costs, (self.counts,)
 
     def __len__(self) -> int:
         return len(self.counts)

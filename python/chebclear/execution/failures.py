@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.named import ReadOnlyDict
 from ..base.units import unit
 from ..errors import ChebclearError, Problem, SceneError, cut, describe, error_text
 from .limited import CallError, TimeLimitError
@@ -61,6 +62,9 @@ class FailedRun:
     message: str
     time: float = field(default=0.0, metadata=unit("s"))
     joint: str | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "parameters", ReadOnlyDict(self.parameters))
 
     def __repr__(self) -> str:
         return f"<FailedRun {self.index}: {self.reason} with {describe(self.parameters)}>"

@@ -71,7 +71,7 @@ def plot_band(
     scan : Band, optional
         Band of the same output to compare with, drawn as dashed lines. A scan is an inner bound.
     nominal : bool
-        Draw the response at the midpoint of the intervals.
+        Draw the response at the nominal values of the parameters.
     runs : int
         How many of the simulated runs to draw, evenly chosen [-].
     **fill
@@ -181,7 +181,7 @@ def plot_sensitivity(
     x_label: str | None = None,
     **line: Any,
 ) -> Axes:
-    """Draw the sensitivity of an output to one parameter at the midpoint of the intervals.
+    """Draw the sensitivity of an output to one parameter at the nominal values.
 
     Several on the same axes get a legend that names them.
 

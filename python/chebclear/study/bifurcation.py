@@ -27,7 +27,7 @@ from ..run.settings import Settings, StepOptions, with_settings
 from ..run.simulation import run_scene
 from ..scene.columns import column_unit
 from ..scene.scene import ClearanceRevolute, Scene
-from .arguments import check_keywords, checked_fixed
+from .spec import check_keywords, checked_fixed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -74,12 +74,12 @@ def turning(
     checks.finish()
     if cycles <= discard:
         checks.add(f"cycles must be > discard, got {cycles} and {discard}")
-    middle = {name: side.midpoint for name, side in study.intervals.items()}
-    scene = study.scene(middle)
+    nominal = {name: side.nominal for name, side in study.intervals.items()}
+    scene = study.scene(nominal)
     crank = _crank(checks, scene, joint)
     checks.finish()
     ends = [
-        study.scene({**middle, name: end})
+        study.scene({**nominal, name: end})
         for name, side in study.intervals.items()
         for end in (side.lower, side.upper)
     ]
@@ -129,7 +129,7 @@ def _measured(
     look = dataclasses.replace(settings, skip=0.0, duration=duration, samples=_LOOK, outputs=(column,))
     run = run_scene(scene, look)
     if not run.success:
-        raise ArgumentError(f"the midpoint cannot be simulated for {duration:.6g} s: {run.message}")
+        raise ArgumentError(f"the nominal run cannot be simulated for {duration:.6g} s: {run.message}")
     angle = run[column]
     fastest = float(np.max(np.abs(np.diff(angle)))) * (_LOOK - 1) / duration
     if np.ptp(angle) < _LEAST_TURN:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 import os
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,20 +17,22 @@ from numpy.typing import NDArray
 from ..base import files
 from ..base.arguments import Checks
 from ..base.named import Named
-from ..base.shown import Shown, shortened
+from ..base.shown import shortened
 from ..base.units import unit
 from ..data.dataset import Dataset, numbered
 from ..data.exports import Exports
 from ..report import html
-from ..report.document import Table
+from ..report.document import Items, Table
 from ..run.trajectory import column_index
+from ..scene.scene import Interval
+from .band.band import Band
 from .results import StudyResult
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, repr=False)
-class BoundErrors(Shown):
+@dataclass(frozen=True, eq=False, repr=False)
+class BoundErrors(files.ArrayRecord):
     """Differences between the bounds of one output and reference bounds, over a span of time.
 
     Attributes
@@ -44,6 +49,9 @@ class BoundErrors(Shown):
         Largest width of the band minus that of the reference, relative to the latter [-].
     unit : str
         Unit of the output; empty if it is not known.
+    largest : float
+        Largest difference of a bound from that of the reference at an instant, over the range of the output
+        in the reference, from the lowest of its bounds to the highest [-].
     """
 
     lower: float
@@ -52,13 +60,18 @@ class BoundErrors(Shown):
     reference_width: float
     slack: float
     unit: str = ""
+    largest: float = math.nan
 
 
+# Settings that change bounds.
+_SETTINGS = ("duration", "skip", "samples", "rtol", "method", "position_tolerance", "velocity_tolerance")
+# Most values of scenes that are listed.
+_MOST_LINES = 4
 _FIELDS = tuple(item.name for item in dataclasses.fields(BoundErrors))
 
 
-@dataclass(frozen=True, repr=False)
-class Comparison(Named[BoundErrors], Exports):
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(files.ArrayRecord, Named[BoundErrors], Exports):
     """Comparison of two studies; ``comparison["slider.vx"]`` holds the `BoundErrors` of that output.
 
     Its exports have a row for each output. The unit of the widths is in a column of its own, since every
@@ -72,11 +85,14 @@ class Comparison(Named[BoundErrors], Exports):
         First instant compared [s].
     end : float
         Last instant compared [s].
+    differences : tuple[str, ...]
+        What differs between the studies besides the method: mechanism, intervals, tolerance and so on.
     """
 
     errors: dict[str, BoundErrors]
     start: float = field(metadata=unit("s"))
     end: float = field(metadata=unit("s"))
+    differences: tuple[str, ...] = ()
 
     @property
     def _names(self) -> tuple[str, ...]:
@@ -98,8 +114,9 @@ class Comparison(Named[BoundErrors], Exports):
         """
         columns = {"output": list(self.errors)}
         columns |= {name: [getattr(row, name) for row in self.errors.values()] for name in _FIELDS}
-        data = numbered("row", columns, dict.fromkeys(("lower", "upper", "slack"), "-"))
-        return dataclasses.replace(data, facts={"start": self.start, "end": self.end})
+        data = numbered("row", columns, dict.fromkeys(("lower", "upper", "slack", "largest"), "-"))
+        span: dict[str, str | int | float] = {"start": self.start, "end": self.end}
+        return dataclasses.replace(data, facts=span | {"differences": "\n".join(self.differences)})
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything to one compressed ``.npz`` file.
@@ -115,7 +132,8 @@ class Comparison(Named[BoundErrors], Exports):
             The file written.
         """
         rows = {name: dataclasses.asdict(row) for name, row in self.errors.items()}
-        return files.save(path, "comparison", {}, {"errors": rows, "start": self.start, "end": self.end})
+        facts = {"errors": rows, "start": self.start, "end": self.end, "differences": self.differences}
+        return files.save(path, "comparison", {}, facts)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Comparison:
@@ -137,21 +155,24 @@ class Comparison(Named[BoundErrors], Exports):
         """
         with files.loaded(path, "comparison") as (_, facts):
             errors = {name: BoundErrors(**row) for name, row in facts["errors"].items()}
-            return files.sound(cls(errors, facts["start"], facts["end"]))
+            differences = tuple(facts.get("differences", ()))
+            return files.sound(cls(errors, facts["start"], facts["end"], differences))
 
     def _repr_html_(self) -> str:
-        return html.fragment(self._span(), [Table("Differences between the bounds", *self._cells())])
+        table = Table("Differences between the bounds", *self._cells())
+        return html.fragment(self._span(), [table, *([Items(self.differences)] if self.differences else [])])
 
     def _span(self) -> str:
         return f"bounds from t = {self.start:.6g} s to {self.end:.6g} s"
 
     def _cells(self) -> tuple[list[str], list[list[str]]]:
-        head = ["output", "lower [%]", "upper [%]", "width", "reference", "slack [%]"]
+        head = ["output", "lower [%]", "upper [%]", "largest [%]", "width", "reference", "slack [%]"]
         rows = [
             [
                 f"{name} [{row.unit}]" if row.unit else name,
                 f"{100.0 * row.lower:.3f}",
                 f"{100.0 * row.upper:.3f}",
+                f"{100.0 * row.largest:.3f}",
                 f"{row.width:.6g}",
                 f"{row.reference_width:.6g}",
                 f"{100.0 * row.slack:+.2f}",
@@ -167,7 +188,7 @@ class Comparison(Named[BoundErrors], Exports):
             "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip()
             for row in [head, *rows]
         ]
-        return "\n".join([self._span(), *lines])
+        return "\n".join([self._span(), *lines, *(f"differs: {text}" for text in self.differences)])
 
 
 def compare(
@@ -176,7 +197,8 @@ def compare(
     """Compare the bounds of two studies as in the paper's Table 3.
 
     The relative error of a bound is ``|RMS(bound) - RMS(reference)| / RMS(reference)`` with the root mean
-    square over time. It does not show at which times the bounds differ.
+    square over time. It hides differences that cancel over time: `BoundErrors.largest` is the largest one.
+    Studies of different mechanisms can be compared; what differs is in `Comparison.differences`.
 
     Parameters
     ----------
@@ -249,8 +271,67 @@ def compare(
             reference_width=reference_width,
             slack=_relative(width, reference_width),
             unit=band.unit,
+            largest=_largest(band, other, span),
         )
-    return Comparison(errors, float(t[span][0]), float(t[span][-1]))
+    return Comparison(errors, float(t[span][0]), float(t[span][-1]), tuple(_differences(result, reference)))
+
+
+def _largest(band: Band, reference: Band, span: NDArray[np.bool_]) -> float:
+    """Largest difference of a bound at an instant, over the range of the reference."""
+    pairs = [(band.lower[span], reference.lower[span]), (band.upper[span], reference.upper[span])]
+    size = float(pairs[1][1].max() - pairs[0][1].min())
+    return max(float(np.abs(own - other).max()) for own, other in pairs) / size if size > 0.0 else math.nan
+
+
+def _differences(result: StudyResult, reference: StudyResult) -> Iterator[str]:
+    """What differs between two studies besides the method, a line for each."""
+    one, other = result.spec, reference.spec
+    if one is not None and other is not None:
+        yield from _unequal("", {"mechanism": one.name}, {"mechanism": other.name})
+        yield from _unequal("fixed ", one.facts()["fixed"], other.facts()["fixed"])
+    yield from _unequal("interval of ", result.intervals, reference.intervals)
+    settings = [one.settings and dataclasses.asdict(one.settings) for one in (result, reference)]
+    known = [{name: plain[name] for name in _SETTINGS} if plain else {} for plain in settings]
+    yield from _unequal("", *known)
+    scenes = [
+        {} if one.scene is None else _numbers(json.loads(one.scene.to_json())) for one in (result, reference)
+    ]
+    if scenes[0] and scenes[1]:
+        found = list(_unequal("nominal scene: ", *scenes))
+        yield from found[:_MOST_LINES]
+        if len(found) > _MOST_LINES:
+            yield f"nominal scene: {len(found) - _MOST_LINES} more values"
+
+
+def _unequal(what: str, one: Mapping[str, Any], other: Mapping[str, Any]) -> Iterator[str]:
+    """A line for each entry that differs."""
+    for name in dict.fromkeys([*one, *other]):
+        if not files.same(one.get(name), other.get(name)):
+            pair = (_shown(values[name]) if name in values else "none" for values in (one, other))
+            yield f"{what}{name}: {' and '.join(pair)}"
+
+
+def _shown(value: Any) -> str:
+    """A value in a line."""
+    if isinstance(value, Interval):
+        nominal = "" if value.nominal == value.midpoint else f" (nominal {value.nominal:.6g})"
+        return f"{value.lower:.6g} to {value.upper:.6g}{nominal}"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _numbers(plain: Any, path: str = "") -> dict[str, Any]:
+    """The single values of a scene by their paths; entries of lists by their names."""
+    if isinstance(plain, dict):
+        parts = [(f"{path}.{name}" if path else name, value) for name, value in plain.items()]
+    elif isinstance(plain, list):
+        names = [one.get("name") if isinstance(one, dict) else None for one in plain]
+        parts = [
+            (f"{path}[{index}]" if name is None else f"{path}.{name}", value)
+            for index, (name, value) in enumerate(zip(names, plain, strict=True))
+        ]
+    else:
+        return {path: plain}
+    return {where: value for part, inner in parts for where, value in _numbers(inner, part).items()}
 
 
 def root_mean_square(values: Array) -> float:

@@ -12,7 +12,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.random import default_rng
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
@@ -24,18 +23,19 @@ from ..execution.plan import Plan, planned
 from ..run.settings import Settings
 from ..run.simulation import warn_once
 from . import sampled
-from .arguments import (
-    MAX_RUNS,
-    check_runs,
-    per_parameter,
-)
 from .band.worst import WorstCase, predicted_extremes
 from .costs import StudyTradeoff
 from .models.finished import FinishedRuns
+from .polynomials.points import uniform_points
 from .polynomials.surrogate import MOST_RANGE_DEGREE, BoundKind, chebyshev_grid, tensor_grid
 from .results import StudyResult
 from .runner import Runner
 from .runs import MOST_NODES, MOST_RUNS, Runs
+from .spec import (
+    MAX_RUNS,
+    check_runs,
+    per_parameter,
+)
 from .tradeoff import Asked, measure
 
 Array = NDArray[np.float64]
@@ -180,9 +180,9 @@ class Methods(Runner):
         coverage : float
             Share of the samples of a further run that should be inside [-], between 0 and 1.
         rtol : float, optional
-            Relative tolerance of the integrator [-], in place of that of the study; 1e-4 if not given. Bands
-            need no smaller one, although single runs change. Velocities of impacting mechanisms are resolved
-            more often at 1e-5.
+            Relative tolerance of the integrator [-], in place of that of the study; 1e-4 if neither
+            says one. Bands need no smaller one, although single runs change. Velocities of impacting
+            mechanisms are resolved more often at 1e-5.
         seed : int
             Seed of the points [-], 0 to 2**64 - 1. The same seed gives exactly the same result on any number
             of threads.
@@ -283,10 +283,7 @@ class Methods(Runner):
             return self._with_warnings(
                 self.run_points(own, (len(own),), None, random=self.model.independent, kind="sample")
             )
-        sides = list(self.intervals.values())
-        points = default_rng(start).uniform(
-            [side.lower for side in sides], [side.upper for side in sides], (count, len(sides))
-        )
+        points = self.drawn(lambda box: uniform_points(box, count, start))
         made = self.run_points(points, (count,), None, random=True, kind="sample")
         return self._with_warnings(replace(made, seed=start))
 
@@ -379,7 +376,7 @@ class Methods(Runner):
     def _with_warnings(self, result: StudyResult) -> StudyResult:
         """The result of this study, after issuing its warnings."""
         warn_once(result.warnings)
-        return replace(result, study=self)
+        return replace(result, study=self, spec=self.spec)
 
 
 class _Planned(Exception):

@@ -9,7 +9,7 @@ import os
 from collections.abc import Mapping, Sequence, ValuesView
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol, overload
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,20 +39,9 @@ from .polynomials.surrogate import BoundKind
 from .report.dataset import facts_of, more_arrays, study_dataset
 from .report.document import study_document, verdict_table
 from .report.summary import summary
+from .spec import StudySpec
 
 Array = NDArray[np.float64]
-
-
-class Extendable(Protocol):
-    """A study that can add runs to its results."""
-
-    def extended(
-        self, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult] = ()
-    ) -> StudyResult:
-        """A result with further runs."""
-
-    def worst_cases(self, result: StudyResult) -> tuple[WorstCase, ...]:
-        """Runs at the worst cases that the polynomials of a result predict."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -86,8 +75,8 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         The scene at the midpoint of all intervals; None without scenes.
     requirement : Requirement | None
         Required coverage and seed of a calibrated study; None for the others.
-    study : Extendable | None
-        The study that made this result; None after copying, pickling or loading.
+    study : Study | None
+        The study that made this result; None after pickling or loading, where `spec` makes it again.
     features : FeatureTable | None
         The features of all runs; None if there are none.
     nominal_parameters : Array | None
@@ -102,6 +91,8 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         Units that were given to the study, by the names of parameters, outputs and features.
     seed : int | None
         Seed of the points of `Study.sample`; None for the others, see `requirement`.
+    spec : StudySpec | None
+        What was asked of the study; None in files of earlier versions.
     """
 
     kind: str
@@ -114,10 +105,10 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     settings: Settings | None
     scene: Scene | None
     requirement: Requirement | None = None
-    study: Extendable | None = field(default=None, compare=False)
+    study: Any = field(default=None, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
-        # The function that builds the scenes may not be picklable, and the result is complete without it.
+        # Executors and the like cannot be pickled; the specification makes the study again.
         return {name: value for name, value in vars(self).items() if name != "study"}
 
     features: FeatureTable | None = None
@@ -127,6 +118,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     worst_cases: tuple[WorstCase, ...] = ()
     units: dict[str, str] = field(default_factory=dict)
     seed: int | None = None
+    spec: StudySpec | None = None
 
     def __str__(self) -> str:
         return summary(self)
@@ -142,11 +134,19 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         Raises
         ------
         ValueError
-            If the result has lost its study by copying or loading, or no output is resolved by a polynomial.
+            If no output is resolved by a polynomial, or a function of the study did not travel with the
+            result, see `StudySpec`.
         """
-        if self.study is None:
-            raise ArgumentError("a result that was copied or loaded has lost its study: make it again")
-        return dataclasses.replace(self, worst_cases=self.study.worst_cases(self))
+        found: tuple[WorstCase, ...] = self._own_study().worst_cases(self)
+        return dataclasses.replace(self, worst_cases=found)
+
+    def _own_study(self) -> Any:
+        """The study that made the result, or the same made again."""
+        if self.study is not None:
+            return self.study
+        if self.spec is None:
+            raise ArgumentError("the file of this result does not say how its study was made: make it again")
+        return self.spec.study()
 
     @property
     def status(self) -> str:
@@ -264,13 +264,13 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         Raises
         ------
         ValueError
-            If this is not a result of `Study.band`, or has lost its study by copying or loading.
+            If this is not a result of `Study.band`, or a function of the study did not travel with the
+            result, see `StudySpec`.
         SceneError, SimulationError, TypeError
             As `Study.band`.
         """
-        if self.study is None:
-            raise ArgumentError("a result that was copied or loaded has lost its study: make it again")
-        return self.study.extended(self, runs, include)
+        made: StudyResult = self._own_study().extended(self, runs, include)
+        return made
 
     @overload
     def values(self) -> ValuesView[Band]: ...
@@ -372,7 +372,9 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         **facts
             The remaining fields.
         """
-        facts["nominal_parameters"] = at = nominal_parameters
+        facts["nominal_parameters"] = nominal_parameters
+        at = np.array([side.nominal for side in intervals.values()])
+        at = at if nominal_parameters is None else nominal_parameters
         given = dict(units or {})
         facts |= {"bounds": bounds, "requirement": requirement, "failures": failures, "units": given}
         simulated = facts.get("scene") is not None
@@ -467,7 +469,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             If the file holds something else.
         """
         with records.loaded(path, "study") as (arrays, facts):
-            intervals = {name: Interval(*ends) for name, ends in facts["intervals"].items()}
+            intervals = {name: Interval(*numbers) for name, numbers in facts["intervals"].items()}
             found = cls.from_runs(
                 arrays["t"],
                 facts["outputs"],
@@ -490,6 +492,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
                 failures=tuple(map(FailedRun.from_dict, facts.get("failures", ()))),
                 units=facts.get("units"),
                 seed=facts.get("seed"),
+                spec=StudySpec.from_facts(facts["spec"]) if facts.get("spec") is not None else None,
             )
             if not found.bands and found.features is None:
                 raise ValueError("it has neither outputs nor features")

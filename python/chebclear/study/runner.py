@@ -26,11 +26,12 @@ from .band.judgment import doubts, early_widths, told_holes
 from .features.features import Asked, FeatureTable
 from .models.finished import FinishedRuns
 from .models.own import OwnModel
-from .models.units import units_of
+from .models.units import known_units, units_of
 from .polynomials.holes import fit_holes
 from .polynomials.surrogate import BoundKind
 from .results import StudyResult
 from .runs import Making, Many, Runs
+from .spec import StudySpec, declared_order
 
 Array = NDArray[np.float64]
 
@@ -54,10 +55,51 @@ class Runner:
     """Features of every run by name."""
     units: dict[str, str]
     """Units that were given, by the names of parameters, outputs and features."""
+    rtol_given: bool
+    """Whether the user said the tolerance of the runs; methods with a default of their own then take it."""
     means: ExecutionOptions
     """Where runs are simulated, and how failed runs are treated."""
     progress: bool | Progress | None
     """Progress reports."""
+
+    @property
+    def spec(self) -> StudySpec:
+        """What is asked of the study, as its results carry it."""
+        outputs, cycles = None, 1
+        if self.settings is not None:
+            outputs, cycles = self.settings.outputs, self.settings.cycles
+        elif isinstance(self.model, OwnModel):
+            outputs, cycles = self.model.outputs, self.model.cycles
+        own = known_units(self.build, self.intervals)
+        return StudySpec(
+            build=self.build,
+            parameters={**self.intervals, **self.random},
+            outputs=None if outputs is None else tuple(outputs),
+            settings=self.settings,
+            rtol_given=self.rtol_given,
+            fixed=self.fixed,
+            features=self.features,
+            units={name: given for name, given in self.units.items() if own.get(name) != given},
+            cycles=cycles,
+            on_failure=self.means.on_failure,
+            run_seconds=self.means.run_seconds,
+            table=isinstance(self.model, FinishedRuns),
+        )
+
+    def drawn(self, draw: Callable[[dict[str, Interval]], Array]) -> Array:
+        """Points of the box that are the same for each parameter wherever the user names it.
+
+        Parameters
+        ----------
+        draw : callable
+            Returns the points of a box, shape (runs, parameters). It gets the parameters in the order in
+            which the model declares them.
+        """
+        names = declared_order(self.build, self.intervals)
+        points = draw({name: self.intervals[name] for name in names})
+        if names == list(self.intervals):
+            return points
+        return np.ascontiguousarray(points[:, [names.index(name) for name in self.intervals]])
 
     def run_points(
         self,
@@ -135,6 +177,16 @@ class Runner:
         if degrees is not None and runs.failures:
             found += told_holes(fit_holes(counts, degrees, [one.index for one in runs.failures]))
         return replace(result, warnings=(*result.warnings, *found))
+
+    def run_settings(self, rtol: float | None, default: float) -> Settings | None:
+        """Settings of the runs of a method with a default tolerance of its own; None without simulations.
+
+        The tolerance is that given to the method, else that given to the study, as a keyword, in its settings
+        or in its scene file, else the default.
+        """
+        if self.settings is None or (rtol is None and self.rtol_given):
+            return self.settings
+        return replace(self.settings, rtol=default if rtol is None else float(rtol))
 
     @property
     def normal(self) -> tuple[str, ...]:

@@ -75,9 +75,9 @@ class Runs:
     seconds: float = field(default=math.nan, metadata=unit("s"))
     """Time they took [s]."""
     nominal_parameters: Array | None = None
-    """Parameters of the run that is used as the nominal one, shape (parameters,); None at the midpoint."""
+    """Parameters of the run that is used as the nominal one, shape (parameters,); None at nominal values."""
     scene: Scene | None = None
-    """The scene at the midpoint of all intervals; None if the runs were not simulated."""
+    """The scene at the nominal values of all intervals; None if the runs were not simulated."""
     clearances: dict[str, float] = field(default_factory=dict, metadata=unit("m"))
     """Largest clearance of each joint in all scenes [m]."""
     scenes: Sequence[Scene] = ()
@@ -149,7 +149,7 @@ class Making:
     rtol : float
         Relative tolerance of the study [-], which single analyses replace.
     midpoint : bool
-        Whether the run at the midpoint is simulated too, as the last one.
+        Whether the nominal run is simulated too, as the last one.
     usage : Usage
         What the result takes besides the samples.
     """
@@ -171,10 +171,10 @@ class Making:
         self._scene = scene
         self._many = many
         self._intervals = intervals
-        middle = {name: side.midpoint for name, side in intervals.items()}
-        self._middle = len(points)
+        nominal = {name: side.nominal for name, side in intervals.items()}
+        self._last = len(points)
         """Number of the nominal run."""
-        self._points = np.vstack([points, list(middle.values())])
+        self._points = np.vstack([points, list(nominal.values())])
         self._asked = features
         self._means = means
         self._midpoint = midpoint
@@ -186,17 +186,17 @@ class Making:
         self._structures = Structures()
         self.count = len(points) + midpoint
         with self._watched():
-            self._nominal = self._limited(self._scene, middle)
-        self._like = self._flat(self._nominal, middle)
+            self._nominal = self._limited(self._scene, nominal)
+        self._like = self._flat(self._nominal, nominal)
         try:
             facts = self._nominal.check()
             self.settings = settings.for_scene(self._nominal, runs=self.count if means.in_memory else 1)
             self._branch = facts.branch
         except InputError as error:
-            raise type(error)(located(middle, error.problems)) from None
+            raise type(error)(located(nominal, error.problems)) from None
         outputs = self.settings.outputs
         self.columns = facts.columns if outputs is None else tuple(outputs)
-        self._require_ends(middle)
+        self._require_ends(nominal)
 
     def parameters(self, number: int) -> dict[str, float]:
         """Parameters of a run by its number; the nominal one comes last [SI units]."""
@@ -217,9 +217,9 @@ class Making:
             identity = Identity(settings, self._like[0].fingerprint, self._rtol)
             store = Store(means.store, identity)
         try:
-            numbers = list(range(self._middle))
+            numbers = list(range(self._last))
             if self._midpoint:  # first, since a study needs it
-                numbers = [self._middle, *numbers]
+                numbers = [self._last, *numbers]
             batch = Batch(
                 self._build,
                 numbers,
@@ -309,7 +309,7 @@ class Making:
         if clearance > self._clearances.get(name, 0.0):
             self._clearances[name] = clearance
 
-    def _require_ends(self, middle: dict[str, float]) -> None:
+    def _require_ends(self, nominal: dict[str, float]) -> None:
         """Raise if there is no mechanism at an end of an interval, since bounds hold for the whole interval.
 
         Chebyshev roots lie inside, and would not reveal a length that reaches down to zero; for other points
@@ -317,7 +317,7 @@ class Making:
         """
         for name, side in self._intervals.items():
             for end in (side.lower, side.upper):
-                at_end = middle | {name: end}
+                at_end = nominal | {name: end}
                 try:
                     with self._watched():
                         scene = self._limited(self._scene, at_end)
@@ -326,12 +326,14 @@ class Making:
                         known = facts.columns + facts.further_columns
                         lacking = [column for column in self.columns if column not in known]
                         if lacking:
-                            message = f'has no "{lacking[0]}" as at the midpoint: all scenes of a study need '
+                            message = (
+                                f'has no "{lacking[0]}" as at the nominal values: all scenes of a study need '
+                            )
                             raise SceneError([("outputs", message + "the outputs of interest")])
                         same = self._flat(scene, at_end)[0] is self._like[0]
                         if same and any(a * b < 0 for a, b in zip(facts.branch, self._branch, strict=True)):
                             raise SceneError(
-                                [("branch", "closes its loops on another side than at the midpoint")]
+                                [("branch", "closes its loops on another side than at the nominal values")]
                             )
                     except SceneError as error:
                         raise SceneError(located(at_end, error.problems)) from None
@@ -411,7 +413,7 @@ class Making:
     def _require_success(self, batch: Batch) -> None:
         """Raise for the first failure if the study says so, or if the nominal run or most runs failed."""
         failed = {number: end for number, end in batch.failed() if end.status != NOT_BEGUN}
-        first = run_to_raise(failed, self.count, self._middle, self._means.on_failure)
+        first = run_to_raise(failed, self.count, self._last, self._means.on_failure)
         if first is None:
             return
         end, parameters = failed[first], self.parameters(first)

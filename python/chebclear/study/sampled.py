@@ -46,7 +46,7 @@ LEAST_RUNS = 3
 BAND_RUNS = 81
 """Default number of runs of a band [-]."""
 BAND_RTOL = 1e-4
-"""Default relative tolerance of the runs of a band [-]."""
+"""Relative tolerance of the runs of a band where nothing was said [-]."""
 MOST_SEED = 2**64 - 1
 MOST_PARAMETERS = 32
 """Parameters for which there are Sobol' points [-]."""
@@ -135,7 +135,7 @@ def band(
         points = _finished_points(study.model, runs, LEAST_RUNS)
         requirement = Requirement(float(coverage), len(points), int(seed), {}, finished=True)
     else:
-        points = sobol_points(study.intervals, 0, count, seed)
+        points = study.drawn(lambda box: sobol_points(box, 0, count, seed))
         requirement = Requirement(float(coverage), count, int(seed), {})
     if cycles is not None:
         settings, revolutions = turning(study, settings, cycles, 1 if discard is None else discard, angle)
@@ -169,7 +169,7 @@ def certify(study: Runner, coverage: float, rtol: float | None, seed: int, max_r
             )
         points = _finished_points(study.model, None, runs)
     else:
-        points = random_points(study.intervals, runs, seed)
+        points = study.drawn(lambda box: random_points(box, runs, seed))
     requirement = Requirement(float(coverage), len(points), int(seed), {}, certified=True)
     return _made(study, requirement, points, _settings(study, rtol), [])
 
@@ -196,9 +196,7 @@ def _finished_points(table: FinishedRuns, runs: int | None, least: int) -> Array
 
 def _settings(study: Runner, rtol: float | None) -> Settings | None:
     """Settings of the runs of a band; None if they are not simulated."""
-    if study.settings is None:
-        return None
-    return dataclasses.replace(study.settings, rtol=BAND_RTOL if rtol is None else float(rtol))
+    return study.run_settings(rtol, BAND_RTOL)
 
 
 def _runs(
@@ -282,7 +280,8 @@ def extended(
     failures = tuple(one for one in result.failures if one.reason != NOT_BEGUN or one.index >= begun + runs)
     seconds = result.seconds
     if runs > 0:
-        points = sobol_points(study.intervals, begun, runs, requirement.seed)
+        seed = requirement.seed
+        points = study.drawn(lambda box: sobol_points(box, begun, runs, seed))
         new = _runs(study, requirement, points, result.settings, midpoint=False)
         seconds += new.seconds
         scored.append(Table.new(points, new))
@@ -425,7 +424,7 @@ def _foreign(
     """
     found = []
     for index, result in enumerate(results):
-        same = all(result.intervals[name].midpoint == side.midpoint for name, side in study.intervals.items())
+        same = all(result.intervals[name].nominal == side.nominal for name, side in study.intervals.items())
         if study.settings is not None or not same or result.nominal_parameters is not None:
             continue
         values, other = nominal.values[0], np.stack([result[name].nominal for name in outputs], axis=-1)
@@ -481,7 +480,7 @@ def _largest_clearances(study: Runner, scene: Scene, found: Mapping[str, float])
     It includes those of the scene at the midpoint and those `found` in the runs. Joints whose clearances at
     the ends of the box are unknown are left out.
     """
-    middle = {name: side.midpoint for name, side in study.intervals.items()}
+    middle = {name: side.nominal for name, side in study.intervals.items()}
     nominal, largest = _clearances(scene), _clearances(scene)
     for name, side in study.intervals.items():
         ends = []

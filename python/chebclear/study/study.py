@@ -17,18 +17,18 @@ from ..execution.plan import Plan
 from ..run.features import Feature
 from ..run.settings import RunOptions, Settings, checked_names, checked_settings, with_settings
 from ..scene.scene import Interval, Scene
-from .arguments import (
-    check_keywords,
-    checked_fixed,
-    checked_intervals,
-    returns_a_scene,
-)
 from .band.hybrid import Normal, Uniform
 from .features.features import Asked, checked_features, tracked_features
 from .methods import Methods, plan_of
 from .models.finished import FinishedRuns, finished_runs
 from .models.own import OwnModel, check_own_features, check_unused
 from .models.units import checked_units, known_units, require_known
+from .spec import (
+    check_keywords,
+    checked_fixed,
+    checked_intervals,
+    returns_a_scene,
+)
 
 
 @with_settings(RunOptions)
@@ -153,6 +153,7 @@ class Study(Methods):
     ) -> None:
         checks = Checks()
         # Simulations have a duration; a model of your own returns its instants.
+        self.rtol_given = settings is not None or "rtol" in options
         timed = settings is not None or not options.keys().isdisjoint(("duration", "samples"))
         simulated = timed or returns_a_scene(build)
         self.features = checked_features(checks, features)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..errors import ArgumentError, SimulationError
+from ..scene.scene import Interval
 from . import sampled
 from .band.band import Band
 from .band.calibrated import certifying_runs
@@ -162,11 +163,17 @@ def _holdout_points(study: Runner, count: int, seed: int) -> Array:
     """Random points of the box and its corners, shape (runs, parameters)."""
     sides = list(study.intervals.values())
     lower, upper = (np.array([getattr(side, end) for side in sides]) for end in ("lower", "upper"))
-    points: Array = lower + (upper - lower) * default_rng(seed).random((count, len(sides)))
+    points = study.drawn(lambda box: _random(box, count, seed))
     if len(sides) > _MOST_CORNERS:
         return points
     corners = np.array(list(itertools.product(*zip(lower, upper, strict=True))))
     return np.concatenate([points, corners])
+
+
+def _random(box: Mapping[str, Interval], count: int, seed: int) -> Array:
+    lower, upper = (np.array([getattr(side, end) for side in box.values()]) for end in ("lower", "upper"))
+    points: Array = lower + (upper - lower) * default_rng(seed).random((count, len(box)))
+    return points
 
 
 def _run(study: Runner, degree: int | None, count: int) -> _Setting:

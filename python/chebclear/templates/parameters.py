@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Mapping
 from typing import Any
 
@@ -23,6 +24,8 @@ KEYS = ("nominal", "rel", "plus", "minus", "limits", "fit", "unit", "note")
 _WAYS = (("rel",), ("plus", "minus"), ("limits",), ("fit",))
 # These have a middle, which is the nominal value unless another is given.
 _CLOSED = ("limits", "fit")
+# Part of the ends by which a nominal value that is meant to be the midpoint may differ from it.
+_ROUNDING = 4.0 * sys.float_info.epsilon
 _FIT = re.compile(r"\s*[\d.]+\s*[A-Za-z]{1,2}\d{1,2}\s*/\s*[A-Za-z]{1,2}\d{1,2}\s*")
 
 
@@ -158,7 +161,8 @@ class _Reader:
                 self.values.note(
                     ("parameters", name, "nominal"), f"must be in the interval, {ends}: change both"
                 )
-            return closed
+                return closed
+            return closed if middle is None else _around(closed.lower, middle, closed.upper)
         if middle is None or not any(key in facts for key in ("rel", "plus", "minus")):
             return None
         sides = self._relative(name, middle) if "rel" in facts else self._distances(name)
@@ -169,7 +173,7 @@ class _Reader:
             key = next(key for key in ("rel", "plus", "minus") if key in facts)
             self.values.note(("parameters", name, key), "the interval has no width")
             return None
-        return Interval(middle - minus, middle + plus)
+        return _around(middle - minus, middle, middle + plus)
 
     def _relative(self, name: str, middle: float) -> tuple[float, float] | None:
         path: Path = ("parameters", name, "rel")
@@ -229,3 +233,10 @@ class _Reader:
         ends = " to ".join(f"{2e6 * end:g}" for end in (side.lower, side.upper))
         words = f"radial; {facts['fit']} leaves {ends} um between the diameters"
         return f"{note}; {words}" if note else words
+
+
+def _around(lower: float, nominal: float, upper: float) -> Interval:
+    """An interval with a nominal value, which is the midpoint if it differs from it by rounding."""
+    side = Interval(lower, upper)
+    slack = _ROUNDING * max(abs(lower), abs(upper))
+    return side if abs(nominal - side.midpoint) <= slack else Interval(lower, upper, nominal)

@@ -1,5 +1,6 @@
 """The answer of a report and its numbers, as a reader meets them."""
 
+import itertools
 import re
 
 import chebclear as cc
@@ -89,3 +90,35 @@ def test_a_run_of_many_outputs_shows_the_usual_ones():
     assert run_document(run, None, None).title == "How does slider.x move?"
     run = cc.simulate(scene, duration=1e-3, samples=5, outputs=["slider.x", "slider.vx"])
     assert run_document(run, None, None).title == "How do slider.x and slider.vx move?"
+
+
+def test_rows_that_read_the_same_are_judged_the_same():
+    """Each row has one judgment, in the advice, in the short answer, and beside every other row."""
+    ends = [-0.01, 0.0, 0.001, 0.0049, 0.006, 0.02, 0.04, 0.096, 0.104, 0.3]
+    rows = [
+        Rank(f"p{number}", Estimate(0.5 * (low + high), low, high), Estimate(0.1, 0.0, 0.2), None)
+        for number, (low, high) in enumerate(itertools.combinations(ends, 2))
+    ]
+    told = {}
+    for row in rows:
+        assert told.setdefault(str(row.narrowing).partition(" (")[2], row.helps) == row.helps
+    assert set(told.values()) == {True, False, None}
+    ranking = Ranking("f", tuple(rows), Estimate(0.0, 0.0, 0.0), Estimate(0.0, 0.0, 0.0))
+    for row in rows:
+        sentences = [text for text in ranking.advice() if row.parameter in text.split(":")[0].split()]
+        word = {True: "halving", False: "tightening"}.get(row.helps)
+        assert [text.split()[0] for text in sentences] == ([word] if word else [])
+    useless = ranking.in_short().partition("Tightening")[2]
+    assert all((row.helps is False) or f"{row.parameter}," not in useless for row in rows)
+
+
+def test_two_rows_of_two_percent():
+    small = Estimate(0.02, 0.0004, 0.04), Estimate(0.02, 0.0, 0.04)
+    rows = [Rank("xl", Estimate(0.4, 0.3, 0.5), Estimate(0.65, 0.6, 0.7), None)]
+    rows += [
+        Rank(name, one, Estimate(0.02, 0.0, 0.1), None) for name, one in zip(("r", "yl"), small, strict=True)
+    ]
+    ranking = Ranking("f", tuple(rows), Estimate(0.0, 0.0, 0.0), Estimate(0.3, 0.2, 0.4))
+    told = ranking.advice()
+    assert len(told) == 3 and all(text.startswith("tightening") for text in told[1:])
+    assert "Tightening r and yl does not help" in ranking.in_short()

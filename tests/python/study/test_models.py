@@ -131,7 +131,7 @@ def test_what_only_simulations_have_is_refused_together():
 def test_a_table_of_finished_runs_gets_the_band_of_its_runs(table, tmp_path):
     parameters, values = table
     study = Study.from_runs(parameters, T, {"x": values}, intervals=BOX, features={"peak": peak("x")})
-    with pytest.warns(ChebclearWarning, match="no run of the table is at the midpoint"):
+    with pytest.warns(ChebclearWarning, match="no run of the table is at the nominal values"):
         result = study.band()
     assert len(result.parameters) == 39, "the run next to the midpoint is the nominal one"
     assert np.allclose(result["x"].lower, 0.9 * T - 2.2, atol=1e-12)
@@ -380,7 +380,7 @@ def test_instants_of_a_table_are_the_results_own(table):
 def test_runs_that_were_drawn_independently_are_certified(table):
     parameters, values = table
     study = Study.from_runs(parameters, T, {"x": values}, independent=True)
-    with pytest.warns(ChebclearWarning, match="midpoint"):
+    with pytest.warns(ChebclearWarning, match="nominal values"):
         assert study.certify(0.95)["x"].verdict == "certified"
     with pytest.raises(ValueError, match="has 39 runs besides the nominal one, 1500 are needed"):
         study.certify(0.999)
@@ -391,7 +391,7 @@ def test_a_table_on_chebyshev_roots_gets_the_polynomial_but_no_held_out_runs():
     order = np.random.default_rng(1).permutation(16)
     parameters = dict(zip(BOX, own.parameters[order].T, strict=True))
     study = Study.from_runs(parameters, T, {"x": own.values("x")[order]}, intervals=BOX)
-    with pytest.warns(ChebclearWarning, match="midpoint") as told:
+    with pytest.warns(ChebclearWarning, match="nominal values") as told:
         result = study.chebyshev(degree=3)
         # Another run stands in for that at the midpoint: nothing is doubted.
         result["x"].worst("upper")

@@ -258,7 +258,7 @@ def test_pieces_with_different_outputs_are_not_mixed():
             with_options(study, executor=executor).scan(4)
         problem = caught.value.problems[0]
         assert problem.path == f"scene with gravity = {PLANET['gravity'].upper!r}: outputs"
-        assert problem.message.startswith('has no "block.x" as at the midpoint')
+        assert problem.message.startswith('has no "block.x" as at the nominal values')
 
 
 @pytest.mark.parametrize("name", ["crank_length", "clearance", "rod_length"])
@@ -428,3 +428,40 @@ def test_a_band_that_is_widest_while_the_start_settles_says_so():
         assert result["wrist.normal_force"].width.argmax() < 60
         later = late.scan(5) if how == "scan" else late.band(5)
         assert not any("settling" in text for text in later.warnings)
+
+
+def test_a_comparison_shows_what_cancels_over_time_and_what_differs():
+    """A band moved by d where it is low and by -d where it is high has the same root mean square."""
+    t = np.linspace(0.0, 1.0, 5)
+    pairs = ((np.array([3.0, 4.0, 3.0, 4.0, 5.0]), 2.0), (np.array([4.0, 3.0, 4.0, 3.0, 5.0]), 3.0))
+    made = [
+        cc.Study(lambda a, b, x=x: {"t": t, "x": x + a * b}, {"a": cc.interval(-1.0, 1.0)}, fixed={"b": b})
+        for x, b in ((pairs[0][0], 1.0), (pairs[1][0], 1.0), (pairs[0][0], 2.0))
+    ]
+    first, moved, wider = (study.scan(2) for study in made)
+    row = cc.compare(moved, first)["x"]
+    assert row.lower == pytest.approx(0.0) and row.upper == pytest.approx(0.0)
+    assert row.largest == pytest.approx(1.0 / 4.0)  # of the range from 2 to 6
+    assert cc.compare(first, first).differences == ()
+    assert cc.compare(wider, first).differences == ("fixed b: 2 and 1",)
+    assert "differs: fixed b: 2 and 1" in str(cc.compare(wider, first))
+
+
+def test_a_comparison_of_two_mechanisms_names_both():
+    box, span = {"crank_length": cc.interval(0.05, rel=0.01)}, {"duration": 1e-3, "samples": 3}
+    one = cc.Study(cc.mechanisms.slider_crank, box, ["crank.angle"], **span)
+    two = cc.Study(
+        cc.mechanisms.slider_crank, box, ["crank.angle"], **span, rtol=1e-8, fixed={"clearance": 1e-3}
+    )
+    three = cc.Study(cc.mechanisms.four_bar, box, ["crank.angle"], **span)
+    told = cc.compare(one.scan(2), two.scan(2)).differences
+    assert told[:2] == ("fixed clearance: none and 0.001", "rtol: 1e-06 and 1e-08")
+    assert "nominal scene: joints.wrist.clearance: 2e-05 and 0.001" in told
+    assert cc.compare(one.scan(2), three.scan(2)).differences[0] == "mechanism: slider_crank and four_bar"
+    other = {"crank_length": cc.Interval(0.04, 0.06, 0.041)}
+    told = cc.compare(
+        one.scan(2), cc.Study(cc.mechanisms.slider_crank, other, ["crank.angle"], **span).scan(2)
+    )
+    assert (
+        told.differences[0] == "interval of crank_length: 0.0495 to 0.0505 and 0.04 to 0.06 (nominal 0.041)"
+    )

@@ -57,7 +57,7 @@ def test_predicted_worst_cases_are_simulated(study, tmp_path):
     assert cc.StudyResult.load(result.save(tmp_path / "checked")) == result
     with pytest.raises(ValueError, match="no output is resolved"):
         study.scan(3).check()
-    with pytest.raises(ValueError, match="has lost its study"):
+    with pytest.raises(ValueError, match=r"test_summary\..* did not travel with the result"):
         cc.StudyResult.load(tmp_path / "checked.npz").check()
 
 
@@ -67,13 +67,6 @@ def test_a_value_whose_square_is_no_number_is_told_with_its_output():
 
     with pytest.raises(cc.ChebclearError, match=r"no band of x: run 0 has a value .*: all must be finite"):
         cc.Study(huge, {"a": cc.interval(1.0, rel=0.1)}).band(9)
-
-
-def test_what_a_loaded_result_cannot_do_is_not_offered(study, tmp_path):
-    result = study.band(17)
-    assert "result.extend(17)" in str(result) and "result.check()" in str(result)
-    loaded = str(cc.load_result(result.save(tmp_path / "result.npz")))
-    assert "result.extend" not in loaded and "result.check" not in loaded
 
 
 @pytest.mark.parametrize("ask", ["scan", "sample", "certify"])

@@ -289,7 +289,7 @@ def test_a_template_gives_scenes_and_studies():
     template = cc.loads(SLIDER_CRANK)
     assert template.title == "Slider-crank"
     assert list(template.intervals) == ["crank_length", "rod_length", "clearance"]
-    assert template.intervals["rod_length"] == cc.interval(0.1195, 0.121)
+    assert template.intervals["rod_length"] == cc.Interval(0.1195, 0.121, 0.12)
     scene = template(rod_length=0.13)
     rod = scene.bodies[1]
     assert rod.inertia == 0.21 * 0.13**2 / 12

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -147,7 +146,7 @@ def _facts(template: Template, scene: Scene, picture: Path | None) -> dict[str, 
         "parameters": {
             name: {
                 "nominal": values[name],
-                "interval": None if one.interval is None else list(dataclasses.astuple(one.interval)),
+                "interval": None if one.interval is None else [one.interval.lower, one.interval.upper],
                 "unit": one.unit,
                 "note": one.note,
             }

@@ -104,9 +104,6 @@ def study(options: argparse.Namespace) -> int:
     if "discard" in given and "cycles" not in given:
         options.usage_error("argument --discard: is for bands by crank angle, give --cycles too")
     made, title = study_of(options)
-    if options.rtol is not None and options.kind in ("band", "certify"):
-        # These take one of their own in place of that of the study.
-        given["rtol"] = options.rtol
     return carry_out(made, options.kind, given, options, title)
 
 

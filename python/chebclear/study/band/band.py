@@ -51,7 +51,7 @@ class Band(records.ArrayRecord):
     upper : Array
         Upper bound in the unit of the output, shape (samples,).
     nominal : Array
-        Response at the midpoint of all intervals in the unit of the output, shape (samples,); by crank
+        Response at the nominal values of all intervals in the unit of the output, shape (samples,); by crank
         angle its first revolution.
     hull : tuple[Array, Array]
         Smallest and largest value of all runs, the nominal one included, in the unit of the output, each of
@@ -168,7 +168,7 @@ class Band(records.ArrayRecord):
             Differentiate with respect to the variable that runs from -1 to 1 over the interval instead, as
             the paper's Table 5 does: the change of the output for half the width of the interval.
         at : mapping of str to float or array_like, optional
-            A value for every parameter [SI units]; the midpoints if not given. Arrays broadcast.
+            A value for every parameter [SI units]; the nominal ones if not given. Arrays broadcast.
 
         Returns
         -------
@@ -270,7 +270,7 @@ class Band(records.ArrayRecord):
         return rises.astype(np.int8) - falls.astype(np.int8)
 
     def interval_share(self, parameter: str, *, threads: int | None = None) -> Array:
-        """Relative reduction of the width if a parameter were exactly at its midpoint.
+        """Relative reduction of the width if a parameter were exactly at its nominal value.
 
         The shares of all parameters need not add up to one.
 

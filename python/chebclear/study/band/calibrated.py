@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import _core
+from ...base.named import ReadOnlyDict
 from ...errors import ArgumentError
 from ...execution.memory import Usage, copy_output
 from ...scene.scene import Interval
@@ -53,6 +54,9 @@ class Requirement:
     """The revolutions of every run that are pooled by crank angle; None for bands over time."""
     failed: int = 0
     """Runs at points of the sequence that failed; they count as outside [-]."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "limits", ReadOnlyDict(self.limits))
 
     @property
     def succeeded(self) -> float:
@@ -144,8 +148,8 @@ def calibrated_bands(
     nominal, rows, angle, kept = values[-1], values[:-1], None, None
     if requirement.revolutions is not None:
         kept, angle = requirement.revolutions.kept, requirement.revolutions.angle
-        middle = [side.midpoint for side in intervals.values()]
-        parameters = np.repeat(np.vstack([parameters, middle]), kept, axis=0)
+        own = [side.nominal for side in intervals.values()]
+        parameters = np.repeat(np.vstack([parameters, own]), kept, axis=0)
         nominal, rows = values[-1, 0], values.reshape(-1, *values.shape[2:])
         values = rows
     # What a table has no runs in is unknown; Sobol' points fill the box.

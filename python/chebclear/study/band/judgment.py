@@ -51,7 +51,7 @@ def fit_error(
     ndarray, shape (samples,)
         In the unit of the output.
     """
-    middle = [side.midpoint for side in surrogate.intervals.values()] if at is None else at
+    middle = [side.nominal for side in surrogate.intervals.values()] if at is None else at
     error: Array = np.abs(surrogate.evaluate(dict(zip(surrogate.intervals, middle, strict=True))) - nominal)
     for block in time_blocks(*runs.shape):
         error[block] = np.maximum(error[block], left_out_error(surrogate.degrees, nodes, runs[:, block]))

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.named import ReadOnlyDict
 from ...base.units import unit
 from ...errors import describe
 from .band import Band
@@ -31,6 +32,9 @@ class WorstCase:
     """Value of the polynomial, in the unit of the output."""
     simulated: float
     """Value of the run at that instant; NaN if it failed."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "parameters", ReadOnlyDict(self.parameters))
 
     def __str__(self) -> str:
         word = "highest" if self.side == "upper" else "lowest"

@@ -251,7 +251,8 @@ class FeatureResult(records.ArrayRecord):
     def ranking(self) -> Ranking:
         """Predicted effect of halving the interval of each parameter on the interval of the feature."""
         effects = self.effects
-        narrowings = find_narrowing(list(self.intervals), self._points, self.values)
+        nominal = self._on_cube(np.array([side.nominal for side in self.intervals.values()]))
+        narrowings = find_narrowing(list(self.intervals), self._points, self.values, nominal=nominal)
         rows = [
             Rank(name, narrowing, effects.main[name], effects.monotone.get(name))
             for name, narrowing in narrowings.items()
@@ -276,9 +277,12 @@ class FeatureResult(records.ArrayRecord):
     @property
     def _points(self) -> Array:
         """Parameters from -1 to 1 over each interval, shape (runs, parameters)."""
+        return self._on_cube(self.parameters)
+
+    def _on_cube(self, parameters: Array) -> Array:
         middle = np.array([side.midpoint for side in self.intervals.values()])
         half = np.array([side.half_width for side in self.intervals.values()])
-        return np.asarray((self.parameters - middle) / half)
+        return np.asarray((parameters - middle) / half)
 
 
 def checked_features(checks: Checks, given: object) -> dict[str, Asked]:

@@ -59,20 +59,25 @@ _CENTRAL = 0.95
 _ENDS = (0.5 - 0.5 * _CENTRAL, 0.5 + 0.5 * _CENTRAL)
 
 
-def find_narrowing(names: list[str], points: Array, values: Array, seed: int = 0) -> dict[str, Estimate]:
+def find_narrowing(
+    names: list[str], points: Array, values: Array, seed: int = 0, nominal: Array | None = None
+) -> dict[str, Estimate]:
     """Relative reduction of the interval of 95 % of the values when the interval of a
-    parameter is halved around its midpoint [-].
+    parameter is halved towards its nominal value [-].
+
+    `nominal` has these values from -1 to 1; the midpoints if not given.
 
     The scatter may be of any size and shape in any part of the box. Parameters and errors are those of
     `find_effects`.
     """
     models, _, below = models_of(points, values, seed)
-    found = [_narrowed(model, points, seed) for model in models]
+    nominal = np.zeros(points.shape[1]) if nominal is None else nominal
+    found = [_narrowed(model, points, nominal, seed) for model in models]
     effect = found[0][0]
     ranges = [ends_of(again) for _, again in found]
     beyond = missed_part(models[0], values) + _POINTS_ERROR + unexplained(models)
     # What the last degree changed is about what the next one would.
-    last = 0.0 if below is None else _OF_LAST * np.abs(_narrowed(below, points, seed)[0] - effect)
+    last = 0.0 if below is None else _OF_LAST * np.abs(_narrowed(below, points, nominal, seed)[0] - effect)
     lower = np.minimum(np.min([low for low, _ in ranges], axis=0) - beyond - last, effect)
     upper = np.minimum(np.max([high for _, high in ranges], axis=0) + beyond + last, 1.0)
     upper = np.maximum(upper, effect)
@@ -93,7 +98,7 @@ class _Scatter(NamedTuple):
     """Runs from which that of a point is drawn, shape (points, neighbors); None if it must be one nearby."""
 
 
-def _narrowed(model: Model, points: Array, seed: int) -> tuple[Array, Array]:
+def _narrowed(model: Model, points: Array, nominal: Array, seed: int) -> tuple[Array, Array]:
     """By how much the interval of 95 % of the values narrows with each parameter halved, and in resampled
     sets, shapes (parameters,) and (parameters, replicates).
 
@@ -159,11 +164,11 @@ def _narrowed(model: Model, points: Array, seed: int) -> tuple[Array, Array]:
         basis = legendre_terms(at, model.fit.powers)
         return np.asarray(basis @ again + left_at(at, chosen, cycles) * model.scale)
 
-    return _compared(own_values, again_values, even_points(count, parameters))
+    return _compared(own_values, again_values, even_points(count, parameters), nominal)
 
 
 def _compared(
-    own_values: Callable[[Array], Array], again_values: Callable[[Array], Array], box: Array
+    own_values: Callable[[Array], Array], again_values: Callable[[Array], Array], box: Array, nominal: Array
 ) -> tuple[Array, Array]:
     """The narrowing of values over the box with each parameter halved, and that of the resampled sets.
 
@@ -181,7 +186,7 @@ def _compared(
     if min(whole, whole_of_first) > 0.0:
         for axis in range(parameters):
             halved = box.copy()
-            halved[:, axis] *= 0.5
+            halved[:, axis] = 0.5 * (halved[:, axis] + nominal[axis])
             width, of_first, all_widths = widths(halved)
             narrowing[axis] = 1.0 - width / whole
             moved = narrowing[axis] - (1.0 - of_first / whole_of_first)

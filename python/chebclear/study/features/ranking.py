@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from ...base.shown import Shown, in_a_sentence, shortened
 from ...report import html
 from ...report.document import Items, Table
 from .effects import Estimate
 
-# Halving a tolerance that narrows the interval by less than this certainly does not help.
-_HELPFUL = 0.1
+# Halving a tolerance that narrows the interval by less than this certainly does not help [%].
+_HELPFUL = 10.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -24,7 +26,7 @@ class Rank(Shown):
         Name of the parameter.
     narrowing : Estimate
         Relative reduction of the interval of 95 % of the feature's values when that of the parameter is
-        halved [-].
+        halved [-], towards its nominal value.
     share : Estimate
         Share of the variance that the parameter alone explains [-].
     monotone : str | None
@@ -37,9 +39,14 @@ class Rank(Shown):
     monotone: str | None
 
     @property
-    def is_useless(self) -> bool:
-        """Whether halving the interval certainly does not help."""
-        return self.narrowing.upper < _HELPFUL and self.narrowing.lower <= 0.0
+    def helps(self) -> bool | None:
+        """Whether halving the interval of the parameter helps: certainly, certainly not, or None.
+
+        Judged by the interval of `narrowing` in whole percent, as it is shown: rows that read the same are
+        judged the same.
+        """
+        lower, upper = (np.round(100.0 * end) for end in (self.narrowing.lower, self.narrowing.upper))
+        return True if lower > 0.0 else False if upper < _HELPFUL else None
 
 
 @dataclass(frozen=True, repr=False)
@@ -93,7 +100,7 @@ class Ranking:
         sentences = []
         largest = max(self.rows, key=lambda row: row.share.value)
         for row in self.rows:
-            if row.is_useless:
+            if row.helps is False:
                 scattered = self.scatter.value >= max(0.5, largest.share.value)
                 part = self.scatter.value if scattered else largest.share.value
                 why = f"{100.0 * part:.0f} % of the spread is "
@@ -101,9 +108,9 @@ class Ranking:
                 if row is largest and not scattered:
                     why = "what is left of its interval reaches as far"
                 sentences.append(f"tightening {row.parameter} does not help: {why}")
-            elif row.narrowing.lower > 0.0:
+            elif row.helps:
                 sentences.append(f"halving the interval of {row.parameter} narrows it by {row.narrowing}")
-        if not any(row.narrowing.lower > 0.0 for row in self.rows):
+        if not any(row.helps for row in self.rows):
             sentences.append(self._uncertain())
         return tuple(sentences)
 
@@ -126,7 +133,7 @@ class Ranking:
         text = "no single tolerance is certain to narrow it"
         if self.scatter.value >= 0.5:
             text += f": {self.scatter} of the spread is scatter that no parameter explains"
-        wide = any(not row.is_useless for row in self.rows)
+        wide = any(row.helps is None for row in self.rows)
         return f"{text}; more runs narrow the intervals in brackets" if wide else text
 
     def in_short(self) -> str:
@@ -134,12 +141,8 @@ class Ranking:
         told = self.advice()
         if len(told) == 1 and told[0].endswith("in every run"):
             return "It is the same in every run."
-        helpful = [
-            f"of {row.parameter} narrows it by {row.narrowing}"
-            for row in self.rows
-            if row.narrowing.lower > 0.0
-        ]
-        useless = [row.parameter for row in self.rows if row.is_useless]
+        helpful = [f"of {row.parameter} narrows it by {row.narrowing}" for row in self.rows if row.helps]
+        useless = [row.parameter for row in self.rows if row.helps is False]
         sentences = []
         if helpful:
             more = "".join(f", {text.replace(' narrows it', '')}" for text in helpful[1:3])

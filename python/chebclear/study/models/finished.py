@@ -45,8 +45,15 @@ class FinishedRuns:
 
     @property
     def nominal(self) -> int:
-        """The run nearest to the midpoint, which is used as the nominal one."""
-        return int(np.argmin(np.max(np.abs(self._on_cube(self.parameters)), axis=1)))
+        """The run nearest to the nominal values, which is used as the nominal one."""
+        return int(np.argmin(self._from_nominal))
+
+    @property
+    def _from_nominal(self) -> Array:
+        """Largest distance of each run from the nominal values, over half the interval, shape (runs,)."""
+        wanted = np.array([[side.nominal for side in self.intervals.values()]])
+        away = self._on_cube(self.parameters) - self._on_cube(wanted)
+        return np.asarray(np.max(np.abs(away), axis=1))
 
     @property
     def points(self) -> Array:
@@ -117,12 +124,11 @@ class FinishedRuns:
         stand_in = None
         if midpoint:
             rows.append(self.nominal)
-            away = np.max(np.abs(own[self.nominal]))
-            if away > _SAME_POINT:
+            if self._from_nominal[self.nominal] > _SAME_POINT:
                 stand_in = self.parameters[self.nominal]
                 at = dict(zip(self.intervals, map(float, self.parameters[self.nominal]), strict=True))
                 warnings.append(
-                    "no run of the table is at the midpoint of all intervals: the nearest, with "
+                    "no run of the table is at the nominal values of all intervals: the nearest, with "
                     f"{describe(at)}, is used as the nominal one"
                 )
         features = self.table.features

@@ -49,7 +49,7 @@ class Returned:
     warnings: tuple[str, ...] = ()
     """Warnings."""
     nominal_parameters: Array | None = None
-    """Parameters of the run that is used as the nominal one, shape (parameters,); None at the midpoint."""
+    """Parameters of the run that is used as the nominal one, shape (parameters,); None at nominal values."""
     kept: NDArray[np.intp] | None = None
     """Numbers of the points whose runs these are, without the nominal one; all if None."""
     failures: tuple[FailedRun, ...] = ()
@@ -181,7 +181,7 @@ class OwnModel:
         report: Callable[[int, int], None] | None,
         means: ExecutionOptions,
     ) -> Returned:
-        """The runs at the points and, if asked for, last at the midpoint.
+        """The runs at the points and, if asked for, last at the nominal values.
 
         `report` gets the runs done and the runs in all; `means` says where they are made and what becomes of
         those that fail.
@@ -194,8 +194,8 @@ class OwnModel:
         StoreError
             If the store cannot be used.
         """
-        middle = np.array([side.midpoint for side in self.intervals.values()])
-        rows = np.vstack([points, middle]) if midpoint else points
+        nominal_point = np.array([side.nominal for side in self.intervals.values()])
+        rows = np.vstack([points, nominal_point]) if midpoint else points
         given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in rows]
         store = None
         if means.store is not None:

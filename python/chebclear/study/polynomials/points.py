@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from itertools import combinations
 
 import numpy as np
+from numpy.random import default_rng
 from numpy.typing import NDArray
 
 from ... import _core
@@ -51,6 +52,12 @@ def sobol_points(intervals: Mapping[str, Interval], first: int, count: int, seed
 def random_points(intervals: Mapping[str, Interval], count: int, seed: int) -> Array:
     """Independent points, uniform in the box; arguments as `sobol_points`."""
     return on_box(intervals, _core.random_points(len(intervals), 0, count, seed))
+
+
+def uniform_points(intervals: Mapping[str, Interval], count: int, seed: int) -> Array:
+    """Independent points, uniform in the box, by NumPy's generator; arguments as `sobol_points`."""
+    lower, upper = ([getattr(side, end) for side in intervals.values()] for end in ("lower", "upper"))
+    return default_rng(seed).uniform(lower, upper, (count, len(intervals)))
 
 
 def on_box(intervals: Mapping[str, Interval], cube: Array) -> Array:

@@ -54,6 +54,15 @@ def tensor_grid(sides: Sequence[Array]) -> Array:
     return np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, len(sides))
 
 
+def nominal_factors(side: Interval, degree: int) -> Array:
+    """Chebyshev polynomials up to a degree at the nominal value of an interval; in its middle 1, 0, -1, 0."""
+    x = (side.nominal - side.midpoint) / side.half_width
+    values = [1.0, x]
+    for _ in range(degree - 1):
+        values.append(2.0 * x * values[-1] - values[-2])
+    return np.array(values[: degree + 1])
+
+
 def checked_threads(threads: int | None) -> int | None:
     """A number of threads as a whole number; None stays None."""
     if threads is None:
@@ -272,7 +281,7 @@ class Surrogate(records.ArrayRecord):
         return replace(self, terms=slopes)
 
     def frozen(self, parameter: str) -> Surrogate:
-        """The polynomial with one parameter at its midpoint, in which it then has degree 0.
+        """The polynomial with one parameter at its nominal value, in which it then has degree 0.
 
         Parameters
         ----------
@@ -289,9 +298,8 @@ class Surrogate(records.ArrayRecord):
             If the parameter is unknown.
         """
         axis = self._axis(parameter)
-        # T_i(0) is 1, 0, -1, 0, ...
-        at_middle = np.array([(1.0, 0.0, -1.0, 0.0)[i % 4] for i in range(self.degrees[axis] + 1)])
-        terms = np.tensordot(at_middle, self.coefficients, axes=(0, axis))
+        at_nominal = nominal_factors(self.intervals[parameter], self.degrees[axis])
+        terms = np.tensordot(at_nominal, self.coefficients, axes=(0, axis))
         degrees = tuple(0 if index == axis else degree for index, degree in enumerate(self.degrees))
         return Surrogate(
             self.intervals, degrees, np.ascontiguousarray(terms.reshape(-1, self.terms.shape[1]))
@@ -313,7 +321,7 @@ class Surrogate(records.ArrayRecord):
         """Derivative with respect to one parameter; see `Band.sensitivity`."""
         axis = self._axis(parameter)
         if at is None:
-            at = {name: side.midpoint for name, side in self.intervals.items()}
+            at = {name: side.nominal for name, side in self.intervals.items()}
         slope = self._at(self._slopes(axis), *self._normalized(at))
         # Eq. (33) is the derivative in the normalized variable; Eq. (32) needs that per physical unit.
         return slope if normalized else slope / self.intervals[parameter].half_width

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ... import _core
 from ...errors import ArgumentError
 from ...scene.scene import Interval
-from .surrogate import BoundKind, PolynomialRange, Surrogate, checked_threads
+from .surrogate import BoundKind, PolynomialRange, Surrogate, checked_threads, nominal_factors
 
 Array = NDArray[np.float64]
 
@@ -103,14 +103,13 @@ class TotalDegree(Surrogate):
         return terms
 
     def frozen(self, parameter: str) -> Surrogate:
-        """The polynomial with one parameter at its midpoint, on which it then does not depend."""
+        """The polynomial with one parameter at its nominal value, on which it then does not depend."""
         axis = self._axis(parameter)
         exponents, number = self._numbers()
+        factors = nominal_factors(self.intervals[parameter], self.degrees[0])
         terms = np.zeros_like(self.terms)
         for term, c in zip(exponents, self.terms, strict=True):
-            # T_n(0) is 1, 0, -1, 0, ...
-            at_middle = (1.0, 0.0, -1.0, 0.0)[term[axis] % 4]
-            terms[number[(*term[:axis], 0, *term[axis + 1 :])]] += at_middle * c
+            terms[number[(*term[:axis], 0, *term[axis + 1 :])]] += factors[term[axis]] * c
         return TotalDegree(self.intervals, self.degrees, terms)
 
     def _numbers(self) -> tuple[list[tuple[int, ...]], dict[tuple[int, ...], int]]:

@@ -76,7 +76,7 @@ def facts_of(result: Any) -> dict[str, Any]:
     facts: dict[str, Any] = {
         "kind_of_study": result.kind,
         "outputs": result.outputs,
-        "intervals": {name: [side.lower, side.upper] for name, side in result.intervals.items()},
+        "intervals": {name: list(dataclasses.astuple(side)) for name, side in result.intervals.items()},
         "degrees": result.degrees,
         "nodes": result.nodes,
         "bounds": result.bounds,
@@ -88,6 +88,7 @@ def facts_of(result: Any) -> dict[str, Any]:
         "failures": [dataclasses.asdict(failure) for failure in result.failures],
         "units": result.units,
         "seed": result.seed,
+        "spec": None if result.spec is None else result.spec.facts(),
     }
     facts |= {"seconds": result.seconds, "worst_cases": [dataclasses.asdict(c) for c in result.worst_cases]}
     if result.features is not None:

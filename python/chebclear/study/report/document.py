@@ -113,7 +113,7 @@ def study_document(result: ReportedStudy, title: str | None) -> Document:
     answer += [_reach(band) for band in list(bands.values())[:_MOST_FINDINGS]]
     if len(bands) > _MOST_FINDINGS:
         answer.append(f"{len(bands) - _MOST_FINDINGS} more outputs are in the table below.")
-    counted = f"{len(result.parameters)} runs and the one at the midpoint"
+    counted = f"{len(result.parameters)} runs and the nominal one"
     more = alternatives(result)
     return Document(
         title=title
@@ -198,11 +198,19 @@ def _parameters(result: ReportedStudy) -> Table:
     for (name, side), unit in zip(result.intervals.items(), units, strict=True):
         size = max(abs(side.lower), abs(side.upper))
         row: list[Cell] = [name]
-        row += [format_exact(value, unit, size) for value in (side.lower, side.midpoint, side.upper)]
-        rows.append([*row, f"±{format_exact(side.half_width, unit, size)}"])
+        row += [format_exact(value, unit, size) for value in (side.lower, side.nominal, side.upper)]
+        rows.append([*row, _tolerance(side, unit, size)])
     told = "" if all(units) else " in SI units" if result.scene is not None else " in their own units"
     caption = f"The parameters and their intervals{told}"
-    return Table(caption, ["parameter", "from", "middle", "to", "half width"], rows)
+    return Table(caption, ["parameter", "from", "nominal", "to", "tolerance"], rows)
+
+
+def _tolerance(side: Interval, unit: str, size: float) -> str:
+    """How far a parameter may be from its nominal value, to either side."""
+    if side.nominal == side.midpoint:
+        return f"±{format_exact(side.half_width, unit, size)}"
+    plus, minus = side.upper - side.nominal, side.nominal - side.lower
+    return f"+{format_exact(plus, unit, size)} / -{format_exact(minus, unit, size)}"
 
 
 def verdict_table(bands: Mapping[str, Band]) -> Table:

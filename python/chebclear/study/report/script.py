@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,9 +12,8 @@ import numpy as np
 from ...report.document import Listing
 from ...run.features import Feature
 from ...run.report import settings_in_script
+from ...scene.schema import Part
 from ..band.hybrid import Normal, Uniform
-
-_PACKAGE = "chebclear."
 
 
 def study_listings(result: Any) -> tuple[Listing, str]:
@@ -21,19 +22,17 @@ def study_listings(result: Any) -> tuple[Listing, str]:
     A ready-made mechanism is called by its name, and a scene file is part of the script. Other callables
     cannot be written to a script, which then imports them by name.
     """
-    build = getattr(result.study, "build", None)
-    module, name = getattr(build, "__module__", ""), getattr(build, "__qualname__", "")
-    ready_made = str(module).startswith(f"{_PACKAGE}mechanisms")
-    callable_text = f"cc.mechanisms.{name}" if ready_made else "build"
+    spec = result.spec
+    ready_made = None if spec is None else spec.mechanism
+    callable_text = f"cc.mechanisms.{ready_made}" if ready_made else "build"
     settings = settings_in_script(_of_study(result))
     settings.pop("outputs", None)
-    fixed = getattr(result.study, "fixed", None)
     lines = ["import chebclear as cc", ""]
-    written = getattr(build, "to_toml", None)
-    if written is not None:
-        lines += [*_scene_file(written()), ""]
+    text = None if spec is None else spec.scene_file
+    if text is not None:
+        lines += [*_scene_file(text), ""]
     elif not ready_made:
-        origin = f"{module}.{name}" if name else "not known any more"
+        origin = "not known any more" if spec is None else spec.origin
         lines += [
             f"# What builds a scene from the parameters; it was {origin}.",
             f"from model import {callable_text}",
@@ -47,14 +46,14 @@ def study_listings(result: Any) -> tuple[Listing, str]:
         "    },",
         *([f"    outputs={list(result.bands)!r},"] if result.bands else []),
         *(f"    {name}={value!r}," for name, value in settings.items()),
-        *([f"    fixed={_plain(fixed)!r},"] if fixed else []),
-        *_features(result),
+        *_further(spec),
+        *_features(spec),
         ")",
         *_included(result),
         f"result = {_call(result)}",
         "print(result)",
     ]
-    whole = ready_made or written is not None
+    whole = spec is not None and not spec.objects
     meaning = "The script of this study" if whole else "A script of this study, which needs your model"
     return Listing("study.py", "\n".join(lines) + "\n", meaning), meaning
 
@@ -80,16 +79,45 @@ def _included(result: Any) -> list[str]:
     return [f"# {count} runs of other results were included, by include=..."] if count else []
 
 
-def _plain(value: Any) -> Any:
-    """A value without NumPy's types, which the script does not import."""
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+def _further(spec: Any) -> list[str]:
+    """Further keywords of the study that the user gave."""
+    if spec is None:
+        return []
+    lines = []
+    own = {place: name for place, name in spec.objects.items() if place.startswith("fixed.")}
+    pairs = [f"{name!r}: {_value(one)}" for name, one in spec.fixed.items() if f"fixed.{name}" not in own]
+    if pairs:
+        lines.append(f"    fixed={{{', '.join(pairs)}}},")
+    lines += [f"    # {place}: an object of your own, {name}" for place, name in own.items()]
+    if spec.units:
+        lines.append(f"    units={dict(spec.units)!r},")
+    if spec.on_failure != "collect":
+        lines.append(f"    on_failure={spec.on_failure!r},")
+    if spec.run_seconds is not None:
+        lines.append(f"    run_seconds={spec.run_seconds!r},")
+    return lines
+
+
+def _value(value: Any) -> str:
+    """A value as the script has it, which imports neither NumPy nor the user's modules."""
+    if isinstance(value, Part):
+        fields = ", ".join(f"{name}={_value(getattr(value, name))}" for name in value.__match_args__)
+        return f"cc.{type(value).__name__}({fields})"
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key!r}: {_value(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, np.generic | np.ndarray):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        items = ", ".join(map(_value, value))
+        return f"[{items}]" if isinstance(value, list) else f"({items}{',' * (len(value) == 1)})"
+    if isinstance(value, float) and not math.isfinite(value):
+        return f'float("{value}")'
+    return repr(value)
 
 
 def _parameters(result: Any) -> dict[str, Any]:
     """The parameters as they were given: intervals and distributions."""
-    return {**result.intervals, **(getattr(result.study, "random", None) or {})}
+    return dict(result.intervals if result.spec is None else result.spec.parameters)
 
 
 def _written(given: Any) -> str:
@@ -100,22 +128,17 @@ def _written(given: Any) -> str:
     return f"cc.{given!r}"
 
 
-def _features(result: Any) -> list[str]:
+def _features(spec: Any) -> list[str]:
     """The features; those that are functions are left to the reader."""
-    features = getattr(result.study, "features", None)
-    if not features:
+    if spec is None or not spec.features:
         return []
     lines = ["    features={"]
-    for name, feature in features.items():
+    for name, feature in spec.features.items():
         if isinstance(feature, Feature):
             lines.append(f"        {name!r}: cc.{feature.kind}({feature.of!r}),")
         else:
-            lines.append(f"        # {name!r}: a function of your own, {_name_of(feature)}")
+            lines.append(f"        # {name!r}: a function of your own, {spec.objects[f'features.{name}']}")
     return [*lines, "    },"]
-
-
-def _name_of(function: object) -> str:
-    return str(getattr(function, "__qualname__", type(function).__qualname__))
 
 
 def _call(result: Any) -> str:

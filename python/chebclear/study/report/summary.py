@@ -20,7 +20,6 @@ from ..band.band import Band
 from ..band.calibrated import doubling_narrows
 from ..band.margin import percent
 from ..features.reach import FeatureInterval, find_interval
-from ..models.finished import FinishedRuns
 from ..polynomials.points import leaves_out, on_cube
 
 Array = NDArray[np.float64]
@@ -36,7 +35,7 @@ _OF_NORMAL = " (normal: three standard deviations each way, taken as an interval
 def summary(result: Any) -> str:
     """The text of a `StudyResult`."""
     sides = list(result.intervals.items())
-    normal = getattr(result.study, "normal", ())
+    normal = () if result.spec is None else result.spec.normal
     lines = [_head(result)]
     for name, side in sides[:_MOST_LINES]:
         unit = f" {result.units[name]}" if result.units.get(name, "-") != "-" else ""
@@ -77,6 +76,8 @@ def summary(result: Any) -> str:
 def _ends(side: Interval) -> str:
     """An interval in words; of one that is narrow against its size, middle and half width."""
     text = format_ends(side.lower, side.upper)
+    if side.nominal != side.midpoint:
+        return f"{text}, nominal {side.nominal:.6g}"
     if len(set(text.split(" to "))) == 1 and side.half_width > 0.0:
         return f"{side.midpoint:.6g} ± {side.half_width:.3g}"
     return text
@@ -128,17 +129,19 @@ def _peak(result: Any, band: Band) -> FeatureInterval:
 
 def _leaves_out(result: Any) -> bool:
     """Whether the runs came as a table that leaves out a part of the box."""
-    table = isinstance(getattr(result.study, "model", None), FinishedRuns)
-    # A loaded result has no study.
-    table = table or (result.requirement is not None and result.requirement.finished)
-    return table and leaves_out(on_cube(result.intervals, result.parameters))
+    return _is_table(result) and leaves_out(on_cube(result.intervals, result.parameters))
+
+
+def _is_table(result: Any) -> bool:
+    """Whether the runs came as a table, which has no further ones."""
+    return result.spec is not None and result.spec.table
 
 
 def _asked_peak(result: Any, output: str) -> str:
     """The feature of a study that is the peak of an output, or nothing."""
     if result.features is None:
         return ""
-    asked = getattr(result.study, "features", {})
+    asked = {} if result.spec is None else result.spec.features
     return next((name for name, feature in asked.items() if feature == Feature("peak", output)), "")
 
 
@@ -153,7 +156,7 @@ def _next(result: Any) -> list[str]:
         advice.append(f"{unfit}; more runs would not change that")
     elif wide and _leaves_out(result):
         advice.append("runs in the part of the box that the table leaves out, or intervals without it")
-    elif wide and requirement is not None and (result.study is not None or requirement.finished):
+    elif wide and requirement is not None:
         more = requirement.runs
         how = (
             "a table of twice as many runs"
@@ -171,9 +174,7 @@ def _next(result: Any) -> list[str]:
     if inner:
         advice.append(f"{_named(inner)}: inner bounds; Study.band() says how far a further run may go")
     followed = [band.name for band in bands if band.verdict == "resolved" and band.surrogate is not None]
-    # A table has no further runs.
-    simulated = result.study is not None and not isinstance(result.study.model, FinishedRuns)
-    if followed and not result.worst_cases and simulated:
+    if followed and not result.worst_cases and not _is_table(result):
         advice.append(f"result.check() simulates the predicted worst cases of {_named(followed)}")
     if result.features is not None:
         table = result.features
