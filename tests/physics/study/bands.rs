@@ -554,6 +554,20 @@ fn certified_bands_keep_their_promise_in_the_mean() {
 }
 
 #[test]
+fn what_no_other_run_hints_at_is_not_certified() {
+    // Of 1001 exchangeable runs 999 are 0, one is 1 and one is -1. The newest is 1 or -1 with a probability of
+    // 2/1001, and then no hull of 999 zeros and the other one holds it, however it is widened.
+    let (runs, samples, coverage) = (1000, 4, 0.999);
+    let points = random_points(1, 0, runs, 3);
+    let mut values = vec![0.0; runs * samples];
+    values[7 * samples..8 * samples].fill(-1.0);
+    let band = Table::new(&points, 1, &values, samples).band(NONE, coverage, Method::Certified, Some(1)).unwrap();
+    assert!(band.upper.iter().all(|&upper| upper < 1.0));
+    let expected = 2.0 / (runs + 1) as f64;
+    assert!((1.0 - band.held_out.coverage - expected).abs() < 1e-12, "{}", band.held_out.coverage);
+}
+
+#[test]
 fn certified_scores_are_those_of_hulls_without_the_run() {
     let (runs, samples) = (25, 30);
     let mut random = SplitMix64::new(12);

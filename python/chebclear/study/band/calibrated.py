@@ -202,7 +202,8 @@ def _verdict(margin: Margin, coverage: float, requirement: Requirement) -> Verdi
     if requirement.succeeded < requirement.coverage:
         return "undersampled"
     if requirement.certified:
-        return "certified"
+        # Rounding: coverage is a share of counted samples.
+        return "certified" if coverage >= requirement.coverage - 1e-12 else "undersampled"
     if margin.degree is not None:
         return "resolved"
     enough = requirement.runs >= max(needed_runs(requirement), lasting_runs(margin, requirement))

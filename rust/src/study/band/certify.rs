@@ -51,7 +51,8 @@ pub fn certified(runs: &Runs<'_>, requirement: &Requirement) -> Calibrated {
     let allowed = (allowed + 1e-9).max(0.0) as usize;
     let mut levels: Vec<f64> = excesses.iter().map(|excess| excess.score).collect();
     levels.sort_unstable_by(|a, b| b.total_cmp(a));
-    let inflation = levels.get(allowed).copied().unwrap_or(0.0);
+    // Where more excesses are infinite than may be outside, no level is enough: the coverage then says so.
+    let inflation = levels.into_iter().skip(allowed).find(|level| level.is_finite()).unwrap_or(0.0);
 
     let spread = spread(&width);
     let bound = |side: usize, limit: f64| -> Vec<f64> {
@@ -87,8 +88,8 @@ fn spread(width: &[f64]) -> Vec<f64> {
     spread
 }
 
-/// How far, in spreads of the others, every run is outside of the bounds of the others. Only the run of the
-/// largest or smallest value at an instant can be.
+/// How far, in spreads of the others, every run is outside of the bounds of the others; infinitely far where the
+/// others do not spread at all. Only the run of the largest or smallest value at an instant can be outside.
 fn scores(sides: &[Vec<TopTwo>; 2], bounds: &[Bound; 2], width: &[f64], runs: usize) -> Vec<Excess> {
     // Instant, by how much the hull is narrower without the run, by how much the run is outside.
     let mut largest: Vec<Vec<(usize, f64, f64)>> = vec![Vec::new(); runs];
@@ -107,7 +108,7 @@ fn scores(sides: &[Vec<TopTwo>; 2], bounds: &[Bound; 2], width: &[f64], runs: us
         scores.extend(
             largest
                 .iter()
-                .filter(|(at, _, outside)| spread[*at] > 0.0 && *outside > 0.0)
+                .filter(|(_, _, outside)| *outside > 0.0)
                 .map(|&(at, _, outside)| Excess { run: run as u32, score: outside / spread[at] }),
         );
     }
