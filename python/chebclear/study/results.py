@@ -118,7 +118,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     worst_cases: tuple[WorstCase, ...] = ()
     units: dict[str, str] = field(default_factory=dict)
     seed: int | None = None
-    spec: StudySpec | None = None
+    spec: StudySpec | None = field(default=None, compare=False)  # the same may be asked in other words
 
     def __str__(self) -> str:
         return summary(self)
@@ -194,7 +194,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         return self.feature(feature).ranking()
 
     def _repr_html_(self) -> str:
-        return html.fragment(repr(self)[1:-1], [verdict_table(self.bands)] if self.bands else [])
+        return html.fragment(repr(self)[1:-1], [verdict_table(self)] if self.bands else [])
 
     def __repr__(self) -> str:
         how = self.kind
