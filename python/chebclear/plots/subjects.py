@@ -195,7 +195,7 @@ _WORDS: dict[type, str] = {
     BandLike: 'a Band: one output of a study, such as result["slider.x"]',
     PolynomialBandLike: 'a Band: one output of a study, such as result["slider.x"]',
     ZonesLike: "what restraint_zones returns",
-    FeatureLike: 'a feature of a study, such as result.feature("peak force")',
+    FeatureLike: 'a feature of a study, such as result.features["peak force"]',
     RankingLike: 'a Ranking, such as result.ranking("peak force")',
     CostsLike: "a Tradeoff, as tradeoff returns it",
     BoundCostsLike: "a StudyTradeoff, as Study.tradeoff returns it",
