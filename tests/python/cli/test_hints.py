@@ -19,6 +19,14 @@ ELSEWHERE = (
     *("can be extended, this is", "a result of Study.band", " start="),
     *("Use chebyshev() for", "Study(outputs=...)", 'error="estimate" needs', "settings=Settings", "; skip="),
     *("finer scans", "band() and sample()", "must be a StudyResult", "rel=", " and end="),
+    *(
+        "Interval(lower=",
+        ", upper=",
+        ", nominal=",
+        "study.extended(result",
+        "study.worst_cases(result",
+        "is a feature, not",
+    ),
 )
 
 

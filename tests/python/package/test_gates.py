@@ -270,7 +270,7 @@ def test_gate_15_the_checks_of_extreme_scenes_see_what_they_look_for():
     def spoilt(name, value):
         values = run.samples.copy()
         values[150, list(run).index(name)] = value
-        return dataclasses.replace(run, values=values)
+        return dataclasses.replace(run, samples=values)
 
     assert "not finite" in extremes.faults(case, spoilt("slider.x", math.nan))[0]
     grown = spoilt("energy.total", run["energy.total"][149] + 0.1)
