@@ -213,8 +213,7 @@ class StudySpec:
     @classmethod
     def from_facts(cls, facts: Mapping[str, Any], objects: Mapping[str, Any] | None = None) -> StudySpec:
         """The specification from its JSON values, and from Python objects by their places in it."""
-        known = dict(objects or {})
-        settings, outputs = facts["settings"], facts["outputs"]
+        known, settings, outputs = dict(objects or {}), facts["settings"], facts["outputs"]
 
         def restored(place: str) -> dict[str, Any]:
             return {name: known.get(f"{place}.{name}", as_it_was(one)) for name, one in facts[place].items()}
