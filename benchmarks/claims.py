@@ -73,7 +73,7 @@ def judged(run: cc.Trajectory, truth: Array, check: Array) -> Claims:
     before = run.t[:, None] < estimate.horizon
     largest = [
         np.where(before, np.abs(difference), 0.0).max(axis=0)
-        for difference in (run.values - truth, truth - check)
+        for difference in (run.samples - truth, truth - check)
     ]
     error, unknown = largest
     claim = np.array([estimate[column].claim for column in estimate.columns])
@@ -98,7 +98,7 @@ def judge_scene(case: Case, seed: int) -> Iterator[tuple[float, Claims | str]]:
         if not truth.success:
             yield math.nan, f"no truth: {truth.status}"
             return
-        truths.append(truth.values)
+        truths.append(truth.samples)
     for rtol in RTOLS:
         run = simulate(scene, duration, rtol, case.method, outputs=outputs, error="estimate")
         assert run.error is not None

@@ -281,12 +281,12 @@ def faults(case: Case, run: cc.Trajectory) -> list[str]:
     found = []
     reached = run.t <= run.end_time
     if run.status == "done":
-        if not np.isfinite(run.values).all() or run.end_time != case.duration:
+        if not np.isfinite(run.samples).all() or run.end_time != case.duration:
             found.append("done, but not finite or not at the end")
     else:
-        if not np.isfinite(run.values[reached]).all():
+        if not np.isfinite(run.samples[reached]).all():
             found.append("not finite before the failure")
-        if not np.isnan(run.values[~reached]).all():
+        if not np.isnan(run.samples[~reached]).all():
             found.append("values after the failure")
         if run.message == "the end was reached":
             found.append("a failure without a message")
@@ -342,7 +342,7 @@ def tighten(case: Case, run: cc.Trajectory) -> Peak | None:
         if not again.success:
             return None
         # The last sample lies at a contact change, where a force is zero to rounding.
-        curves.append(again.values.max(axis=1)[:-1])
+        curves.append(again.samples.max(axis=1)[:-1])
     first, second, third = curves
     size = float(second.max())
     # The tolerance of a force follows from that of the position by the stiffness, which may have any size:

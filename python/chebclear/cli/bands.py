@@ -7,6 +7,7 @@ import dataclasses
 
 from ..base.writing import complete_folder
 from ..execution.plan import Plan
+from ..study.report.extent import extent
 from ..study.results import StudyResult
 from .figures import draw_bands
 from .output import Rows, print_json, write_table
@@ -26,12 +27,13 @@ def verdicts(result: StudyResult) -> Rows:
     rows = []
     for name in result:
         band = result[name]
+        lower, upper = extent(result, band)
         rows.append(
             {
                 "output": name,
                 "unit": band.unit,
-                "lowest": float(band.lower.min()) + 0.0,  # no -0
-                "largest": float(band.upper.max()) + 0.0,
+                "lowest": lower + 0.0,  # no -0
+                "largest": upper + 0.0,
                 "widest": band.max_width,
                 "verdict": band.verdict,
                 "inside [%]": 100.0 * band.coverage,

@@ -47,7 +47,7 @@ def plot_tornado(
     Parameters
     ----------
     feature : FeatureResult
-        A feature of a study, ``result.feature["peak force"]``.
+        A feature of a study, ``result.features["peak force"]``.
     ax : Axes, optional
         Where to draw; a new figure if not given.
     unit : str, optional

@@ -19,7 +19,7 @@ _WORDS = {
     "Trajectory": "a Trajectory, as simulate returns it",
     "Band": 'a Band: one output of a study, such as result["slider.x"]',
     "RestraintZones": "what restraint_zones returns",
-    "FeatureResult": 'a feature of a study, such as result.feature("peak force")',
+    "FeatureResult": 'a feature of a study, such as result.features["peak force"]',
     "Ranking": 'a Ranking, such as result.ranking("peak force")',
     "Tradeoff": "a Tradeoff, as tradeoff returns it",
     "StudyTradeoff": "a StudyTradeoff, as Study.tradeoff returns it",

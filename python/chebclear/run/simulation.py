@@ -172,7 +172,7 @@ def run_scene(
     return Trajectory(
         t=run["t"],
         columns=tuple(run["columns"]),
-        values=run["values"],
+        samples=run["values"],
         events=Events.of(run["events"]),
         contacts=Contacts.of(run["contacts"]),
         skipped_events=Events.of(run["skipped_events"]),
@@ -224,8 +224,8 @@ def _estimate(run: Trajectory, companions: Sequence[Trajectory]) -> ErrorEstimat
     return ErrorEstimate.between(
         run.columns,
         run.t,
-        run.values,
-        [companion.values for companion in companions],
+        run.samples,
+        [companion.samples for companion in companions],
         rtol=companions[-1].settings.rtol,
         status=next((status for status in statuses if status != "done"), "done"),
         end_time=run.end_time,

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from ..base import files as records
 from ..base.arguments import Checks
@@ -131,7 +131,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
     """The result of one simulation: ``run["slider.x"]`` is a column, ``run["slider.*"]`` a dict of columns.
 
     A mapping from the names of the columns to views of shape (samples,): ``in``, ``len``, ``keys()``,
-    ``items()`` and ``dict(run)`` work; ``run.values`` is the array of all columns, as in pandas.
+    ``values()``, ``items()`` and ``dict(run)`` work. ``numpy.asarray(run)`` is `samples`, the array of all.
 
     Trajectories can be compared (NaN equals NaN), copied, pickled, saved and loaded. Their arrays are
     read-only; copy them to change them.
@@ -142,7 +142,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
         Instants of the samples [s], shape (samples,).
     columns : tuple[str, ...]
         Names of the columns.
-    values : Array
+    samples : Array
         All columns in SI units, shape (samples, columns); NaN after a failure.
     events : Events
         Changes of contact in the sampled time.
@@ -181,7 +181,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
 
     t: Array = field(metadata=unit("s"))
     columns: tuple[str, ...]
-    values: Array = field()  # type: ignore[assignment] # an array, as in pandas, not the method of a mapping
+    samples: Array
     events: Events
     contacts: Contacts
     end: EndState | None
@@ -222,7 +222,10 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
         return self.columns
 
     def _entry(self, name: str) -> Array:
-        return self.values[:, column_index(self.columns, name, self.scene)]
+        return self.samples[:, column_index(self.columns, name, self.scene)]
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        return np.array(self.samples, dtype, copy=copy)
 
     def dataset(self) -> Dataset:
         """The samples and the tables of contacts as named arrays with units; see `Exports`.
@@ -237,7 +240,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
         return run_dataset(
             self.t,
             self.columns,
-            self.values,
+            self.samples,
             {name: getattr(self, name) for name in names},
             metadata | common_facts(self.settings, self.scene, self.warnings),
         )
@@ -398,7 +401,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
         Path
             The file written.
         """
-        arrays = {"t": self.t, "values": self.values}
+        arrays = {"t": self.t, "values": self.samples}
         arrays |= {f"events_{name}": array for name, array in vars(self.events).items()}
         arrays |= {f"contacts_{name}": array for name, array in vars(self.contacts).items()}
         arrays |= {f"skipped_events_{name}": array for name, array in vars(self.skipped_events).items()}
@@ -458,7 +461,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
             found = cls(
                 t=arrays["t"],
                 columns=columns,
-                values=arrays["values"],
+                samples=arrays["values"],
                 events=table(Events, "events"),
                 contacts=table(Contacts, "contacts"),
                 skipped_events=table(Events, "skipped_events"),
@@ -476,7 +479,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
                 scene=scene,
                 error=error,
             )
-            return records.sound(found, values=(len(found.t), len(columns)))
+            return records.sound(found, samples=(len(found.t), len(columns)))
 
 
 def column_index(columns: Sequence[str], name: str, scene: Scene | None = None) -> int:

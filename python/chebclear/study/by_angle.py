@@ -171,7 +171,7 @@ def unpredictable(runs: Runs) -> tuple[str, ...]:
     for index in (-1, 0, 1):
         companion = run_scene(runs.scenes[index], again)
         if companion.success:
-            apart = np.abs(companion.values - runs.values[index])[last].mean(axis=0)
+            apart = np.abs(companion.samples - runs.values[index])[last].mean(axis=0)
             lost |= {runs.outputs[k]: None for k in np.flatnonzero(apart > _APART * spread)}
     if not lost:
         return ()

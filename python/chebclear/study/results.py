@@ -108,7 +108,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     study: Any = field(default=None, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
-        # Executors and the like cannot be pickled; the specification makes the study again.
+        # Executors cannot be pickled; the specification makes the study again.
         return {name: value for name, value in vars(self).items() if name != "study"}
 
     features: FeatureTable | None = None
@@ -118,7 +118,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     worst_cases: tuple[WorstCase, ...] = ()
     units: dict[str, str] = field(default_factory=dict)
     seed: int | None = None
-    spec: StudySpec | None = None
+    spec: StudySpec | None = field(default=None, compare=False)  # the same may be asked in other words
 
     def __str__(self) -> str:
         return summary(self)
@@ -137,8 +137,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             If no output is resolved by a polynomial, or a function of the study did not travel with the
             result, see `StudySpec`.
         """
-        found: tuple[WorstCase, ...] = self._own_study().worst_cases(self)
-        return dataclasses.replace(self, worst_cases=found)
+        return dataclasses.replace(self, worst_cases=self._own_study().worst_cases(self))
 
     def _own_study(self) -> Any:
         """The study that made the result, or the same made again."""
@@ -194,7 +193,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         return self.feature(feature).ranking()
 
     def _repr_html_(self) -> str:
-        return html.fragment(repr(self)[1:-1], [verdict_table(self.bands)] if self.bands else [])
+        return html.fragment(repr(self)[1:-1], [verdict_table(self)] if self.bands else [])
 
     def __repr__(self) -> str:
         how = self.kind
@@ -207,6 +206,8 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         return self.outputs
 
     def _entry(self, name: str) -> Band:
+        if self.features is not None and name in self.features and name not in self.bands:
+            raise KeyError(f'"{name}" is a feature, not an output: result.features["{name}"]')
         column_index(self.outputs, name, self.scene)
         return self.bands[name]
 
@@ -373,8 +374,8 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             The remaining fields.
         """
         facts["nominal_parameters"] = nominal_parameters
-        at = np.array([side.nominal for side in intervals.values()])
-        at = at if nominal_parameters is None else nominal_parameters
+        at = nominal_parameters
+        at = np.array([side.nominal for side in intervals.values()]) if at is None else at
         given = dict(units or {})
         facts |= {"bounds": bounds, "requirement": requirement, "failures": failures, "units": given}
         simulated = facts.get("scene") is not None
@@ -402,7 +403,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         """
         features, units = {}, dict(self.units)
         if self.features is not None:
-            features = {name: self.features.values[:, :, k] for k, name in enumerate(self.features.names)}
+            features = {name: self.features.runs[:, :, k] for k, name in enumerate(self.features.names)}
             units |= dict(zip(self.features.names, self.features.units, strict=False))
         metadata: dict[str, str | int | float] = {"kind": self.kind, "runs": len(self.parameters)}
         return study_dataset(

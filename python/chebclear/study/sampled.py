@@ -74,7 +74,7 @@ class Table:
     def of(cls, result: StudyResult, outputs: Sequence[str]) -> Table:
         """The runs of a result, without the nominal one."""
         values = np.stack([result.values(name) for name in outputs], axis=-1)
-        features = None if result.features is None else result.features.values
+        features = None if result.features is None else result.features.runs
         return cls(result.parameters, values, Costs.joined([result.stats[:-1]]), features)
 
     @classmethod

@@ -213,22 +213,19 @@ class StudySpec:
     @classmethod
     def from_facts(cls, facts: Mapping[str, Any], objects: Mapping[str, Any] | None = None) -> StudySpec:
         """The specification from its JSON values, and from Python objects by their places in it."""
-        known = dict(objects or {})
-        settings, outputs = facts["settings"], facts["outputs"]
+        known, settings, outputs = dict(objects or {}), facts["settings"], facts["outputs"]
+
+        def restored(place: str) -> dict[str, Any]:
+            return {name: known.get(f"{place}.{name}", as_it_was(one)) for name, one in facts[place].items()}
+
         return cls(
             build=known["build"] if "build" in known else _build_of(facts["build"]),
             parameters={name: _PARAMETERS[word](*of) for name, (word, *of) in facts["parameters"].items()},
             outputs=None if outputs is None else tuple(outputs),
             settings=None if settings is None else Settings.from_dict(settings),
             rtol_given=facts["rtol_given"],
-            fixed={
-                name: known[f"fixed.{name}"] if f"fixed.{name}" in known else as_it_was(value)
-                for name, value in facts["fixed"].items()
-            },
-            features={
-                name: known[f"features.{name}"] if f"features.{name}" in known else as_it_was(value)
-                for name, value in facts["features"].items()
-            },
+            fixed=restored("fixed"),
+            features=restored("features"),
             units=facts["units"],
             cycles=facts["cycles"],
             on_failure=facts["on_failure"],
@@ -473,6 +470,10 @@ def declared_order(build: Callable[..., Any], names: Iterable[str]) -> list[str]
         known = list(inspect.signature(build).parameters)
     except (TypeError, ValueError):  # a callable without a signature, such as some compiled ones
         known = []
+    # Those of the function itself come before what it takes as **options, which signatures show further up.
+    code = getattr(build, "__code__", None)
+    if code is not None:
+        known = [*code.co_varnames[: code.co_argcount + code.co_kwonlyargcount], *known]
     return sorted(names, key=lambda name: (known.index(name) if name in known else len(known), name))
 
 

@@ -164,11 +164,11 @@ def tradeoff(
         check, check_seconds = run(dataclasses.replace(tight, method=REFERENCE_METHODS[1]))
         _require_success(check)
         warn_once(reference.warnings)
-        ranges, thresholds = output_ranges(reference.columns, reference.values)
+        ranges, thresholds = output_ranges(reference.columns, reference.samples)
         kept = np.unique(np.linspace(0, len(reference.t) - 1, _INSTANTS).round().astype(int))
 
         def measured(trajectory: Trajectory, seconds: float) -> TradeoffPoint:
-            difference = trajectory.values - reference.values
+            difference = trajectory.samples - reference.samples
             return TradeoffPoint(
                 method=trajectory.settings.method,
                 rtol=trajectory.settings.rtol,

@@ -108,7 +108,7 @@ fn close_nearest(
     let closing = Closing::new(dynamics, scene, conditions, &guess, length);
     let loops = &closing.loops;
     let unknowns = closing.unknowns(&q);
-    if closes(residual) && loops.is_surely_nearest(&unknowns) {
+    if closes(residual) && loops.is_certainly_nearest(&unknowns) {
         return Ok((q, None));
     }
     let found = loops.search(&unknowns);
@@ -360,6 +360,7 @@ const CLOSED_RATE: f64 = 1e-9;
 /// digits; beyond it they contradict each other.
 const DIGITS: f64 = 1e-2;
 
+// Long because least squares, the check of the given rates and its words belong together.
 /// Velocities of smallest norm that satisfy the conditions; where given rates do not quite agree, those that the joints
 /// allow nearest to them.
 fn close_velocities(

@@ -169,7 +169,7 @@ impl VectorLoops {
     /// derivative between two solutions differs from J by less than `ρ L` with the largest vector L that turns, so that
     /// the solutions coincide if `ρ L` is less than the smallest singular value of J. Displacements enter linearly
     /// and may be any. (With more unknowns than equations they lie on one sheet.)
-    pub(super) fn is_surely_nearest(&self, unknowns: &[f64]) -> bool {
+    pub(super) fn is_certainly_nearest(&self, unknowns: &[f64]) -> bool {
         let part = (1.0 + EQUALLY_NEAR).powi(2);
         let mut squares = 0.0;
         let mut spread: f64 = 0.0;
@@ -282,6 +282,7 @@ enum Value {
 }
 
 impl Closing {
+    // Long because each kind of joint in a loop is listed.
     /// The loops of the conditions, of a mechanism whose bodies have the guessed angles.
     pub(super) fn new(
         dynamics: &mut Dynamics,

@@ -18,13 +18,15 @@ ELSEWHERE = (
     *("features must map", "] must be a feature", "ask for a duration of N periods", "from_runs", "study's"),
     *("can be extended, this is", "a result of Study.band", " start="),
     *("Use chebyshev() for", "Study(outputs=...)", 'error="estimate" needs', "settings=Settings", "; skip="),
+    *("finer scans", "band() and sample()", "must be a StudyResult", "rel=", " and end="),
     *(
         'give version="1" to the study',
-        "finer scans",
-        "band() and sample()",
-        "must be a StudyResult",
-        "rel=",
-        " and end=",
+        "Interval(lower=",
+        ", upper=",
+        ", nominal=",
+        "study.extended(result",
+        "study.worst_cases(result",
+        "is a feature, not",
     ),
 )
 

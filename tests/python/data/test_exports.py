@@ -119,7 +119,7 @@ def test_csv_is_read_back_to_the_last_bit(run, tmp_path):
         head, *rows = csv.reader(file)
     assert head == ["t [s]", "slider.x [m]", "slider.vx [m/s]", "wrist.normal_force [N]"]
     read = np.array(rows, dtype=float)
-    assert np.array_equal(read, np.column_stack([run.t, run.values]))
+    assert np.array_equal(read, np.column_stack([run.t, run.samples]))
 
 
 @pytest.mark.parametrize("name", ["", "."])
@@ -205,7 +205,7 @@ def test_matlab_file_of_a_study_and_of_costs(result, costs, tmp_path):
     io = pytest.importorskip("scipy.io")
     read = io.loadmat(result.to_mat(tmp_path / "study.mat"), simplify_cells=True)
     assert np.array_equal(read["slider"]["x"]["runs"], result.values("slider.x"))
-    assert np.array_equal(read["features"]["peak_force"], result.features.values[:, 0, 0])
+    assert np.array_equal(read["features"]["peak_force"], result.features.runs[:, 0, 0])
     read = io.loadmat(costs.to_mat(tmp_path / "costs.mat"), simplify_cells=True)
     assert list(read["method"]) == [point.method for point in costs]
 

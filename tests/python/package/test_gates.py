@@ -41,7 +41,7 @@ long_run = load("long_run")
 def is_honest(run):
     """Finite up to where the run got, nothing afterwards, and words for it."""
     before, after = run.t < run.end_time, run.t > run.end_time
-    assert np.isfinite(run.values[before]).all() and np.isnan(run.values[after]).all()
+    assert np.isfinite(run.samples[before]).all() and np.isnan(run.samples[after]).all()
     assert run.success == (run.message == "the end was reached")
     return True
 
@@ -158,7 +158,7 @@ def swept(scenes, threads):
 
 def test_gate_11_threads_and_order_do_not_change_a_bit():
     scenes = sweep_scenes()
-    alone = [fingerprint(cc.simulate(scene, **SWEEP).values) for scene in scenes]
+    alone = [fingerprint(cc.simulate(scene, **SWEEP).samples) for scene in scenes]
     assert len(set(alone)) == len(scenes)
     for threads in (1, 2, 7, 16):
         for seed in range(3):
@@ -169,7 +169,7 @@ def test_gate_11_threads_and_order_do_not_change_a_bit():
             assert len(set(steps)) > 1
     # All at once from threads of the caller's, which start and end as they like.
     with ThreadPoolExecutor(16) as pool:
-        again = list(pool.map(lambda scene: fingerprint(cc.simulate(scene, **SWEEP).values), scenes * 2))
+        again = list(pool.map(lambda scene: fingerprint(cc.simulate(scene, **SWEEP).samples), scenes * 2))
     assert again == alone * 2
 
 
@@ -181,13 +181,13 @@ def test_gate_11_another_process_finds_the_same_bits():
         "warnings.simplefilter('ignore')\n"
         "for method in ('rodas5p', 'rodas4', 'dop853', 'adams'):\n"
         "    run = cc.simulate(cc.mechanisms.slider_crank(), duration=0.005, samples=51, method=method)\n"
-        "    print(hashlib.sha256(run.values.tobytes()).hexdigest())\n"
+        "    print(hashlib.sha256(run.samples.tobytes()).hexdigest())\n"
     )
     found = {subprocess.check_output([sys.executable, "-c", code], text=True) for _ in range(3)}
     assert len(found) == 1
     for word, method in zip(found.pop().split(), ("rodas5p", "rodas4", "dop853", "adams"), strict=True):
         run = cc.simulate(cc.mechanisms.slider_crank(), duration=0.005, samples=51, method=method)
-        assert fingerprint(run.values) == word
+        assert fingerprint(run.samples) == word
 
 
 def pendulum(length=1.0, mass=1.0, seconds=1.0):
@@ -268,9 +268,9 @@ def test_gate_15_the_checks_of_extreme_scenes_see_what_they_look_for():
     assert run.success and not extremes.faults(case, run)
 
     def spoilt(name, value):
-        values = run.values.copy()
+        values = run.samples.copy()
         values[150, list(run).index(name)] = value
-        return dataclasses.replace(run, values=values)
+        return dataclasses.replace(run, samples=values)
 
     assert "not finite" in extremes.faults(case, spoilt("slider.x", math.nan))[0]
     grown = spoilt("energy.total", run["energy.total"][149] + 0.1)

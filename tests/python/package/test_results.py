@@ -10,6 +10,7 @@ from pathlib import Path
 import chebclear as cc
 import numpy as np
 import pytest
+from chebclear.base.files import same
 from chebclear.base.shown import Shown
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
@@ -127,14 +128,71 @@ def test_every_table_is_one_in_a_notebook(results):
             assert shown.count("<tr") > 1, kind
 
 
+def test_what_looks_like_a_mapping_behaves_like_one(results):
+    mappings = {kind: one for kind, one in results.items() if hasattr(one, "keys")}
+    assert {"Trajectory", "StudyResult", "FeatureTable", "Comparison", "ErrorEstimate"} <= set(mappings)
+    for kind, one in mappings.items():
+        assert isinstance(one, Mapping), kind
+        names = list(one)
+        assert names and list(one.keys()) == names and len(one) == len(names), kind
+        assert [name for name, _ in one.items()] == names and len(list(one.values())) == len(names), kind
+        for name, value, (_, item) in zip(names, one.values(), one.items(), strict=True):
+            assert name in one and same(value, one[name]) and same(item, value) and same(one.get(name), value)
+        plain = dict(one)
+        assert list(plain) == names and same(plain[names[0]], one[names[0]])
+        assert same({**one}[names[-1]], one[names[-1]])
+        assert "no such name" not in one and one.get("no such name", 3) == 3
+        with pytest.raises(KeyError):
+            one["no such name"]
+
+
+def test_a_run_is_an_array_and_a_table_for_others(run):
+    array = np.asarray(run)
+    assert array.shape == (len(run.t), len(run)) and np.shares_memory(array, run.samples)
+    assert np.array_equal(array[:, 2], run[list(run)[2]])
+    assert np.array(run, dtype=np.float32).dtype == np.float32
+    own = np.array(run)
+    own[0, 0] += 1.0  # a copy of the user's
+    pandas = pytest.importorskip("pandas")
+    series = pandas.Series(run)
+    assert list(series.index) == list(run) and np.array_equal(series["slider.x"], run["slider.x"])
+    assert np.array_equal(pandas.DataFrame(run).to_numpy(), run.samples)
+    assert list(pandas.DataFrame(dict(run)).columns) == list(run)
+
+
+def test_a_run_that_a_feature_gets_is_a_mapping_too():
+    seen = []
+
+    def spread(run):
+        seen.append((dict(run), run.samples, "slider.x" in run, len(run), list(run["slider.*"])))
+        return float(np.ptp(run["slider.x"]))
+
+    time = {"duration": 4e-4, "samples": 9}
+    study = cc.Study(
+        cc.mechanisms.slider_crank, BOX, ["slider.x", "crank.angle"], features={"s": spread}, **time
+    )
+    result = study.sample(2)
+    columns, samples, has, count, found = seen[0]
+    assert list(columns) == ["slider.x", "crank.angle"] and np.array_equal(columns["slider.x"], samples[:, 0])
+    assert has and count == 2 and found == ["slider.x"]
+    assert len(result.features["s"].values) == 2
+
+
+def test_a_feature_in_the_place_of_an_output_is_named(results):
+    result = results["StudyResult"]
+    with pytest.raises(KeyError, match=r'"peak" is a feature, not an output: result.features\["peak"\]'):
+        result["peak"]
+    assert result.features["peak"].name == "peak"
+
+
 def test_columns_by_pattern_are_views_in_their_order(run):
     found = run["slider.[xy]"]
     assert list(found) == ["slider.x", "slider.y"]
-    assert np.shares_memory(found["slider.x"], run.values)
+    assert np.shares_memory(found["slider.x"], run.samples)
     assert list(run["SLIDER.*".lower()]) == [name for name in run if name.startswith("slider.")]
     with pytest.raises(KeyError):
         run["SLIDER.*"]
-    assert run.values.shape == (len(run.t), len(run))
+    assert run.samples.shape == (len(run.t), len(run))
 
 
 def test_bands_are_the_values_of_a_result(results):

@@ -1,16 +1,20 @@
 """The answer of a report and its numbers, as a reader meets them."""
 
 import itertools
+import math
 import re
 
 import chebclear as cc
 import pytest
+from chebclear.base.prefixes import format_range
+from chebclear.cli.bands import verdicts
 from chebclear.report.document import Table
 from chebclear.report.html import as_html
 from chebclear.run.report import outputs_to_show, run_document
 from chebclear.study.features.effects import Estimate
 from chebclear.study.features.ranking import Rank, Ranking
-from chebclear.study.report.document import study_document
+from chebclear.study.report.document import study_document, verdict_table
+from chebclear.study.report.extent import extent
 
 
 def ranking(scatter, **narrowings):
@@ -122,3 +126,32 @@ def test_two_rows_of_two_percent():
     told = ranking.advice()
     assert len(told) == 3 and all(text.startswith("tightening") for text in told[1:])
     assert "Tightening r and yl does not help" in ranking.in_short()
+
+
+def test_how_far_an_output_moves_holds_the_peaks_of_its_runs_between_the_samples():
+    """Four samples of a revolution miss the dead centers of a slider: crank and rod in line, closed form."""
+    turn = 2.0 * math.pi / cc.mechanisms.slider_crank().drives[0].speed
+    study = cc.Study(
+        cc.mechanisms.slider_crank,
+        {"crank_length": cc.interval(0.05, rel=0.1)},
+        ["slider.x"],
+        features={"far": cc.peak("slider.x"), "near": cc.lowest("slider.x")},
+        fixed={"clearance_at": (), "rod_length": 0.12},
+        skip=0.1 * turn,
+        duration=turn,
+        samples=5,
+    )
+    for result in (study.sample(9), study.scan(3), study.band(9)):
+        band = result["slider.x"]
+        lowest, highest = extent(result, band)
+        # From rod minus crank to rod plus crank of the runs.
+        crank = result.parameters[:, 0].max()
+        assert lowest <= 0.12 - crank + 1e-6 and highest >= 0.12 + crank - 1e-6
+        assert band.upper.max() < 0.12 + crank - 1e-3, "the samples miss it"
+        document = study_document(result, None)
+        (found,) = (one for one in document.answer if not isinstance(one, str) and one.subject == "slider.x")
+        assert f"{format_range((lowest, highest), 'm')} with its peaks between the samples" in found.text
+        rows = {row["output"]: row for row in verdicts(result)}
+        assert (rows["slider.x"]["lowest"], rows["slider.x"]["largest"]) == (lowest, highest)
+        shown = verdict_table(result).rows[0][1]
+        assert shown == format_range((lowest, highest), "m")

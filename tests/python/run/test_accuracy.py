@@ -102,7 +102,7 @@ def test_the_companion_runs_tighten_tolerances_that_were_set():
     own = {"position_tolerance": 1e-4, "velocity_tolerance": 1e-2}
     run = cc.simulate(pendulum(), duration=0.5, samples=51, outputs=OUTPUTS, error="estimate", **own)
     error = np.abs(
-        run.values - cc.simulate(pendulum(), duration=0.5, samples=51, rtol=1e-11, outputs=OUTPUTS).values
+        run.samples - cc.simulate(pendulum(), duration=0.5, samples=51, rtol=1e-11, outputs=OUTPUTS).samples
     )
     # What these tolerances leave is far above what the rtol alone would.
     assert np.all(error.max(axis=0) > 1e-6)
@@ -121,9 +121,9 @@ def test_companions_take_steps_of_their_own_where_no_tolerance_binds():
     # So short and smooth that the method of order 8 does the same at a tenth of the tolerance.
     given = {"scene": pendulum(), "duration": 0.5 * quarter_period(), "samples": 2, "method": "dop853"}
     loose, tenth, tight = (cc.simulate(**given, rtol=rtol, outputs=OUTPUTS) for rtol in (1e-5, 1e-6, 1e-11))
-    assert np.array_equal(loose.values, tenth.values)
+    assert np.array_equal(loose.samples, tenth.samples)
     run = cc.simulate(**given, rtol=1e-5, outputs=OUTPUTS, error="estimate")
-    np.testing.assert_allclose(run.error.max_difference, np.abs(run.values - tight.values)[-1], rtol=0.2)
+    np.testing.assert_allclose(run.error.max_difference, np.abs(run.samples - tight.samples)[-1], rtol=0.2)
     # Nothing is integrated where the drives prescribe everything: there is no error.
     crank = cc.Scene(
         [cc.Body("crank", 1.0, 0.1)],

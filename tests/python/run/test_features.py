@@ -239,7 +239,7 @@ class TestClearance:
         method = runs[0].settings.method
         names = [f"wrist.{name}" for name in ("wear", "impact_loss", "friction_loss")]
         run = cc.simulate(self.SCENE, duration=self.DURATION, samples=2, method=method, outputs=names)
-        wear, impact, friction = run.values[-1]
+        wear, impact, friction = run.samples[-1]
         assert run.feature(cc.wear("wrist")) == pytest.approx(wear, rel=1e-5)
         assert run.feature(cc.loss("wrist")) == pytest.approx(impact + friction, rel=1e-5)
         assert run.peak("wrist.wear").value == pytest.approx(wear, rel=1e-12)
@@ -324,5 +324,5 @@ def test_work_and_losses_do_not_depend_on_features(clearance_at):
     with_features = cc.simulate(
         scene, outputs=outputs, features=[cc.peak("slider.ax"), cc.rms("slider.vx")], **time
     )
-    np.testing.assert_array_equal(with_features.values, alone.values)
+    np.testing.assert_array_equal(with_features.samples, alone.samples)
     assert np.max(np.abs(with_features["energy.balance"])) < 1e-5 * np.max(np.abs(alone["energy.total"]))

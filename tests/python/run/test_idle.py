@@ -32,7 +32,7 @@ def test_an_idle_element(method, extra):
         for each in (scene, dataclasses.replace(scene, **extra))
     )
     assert more.stats == plain.stats
-    assert np.array_equal(more.values, plain.values) and more.events == plain.events
+    assert np.array_equal(more.samples, plain.samples) and more.events == plain.events
 
 
 @pytest.mark.parametrize("method", METHODS)

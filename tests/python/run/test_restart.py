@@ -75,8 +75,8 @@ def test_three_runs_are_one(name, method):
     assert start.time == whole.end.time
     assert np.array_equal(np.concatenate([parts[0].t, parts[1].t[1:], parts[2].t[1:]]), whole.t)
     for before, after in itertools.pairwise(parts):
-        np.testing.assert_allclose(before.values[-1], after.values[0], rtol=1e-11, atol=1e-11)
-    assert_alike(parts[2].values, whole.values[24:])
+        np.testing.assert_allclose(before.samples[-1], after.samples[0], rtol=1e-11, atol=1e-11)
+    assert_alike(parts[2].samples, whole.samples[24:])
     assert sum(len(part.events) for part in parts) == len(whole.events)
     later = whole.events.time[len(whole.events) - len(parts[2].events) :]
     np.testing.assert_allclose(parts[2].events.time, later, atol=1e-3 * duration)
@@ -87,7 +87,7 @@ def test_energies_and_turns_are_counted_from_the_first_start():
     whole = cc.simulate(scene, duration=1.0, samples=3, outputs=["crank.angle", "energy.*"])
     first = cc.simulate(scene, duration=0.5, samples=3, outputs=["crank.angle", "energy.*"])
     second = cc.simulate(scene, duration=0.5, samples=3, outputs=["crank.angle", "energy.*"], start=first.end)
-    assert_alike(second.values[[0, -1]], whole.values[1:])
+    assert_alike(second.samples[[0, -1]], whole.samples[1:])
     assert whole["crank.angle"][-1] > 4.0 * np.pi
 
 
@@ -131,7 +131,9 @@ def test_ends_are_values_and_survive_pickles_and_files(tmp_path):
     for twin in (copy.copy(end), copy.deepcopy(end), pickle.loads(pickle.dumps(end)), loaded.end):
         assert twin == end and hash(twin) == hash(end)
         again = cc.simulate(PLAY, duration=1 / 128, samples=3, start=twin)
-        assert np.array_equal(again.values, cc.simulate(PLAY, duration=1 / 128, samples=3, start=end).values)
+        assert np.array_equal(
+            again.samples, cc.simulate(PLAY, duration=1 / 128, samples=3, start=end).samples
+        )
     pickled = pickle.loads(pickle.dumps(run))
     assert pickled == run and pickled.end == end
 

@@ -99,7 +99,7 @@ def test_the_papers_mechanism_follows_the_reference_trajectory(file, convention)
 
 def test_columns_are_views_and_unknown_ones_are_named(run):
     column = run["slider.x"]
-    assert column.shape == (401,) and np.shares_memory(column, run.values)
+    assert column.shape == (401,) and np.shares_memory(column, run.samples)
     assert list(run) == list(run.columns) and "slider.x" in run and "slider.z" not in run
     with pytest.raises(KeyError, match=re.escape('unknown column "slider.xx"; did you mean "slider.x"?')):
         run["slider.xx"]
@@ -110,7 +110,7 @@ def test_columns_are_views_and_unknown_ones_are_named(run):
 
 def test_outputs_choose_the_columns(run):
     some = cc.simulate(run.scene, duration=0.004, samples=401, outputs=["wrist.penetration", "slider.x"])
-    assert some.columns == ("wrist.penetration", "slider.x") and some.values.shape == (401, 2)
+    assert some.columns == ("wrist.penetration", "slider.x") and some.samples.shape == (401, 2)
     for name in some:
         assert np.array_equal(some[name], run[name])
 
@@ -137,11 +137,11 @@ def test_trajectories_are_values(run, tmp_path):
     twins = [copy.copy(run), copy.deepcopy(run), pickle.loads(pickle.dumps(run)), cc.Trajectory.load(file)]
     for twin in twins:
         assert twin == run
-        assert twin.values.tobytes() == run.values.tobytes()
+        assert twin.samples.tobytes() == run.samples.tobytes()
     assert run != cc.simulate(run.scene, duration=0.004, samples=401, rtol=1e-5)
     assert run != "a run"
     for twin in (run, *twins):
-        arrays = [twin.t, twin.values, twin["slider.x"], twin.events.time, twin.contacts.onset]
+        arrays = [twin.t, twin.samples, twin["slider.x"], twin.events.time, twin.contacts.onset]
         assert not any(array.flags.writeable for array in arrays)
         with pytest.raises(ValueError, match="read-only"):
             twin["slider.x"][0] = 1.0
@@ -184,7 +184,9 @@ def test_a_run_that_fails_raises_with_what_it_has(tmp_path):
     assert run.status == "max_steps" and not run.success and run.end_time == error.time
     reached = run.t <= error.time
     assert (
-        np.isfinite(run.values[reached]).all() and np.isnan(run.values[~reached]).all() and not reached.all()
+        np.isfinite(run.samples[reached]).all()
+        and np.isnan(run.samples[~reached]).all()
+        and not reached.all()
     )
     # NaN equals NaN, also after pickling and on file.
     twin = pickle.loads(pickle.dumps(error))

@@ -19,7 +19,7 @@ def test_skipping_is_looking_later(method):
     whole = cc.simulate(scene, duration=0.015625, samples=65, method=method)
     late = cc.simulate(scene, duration=0.015625 / 4, samples=17, method=method, skip=0.75 * 0.015625)
     assert np.array_equal(late.t, whole.t[48:])
-    assert np.array_equal(late.values, whole.values[48:])
+    assert np.array_equal(late.samples, whole.samples[48:])
     assert late.end_time == whole.end_time
     told = np.concatenate([late.skipped_events.time, late.events.time])
     assert np.array_equal(told, whole.events.time)

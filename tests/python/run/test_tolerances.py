@@ -134,4 +134,4 @@ def test_below_the_rounding_of_a_contact_a_tighter_tolerance_costs_nothing():
     loose, tight = runs
     assert tight.stats.steps < 1.5 * loose.stats.steps
     # As far apart as two methods are.
-    assert np.abs(tight.values - loose.values).max() < 2e-8
+    assert np.abs(tight.samples - loose.samples).max() < 2e-8

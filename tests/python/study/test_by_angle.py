@@ -179,8 +179,8 @@ def test_revolutions_leave_with_their_angle(wrist):
 def test_features_are_those_of_each_revolution():
     study = wrist_study(features={"peak": cc.peak("wrist.normal_force")})
     result = study.band(3, coverage=0.9, cycles=3)
-    assert result.features.values.shape == (3, 2, 1)
-    peaks = result.features.values[:, :, 0]
+    assert result.features.runs.shape == (3, 2, 1)
+    peaks = result.features.runs[:, :, 0]
     assert np.all(peaks >= result.values("wrist.normal_force").max(axis=2) - 1e-9)
 
 

@@ -320,7 +320,7 @@ class TestStudy:
         study = self.study(wanted, cycles=2)
         result = study.sample(5, seed=3)
         assert result.outputs == () and len(result.t) == 2
-        assert result.features.values.shape == (5, 2, 3)
+        assert result.features.runs.shape == (5, 2, 3)
         for row, given in enumerate(result.parameters):
             run = cc.simulate(slider(*given), duration=2e-3, samples=2, rtol=1e-4)
             force = run.feature(wanted["force"], cycles=2)
@@ -334,7 +334,7 @@ class TestStudy:
         wanted = {"mean": cc.mean("slider.x")}
         fitted = self.study(wanted, ["slider.x"]).chebyshev(2)
         scanned = self.study(wanted, ["slider.x"]).scan(3)
-        assert fitted.features.values.shape == scanned.features.values.shape == (9, 1, 1)
+        assert fitted.features.runs.shape == scanned.features.runs.shape == (9, 1, 1)
         # The mean position grows with both lengths, by a meter each for a meter in the first instants.
         assert fitted.feature("mean").interval.verdict == "resolved"
         assert fitted.feature("mean").effects.monotone == {"crank_length": "rises", "rod_length": "rises"}

@@ -270,6 +270,8 @@ def test_the_order_of_parameters_does_not_matter(method):
     cube = _core.sobol_points(3, 0, 6, 5)
     if method == "band":
         assert found[0]["crank_length"] == pytest.approx(0.05 + 0.0005 * cube[:, 0], rel=1e-15)
+        assert found[0]["rod_length"] == pytest.approx(0.12 + 0.0012 * cube[:, 1], rel=1e-15)
+        assert found[0]["clearance"] == pytest.approx(2e-5 + 1e-5 * cube[:, 2], rel=1e-14)
 
 
 def test_without_a_signature_points_go_by_the_names():

@@ -137,7 +137,7 @@ def test_they_survive_files_and_copies(result, tmp_path):
 
 def test_a_table_of_runs_has_them(result):
     runs = dict(zip(BOX, result.parameters.T, strict=True))
-    values = {"tank.x": result.values("tank.x"), "largest": result.features.values[:, 0, 3]}
+    values = {"tank.x": result.values("tank.x"), "largest": result.features.runs[:, 0, 3]}
     with pytest.warns(cc.ChebclearWarning, match="nominal values"):
         table = cc.Study.from_runs(
             runs, result.t, values, units={"tank.x": "bar", "largest": "kg", "flow": "l/min"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -46,13 +46,13 @@ _TIMES = {
 class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
     """The features of all runs of a study: ``table["peak"]`` is the `FeatureResult` of that name.
 
-    A mapping from the names of the features; `values` is the array of all of them, as in pandas.
+    A mapping from the names of the features; `runs` is the array of all of them.
 
     Attributes
     ----------
     names : tuple[str, ...]
         Names of the features.
-    values : Array
+    runs : Array
         In the units of the features, shape (runs, cycles, features).
     nominal : Array
         Those of the run at the midpoint of all intervals, shape (cycles, features).
@@ -74,7 +74,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
     """
 
     names: tuple[str, ...]
-    values: Array = field()  # type: ignore[assignment] # an array, as in pandas, not the method of a mapping
+    runs: Array
     nominal: Array
     intervals: dict[str, Interval]
     parameters: Array
@@ -115,7 +115,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
         return html.fragment(repr(self)[1:-1], [table])
 
     def __repr__(self) -> str:
-        runs, cycles = self.values.shape[:2]
+        runs, cycles = self.runs.shape[:2]
         counted = f", {cycles} cycles" if cycles > 1 else ""
         return f"<FeatureTable: {runs} runs{counted}, {listed(self.names, most=4)}>"
 
@@ -125,7 +125,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
         index = self.names.index(name)
         return FeatureResult(
             name=name,
-            values=self.values[:, :, index],
+            values=self.runs[:, :, index],
             nominal=self.nominal[:, index],
             intervals=self.intervals,
             parameters=self.parameters,

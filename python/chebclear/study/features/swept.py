@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.named import Named
 from ...run.settings import Settings
 from ...run.simulation import run_scene
 from ...run.trajectory import Stats, Trajectory, column_index
@@ -17,21 +18,21 @@ from ...scene.scene import Scene
 Array = NDArray[np.float64]
 
 
-class SweptRun:
-    """A run of a study with the interface of a `Trajectory`.
+class SweptRun(Named[Array]):
+    """A run of a study with the interface of a `Trajectory`, a mapping from the names of the columns too.
 
     Samples, parameters and work of the run are available. Contacts, events, peaks and all else of a
     `Trajectory` are not kept by a study: the first access to them repeats the run with the same steps.
     """
 
     def __init__(
-        self, scene: Scene, settings: Settings, t: Array, columns: Sequence[str], values: Array, stats: Stats
+        self, scene: Scene, settings: Settings, t: Array, columns: Sequence[str], samples: Array, stats: Stats
     ) -> None:
         self.scene = scene
         self.settings = settings
         self.t = t
         self.columns = tuple(columns)
-        self.values = values
+        self.samples = samples
         self.stats = stats
         self.status = "done"
         self.success = True
@@ -39,11 +40,12 @@ class SweptRun:
     def __repr__(self) -> str:
         return f"<run of a study: {len(self.columns)} columns of {len(self.t)} samples>"
 
-    def __getitem__(self, column: str) -> Array:
-        return self.values[:, column_index(self.columns, column, self.scene)]
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return self.columns
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.columns)
+    def _entry(self, name: str) -> Array:
+        return self.samples[:, column_index(self.columns, name, self.scene)]
 
     def to_dict(self) -> dict[str, Array]:
         """``t`` and all columns by name."""

@@ -108,5 +108,5 @@ def more_arrays(result: Any) -> dict[str, Array]:
     if result.nominal_parameters is not None:
         arrays["nominal_parameters"] = result.nominal_parameters
     if result.features is not None:
-        arrays |= {"features": result.features.values, "nominal_features": result.features.nominal}
+        arrays |= {"features": result.features.runs, "nominal_features": result.features.nominal}
     return arrays

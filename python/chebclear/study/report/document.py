@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -30,6 +30,7 @@ from ...scene.scene import Interval, Scene
 from ..band.band import Band
 from ..band.margin import percent
 from .alternatives import alternatives
+from .extent import at_samples, extent
 from .ranking import feature_section
 from .script import study_listings
 
@@ -110,7 +111,7 @@ def study_document(result: ReportedStudy, title: str | None) -> Document:
         [feature_section(result.features[name]) for name in result.features.names] if result.features else []
     )
     answer: list[Finding | str] = [finding for _, finding in features]
-    answer += [_reach(band) for band in list(bands.values())[:_MOST_FINDINGS]]
+    answer += [_reach(result, band) for band in list(bands.values())[:_MOST_FINDINGS]]
     if len(bands) > _MOST_FINDINGS:
         answer.append(f"{len(bands) - _MOST_FINDINGS} more outputs are in the table below.")
     counted = f"{len(result.parameters)} runs and the nominal one"
@@ -161,11 +162,14 @@ def _method(result: ReportedStudy) -> str:
     return words.get(result.kind, "random runs")
 
 
-def _reach(band: Band) -> Finding:
+def _reach(result: ReportedStudy, band: Band) -> Finding:
     """How far an output moves, with the kind of statement that it is."""
     unit = band.unit
     widest = int(np.argmax(band.width))
-    reach = format_range((float(band.lower.min()), float(band.upper.max())), unit)
+    whole, sampled = extent(result, band), at_samples(band)
+    reach = format_range(whole, unit)
+    if whole != sampled:
+        reach += f" with its peaks between the samples, at these {format_range(sampled, unit)}"
     verbs = {"sampled": "reached in the runs:", "not resolved": "may be within"}
     verb = verbs.get(band.verdict, "stays within")
     width, when = float(band.width[widest]), float(band.t[widest])
@@ -213,16 +217,16 @@ def _tolerance(side: Interval, unit: str, size: float) -> str:
     return f"+{format_exact(plus, unit, size)} / -{format_exact(minus, unit, size)}"
 
 
-def verdict_table(bands: Mapping[str, Band]) -> Table:
-    """Every band in a line, with its verdict."""
+def verdict_table(result: Any) -> Table:
+    """Every band of a `StudyResult` in a line, with its verdict."""
     rows: list[list[Cell]] = []
-    for name, band in bands.items():
+    for name, band in result.bands.items():
         unit = band.unit
         further = percent(band.whole_run)
         rows.append(
             [
                 name,
-                format_range((float(band.lower.min()), float(band.upper.max())), unit),
+                format_range(extent(result, band), unit),
                 format_quantity(band.max_width, unit),
                 Verdict(band.verdict, JUDGMENTS[band.verdict]),
                 percent(band.coverage),
@@ -237,11 +241,11 @@ def _band_blocks(result: ReportedStudy) -> list[Block]:
     """The table of verdicts, and every band."""
     said = [verdict for verdict in MEANINGS if any(band.verdict == verdict for band in result.bands.values())]
     blocks: list[Block] = [
-        verdict_table(result.bands),
+        verdict_table(result),
         Items([f"{verdict}: {MEANINGS[verdict]}." for verdict in said]),
     ]
     for name, band in result.bands.items():
-        reach = format_range((float(band.lower.min()), float(band.upper.max())), band.unit)
+        reach = format_range(at_samples(band), band.unit)
         blocks.append(
             Picture(
                 f"Band of {name} against time with the nominal run, {reach}, {band.verdict}.",
