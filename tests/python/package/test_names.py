@@ -59,7 +59,7 @@ def test_no_name_runs_in_any_block(tmp_path):
 
 @pytest.mark.skipif(hostile_names.BROWSER is None, reason="no Chromium here")
 def test_no_name_runs_on_any_page_of_any_result():
-    """Some of each group in one name; `hostile_names.py` as a script gives all of them to every page alone."""
+    """Some of each group in one name; `hostile_names.py` as a script gives each of them to every page."""
     wrong, opened, dangerous = hostile_names.faults([" ".join(hostile_names.NAMES[:45:6])])
     assert wrong == [] and opened > 15 and dangerous == 1
 
