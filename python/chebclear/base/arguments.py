@@ -11,7 +11,6 @@ import numpy as np
 
 from ..errors import ArgumentError, InputError, is_plain
 
-
 _LONGEST_NAME = 100
 
 
