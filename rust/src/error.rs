@@ -76,9 +76,17 @@ impl std::error::Error for InputError {}
 
 /// `"; did you mean ...?"` with the known name nearest to a wrong one, or nothing.
 pub fn did_you_mean<'a>(wrong: &str, known: impl Iterator<Item = &'a str>) -> String {
+    // The time grows with the product of the lengths, and nobody mistypes what is longer than a line.
+    const LONGEST: usize = 100;
+    if wrong.len() > LONGEST {
+        return String::new();
+    }
     // Upper and lower case count least: "c" is closer to "C" than to "B".
     let by_case = |name: &str| edit_distance(&wrong.to_lowercase(), &name.to_lowercase());
-    let nearest = known.map(|name| (by_case(name), edit_distance(wrong, name), name)).min();
+    let nearest = known
+        .filter(|name| name.len() <= LONGEST)
+        .map(|name| (by_case(name), edit_distance(wrong, name), name))
+        .min();
     match nearest {
         // With up to half of the letters wrong a name is still recognizable.
         Some((distance, _, name)) if 2 * distance <= name.chars().count().max(wrong.chars().count()) => {

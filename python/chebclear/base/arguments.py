@@ -11,9 +11,14 @@ import numpy as np
 
 from ..errors import ArgumentError, InputError, is_plain
 
+_LONGEST_NAME = 100
+
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
     """``'; did you mean "..."?'`` with the known name nearest to a wrong one, or nothing."""
+    # The time grows with the product of the lengths, and nobody mistypes what is longer than a line.
+    if len(str(name)) > _LONGEST_NAME:
+        return ""
     # Upper and lower case count least: "Slider.X" is closer to "slider.x" than to "slider.y".
     same = {other.lower(): other for other in known}
     nearest = difflib.get_close_matches(str(name).lower(), list(same), n=1)

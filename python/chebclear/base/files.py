@@ -233,29 +233,29 @@ def _load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[An
     with _opened(path) as (archive, facts):
         if facts["kind"] != kind:
             raise ArgumentError(f"{os.fspath(path)} holds a {facts['kind']}, not a {kind}")
+        names = sorted(name for name in archive.files if name != "metadata")
+        # Older files do not list their members, or only by name: a missing one is noticed when it is read.
+        members = facts.get("members", names)
+        if not isinstance(members, list | dict) or not all(isinstance(name, str) for name in members):
+            raise _damaged(path, "its list of members is none")
+        # Before any is unpacked, to a thousand times its size at worst.
+        differing = sorted(set(members) ^ set(names))
+        if differing:
+            raise _damaged(path, f"{', '.join(differing)} is missing or misnamed")
+        arrays: dict[str, NDArray[Any]] = {}
         try:
-            for member in archive.zip.namelist() if archive.zip else ():
-                if member.endswith(".npy"):
-                    member_header(archive, member.removesuffix(".npy"))
-            arrays = {name: archive[name] for name in archive.files if name != "metadata"}
-        except DAMAGE as error:
+            for name in names:
+                member_header(archive, name)
+            for name in names:
+                arrays[name] = archive[name]
+                # A member that is no longer an array is returned as bytes.
+                sound = isinstance(arrays[name], np.ndarray)
+                if isinstance(members, dict) and not (sound and members[name] == _digest(arrays[name])):
+                    raise _damaged(path, f"{name} has changed")
+        except ArgumentError:
+            raise
+        except (KeyError, *DAMAGE) as error:
             raise _damaged(path, str(error)) from None
-    # Older files do not list their members, or only by name: a missing one is noticed when it is read.
-    members = facts.get("members", sorted(arrays))
-    if not isinstance(members, list | dict) or not all(isinstance(name, str) for name in members):
-        raise _damaged(path, "its list of members is none")
-    differing = sorted(set(members) ^ set(arrays))
-    if differing:
-        raise _damaged(path, f"{', '.join(differing)} is missing or misnamed")
-    if isinstance(members, dict):
-        # A member that is no longer an array is returned as bytes.
-        wrong = [
-            name
-            for name, array in arrays.items()
-            if not isinstance(array, np.ndarray) or members[name] != _digest(array)
-        ]
-        if wrong:
-            raise _damaged(path, f"{', '.join(wrong)} has changed")
     return _Members(path, arrays), _Members(path, facts)
 
 

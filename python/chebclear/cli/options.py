@@ -213,13 +213,13 @@ def count(text: str) -> int:
 
 def _number(text: str) -> float:
     try:
-        return float(text)
+        return float(text) if text.isascii() else math.nan
     except ValueError:
         return math.nan
 
 
 def _whole(text: str) -> int:
     try:
-        return int(text)
+        return int(text) if text.isascii() else -1
     except ValueError:
         return -1

@@ -6,6 +6,7 @@ import dataclasses
 import json
 import os
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypedDict
@@ -346,9 +347,10 @@ def checked_names(checks: Checks, outputs: object) -> tuple[str, ...] | None:
         checks.add(f"outputs must be a list of column names, got {outputs!r}", wrong_type=True)
         return None
     names = tuple(outputs)
-    for index, name in enumerate(names):
+    counts = Counter(name for name in names if isinstance(name, str))
+    for name in names:
         if not isinstance(name, str):
             checks.add(f"outputs must be column names, got {name!r}", wrong_type=True)
-        elif names.index(name) == index and names.count(name) > 1:
+        elif counts.pop(name, 1) > 1:
             checks.add(f'outputs names "{name}" more than once')
     return names

@@ -110,7 +110,7 @@ def _key(holder: Any, word: str, path: Path) -> str | int:
             names.setdefault(str(index) if name is None else name, index)
     if word in names:
         return names[word]
-    if word.isdecimal() and int(word) < len(holder):
+    if word.isascii() and word.isdecimal() and int(word) < len(holder):
         return int(word)
     known = did_you_mean(word, names) or f"; there are {', '.join(names) or 'none'}"
     raise LookupError(f'{".".join(map(str, path))} has no "{word}"{known}')

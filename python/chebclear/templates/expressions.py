@@ -166,7 +166,7 @@ def parse(text: str) -> Expression:
         raise ExpressionError(f"has {len(text)} characters; at most {MOST_CHARACTERS} are accepted")
     column = next((index for index, letter in enumerate(text) if letter not in _LETTERS), None)
     meant = with_blank(text)
-    if re.fullmatch(r"\s*[+-]?\d+,\d+(\s+\S.*)?", text):
+    if re.fullmatch(r"\s*[+-]?[0-9]+,[0-9]+(\s+\S.*)?", text):
         point = text.strip().replace(",", ".", 1)
         raise ExpressionError(f'has a comma; decimals follow a point, "{point}"', text.index(","))
     if meant:

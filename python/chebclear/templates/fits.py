@@ -32,6 +32,8 @@ def radial_clearance(fit: str) -> Interval:
         If the fit is unknown, or a journal may be as large as its bearing, or the optional package with the
         tables is not installed.
     """
+    if not fit.isascii():
+        raise FitError(f"is no fit as {EXAMPLE}: it is written in ASCII letters and digits")
     try:
         import pressfit
     except ImportError:

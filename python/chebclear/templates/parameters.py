@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import keyword
 import re
 import sys
 from collections.abc import Mapping
@@ -10,7 +11,7 @@ from typing import Any
 from ..base.arguments import did_you_mean
 from ..base.quantities import Interval
 from ..errors import SceneError
-from .expressions import Expression
+from .expressions import CONSTANTS, FUNCTIONS, Expression
 from .fits import FitError, radial_clearance
 from .template import Parameter, evaluated
 from .toml_text import Path
@@ -26,7 +27,7 @@ _WAYS = (("rel",), ("plus", "minus"), ("limits",), ("fit",))
 _CLOSED = ("limits", "fit")
 # Part of the ends by which a nominal value that is meant to be the midpoint may differ from it.
 _ROUNDING = 4.0 * sys.float_info.epsilon
-_FIT = re.compile(r"\s*[\d.]+\s*[A-Za-z]{1,2}\d{1,2}\s*/\s*[A-Za-z]{1,2}\d{1,2}\s*")
+_FIT = re.compile(r"\s*[\d.]+\s*[A-Za-z]{1,2}\d{1,2}\s*/\s*[A-Za-z]{1,2}\d{1,2}\s*", re.ASCII)
 
 
 def read_parameters(given: Any, values: Values) -> tuple[dict[str, Parameter], dict[str, float]]:
@@ -85,6 +86,11 @@ class _Reader:
             self.values.note(
                 ("parameters", name),
                 "a parameter is named by letters, digits and _, beginning with a letter",
+            )
+        elif name in CONSTANTS or name in FUNCTIONS or keyword.iskeyword(name):
+            what = "constant" if name in CONSTANTS else "function" if name in FUNCTIONS else "word"
+            self.values.note(
+                ("parameters", name), f'"{name}" is a {what} of expressions: give the parameter another name'
             )
 
     def _check_keys(self, name: str, facts: Mapping[str, Any]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import re
@@ -19,7 +20,7 @@ from .expressions import Expression, ExpressionError, ExpressionProblem
 from .parameters import read_parameters
 from .run_table import check_names, read_features, read_run
 from .template import Template, path_text
-from .toml_text import MOST_CHARACTERS, Path, Place, inside, read_toml
+from .toml_text import MOST_CHARACTERS, Path, Place, inside, pointed_at, read_toml
 from .values import Values
 
 FORMAT = 1
@@ -145,7 +146,9 @@ def _located(
 
     What was replaced stands nowhere in the file, nor does what is below it.
     """
-    lines = text.replace("\r\n", "\n").split("\n")
+    text = text.replace("\r\n", "\n")
+    lines = text.split("\n")
+    starts = [0, *itertools.accumulate(len(line) + 1 for line in lines)]
     by_text = {path_text(path): place for path, place in places.items()}
     by_text = {
         path: place
@@ -165,12 +168,12 @@ def _located(
         # The value may be a table in which the text was replaced.
         quoted = lines[place.line - 1][place.column - 1 : place.column] in ("'", '"')
         if isinstance(problem, ExpressionProblem) and path == problem.path and quoted:
-            place = inside(text, place, problem.offset)
+            place = inside(text, starts[place.line - 1] + place.column - 1, place, problem.offset)
         column = (
             place.key_column if problem.message.startswith(("unknown key", "unknown field")) else place.column
         )
         where = f"{name}:{place.line}:{column}: {problem.path}"
-        shown = f"{problem.message}\n    | {lines[place.line - 1]}\n    | {' ' * (column - 1)}^"
+        shown = f"{problem.message}{pointed_at(lines[place.line - 1], column)}"
         found.append(((place.line, column), Problem(where, shown)))
     return [problem for _, problem in sorted(found, key=lambda one: one[0])]
 

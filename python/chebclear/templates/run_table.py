@@ -28,7 +28,8 @@ UNITS = {
 _WHOLE = ("samples", "max_steps", "max_events", "cycles")
 # Stand for what a file may leave to the caller, so that the rest can be judged.
 _NEEDED: dict[str, Any] = {"duration": 1.0, "samples": 2}
-_FEATURE = re.compile(r"\s*(\w+)\s*\(\s*([^()]*?)\s*\)\s*", re.ASCII)
+# Without blanks around the name, which would be tried in all ways: the time would grow with their cube.
+_FEATURE = re.compile(r"\s*(\w+)\s*\(([^()]*)\)\s*", re.ASCII)
 _EXAMPLE = '"peak(slider.ax)"'
 
 
@@ -97,11 +98,11 @@ def read_features(given: Any, values: Values) -> dict[str, Feature]:
             values.note(("features", name), f"must be a text such as {_EXAMPLE}, got {text!r}")
         elif found[1] not in KINDS:
             values.note(("features", name), f'unknown feature "{found[1]}"{meant_kind(found[1])}')
-        elif not found[2]:
+        elif not found[2].strip():
             what = "a clearance joint" if found[1] in JOINT_KINDS else "an output"
             values.note(("features", name), f"misses the name of {what} in its parentheses")
         else:
-            features[name] = Feature(found[1], found[2])
+            features[name] = Feature(found[1], found[2].strip())
     return features
 
 

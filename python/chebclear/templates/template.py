@@ -323,11 +323,12 @@ def evaluated(nominal: Mapping[str, float | Expression]) -> dict[str, float]:
         If expressions depend on each other in a cycle, or one has no value.
     """
     values: dict[str, float] = {}
+    failed: set[str] = set()
     problems: list[Problem] = []
 
     def settle(name: str, above: tuple[str, ...]) -> bool:
-        if name in values:
-            return True
+        if name in values or name in failed:
+            return name in values
         if name in above:
             circle = " -> ".join((*above[above.index(name) :], name))
             problems.append(Problem(f"parameters.{name}", f"needs itself: {circle}"))
@@ -336,12 +337,14 @@ def evaluated(nominal: Mapping[str, float | Expression]) -> dict[str, float]:
         if isinstance(one, Expression):
             # All parameters, so that every cycle is found; the evaluation reports unknown names.
             if not all([settle(other, (*above, name)) for other in sorted(one.names) if other in nominal]):
+                failed.add(name)
                 return False
             try:
                 values[name] = one.evaluate(values)
             except ExpressionError as error:
                 words = f'"{one.text}" {error}'
                 problems.append(ExpressionProblem(f"parameters.{name}", words, error.column))
+                failed.add(name)
                 return False
         else:
             values[name] = one

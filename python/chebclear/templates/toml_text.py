@@ -16,6 +16,16 @@ from ..errors import Problem, SceneError
 MOST_CHARACTERS = 1_000_000
 MOST_DOTS = 20
 
+# What a text is made of as far as keys matter, wherever they stand: those of too many parts, other keys and
+# strings, strings of several lines, comments, and strings that do not end, which take the rest of their line.
+_PART = r"""(?:[\w-]+|"(?:\\.|[^"\\\n])*"|'[^'\n]*')"""
+_NEXT = rf"(?:[ \t]*\.[ \t]*{_PART})"
+_TOKEN = re.compile(
+    r'"""(?:\\.|[^\\])*?(?:"""|\Z)|' + r"'''.*?(?:'''|\Z)|#[^\n]*|"
+    rf"(?P<long>{_PART}{_NEXT}{{{MOST_DOTS + 1}}})|{_PART}{_NEXT}*|[\"'][^\n]*",
+    re.DOTALL,
+)
+
 Path = tuple[str | int, ...]
 
 
@@ -53,9 +63,10 @@ def read_toml(text: str) -> tuple[dict[str, Any], dict[Path, Place]]:
             [("file", f"has {len(text)} characters; at most {MOST_CHARACTERS} are accepted for a scene")]
         )
     text = text.replace("\r\n", "\n")
-    for number, line in enumerate(text.split("\n"), 1):
-        if line.split("=")[0].count(".") > MOST_DOTS:
-            raise SceneError([(f"line {number}", f"a key with more than {MOST_DOTS} dots is not accepted")])
+    long = next((found for found in _TOKEN.finditer(text) if found["long"] is not None), None)
+    if long is not None:
+        line = text.count("\n", 0, long.start()) + 1
+        raise SceneError([(f"line {line}", f"a key with more than {MOST_DOTS} dots is not accepted")])
     try:
         return tomllib.loads(text), dict(_Locator(text).walk())
     except tomllib.TOMLDecodeError as error:
@@ -87,7 +98,24 @@ def _syntax_problem(message: str, text: str) -> Problem:
     elif "cannot overwrite a value" in words and written.lstrip().startswith("["):
         name = written.strip().strip("[]")
         words += f"; every table of a list begins with [[{name}]], the first one too"
-    return Problem(f"{line}:{column}", f"{words}\n    | {written}\n    | {' ' * (column - 1)}^")
+    return Problem(f"{line}:{column}", f"{words}{pointed_at(written, column)}")
+
+
+# A line of a file that fits a terminal; of a longer one so much is shown on either side of the place.
+_SHOWN, _AROUND = 160, 60
+
+
+def pointed_at(line: str, column: int) -> str:
+    """A line of the file with a mark below a column, counted from 1; of a long line the part around it.
+
+    A file of one line may have as many problems as letters.
+    """
+    start, end = 0, len(line)
+    if len(line) > _SHOWN:
+        start, end = max(0, column - 1 - _AROUND), column - 1 + _AROUND
+    before, after = "... " * (start > 0), " ..." * (end < len(line))
+    mark = " " * (len(before) + column - 1 - start)
+    return f"\n    | {before}{line[start:end]}{after}\n    | {mark}^"
 
 
 # A number with a unit that stands in no quotes, as a value of its own, in a list or in a table.
@@ -96,34 +124,34 @@ _BARE_QUANTITY = re.compile(
 )
 
 
-def inside(text: str, place: Place, offset: int) -> Place:
+def inside(text: str, start: int, place: Place, offset: int) -> Place:
     """Where a letter inside the text of a value stands.
 
     Parameters
     ----------
     text : str
-        The file.
+        The file, whose lines end with a line feed alone.
+    start : int
+        Letters of the file before the value, a text in quotes.
     place : Place
-        Where the value begins, a text in quotes.
+        Where the value begins.
     offset : int
         Letters of the value before the one that is meant.
     """
-    lines = text.replace("\r\n", "\n").split("\n")
-    rest = "\n".join([lines[place.line - 1][place.column - 1 :], *lines[place.line :]])
-    quotes = re.match(r'"""\n?|\'\'\'\n?|"|\'', rest)
+    quotes = re.compile(r'"""\n?|\'\'\'\n?|"|\'').match(text, start)
     assert quotes is not None, "only texts have letters inside"
     at = quotes.end()
-    letter = _LETTER if rest[0] == '"' else re.compile(r"()(.)", re.DOTALL)
+    letter = _LETTER if text[start] == '"' else re.compile(r"()(.)", re.DOTALL)
     while True:
-        found = letter.match(rest, at)
+        found = letter.match(text, at)
         assert found is not None, "the letter is inside"
         if offset == 0 and not found[1]:
             break
         at = found.end()
         offset -= not found[1]
-    before = rest[:at].split("\n")
-    start = place.column if len(before) == 1 else 1
-    return Place(place.line + len(before) - 1, start + len(before[-1]), place.key_column)
+    before = text[start:at].split("\n")
+    column = place.column if len(before) == 1 else 1
+    return Place(place.line + len(before) - 1, column + len(before[-1]), place.key_column)
 
 
 # One letter of a text between double quotes; the first group is a line end that does not count.

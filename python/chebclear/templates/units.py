@@ -110,10 +110,11 @@ _FACTORS: dict[str, Callable[[float], float]] = {
     "1/deg": math.degrees,
     "rpm": rpm,
 }
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?"
+# Not \d, which stands for the digits of every script.
+_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s+([^\s*+/()-].*?)\s*")
-_GLUED = re.compile(rf"\s*({_NUMBER})([^\s\d.*+/()-].*?)\s*")
-_FACTOR = re.compile(r"([^\s*/^\d.()]+)(?:\^?\(?(-?\d+(?:\.\d+)?)\)?)?")
+_GLUED = re.compile(rf"\s*({_NUMBER})([^\s0-9.*+/()-].*?)\s*")
+_FACTOR = re.compile(r"([^\s*/^0-9.()]+)(?:\^?\(?(-?[0-9]+(?:\.[0-9]+)?)\)?)?")
 _RAISED = str.maketrans("\u00b2\u00b3\u2074\u00b7", "234*")
 _PREFIXES = ("T", "G", "M", "k", "h", "d", "c", "m", "u", "\u00b5", "\u03bc", "n", "p")
 MOST_CHARACTERS = 100

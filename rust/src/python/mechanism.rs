@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::arrays::{new_array, sample_times};
-use super::{input_error, stats, wait_for};
+use super::{abandoned_on_signal, input_error, stats, wait_for};
 use crate::dynamics::Dynamics;
 use crate::mechanism::compiled::Mechanism;
 use crate::run::outputs::{column_names, further_column_names};
@@ -19,6 +19,9 @@ use crate::run::tolerances::default_impact_velocity_floors;
 use crate::run::trajectory::{Contact, Event, columns, record};
 use crate::scene::reader::read_scene;
 use crate::tree::elements::BodyPlacement;
+
+/// Length of a scene in text [bytes] from which it may take longer to compile than to start a thread.
+const LONG: usize = 20_000;
 
 /// A compiled scene.
 #[pyclass(frozen, name = "Mechanism", module = "chebclear._core")]
@@ -31,10 +34,10 @@ impl CompiledMechanism {
     /// Compiles a scene (JSON).
     #[new]
     fn new(py: Python<'_>, scene: &str) -> PyResult<Self> {
-        let mechanism = read_scene(scene)
-            .and_then(|scene| Mechanism::compile(&scene))
-            .map_err(|error| input_error(py, error))?;
-        Ok(Self { mechanism })
+        let text = scene.to_owned();
+        let compile = move || read_scene(&text).and_then(|scene| Mechanism::compile(&scene));
+        let compiled = if scene.len() < LONG { compile() } else { abandoned_on_signal(py, compile)? };
+        Ok(Self { mechanism: compiled.map_err(|error| input_error(py, error))? })
     }
 
     /// Describes the mechanism as JSON.

@@ -14,7 +14,7 @@ mod records;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Condvar, Mutex};
+use std::sync::{Arc, Condvar, Mutex, mpsc};
 use std::time::Duration;
 
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray2};
@@ -107,6 +107,36 @@ fn wait_for<T: Send>(
             (None, Err(_)) => Err(PyRuntimeError::new_err("internal error in the numerical core")),
         }
     })
+}
+
+/// Runs `work` on a new thread; a signal raises at once, and the work, which knows no cancel, ends on its own.
+fn abandoned_on_signal<T: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> PyResult<T> {
+    let (sender, receiver) = mpsc::channel();
+    std::thread::Builder::new()
+        .spawn(move || {
+            // Nobody may be left to hear of it.
+            let _ = sender.send(work());
+        })
+        .map_err(|error| PyMemoryError::new_err(format!("no thread can be started: {error}")))?;
+    // The receiver is moved in and out: it may not be shared with the threads that could run meanwhile.
+    let mut receiver = receiver;
+    loop {
+        let (back, found) = py.detach(move || {
+            let found = receiver.recv_timeout(WAKE);
+            (receiver, found)
+        });
+        receiver = back;
+        match found {
+            Ok(value) => return Ok(value),
+            Err(mpsc::RecvTimeoutError::Timeout) => py.check_signals()?,
+            Err(mpsc::RecvTimeoutError::Disconnected) => {
+                return Err(PyRuntimeError::new_err("internal error in the numerical core"));
+            }
+        }
+    }
 }
 
 /// Never seen by users: where work was cancelled, a signal or the report has already raised.

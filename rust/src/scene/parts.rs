@@ -328,7 +328,20 @@ pub struct Attachment {
     pub position: [f64; 2],
 }
 
+/// The two points of a joint, as far as they are known.
+pub(crate) type Ends = [Option<Attachment>; 2];
+
+/// Whether two joints join the same points of the same bodies.
+pub(crate) fn same_points([a, b]: &Ends, others: &Ends) -> bool {
+    a.is_some() && b.is_some() && (*others == [*a, *b] || *others == [*b, *a])
+}
+
 impl Scene {
+    /// The two points of a joint.
+    pub(crate) fn ends(&self, joint: &Joint) -> Ends {
+        joint.references().map(|(_, reference)| self.attachment(reference).ok())
+    }
+
     /// Resolves a reference such as `"rod.B"`, `"rod"` (origin of the body frame) or
     /// `"ground.O"`; the error says what is unknown and names the nearest known name.
     pub fn attachment(&self, reference: &str) -> Result<Attachment, String> {

@@ -7,7 +7,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::error::Problem;
-use crate::scene::parts::{Body, Drive, Force, Joint, JointKind, Scene, Start};
+use crate::scene::parts::{Body, Drive, Ends, Force, Joint, JointKind, Scene, Start, same_points};
 use crate::scene::time_function::TimeFunction;
 
 /// Length [m] from which a body may be one in millimeters: parts of watches measure a few millimeters.
@@ -114,6 +114,7 @@ impl Scene {
     /// Warns of journals that are larger than the bodies they join, of very large clearances and of duplicate
     /// joints.
     fn warn_of_joints(&self, warnings: &mut Vec<Problem>) {
+        let ends: Vec<Ends> = self.joints.iter().map(|joint| self.ends(joint)).collect();
         for (index, joint) in self.joints.iter().enumerate() {
             let Joint::Clearance { name, journal_radius, clearance, .. } = joint else { continue };
             let radius = *journal_radius;
@@ -144,10 +145,10 @@ impl Scene {
                     ),
                 ));
             }
-            let twin = self.joints[..index]
-                .iter()
-                .find(|other| matches!(other, Joint::Clearance { .. }) && self.same_points(joint, other));
-            if let Some(twin) = twin {
+            let twin = self.joints[..index].iter().zip(&ends).find(|(other, found)| {
+                matches!(other, Joint::Clearance { .. }) && same_points(&ends[index], found)
+            });
+            if let Some((twin, _)) = twin {
                 warnings.push(Problem::new(
                     format!("joints[{index}]"),
                     format!(
@@ -158,13 +159,6 @@ impl Scene {
                 ));
             }
         }
-    }
-
-    /// Whether two joints join the same points of the same bodies.
-    pub(crate) fn same_points(&self, one: &Joint, other: &Joint) -> bool {
-        let ends = |joint: &Joint| joint.references().map(|(_, reference)| self.attachment(reference).ok());
-        let ([a, b], others) = (ends(one), ends(other));
-        a.is_some() && b.is_some() && (others == [a, b] || others == [b, a])
     }
 
     /// Reach of a body from one of its points [m]: the distance to its mass, by the radius of gyration, or to

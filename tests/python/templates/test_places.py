@@ -104,7 +104,7 @@ def test_every_one_of_many_wrong_expressions_is_told():
 )
 def test_a_letter_is_found_behind_escapes(written, letter, line, column):
     values, places = read_toml(written)
-    found = inside(written, places["x",], values["x"].index(letter))
+    found = inside(written, len("x = "), places["x",], values["x"].index(letter))
     assert (found.line, found.column) == (line, column)
 
 
