@@ -561,7 +561,8 @@ fn what_no_other_run_hints_at_is_not_certified() {
     let points = random_points(1, 0, runs, 3);
     let mut values = vec![0.0; runs * samples];
     values[7 * samples..8 * samples].fill(-1.0);
-    let band = Table::new(&points, 1, &values, samples).band(NONE, coverage, Method::Certified, Some(1)).unwrap();
+    let band =
+        Table::new(&points, 1, &values, samples).band(NONE, coverage, Method::Certified, Some(1)).unwrap();
     assert!(band.upper.iter().all(|&upper| upper < 1.0));
     let expected = 2.0 / (runs + 1) as f64;
     assert!((1.0 - band.held_out.coverage - expected).abs() < 1e-12, "{}", band.held_out.coverage);
