@@ -269,7 +269,8 @@ impl Search<'_> {
 
 /// A prime number for each unknown.
 fn prime(index: usize) -> f64 {
-    let is_prime = |number: &u32| (2..*number).take_while(|d| d * d <= *number).all(|d| number % d != 0);
+    let is_prime =
+        |number: &u32| (2..*number).take_while(|d| d * d <= *number).all(|d| !number.is_multiple_of(d));
     (2..).filter(is_prime).nth(index).map_or(2.0, f64::from)
 }
 

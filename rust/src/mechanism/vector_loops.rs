@@ -299,8 +299,8 @@ impl Closing {
         dynamics.move_to(0.0, &guess, &vec![0.0; d]);
         let (residual, jacobian) = conditions.positions(dynamics, &column_units(tree, length), unit);
         let carrier = |frame: usize, below: usize| {
-            let above = tree.paths[frame].free.iter().map(|&(_, k)| k);
-            above.filter(|&k| !slides(k) && k != below).last()
+            let mut above = tree.paths[frame].free.iter().map(|&(_, k)| k);
+            above.rfind(|&k| !slides(k) && k != below)
         };
         let parents: Vec<Option<usize>> = (0..d).map(|k| carrier(tree.free[k] + 1, k)).collect();
         // By the angle of a body instead of that of a joint: what the bodies hanging on it do not follow.

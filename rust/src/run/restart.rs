@@ -110,9 +110,14 @@ impl Restart {
         }
         if let Some(work) = work {
             // Work that is not known is NaN.
-            expect(!(work.damping < 0.0), "work.damping", ">= 0 [J]", work.damping);
+            expect(work.damping >= 0.0 || work.damping.is_nan(), "work.damping", ">= 0 [J]", work.damping);
             for (index, loss) in work.contacts.iter().enumerate() {
-                expect(!(loss.wear < 0.0), &format!("work.contacts[{index}][2]"), ">= 0 [N m]", loss.wear);
+                expect(
+                    loss.wear >= 0.0 || loss.wear.is_nan(),
+                    &format!("work.contacts[{index}][2]"),
+                    ">= 0 [N m]",
+                    loss.wear,
+                );
             }
         }
         Subject::Start.judge((), problems)
