@@ -397,9 +397,8 @@ def checked_intervals(checks: Checks, parameters: object) -> dict[str, Interval]
     checks.names("parameters", parameters)
     for name, side in parameters.items():
         if not isinstance(side, Interval | Normal | Uniform):
-            checks.add(
-                f'parameters["{name}"] must be an interval(lower, upper), got {side!r}', wrong_type=True
-            )
+            wrong = f'parameters["{name}"] must be an interval(lower, upper), got {side!r}'
+            checks.add(wrong, wrong_type=True)
     return {
         name: interval_of(side)
         for name, side in parameters.items()
