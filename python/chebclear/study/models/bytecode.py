@@ -49,11 +49,14 @@ def uses(function: FunctionType) -> Iterator[Use]:
         if not isinstance(value, ModuleType):
             yield Use((name,), None, value)
     around = enclosed(function)
-    for some in instructions:
+    for code, some in zip(codes, instructions, strict=True):
+        cells = {*code.co_cellvars, *code.co_freevars}
         for place, one in enumerate(some):
             for left, name in enumerate(reversed(_loaded(one))):
                 # Of two that are loaded at once, what follows belongs to the last.
                 attributes = [] if left else [*takewhile(_is_attribute, some[place + 1 :])]
+                if "FAST" in one.opname and name in cells:  # handed on to a function inside, as LOAD_CLOSURE
+                    continue
                 if name in imported:
                     values = imported[name]
                 elif "FAST" in one.opname:
