@@ -454,7 +454,14 @@ impl HybridSystem for Recorder<'_> {
             return Projection::Singular;
         };
         let position = correction.position / (LARGEST_PROJECTION * self.tolerances.position);
-        let velocity = correction.velocity / (LARGEST_PROJECTION * self.tolerances.velocity);
+        let tolerance = self.tolerances.velocity;
+        let tolerance = if correction.nearly_dependent {
+            // Its square relative to that of the speed is the relative change of the energy.
+            (tolerance * mechanism.scales.speed).sqrt().max(tolerance)
+        } else {
+            tolerance
+        };
+        let velocity = correction.velocity / (LARGEST_PROJECTION * tolerance);
         // Rounding errors do not reject the step: they are not smaller in a shorter one.
         let excess = if correction.rounded_position { 0.0 } else { position }
             .max(if correction.rounded_velocity { 0.0 } else { velocity });
