@@ -70,6 +70,8 @@ pub(crate) struct Recorder<'a> {
     pub(crate) tracking: Tracking,
     /// Largest correction that closed the loops after a step [m].
     pub(crate) largest_projection: f64,
+    /// Samples near a change point, where forces in the loops are not known.
+    pub(crate) unknown_samples: usize,
     pub(crate) warnings: Vec<String>,
 }
 
@@ -86,6 +88,9 @@ impl<'a> Recorder<'a> {
         let d = mechanism.degrees_of_freedom();
         let joints = mechanism.clearance_joints.len();
         let needs = Needs::of(&table.0);
+        // Energies are differences of terms of this size, whatever of it is exchanged.
+        let mass: f64 = mechanism.bodies.iter().map(|body| body.mass).sum();
+        let energy = 0.5 * mass * mechanism.scales.speed * mechanism.scales.speed;
         let samples = Samples::new(settings, table, from);
         let tracking = Tracking::new(plan, settings, samples.from, d);
         let dynamics = Box::new(Dynamics::new(mechanism));
@@ -106,9 +111,10 @@ impl<'a> Recorder<'a> {
             work: Work::new(joints),
             uniform_piece: uniform_piece(mechanism),
             work_of_steps: Work::default(),
-            balance: Balance::new(joints, settings.rtol),
+            balance: Balance::new(joints, settings.rtol, energy),
             tracking,
             largest_projection: 0.0,
+            unknown_samples: 0,
             warnings: Vec::new(),
         }
     }
@@ -203,6 +209,8 @@ impl<'a> Recorder<'a> {
     /// Writes the next row of samples from the state in `self.q`, `self.v`.
     fn sample(&mut self, t: f64) {
         self.place(t, self.needs);
+        let asked = self.needs.reactions || self.needs.acceleration;
+        self.unknown_samples += usize::from(asked && self.dynamics.is_near_change_point());
         self.samples.take(&self.dynamics, &self.work);
     }
 
@@ -235,13 +243,18 @@ impl<'a> Recorder<'a> {
             }
         }
         if needs.reactions {
+            if self.dynamics.is_near_change_point() {
+                self.dynamics.forget_closure_forces();
+            }
             self.dynamics.find_reactions();
         }
     }
 
-    /// Computes motion, accelerations and contacts in the state in `self.q`, `self.v`; NaN where there are none.
+    /// Computes motion, accelerations and contacts in the state in `self.q`, `self.v`; NaN where there are none,
+    /// or none that are known.
     pub(crate) fn accelerate_at(&mut self, t: f64) {
-        if !self.dynamics.acceleration_and_contacts(t, &self.q, &self.v, &mut self.a) {
+        let defined = self.dynamics.acceleration_and_contacts(t, &self.q, &self.v, &mut self.a);
+        if !defined || self.dynamics.is_near_change_point() {
             self.a.fill(f64::NAN);
         }
         self.dynamics.accelerate(&self.a);
