@@ -197,6 +197,9 @@ pub struct Correction {
 /// What gaps and gap rates may be.
 #[derive(Clone, Copy, Debug)]
 struct Gaps {
+    /// The closures are nearly dependent, and the motion passes: where they are pulled apart instead, velocities grow as
+    /// the inverse of the angle between them.
+    passes: bool,
     /// All gaps are rounding errors.
     closed: bool,
     /// All gaps are about one rounding error.
@@ -264,7 +267,7 @@ impl Dynamics<'_> {
             correction.rounded_position &= closed;
             // Near a change point the rounding errors of gaps move the state far: they are left alone there, and
             // nothing is known of the velocities within the reach of the damping.
-            let near = self.loops.nearly_dependent;
+            let near = gaps.passes;
             let lost = near && self.loops.weakest_pivot < DAMPING;
             correction.nearly_dependent |= near;
             if !(near && closed && (lost || gaps.unknown)) {
@@ -300,18 +303,24 @@ impl Dynamics<'_> {
         // Gap rates per gap.
         let at = |pivot: f64| speed / scales.length / pivot.sqrt();
         let loops = &self.loops;
-        let (here, left) = if loops.nearly_dependent {
+        let passes = loops.nearly_dependent
+            && largest(v).powi(2) * loops.weakest_pivot
+                <= NEARLY_DEPENDENT.sqrt() * scales.speed * scales.speed;
+        let (here, left) = if passes {
             (at(loops.weakest_pivot.max(DAMPING)), at(DAMPING))
+        } else if loops.nearly_dependent {
+            (0.0, 0.0)
         } else {
             (0.0, at(NEARLY_DEPENDENT))
         };
-        let all = Gaps { closed: true, unknown: true, unknown_rates: true, rounded_rates: true };
+        let all = Gaps { passes, closed: true, unknown: true, unknown_rates: true, rounded_rates: true };
         self.tree.closures.iter().fold(all, |all, closure| {
             let (a, b) = (self.point(closure.a), self.point(closure.b));
             let (gap, rate) = ((b.position - a.position).amax(), (b.velocity - a.velocity).amax());
             let reach = a.position.amax() + b.position.amax() + size;
             let rounded = ROUNDING * (a.velocity.amax() + b.velocity.amax() + speed);
             Gaps {
+                passes,
                 closed: all.closed && gap <= ROUNDING * reach,
                 unknown: all.unknown && gap <= ONE_ROUNDING * reach,
                 unknown_rates: all.unknown_rates && rate <= rounded + ONE_ROUNDING * reach * here,

@@ -27,9 +27,6 @@ use crate::run::work::balance::Balance;
 use crate::tree::elements::State;
 use crate::tree::kinematics::FrameKind;
 
-/// Largest correction of a projection relative to the tolerance of a step.
-const LARGEST_PROJECTION: f64 = 10.0;
-
 /// First step of a run relative to the time in which the mechanism moves by its own size. Rejections shorten
 /// a step that is too long; one that is too short grows fivefold per step.
 const FIRST_STEP: f64 = 1e-3;
@@ -466,18 +463,7 @@ impl HybridSystem for Recorder<'_> {
         let Some(correction) = self.dynamics.project(t, q, v, &mechanism.scales) else {
             return Projection::Singular;
         };
-        let position = correction.position / (LARGEST_PROJECTION * self.tolerances.position);
-        let tolerance = self.tolerances.velocity;
-        let tolerance = if correction.nearly_dependent {
-            // Its square relative to that of the speed is the relative change of the energy.
-            (tolerance * mechanism.scales.speed).sqrt().max(tolerance)
-        } else {
-            tolerance
-        };
-        let velocity = correction.velocity / (LARGEST_PROJECTION * tolerance);
-        // Rounding errors do not reject the step: they are not smaller in a shorter one.
-        let excess = if correction.rounded_position { 0.0 } else { position }
-            .max(if correction.rounded_velocity { 0.0 } else { velocity });
+        let excess = self.tolerances.excess(&correction, mechanism.scales.speed);
         if excess <= 1.0 {
             self.largest_projection = self.largest_projection.max(correction.position);
             Projection::Done
