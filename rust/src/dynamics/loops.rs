@@ -43,7 +43,7 @@ pub(super) struct Loops {
     pub(super) acceleration_v: Vec<f64>,
     /// Right-hand sides of the Schur complement.
     pub(super) right: Vec<f64>,
-    /// Smallest pivot relative to the accelerance of its closure.
+    /// Smallest pivot relative to the accelerance of its closure, where the closures are nearly dependent.
     weakest_pivot: f64,
     /// Whether the closures are nearly dependent, so that `s` is damped.
     nearly_dependent: bool,
@@ -101,6 +101,9 @@ impl Loops {
 
     /// The same without damping, where there is a factor without it.
     fn correct_undamped(&mut self, x: &mut [f64]) {
+        if !self.nearly_dependent {
+            return self.correct(x);
+        }
         let Some(undamped) = self.undamped.take() else { return self.correct(x) };
         let damped = std::mem::replace(&mut self.s, undamped);
         let nearly_dependent = std::mem::take(&mut self.nearly_dependent);
@@ -130,16 +133,17 @@ impl Loops {
             self.scratch[r] = self.s[r * rows + r];
         }
         let regular = symmetric_factor(&mut self.s, rows);
-        self.weakest_pivot = if regular { weakest_pivot(&self.s, &self.scratch) } else { 0.0 };
-        (self.nearly_dependent, self.undamped) = (false, None);
-        if self.weakest_pivot >= NEARLY_DEPENDENT {
+        self.nearly_dependent = false;
+        if regular && (0..rows).all(|r| is_strong(&self.s, &self.scratch, r)) {
             return true;
         }
+        self.undamped = None;
         if self.are_independent(d, &weights(&self.e)) {
             // Some bodies are much heavier than others.
             return regular;
         }
         self.nearly_dependent = true;
+        self.weakest_pivot = if regular { weakest_pivot(&self.s, &self.scratch) } else { 0.0 };
         self.undamped = regular.then(|| self.s.clone());
         self.write_schur_complement(d);
         for r in 0..rows {
@@ -161,13 +165,19 @@ impl Loops {
             }
         }
         let diagonal: Vec<f64> = (0..rows).map(|r| gram[r * rows + r]).collect();
-        symmetric_factor(&mut gram, rows) && weakest_pivot(&gram, &diagonal) >= NEARLY_DEPENDENT
+        symmetric_factor(&mut gram, rows) && (0..rows).all(|r| is_strong(&gram, &diagonal, r))
     }
 }
 
 /// Sum of the diagonal entries of the closure of a row. Unlike one of them it does not depend on the axes.
 fn accelerance(diagonal: &[f64], row: usize) -> f64 {
     diagonal[row & !1] + diagonal[row | 1]
+}
+
+/// Whether the pivot of a row is above [`NEARLY_DEPENDENT`].
+fn is_strong(factor: &[f64], diagonal: &[f64], row: usize) -> bool {
+    // The factor holds inverse pivots.
+    NEARLY_DEPENDENT * factor[row * diagonal.len() + row] * accelerance(diagonal, row) <= 1.0
 }
 
 /// Smallest pivot of a factor relative to the accelerance of its closure.
