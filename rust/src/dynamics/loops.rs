@@ -14,9 +14,18 @@ const PROJECTIONS: usize = 20;
 /// For comparison, steps at a tight tolerance left gaps of at most 2.5 ε times the size of a six-bar or quick
 /// return and gap rates of 1.9 ε times its speed; the medians were 0.45 ε and 0.3 ε.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
-/// Pivot of the Schur complement relative to its diagonal below which the closures count as
-/// dependent: the state is a dead center or change point to within a few hundred rounding errors.
-const SINGULAR_PIVOT: f64 = 1e-13;
+/// The same for a gap of which nothing is known: about one rounding of the positions.
+const ONE_ROUNDING: f64 = f64::EPSILON;
+/// Pivot of the Schur complement, relative to the accelerance of its closure, below which the closures count as nearly
+/// dependent: the state is near a change point. With an angle of about σ between the closures, whose square the pivot
+/// is, a rounding error ε of the gaps moves positions by ε/σ and velocities by ε/σ²: ε^(2/3) at this bound, ε^(1/3),
+/// below the tolerances of runs.
+const NEARLY_DEPENDENT: f64 = 6.055e-6;
+/// Damping of nearly dependent closures, relative to the accelerance: they do not act within an angle σ of its square
+/// root, so that a step can pass over a change point. The motion across the closures then misses their acceleration for
+/// a time in proportion to σ, and its velocity is off by about σ; rounding errors of the gaps that enter there give it
+/// ε/σ². Both are least at σ = ε^(1/3). The motion along the closures is off by the square of that.
+const DAMPING: f64 = 3.667e-11;
 
 /// The closed loops, linear algebra of `[M Eᵀ; E 0]` by its Schur complement; all empty in a tree.
 #[derive(Clone, Debug, Default)]
@@ -34,6 +43,14 @@ pub(super) struct Loops {
     pub(super) acceleration_v: Vec<f64>,
     /// Right-hand sides of the Schur complement.
     pub(super) right: Vec<f64>,
+    /// Smallest pivot relative to the accelerance of its closure, where the closures are nearly dependent.
+    weakest_pivot: f64,
+    /// Whether the closures are nearly dependent, so that `s` is damped.
+    nearly_dependent: bool,
+    /// What damping adds to the diagonal of S, the factor of S without it if there is one, and scratch memory.
+    damping: Vec<f64>,
+    undamped: Option<Vec<f64>>,
+    scratch: Vec<f64>,
 }
 
 impl Loops {
@@ -46,6 +63,11 @@ impl Loops {
             acceleration_q: vec![0.0; rows * columns],
             acceleration_v: vec![0.0; rows * columns],
             right: vec![0.0; rows],
+            weakest_pivot: 1.0,
+            nearly_dependent: false,
+            damping: vec![0.0; rows],
+            undamped: None,
+            scratch: vec![0.0; rows],
         }
     }
 
@@ -58,12 +80,111 @@ impl Loops {
             *right += row.iter().zip(&*x).map(|(e, x)| e * x).sum::<f64>();
         }
         symmetric_solve(&self.s, rows, &mut self.right);
+        if self.nearly_dependent {
+            // One refinement: multipliers of directions that are far from dependent keep their digits.
+            for ((scratch, damping), multiplier) in
+                self.scratch.iter_mut().zip(&self.damping).zip(&self.right)
+            {
+                *scratch = damping * multiplier;
+            }
+            symmetric_solve(&self.s, rows, &mut self.scratch);
+            for (multiplier, scratch) in self.right.iter_mut().zip(&self.scratch) {
+                *multiplier += scratch;
+            }
+        }
         for (multiplier, row) in self.right.iter().zip(self.y.chunks_exact(d.max(1))) {
             for (x, y) in x.iter_mut().zip(row) {
                 *x -= y * multiplier;
             }
         }
     }
+
+    /// The same without damping, where there is a factor without it.
+    fn correct_undamped(&mut self, x: &mut [f64]) {
+        if !self.nearly_dependent {
+            return self.correct(x);
+        }
+        let Some(undamped) = self.undamped.take() else { return self.correct(x) };
+        let damped = std::mem::replace(&mut self.s, undamped);
+        let nearly_dependent = std::mem::take(&mut self.nearly_dependent);
+        self.correct(x);
+        self.undamped = Some(std::mem::replace(&mut self.s, damped));
+        self.nearly_dependent = nearly_dependent;
+    }
+
+    /// Computes S.
+    fn write_schur_complement(&mut self, d: usize) {
+        let rows = self.right.len();
+        for r in 0..rows {
+            // The lower triangle: S is symmetric.
+            for c in 0..=r {
+                let (e, y) = (&self.e[r * d..(r + 1) * d], &self.y[c * d..(c + 1) * d]);
+                self.s[r * rows + c] = e.iter().zip(y).map(|(e, y)| e * y).sum();
+            }
+        }
+    }
+
+    /// Factors S, damped if the closures are nearly dependent; false where that is impossible. `weights` are those of
+    /// the coordinates in a metric of the geometry alone.
+    fn factor(&mut self, d: usize, weights: impl Fn(&[f64]) -> Vec<f64>) -> bool {
+        let rows = self.right.len();
+        self.write_schur_complement(d);
+        for r in 0..rows {
+            self.scratch[r] = self.s[r * rows + r];
+        }
+        let regular = symmetric_factor(&mut self.s, rows);
+        self.nearly_dependent = false;
+        if regular && (0..rows).all(|r| is_strong(&self.s, &self.scratch, r)) {
+            return true;
+        }
+        self.undamped = None;
+        if self.are_independent(d, &weights(&self.e)) {
+            // Some bodies are much heavier than others.
+            return regular;
+        }
+        self.nearly_dependent = true;
+        self.weakest_pivot = if regular { weakest_pivot(&self.s, &self.scratch) } else { 0.0 };
+        self.undamped = regular.then(|| self.s.clone());
+        self.write_schur_complement(d);
+        for r in 0..rows {
+            self.damping[r] = DAMPING * accelerance(&self.scratch, r);
+            self.s[r * rows + r] += self.damping[r];
+        }
+        symmetric_factor(&mut self.s, rows)
+    }
+
+    /// Whether the closures are far from dependent in a metric of the coordinates with these weights.
+    fn are_independent(&self, d: usize, weights: &[f64]) -> bool {
+        let rows = self.right.len();
+        let mut gram = vec![0.0; rows * rows];
+        for r in 0..rows {
+            for c in 0..=r {
+                let (one, other) = (&self.e[r * d..(r + 1) * d], &self.e[c * d..(c + 1) * d]);
+                gram[r * rows + c] =
+                    weights.iter().zip(one.iter().zip(other)).map(|(w, (a, b))| w * a * b).sum();
+            }
+        }
+        let diagonal: Vec<f64> = (0..rows).map(|r| gram[r * rows + r]).collect();
+        symmetric_factor(&mut gram, rows) && (0..rows).all(|r| is_strong(&gram, &diagonal, r))
+    }
+}
+
+/// Sum of the diagonal entries of the closure of a row. Unlike one of them it does not depend on the axes.
+fn accelerance(diagonal: &[f64], row: usize) -> f64 {
+    diagonal[row & !1] + diagonal[row | 1]
+}
+
+/// Whether the pivot of a row is above [`NEARLY_DEPENDENT`].
+fn is_strong(factor: &[f64], diagonal: &[f64], row: usize) -> bool {
+    // The factor holds inverse pivots.
+    NEARLY_DEPENDENT * factor[row * diagonal.len() + row] * accelerance(diagonal, row) <= 1.0
+}
+
+/// Smallest pivot of a factor relative to the accelerance of its closure.
+fn weakest_pivot(factor: &[f64], diagonal: &[f64]) -> f64 {
+    let rows = diagonal.len();
+    let pivots = (0..rows).map(|r| 1.0 / (factor[r * rows + r] * accelerance(diagonal, r)));
+    pivots.fold(f64::INFINITY, f64::min)
 }
 
 /// Size of a projection onto the loop closures. Coordinates are multiplied by their levers: the largest
@@ -78,6 +199,25 @@ pub struct Correction {
     pub rounded_position: bool,
     /// Whether the gap rates were rounding errors alone.
     pub rounded_velocity: bool,
+    /// Whether the closures are nearly dependent: a correction of the velocities across the closures changes the motion
+    /// along them in second order only.
+    pub nearly_dependent: bool,
+}
+
+/// What gaps and gap rates may be.
+#[derive(Clone, Copy, Debug)]
+struct Gaps {
+    /// The closures are nearly dependent, and the motion passes: where they are pulled apart instead, velocities grow as
+    /// the inverse of the angle between them.
+    passes: bool,
+    /// All gaps are rounding errors.
+    closed: bool,
+    /// All gaps are about one rounding error.
+    unknown: bool,
+    /// All gap rates are rounding errors, also of what one rounding error of a gap makes of them near a change point.
+    unknown_rates: bool,
+    /// All gap rates are what rounding errors of the gaps may have left of a passage over a change point.
+    rounded_rates: bool,
 }
 
 impl Dynamics<'_> {
@@ -86,7 +226,6 @@ impl Dynamics<'_> {
     pub(super) fn close_accelerations(&mut self, a: &mut [f64]) -> bool {
         let tree = self.tree;
         let d = a.len();
-        let rows = 2 * tree.closures.len();
         self.loops.e.fill(0.0);
         for (index, closure) in tree.closures.iter().enumerate() {
             let mut bias = Vec2::zeros();
@@ -107,23 +246,13 @@ impl Dynamics<'_> {
         for row in loops.y.chunks_exact_mut(d.max(1)) {
             symmetric_solve(&self.mass, d, row);
         }
-        for r in 0..rows {
-            // The lower triangle: S is symmetric.
-            for c in 0..=r {
-                let (e, y) = (&loops.e[r * d..(r + 1) * d], &loops.y[c * d..(c + 1) * d]);
-                loops.s[r * rows + c] = e.iter().zip(y).map(|(e, y)| e * y).sum();
-            }
-        }
-        for r in 0..rows {
-            loops.multipliers[r] = loops.s[r * rows + r];
-        }
-        if !symmetric_factor(&mut loops.s, rows) {
-            return false;
-        }
-        // The factor holds inverse pivots. The diagonal of S was saved in `multipliers`, which are not yet
-        // needed.
-        let singular = |r: usize| 1.0 / loops.s[r * rows + r] < SINGULAR_PIVOT * loops.multipliers[r];
-        if (0..rows).any(singular) {
+        let weights = |e: &[f64]| {
+            let turns = |freedom: usize| tree.frames[tree.free[freedom] + 1].kind.rotation() != 0.0;
+            let entries = e.iter().enumerate().filter(|(place, _)| turns(place % d));
+            let arm = entries.map(|(_, entry)| entry.abs()).fold(0.0, f64::max);
+            (0..d).map(|freedom| if turns(freedom) { 1.0 / (arm * arm) } else { 1.0 }).collect()
+        };
+        if !loops.factor(d, weights) {
             return false;
         }
         loops.correct(a);
@@ -143,35 +272,87 @@ impl Dynamics<'_> {
             if closed || !self.acceleration(t, q, v, &mut a) {
                 break;
             }
-            let [closes, stays] = self.is_closed(q, v, scales);
-            closed = closes;
+            let gaps = self.gaps(q, v, scales);
+            closed = gaps.closed;
             correction.rounded_position &= closed;
-            correction.position =
-                correction.position.max(self.close(q, &scales.levers, &mut a, |point| point.position));
+            // Near a change point the rounding errors of gaps move the state far: they are left alone there, and
+            // nothing is known of the velocities within the reach of the damping.
+            let near = gaps.passes;
+            let lost = near && self.loops.weakest_pivot < DAMPING;
+            correction.nearly_dependent |= near;
+            if !(near && closed && (lost || gaps.unknown)) {
+                let moved = self.close(q, &scales.levers, &mut a, !closed, |point| point.position);
+                correction.position = correction.position.max(moved);
+                if near {
+                    // What moved the positions changes the gap rates.
+                    closed = false;
+                    continue;
+                }
+            }
             if closed {
-                // The positions changed by rounding alone since the velocities were tested.
-                correction.rounded_velocity = stays;
-                correction.velocity = self.close(v, &scales.levers, &mut a, |point| point.velocity);
+                correction.rounded_velocity = gaps.rounded_rates;
+                if !(near && (lost || gaps.unknown_rates)) {
+                    // The positions changed by rounding alone since the gap rates were found.
+                    correction.velocity =
+                        self.close(v, &scales.levers, &mut a, false, |point| point.velocity);
+                }
             }
         }
         self.scratch = a;
         closed.then_some(correction)
     }
 
-    /// Whether all gaps, and whether all gap rates, are rounding errors alone, after
-    /// [`Dynamics::move_to`].
-    fn is_closed(&self, q: &[f64], v: &[f64], scales: &Scales) -> [bool; 2] {
+    /// What the gaps and gap rates are, after [`Dynamics::acceleration`].
+    fn gaps(&self, q: &[f64], v: &[f64], scales: &Scales) -> Gaps {
         let largest = |of: &[f64]| {
             of.iter().zip(&scales.levers).map(|(x, lever)| (x * lever).abs()).fold(0.0, f64::max)
         };
         // The rounding error of a large angle counts at the size of the mechanism. The velocity of a point
         // may be a sum of much larger terms, whose rounding errors count.
         let (size, speed) = (scales.length + largest(q), scales.speed + largest(v));
-        let meet = |a: Vec2, b: Vec2, scale: f64| (b - a).amax() <= ROUNDING * (a.amax() + b.amax() + scale);
-        self.tree.closures.iter().fold([true; 2], |[closed, stays], closure| {
+        // Gap rates per gap.
+        let at = |pivot: f64| speed / scales.length / pivot.sqrt();
+        let loops = &self.loops;
+        let passes = loops.nearly_dependent
+            && largest(v).powi(2) * loops.weakest_pivot
+                <= NEARLY_DEPENDENT.sqrt() * scales.speed * scales.speed;
+        let (here, left) = if passes {
+            (at(loops.weakest_pivot.max(DAMPING)), at(DAMPING))
+        } else if loops.nearly_dependent {
+            (0.0, 0.0)
+        } else {
+            (0.0, at(NEARLY_DEPENDENT))
+        };
+        let all = Gaps { passes, closed: true, unknown: true, unknown_rates: true, rounded_rates: true };
+        self.tree.closures.iter().fold(all, |all, closure| {
             let (a, b) = (self.point(closure.a), self.point(closure.b));
-            [closed && meet(a.position, b.position, size), stays && meet(a.velocity, b.velocity, speed)]
+            let (gap, rate) = ((b.position - a.position).amax(), (b.velocity - a.velocity).amax());
+            let reach = a.position.amax() + b.position.amax() + size;
+            let rounded = ROUNDING * (a.velocity.amax() + b.velocity.amax() + speed);
+            Gaps {
+                passes,
+                closed: all.closed && gap <= ROUNDING * reach,
+                unknown: all.unknown && gap <= ONE_ROUNDING * reach,
+                unknown_rates: all.unknown_rates && rate <= rounded + ONE_ROUNDING * reach * here,
+                rounded_rates: all.rounded_rates && rate <= rounded + ROUNDING * reach * left,
+            }
         })
+    }
+
+    /// Whether the closures are nearly dependent after [`Dynamics::acceleration`], so that the forces in them are not
+    /// known: near a change point.
+    pub fn is_near_change_point(&self) -> bool {
+        self.loops.nearly_dependent
+    }
+
+    /// Whether nothing is known of velocities and accelerations across the closures: at a change point.
+    pub fn is_at_change_point(&self) -> bool {
+        self.loops.nearly_dependent && self.loops.weakest_pivot < DAMPING
+    }
+
+    /// Declares the forces in the closures unknown.
+    pub fn forget_closure_forces(&mut self) {
+        self.loops.multipliers.fill(f64::NAN);
     }
 
     /// One correction of `x`, positions or velocities, toward closed loops; returns the largest change times
@@ -181,6 +362,7 @@ impl Dynamics<'_> {
         x: &mut [f64],
         levers: &[f64],
         change: &mut [f64],
+        undamped: bool,
         of: impl Fn(PointState) -> Vec2,
     ) -> f64 {
         for (index, closure) in self.tree.closures.iter().enumerate() {
@@ -189,7 +371,11 @@ impl Dynamics<'_> {
             self.loops.right[2 * index + 1] = gap.y;
         }
         change.fill(0.0);
-        self.loops.correct(change);
+        if undamped {
+            self.loops.correct_undamped(change);
+        } else {
+            self.loops.correct(change);
+        }
         let mut largest = 0.0_f64;
         for ((x, change), lever) in x.iter_mut().zip(change).zip(levers) {
             *x += *change;

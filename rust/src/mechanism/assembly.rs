@@ -62,7 +62,7 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<A
         }
     };
     let v = close_velocities(&mut dynamics, &conditions, &q, length)?;
-    check_directions(tree, &dynamics)?;
+    check_directions(tree, &dynamics, length)?;
     let speed = speed_scale(tree, &dynamics, length);
     check_mobility(tree, &dynamics, &conditions, length)?;
     let levers = levers(tree, &dynamics);
@@ -171,9 +171,13 @@ fn two_ways(dynamics: &mut Dynamics, scene: &Scene, q: &[f64], other: &[f64]) ->
 }
 
 /// Checks that no spring with a natural length, and no damper, starts with its two points in one place, where
-/// it has no direction.
-fn check_directions(tree: &Tree, dynamics: &Dynamics) -> Result<(), InputError> {
-    let lost = tree.links.iter().filter(|link| !dynamics.link_force(link).norm().is_finite());
+/// it has no direction: that of a distance to which loops are closed is a rounding error.
+fn check_directions(tree: &Tree, dynamics: &Dynamics, length: f64) -> Result<(), InputError> {
+    let lost = tree.links.iter().filter(|link| {
+        let [a, b] = link.points.map(|point| dynamics.point(point).position);
+        let needs_direction = link.length != 0.0 || link.damping != 0.0;
+        needs_direction && (b - a).norm() <= CLOSED * length
+    });
     let problems: Vec<Problem> = lost
         .map(|link| {
             Problem::new(

@@ -94,13 +94,18 @@ impl<'a> Motion<'a> {
             }
         }
         if needs.reactions {
+            if self.dynamics.is_near_change_point() {
+                self.dynamics.forget_closure_forces();
+            }
             self.dynamics.find_reactions();
         }
     }
 
-    /// Computes motion, accelerations and contacts in the state in `self.q`, `self.v`; NaN where there are none.
+    /// Computes motion, accelerations and contacts in the state in `self.q`, `self.v`; NaN where there are none,
+    /// or none that are known.
     pub(crate) fn accelerate_at(&mut self, t: f64) {
-        if !self.dynamics.acceleration_and_contacts(t, &self.q, &self.v, &mut self.a) {
+        let defined = self.dynamics.acceleration_and_contacts(t, &self.q, &self.v, &mut self.a);
+        if !defined || self.dynamics.is_near_change_point() {
             self.a.fill(f64::NAN);
         }
         self.dynamics.accelerate(&self.a);

@@ -63,6 +63,10 @@ impl Recorder<'_> {
             if !self.go_on(t, due, &mut inner_q, &mut inner_v) {
                 return false;
             }
+            if self.motion.dynamics.is_at_change_point() {
+                // The drives do not prescribe velocities there.
+                inner_v.fill(f64::NAN);
+            }
             self.sample_state(due, &inner_q, &inner_v);
             self.work = work;
         }

@@ -23,9 +23,6 @@ use crate::run::work::Work;
 use crate::run::work::balance::Balance;
 use crate::tree::elements::State;
 
-/// Largest correction of a projection relative to the tolerance of a step.
-const LARGEST_PROJECTION: f64 = 10.0;
-
 /// First step of a run relative to the time in which the mechanism moves by its own size. Rejections shorten
 /// a step that is too long; one that is too short grows fivefold per step.
 const FIRST_STEP: f64 = 1e-3;
@@ -54,6 +51,8 @@ pub(crate) struct Recorder<'a> {
     pub(crate) tracking: Tracking,
     /// Largest correction that closed the loops after a step [m].
     pub(crate) largest_projection: f64,
+    /// Samples near a change point, where forces in the loops are not known.
+    pub(crate) unknown_samples: usize,
     pub(crate) warnings: Vec<String>,
 }
 
@@ -70,6 +69,9 @@ impl<'a> Recorder<'a> {
         let d = mechanism.degrees_of_freedom();
         let joints = mechanism.clearance_joints.len();
         let needs = Needs::of(&table.0);
+        // Energies are differences of terms of this size, whatever of it is exchanged.
+        let mass: f64 = mechanism.bodies.iter().map(|body| body.mass).sum();
+        let energy = 0.5 * mass * mechanism.scales.speed * mechanism.scales.speed;
         let samples = Samples::new(settings, table, from);
         let tracking = Tracking::new(plan, settings, samples.from, d);
         Self {
@@ -83,9 +85,10 @@ impl<'a> Recorder<'a> {
             step: StepDemands::new(joints),
             work: Work::new(joints),
             work_of_steps: Work::default(),
-            balance: Balance::new(joints, settings.rtol),
+            balance: Balance::new(joints, settings.rtol, energy),
             tracking,
             largest_projection: 0.0,
+            unknown_samples: 0,
             warnings: Vec::new(),
         }
     }
@@ -156,6 +159,8 @@ impl<'a> Recorder<'a> {
     /// Writes the next row of samples from the state in `self.motion.q`, `self.motion.v`.
     fn sample(&mut self, t: f64) {
         self.motion.place(t, self.needs);
+        let asked = self.needs.reactions || self.needs.acceleration;
+        self.unknown_samples += usize::from(asked && self.motion.dynamics.is_near_change_point());
         self.samples.take(&self.motion.dynamics, &self.work);
     }
 
@@ -353,11 +358,7 @@ impl HybridSystem for Recorder<'_> {
         let Some(correction) = self.motion.dynamics.project(t, q, v, &mechanism.scales) else {
             return Projection::Singular;
         };
-        let position = correction.position / (LARGEST_PROJECTION * self.tolerances.position);
-        let velocity = correction.velocity / (LARGEST_PROJECTION * self.tolerances.velocity);
-        // Rounding errors do not reject the step: they are not smaller in a shorter one.
-        let excess = if correction.rounded_position { 0.0 } else { position }
-            .max(if correction.rounded_velocity { 0.0 } else { velocity });
+        let excess = self.tolerances.excess(&correction, mechanism.scales.speed);
         if excess <= 1.0 {
             self.largest_projection = self.largest_projection.max(correction.position);
             Projection::Done

@@ -2,6 +2,7 @@
 
 use crate::contact::clearance::{ContactState, Phase};
 use crate::contact::normal::NormalLaw;
+use crate::dynamics::Correction;
 use crate::error::{InputError, Problem, Subject};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::logarithm::power;
@@ -51,6 +52,9 @@ const UNCAREFUL_RTOL: f64 = 0.1;
 /// 1.2 machine epsilons the results of two methods differ as much as without this bound (3e-9 m/s), beyond by
 /// more; without it DOP853 took eight times the steps at `rtol` 1e-13 and 100 r/min.
 const FINEST_PART: f64 = f64::EPSILON;
+
+/// Largest correction of a projection relative to the tolerance of a step.
+const LARGEST_PROJECTION: f64 = 10.0;
 
 /// Floor of the impact velocity of every clearance joint [m/s] in a run with the default settings.
 pub fn default_impact_velocity_floors(mechanism: &Mechanism) -> Vec<f64> {
@@ -231,6 +235,25 @@ impl Tolerances {
         } else {
             1.0
         }
+    }
+
+    /// Correction of a projection relative to the largest that does not reject its step, in a mechanism of a `speed`
+    /// [m/s].
+    pub(crate) fn excess(&self, correction: &Correction, speed: f64) -> f64 {
+        let of_velocity = if correction.nearly_dependent {
+            // Its square relative to that of the speed is the relative change of the energy.
+            (self.velocity * speed).sqrt().max(self.velocity)
+        } else {
+            self.velocity
+        };
+        let position = correction.position / (LARGEST_PROJECTION * self.position);
+        let velocity = correction.velocity / (LARGEST_PROJECTION * of_velocity);
+        // Rounding errors do not reject the step: they are not smaller in a shorter one.
+        if correction.rounded_position { 0.0 } else { position }.max(if correction.rounded_velocity {
+            0.0
+        } else {
+            velocity
+        })
     }
 
     /// Velocity tolerance in the given phases of the contacts [m/s].

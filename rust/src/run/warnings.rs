@@ -51,6 +51,13 @@ impl Recorder<'_> {
                 ));
             }
         }
+        if self.unknown_samples > 0 {
+            warnings.push(format!(
+                "{} of the samples lie at a change point of the mechanism or next to it, where rounding errors decide the \
+                 forces in its loops: these are NaN there; sample at other instants",
+                self.unknown_samples
+            ));
+        }
         warnings.extend(self.warning_of_energy());
         warnings
     }

@@ -244,6 +244,17 @@ def test_points_of_a_spring_that_coincide_are_refused():
     assert changed("forces[1]", cc.Spring("dashpot", "arm.B", "hand.A", 2.0, 0.0)).check()
 
 
+@pytest.mark.parametrize("apart", [0.0, 2e-18])
+@pytest.mark.parametrize(("length", "damping"), [(0.0, 3.0), (0.1, 0.0)])
+def test_a_distance_of_a_rounding_error_gives_a_spring_no_direction(apart, length, damping):
+    block = cc.Body("block", 1.0, 1.0, points={"P": (apart, 0.0), "Q": (1.0, 0.0)})
+    guide = cc.Prismatic("guide", "ground.O", "block.P", (1.0, 0.0))
+    spring = cc.Spring("strut", "ground.S", "block.P", 50.0, length, damping)
+    ground = {"O": (0.0, 0.0), "S": (-apart, 0.0)}
+    with pytest.raises(cc.SceneError, match='the two points of "strut" coincide at the start'):
+        cc.simulate(cc.Scene([block], [guide], [spring], ground=ground), duration=0.1, samples=2)
+
+
 @pytest.mark.parametrize("options", [{"duration": 2.5}, {"duration": 1.0, "skip": 1.25}])
 def test_runs_must_stay_within_their_tables(options):
     with pytest.raises(cc.SettingsError, match=r'leaves the table of "motor", from 0 to 2 \[s\]'):

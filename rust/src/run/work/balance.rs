@@ -47,6 +47,8 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 pub(crate) struct Balance {
     /// Largest error without a warning, relative to the largest energy.
     limit: f64,
+    /// Rounding error of the energies at least [J].
+    least_rounding: f64,
     /// Steps so far.
     steps: usize,
     /// Part of the run that has passed.
@@ -169,11 +171,13 @@ struct Account {
 }
 
 impl Balance {
-    /// The balance at the start of a run with `joints` clearance joints and a relative tolerance.
-    pub(crate) fn new(joints: usize, rtol: f64) -> Self {
+    /// The balance at the start of a run with `joints` clearance joints and a relative tolerance, in a mechanism
+    /// whose bodies have about an `energy` [J].
+    pub(crate) fn new(joints: usize, rtol: f64, energy: f64) -> Self {
         let [least, most] = LARGEST_GAP;
         Self {
             limit: rtol.clamp(least, most),
+            least_rounding: ROUNDING * energy,
             slides: vec![Slide { velocity: 1.0, rate: 0.0 }; joints],
             ..Self::default()
         }
@@ -252,7 +256,7 @@ impl Balance {
             sum.add(work, work * work, probability);
             self.largest = self.largest.max(sum.lower_bound());
         }
-        let least_error = self.gap.lower_bound() - rounding;
+        let least_error = self.gap.lower_bound() - rounding - self.least_rounding;
         if least_error > self.least_error {
             (self.least_error, self.worst) = (least_error, self.gap.sum.abs());
         }
