@@ -128,14 +128,17 @@ def results(name: str) -> Iterator[tuple[str, Any]]:
     options = {"duration": 0.001, "samples": 5, "features": {name: cc.peak(f"{name}.x")}}
     of_scene = cc.Study(lambda clearance: scene(name, clearance), box, [f"{name}.x"], **options)
     yield "band of a scene", of_scene.band(5)
-    yield "bifurcation", cc.bifurcation(
-        lambda clearance: scene(name, clearance),
-        "clearance",
-        [1e-4, 2e-4],
-        f"{name}.x",
-        periods=2,
-        skip=0,
-        sample_per=0.001,
+    yield (
+        "bifurcation",
+        cc.bifurcation(
+            lambda clearance: scene(name, clearance),
+            "clearance",
+            [1e-4, 2e-4],
+            f"{name}.x",
+            periods=2,
+            skip=0,
+            sample_per=0.001,
+        ),
     )
 
     def model(**given: float) -> dict[str, Any]:
