@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 import numbers
+import sys
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -128,6 +129,9 @@ class Checks:
         if number is None:
             self.add_at(name, f"must be a whole number, got {value!r}", wrong_type=True)
             return 0
+        if abs(number) > sys.float_info.max:  # which the core cannot read
+            self.add_at(name, f"must be a whole number, got one of {number.bit_length()} bits")
+            return 0
         return number
 
     def real(
@@ -176,7 +180,7 @@ class Checks:
     def word(self, name: str, value: object, accepted: Iterable[str]) -> str:
         """One of the accepted words."""
         words = list(accepted)
-        if value not in words:
+        if not isinstance(value, str) or value not in words:
             choice = ", ".join(f'"{word}"' for word in words)
             problem = f"must be one of {choice}, got {value!r}{did_you_mean(value, words)}"
             self.add_at(name, problem, wrong_type=not isinstance(value, str))

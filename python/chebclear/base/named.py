@@ -73,7 +73,7 @@ class Named(Mapping[str, Entry], Generic[Entry]):
         return len(self._names)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._names
+        return isinstance(name, str) and name in self._names
 
     def matching(self, pattern: str) -> dict[str, Entry]:
         """The entries whose names match a pattern such as ``"slider.*"``; brackets do the same.

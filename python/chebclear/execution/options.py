@@ -61,4 +61,4 @@ def checked_options(
         checks.add(f"in_memory must be True or False, got {in_memory!r}", wrong_type=True)
     elif not in_memory and store is None:
         checks.add("in_memory may only be False with a store, in whose folder the samples then are")
-    return ExecutionOptions(threads, executor, store, on_failure, run_seconds, max_seconds, bool(in_memory))
+    return ExecutionOptions(threads, executor, store, on_failure, run_seconds, max_seconds, in_memory is True)

@@ -185,8 +185,8 @@ class Arguments(Checks):
         )
         names: list[object] = list(chosen) if listed else [chosen]  # type: ignore[call-overload]
         for index, name in enumerate(names):
-            if name in pins:
-                if name in names[:index]:
+            if isinstance(name, str) and name in pins:
+                if any(isinstance(one, str) and one == name for one in names[:index]):
                     self.add_at("clearance_at", f'has the pin "{name}" more than once')
                 continue
             choice = "; choose from " + ", ".join(f'"{pin}"' for pin in pins) + ", or () for none"
@@ -323,7 +323,7 @@ class Play:
             clearance=clearance,
             contact=contact,
             friction=pins.friction,
-            sliding=pins.sliding or ("contact_point" if printed else "surface"),
+            sliding=("contact_point" if printed else "surface") if pins.sliding is None else pins.sliding,
             impact_velocity_floor=pins.impact_velocity_floor,
         )
 

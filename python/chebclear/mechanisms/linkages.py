@@ -275,8 +275,9 @@ def six_bar(
     base, crank = float(ground_length), float(crank_length)
     coupler, rocker = float(coupler_length), float(rocker_length)
     link, output = float(link_length), float(output_length)
-    corner = (float(coupler_point_x), float(coupler_point_y))
-    pivots = (base, 0.0), (float(output_pivot_x), float(output_pivot_y))
+    # Whole numbers beyond the range of floats are left to the core, as infinity.
+    corner = (as_number(coupler_point_x) or 0.0, as_number(coupler_point_y) or 0.0)
+    pivots = (base, 0.0), (as_number(output_pivot_x) or 0.0, as_number(output_pivot_y) or 0.0)
     sides = [1.0 if word == "open" else -1.0 for word in (branch, output_branch)]
 
     def pose(angle: float) -> tuple[float, float, float, float, bool]:

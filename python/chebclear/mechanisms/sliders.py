@@ -319,6 +319,9 @@ def quick_return(
     """
     arguments = Arguments()
     shared = Pins.checked(arguments, options, quick_return)
+    if not isinstance(ram, bool):
+        arguments.add(f"ram must be True or False, got {ram!r}", wrong_type=True)
+        arguments.finish()
     arguments.positive(
         crank_length=crank_length,
         pivot_distance=pivot_distance,

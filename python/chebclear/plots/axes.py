@@ -81,7 +81,7 @@ def unit_scale(si_unit: str, unit: str | None) -> tuple[float, str]:
     >>> unit_scale("m", "µm")
     (1000000.0, 'µm')
     """
-    if unit is None or unit == si_unit:
+    if unit is None or (isinstance(unit, str) and unit == si_unit):
         return 1.0, si_unit
     if not si_unit:
         raise ArgumentError(

@@ -184,7 +184,7 @@ def plot_study_tradeoff(
     """
     require("result", result, "StudyTradeoff")
     name = result.outputs[0] if output is None else output
-    if name not in result.outputs:
+    if not isinstance(name, str) or name not in result.outputs:
         raise KeyError(f'unknown column "{name}"{meant_or_known(name, result.outputs)}')
     column = result.outputs.index(name)
     ax = new_axes(ax)

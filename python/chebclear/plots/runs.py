@@ -170,6 +170,8 @@ def plot_orbit(
     from matplotlib.collections import LineCollection
 
     require("run", run, "Trajectory")
+    if not isinstance(color_bar, bool):
+        raise TypeError(f"color_bar must be True or False, got {color_bar!r}")
     clearance = _clearance_joint(run, joint).clearance
     scale, shown = unit_scale("m", unit)
     path = np.column_stack([scale * run[f"{joint}.eccentricity_{axis}"] for axis in "xy"])
@@ -373,6 +375,8 @@ def plot_contacts(
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import LogNorm, Normalize
 
+    if not isinstance(color_bar, bool):
+        raise TypeError(f"color_bar must be True or False, got {color_bar!r}")
     several: list[Trajectory] = list(runs) if isinstance(runs, Sequence) else [runs]
     if not several:
         raise ArgumentError("runs must be at least one run, got none")

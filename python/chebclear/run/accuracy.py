@@ -212,7 +212,7 @@ class ErrorEstimate(records.ArrayRecord, Named[OutputError]):
         return self.columns
 
     def _entry(self, name: str) -> OutputError:
-        if name not in self.columns:
+        if name not in self:
             raise KeyError(f'unknown column "{name}"{output_meant(name, self.columns)}')
         index = self.columns.index(name)
         horizon = float(self.horizon[index])

@@ -76,10 +76,10 @@ class Feature:
 
     def __post_init__(self) -> None:
         checks = Checks()
-        if self.kind not in KINDS:
-            wrong = not isinstance(self.kind, str)
+        wrong = not isinstance(self.kind, str)
+        if wrong or self.kind not in KINDS:
             checks.add(f"kind is no feature: {self.kind!r}{meant_kind(self.kind)}", wrong_type=wrong)
-        what = "a clearance joint" if self.kind in JOINT_KINDS else "an output"
+        what = "a clearance joint" if not wrong and self.kind in JOINT_KINDS else "an output"
         if not isinstance(self.of, str):
             checks.add(f"{self.kind} needs the name of {what}, got {self.of!r}", wrong_type=True)
         checks.finish()

@@ -53,6 +53,7 @@ def near_output(name: object, columns: Sequence[str]) -> str:
 
     Quantities of the named part come before similar names of other parts.
     """
+    name = str(name)  # an array would be compared entry by entry
     outputs = [column for column in columns if column.rpartition(".")[0] == name]
     if outputs:  # the name of a body or a joint alone
         more = f" and {len(outputs) - _MOST} more" if len(outputs) > _MOST else ""

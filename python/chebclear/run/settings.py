@@ -17,7 +17,7 @@ from ..base.named import matching
 from ..base.options import Documented, with_fields
 from ..base.shown import Shown
 from ..base.units import unit, units
-from ..errors import ArgumentError, Problem, SettingsError
+from ..errors import ArgumentError, Problem, SettingsError, is_plain
 from ..scene.scene import Inspection, Scene
 from ..scene.schema import as_json_number
 from .features import JOINT_KINDS, Feature, checked_features
@@ -183,7 +183,9 @@ class Settings(Shown):
             if name not in values and (settings is None or isinstance(settings, cls)):
                 checks.add(f"{name} is missing: give it, or settings=Settings(...)", wrong_type=True)
         ordered = {name: values[name] for name in known if name in values}
-        kept = checked_settings(checks, ordered, outputs_needed=outputs_needed and not ordered["features"])
+        asked = ordered["features"]
+        alone = not (asked if isinstance(asked, Sequence) else asked is not None)
+        kept = checked_settings(checks, ordered, outputs_needed=outputs_needed and alone)
         checks.finish()
         made = object.__new__(cls)  # what was checked is not checked again
         vars(made).update(kept)
@@ -299,7 +301,7 @@ def checked_settings(
             found[name] = own.number(names[name], value, symbols.get(name, "-"))
         elif kind == "int":
             found[name] = own.integer(names[name], value)
-        elif kind == "str" and not isinstance(value, str):
+        elif kind == "str" and not (isinstance(value, str) and is_plain(value)):
             own.word(names[name], value, METHODS)
         elif name == "outputs":
             found[name] = checked_names(own, value)

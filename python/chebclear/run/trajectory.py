@@ -484,10 +484,10 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
 
 def column_index(columns: Sequence[str], name: str, scene: Scene | None = None) -> int:
     """Index of a column; a KeyError that suggests the nearest name of the scene if there is none."""
-    if name in columns:
+    if isinstance(name, str) and name in columns:
         return columns.index(name)
     known = () if scene is None else scene.check().columns + scene.check().further_columns
-    if name in known:
+    if isinstance(name, str) and name in known:
         raise KeyError(f'"{name}" was not asked for: name it in outputs=')
     hint = near_output(name, columns) or output_meant(name, known or columns)
     raise KeyError(f'unknown column "{name}"{hint}')

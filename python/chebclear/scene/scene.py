@@ -20,6 +20,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from ..base.arguments import Checks
 from ..base.quantities import Interval as Interval, interval as interval, rpm as rpm
 from ..base.units import unit
 from ..errors import ArgumentError, Problem, SceneError
@@ -143,7 +144,12 @@ class Scene(Part):
         SceneError
             If a field has the wrong type; all problems of the scene are then reported together.
         """
-        return self._line if indent is None else json.dumps(json.loads(self._line), indent=indent)
+        if indent is None:
+            return self._line
+        checks = Checks()
+        spaces = checks.whole("indent", indent, least=0, most=80)
+        checks.finish()
+        return json.dumps(json.loads(self._line), indent=spaces)
 
     def __getstate__(self) -> dict[str, Any]:
         # Cached values are no part of the scene: its pickle must not depend on whether it was simulated.

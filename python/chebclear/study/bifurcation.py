@@ -252,7 +252,8 @@ def bifurcation(
         checks.whole("threads", threads, least=1, most=MOST_THREADS)
     if not is_request(progress):
         checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
-    own_period = None if sample_per == "period" else checks.real("sample_per", sample_per, "s", above=0.0)
+    per_period = isinstance(sample_per, str) and sample_per == "period"
+    own_period = None if per_period else checks.real("sample_per", sample_per, "s", above=0.0)
     found = {"duration": 1.0, "samples": count + 1, "skip": 0.0, "outputs": None, "features": (), "cycles": 1}
     one = Settings.gathered(checks, settings, options, accepted=StepOptions.__annotations__, found=found)
 

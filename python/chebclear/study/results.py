@@ -190,7 +190,10 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         KeyError, ValueError
             If there is no such feature, or there are too few runs.
         """
-        return self.feature(feature).ranking()
+        found = self.feature(feature)
+        if not isinstance(found, FeatureResult):  # several, of a pattern
+            raise KeyError(f'unknown feature "{feature}": give the name of one')
+        return found.ranking()
 
     def _repr_html_(self) -> str:
         return html.fragment(repr(self)[1:-1], [verdict_table(self)] if self.bands else [])

@@ -106,6 +106,12 @@ def loads(text: str, name: str = "scene", *, changes: Mapping[str, Any] | None =
     >>> loads(text)().bodies[0].points["A"]
     (0.0, 0.1)
     """
+    if not isinstance(text, str) or not isinstance(name, str):
+        raise TypeError(f"text and name must be texts, got {text!r:.80} and {name!r:.80}")
+    if changes is not None and not (
+        isinstance(changes, Mapping) and all(isinstance(key, str) for key in changes)
+    ):
+        raise TypeError(f"changes must map names to values, got {changes!r:.80}")
     places: Mapping[Path, Place] = {}
     replaced: list[str] = []
     try:

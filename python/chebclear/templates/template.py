@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..base.arguments import did_you_mean
 from ..base.quantities import Interval
-from ..base.writing import replaced
+from ..base.writing import named, replaced
 from ..errors import ArgumentError, Problem, SceneError
 from ..run.features import Feature
 from ..run.simulation import simulate
@@ -143,6 +143,8 @@ class Template:
 
     def unit_of(self, name: str) -> str:
         """SI unit of the values of a parameter; empty if the file gives it none."""
+        if not isinstance(name, str) or name not in self.parameters:
+            raise KeyError(f'unknown parameter "{name}"{did_you_mean(name, self.parameters)}')
         return si_unit(self.parameters[name].unit)
 
     def values(self, **given: float) -> dict[str, float]:
@@ -306,7 +308,7 @@ class Template:
         Path
             The file written.
         """
-        path = FilePath(path)
+        path = named(path)
         if path.suffix != ".toml":
             path = path.with_name(path.name + ".toml")
         with replaced(path) as beside:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any, Unpack
 
@@ -214,8 +215,10 @@ def _checked_list(checks: Checks, name: str, given: object) -> list[Any]:
     values = list(given)
     if not values:
         checks.add(f"{name} must not be empty")
-    for index, value in enumerate(values):
-        if value in values[:index]:
+    # What is neither, such as an array, is refused as what it stands for.
+    counts = Counter(value for value in values if isinstance(value, str | float))
+    for value, count in counts.items():
+        if count > 1:
             checks.add(f"{name} has {value!r} more than once")
     return values
 

@@ -116,6 +116,8 @@ def power(number: float) -> str:
     >>> power(1e-3), power(2.5e-10), power(0.02)
     ('1e-3', '2.5e-10', '2e-2')
     """
+    if not math.isfinite(number):
+        return f"{number:g}"
     digits, exponent = f"{number:.3e}".split("e")
     return f"{float(digits):g}e{int(exponent)}"
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base import files as records
+from ..base.arguments import Checks, as_number
 from ..base.shown import listed
 from ..base.tables import format_number, format_table, markdown_table
 from ..base.units import unit
@@ -92,12 +93,13 @@ class Tradeoff(records.ArrayRecord, Exports):
         return f"<Tradeoff: {len(self.points)} runs {start}to t = {self.end:g} s, {names}>"
 
     def __getitem__(self, setting: tuple[str, float]) -> TradeoffPoint:
-        method, rtol = setting
+        pair = setting if isinstance(setting, tuple) and len(setting) == 2 else ("", None)
+        method, rtol = pair[0], as_number(pair[1])
         for point in self.points:
-            if point.method == method and math.isclose(point.rtol, rtol, rel_tol=1e-9):
+            if point.method == str(method) and math.isclose(point.rtol, rtol or 0.0, rel_tol=1e-9):
                 return point
         known = ", ".join(f'("{point.method}", {point.rtol:g})' for point in self.points)
-        raise KeyError(f"{method} was not run at rtol {rtol!r}; there are {known}")
+        raise KeyError(f"{method} was not run at rtol {pair[1]!r}; there are {known}")
 
     def __iter__(self) -> Iterator[TradeoffPoint]:
         return iter(self.points)
@@ -137,6 +139,12 @@ class Tradeoff(records.ArrayRecord, Exports):
         float
             In the unit of the output; NaN if the run ended before.
         """
+        if not isinstance(point, TradeoffPoint):
+            raise TypeError(f"point must be one of points, got {point!r}")
+        if until is not None:
+            checks = Checks()
+            until = checks.real("until", until, "s", least=0.0)
+            checks.finish()
         return float(largest_error(self.t, point.growth, until)[column_index(self.outputs, output)])
 
     def uncertainty(self, output: str, until: float | None = None) -> float:

@@ -1,8 +1,11 @@
 """Files and texts from strangers are refused with a typed error, or are sound."""
 
+import importlib.util
 import io
 import json
+import signal
 import zipfile
+from pathlib import Path
 
 import chebclear as cc
 import hostile
@@ -94,3 +97,42 @@ def test_a_header_that_claims_a_petabyte_takes_no_memory(tmp_path, saved, victim
             archive.writestr(f"{name}.npy", (header if name == victim else content).getvalue())
     with pytest.raises(ValueError, match=r"study\.npz (is damaged|was not written by chebclear)"):
         cc.load_result(path)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="nothing ends a call that takes too long")
+def test_random_calls_return_or_are_refused(monkeypatch, tmp_path):
+    path = Path(__file__).parents[3] / "benchmarks" / "calls.py"
+    spec = importlib.util.spec_from_file_location("calls", path)
+    calls = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(calls)
+    monkeypatch.chdir(tmp_path)  # and back: the calls have a folder of their own
+    wrong, counts = calls.faults(calls=1500, seed=20261125)
+    assert not wrong
+    assert min(counts.values()) > 300
+
+
+@pytest.mark.parametrize("name", [np.zeros(2), np.array([]), np.ma.array(["a", "b"]), 3, None, ("a",)])
+def test_what_is_no_text_is_no_name(name):
+    """An array that is compared with a text is an array again, which is neither true nor false."""
+    scene = cc.mechanisms.slider_crank()
+    run = cc.simulate(scene, duration=1e-4, samples=3, error="estimate", features=[cc.peak("slider.x")])
+    costs = cc.tradeoff(scene, duration=1e-4, samples=3, outputs=["slider.x"], rtols=[1e-3, 1e-4])
+    assert name not in run
+    for call in (
+        lambda: run[name],
+        lambda: run.error[name],
+        lambda: costs[name],
+        lambda: costs.uncertainty(name),
+        lambda: cc.Feature(name, "slider.x"),
+        lambda: cc.hertz_stiffness(0.01, 1e-5, 2e11, 0.3, name),
+        lambda: cc.loads(name),
+        lambda: cc.loads("", changes=name) if name is not None else run[name],
+        lambda: cc.simulate(scene, duration=1e-4, samples=3, on_failure=name),
+    ):
+        with pytest.raises((cc.ChebclearError, TypeError, KeyError)):
+            call()
+
+
+def test_whole_numbers_that_no_machine_holds_are_told_by_name():
+    with pytest.raises(cc.ArgumentError, match=r"max_events must be a whole number, got one of 1329 bits"):
+        cc.simulate(cc.mechanisms.slider_crank(), duration=1e-4, samples=3, max_events=10**400)

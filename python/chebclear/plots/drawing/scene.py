@@ -44,6 +44,9 @@ _ROUNDS = 4
 _SCALES, _LEAST_SHARE = (1.0, 0.85, 0.7), 0.7
 _LABELED_MARGIN = 0.05
 
+MOST_EXAGGERATED = 1e6
+"""Largest factor of clearances [-]: a micrometer is then as wide as a meter."""
+
 
 def plot_scene(
     scene: Scene | Trajectory,
@@ -86,8 +89,8 @@ def plot_scene(
     SceneError
         If the scene cannot be assembled.
     ValueError, TypeError
-        If `exaggerate` is no finite number above 0, `t` lies outside the run, or the run lacks positions: the
-        message names the outputs to ask for.
+        If `exaggerate` is no number above 0 and up to a million, `t` lies outside the run, or the run lacks
+        positions: the message names the outputs to ask for.
 
     Examples
     --------
@@ -96,7 +99,9 @@ def plot_scene(
     'x [m]'
     """
     checks = Checks()
-    checks.real("exaggerate", exaggerate, "-", above=0.0)
+    checks.real("exaggerate", exaggerate, "-", above=0.0, most=MOST_EXAGGERATED)
+    if not isinstance(labels, bool):
+        checks.add(f"labels must be True or False, got {labels!r}", wrong_type=True)
     if not isinstance(scene, Scene) and not is_a(scene, "Trajectory"):
         checks.add(f"scene must be a Scene or a run of one, got {scene!r}", wrong_type=True)
         checks.finish()

@@ -29,7 +29,8 @@ def half_window(t: Array, window: float) -> int:
     number = as_number(window)
     spacing = float(t[-1] - t[0]) / (len(t) - 1)
     # A tolerance, so that rounding does not remove one of an exact number of samples.
-    half = 0 if number is None or not math.isfinite(number) else int(0.5 * number / spacing + 1e-6)
+    known = number if number is not None and math.isfinite(number) else 0.0
+    half = int(min(0.5 * known / spacing + 1e-6, len(t)))
     if half < 1:
         kind = TypeError if number is None else ArgumentError
         raise kind(f"window must be a finite number >= {2.0 * spacing:.6g} [s], two samples, got {window!r}")

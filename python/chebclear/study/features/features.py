@@ -120,7 +120,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
         return f"<FeatureTable: {runs} runs{counted}, {listed(self.names, most=4)}>"
 
     def _entry(self, name: str) -> FeatureResult:
-        if name not in self.names:
+        if name not in self:
             raise KeyError(f'unknown feature "{name}"{meant_or_known(name, self.names)}')
         index = self.names.index(name)
         return FeatureResult(
@@ -235,10 +235,10 @@ class FeatureResult(records.ArrayRecord):
         """
         try:
             given = np.asarray(shares, dtype=float)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise ArgumentError(f"shares must be numbers from 0 to 1, got {shares!r}") from None
-        if not np.all((given >= 0.0) & (given <= 1.0)):
-            raise ArgumentError(f"shares must be from 0 to 1, got {shares!r}")
+        if given.ndim > 1 or not given.size or not np.all((given >= 0.0) & (given <= 1.0)):
+            raise ArgumentError(f"shares must be from 0 to 1, one or a list of them, got {shares!r}")
         if not self.random:
             raise ArgumentError("runs on a grid, or with some, have no quantiles: use Study.sample")
         if self.normal:

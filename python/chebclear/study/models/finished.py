@@ -181,7 +181,9 @@ def finished_runs(
     series, numbers, doubts = _table_values(checks, values, runs, instants, timed=t is not None)
     _check_rows(checks, parameters, values)
     sides = _table_intervals(checks, columns, intervals)
-    asked = features or {}
+    if features is not None and not isinstance(features, Mapping):
+        checks.add(f"features must map names to features, got {features!r}", wrong_type=True)
+    asked = features if isinstance(features, Mapping) else {}
     for name, feature in asked.items():
         if not isinstance(feature, Feature):
             checks.add(
@@ -197,7 +199,7 @@ def finished_runs(
     checks.names("columns", [*columns, *series, *numbers, *asked])
     check_own_features(checks, asked)
     require_known(checks, checked_units(checks, units), [*columns, *series, *asked, *numbers])
-    checks.whole("cycles", cycles, least=1)
+    checks.whole("cycles", cycles, least=1, most=max(1, len(instants) - 1) if t is not None else None)
     copies = copies_of(columns, sides, [*series.values(), *numbers.values()])
     if copies:
         first = "run {1} is one of run {0}".format(*copies[0])

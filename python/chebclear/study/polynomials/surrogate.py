@@ -307,7 +307,7 @@ class Surrogate(records.ArrayRecord):
 
     def _axis(self, parameter: str) -> int:
         names = list(self.intervals)
-        if parameter not in names:
+        if not isinstance(parameter, str) or parameter not in names:
             raise ArgumentError(f'unknown parameter "{parameter}"{meant_or_known(parameter, names)}')
         return names.index(parameter)
 
@@ -322,6 +322,8 @@ class Surrogate(records.ArrayRecord):
         axis = self._axis(parameter)
         if at is None:
             at = {name: side.nominal for name, side in self.intervals.items()}
+        if not isinstance(normalized, bool):
+            raise TypeError(f"normalized must be True or False, got {normalized!r}")
         slope = self._at(self._slopes(axis), *self._normalized(at))
         # Eq. (33) is the derivative in the normalized variable; Eq. (32) needs that per physical unit.
         return slope if normalized else slope / self.intervals[parameter].half_width
