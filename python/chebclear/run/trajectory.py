@@ -225,7 +225,10 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
         return self.samples[:, column_index(self.columns, name, self.scene)]
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
-        return np.array(self.samples, dtype, copy=copy)
+        # Not np.array(..., copy=copy): NumPy 1 does not know None.
+        if copy is False and dtype is not None and np.dtype(dtype) != self.samples.dtype:
+            raise ValueError(f"samples are {self.samples.dtype}: as {np.dtype(dtype)} they must be copied")
+        return np.array(self.samples, dtype) if copy else np.asarray(self.samples, dtype)
 
     def dataset(self) -> Dataset:
         """The samples and the tables of contacts as named arrays with units; see `Exports`.
