@@ -134,8 +134,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         Raises
         ------
         ValueError
-            If no output is resolved by a polynomial, or a function of the study did not travel with the
-            result, see `StudySpec`.
+            If no output is resolved, or a function of the study did not travel, see `StudySpec`.
         """
         return dataclasses.replace(self, worst_cases=self._own_study().worst_cases(self))
 
@@ -190,8 +189,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         KeyError, ValueError
             If there is no such feature, or there are too few runs.
         """
-        found = self.feature(feature)
-        if not isinstance(found, FeatureResult):  # several, of a pattern
+        if not isinstance(found := self.feature(feature), FeatureResult):  # several, of a pattern
             raise KeyError(f'unknown feature "{feature}": give the name of one')
         return found.ranking()
 
@@ -268,8 +266,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         Raises
         ------
         ValueError
-            If this is not a result of `Study.band`, or a function of the study did not travel with the
-            result, see `StudySpec`.
+            If this is no result of `Study.band`, or a function of the study did not travel, see `StudySpec`.
         SceneError, SimulationError, TypeError
             As `Study.band`.
         """
