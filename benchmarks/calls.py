@@ -177,7 +177,8 @@ def right(folder: Path) -> tuple[dict[str, list[Any]], list[Any]]:
 
 # Classes that users call, and methods of one room for another or too slow for so many calls.
 _INNER = """
-    dataset made run_points run_settings drawn extended simulated worst_cases scene scene_numbers scene_at from_dict fitted
+    dataset made run_points run_settings drawn extended simulated
+    worst_cases scene scene_numbers scene_at from_dict fitted
     gathered for_scene of between report
 """.split()
 _MAKERS = ("Study", "Scene", "Settings", "Feature", "Interval", "Uniform", "Normal")
