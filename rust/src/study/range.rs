@@ -174,7 +174,8 @@ struct Form {
     axes: Vec<Axis>,
     /// Number of coefficients per step along each axis.
     strides: Vec<usize>,
-    /// Indices of the corners of the box; bit q of the number of a corner is set at the upper end of axis q.
+    /// Indices of the corners of the box along the axes of a degree above 0; bit q of the number of a corner is set at
+    /// the upper end of the q-th of these.
     corners: Vec<usize>,
     /// Largest absolute Bernstein coefficient of each term.
     weights: Vec<f64>,
@@ -196,7 +197,7 @@ impl Form {
             strides[axis - 1] = strides[axis] * (degrees[axis] + 1);
         }
         let mut corners = vec![0];
-        for (degree, stride) in degrees.iter().zip(&strides) {
+        for (degree, stride) in degrees.iter().zip(&strides).filter(|&(&degree, _)| degree > 0) {
             corners.extend_from_within(..);
             let lower = corners.len() / 2;
             corners[lower..].iter_mut().for_each(|corner| *corner += degree * stride);
@@ -228,10 +229,9 @@ impl Form {
         for (end, (value, corner)) in [(lowest, low), (highest, high)] {
             end.attained = value;
             end.at.clear();
-            let side = |axis: usize| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };
-            end.at.extend(
-                (0..self.degrees.len()).map(|axis| if self.degrees[axis] == 0 { 0.0 } else { side(axis) }),
-            );
+            let mut sides = (0..).map(|bit| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 });
+            let side = |&degree: &usize| if degree == 0 { None } else { sides.next() };
+            end.at.extend(self.degrees.iter().map(side).map(|side| side.unwrap_or(0.0)));
         }
     }
 }

@@ -173,6 +173,19 @@ fn an_axis_of_degree_zero_or_without_effect_changes_nothing() {
 }
 
 #[test]
+fn axes_of_degree_zero_have_no_corners() {
+    // x + 2 y among forty others, whose corners would be 2^40 more.
+    let mut degrees = vec![0; 42];
+    (degrees[10], degrees[30]) = (1, 1);
+    let ranges = ranges_of(&[0.0, 2.0, 1.0, 0.0], 1, &degrees);
+    assert_eq!((ranges.attained_lower[0], ranges.attained_upper[0]), (-3.0, 3.0));
+    for (at, end) in [(&ranges.lowest_at, -1.0), (&ranges.highest_at, 1.0)] {
+        let expected: Vec<f64> = degrees.iter().map(|&degree| if degree == 0 { 0.0 } else { end }).collect();
+        assert_eq!(at, &expected);
+    }
+}
+
+#[test]
 fn interior_extremes_in_closed_form() {
     // 1 - d², with the distance d in a skewed metric: the maximum is 1 at (a, b), the minimum in a corner.
     for (a, b, skew) in [(0.3, -0.2, 0.0), (0.0, 0.0, 1.9), (-0.77, 0.41, 1.0), (0.123, 0.9, -1.5)] {
