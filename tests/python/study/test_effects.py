@@ -507,3 +507,13 @@ def test_responses_of_more_degrees_than_the_runs_allow():
     with pytest.raises(ValueError, match="parameters vary together"):
         line = np.linspace(-1.0, 1.0, 30)
         find_narrowing(["a", "b"], np.stack([line, line], axis=-1), line[:, None])
+
+
+def test_a_constant_feature_has_its_own_mean():
+    points = even_points(40, 2)
+    for value in (7.0, -0.1, 1e-300):
+        for values in (np.full((40, 1), value), value * (1.0 + 1e-14 * points[:, :1])):
+            effects = find_effects(["a", "b"], points, values)
+            assert effects.mean == pytest.approx(value, rel=1e-12) and effects.deviation == 0.0
+            ends = [end for swing in effects.swings.values() for end in (swing.at_lower, swing.at_upper)]
+            assert ends == pytest.approx([value] * 4, rel=1e-12)

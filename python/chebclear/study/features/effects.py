@@ -271,6 +271,7 @@ def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) 
     estimates = [Estimate(*map(float, row)) for row in zip(shares, lower, upper, strict=True)]
     signs = [_certain_signs(model, points.shape[1]) for model in models]
     words = {1: "rises", -1: "falls"}
+    level = float(np.mean(values)) if is_constant(values) else 0.0
     certain = [word[0] if len(set(word)) == 1 else 0 for word in zip(*signs, strict=True)]
     return Effects(
         degree=degree,
@@ -279,13 +280,16 @@ def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) 
         interactions=estimates[-2],
         scatter=estimates[-1],
         monotone={name: words[sign] for name, sign in zip(names, certain, strict=True) if sign},
-        mean=float(models[0].terms[0]),
-        swings={name: _swing(models, axis) for axis, name in enumerate(names)},
+        mean=float(models[0].terms[0]) + level,
+        swings={name: _swing(models, axis, level) for axis, name in enumerate(names)},
     )
 
 
-def _swing(models: list[Model], axis: int) -> Swing:
-    """Means over all parameters but one, at its ends: terms with other parameters have the mean zero."""
+def _swing(models: list[Model], axis: int, level: float) -> Swing:
+    """Means over all parameters but one, at its ends: terms with other parameters have the mean zero.
+
+    The models are those of the values without their `level`.
+    """
     ends, ranges = np.zeros(2), []
     for number, model in enumerate(models):
         powers = model.fit.powers
@@ -296,8 +300,9 @@ def _swing(models: list[Model], axis: int) -> Swing:
         ranges.append(ends_of(basis @ model.again[own]))
         if number == 0:
             ends = basis @ model.terms[own]
-    lower = np.minimum(np.min([low for low, _ in ranges], axis=0), ends)
-    upper = np.maximum(np.max([high for _, high in ranges], axis=0), ends)
+    lower = np.minimum(np.min([low for low, _ in ranges], axis=0), ends) + level
+    upper = np.maximum(np.max([high for _, high in ranges], axis=0), ends) + level
+    ends = ends + level
     rows = [(float(low), float(high)) for low, high in zip(lower, upper, strict=True)]
     return Swing(float(ends[0]), float(ends[1]), rows[0], rows[1])
 
@@ -312,15 +317,14 @@ def models_of(points: Array, values: Array, seed: int) -> tuple[list[Model], int
     """The polynomial of the chosen degree and the next ones, which show the error of the chosen one; its
     degree; and the polynomial of the degree below where the runs allow none above."""
     fits = fits_of(points)
+    if is_constant(values):
+        values = np.zeros_like(values)
     size = float(np.max(np.abs(values)))
     if not size <= _LARGEST or (0.0 < np.ptp(values) < 1.0 / _LARGEST):
         raise ArgumentError(
             f"effects need values of sizes from {1.0 / _LARGEST:g} to {_LARGEST:g}, got {size:g}: give them "
             "in another unit"
         )
-    # The same in every run up to rounding, which has no effects.
-    if np.ptp(values) <= _ROUNDING * np.max(np.abs(values)):
-        values = np.zeros_like(values)
     if len(fits) < 2:
         parameters = points.shape[1]
         least = max(parameters + 1 + LEAST_FREE, math.ceil((parameters + 1) / _TERMS_PART))
@@ -337,6 +341,11 @@ def models_of(points: Array, values: Array, seed: int) -> tuple[list[Model], int
     models = [_model(fit, points, values, seed) for fit in fits[degree : degree + _DEGREES]]
     below = _model(fits[degree - 1], points, values, seed) if len(models) == 1 and degree > 1 else None
     return models, degree, below
+
+
+def is_constant(values: Array) -> bool:
+    """Whether a feature is the same in every run up to rounding, and so has no effects."""
+    return bool(np.ptp(values) <= _ROUNDING * np.max(np.abs(values)))
 
 
 def _model(fit: _Fit, points: Array, values: Array, seed: int) -> Model:
