@@ -377,9 +377,12 @@ def test_without_freedom_left_by_failed_runs_nothing_is_resolved():
         with pytest.warns(cc.ChebclearWarning, match="cannot be told from so few"):
             band = cc.Study(failing(function, 0.5), box).chebyshev(degree=1)["y"]
         assert band.verdict == "not resolved" and band.margin.error == np.inf
-    # Five of seven nodes leave the quadratic term and its check.
-    with pytest.warns(cc.ChebclearWarning, match="holes"):
+    # Five of seven nodes leave the quadratic term and its check, but a part of the box without a run.
+    with pytest.warns(cc.ChebclearWarning, match="not resolved: y: more than 5 % of the runs failed"):
         band = cc.Study(failing(np.square, 0.7), box).chebyshev(degree=6)["y"]
+    assert band.verdict == "not resolved" and band.margin.error <= 1e-12
+    with pytest.warns(cc.ChebclearWarning, match="holes"):
+        band = cc.Study(failing(np.square, 0.997), box).chebyshev(degree=6, nodes=30)["y"]
     assert band.verdict == "resolved" and band.margin.error <= 1e-12
 
 

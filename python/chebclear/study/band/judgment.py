@@ -83,7 +83,9 @@ def judged(
     # Rounding errors of the runs must not count for a constant output.
     noise = 1e-12 * float(max(np.max(runs, initial=0.0), -np.min(runs, initial=0.0)))
     error = 0.0 if miss <= noise else miss / width if width > 0.0 else math.inf
-    verdict: Verdict = "resolved" if error <= RESOLVED else "not resolved"
+    # What is not known of the box counts like what is not known of the width.
+    unknown = 0.0 if holes is None else len(holes.missing) / (len(holes.missing) + len(holes.known))
+    verdict: Verdict = "resolved" if max(error, unknown) <= RESOLVED else "not resolved"
     return verdict, Margin("polynomial", degree=max(surrogate.degrees), error=error)
 
 
@@ -118,21 +120,30 @@ def early_widths(bands: Mapping[str, Band], settled: float) -> list[str]:
 
 
 def doubts(bands: Mapping[str, Band]) -> list[str]:
-    """One warning for all outputs that no polynomial follows."""
+    """Warnings of the outputs that no polynomial follows, or not in all of the box."""
     lost = {
         name: band.margin.error
         for name, band in bands.items()
         if band.surrogate is not None and band.verdict == "not resolved"
     }
-    if not lost:
-        return []
-    errors = [100.0 * error for error in lost.values()]
+    unseen = [name for name, error in lost.items() if error <= RESOLVED]
+    messages = []
+    if unseen:
+        messages.append(
+            f"not resolved: {', '.join(unseen)}: more than {100.0 * RESOLVED:g} % of the runs failed, and "
+            "where they did the polynomial is not checked: ask for a box in which runs succeed"
+        )
+    errors = [100.0 * error for error in lost.values() if error > RESOLVED]
+    if not errors:
+        return messages
+    names = ", ".join(name for name in lost if name not in unseen)
     least, most = f"{min(errors):.3g}", f"{max(errors):.3g}"
     size = f"is {most} %" if least == most else f"is {least} to {most} %"
     told = f"{size} of the width of the band" if math.isfinite(max(errors)) else "cannot be told from so few"
     return [
-        f"not resolved: {', '.join(lost)}: the error of the polynomial at left-out runs {told}. The "
+        *messages,
+        f"not resolved: {names}: the error of the polynomial at left-out runs {told}. The "
         "response may leave its bounds, and neither worst case nor sensitivity is that of the response. A "
         "higher degree helps where the response is smooth; where impacts scatter, "
-        "use bands that are calibrated on all runs (Study.band) and features of the runs instead"
+        "use bands that are calibrated on all runs (Study.band) and features of the runs instead",
     ]
