@@ -241,19 +241,20 @@ def statement(requirement: Requirement) -> str:
     if requirement.certified:
         return (
             "If parameters are drawn independently and uniformly from the box, the expected share of the "
-            f"samples of a further run that are in the band is at least {share}. That holds for every "
-            f"mechanism; the expectation is over the {requirement.runs} runs of this study as well as over "
-            "the further one."
+            f"samples of a further run that are in a certified band is at least {share}. That holds for "
+            f"every mechanism; the expectation is over the {requirement.runs} runs of this study as well as "
+            "over the further one. A band that its runs do not prove is undersampled."
         )
     spread = (
         "given, taken as spread evenly over the box" if requirement.finished else "spread evenly over the box"
     )
     proof = "" if requirement.finished else " Study.certify proves it with more runs."
     return (
-        f"The bands were widened until {share} of the samples of held-out runs were inside (undersampled: as "
-        "many as coverage says), or are ranges of polynomials, with their errors, that hold as many, with "
-        f"{requirement.runs} runs {spread}. The coverage of further runs is an estimate, not proved; it "
-        f"counts samples, and whole_run counts runs.{proof}"
+        f"Bands contain {share} of the samples of held-out runs (undersampled ones: as many as coverage "
+        f"says), with {requirement.runs} runs {spread}. A resolved band is the polynomial's range plus its "
+        "error. The coverage of further runs is an estimate: it holds on average over studies, and where the "
+        "size of the motion varies strongly from run to run, one study may be off by several per cent. "
+        f"Coverage counts samples, whole_run counts runs.{proof}"
     )
 
 
