@@ -185,8 +185,8 @@ class Band(records.ArrayRecord):
         TypeError
             If `at` names an unknown or misses a parameter.
         """
-        self._doubt("a sensitivity")
         slope = self.polynomial_slope(parameter, normalized=normalized, at=at)
+        self._doubt("a sensitivity")
         # The certified range would take hundreds of times as long as the slope.
         self._doubt_effect(parameter, *self._polynomial().slope(parameter).bounds("eq31"))
         if at is not None:

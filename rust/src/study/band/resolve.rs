@@ -18,8 +18,8 @@ pub const LARGEST_DEGREE: usize = 8;
 pub const LARGEST_TERM_SHARE: f64 = 0.7;
 
 /// Largest error of a trusted polynomial at runs it was not fitted to, relative to the width of the hull of the
-/// runs, both averaged over time. (Relative to the range of the polynomial itself, a polynomial that oscillates
-/// would seem good.)
+/// other runs, both averaged over time. (Relative to the range of the polynomial itself, a polynomial that oscillates
+/// would seem good; relative to a hull that the run makes, one run far from all others would hide itself.)
 pub const LARGEST_TRUSTED_ERROR: f64 = 0.05;
 
 /// No higher degree is tried below this error.
@@ -62,13 +62,14 @@ pub struct Resolved {
 
 /// The polynomial that follows the runs, with its error, if there is one.
 ///
-/// All rows of values take part in the fit; its error is that of the scored ones.
+/// All rows of values take part in the fit and in the verdict, the nominal run too; its margin is that of the scored
+/// ones.
 pub fn resolved(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> Option<Resolved> {
     let degree = chosen_degree(runs, regression, LARGEST_TRUSTED_ERROR)?;
     let samples = runs.samples;
-    let (coefficients, largest) = fitted(runs, regression, degree);
+    let Fitted { coefficients, largest, farthest } = fitted(runs, regression, degree);
     let errors: Vec<f64> = largest.iter().map(|top| top.first).collect();
-    let error = relative_error(runs, &errors);
+    let error = relative_error(runs, &farthest);
     if error > LARGEST_TRUSTED_ERROR {
         return None;
     }
@@ -92,7 +93,7 @@ pub fn resolved(runs: &Runs<'_>, regression: &Regression, requirement: &Requirem
 /// limits.
 pub fn extrapolated(runs: &Runs<'_>, regression: &Regression, largest_error: f64) -> Option<[Vec<f64>; 2]> {
     let degree = chosen_degree(runs, regression, largest_error)?;
-    let (coefficients, _) = fitted(runs, regression, degree);
+    let Fitted { coefficients, .. } = fitted(runs, regression, degree);
     let [mut lowest, mut highest] = range(&coefficients, runs.samples, regression.parameters, degree);
     let [least, most] = runs.limits;
     lowest.iter_mut().for_each(|value| *value = value.max(least));
@@ -100,9 +101,18 @@ pub fn extrapolated(runs: &Runs<'_>, regression: &Regression, largest_error: f64
     Some([lowest, highest])
 }
 
-/// The polynomials of a degree, terms x samples, and the largest errors of runs that are left out at every instant.
-/// Found in blocks of time, so that residuals of all runs are never there at once.
-fn fitted(runs: &Runs<'_>, regression: &Regression, degree: usize) -> (Vec<f64>, Vec<TopTwo>) {
+/// Polynomials of a degree, and their errors at runs that are left out, at every instant.
+struct Fitted {
+    /// Terms x samples.
+    coefficients: Vec<f64>,
+    /// The largest errors of scored runs.
+    largest: Vec<TopTwo>,
+    /// The largest error of all runs, and its run.
+    farthest: Vec<(f64, usize)>,
+}
+
+/// Fits a degree in blocks of time, so that residuals of all runs are never there at once.
+fn fitted(runs: &Runs<'_>, regression: &Regression, degree: usize) -> Fitted {
     let starts: Vec<usize> = (0..runs.samples).step_by(BLOCK).collect();
     let of_block = |&start: &usize| {
         let end = (start + BLOCK).min(runs.samples);
@@ -110,19 +120,25 @@ fn fitted(runs: &Runs<'_>, regression: &Regression, degree: usize) -> (Vec<f64>,
         let values: Vec<f64> = rows.flat_map(|row| row[start..end].iter().copied()).collect();
         fitted_block(&Runs { values: &values, samples: end - start, ..*runs }, regression, degree)
     };
-    let blocks: Vec<(Vec<f64>, Vec<TopTwo>)> = starts.par_iter().map(of_block).collect();
+    let blocks: Vec<Fitted> = starts.par_iter().map(of_block).collect();
     let terms = regression.terms[degree];
     let mut coefficients = Vec::with_capacity(terms * runs.samples);
     for term in 0..terms {
-        for (block, largest) in &blocks {
-            coefficients.extend_from_slice(&block[term * largest.len()..][..largest.len()]);
+        for block in &blocks {
+            coefficients
+                .extend_from_slice(&block.coefficients[term * block.largest.len()..][..block.largest.len()]);
         }
     }
-    (coefficients, blocks.into_iter().flat_map(|(_, largest)| largest).collect())
+    let mut whole = Fitted { coefficients, largest: Vec::new(), farthest: Vec::new() };
+    for block in blocks {
+        whole.largest.extend(block.largest);
+        whole.farthest.extend(block.farthest);
+    }
+    whole
 }
 
 /// As [`fitted`], at once.
-fn fitted_block(runs: &Runs<'_>, regression: &Regression, degree: usize) -> (Vec<f64>, Vec<TopTwo>) {
+fn fitted_block(runs: &Runs<'_>, regression: &Regression, degree: usize) -> Fitted {
     let samples = runs.samples;
     let means = means(runs);
     let projected = regression.project(&means, samples, degree);
@@ -130,8 +146,10 @@ fn fitted_block(runs: &Runs<'_>, regression: &Regression, degree: usize) -> (Vec
     (0..=degree).for_each(|degree| regression.reduce(&mut residuals, &projected, samples, degree));
     let mut errors = errors_of_rows(runs, &means, regression.leave_one_out(&residuals, samples, degree));
     errors.iter_mut().for_each(|error| *error = error.abs());
+    let farthest = farthest(&errors, samples, runs.block);
+    errors.truncate(runs.scored * runs.block * samples);
     let largest = top_two(&errors, samples, runs.scored, runs.block);
-    (regression.coefficients(&projected, samples, degree), largest)
+    Fitted { coefficients: regression.coefficients(&projected, samples, degree), largest, farthest }
 }
 
 /// How long what no polynomial explains lasts in a run: 1 where the same two runs are furthest from the polynomial with
@@ -140,7 +158,8 @@ fn fitted_block(runs: &Runs<'_>, regression: &Regression, degree: usize) -> (Vec
 /// Runs that differ by an offset or a factor, beside what their parameters do, are single observations, however many
 /// samples they have. For runs of one row.
 pub fn persistence(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> f64 {
-    let Some(Tried { errors, probes, .. }) = tried(runs, regression) else { return 0.0 };
+    let Some(Tried { mut errors, probes, .. }) = tried(runs, regression) else { return 0.0 };
+    errors.truncate(runs.scored * probes);
     let mut furthest = Vec::with_capacity(2 * probes);
     for at in 0..probes {
         let of_runs = || errors.iter().skip(at).step_by(probes).zip(0_u32..);
@@ -155,19 +174,19 @@ pub fn persistence(runs: &Runs<'_>, regression: &Regression, requirement: &Requi
     calibrate::persistence(furthest.into_iter(), &Requirement { samples: probes, ..*requirement })
 }
 
-/// The degree with the least error at held-out runs, at some instants; None where no polynomial is nearly good
+/// The degree with the least error at left-out runs, at some instants; None where no polynomial is nearly good
 /// enough.
 fn chosen_degree(runs: &Runs<'_>, regression: &Regression, largest_error: f64) -> Option<usize> {
     // The error over all instants may be smaller.
     tried(runs, regression).filter(|tried| tried.error <= 1.2 * largest_error).map(|tried| tried.degree)
 }
 
-/// The polynomial with the least error at held-out runs.
+/// The polynomial with the least error at left-out runs.
 struct Tried {
     degree: usize,
     /// Largest error over the width of the hull, both averaged over the probes [-].
     error: f64,
-    /// Errors of the rows of the scored runs, rows x probes.
+    /// Errors of the rows of all runs, rows x probes.
     errors: Vec<f64>,
     /// Number of instants at which it was tried.
     probes: usize,
@@ -188,7 +207,7 @@ fn tried(runs: &Runs<'_>, regression: &Regression) -> Option<Tried> {
     for degree in 0..=most {
         regression.reduce(&mut residuals, &projected, count, degree);
         let errors = errors_of_rows(&at_probes, &means, regression.leave_one_out(&residuals, count, degree));
-        let error = relative_error(&at_probes, &largest_errors(&errors, count));
+        let error = relative_error(&at_probes, &farthest(&errors, count, runs.block));
         if best.as_ref().is_none_or(|best| error < best.error) {
             best = Some(Tried { degree, error, errors, probes: count });
         }
@@ -213,13 +232,12 @@ fn means<'a>(runs: &Runs<'a>) -> Cow<'a, [f64]> {
     Cow::Owned(means)
 }
 
-/// Errors of the rows of the scored runs when the run is left out, from those of the means of the runs.
-fn errors_of_rows(runs: &Runs<'_>, means: &[f64], mut errors: Vec<f64>) -> Vec<f64> {
-    errors.truncate(runs.scored * runs.samples);
+/// Errors of the rows of all runs when the run is left out, from those of the means of the runs.
+fn errors_of_rows(runs: &Runs<'_>, means: &[f64], errors: Vec<f64>) -> Vec<f64> {
     if runs.block == 1 {
         return errors;
     }
-    let rows = runs.values.chunks_exact(runs.samples).take(runs.scored * runs.block).enumerate();
+    let rows = runs.values.chunks_exact(runs.samples).enumerate();
     rows.flat_map(|(row, values)| {
         let from = row / runs.block * runs.samples;
         let errors_of_run_means = means[from..].iter().zip(&errors[from..]);
@@ -228,24 +246,38 @@ fn errors_of_rows(runs: &Runs<'_>, means: &[f64], mut errors: Vec<f64>) -> Vec<f
     .collect()
 }
 
-/// Largest error of all rows at every instant.
-fn largest_errors(errors: &[f64], samples: usize) -> Vec<f64> {
-    let mut largest = vec![0.0_f64; samples];
-    for row in errors.chunks_exact(samples) {
-        largest.iter_mut().zip(row).for_each(|(largest, error)| *largest = largest.max(error.abs()));
+/// Largest error of all rows at every instant, and its run.
+fn farthest(errors: &[f64], samples: usize, block: usize) -> Vec<(f64, usize)> {
+    let mut farthest = vec![(0.0_f64, 0); samples];
+    for (row, errors) in errors.chunks_exact(samples).enumerate() {
+        for (farthest, error) in farthest.iter_mut().zip(errors) {
+            if error.abs() > farthest.0 {
+                *farthest = (error.abs(), row / block);
+            }
+        }
     }
-    largest
+    farthest
 }
 
-/// Largest error of the scored runs over the width of the hull, both averaged over time; 0 where the hull
-/// has no width and the error none.
-fn relative_error(runs: &Runs<'_>, largest: &[f64]) -> f64 {
-    let [lower, upper] = hull(runs);
-    let width: f64 = upper.iter().zip(&lower).map(|(upper, lower)| upper - lower).sum();
-    let error: f64 = largest.iter().sum();
+/// Largest error of the runs over the width of the hull of the others, both averaged over time; 0 where the error is
+/// rounding.
+fn relative_error(runs: &Runs<'_>, farthest: &[(f64, usize)]) -> f64 {
+    let mut hull = vec![(f64::INFINITY, f64::NEG_INFINITY); runs.samples];
+    let mut sizes = vec![0.0_f64; runs.samples];
+    for (row, values) in runs.values.chunks_exact(runs.samples).enumerate() {
+        for ((&value, &(_, left_out)), (hull, size)) in
+            values.iter().zip(farthest).zip(hull.iter_mut().zip(&mut sizes))
+        {
+            *size = size.max(value.abs());
+            if row / runs.block != left_out {
+                *hull = (hull.0.min(value), hull.1.max(value));
+            }
+        }
+    }
+    let width: f64 = hull.iter().map(|(lower, upper)| upper - lower).sum();
+    let error: f64 = farthest.iter().map(|(error, _)| error).sum();
     // Rounding of the fit must not count against an output that does not vary.
-    let size: f64 = upper.iter().zip(&lower).map(|(upper, lower)| upper.abs().max(lower.abs())).sum();
-    if error <= ROUNDING * size { 0.0 } else { error / width }
+    if error <= ROUNDING * sizes.iter().sum::<f64>() { 0.0 } else { error / width }
 }
 
 /// Smallest and largest value of all rows at every instant.
