@@ -154,6 +154,7 @@ class Runner:
                 units_of(runs.feature_names, self.features, self.units, simulated=self.settings is not None),
                 count_failed(runs.failures),
                 isinstance(self.model, FinishedRuns),
+                runs.nominal_parameters,
             )
         result = StudyResult.from_runs(
             runs.t,

@@ -350,6 +350,7 @@ def _result(
             units_of(names, study.features, study.units, simulated=study.settings is not None),
             requirement.failed,
             isinstance(study.model, FinishedRuns),
+            facts.get("nominal_parameters"),
         )
     result = StudyResult.from_runs(
         intervals=study.intervals,

@@ -257,6 +257,12 @@ def test_points_are_even(parameters):
     assert np.abs((points**2).mean(axis=0) - LINE).max() < 4e-3
 
 
+def interval_of(points, values, nominal):
+    """The interval of a feature whose nominal run is at the midpoint."""
+    points = np.vstack([points, np.zeros(points.shape[1])])
+    return find_interval(points, np.vstack([values, [[nominal]]]), True, filled=True)
+
+
 class TestInterval:
     def test_scatter_is_bounded_by_its_extremes(self):
         """The promise is distribution-free: (N - 1) / (N + 1) of further runs on average."""
@@ -264,7 +270,7 @@ class TestInterval:
         for repetition in range(60):
             random = np.random.default_rng(repetition)
             points, values = random.uniform(-1.0, 1.0, (41, 2)), random.gumbel(size=(41, 1))
-            found = find_interval(points, values, values[0], True, filled=True)
+            found = interval_of(points, values, values.mean())
             assert found.verdict == "sampled" and found.whole_run == 40.0 / 42.0
             further = random.gumbel(size=1000)
             inside.append(np.mean((further >= found.lower) & (further <= found.upper)))
@@ -272,7 +278,7 @@ class TestInterval:
 
     def test_a_smooth_feature_reaches_its_corners(self):
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 3))
-        found = find_interval(points, quadratic(points)[:, None], np.zeros(1), True, filled=True)
+        found = interval_of(points, quadratic(points)[:, None], quadratic(np.zeros((1, 3)))[0])
         assert found.verdict == "resolved"
         assert found.upper == pytest.approx(2.0 + 1.0 + 0.8 + 0.5, rel=1e-9)
         assert found.lower == pytest.approx(-2.0 - 1.0 + 0.8, rel=1e-9)
@@ -283,18 +289,21 @@ class TestInterval:
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (100, parameters))
         place = np.linspace(0.12345, 0.4321, parameters)
         values = -np.sum((points - place) ** 2, axis=1)[:, None]
-        found = find_interval(points, values, values[0], True, filled=True)
+        found = interval_of(points, values, -np.sum(place**2))
         assert found.verdict == "resolved" and found.upper == pytest.approx(0.0, abs=1e-8)
 
     def test_a_kink_is_not_resolved(self):
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 2))
-        assert (
-            find_interval(points, kink(points)[:, None], np.zeros(1), True, filled=True).verdict == "sampled"
-        )
+        assert interval_of(points, kink(points)[:, None], kink(np.zeros((1, 2)))[0]).verdict == "sampled"
+
+    def test_a_polynomial_that_misses_the_nominal_run_is_not_resolved(self):
+        points = np.random.default_rng(0).uniform(-1.0, 1.0, (81, 2))
+        found = interval_of(points, points[:, :1], 9.0)
+        assert found.verdict == "sampled" and found.upper == 9.0
 
     def test_a_constant_feature(self):
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 2))
-        found = find_interval(points, np.full((41, 1), 7.0), np.full(1, 7.0), True, filled=True)
+        found = interval_of(points, np.full((41, 1), 7.0), 7.0)
         assert (found.lower, found.upper, found.coverage) == (7.0, 7.0, 1.0)
         effects = find_effects(["a", "b"], points, np.full((41, 1), 7.0))
         assert effects.deviation == pytest.approx(0.0, abs=1e-12)

@@ -24,7 +24,7 @@ from ...run.settings import Settings
 from ...run.tracking import settling_time
 from ...scene.scene import Interval, Scene
 from ..band.margin import percent
-from ..polynomials.points import leaves_out
+from ..polynomials.points import leaves_out, on_cube
 from .effects import Effects, find_effects
 from .narrowing import find_narrowing
 from .ranking import Rank, Ranking
@@ -71,6 +71,8 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
         Further runs that failed and are not among these [-].
     finished : bool
         Whether the runs came as a table, at points of unknown origin, which may leave out a part of the box.
+    nominal_parameters : Array | None
+        Parameters of the nominal run [SI units]; None if it is at the nominal values of the intervals.
     """
 
     names: tuple[str, ...]
@@ -83,6 +85,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
     units: tuple[str, ...] = ()
     failed: int = 0
     finished: bool = False
+    nominal_parameters: Array | None = None
 
     @classmethod
     def of_file(
@@ -100,6 +103,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
             tuple(facts.get("feature_units", ())),
             sum(one["reason"] != "not_begun" for one in facts.get("failures", ())),
             facts.get("finished", False),
+            arrays.get("nominal_parameters"),
         )
 
     @property
@@ -122,9 +126,15 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
     def _entry(self, name: str) -> FeatureResult:
         if name not in self:
             raise KeyError(f'unknown feature "{name}"{meant_or_known(name, self.names)}')
-        index = self.names.index(name)
+        return self._entries[self.names.index(name)]
+
+    @cached_property
+    def _entries(self) -> tuple[FeatureResult, ...]:
+        return tuple(map(self._result, range(len(self.names))))
+
+    def _result(self, index: int) -> FeatureResult:
         return FeatureResult(
-            name=name,
+            name=self.names[index],
             values=self.runs[:, :, index],
             nominal=self.nominal[:, index],
             intervals=self.intervals,
@@ -134,6 +144,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
             unit=self.units[index] if self.units else "",
             failed=self.failed,
             finished=self.finished,
+            nominal_parameters=self.nominal_parameters,
         )
 
 
@@ -163,6 +174,8 @@ class FeatureResult(records.ArrayRecord):
         Further runs that failed; they count as outside [-].
     finished : bool
         Whether the runs came as a table, at points of unknown origin, which may leave out a part of the box.
+    nominal_parameters : Array | None
+        Parameters of the nominal run [SI units]; None if it is at the nominal values of the intervals.
     """
 
     name: str
@@ -175,6 +188,7 @@ class FeatureResult(records.ArrayRecord):
     unit: str = ""
     failed: int = 0
     finished: bool = False
+    nominal_parameters: Array | None = None
 
     def __repr__(self) -> str:
         runs, cycles = self.values.shape
@@ -195,7 +209,11 @@ class FeatureResult(records.ArrayRecord):
     def interval(self) -> FeatureInterval:
         """How far the feature reaches over the box."""
         filled = not self.failed and not self._leaves_out
-        reach = find_interval(self._points, self.values, self.nominal, self.random, filled=filled)
+        points, values = (
+            np.vstack([self._points, self._nominal_point]),
+            np.vstack([self.values, self.nominal]),
+        )
+        reach = find_interval(points, values, self.random, filled=filled)
         share = len(self.values) / (len(self.values) + self.failed)
         return replace(reach, coverage=reach.coverage * share, whole_run=reach.whole_run * share)
 
@@ -251,8 +269,9 @@ class FeatureResult(records.ArrayRecord):
     def ranking(self) -> Ranking:
         """Predicted effect of halving the interval of each parameter on the interval of the feature."""
         effects = self.effects
-        nominal = self._on_cube(np.array([side.nominal for side in self.intervals.values()]))
-        narrowings = find_narrowing(list(self.intervals), self._points, self.values, nominal=nominal)
+        narrowings = find_narrowing(
+            list(self.intervals), self._points, self.values, nominal=self._nominal_point
+        )
         rows = [
             Rank(name, narrowing, effects.main[name], effects.monotone.get(name))
             for name, narrowing in narrowings.items()
@@ -277,12 +296,15 @@ class FeatureResult(records.ArrayRecord):
     @property
     def _points(self) -> Array:
         """Parameters from -1 to 1 over each interval, shape (runs, parameters)."""
-        return self._on_cube(self.parameters)
+        return on_cube(self.intervals, self.parameters)
 
-    def _on_cube(self, parameters: Array) -> Array:
-        middle = np.array([side.midpoint for side in self.intervals.values()])
-        half = np.array([side.half_width for side in self.intervals.values()])
-        return np.asarray((parameters - middle) / half)
+    @property
+    def _nominal_point(self) -> Array:
+        """As `_points`, of the nominal run."""
+        at = self.nominal_parameters
+        return on_cube(
+            self.intervals, np.array([side.nominal for side in self.intervals.values()]) if at is None else at
+        )
 
 
 def checked_features(checks: Checks, given: object) -> dict[str, Asked]:

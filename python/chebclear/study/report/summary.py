@@ -122,9 +122,12 @@ def _peak(result: Any, band: Band) -> FeatureInterval:
         return found
     values = result.table(band.name)
     peaks = values.reshape(len(values), -1).max(axis=1)[:, None]
-    points = on_cube(result.intervals, result.parameters)
+    nominal = result.nominal_parameters
+    if nominal is None:
+        nominal = [side.nominal for side in result.intervals.values()]
+    points = on_cube(result.intervals, np.vstack([result.parameters, nominal]))
     filled = not any(one.reason != NOT_BEGUN for one in result.failures) and not _leaves_out(result)
-    return find_interval(points, peaks[:-1], peaks[-1], random=result.requirement is not None, filled=filled)
+    return find_interval(points, peaks, random=result.requirement is not None, filled=filled)
 
 
 def _leaves_out(result: Any) -> bool:
