@@ -298,7 +298,8 @@ def test_an_interrupt_of_a_worker_alone_costs_its_piece(monkeypatch):
 
 def interrupted(order, stop):
     if any(one["a"] == AT[5, 0] for one in order.parameters):
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # a child of a background job would ignore it
+        # A child of a background job would ignore it.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         os.kill(os.getpid(), signal.SIGINT)
         time.sleep(60.0)
     return call_order(order, stop)
