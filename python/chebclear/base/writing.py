@@ -7,7 +7,7 @@ import platform
 import re
 import shutil
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -33,6 +33,24 @@ def named(path: str | os.PathLike[str]) -> Path:
     if not named.name:
         raise ArgumentError(f"path must end with the name of a file, got {str(path)!r}")
     return named
+
+
+def file_name(name: str) -> str:
+    """A name that every file system takes."""
+    return re.sub(r"[^\w.-]", "_", name, flags=re.ASCII)
+
+
+def file_names(names: Iterable[str]) -> list[str]:
+    """Different file names for different names, on systems too that are blind to case."""
+    found: list[str] = []
+    for name in names:
+        base = file = file_name(name)
+        count = 1
+        while file.lower() in (other.lower() for other in found):
+            count += 1
+            file = f"{base}_{count}"
+        found.append(file)
+    return found
 
 
 @contextmanager

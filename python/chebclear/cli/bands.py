@@ -7,9 +7,10 @@ import dataclasses
 
 from ..base.writing import complete_folder
 from ..execution.plan import Plan
+from ..report import html
+from ..study.report.document import study_document
 from ..study.report.extent import extent
 from ..study.results import StudyResult
-from .figures import draw_bands
 from .output import Rows, print_json, write_table
 from .scenes import hint
 from .words import at_the_command_line
@@ -52,8 +53,7 @@ def finish(result: StudyResult, options: argparse.Namespace, title: str, plan: P
             result.save(folder / "study.npz")
             write_table(table, folder, "verdicts")
             (folder / "result.txt").write_text("\n\n".join([str(result), *rankings]) + "\n", encoding="utf-8")
-            draw_bands(result, folder)
-            result.report(folder / "report.html", title=title)
+            html.write(study_document(result, title), folder / "report.html", pictures=folder)
     accepted = DEMANDS.get(options.require, ())
     poor = [row["output"] for row in table if accepted and row["verdict"] not in accepted]
     if options.json:

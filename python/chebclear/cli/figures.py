@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable
 from pathlib import Path
 
+from ..base.writing import file_name
 from ..plots.drawing.scene import plot_scene
 from ..plots.runs import plot_orbit
 from ..run.trajectory import Trajectory
 from ..scene.columns import column_unit
 from ..scene.scene import ClearanceRevolute, Scene
-from ..study.results import StudyResult
 
 DPI = 150
 _WIDTH, _HEIGHT = 6.5, 2.6  # [inch], of a panel
@@ -44,31 +42,3 @@ def draw_run(run: Trajectory, folder: Path) -> None:
             figure = Figure(figsize=(_WIDTH, _WIDTH), layout="constrained")
             plot_orbit(run, joint.name, ax=figure.add_subplot())
             figure.savefig(folder / f"orbit_{file_name(joint.name)}.png", dpi=DPI)
-
-
-def draw_bands(result: StudyResult, folder: Path) -> None:
-    """``band_NAME.png`` for every output."""
-    from matplotlib.figure import Figure
-
-    for name, file in zip(result, file_names(result), strict=True):
-        figure = Figure(figsize=(_WIDTH, 1.5 * _HEIGHT), layout="constrained")
-        result[name].plot(ax=figure.add_subplot())
-        figure.savefig(folder / f"band_{file}.png", dpi=DPI)
-
-
-def file_name(name: str) -> str:
-    """A name of the scene that every file system takes."""
-    return re.sub(r"[^\w.-]", "_", name, flags=re.ASCII)
-
-
-def file_names(names: Iterable[str]) -> list[str]:
-    """Different file names for different names, on systems too that are blind to case."""
-    found: list[str] = []
-    for name in names:
-        base = file = file_name(name)
-        count = 1
-        while file.lower() in (other.lower() for other in found):
-            count += 1
-            file = f"{base}_{count}"
-        found.append(file)
-    return found

@@ -90,6 +90,8 @@ class Picture:
     """Height over 4.5 inches of width [in]."""
     caption: str = ""
     """A sentence below it."""
+    name: str = ""
+    """Of its own file, where pictures are written beside the report; empty if it has none."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..base.writing import replaced, with_default_suffix
+from ..base.writing import file_names, replaced, with_default_suffix
 from ..errors import ArgumentError
 from .document import Block, Document, Items, Listing, Picture, Section, Table, Text, Verdict
 from .markup import templates_of
@@ -23,13 +23,15 @@ if TYPE_CHECKING:
 _KINDS = {Text: "text", Items: "items", Table: "table", Picture: "picture", Listing: "listing"}
 
 
-def as_html(document: Document) -> str:
+def as_html(document: Document, pictures: Path | None = None) -> str:
     """The text of the file.
 
     Parameters
     ----------
     document : Document
         What it says. All its texts are escaped.
+    pictures : Path, optional
+        Folder that gets each picture with a name as a file of pixels too.
 
     Returns
     -------
@@ -37,6 +39,7 @@ def as_html(document: Document) -> str:
     """
     environment = _environment()
     environment.globals["anchor"] = partial(_anchor, list(document.sections))
+    environment.filters["embedded"] = partial(embedded, files=_files(document, pictures))
     return environment.get_template("report.html.j2").render(document=document)
 
 
@@ -65,7 +68,7 @@ def _environment() -> Environment:
     return environment
 
 
-def write(document: Document, path: str | os.PathLike[str]) -> Path:
+def write(document: Document, path: str | os.PathLike[str], pictures: Path | None = None) -> Path:
     """Write a report; an existing file is replaced, as a whole or not at all.
 
     Parameters
@@ -74,6 +77,8 @@ def write(document: Document, path: str | os.PathLike[str]) -> Path:
         What it says.
     path : path
         Where to; ``.html`` is appended if there is no suffix.
+    pictures : Path, optional
+        Folder that gets each picture with a name as a file of pixels too, ``NAME.png``.
 
     Returns
     -------
@@ -90,10 +95,19 @@ def write(document: Document, path: str | os.PathLike[str]) -> Path:
         raise ArgumentError(
             f"path must end in .html, a report is a page of a browser, got {os.fspath(path)!r}"
         )
-    text = as_html(document)
+    text = as_html(document, pictures)
     with replaced(path) as beside:
         beside.write_text(text, encoding="utf-8")
     return path
+
+
+def _files(document: Document, folder: Path | None) -> dict[str, Path]:
+    """The file of each picture that has a name."""
+    if folder is None:
+        return {}
+    blocks = [block for section in document.sections for block in section.blocks]
+    names = [block.name for block in blocks if isinstance(block, Picture) and block.name]
+    return {name: folder / f"{file}.png" for name, file in zip(names, file_names(names), strict=True)}
 
 
 def _download(listing: Listing) -> str:

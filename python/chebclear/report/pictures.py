@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import base64
 import io
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,7 +35,7 @@ _STYLE: dict[Any, Any] = {
 }
 
 
-def embedded(picture: Picture) -> str:
+def embedded(picture: Picture, files: Mapping[str, Path] = MappingProxyType({})) -> str:
     """A picture as the source of an ``<img>``: paths, or pixels where there are too many of them.
 
     Pictures are images of their own since the ids of several drawings inside one page would clash.
@@ -41,6 +44,8 @@ def embedded(picture: Picture) -> str:
     ----------
     picture : Picture
         What to draw.
+    files : mapping of str to Path
+        Files of pictures by name, that get them as pixels too: drawn and laid out once for both.
 
     Returns
     -------
@@ -49,18 +54,24 @@ def embedded(picture: Picture) -> str:
     """
     import matplotlib
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     with matplotlib.rc_context(_STYLE):
-        figure = Figure(figsize=(WIDTH, picture.height), layout="constrained")
+        layout = ConstrainedLayoutEngine()
+        figure = Figure(figsize=(WIDTH, picture.height), layout=layout)
         picture.draw(figure.add_subplot())
-        file = io.BytesIO()
-        if _vertices(figure) > _MOST_VERTICES:
-            figure.savefig(file, format="png", dpi=_RESOLUTION, metadata={"Software": None})
-            kind = "png"
-        else:
-            figure.savefig(file, format="svg", metadata={"Date": None})
-            kind = "svg+xml"
-    return f"data:image/{kind};base64,{base64.b64encode(file.getvalue()).decode()}"
+        layout.execute(figure)
+        figure.set_layout_engine("none")  # else each file lays it out again
+        pixels, paths = io.BytesIO(), io.BytesIO()
+        heavy = _vertices(figure) > _MOST_VERTICES
+        if heavy or picture.name in files:
+            figure.savefig(pixels, format="png", dpi=_RESOLUTION, metadata={"Software": None})
+        if picture.name in files:
+            files[picture.name].write_bytes(pixels.getvalue())
+        if not heavy:
+            figure.savefig(paths, format="svg", metadata={"Date": None})
+    kind, content = ("png", pixels) if heavy else ("svg+xml", paths)
+    return f"data:image/{kind};base64,{base64.b64encode(content.getvalue()).decode()}"
 
 
 def _vertices(figure: Figure) -> int:

@@ -268,6 +268,10 @@ class FeatureResult(records.ArrayRecord):
 
     def ranking(self) -> Ranking:
         """Predicted effect of halving the interval of each parameter on the interval of the feature."""
+        return self._ranking
+
+    @cached_property
+    def _ranking(self) -> Ranking:
         effects = self.effects
         narrowings = find_narrowing(
             list(self.intervals), self._points, self.values, nominal=self._nominal_point

@@ -250,6 +250,7 @@ def _band_blocks(result: ReportedStudy) -> list[Block]:
             Picture(
                 f"Band of {name} against time with the nominal run, {reach}, {band.verdict}.",
                 partial(_band, band),
+                name=f"band_{name}",
             )
         )
     return blocks
