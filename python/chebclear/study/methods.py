@@ -26,7 +26,7 @@ from . import sampled
 from .band.worst import WorstCase, predicted_extremes
 from .costs import StudyTradeoff
 from .models.finished import FinishedRuns
-from .polynomials.points import uniform_points
+from .polynomials.points import between_nodes, uniform_points
 from .polynomials.surrogate import MOST_RANGE_DEGREE, BoundKind, chebyshev_grid, tensor_grid
 from .results import StudyResult
 from .runner import Runner
@@ -71,7 +71,8 @@ class Methods(Runner):
             Degree of the polynomials [-], at least 1; for all parameters or by name.
         nodes : int or mapping of str to int, optional
             Number of roots [-]; one more than the degree if not given, and never fewer. The number of runs is
-            their product, at most 1 000 000, and one at the midpoint.
+            their product, at most 1 000 000, and one at the midpoint; three more beside the roots show waves
+            that vanish at these, and take part in the verdict alone.
         bounds : {"range", "eq31"}
             The certified range of each polynomial, up to degree 30; or Eq. (31) of the paper, which is wider.
         max_runs : int
@@ -109,7 +110,12 @@ class Methods(Runner):
                 f'degree must be at most {MOST_RANGE_DEGREE} for bounds="range", got {max(degrees)}: take a '
                 'lower degree or bounds="eq31"'
             )
-        points = chebyshev_grid(list(self.intervals.values()), counts)
+        sides = list(self.intervals.values())
+        grid = chebyshev_grid(sides, counts)
+        # Of a finished table its other runs.
+        table = self.model if isinstance(self.model, FinishedRuns) else None
+        beside = between_nodes(sides, counts) if table is None else table.beside(grid)
+        points = np.vstack([grid, beside])
         return self._with_warnings(self.run_points(points, tuple(counts), tuple(degrees), bounds))
 
     def scan(self, points: int | Mapping[str, int] = 10, *, max_runs: int = MAX_RUNS) -> StudyResult:

@@ -116,7 +116,8 @@ class Runner:
         Parameters
         ----------
         points : ndarray, shape (runs, parameters)
-            Parameters of the runs [SI units]; those of `chebyshev_grid` if there are degrees.
+            Parameters of the runs [SI units]; if there are degrees, those of `chebyshev_grid`, then others
+            that check the polynomials.
         counts : tuple of int
             Nodes or points of each parameter [-].
         degrees : tuple of int or None
@@ -175,8 +176,9 @@ class Runner:
         found = doubts(result.bands)
         if result.scene is not None:
             found += early_widths(result.bands, settling_time(result.scene))
-        if degrees is not None and runs.failures:
-            found += told_holes(fit_holes(counts, degrees, [one.index for one in runs.failures]))
+        lost = [one.index for one in runs.failures if one.index < math.prod(counts)]
+        if degrees is not None and lost:
+            found += told_holes(fit_holes(counts, degrees, lost))
         return replace(result, warnings=(*result.warnings, *found))
 
     def run_settings(self, rtol: float | None, default: float) -> Settings | None:

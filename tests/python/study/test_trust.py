@@ -29,14 +29,20 @@ def fitted(function, degree, box, nodes=None):
     return surrogate, nodes, runs, function(np.zeros((1, len(box))))[0]
 
 
+def middle_of(box):
+    return np.array([[side.midpoint for side in box.values()]])
+
+
 def verdict(function, degree, box, nodes=None):
     surrogate, nodes, runs, nominal = fitted(function, degree, box, nodes)
-    return judged(surrogate, nodes, runs, nominal, float(np.ptp([*runs, nominal], axis=0).mean()))
+    width = float(np.ptp([*runs, nominal], axis=0).mean())
+    return judged(surrogate, nodes, runs, nominal[None], middle_of(box), width)
 
 
 def band_of(function, degree):
     surrogate, nodes, runs, nominal = fitted(function, degree, PLANE)
-    word, margin = judged(surrogate, nodes, runs, nominal, float(np.ptp(runs, axis=0).mean()))
+    width = float(np.ptp(runs, axis=0).mean())
+    word, margin = judged(surrogate, nodes, runs, nominal[None], middle_of(PLANE), width)
     lower, upper = surrogate.bounds()
     t = np.arange(float(runs.shape[1]))
     hull = runs.min(axis=0), runs.max(axis=0)
@@ -76,7 +82,7 @@ def test_smooth_responses_are_resolved_with_an_error_that_is_not_too_small(funct
     z = np.stack(np.meshgrid(np.linspace(-1, 1, 41), [-1.0, 0.2, 1.0]), axis=-1).reshape(-1, 2)
     values = surrogate.evaluate({name: MIDDLE[name] + HALF[name] * z[:, i] for i, name in enumerate(PLANE)})
     worst = np.abs(values - plane(z)).max()
-    assert fit_error(surrogate, nodes, runs, nominal)[0] >= 0.99 * worst - 1e-14
+    assert fit_error(surrogate, nodes, runs, nominal[None], middle_of(PLANE))[0] >= 0.99 * worst - 1e-14
 
 
 def test_bounds_range_is_the_default_and_never_wider_than_equation_31():

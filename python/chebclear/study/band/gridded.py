@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -41,7 +42,8 @@ def grid_bands(
     outputs : sequence of str
         Names of the outputs.
     values : ndarray, shape (runs + 1, samples, outputs)
-        All outputs of all runs in their units, the nominal run last.
+        All outputs of all runs in their units: those of the grid, then those beside it that check the
+        polynomials, the nominal run last.
     intervals : dict of str to Interval
         Interval of each parameter [SI units].
     parameters : ndarray, shape (runs, parameters)
@@ -57,24 +59,32 @@ def grid_bands(
     at : ndarray or None
         Parameters of the nominal run [SI units]; the midpoints if None.
     missing : sequence of int
-        Numbers of the runs of the grid that are not among the values.
+        Numbers of the runs, of the grid first, that are not among the values.
 
     Raises
     ------
     ValueError
         If an output is not finite, or too few runs are left for a polynomial.
     """
-    holes = None if degrees is None or not missing else fit_holes(nodes, degrees, missing)
+    whole = len(parameters) + len(missing) if degrees is None else math.prod(nodes)
+    lost = [number for number in missing if number < whole]
+    holes = fit_holes(nodes, degrees, lost) if degrees is not None and lost else None
+    count = whole - len(lost)
+    nominal_point = [side.nominal for side in intervals.values()] if at is None else at
+    places = np.vstack([parameters[count:], nominal_point])
+    unknown = len(missing) / (len(missing) + len(parameters))
+    if len(missing) > len(lost) and count == len(parameters):
+        unknown = 1.0  # nothing has checked the polynomials beside their grid
     lowest, highest = extremes(values)
     inner = extremes(values[:-1]) if degrees is None else None
     bands = {}
     for index, name in enumerate(outputs):
-        runs = grid = values[:-1, :, index]
-        nominal = values[-1, :, index]
+        runs, nominal = values[:-1, :, index], values[-1, :, index]
+        grid = runs[:count]
         surrogate = None
         if degrees is not None:
             if holes is not None:
-                grid = holes.filled(runs)
+                grid = holes.filled(grid)
             surrogate = Surrogate.fit(intervals, nodes, degrees, grid)
             if not np.all(np.isfinite(surrogate.terms)):
                 raise ArgumentError(f"{name} is not finite in every run: no polynomial can be fitted to it")
@@ -88,7 +98,8 @@ def grid_bands(
             lower, upper = surrogate.bounds(bounds, threads)
         hull = lowest[:, index], highest[:, index]
         width = float(np.mean(hull[1] - hull[0]))
-        verdict, margin = judged(surrogate, nodes, grid, nominal, width, at, holes)
+        others = values[count:, :, index]
+        verdict, margin = judged(surrogate, nodes, grid, others, places, width, holes, unknown)
         bands[name] = Band(
             name=name,
             t=t,

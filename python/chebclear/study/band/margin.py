@@ -73,8 +73,8 @@ def percent(share: float) -> str:
 def far_off(surrogate: Surrogate, points: Array, runs: Array, hull: tuple[Array, Array]) -> Array:
     """Residual of a polynomial at runs over the width of their hull, 0 where it is small, shape (samples,).
 
-    A polynomial with as many terms as nodes of a grid passes through all of them: their errors when they are
-    left out count instead.
+    A polynomial with as many terms as nodes of a grid, which come first, passes through all of them: their
+    errors when they are left out count instead.
 
     Parameters
     ----------
@@ -91,25 +91,27 @@ def far_off(surrogate: Surrogate, points: Array, runs: Array, hull: tuple[Array,
     width = np.maximum(width, np.mean(width))
     at = dict(zip(surrogate.intervals, points.T, strict=True))
     nodes = [degree + 1 for degree in surrogate.degrees]
-    interpolates = _on_grid(surrogate, nodes, points)
-    off = np.zeros(len(width))
+    count = math.prod(nodes) if _on_grid(surrogate, nodes, points) else 0
+    off, left_out = np.zeros((2, len(width)))
     for block in time_blocks(*runs.shape):
-        if interpolates:
-            off[block] = left_out_error(surrogate.degrees, nodes, runs[:, block])
-            continue
+        if count:
+            left_out[block] = left_out_error(surrogate.degrees, nodes, runs[:count, block])
         part = replace(surrogate, terms=np.ascontiguousarray(surrogate.terms[:, block]))
         off[block] = np.max(np.abs(part.evaluate(at) - runs[:, block]), axis=0, initial=0.0)
-    relative: Array = np.divide(off, width, out=np.zeros_like(off), where=width > 0.0)
-    return np.where(relative > (_FAR_OFF_LEFT_OUT if interpolates else _FAR_OFF), relative, 0.0)
+    found = np.zeros(len(width))
+    for misses, least in ((off, _FAR_OFF), (left_out, _FAR_OFF_LEFT_OUT)):
+        relative = np.divide(misses, width, out=np.zeros_like(misses), where=width > 0.0)
+        found = np.maximum(found, np.where(relative > least, relative, 0.0))
+    return found
 
 
 def _on_grid(surrogate: Surrogate, nodes: list[int], points: Array) -> bool:
-    """Whether points are the Chebyshev grid of so many nodes."""
+    """Whether the first points are the Chebyshev grid of so many nodes."""
     # Counted first: the grid of a polynomial of many parameters is large.
-    if len(points) != math.prod(nodes):
+    if len(points) < math.prod(nodes):
         return False
     grid = chebyshev_grid(list(surrogate.intervals.values()), nodes)
-    own, wanted = (on_cube(surrogate.intervals, each) for each in (points, grid))
+    own, wanted = (on_cube(surrogate.intervals, each) for each in (points[: len(grid)], grid))
     return bool(np.max(np.abs(own - wanted)) < _SAME_POINT)
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ...base import files as records
 from ...errors import ArgumentError
+from ..polynomials.points import even_points
 
 Array = NDArray[np.float64]
 
@@ -160,16 +161,6 @@ def legendre_terms(points: Array, powers: NDArray[np.int64], derivative: int | N
         table = norms * (slopes if axis == derivative else values)
         terms *= table[powers[:, axis], :, axis].T
     return terms
-
-
-def even_points(count: int, parameters: int) -> Array:
-    """Points that fill the cube [-1, 1]^k evenly, shape (points, parameters): multiples of the powers of a
-    root of x^(k + 1) = x + 1, modulo 1."""
-    root = 2.0
-    for _ in range(60):
-        root = (1.0 + root) ** (1.0 / (parameters + 1))
-    steps = root ** -np.arange(1.0, parameters + 1.0)
-    return 2.0 * ((0.5 + np.arange(1, count + 1)[:, None] * steps) % 1.0) - 1.0
 
 
 def fits_of(points: Array) -> list[_Fit]:

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.random import Generator, default_rng
 from numpy.typing import NDArray
 
+from ..polynomials.points import even_points
 from .effects import (
     LEAST_FREE,
     REPLICATES,
     Estimate,
     Model,
     ends_of,
-    even_points,
     fits_of,
     left_out,
     legendre_terms,

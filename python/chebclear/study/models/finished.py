@@ -142,6 +142,12 @@ class FinishedRuns:
             nominal_parameters=stand_in,
         )
 
+    def beside(self, grid: Array) -> Array:
+        """Parameters of the runs but the nominal one that are at none of the points."""
+        wanted = self._on_cube(grid)
+        away = [np.max(np.abs(wanted - point), axis=1).min() for point in self._on_cube(self.points)]
+        return np.asarray(self.points[np.array(away) > _SAME_POINT])
+
     def _rows(self, points: Array) -> list[int] | None:
         """The rows of `points` if these are the runs but the nominal one, in order, or the first of them.
 

@@ -194,7 +194,8 @@ def _lower_degree(result: Any) -> list[Block]:
     degrees = tuple(max(1, degree - 1) for degree in result.degrees)
     rows: list[list[Cell]] = []
     for name, band in result.bands.items():
-        lower, upper = Surrogate.fit(result.intervals, result.nodes, degrees, band.runs).bounds(result.bounds)
+        grid = band.runs[: math.prod(result.nodes)]
+        lower, upper = Surrogate.fit(result.intervals, result.nodes, degrees, grid).bounds(result.bounds)
         error = "-" if math.isnan(band.margin.error) else f"{100.0 * band.margin.error:.2g} %"
         rows.append([name, *_widths(upper - lower, band), error])
     less, own = (" x ".join(map(str, each)) for each in (degrees, result.degrees))
@@ -208,7 +209,8 @@ def _lower_degree(result: Any) -> list[Block]:
     caption = (
         "One degree less on the same runs; the error is that at runs left out, over the width of the runs"
     )
-    fewer, more = (math.prod(nodes + step for nodes in result.nodes) + 1 for step in (-1, 1))
+    beside = len(result.parameters) + 1 - math.prod(result.nodes)
+    fewer, more = (math.prod(nodes + step for nodes in result.nodes) + beside for step in (-1, 1))
     text = (
         f"A degree less would need {fewer} runs in place of {len(result.parameters) + 1}, one more "
         f"{more}. Where the width hardly changes and the error is small, the degree is high enough. "
