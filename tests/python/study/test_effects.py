@@ -382,7 +382,7 @@ class TestStudy:
         for row in ranking:
             effect = 1.0 - halved[row.parameter] / whole
             assert row.narrowing.lower <= effect <= row.narrowing.upper
-            assert row.narrowing.upper - row.narrowing.lower < 0.35
+            assert row.narrowing.upper - row.narrowing.lower < 0.4
             assert row.narrowing.value == pytest.approx(effect, abs=0.1)
 
     def test_a_normal_parameter_is_said_to_be_taken_as_uniform(self, tmp_path):
@@ -448,12 +448,13 @@ class TestStudy:
 
     def test_what_does_not_help_is_said(self):
         random = np.random.default_rng(0)
-        points = random.uniform(0.0, 2.0, (161, 2))
-        values = (0.3 * points[:, 0] + random.normal(size=161))[:, None, None]
+        points = random.uniform(0.0, 2.0, (641, 2))
+        values = (0.3 * points[:, 0] + random.normal(size=641))[:, None, None]
         sides = {"gap": cc.interval(0.0, 2.0), "rod": cc.interval(0.0, 2.0)}
         table = cc.FeatureTable(("peak",), values, values[0], sides, points, True)
         ranking = table["peak"].ranking()
-        assert ranking.scatter.lower > 0.8
+        # Waves that so many runs do not resolve would look the same.
+        assert ranking.scatter.value > 0.9 and ranking.scatter.lower == 0.0
         assert any(
             line.startswith("tightening rod does not help: 9")
             and "scatter that no parameter explains" in line

@@ -34,8 +34,8 @@ REPLICATES = 200
 """Number of resampled sets of runs."""
 # Number of points of the box at which slopes are evaluated.
 _POINTS = 256
-# Largest share of the unexplained variance that may belong to any parameter; more is reported as scatter.
-_MISSED = 0.01
+# Largest error of the shares by that; resampled residuals show what is larger.
+_MOVED = 0.01
 # Largest size of values, whose square is a number still.
 _LARGEST = 1e150
 # Relative difference of the runs that counts as rounding.
@@ -244,20 +244,20 @@ def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) 
     variances = np.maximum(models[0].variances, 0.0)
     total = float(variances.sum())
     shares = variances / total if total > 0.0 else variances
-    ranges, tops = [], []
+    ranges = []
     for model in models:
         totals = model.resampled.sum(axis=0)
         # Not limited to 0 and 1 before the ends are taken.
         ranges.append(ends_of(model.resampled / np.where(totals > 0.0, totals, math.inf)))
-        tops.append(_highest_share(model))
     lower: Array = np.stack([low for low, _ in ranges]).min(axis=0)
     upper: Array = np.stack([high for _, high in ranges]).max(axis=0)
-    missed, bent = missed_part(models[0], values), unexplained(models)
-    lower[:-1] -= missed
-    upper[:-1] += missed + bent
-    # Higher degrees are assumed to explain no more than the highest one.
-    lower[-1] = min(float(low[-1]) - top for (low, _), top in zip(ranges, tops, strict=True))
-    lower[-1] = 0.0 if bent > 0.0 else lower[-1]
+    missed = missed_share(models[0], values)
+    # What is missed is part of what any parameter gives. Of a smooth response, it moves the other terms too.
+    moved = min(_MOVED, math.sqrt(missed))
+    lower[:-1] -= moved
+    upper[:-1] += missed + moved
+    # What differs between the cycles of one run is not that of the parameters.
+    lower[-1] = min(float(lower[-1]), float(np.mean(np.var(values, axis=1))) / total if total > 0.0 else 0.0)
     lower, upper = np.clip(lower, 0.0, shares), np.clip(upper, shares, 1.0)
     estimates = [Estimate(*map(float, row)) for row in zip(shares, lower, upper, strict=True)]
     signs = [_certain_signs(model, points.shape[1]) for model in models]
@@ -369,22 +369,15 @@ def _model(fit: _Fit, points: Array, values: Array, seed: int) -> Model:
     )
 
 
-def missed_part(model: Model, values: Array) -> float:
-    """Possible error of the shares by a smooth part that the polynomial does not represent: its leave-one-out
-    error over the standard deviation."""
-    total = float(np.maximum(model.variances, 0.0).sum())
-    error = float(np.mean(left_out(model.fit, values.mean(axis=1)) ** 2))
-    return min(_MISSED, math.sqrt(error / total)) if total > 0.0 else 0.0
+def missed_share(model: Model, values: Array) -> float:
+    """Share of the variance that the polynomial misses at runs that it was made without, at most all of it.
 
-
-def unexplained(models: list[Model]) -> float:
-    """Possible error of the shares where the runs allow no parabolas: scatter may be what bends, of any
-    parameter."""
-    if int(models[-1].fit.powers.sum(axis=1).max()) > 1:
+    It may be scatter, or what a higher degree would give to any parameter.
+    """
+    if is_constant(values):
         return 0.0
-    variances = np.maximum(models[0].variances, 0.0)
-    total = float(variances.sum())
-    return float(variances[-1]) / total if total > 0.0 else 0.0
+    error = float(np.mean(left_out(model.fit, values.mean(axis=1)) ** 2))
+    return min(1.0, error / float(np.var(values)))
 
 
 def _variances(fit: _Fit, terms: Array, means: Array, within: Array) -> Array:
@@ -396,16 +389,6 @@ def _variances(fit: _Fit, terms: Array, means: Array, within: Array) -> Array:
     groups = [alone & active[:, axis] for axis in range(fit.powers.shape[1])]
     groups.append(active.sum(axis=1) > 1)
     return np.array([*(squares[group].sum(axis=0) for group in groups), noise + within])
-
-
-def _highest_share(model: Model) -> float:
-    """Share of the variance that the terms of the highest degree explain."""
-    total = float(model.variances.sum())
-    order = model.fit.powers.sum(axis=1)
-    highest = order == order.max()
-    noise = float(model.variances[-1])
-    found = float(np.sum(model.terms[highest] ** 2 - noise * model.fit.spread[highest]))
-    return max(found, 0.0) / total if total > 0.0 else 0.0
 
 
 def _certain_signs(model: Model, parameters: int) -> list[int]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..polynomials.points import even_points
 from .effects import (
+    CONFIDENCE,
     LEAST_FREE,
     REPLICATES,
     Estimate,
@@ -20,9 +21,8 @@ from .effects import (
     fits_of,
     left_out,
     legendre_terms,
-    missed_part,
+    missed_share,
     models_of,
-    unexplained,
 )
 
 Array = NDArray[np.float64]
@@ -75,14 +75,48 @@ def find_narrowing(
     found = [_narrowed(model, points, nominal, seed) for model in models]
     effect = found[0][0]
     ranges = [ends_of(again) for _, again in found]
-    beyond = missed_part(models[0], values) + _POINTS_ERROR + unexplained(models)
     # What the last degree changed is about what the next one would.
     last = 0.0 if below is None else _OF_LAST * np.abs(_narrowed(below, points, nominal, seed)[0] - effect)
-    lower = np.minimum(np.min([low for low, _ in ranges], axis=0) - beyond - last, effect)
-    upper = np.minimum(np.max([high for _, high in ranges], axis=0) + beyond + last, 1.0)
-    upper = np.maximum(upper, effect)
+    lower = np.min([low for low, _ in ranges], axis=0) - _POINTS_ERROR - last
+    upper = np.max([high for _, high in ranges], axis=0) + _POINTS_ERROR + last
+    # By the deviation of what the polynomial misses it may be wrong, as far as the runs themselves allow.
+    missed = math.sqrt(missed_share(models[0], values))
+    least, most = _of_runs(points, values, nominal, seed)
+    lower = np.minimum(lower, np.maximum(lower - missed, least))
+    upper = np.maximum(upper, np.minimum(upper + missed, most))
+    lower, upper = np.minimum(lower, effect), np.maximum(np.minimum(upper, 1.0), effect)
     rows = zip(effect, lower, upper, strict=True)
     return {name: Estimate(*map(float, row)) for name, row in zip(names, rows, strict=True)}
+
+
+def _of_runs(points: Array, values: Array, nominal: Array, seed: int) -> tuple[Array, Array]:
+    """Ends of the intervals of the narrowing by the runs in the halved box alone, shape (parameters,).
+
+    Without a model they are wide: some runs show little of the tails, and half of them less.
+    """
+    runs, cycles = values.shape
+    random = default_rng([seed, 2])
+    order = np.argsort(values, axis=None)
+    ordered = values.ravel()[order]
+    # How often each run is in each of the resampled sets, then for each of its cycles in the order of values.
+    counts = random.multinomial(runs, np.full(runs, 1.0 / runs), size=REPLICATES).T
+    counts = np.repeat(counts, cycles, axis=0)[order]
+
+    def widths(inside: NDArray[np.bool_]) -> Array:
+        among = np.cumsum(counts * np.repeat(inside, cycles)[order, None], axis=0)
+        found = [ordered[np.argmax(among >= share * among[-1], axis=0)] for share in _ENDS]
+        return np.where(among[-1] > 0, found[1] - found[0], math.nan)
+
+    whole = widths(np.ones(runs, dtype=bool))
+    halved = np.array(
+        [widths(np.abs(2.0 * points[:, axis] - nominal[axis]) <= 1.0) for axis in range(len(nominal))]
+    )
+    narrowing = 1.0 - halved / np.where(whole > 0.0, whole, math.nan)
+    ends = [0.5 - 0.5 * CONFIDENCE, 0.5 + 0.5 * CONFIDENCE]
+    with np.errstate(invalid="ignore"):
+        known = np.isfinite(narrowing).any(axis=1)
+        found = np.nanquantile(np.where(known[:, None], narrowing, 0.0), ends, axis=1)
+    return np.where(known, found[0], -math.inf), np.where(known, found[1], math.inf)
 
 
 class _Scatter(NamedTuple):
