@@ -21,8 +21,7 @@ from .effects import (
     fits_of,
     left_out,
     legendre_terms,
-    missed_share,
-    models_of,
+    model_of,
 )
 
 Array = NDArray[np.float64]
@@ -49,9 +48,6 @@ _UNEVEN = 0.2
 _TELLING = 0.05
 # Dimensions in which neighbors are near enough.
 _FEW = 2
-# Error by the degrees that the runs do not allow, over what the last one changed. With it all of 40 studies
-# of 41 runs hold the effects on exp(2 a + b), 1 / (1.3 + a) and 1 / (2.5 + a + b), without it 75 to 82 %.
-_OF_LAST = 0.5
 # Least size of the scatter at a point, over the root of its mean square.
 _LEAST_SIZE = 0.1
 # Part of the values in the interval of a feature whose width is compared.
@@ -70,17 +66,16 @@ def find_narrowing(
     The scatter may be of any size and shape in any part of the box. Parameters and errors are those of
     `find_effects`.
     """
-    models, _, below = models_of(points, values, seed)
+    model = model_of(points, values, seed)
     nominal = np.zeros(points.shape[1]) if nominal is None else nominal
-    found = [_narrowed(model, points, nominal, seed) for model in models]
-    effect = found[0][0]
-    ranges = [ends_of(again) for _, again in found]
-    # What the last degree changed is about what the next one would.
-    last = 0.0 if below is None else _OF_LAST * np.abs(_narrowed(below, points, nominal, seed)[0] - effect)
-    lower = np.min([low for low, _ in ranges], axis=0) - _POINTS_ERROR - last
-    upper = np.max([high for _, high in ranges], axis=0) + _POINTS_ERROR + last
-    # By the deviation of what the polynomial misses it may be wrong, as far as the runs themselves allow.
-    missed = math.sqrt(missed_share(models[0], values))
+    effect, resampled = _narrowed(model, points, nominal, seed)
+    lower, upper = ends_of(resampled)
+    lower, upper = lower - _POINTS_ERROR, upper + _POINTS_ERROR
+    # By the interval of what the polynomial misses it may be wrong, as far as the runs themselves allow.
+    missed, whole = (
+        float(np.ptp(np.quantile(some, _ENDS))) for some in (left_out(model.fit, values.mean(axis=1)), values)
+    )
+    missed = missed / whole if whole > 0.0 else 0.0
     least, most = _of_runs(points, values, nominal, seed)
     lower = np.minimum(lower, np.maximum(lower - missed, least))
     upper = np.maximum(upper, np.minimum(upper + missed, most))
@@ -102,20 +97,18 @@ def _of_runs(points: Array, values: Array, nominal: Array, seed: int) -> tuple[A
     counts = random.multinomial(runs, np.full(runs, 1.0 / runs), size=REPLICATES).T
     counts = np.repeat(counts, cycles, axis=0)[order]
 
-    def widths(inside: NDArray[np.bool_]) -> Array:
+    def widths(inside: NDArray[np.intp]) -> Array:
         among = np.cumsum(counts * np.repeat(inside, cycles)[order, None], axis=0)
         found = [ordered[np.argmax(among >= share * among[-1], axis=0)] for share in _ENDS]
         return np.where(among[-1] > 0, found[1] - found[0], math.nan)
 
-    whole = widths(np.ones(runs, dtype=bool))
-    halved = np.array(
-        [widths(np.abs(2.0 * points[:, axis] - nominal[axis]) <= 1.0) for axis in range(len(nominal))]
-    )
+    whole = widths(np.ones(runs, dtype=np.intp))
+    inside = (np.abs(2.0 * points - nominal) <= 1.0).astype(np.intp)
+    halved = np.array([widths(column) for column in inside.T])
     narrowing = 1.0 - halved / np.where(whole > 0.0, whole, math.nan)
     ends = [0.5 - 0.5 * CONFIDENCE, 0.5 + 0.5 * CONFIDENCE]
-    with np.errstate(invalid="ignore"):
-        known = np.isfinite(narrowing).any(axis=1)
-        found = np.nanquantile(np.where(known[:, None], narrowing, 0.0), ends, axis=1)
+    known = np.asarray(np.all(np.isfinite(narrowing), axis=1))
+    found = np.quantile(np.where(known[:, None], narrowing, 0.0), ends, axis=1)
     return np.where(known, found[0], -math.inf), np.where(known, found[1], math.inf)
 
 
