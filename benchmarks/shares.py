@@ -6,8 +6,8 @@ weight of a wing (Forrester, Sobester and Keane 2008), all with uniform paramete
 
     python benchmarks/shares.py [seeds]
 
-prints the share of the intervals that hold the truth, pooled over the parameters and for the worst of them, and
-in how many studies there were too few runs for any. True shares are those of conditional means, by Gauss
+prints the share of the intervals that hold the truth, pooled over the parameters and for the worst of them,
+and in how many studies there were too few runs for any. True shares are those of conditional means, by Gauss
 quadrature in one parameter and 2^14 Sobol' points in the others; 0.001 is allowed for their error.
 """
 
