@@ -108,13 +108,21 @@ fn close_nearest(
     let closing = Closing::new(dynamics, scene, conditions, &guess, length);
     let loops = &closing.loops;
     let unknowns = closing.unknowns(&q);
-    if closes(residual) && loops.is_certainly_nearest(&unknowns) {
-        return Ok((q, None));
-    }
-    let found = loops.search(&unknowns);
     let first = loops.assembly(&unknowns);
     // Where a mechanism can move, Newton's method ends beside the nearest point.
-    let settled = closes(residual).then(|| loops.settled(&unknowns)).flatten();
+    let settle = || closes(residual).then(|| loops.settled(&unknowns)).flatten();
+    if closes(residual) && loops.is_certainly_nearest(&unknowns) {
+        let nearer = if loops.can_move() { settle() } else { None };
+        if let Some(nearer) = nearer.filter(|nearer| !first.is_about_as_near_as(nearer)) {
+            let mut at = closing.coordinates(&nearer.unknowns);
+            if closes(close_positions(dynamics, conditions, &mut at, length)) {
+                return Ok((at, None));
+            }
+        }
+        return Ok((q, None));
+    }
+    let settled = settle();
+    let found = loops.search(&unknowns);
     let mut ways: Vec<(Assembly, Vec<f64>)> = Vec::new();
     for way in found {
         let is_first = first.is_about_as_near_as(&way)

@@ -163,6 +163,17 @@ impl VectorLoops {
         turns.chain(unknowns[self.turns()..].iter().copied()).collect()
     }
 
+    /// Whether the loops leave unknowns free.
+    pub(super) fn can_move(&self) -> bool {
+        self.in_loops().len() > 2 * self.constants.len()
+    }
+
+    /// The unknowns that change a loop.
+    fn in_loops(&self) -> Vec<usize> {
+        let changes = |unknown: &usize| (0..self.constants.len()).any(|one| self.depends(one, *unknown));
+        (0..self.count()).filter(changes).collect()
+    }
+
     /// Whether no other assembly can be nearer than this one, nor about as near.
     ///
     /// Let J be the derivative where the angles are those that are wanted. In a ball around these of radius ρ, the
@@ -188,8 +199,7 @@ impl VectorLoops {
             return false;
         }
         let jacobian = self.jacobian(&at);
-        let matter = |unknown: &usize| (0..self.constants.len()).any(|one| self.depends(one, *unknown));
-        let unsettled = jacobian.select_columns(&(0..self.count()).filter(matter).collect::<Vec<_>>());
+        let unsettled = jacobian.select_columns(&self.in_loops());
         if unsettled.is_empty() {
             return true;
         }
