@@ -3,6 +3,7 @@
 import math
 
 import chebclear as cc
+import numpy as np
 import pytest
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
@@ -87,3 +88,37 @@ def test_a_branch_that_only_runs_inside_the_box_take_is_refused_too():
     study.scan(2)
     with pytest.raises(cc.SceneError, match=r"height = 0\.375.*branch.*another side"):
         study.scan(5)
+
+
+def guessed(x, guesses=(0.0, 0.0)):
+    """Two bars of 0.5 m from the origin to (x, 0): the first stands at arccos(x) or at its negative."""
+    bars = [
+        cc.Body(name, 1.0, 0.1, points={"P": (0.0, 0.0), "Q": (0.5, 0.0)}, angle=angle)
+        for name, angle in zip("ab", guesses, strict=True)
+    ]
+    pins = [
+        cc.Revolute("left", "ground.O", "a.P"),
+        cc.Revolute("middle", "a.Q", "b.P"),
+        cc.Revolute("right", "b.Q", "block"),
+        cc.Prismatic("guide", "ground.G", "block", axis=(1.0, 0.0)),
+    ]
+    push = cc.Motion("push", "guide", cc.Polynomial((0.0, 0.01)))
+    return cc.Scene(
+        [*bars, cc.Body("block", 1.0, 0.1)], pins, drives=[push], ground={"O": (0.0, 0.0), "G": (x, 0.0)}
+    )
+
+
+def test_two_ways_that_are_equally_near_are_told_and_a_study_takes_one():
+    said = guessed(0.4).check().warnings
+    assert any("equally near" in warning for warning in said)
+    result = cc.Study(guessed, {"x": cc.interval(0.3, 0.5)}, ["a.angle"], **TIME).sample(40)
+    angles = result.values("a.angle")[:, 0]
+    side = math.copysign(1.0, result["a.angle"].nominal[0])
+    assert angles == pytest.approx(side * np.arccos(result.parameters[:, 0]), abs=1e-9)
+
+
+@pytest.mark.parametrize("lean", [1.1, 30.0, -20.0])
+def test_guesses_far_from_the_way_they_choose_are_enough(lean):
+    lean = math.radians(lean)
+    angle = guessed(0.4, (lean, -lean)).check().poses[0][2]
+    assert angle == pytest.approx(math.copysign(math.acos(0.4), lean), abs=1e-9)
