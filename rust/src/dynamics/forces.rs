@@ -8,14 +8,18 @@ use crate::tree::kinematics::{Vec2, perp, rotated};
 /// Force of a spring or damper on its second point, where `e` is the vector from the first to the second
 /// point and `rate` its rate.
 ///
-/// Between points that coincide, a damper or a spring with a natural length has no direction: the force is
-/// NaN.
+/// Where only rounding errors keep the points apart, the force of a spring with a natural length has no
+/// direction: it is NaN. A damper has none there either, and does not act.
 #[inline]
 fn force_of<S: Scalar>(link: &Link, e: [S; 2], rate: [S; 2]) -> [S; 2] {
+    let isotropic = || e.map(|component| component * -link.stiffness);
     if link.length == 0.0 && link.damping == 0.0 {
-        return e.map(|component| component * -link.stiffness);
+        return isotropic();
     }
     let length = (e[0] * e[0] + e[1] * e[1]).sqrt();
+    if length.value() <= link.indistinct {
+        return if link.length == 0.0 { isotropic() } else { e.map(|_| S::constant(f64::NAN)) };
+    }
     let inverse = S::constant(1.0) / length;
     let normal = e.map(|component| component * inverse);
     let lengthening = rate[0] * normal[0] + rate[1] * normal[1];
@@ -76,7 +80,7 @@ impl Dynamics<'_> {
         let [a, b] = link.points.map(|point| self.point(point));
         let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
         let length = e.norm();
-        [length, if length > 0.0 { rate.dot(&e) / length } else { 0.0 }]
+        [length, if length > link.indistinct { rate.dot(&e) / length } else { 0.0 }]
     }
 
     /// Force of a spring or damper on its second point [N].

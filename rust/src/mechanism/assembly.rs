@@ -9,10 +9,10 @@ use crate::mechanism::branch::differs;
 use crate::mechanism::conditions::{Conditions, column_units};
 use crate::mechanism::immovable::no_acceleration;
 use crate::mechanism::nearest::{Assembly, EQUAL};
-use crate::mechanism::scales::{contact_scales, length_scale, levers, speed_from_rest, speed_scale};
+use crate::mechanism::scales::{contact_scales, levers, speed_from_rest, speed_scale};
 use crate::mechanism::vector_loops::{Closing, given_angle};
 use crate::numerics::turns::unwind;
-use crate::scene::parts::{Scene, Start};
+use crate::scene::parts::{Scene, Start, length_scale};
 use crate::tree::elements::{Realization, Scales, State, Tree};
 use crate::tree::kinematics::FrameKind;
 

@@ -1,24 +1,8 @@
 //! Scales of a mechanism for error control; all follow from the scene, none is absolute.
 
 use crate::dynamics::Dynamics;
-use crate::scene::parts::{Joint, Scene, extent};
 use crate::tree::elements::{ClearanceJoint, ContactScales, FrameInertia, Tree};
 use crate::tree::kinematics::{FrameKind, Vec2};
-
-/// Length scale [m]: the largest distance between two points of a body, or of ground; the radius of a joint
-/// if all points coincide; 1 m in a scene without any length.
-pub(crate) fn length_scale(scene: &Scene) -> f64 {
-    let mut length = extent(scene.ground.iter().map(|point| point.position));
-    for body in &scene.bodies {
-        length = length.max(body.extent());
-    }
-    for joint in &scene.joints {
-        if let Joint::Clearance { journal_radius, .. } = joint {
-            length = length.max(*journal_radius);
-        }
-    }
-    if length > 0.0 { length } else { 1.0 }
-}
 
 /// Speed scale [m/s], the largest of: the speed of points at the start, that of the drives at the size of the
 /// mechanism, that of a free fall over this size, and those that applied forces and torques give the total

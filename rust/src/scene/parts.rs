@@ -80,6 +80,21 @@ pub(crate) fn extent(points: impl Iterator<Item = [f64; 2]>) -> f64 {
     points.iter().enumerate().map(from).fold(0.0, f64::max)
 }
 
+/// Length scale [m]: the largest distance between two points of a body, or of ground; the radius of a joint
+/// if all points coincide; 1 m in a scene without any length.
+pub(crate) fn length_scale(scene: &Scene) -> f64 {
+    let mut length = extent(scene.ground.iter().map(|point| point.position));
+    for body in &scene.bodies {
+        length = length.max(body.extent());
+    }
+    for joint in &scene.joints {
+        if let Joint::Clearance { journal_radius, .. } = joint {
+            length = length.max(*journal_radius);
+        }
+    }
+    if length > 0.0 { length } else { 1.0 }
+}
+
 /// A joint between two points.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Joint {

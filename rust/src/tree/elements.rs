@@ -181,6 +181,9 @@ pub struct Link {
     pub length: f64,
     /// Damping [N s/m].
     pub damping: f64,
+    /// Distance of its ends up to which rounding errors of their positions decide its direction [m]; zero if
+    /// its force needs no direction.
+    pub indistinct: f64,
 }
 
 impl Link {

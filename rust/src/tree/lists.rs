@@ -2,13 +2,16 @@
 //! bodies.
 
 use crate::contact::clearance::ClearanceLaw;
-use crate::scene::parts::{Force, ForceFrame, Joint, JointKind};
+use crate::scene::parts::{Force, ForceFrame, Joint, JointKind, length_scale};
 use crate::tree::elements::{
     AppliedForce, AppliedTorque, BodyPlacement, ClearanceJoint, Closure, DrivenCoordinate, FrameInertia,
     IdealJoint, IdealKind, Link, Path, Realization, Torsion, Tree,
 };
 use crate::tree::kinematics::{Frame, Vec2};
 use crate::tree::span::{Builder, Placement};
+
+/// Rounding error of a position relative to the size of the mechanism: some operations along a chain of frames.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// The ideal joints of a scene, in a tree or cut.
 struct IdealJoints {
@@ -152,6 +155,7 @@ impl Builder<'_> {
                 Force::Gravity { acceleration } => tree.gravity += Vec2::from(*acceleration),
                 Force::Spring { name, a, b, stiffness, length, damping } => {
                     let ends = [a, b].map(|reference| self.end(reference));
+                    let directed = *length != 0.0 || *damping != 0.0;
                     tree.links.push(Link {
                         name: name.clone(),
                         points: ends.map(|end| self.place(end)),
@@ -159,6 +163,7 @@ impl Builder<'_> {
                         stiffness: *stiffness,
                         length: *length,
                         damping: *damping,
+                        indistinct: if directed { ROUNDING * length_scale(self.scene) } else { 0.0 },
                     });
                 }
                 Force::TorsionSpring { name, a, b, stiffness, angle, damping } => {

@@ -2,14 +2,14 @@
 
 use chebclear::contact::clearance::SlidingVelocity;
 use chebclear::contact::normal::Damping;
-use chebclear::dynamics::Linearization;
-use chebclear::scene::parts::{Force, ForceFrame};
+use chebclear::dynamics::{Dynamics, Linearization};
+use chebclear::scene::parts::{Force, ForceFrame, JointKind, Scene, Start};
 use nalgebra::{DMatrix, DVector};
 
 use crate::dynamics::cartesian::*;
 use crate::dynamics::constraints::{CartesianConstraint, CartesianState, Equation, cartesian_constraints};
 use crate::dynamics::random_trees::{Case, REGIMES, cases};
-use crate::support::derivative;
+use crate::support::{body, compile, derivative, ideal, point};
 
 #[test]
 fn the_random_mechanisms_cover_what_the_identities_are_for() {
@@ -335,4 +335,41 @@ fn linearization_agrees_with_differences_of_the_accelerations() {
         }
     }
     assert!(grazing < COUNT / 20, "{grazing} cases were left out");
+}
+
+#[test]
+fn a_distance_of_a_rounding_error_gives_a_spring_no_direction() {
+    let block = |length: f64, damping: f64| Scene {
+        bodies: vec![body("block", 1.0, 0.1, [0.0, 0.0], vec![point("P", 0.0, 0.0)])],
+        ground: vec![point("O", 0.0, 0.0), point("far", 1.0, 0.0)],
+        joints: vec![ideal(
+            "guide",
+            "ground.O",
+            "block.P",
+            JointKind::Prismatic { axis: [1.0, 0.0], angle: 0.0 },
+        )],
+        forces: vec![Force::Spring {
+            name: "strut".into(),
+            a: "ground.O".into(),
+            b: "block.P".into(),
+            stiffness: 50.0,
+            length,
+            damping,
+        }],
+        start: vec![Start::Joint { joint: "guide".into(), position: Some(0.2), velocity: Some(0.0) }],
+        ..Scene::default()
+    };
+    let force = |length: f64, damping: f64, position: f64| {
+        let mechanism = compile(&block(length, damping));
+        let mut dynamics = Dynamics::new(&mechanism);
+        dynamics.move_to(0.0, &[position], &[1.0]);
+        dynamics.link_force(&mechanism.links[0]).x
+    };
+    for noise in [2e-18, -1e-16] {
+        assert!(force(0.1, 0.0, noise).is_nan() && force(0.1, 3.0, noise).is_nan());
+        assert_eq!(force(0.0, 3.0, noise), -50.0 * noise);
+        assert_eq!(force(0.0, 0.0, noise), -50.0 * noise);
+    }
+    assert_eq!(force(0.0, 3.0, 0.5), -25.0 - 3.0);
+    assert!((force(0.1, 3.0, -0.5) - (20.0 - 3.0)).abs() < 1e-12);
 }

@@ -440,7 +440,8 @@ impl Plate {
             for step in 0..steps {
                 let [mut low, mut high] =
                     [step, step + 1].map(|step| -PI + TAU * f64::from(step) / f64::from(steps));
-                if !(self.miss(low, side).0 * self.miss(high, side).0 <= 0.0) {
+                let product = self.miss(low, side).0 * self.miss(high, side).0;
+                if product.is_nan() || product > 0.0 {
                     continue;
                 }
                 for _ in 0..60 {

@@ -4,6 +4,7 @@ import dataclasses
 import math
 
 import chebclear as cc
+import numpy as np
 import pytest
 
 SCENE = cc.Scene(
@@ -265,3 +266,20 @@ def test_runs_must_stay_within_their_tables(options):
 def test_wrong_skips(skip):
     with pytest.raises((ValueError, TypeError), match="skip must be"):
         cc.simulate(SCENE, duration=1.0, samples=2, skip=skip)
+
+
+@pytest.mark.parametrize("method", ["auto", "rodas5p", "dop853", "adams"])
+@pytest.mark.parametrize("damping", [0.0, 14.0])
+def test_a_spring_of_length_zero_passes_through_it(method, damping):
+    """x'' + damping x' + 50 x = 0 along a guide through the anchor; damped to 1e-29 m in the end."""
+    bob = cc.Body("bob", mass=1.0, inertia=0.01, points={"P": (0.0, 0.0)})
+    guide = cc.Prismatic("guide", "ground.O", "bob.P", axis=(0.6, 0.8))
+    spring = cc.Spring("spring", "ground.O", "bob.P", 50.0, 0.0, damping)
+    start = cc.JointStart("guide", 0.2, 0.0)
+    scene = cc.Scene([bob], [guide], [spring], ground={"O": (0.0, 0.0), "far": (1.0, 0.0)}, start=[start])
+    run = cc.simulate(scene, duration=10.0, samples=101, rtol=1e-9, method=method)
+    right = 0.2 * np.cos(np.sqrt(50.0) * run.t)
+    if damping:
+        right = 0.2 * np.exp(-7.0 * run.t) * (np.cos(run.t) + 7.0 * np.sin(run.t))
+    assert run.status == "done"
+    assert np.abs(0.6 * run["bob.x"] + 0.8 * run["bob.y"] - right).max() < 1e-6
