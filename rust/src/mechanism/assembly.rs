@@ -94,16 +94,8 @@ fn close_nearest(
     length: f64,
     preferred: &[i8],
 ) -> Result<(Vec<f64>, Option<Problem>), f64> {
-    let tree = dynamics.tree;
-    let guess = initial_guess(tree, scene);
-    let mut q = guess.clone();
-    slide_together(dynamics, conditions, &mut q, length);
-    let mut residual = close_positions(dynamics, conditions, &mut q, length);
-    if residual.is_nan() || residual > CLOSED * length {
-        // From the translated position Newton's method may stall where the initial guess does not.
-        q.copy_from_slice(&guess);
-        residual = close_positions(dynamics, conditions, &mut q, length);
-    }
+    let guess = initial_guess(dynamics.tree, scene);
+    let (q, residual) = close_from(dynamics, conditions, &guess, length);
     let closes = |residual: f64| residual <= CLOSED * length;
     let closing = Closing::new(dynamics, scene, conditions, &guess, length);
     let loops = &closing.loops;
@@ -152,6 +144,24 @@ fn close_nearest(
     let other = ways.iter().find(|(way, _)| loops.differ(way, &taken));
     let warning = other.map(|(_, other)| two_ways(dynamics, scene, &q, other));
     Ok((q, warning))
+}
+
+/// The coordinates at which Newton's method ends from a guess, and the gap [m] that remains.
+fn close_from(
+    dynamics: &mut Dynamics,
+    conditions: &Conditions,
+    guess: &[f64],
+    length: f64,
+) -> (Vec<f64>, f64) {
+    let mut q = guess.to_vec();
+    slide_together(dynamics, conditions, &mut q, length);
+    let mut residual = close_positions(dynamics, conditions, &mut q, length);
+    if residual.is_nan() || residual > CLOSED * length {
+        // From the translated position Newton's method may stall where the initial guess does not.
+        q.copy_from_slice(guess);
+        residual = close_positions(dynamics, conditions, &mut q, length);
+    }
+    (q, residual)
 }
 
 /// Warning that loops close as well in another way, whose coordinates are given, with the body that shows it best.
