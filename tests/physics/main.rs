@@ -66,7 +66,6 @@ mod study {
     mod ranges;
     mod sparse_ranges;
     mod tables;
-    mod tails;
 }
 
 mod gates;

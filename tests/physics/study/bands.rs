@@ -3,9 +3,9 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use chebclear::study::band::calibrate::{Excess, HeldOut, Requirement, Tail, inflation};
 use chebclear::study::band::certify::least_runs;
 use chebclear::study::band::extremes::{Bound, GrowingWindow, NEVER_LEFT_OUT, top_two};
+use chebclear::study::band::held_out::{Excess, HeldOut, Requirement};
 use chebclear::study::band::regression::{Regression, basis, exponents, term_count};
 use chebclear::study::band::running::{Ends, Window, running_maximum, running_mean, running_minimum};
 use chebclear::study::band::{Method, OutputBand};
@@ -76,7 +76,7 @@ fn leave_one_out_extremes_equal_those_without_the_run() {
             .map(|(row, t)| values[row * columns + t])
             .fold(f64::NEG_INFINITY, f64::max)
     };
-    let mut growing = GrowingWindow::new(start, Ends::Cut, 1);
+    let mut growing = GrowingWindow::new(start, Ends::Cut);
     for half in [0, 1, 2, 3, 7, 8, 30, 60] {
         let found = growing.grow(half).to_vec();
         for (at, top) in found.iter().enumerate() {
@@ -96,7 +96,7 @@ fn a_window_between_two_lengths_is_between_their_bounds() {
     let start = top_two(&values, 30, 4, 1);
     let runs: Vec<u32> = start.iter().map(|top| top.run).collect();
     let over = |reach: f64| {
-        Bound::over(Window::new(reach), &mut GrowingWindow::new(start.clone(), Ends::Cut, 1), &runs)
+        Bound::over(Window::new(reach), &mut GrowingWindow::new(start.clone(), Ends::Cut), &runs)
     };
     let (inner, middle, outer) = (over(2.0), over(2.25), over(3.0));
     for at in 0..30 {
@@ -249,18 +249,9 @@ fn excesses(scores: &[(u32, f64)]) -> Vec<Excess> {
     scores.iter().map(|&(run, score)| Excess { run, score }).collect()
 }
 
-/// Level of one bound whose tail is neither heavy nor light, with the mean excess of a study of that bound alone.
-fn level(scores: &[(u32, f64)], requirement: &Requirement) -> f64 {
-    let excesses = excesses(scores);
-    let mean = requirement.mean_excess(excesses.iter());
-    let target = requirement.target([&Tail::USUAL; 2]);
-    inflation(&excesses, mean, target, requirement, &Tail::USUAL)
-}
-
 #[test]
 fn a_band_that_all_runs_keep_is_not_widened() {
-    let requirement = Requirement { coverage: 0.999, runs: 41, block: 1, samples: 721, parameters: 2 };
-    assert_eq!(level(&[], &requirement), 0.0);
+    let requirement = Requirement { coverage: 0.999, runs: 41, block: 1, samples: 721 };
     let held_out = HeldOut::of(&[], &requirement);
     assert_eq!(held_out.coverage, 1.0);
     assert!((held_out.whole_run - 40.0 / 42.0).abs() < 1e-15);
@@ -268,58 +259,11 @@ fn a_band_that_all_runs_keep_is_not_widened() {
 
 #[test]
 fn held_out_runs_are_counted_whole_and_by_samples() {
-    let requirement = Requirement { coverage: 0.5, runs: 49, block: 1, samples: 1000, parameters: 2 };
+    let requirement = Requirement { coverage: 0.5, runs: 49, block: 1, samples: 1000 };
     let left = HeldOut::of(&excesses(&[(47, 2.0), (48, 1.0), (48, 3.0)]), &requirement);
     // 47 runs are inside throughout, one of which is given up.
     assert!((left.whole_run - 46.0 / 50.0).abs() < 1e-15);
     assert!((left.coverage - (1.0 - 3.0 / 49e3)).abs() < 1e-15);
-}
-
-/// Exponential scores of mean 2 for all samples of all runs: the share beyond x is exp(-x / 2).
-fn exponential_scores(runs: usize, samples: usize) -> Vec<(u32, f64)> {
-    let mut random = SplitMix64::new(5);
-    (0..runs * samples).map(|index| ((index / samples) as u32, -2.0 * random.uniform().ln())).collect()
-}
-
-#[test]
-fn exponential_scores_are_met_at_the_share_aimed_at() {
-    let (runs, samples) = (90, 1000);
-    let usual = 0.0625 * (41.0_f64 / runs as f64).cbrt();
-    let mut scores = exponential_scores(runs, samples);
-    scores.iter_mut().for_each(|score| score.1 *= 0.5 * usual);
-    for (coverage, parameters) in [(0.9, 2), (0.99, 2), (0.999, 2), (0.999, 8)] {
-        let requirement = Requirement { coverage, runs, block: 1, samples, parameters };
-        let beyond = (-level(&scores, &requirement) / usual).exp();
-        // 0.42 of what is allowed with two parameters, half of that at either side; less with eight.
-        let aim = 0.21 * (1.0 - coverage) * (2.0 / parameters as f64).powf(0.5 * (41.0_f64 / 90.0).sqrt());
-        assert!((0.9..1.1).contains(&(beyond / aim)), "{coverage}: {beyond} {aim}");
-    }
-}
-
-#[test]
-fn the_excess_of_few_runs_is_drawn_to_the_usual_one() {
-    let found = |runs, block, score: f64| {
-        let requirement = Requirement { coverage: 0.999, runs, block, samples: 721, parameters: 2 };
-        requirement.mean_excess(excesses(&[(0, 0.5 * score), (3, 1.5 * score)]).iter())
-    };
-    for (runs, block, power) in [(8, 1, 0.5), (24, 1, 0.75), (8, 9, 0.75), (72, 1, 0.9)] {
-        let ratio = found(runs, block, 0.32) / found(runs, block, 0.02);
-        assert!((ratio - 16.0_f64.powf(power)).abs() < 1e-12, "{runs} {block}: {ratio}");
-    }
-    assert!((found(41, 1, 0.0625) - 0.0625).abs() < 1e-15);
-    assert!((found(41 * 27, 1, 0.0625 / 3.0) - 0.0625 / 3.0).abs() < 1e-15);
-    let requirement = Requirement { coverage: 0.999, runs: 41, block: 1, samples: 721, parameters: 2 };
-    assert_eq!(requirement.mean_excess([].iter()), 0.0);
-}
-
-#[test]
-fn the_level_does_not_grow_with_the_number_of_samples() {
-    let of = |samples: usize| {
-        let requirement = Requirement { coverage: 0.999, runs: 60, block: 1, samples, parameters: 2 };
-        level(&exponential_scores(60, samples), &requirement)
-    };
-    // The largest score of a run grows by 2 ln 4 = 2.8 in the mean.
-    assert!((of(4000) - of(1000)).abs() < 0.3, "{} {}", of(4000), of(1000));
 }
 
 fn one_band(points: &[f64], parameters: usize, values: &[f64], limits: [f64; 2]) -> OutputBand {
@@ -628,62 +572,4 @@ fn too_few_runs_certify_nothing() {
     let table = Table::new(&points, 1, &values, 2);
     let message = table.band(NONE, 0.9, Method::Certified, None).unwrap_err().message;
     assert!(message.contains("8 runs cannot certify a coverage of 0.9: at least 9 are needed"), "{message}");
-}
-
-#[test]
-fn windows_over_every_second_sample_are_those_of_half_as_many() {
-    let mut random = SplitMix64::new(21);
-    let (rows, columns) = (5, 81);
-    let values: Vec<f64> = (0..rows * columns).map(|_| random.uniform()).collect();
-    for ends in [Ends::Cut, Ends::Joined] {
-        let mut growing = GrowingWindow::new(top_two(&values, columns, rows, 1), ends, 2);
-        for half in [0, 1, 4, 9, 30] {
-            let found = growing.grow(half).to_vec();
-            for phase in 0..2 {
-                // Of a circle the first and the last sample are one: only even ones come round to it.
-                if phase == 1 && ends == Ends::Joined {
-                    continue;
-                }
-                let some: Vec<f64> = values
-                    .chunks_exact(columns)
-                    .flat_map(|row| row.iter().skip(phase).step_by(2).copied())
-                    .collect();
-                let count = some.len() / rows;
-                let mut alone = GrowingWindow::new(top_two(&some, count, rows, 1), ends, 1);
-                let expected = alone.grow(half);
-                for (at, top) in expected.iter().enumerate() {
-                    assert_eq!(found[2 * at + phase], *top, "{ends:?} {half} {phase} {at}");
-                }
-            }
-        }
-    }
-}
-
-#[test]
-fn a_band_hardly_moves_when_the_sampling_step_is_halved() {
-    // Spikes much shorter than a sampling step: twice as many samples see twice as many of them.
-    let (runs, samples) = (41, 1441);
-    let mut random = SplitMix64::new(17);
-    let values: Vec<f64> = (0..runs)
-        .flat_map(|_| {
-            let own = random.uniform();
-            let spiky = |at: usize, random: &mut SplitMix64| {
-                let slow = own * (4e-3 * at as f64).sin();
-                let spike = if random.uniform() < 0.02 { -random.uniform().ln() } else { 0.0 };
-                slow + spike
-            };
-            (0..samples).map(|at| spiky(at, &mut random)).collect::<Vec<_>>()
-        })
-        .collect();
-    let coarse: Vec<f64> =
-        values.chunks_exact(samples).flat_map(|row| row.iter().step_by(2).copied()).collect();
-    let points = random_points(2, 0, runs, 1);
-    let (fine, coarse) = (one_band(&points, 2, &values, NONE), one_band(&points, 2, &coarse, NONE));
-    assert!(fine.polynomial.is_none());
-    let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / 721.0;
-    let width = mean(&mut coarse.upper.iter().zip(&coarse.lower).map(|(upper, lower)| upper - lower));
-    for (fine, coarse) in [(&fine.lower, &coarse.lower), (&fine.upper, &coarse.upper)] {
-        let moved = mean(&mut fine.iter().step_by(2).zip(coarse).map(|(a, b)| (a - b).abs()));
-        assert!(moved < 0.03 * width, "{} of the width", moved / width);
-    }
 }

@@ -72,7 +72,7 @@ fn a_run_is_left_out_with_all_its_revolutions() {
     let mut start = top_two(&values, columns, scored, block);
     let joined = start[0].merge(start[columns - 1]);
     (start[0], start[columns - 1]) = (joined, joined);
-    let mut growing = GrowingWindow::new(start, Ends::Joined, 1);
+    let mut growing = GrowingWindow::new(start, Ends::Joined);
     for half in [0, 1, 2, 5, 11] {
         for (at, top) in growing.grow(half).iter().enumerate() {
             for run in 0..scored {

@@ -13,10 +13,10 @@
 //! the order of the runs: by exchangeability the expectation of L_{N+1}(λ'), hence that of L_{N+1}(λ), is at most
 //! 1 - coverage (the argument of `[AngelopoulosEtAl2024]`, with leave-one-out bands as in `[BarberEtAl2021]`).
 
-use super::calibrate::{Excess, HeldOut, Requirement};
-use super::candidates::{Calibrated, Runs, upside_down};
 use super::extremes::{Bound, GrowingWindow, NEVER_LEFT_OUT, TopTwo, top_two};
+use super::held_out::{Excess, HeldOut, Requirement, Runs};
 use super::running::{Ends, Window, running_mean};
+use super::widened::Widened;
 
 /// The spread is the width of the hull, averaged over this time to either side [durations], plus its mean over all
 /// time times the second factor. The proof holds for any values that are fixed beforehand; factors of 0.1 to 1 differ
@@ -38,7 +38,7 @@ pub fn least_runs(coverage: f64) -> usize {
 
 /// The certified band of the runs, each one row, which must be independent or at least exchangeable; rows that are not
 /// scored always count.
-pub fn certified(runs: &Runs<'_>, requirement: &Requirement) -> Calibrated {
+pub fn certified(runs: &Runs<'_>, requirement: &Requirement) -> Widened {
     let samples = runs.samples;
     let opposite: Vec<f64> = runs.values.iter().map(|value| -value).collect();
     let sides = [top_two(&opposite, samples, runs.scored, 1), top_two(runs.values, samples, runs.scored, 1)];
@@ -61,8 +61,9 @@ pub fn certified(runs: &Runs<'_>, requirement: &Requirement) -> Calibrated {
     };
     let outside: Vec<Excess> = excesses.into_iter().filter(|excess| excess.score > inflation).collect();
     let mean = (outside.len() as f64 / samples as f64 + 1.0) / (runs.scored + 1) as f64;
-    Calibrated {
-        lower: upside_down(bound(0, -runs.limits[0])),
+    Widened {
+        // A bound at zero is 0 and not -0.
+        lower: bound(0, -runs.limits[0]).into_iter().map(|bound| 0.0 - bound).collect(),
         upper: bound(1, runs.limits[1]),
         window: 0.0,
         inflation,
@@ -75,7 +76,7 @@ pub fn certified(runs: &Runs<'_>, requirement: &Requirement) -> Calibrated {
 fn hull(side: &[TopTwo], ends: Ends) -> Bound {
     let window = Window::new(HULL_WINDOW * (side.len() - 1) as f64);
     let labels: Vec<u32> = side.iter().map(|top| top.run).collect();
-    let mut bound = Bound::over(window, &mut GrowingWindow::new(side.to_vec(), ends, 1), &labels);
+    let mut bound = Bound::over(window, &mut GrowingWindow::new(side.to_vec(), ends), &labels);
     // Interpolation is rounded, but no run may be outside.
     bound.all.iter_mut().zip(side).for_each(|(bound, top)| *bound = bound.max(top.first));
     bound

@@ -52,22 +52,21 @@ pub fn top_two(rows: &[f64], columns: usize, scored: usize, block: usize) -> Vec
     top_two
 }
 
-/// The two largest values over windows that grow, of every `stride`-th sample only.
+/// The two largest values over windows that grow.
 #[derive(Clone, Debug)]
 pub struct GrowingWindow {
     half: usize,
     top_two: Vec<TopTwo>,
     ends: Ends,
-    stride: usize,
 }
 
 impl GrowingWindow {
     /// Starts from single instants.
-    pub fn new(top_two: Vec<TopTwo>, ends: Ends, stride: usize) -> Self {
-        Self { half: 0, top_two, ends, stride }
+    pub fn new(top_two: Vec<TopTwo>, ends: Ends) -> Self {
+        Self { half: 0, top_two, ends }
     }
 
-    /// The two largest values over `half` strides to both sides; `half` must not decrease.
+    /// The two largest values over `half` samples to both sides; `half` must not decrease.
     pub fn grow(&mut self, half: usize) -> &[TopTwo] {
         while self.half < half {
             // Three windows side by side leave no gap up to this step.
@@ -78,7 +77,7 @@ impl GrowingWindow {
         &self.top_two
     }
 
-    /// The two largest values over one stride more.
+    /// The two largest values over one sample more.
     pub fn next(&self) -> Vec<TopTwo> {
         self.widened(1)
     }
@@ -87,7 +86,7 @@ impl GrowingWindow {
         let top_two = &self.top_two;
         (0..top_two.len())
             .map(|at| {
-                let [before, after] = self.ends.neighbors(at, step, self.stride, top_two.len());
+                let [before, after] = self.ends.neighbors(at, step, top_two.len());
                 top_two[at].merge(top_two[before]).merge(top_two[after])
             })
             .collect()

@@ -2,26 +2,26 @@
 //! In: values of runs, the points, the required coverage; out: bounds, the method that gave them, and the coverage
 //! of held-out runs. Uses no mechanism; its only threads are those of its own pool.
 
-pub mod calibrate;
-pub mod candidates;
 pub mod certify;
 pub mod extremes;
+pub mod held_out;
 pub mod regression;
 pub mod resolve;
 pub mod running;
 pub mod sparse_range;
+pub mod widened;
 
 use rayon::prelude::*;
 
 use crate::study::chebyshev::GridError;
 use crate::study::pool::{private_pool, thread_count};
 use crate::study::sweep::Monitor;
-use calibrate::{HeldOut, Requirement};
-use candidates::{Calibrated, Runs, calibrated};
 use certify::certified;
+use held_out::{HeldOut, Requirement, Runs};
 use regression::Regression;
 use resolve::{LARGEST_DEGREE, LARGEST_TERM_SHARE, ROUNDING, Resolved, extrapolated, hull, resolved};
 use running::Ends;
+use widened::{Widened, widened};
 
 /// A polynomial that follows the response.
 #[derive(Clone, Debug)]
@@ -115,7 +115,6 @@ pub enum Method {
 #[derive(Clone, Debug)]
 pub struct Design {
     regression: Regression,
-    parameters: usize,
     /// Number of runs.
     rows: usize,
     /// Rows of a run.
@@ -163,16 +162,7 @@ impl Design {
         let rows = points.len() / parameters;
         let terms = largest_term_count(rows);
         let regression = Regression::new(points, parameters, LARGEST_DEGREE, terms, monitor);
-        Ok(regression.map(|regression| Self {
-            regression,
-            parameters,
-            rows,
-            block,
-            ends,
-            scored,
-            coverage,
-            method,
-        }))
+        Ok(regression.map(|regression| Self { regression, rows, block, ends, scored, coverage, method }))
     }
 
     /// The band of one output of values rows x samples with physical `limits`; None if the monitor said no, which is
@@ -212,13 +202,13 @@ impl Design {
 
     /// As [`Design::scaled`], of values of a usual size.
     fn judged(&self, values: &[f64], samples: usize, limits: [f64; 2]) -> OutputBand {
-        let Self { block, ends, scored, coverage, parameters, .. } = *self;
+        let Self { block, ends, scored, coverage, .. } = *self;
         let runs = Runs { values, samples, block, ends, scored, limits };
-        let requirement = Requirement { coverage, runs: scored, block, samples, parameters };
+        let requirement = Requirement { coverage, runs: scored, block, samples };
         match self.method {
             Method::Calibrated => band(&runs, &self.regression, &requirement),
             Method::OfRuns => {
-                lasting(calibrated(&runs, &requirement), &runs, &self.regression, &requirement).into()
+                lasting(widened(&runs, &requirement), &runs, &self.regression, &requirement).into()
             }
             Method::Certified => certified(&runs, &requirement).into(),
         }
@@ -252,7 +242,7 @@ fn band(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> 
     // The error of a polynomial is small in the mean over time, and may be large at some instants.
     let holds = |band: &Resolved| band.held_out.coverage >= requirement.coverage;
     let Some(resolved) = resolved(runs, regression, requirement).filter(holds) else {
-        let band = calibrated(runs, requirement);
+        let band = widened(runs, requirement);
         return lasting(with_corners(band, runs, regression), runs, regression, requirement).into();
     };
     let wide = width(&resolved.lower, &resolved.upper);
@@ -261,7 +251,7 @@ fn band(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> 
     if resolved.error <= TRUSTED_ERROR || wide <= LARGEST_WIDTH_RATIO * width(&lower, &upper) {
         return resolved.into();
     }
-    let calibrated = calibrated(runs, requirement);
+    let calibrated = widened(runs, requirement);
     // For an output that does not vary the calibrated band has no width; that of a polynomial has the width of rounding.
     let rounding: f64 = calibrated.upper.iter().map(|upper| ROUNDING * upper.abs()).sum();
     if wide <= LARGEST_WIDTH_RATIO * width(&calibrated.lower, &calibrated.upper) + rounding {
@@ -274,11 +264,11 @@ fn band(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> 
 /// A calibrated band that knows how long what no polynomial explains lasts in a run. Revolutions of one run show that by
 /// themselves.
 fn lasting(
-    mut band: Calibrated,
+    mut band: Widened,
     runs: &Runs<'_>,
     regression: &Regression,
     requirement: &Requirement,
-) -> Calibrated {
+) -> Widened {
     if runs.block == 1 {
         band.persistence = band.persistence.max(resolve::persistence(runs, regression, requirement));
     }
@@ -286,7 +276,7 @@ fn lasting(
 }
 
 /// A calibrated band that contains the range of the polynomial too, where motions follow one roughly.
-fn with_corners(mut band: Calibrated, runs: &Runs<'_>, regression: &Regression) -> Calibrated {
+fn with_corners(mut band: Widened, runs: &Runs<'_>, regression: &Regression) -> Widened {
     if band.persistence >= ROUGH_PERSISTENCE
         && let Some([lowest, highest]) = extrapolated(runs, regression, LARGEST_ROUGH_ERROR)
     {
@@ -300,8 +290,8 @@ fn width(lower: &[f64], upper: &[f64]) -> f64 {
     upper.iter().zip(lower).map(|(upper, lower)| upper - lower).sum()
 }
 
-impl From<Calibrated> for OutputBand {
-    fn from(band: Calibrated) -> Self {
+impl From<Widened> for OutputBand {
+    fn from(band: Widened) -> Self {
         Self {
             lower: band.lower,
             upper: band.upper,

@@ -1,8 +1,7 @@
 //! Whether a polynomial in the parameters follows an output, and the band that it then gives.
 
-use super::calibrate::{self, Excess, HeldOut, Requirement};
-use super::candidates::Runs;
 use super::extremes::{GrowingWindow, NEVER_LEFT_OUT, TopTwo, top_two};
+use super::held_out::{self, Excess, HeldOut, Requirement, Runs};
 use super::regression::{Regression, exponents};
 use super::running::{Window, running_maximum};
 use super::sparse_range::{COARSE, SparseRange};
@@ -171,7 +170,7 @@ pub fn persistence(runs: &Runs<'_>, regression: &Regression, requirement: &Requi
             furthest.extend([lowest, highest]);
         }
     }
-    calibrate::persistence(furthest.into_iter(), &Requirement { samples: probes, ..*requirement })
+    held_out::persistence(furthest.into_iter(), &Requirement { samples: probes, ..*requirement })
 }
 
 /// The degree with the least error at left-out runs, at some instants; None where no polynomial is nearly good
@@ -350,7 +349,7 @@ fn held_out_excesses(
     lowest: &[f64],
     highest: &[f64],
 ) -> Vec<Excess> {
-    let mut growing = GrowingWindow::new(largest, runs.ends, 1);
+    let mut growing = GrowingWindow::new(largest, runs.ends);
     let margins = growing.grow(window.whole);
     let mut excesses = Vec::new();
     for (at, margin) in margins.iter().enumerate() {

@@ -51,16 +51,12 @@ impl Ends {
         found[more..=more + period].to_vec()
     }
 
-    /// The samples `steps` strides before and after one of `count`; cut short to whole strides.
-    pub fn neighbors(self, at: usize, steps: usize, stride: usize, count: usize) -> [usize; 2] {
+    /// The samples `steps` before and after one of `count`, as far as there are any.
+    pub fn neighbors(self, at: usize, steps: usize, count: usize) -> [usize; 2] {
         let last = count - 1;
-        let far = steps * stride;
         match self {
-            Ends::Cut => [
-                if at >= far { at - far } else { at % stride },
-                if at + far <= last { at + far } else { last - (last - at) % stride },
-            ],
-            Ends::Joined => [(at + last - far % last) % last, (at + far) % last],
+            Ends::Cut => [at.saturating_sub(steps), (at + steps).min(last)],
+            Ends::Joined => [(at + last - steps % last) % last, (at + steps) % last],
         }
     }
 }
