@@ -91,51 +91,30 @@ pub fn widened(runs: &Runs<'_>, requirement: &Requirement) -> Widened {
     let chosen: Vec<usize> = (0..windows.len()).filter(|&window| widths[window] <= most).collect();
     let share = 1.0 / chosen.len() as f64;
 
+    let mut outside = Outside::default();
     let level = [0, 1].map(|side| chosen.iter().map(|&window| share * levels[window][side]).sum::<f64>());
-    let (mut outside, mut unwidened) = (Vec::new(), Vec::new());
-    let bounds = [0, 1].map(|side| {
-        let of = &sides[side];
-        let mut bound = vec![0.0; samples];
-        for &window in &chosen {
-            let wide = of.widened(window, levels[window][side]);
-            bound.iter_mut().zip(wide).for_each(|(bound, wide)| *bound += share * wide);
-        }
-        for at in 0..samples {
-            let without: f64 = chosen.iter().map(|&window| share * of.bounds[window].without[at]).sum();
-            let inner = without + level[side] * of.spread[at];
-            for &row in &of.rows[at * block..][..block] {
-                let run = of.largest[at].run;
-                if row > without {
-                    unwidened.push(run);
-                }
-                // A mean of equal numbers is rounded.
-                if row - inner > ROUNDING * of.spread[at] {
-                    outside.push(Excess { run, score: row - inner });
-                }
-            }
-        }
-        let [sign, limit] = if side == 0 { [-1.0, -runs.limits[0]] } else { [1.0, runs.limits[1]] };
-        let hull = || of.largest.iter().zip(&mean).map(|(top, mean)| top.first + sign * mean);
-        let reached = hull().any(|largest| largest >= limit);
-        // Contact that is lost at some instants may be lost at others: a bound is at a limit that some run reaches and
-        // one widening more would cross.
-        let within = |(at, largest): (usize, f64)| {
-            let wide = bound[at] + sign * mean[at];
-            let beyond = reached && wide + level[side] * of.spread[at] > limit;
-            // A bound at zero is 0 and not -0.
-            sign * (if beyond { limit } else { wide.min(limit) }).max(largest) + 0.0
-        };
-        hull().enumerate().map(within).collect::<Vec<f64>>()
+    let [lower, upper] = [(0, -1.0), (1, 1.0)].map(|(side, sign): (usize, f64)| {
+        let chosen: Vec<(usize, f64)> = chosen.iter().map(|&window| (window, levels[window][side])).collect();
+        let bound = sides[side].mean_bound(&chosen, level[side], &mut outside);
+        sides[side].within_limit(bound, &mean, sign, runs.limits[side], level[side])
     });
-    let [lower, upper] = bounds;
     Widened {
         lower,
         upper,
         window: chosen.iter().map(|&window| share * windows[window] as f64).sum(),
         inflation: 0.5 * (level[0] + level[1]),
-        persistence: persistence(unwidened.into_iter(), requirement),
-        held_out: HeldOut::of(&outside, requirement),
+        persistence: persistence(outside.unwidened.into_iter(), requirement),
+        held_out: HeldOut::of(&outside.widened, requirement),
     }
+}
+
+/// Where held-out runs are outside of bounds that were made without them.
+#[derive(Default)]
+struct Outside {
+    /// Runs outside of the bound before it is widened.
+    unwidened: Vec<u32>,
+    /// Those outside of the widened one.
+    widened: Vec<Excess>,
 }
 
 /// Local spreads by which the bounds of every window and side are widened, so that a generalized Pareto tail leaves a
@@ -198,6 +177,51 @@ impl Side {
     /// The bound of a window, widened.
     fn widened(&self, window: usize, level: f64) -> impl Iterator<Item = f64> {
         self.bounds[window].all.iter().zip(&self.spread).map(move |(bound, spread)| bound + level * spread)
+    }
+
+    /// The mean of the bounds of some windows, each widened by its level, and which held-out runs are outside of it with the
+    /// mean `level`.
+    fn mean_bound(&self, chosen: &[(usize, f64)], level: f64, outside: &mut Outside) -> Vec<f64> {
+        let samples = self.spread.len();
+        let (block, share) = (self.rows.len() / samples, 1.0 / chosen.len() as f64);
+        let mut bound = vec![0.0; samples];
+        for &(window, level) in chosen {
+            bound
+                .iter_mut()
+                .zip(self.widened(window, level))
+                .for_each(|(bound, wide)| *bound += share * wide);
+        }
+        for at in 0..samples {
+            let without: f64 =
+                chosen.iter().map(|&(window, _)| share * self.bounds[window].without[at]).sum();
+            let run = self.largest[at].run;
+            for &row in &self.rows[at * block..][..block] {
+                if row > without {
+                    outside.unwidened.push(run);
+                }
+                let score = row - without - level * self.spread[at];
+                // A mean of equal numbers is rounded.
+                if score > ROUNDING * self.spread[at] {
+                    outside.widened.push(Excess { run, score });
+                }
+            }
+        }
+        bound
+    }
+
+    /// A bound of deviations as one of values: never inside of a run, and at a physical limit that some run reaches and
+    /// one widening more would cross. Contact that is lost at some instants may be lost at others.
+    fn within_limit(&self, bound: Vec<f64>, mean: &[f64], sign: f64, limit: f64, level: f64) -> Vec<f64> {
+        let limit = sign * limit;
+        let hull = || self.largest.iter().zip(mean).map(|(top, mean)| top.first + sign * mean);
+        let reached = hull().any(|largest| largest >= limit);
+        let bounded = |(at, largest): (usize, f64)| {
+            let wide = bound[at] + sign * mean[at];
+            let beyond = reached && wide + level * self.spread[at] > limit;
+            // A bound at zero is 0 and not -0.
+            sign * (if beyond { limit } else { wide.min(limit) }).max(largest) + 0.0
+        };
+        hull().enumerate().map(bounded).collect()
     }
 
     /// How far rows are outside of the bound of a window that was made without their run [local spreads].
