@@ -6,7 +6,7 @@ import dataclasses
 import math
 import warnings
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,12 @@ from ...errors import ChebclearError, ChebclearWarning
 from ...report.document import Block, Cell, Table, Text
 from ...run.simulation import simulate
 from ..band.band import Band
-from ..band.calibrated import Requirement, calibrated_bands
+from ..band.calibrated import calibrated_bands
 from ..polynomials.surrogate import Surrogate
+
+if TYPE_CHECKING:
+    from ..results import StudyResult
+
 
 Array = NDArray[np.float64]
 
@@ -28,7 +32,7 @@ _LEAST_HALF = 8
 _PATIENCE, _PART, _COST_OF_AN_ESTIMATE = 5.0, 0.25, 27.0
 
 
-def alternatives(result: Any) -> list[Block]:
+def alternatives(result: StudyResult) -> list[Block]:
     """Tables and sentences on fewer and more runs, and on looser and tighter tolerances.
 
     Parameters
@@ -44,7 +48,7 @@ def alternatives(result: Any) -> list[Block]:
     return [*_fewer_runs(result), *_fewer_values(result), *_lower_degree(result), *_tolerances(result)]
 
 
-def _fewer_runs(result: Any) -> list[Block]:
+def _fewer_runs(result: StudyResult) -> list[Block]:
     """Bands of the first half of the runs beside those of all, judged by the other half."""
     kinds = {"band": _calibrated_half, "certify": _calibrated_half, "sample": _sampled_half}
     count = len(result.parameters) // 2
@@ -83,19 +87,20 @@ _HOW_TO_ADD = {
 }
 
 
-def _by_run(result: Any, band: Band) -> Array:
+def _by_run(result: StudyResult, band: Band) -> Array:
     """The values of all runs, the first axis that of the runs; by crank angle the nominal one is the last."""
     if band.angle is None:
         return band.runs
     return band.runs.reshape(len(result.parameters) + 1, -1, len(band.t))
 
 
-def _proved_by_half(result: Any) -> float:
+def _proved_by_half(result: StudyResult) -> float:
     """The coverage that half the runs prove: the share outside goes with their reciprocal."""
-    return 1.0 - 2.0 * (1.0 - float(result.requirement.coverage))
+    assert result.requirement is not None, "of a certified band"
+    return 1.0 - 2.0 * (1.0 - result.requirement.coverage)
 
 
-def _calibrated_half(result: Any, count: int) -> Mapping[str, tuple[Array, Array]]:
+def _calibrated_half(result: StudyResult, count: int) -> Mapping[str, tuple[Array, Array]]:
     """Bands of the first runs alone, by the rule of the whole; by crank angle with all their revolutions."""
     names = list(result.bands)
     bands = list(result.bands.values())
@@ -105,7 +110,8 @@ def _calibrated_half(result: Any, count: int) -> Mapping[str, tuple[Array, Array
         runs = _by_run(result, band)
         nominal = band.nominal if band.angle is None else runs[-1]
         parts.append(np.concatenate([runs[:count], nominal[None]]))
-    requirement: Requirement = dataclasses.replace(result.requirement, runs=count, failed=0)
+    assert result.requirement is not None, "of a band"
+    requirement = dataclasses.replace(result.requirement, runs=count, failed=0)
     if requirement.certified:
         requirement = dataclasses.replace(requirement, coverage=_proved_by_half(result))
     with warnings.catch_warnings():
@@ -122,7 +128,7 @@ def _calibrated_half(result: Any, count: int) -> Mapping[str, tuple[Array, Array
     return {name: (band.lower, band.upper) for name, band in made.items()}
 
 
-def _sampled_half(result: Any, count: int) -> Mapping[str, tuple[Array, Array]]:
+def _sampled_half(result: StudyResult, count: int) -> Mapping[str, tuple[Array, Array]]:
     """The extremes of the first runs and of the nominal one."""
     return {
         name: (
@@ -140,7 +146,7 @@ def _widths(width: Array, band: Band) -> list[Cell]:
     return [format_quantity(other, band.unit), format_quantity(own, band.unit), change]
 
 
-def _fewer_values(result: Any) -> list[Block]:
+def _fewer_values(result: StudyResult) -> list[Block]:
     """The extremes of a scan over every second value of each parameter, beside those of all its runs."""
     if result.kind != "scan" or not result.bands:
         return []
@@ -187,7 +193,7 @@ def _fewer_values(result: Any) -> list[Block]:
     return [Table(caption, head, rows), Text(text)]
 
 
-def _lower_degree(result: Any) -> list[Block]:
+def _lower_degree(result: StudyResult) -> list[Block]:
     """The bounds of polynomials of one degree less on the same runs, beside those of the study."""
     if result.degrees is None or result.failures or not result.bands or max(result.degrees) < 2:
         return []
@@ -220,7 +226,7 @@ def _lower_degree(result: Any) -> list[Block]:
     return [Table(caption, head, rows), Text(text)]
 
 
-def _tolerances(result: Any) -> list[Block]:
+def _tolerances(result: StudyResult) -> list[Block]:
     """Work and estimated error of the nominal run at three tolerances, that of the study in the middle."""
     settings = result.settings
     if settings is None or result.scene is None or not result.bands:

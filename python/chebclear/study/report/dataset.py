@@ -5,13 +5,17 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...data.dataset import Dataset, Variable
 from ..band.band import Band
+
+if TYPE_CHECKING:
+    from ..results import StudyResult
+
 
 Array = NDArray[np.float64]
 
@@ -71,7 +75,7 @@ def study_dataset(
     return Dataset("t", variables, metadata)
 
 
-def facts_of(result: Any) -> dict[str, Any]:
+def facts_of(result: StudyResult) -> dict[str, Any]:
     """What the file of a `StudyResult` holds besides its arrays."""
     facts: dict[str, Any] = {
         "kind_of_study": result.kind,
@@ -102,7 +106,7 @@ def facts_of(result: Any) -> dict[str, Any]:
     return facts
 
 
-def more_arrays(result: Any) -> dict[str, Array]:
+def more_arrays(result: StudyResult) -> dict[str, Array]:
     """The arrays of a `StudyResult` besides those of its runs, for its file."""
     arrays: dict[str, Array] = {}
     if result.nominal_parameters is not None:

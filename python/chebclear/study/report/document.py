@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +24,7 @@ from ...report.document import (
     Verdict,
 )
 from ...run.report import costs_table, mechanism_picture, reproduction, version_fact, warnings_section
-from ...run.settings import Settings
-from ...scene.scene import Interval, Scene
+from ...scene.scene import Interval
 from ..band.band import Band
 from ..band.margin import percent
 from .alternatives import alternatives
@@ -36,6 +34,8 @@ from .script import study_listings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from ..results import StudyResult
 
 Array = NDArray[np.float64]
 
@@ -64,46 +64,7 @@ MEANINGS = {
 }
 
 
-class ReportedStudy(Protocol):
-    """What is asked of a `StudyResult`, which has the report as a method and so may not be imported."""
-
-    @property
-    def kind(self) -> str: ...
-    @property
-    def bands(self) -> dict[str, Band]: ...
-    @property
-    def features(self) -> Any: ...
-    @property
-    def intervals(self) -> dict[str, Interval]: ...
-    @property
-    def units(self) -> dict[str, str]: ...
-    @property
-    def parameters(self) -> Array: ...
-    @property
-    def stats(self) -> Sequence[Any]: ...
-    @property
-    def warnings(self) -> tuple[str, ...]: ...
-    @property
-    def settings(self) -> Settings | None: ...
-    @property
-    def scene(self) -> Scene | None: ...
-    @property
-    def requirement(self) -> Any: ...
-    @property
-    def degrees(self) -> tuple[int, ...] | None: ...
-    @property
-    def nodes(self) -> tuple[int, ...]: ...
-    @property
-    def statement(self) -> str | None: ...
-    @property
-    def study(self) -> Any: ...
-    @property
-    def seconds(self) -> float: ...
-    @property
-    def nominal_parameters(self) -> Array | None: ...
-
-
-def study_document(result: ReportedStudy, title: str | None) -> Document:
+def study_document(result: StudyResult, title: str | None) -> Document:
     """The report of a study; see `StudyResult.report`."""
     bands = result.bands
     names = [*bands, *(result.features.names if result.features is not None else ())]
@@ -135,26 +96,26 @@ def study_document(result: ReportedStudy, title: str | None) -> Document:
     )
 
 
-def _time(result: ReportedStudy) -> list[str]:
+def _time(result: StudyResult) -> list[str]:
     """The time of the runs, where it is known."""
     return [f"{format_quantity(result.seconds, 's', 2)} of runs"] if math.isfinite(result.seconds) else []
 
 
-def _subject(result: ReportedStudy) -> Section:
+def _subject(result: StudyResult) -> Section:
     """What was studied: a mechanism, or a model of the user's own."""
     if result.scene is None:
         return Section("The parameters and their intervals", [_parameters(result)])
     return Section("The mechanism and its tolerances", [mechanism_picture(result.scene), _parameters(result)])
 
 
-def _again(result: ReportedStudy) -> list[Section]:
+def _again(result: StudyResult) -> list[Section]:
     """How to make a study of scenes again; of a model of the user's own there is nothing to say."""
     if result.settings is None or result.scene is None:
         return []
     return [reproduction(result.settings, result.scene, *study_listings(result))]
 
 
-def _method(result: ReportedStudy) -> str:
+def _method(result: StudyResult) -> str:
     """How the bands were made, in a few words."""
     if result.degrees is not None:
         return f"Chebyshev polynomials of degree {' x '.join(map(str, result.degrees))}"
@@ -162,7 +123,7 @@ def _method(result: ReportedStudy) -> str:
     return words.get(result.kind, "random runs")
 
 
-def _reach(result: ReportedStudy, band: Band) -> Finding:
+def _reach(result: StudyResult, band: Band) -> Finding:
     """How far an output moves, with the kind of statement that it is."""
     unit = band.unit
     widest = int(np.argmax(band.width))
@@ -180,7 +141,7 @@ def _reach(result: ReportedStudy, band: Band) -> Finding:
     return Finding(band.name, text)
 
 
-def _doubts(result: ReportedStudy) -> list[str]:
+def _doubts(result: StudyResult) -> list[str]:
     """What the verdicts leave open; the texts of warnings that say more come from the study itself."""
     doubts = []
     for verdict, meaning in MEANINGS.items():
@@ -195,7 +156,7 @@ def _doubts(result: ReportedStudy) -> list[str]:
     return doubts
 
 
-def _parameters(result: ReportedStudy) -> Table:
+def _parameters(result: StudyResult) -> Table:
     """The box."""
     rows: list[list[Cell]] = []
     units = [result.units.get(name, "") for name in result.intervals]
@@ -217,7 +178,7 @@ def _tolerance(side: Interval, unit: str, size: float) -> str:
     return f"+{format_exact(plus, unit, size)} / -{format_exact(minus, unit, size)}"
 
 
-def verdict_table(result: Any) -> Table:
+def verdict_table(result: StudyResult) -> Table:
     """Every band of a `StudyResult` in a line, with its verdict."""
     rows: list[list[Cell]] = []
     for name, band in result.bands.items():
@@ -237,7 +198,7 @@ def verdict_table(result: Any) -> Table:
     return Table("Bands and how far they can be trusted", head, rows)
 
 
-def _band_blocks(result: ReportedStudy) -> list[Block]:
+def _band_blocks(result: StudyResult) -> list[Block]:
     """The table of verdicts, and every band."""
     said = [verdict for verdict in MEANINGS if any(band.verdict == verdict for band in result.bands.values())]
     blocks: list[Block] = [
@@ -260,7 +221,7 @@ def _band(band: Band, ax: Axes) -> None:
     band.plot(ax=ax)
 
 
-def _worst_cases(result: ReportedStudy) -> Table:
+def _worst_cases(result: StudyResult) -> Table:
     """The runs in which each output was largest and smallest, and their parameters."""
     rows = []
     sides = list(result.intervals.values())
@@ -298,7 +259,7 @@ def _place(band: Band, sample: int) -> str:
     return format_quantity(float(band.angle[sample]), "rad")
 
 
-def _costs(result: ReportedStudy) -> list[Block]:
+def _costs(result: StudyResult) -> list[Block]:
     blocks: list[Block] = [costs_table(result.stats)] if result.stats else []
     errors = {
         name: band.margin.error for name, band in result.bands.items() if math.isfinite(band.margin.error)

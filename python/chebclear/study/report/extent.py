@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ...run.features import Feature
 from ..band.band import Band
 
+if TYPE_CHECKING:
+    from ..results import StudyResult
 
-def extent(result: Any, band: Band) -> tuple[float, float]:
+
+def extent(result: StudyResult, band: Band) -> tuple[float, float]:
     """Lowest and highest value of an output over the tolerances, in its unit.
 
     A band is one of samples. Where the study found the largest or the smallest value of each run too, which

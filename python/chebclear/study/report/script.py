@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,8 +15,13 @@ from ...run.report import settings_in_script
 from ...scene.schema import Part
 from ..band.hybrid import Normal, Uniform
 
+if TYPE_CHECKING:
+    from ...run.settings import Settings
+    from ..results import StudyResult
+    from ..spec import StudySpec
 
-def study_listings(result: Any) -> tuple[Listing, str]:
+
+def study_listings(result: StudyResult) -> tuple[Listing, str]:
     """The script, and its description in words.
 
     A ready-made mechanism is called by its name, and a scene file is part of the script. Other callables
@@ -64,22 +69,23 @@ def _scene_file(text: str) -> list[str]:
     return ["# The scene file.", f"build = cc.loads({quoted})"]
 
 
-def _of_study(result: Any) -> Any:
+def _of_study(result: StudyResult) -> Settings:
     """The settings of the study: a band by crank angle chose times and samples of its own."""
+    assert result.settings is not None, "of simulated runs"
     turns = None if result.requirement is None else result.requirement.revolutions
     if turns is None:
         return result.settings
     return dataclasses.replace(result.settings, skip=0.0, samples=turns.samples, cycles=1)
 
 
-def _included(result: Any) -> list[str]:
+def _included(result: StudyResult) -> list[str]:
     """A remark on runs of other results, which the script cannot make."""
     requirement = result.requirement
     count = 0 if requirement is None else len(result.parameters) - requirement.runs
     return [f"# {count} runs of other results were included, by include=..."] if count else []
 
 
-def _further(spec: Any) -> list[str]:
+def _further(spec: StudySpec | None) -> list[str]:
     """Further keywords of the study that the user gave."""
     if spec is None:
         return []
@@ -115,7 +121,7 @@ def _value(value: Any) -> str:
     return repr(value)
 
 
-def _parameters(result: Any) -> dict[str, Any]:
+def _parameters(result: StudyResult) -> dict[str, Any]:
     """The parameters as they were given: intervals and distributions."""
     return dict(result.intervals if result.spec is None else result.spec.parameters)
 
@@ -128,7 +134,7 @@ def _written(given: Any) -> str:
     return f"cc.{given!r}"
 
 
-def _features(spec: Any) -> list[str]:
+def _features(spec: StudySpec | None) -> list[str]:
     """The features; those that are functions are left to the reader."""
     if spec is None or not spec.features:
         return []
@@ -141,7 +147,7 @@ def _features(spec: Any) -> list[str]:
     return [*lines, "    },"]
 
 
-def _call(result: Any) -> str:
+def _call(result: StudyResult) -> str:
     """The call that made the result."""
     requirement = result.requirement
     if requirement is not None:
@@ -150,7 +156,7 @@ def _call(result: Any) -> str:
             for name, value in dataclasses.asdict(requirement).items()
             if name in ("coverage", "seed")
         }
-        known |= {"rtol": result.settings.rtol}
+        known |= {} if result.settings is None else {"rtol": result.settings.rtol}
         if not requirement.certified:
             known = {"runs": requirement.runs + len(result.failures), **known}
         if requirement.revolutions is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,10 @@ from ..band.margin import percent
 from ..features.reach import FeatureInterval, find_interval
 from ..polynomials.points import leaves_out, on_cube
 
+if TYPE_CHECKING:
+    from ..results import StudyResult
+
+
 Array = NDArray[np.float64]
 
 # Most outputs and parameters that are listed one by one.
@@ -32,7 +36,7 @@ _MOST_WARNINGS = 3
 _OF_NORMAL = " (normal: three standard deviations each way, taken as an interval)"
 
 
-def summary(result: Any) -> str:
+def summary(result: StudyResult) -> str:
     """The text of a `StudyResult`."""
     sides = list(result.intervals.items())
     normal = () if result.spec is None else result.spec.normal
@@ -83,7 +87,7 @@ def _ends(side: Interval) -> str:
     return text
 
 
-def _head(result: Any) -> str:
+def _head(result: StudyResult) -> str:
     """Method, parameters, runs and time."""
     how = result.kind
     if result.degrees is not None:
@@ -95,7 +99,7 @@ def _head(result: Any) -> str:
     return text if math.isnan(result.seconds) else f"{text}, {result.seconds:.2g} s"
 
 
-def _row(result: Any, band: Band) -> list[str]:
+def _row(result: StudyResult, band: Band) -> list[str]:
     """One output in a line."""
     peak = _peak(result, band)
     checked = {case.output: case for case in result.worst_cases if case.side == "upper"}.get(band.name)
@@ -114,33 +118,32 @@ def _row(result: Any, band: Band) -> list[str]:
     ]
 
 
-def _peak(result: Any, band: Band) -> FeatureInterval:
+def _peak(result: StudyResult, band: Band) -> FeatureInterval:
     """The range of the largest value of a run: from the feature if there is one, else from the samples."""
     asked = _asked_peak(result, band.name)
-    if asked:
-        found: FeatureInterval = result.features[asked].interval
-        return found
+    if asked and result.features is not None:
+        return result.features[asked].interval
     values = result.table(band.name)
     peaks = values.reshape(len(values), -1).max(axis=1)[:, None]
-    nominal = result.nominal_parameters
-    if nominal is None:
-        nominal = [side.nominal for side in result.intervals.values()]
+    nominal = np.array([side.nominal for side in result.intervals.values()])
+    if result.nominal_parameters is not None:
+        nominal = result.nominal_parameters
     points = on_cube(result.intervals, np.vstack([result.parameters, nominal]))
     filled = not any(one.reason != NOT_BEGUN for one in result.failures) and not _leaves_out(result)
     return find_interval(points, peaks, random=result.requirement is not None, filled=filled)
 
 
-def _leaves_out(result: Any) -> bool:
+def _leaves_out(result: StudyResult) -> bool:
     """Whether the runs came as a table that leaves out a part of the box."""
     return _is_table(result) and leaves_out(on_cube(result.intervals, result.parameters))
 
 
-def _is_table(result: Any) -> bool:
+def _is_table(result: StudyResult) -> bool:
     """Whether the runs came as a table, which has no further ones."""
     return result.spec is not None and result.spec.table
 
 
-def _asked_peak(result: Any, output: str) -> str:
+def _asked_peak(result: StudyResult, output: str) -> str:
     """The feature of a study that is the peak of an output, or nothing."""
     if result.features is None:
         return ""
@@ -148,7 +151,7 @@ def _asked_peak(result: Any, output: str) -> str:
     return next((name for name, feature in asked.items() if feature == Feature("peak", output)), "")
 
 
-def _next(result: Any) -> list[str]:
+def _next(result: StudyResult) -> list[str]:
     """Suggestions for a better result and for its use."""
     bands = result.bands.values()
     advice = []
@@ -186,7 +189,7 @@ def _next(result: Any) -> list[str]:
     return advice
 
 
-def _unfit(result: Any) -> str:
+def _unfit(result: StudyResult) -> str:
     """The box to ask for in place of one with mechanisms that do not work: how many, and where they are."""
     failed = [one.parameters for one in result.failures if one.reason != NOT_BEGUN]
     if failed:
