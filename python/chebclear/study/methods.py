@@ -173,7 +173,7 @@ class Methods(Runner):
         parameters follows an output, the band is its range, widened by its largest error at runs that it was
         not fitted to. Elsewhere no affordable number of runs resolves single runs, but the distribution of
         the output over the box changes slowly in time. The band then is a mean of running extremes of the
-        runs over windows in time, widened until held-out runs are inside.
+        runs over windows in time, widened by a tail that is fitted to what held-out runs exceed them by.
 
         With `cycles` the bands are **by crank angle**: all revolutions of all runs are pooled. This needs
         fewer runs, and remains valid when impacts have made long runs unpredictable.

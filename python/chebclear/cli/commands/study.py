@@ -41,9 +41,9 @@ def add(commands: Commands) -> None:
         study,
         "how far the outputs move over the intervals of the parameters, and how sure that is",
         "Simulate a scene at many points of its parameters' intervals and print, for every output, how far "
-        "it reaches, with a verdict on how far that can be trusted: band, widened until runs that took no "
-        "part are inside; certify, proved for independent runs; chebyshev, the paper's polynomials; sample, "
-        "the extremes of random runs.",
+        "it reaches, with a verdict on how far that can be trusted: band, widened by what runs that took no "
+        "part exceed it by; certify, proved for independent runs; chebyshev, the paper's polynomials; "
+        "sample, the extremes of random runs.",
         "chebclear study examples/slider_crank.toml --out results",
     )
     add_scene(command)

@@ -35,7 +35,7 @@ _SURE = 4.0
 class Band(records.ArrayRecord):
     """The range of one output over a box of parameters, for every instant.
 
-    From `Study.band`, `lower` and `upper` were widened until held-out runs were inside. In a
+    From `Study.band`, `lower` and `upper` were widened by what held-out runs exceed the hull by. In a
     Chebyshev study they bound the fitted polynomial, by its certified range or by the wider Eq. (31), and
     the response only if the polynomial follows it, which `verdict` says. In a scan they are the
     smallest and largest values of the runs, an inner bound: the response may exceed them between the runs.

@@ -55,7 +55,7 @@ MEANINGS = {
     "resolved": "a polynomial in the parameters follows the response; worst cases and sensitivities are "
     "those of the response",
     "certified": "the mean coverage is proved for parameters drawn uniformly from the box",
-    "calibrated": "the band was widened until held-out runs were inside; there are no derivatives with "
+    "calibrated": "the band was widened by what held-out runs exceeded it by; there are no derivatives with "
     "respect to the parameters",
     "sampled": "the extremes of the runs, an inner bound: the response may exceed them between the runs",
     "undersampled": "there were too few runs for the required coverage, or none in a part of the box",
