@@ -11,7 +11,7 @@ from chebclear.study.features.effects import (
     powers_up_to,
 )
 from chebclear.study.features.narrowing import find_narrowing
-from chebclear.study.features.reach import find_interval
+from chebclear.study.features.reach import find_interval, tolerated_share
 from chebclear.study.polynomials.points import even_points
 
 # Variances of z, z² and z1 z2 for z uniform in [-1, 1]: 1/3, 4/45 and 1/9.
@@ -275,6 +275,16 @@ class TestInterval:
             further = random.gumbel(size=1000)
             inside.append(np.mean((further >= found.lower) & (further <= found.upper)))
         assert np.mean(inside) == pytest.approx(40.0 / 42.0, abs=0.02)
+
+    @pytest.mark.parametrize(("runs", "share"), [(93, 0.95), (473, 0.99), (4742, 0.999)])
+    def test_the_share_that_runs_hold_with_confidence_is_that_of_wilks(self, runs, share):
+        assert tolerated_share(runs - 1) < share <= tolerated_share(runs)
+
+    def test_that_share_is_held_as_often_as_is_said(self):
+        random = np.random.default_rng(1)
+        values = np.sort(random.uniform(size=(20_000, 41)), axis=1)
+        held = values[:, -1] - values[:, 0]
+        assert np.mean(held >= tolerated_share(41)) == pytest.approx(0.95, abs=0.005)
 
     def test_a_smooth_feature_reaches_its_corners(self):
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 3))

@@ -203,6 +203,7 @@ class FeatureResult(records.ArrayRecord):
         text += f"; {percent(reach.coverage)} of the runs are in the interval of the others"
         if not math.isnan(reach.whole_run):
             text += f", a further run with a probability of at least {percent(reach.whole_run)}"
+            text += f"; at least {percent(reach.tolerated)} of all mechanisms with 95 % confidence"
         return text
 
     @cached_property
@@ -215,7 +216,12 @@ class FeatureResult(records.ArrayRecord):
         )
         reach = find_interval(points, values, self.random, filled=filled)
         share = len(self.values) / (len(self.values) + self.failed)
-        return replace(reach, coverage=reach.coverage * share, whole_run=reach.whole_run * share)
+        return replace(
+            reach,
+            coverage=reach.coverage * share,
+            whole_run=reach.whole_run * share,
+            tolerated=reach.tolerated * share,
+        )
 
     @cached_property
     def effects(self) -> Effects:

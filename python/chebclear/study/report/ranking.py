@@ -26,7 +26,8 @@ def feature_section(feature: FeatureResult) -> tuple[Section, Finding]:
     if not math.isnan(reach.whole_run):
         share = percent(reach.whole_run)
         text += f": a further run with a probability of at least {share}"
-        told += f"; a further run is in it with a probability of at least {share}"
+        told += f"; a further run is in it with a probability of at least {share}, and at least "
+        told += f"{percent(reach.tolerated)} of all mechanisms with 95 % confidence"
     blocks: list[Block] = [Text(f"{capital(told)}.")]
     try:
         ranking = feature.ranking()
