@@ -113,13 +113,28 @@ class Effects(records.ArrayRecord):
 
 
 class _Fit(NamedTuple):
-    """Least squares on orthonormal Legendre polynomials of a total degree."""
+    """Least squares on orthonormal Legendre polynomials of a total degree: a part of those of the largest."""
 
     powers: NDArray[np.int64]
-    solve: Array
     leverage: Array
-    spread: Array
     basis: Array
+    orthogonal: Array
+    """Orthonormal columns that span those of the basis."""
+    inverse: Array
+    """From these to the basis, shape (terms, terms)."""
+
+    @property
+    def spread(self) -> Array:
+        """Variance of each coefficient over that of the values, shape (terms,)."""
+        return np.asarray(np.sum(self.inverse**2, axis=1))
+
+    def solve(self, values: Array) -> Array:
+        """Coefficients for values of runs, shape (terms, ...)."""
+        return np.asarray(self.inverse @ (self.orthogonal.T @ values))
+
+    def fitted(self, values: Array) -> Array:
+        """The polynomial at the runs."""
+        return np.asarray(self.orthogonal @ (self.orthogonal.T @ values))
 
 
 def powers_up_to(parameters: int, degree: int) -> NDArray[np.int64]:
@@ -160,28 +175,41 @@ def legendre_terms(points: Array, powers: NDArray[np.int64], derivative: int | N
 def fits_of(points: Array) -> list[_Fit]:
     """The polynomials that the number of runs allows, from degree 0 on."""
     runs, parameters = points.shape
-    fits: list[_Fit] = []
-    for degree in range(MOST_DEGREE + 1):
+    counts = [1]
+    for degree in range(1, MOST_DEGREE + 1):
         count = math.comb(parameters + degree, degree)
-        if degree and (count > _TERMS_PART * runs or runs - count < LEAST_FREE):
+        if count > _TERMS_PART * runs or runs - count < LEAST_FREE:
             break
-        powers = powers_up_to(parameters, degree)
-        basis = legendre_terms(points, powers)
-        orthogonal, triangle = np.linalg.qr(basis)
-        leverage = np.sum(orthogonal**2, axis=1)
-        # Points on a grid determine no more powers than they have values.
-        if degree and (
-            np.abs(np.diag(triangle)).min() < 1e-8 * math.sqrt(runs) or leverage.max() > 1.0 - 1e-9
-        ):
+        counts.append(count)
+    powers = powers_up_to(parameters, len(counts) - 1)
+    basis = legendre_terms(points, powers)
+    # Terms are in the order of their degrees: the leading columns of one factorization are those of each.
+    orthogonal, triangle = np.linalg.qr(basis)
+    leverages = np.cumsum(orthogonal**2, axis=1)
+    # Points on a grid determine no more powers than they have values.
+    pivots = np.minimum.accumulate(np.abs(np.diag(triangle)))
+    least, most = 1e-8 * math.sqrt(runs), 1.0 - 1e-9
+    kept = [counts[0]]
+    for count in counts[1:]:
+        if pivots[count - 1] < least or leverages[:, count - 1].max() > most:
             break
-        inverse = np.linalg.inv(triangle)
-        fits.append(_Fit(powers, inverse @ orthogonal.T, leverage, np.sum(inverse**2, axis=1), basis))
-    return fits
+        kept.append(count)
+    inverse = np.linalg.inv(triangle[: kept[-1], : kept[-1]])
+    return [
+        _Fit(
+            powers[:count],
+            leverages[:, count - 1],
+            basis[:, :count],
+            orthogonal[:, :count],
+            inverse[:count, :count],
+        )
+        for count in kept
+    ]
 
 
 def left_out(fit: _Fit, values: Array) -> Array:
     """Errors at every run of the polynomial fitted to the others."""
-    return (values - fit.basis @ (fit.solve @ values)) / (1.0 - fit.leverage)
+    return np.asarray((values - fit.fitted(values)) / (1.0 - fit.leverage))
 
 
 def best_degree(fits: list[_Fit], values: Array) -> int:
@@ -210,7 +238,9 @@ class Model(NamedTuple):
     """Factors for the scatter of the resampled sets, shape (replicates,)."""
 
 
-def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) -> Effects:
+def find_effects(
+    names: list[str], points: Array, values: Array, seed: int = 0, model: Model | None = None
+) -> Effects:
     """Decompose the variance of a feature.
 
     Parameters
@@ -223,6 +253,8 @@ def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) 
         The feature in its unit.
     seed : int
         Seed of the resampling.
+    model : Model, optional
+        That of these values, if it is known already.
 
     Returns
     -------
@@ -234,7 +266,7 @@ def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) 
         If there are too few runs for a polynomial of degree 1, or the points do not vary all parameters
         independently.
     """
-    model = model_of(points, values, seed)
+    model = model_of(points, values, seed) if model is None else model
     variances = np.maximum(model.variances, 0.0)
     total = float(variances.sum())
     shares = variances / total if total > 0.0 else variances
@@ -333,14 +365,14 @@ def _model(fit: _Fit, points: Array, values: Array, seed: int) -> Model:
     free = runs - len(fit.powers)
     mean = values.mean(axis=1)
     within = values.var(axis=1, ddof=1) * (1.0 - 1.0 / cycles) if cycles > 1 else np.zeros(runs)
-    terms = fit.solve @ mean
+    terms = fit.solve(mean)
     smooth = fit.basis @ terms
     residuals = (mean - smooth) / np.sqrt(1.0 - fit.leverage)
     residuals -= residuals.mean()
     drawn = random.integers(runs, size=(runs, REPLICATES))
     scale = np.sqrt(free / random.chisquare(free, REPLICATES))
     copies = smooth[:, None] + residuals[drawn] * scale
-    again = fit.solve @ copies
+    again = fit.solve(copies)
     return Model(
         fit=fit,
         terms=terms,

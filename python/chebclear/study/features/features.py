@@ -25,7 +25,7 @@ from ...run.tracking import settling_time
 from ...scene.scene import Interval, Scene
 from ..band.margin import percent
 from ..polynomials.points import leaves_out, on_cube
-from .effects import Effects, find_effects
+from .effects import Effects, Model, find_effects, model_of
 from .narrowing import find_narrowing
 from .ranking import Rank, Ranking
 from .reach import FeatureInterval, find_interval
@@ -236,7 +236,11 @@ class FeatureResult(records.ArrayRecord):
         """
         if self._leaves_out:
             warn(f"{self.name}: the runs leave out a part of the box: effects are extrapolated there")
-        return find_effects(list(self.intervals), self._points, self.values)
+        return find_effects(list(self.intervals), self._points, self.values, model=self._model)
+
+    @cached_property
+    def _model(self) -> Model:
+        return model_of(self._points, self.values, 0)
 
     def quantile(self, shares: ArrayLike) -> Array:
         """Values that so many of the runs, all cycles together, stay below.
@@ -280,7 +284,11 @@ class FeatureResult(records.ArrayRecord):
     def _ranking(self) -> Ranking:
         effects = self.effects
         narrowings = find_narrowing(
-            list(self.intervals), self._points, self.values, nominal=self._nominal_point
+            list(self.intervals),
+            self._points,
+            self.values,
+            nominal=self._nominal_point,
+            model=self._model,
         )
         rows = [
             Rank(name, narrowing, effects.main[name], effects.monotone.get(name))

@@ -56,7 +56,12 @@ _ENDS = (0.5 - 0.5 * _CENTRAL, 0.5 + 0.5 * _CENTRAL)
 
 
 def find_narrowing(
-    names: list[str], points: Array, values: Array, seed: int = 0, nominal: Array | None = None
+    names: list[str],
+    points: Array,
+    values: Array,
+    seed: int = 0,
+    nominal: Array | None = None,
+    model: Model | None = None,
 ) -> dict[str, Estimate]:
     """Relative reduction of the interval of 95 % of the values when the interval of a
     parameter is halved towards its nominal value [-].
@@ -66,7 +71,7 @@ def find_narrowing(
     The scatter may be of any size and shape in any part of the box. Parameters and errors are those of
     `find_effects`.
     """
-    model = model_of(points, values, seed)
+    model = model_of(points, values, seed) if model is None else model
     nominal = np.zeros(points.shape[1]) if nominal is None else nominal
     effect, resampled = _narrowed(model, points, nominal, seed)
     lower, upper = ends_of(resampled)
@@ -137,7 +142,7 @@ def _narrowed(model: Model, points: Array, nominal: Array, seed: int) -> tuple[A
     random = default_rng([seed, 1])
     smooth, residuals = model.fit.basis @ model.terms, model.left.mean(axis=1)
     signs = random.choice([-1.0, 1.0], size=(runs, REPLICATES))
-    again = model.fit.solve @ (smooth[:, None] + residuals[:, None] * signs)
+    again = model.fit.solve(smooth[:, None] + residuals[:, None] * signs)
     sizes = np.sqrt(np.mean(model.left**2, axis=1))
     matters = float(np.mean(sizes**2)) > _MATTERS**2 * float(np.var(smooth))
     telling = _uneven_along(points, sizes, random) if matters else np.zeros(parameters, dtype=bool)
@@ -226,7 +231,7 @@ def _size_of_scatter(points: Array, sizes: Array) -> Callable[[Array], Array]:
     squares = sizes**2
     fits = fits_of(points)
     fit = fits[int(np.argmin([np.mean(left_out(fit, squares) ** 2) for fit in fits]))]
-    terms, least = fit.solve @ squares, _LEAST_SIZE**2 * float(np.mean(squares))
+    terms, least = fit.solve(squares), _LEAST_SIZE**2 * float(np.mean(squares))
     return lambda at: np.sqrt(np.maximum(legendre_terms(at, fit.powers) @ terms, least))
 
 
