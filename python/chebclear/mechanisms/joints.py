@@ -190,7 +190,7 @@ class Arguments(Checks):
                     self.add_at("clearance_at", f'has the pin "{name}" more than once')
                 continue
             choice = "; choose from " + ", ".join(f'"{pin}"' for pin in pins) + ", or () for none"
-            if driven is not None and name == driven:
+            if driven is not None and isinstance(name, str) and name == driven:
                 what = f'"{driven}" is turned at a prescribed speed and so cannot have clearance: where the '
                 what += f"journal may move in its bearing there is no joint angle to prescribe{choice}"
             elif isinstance(name, str):

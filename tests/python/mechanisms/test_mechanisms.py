@@ -418,3 +418,9 @@ def test_the_pins_of_all_mechanisms_are_declared_once(name):
     assert "{pins}" not in build.__doc__ and "Radial clearance" in build.__doc__
     with pytest.raises(TypeError, match='unknown keyword "restituton"; did you mean "restitution"'):
         build(restituton=0.9)
+
+
+@pytest.mark.parametrize("name", ["four_bar", "six_bar", "slider_crank"])
+def test_an_array_names_no_pins(name):
+    with pytest.raises((ValueError, TypeError), match="clearance_at"):
+        getattr(mechanisms, name)(clearance_at=np.zeros((2, 2)))

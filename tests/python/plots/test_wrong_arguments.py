@@ -147,3 +147,9 @@ def test_numbers_and_abscissas(run, result):
 
 def run_section(run, **options):
     return cc.plot_poincare(run, "slider.x", "slider.vx", **options)
+
+
+@pytest.mark.parametrize("joint", [np.zeros(3), "knee", 7])
+def test_a_clearance_joint_that_is_no_name_of_one_is_refused(run, joint):
+    with pytest.raises(ValueError, match="unknown clearance joint"):
+        cc.animate(run, frames=3, joint=joint)

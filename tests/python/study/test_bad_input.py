@@ -149,3 +149,8 @@ def test_values_whose_squares_are_no_numbers_have_no_band():
     for ask in (lambda: study.band(21), lambda: study.certify(0.9)):
         with pytest.raises(ValueError, match="at most 1e150 in size"):
             ask()
+
+
+def test_whether_runs_are_independent_is_true_or_false():
+    with pytest.raises(TypeError, match="independent must be True or False"):
+        cc.Study.from_runs({"a": [1.0, 2.0, 3.0]}, None, {"y": [1.0, 2.0, 3.0]}, independent=np.zeros(3))

@@ -193,9 +193,10 @@ def animate(
     count = checks.whole("frames", frames, least=2, most=MOST_FRAMES)
     pace = checks.whole("rate", rate, least=1, most=MOST_RATE)
     loose = [each.name for each in run.scene.joints if isinstance(each, ClearanceRevolute)]
-    if joint is not None and joint not in loose:
-        checks.add(f'unknown clearance joint "{joint}"{meant_or_known(joint, loose)}')
-    chosen = joint if joint in loose else loose[0] if loose else None
+    if joint is not None and (not isinstance(joint, str) or joint not in loose):
+        checks.add(f'unknown clearance joint "{joint}"{meant_or_known(str(joint), loose)}')
+        joint = None
+    chosen = joint if joint is not None else loose[0] if loose else None
     shown = output if output is not None else f"{chosen}.normal_force" if chosen else run.columns[0]
     needed = [shown, *(f"{chosen}.{quantity}" for quantity in _JOINT_COLUMNS if chosen)]
     missing = [name for name in dict.fromkeys(needed) if name not in run.columns]

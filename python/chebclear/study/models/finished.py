@@ -181,6 +181,9 @@ def finished_runs(
         If the table is not one; all problems are listed.
     """
     checks = Checks()
+    if not isinstance(independent, bool | np.bool_):
+        checks.add(f"independent must be True or False, got {independent!r}", wrong_type=True)
+        independent = False
     columns = _table_parameters(checks, parameters)
     runs = len(next(iter(columns.values()))) if columns else 0
     instants = np.empty(0) if t is None else time_axis(checks, t)
