@@ -217,12 +217,10 @@ def _verdict(margin: Margin, coverage: float, requirement: Requirement) -> Verdi
 def doubling_narrows(runs: int) -> float:
     """Average relative reduction of the width of a calibrated band when the number of runs is doubled [-].
 
-    Measured for accelerations, forces and penetrations of twelve studies with clearance (the table of
-    `benchmarks/README.md`): 9 % on average from 41 to 81 runs, 3 % for each doubling from 81 to 321; with
-    fewer than 41 runs, P1 to P5, some 12 %.
+    What no polynomial resolves on P1 to P5 of `benchmarks/bands.py`, 24 studies each: 15 % for a doubling
+    between 12 and 41 runs, 7 % from 41 to 81, 5 % for each to 321: about 0.43 over the root of their number.
     """
-    few = 41.0 / runs
-    return float(min(0.25, 0.094 * (math.sqrt(few) if few > 1.0 else few)))
+    return min(0.25, 0.43 / math.sqrt(runs))
 
 
 def certifying_runs(coverage: float) -> int:

@@ -171,7 +171,7 @@ def _next(result: StudyResult) -> list[str]:
         )
         advice.append(
             f"{how} would narrow {_named(wide)} by about {100.0 * doubling_narrows(more):.0f} % "
-            "(what doubling them did in twelve studies, on average)"
+            "(what doubling them did to 24 studies of six mechanisms, on average)"
         )
     lost = [band.name for band in bands if band.verdict == "not resolved"]
     if lost:
