@@ -41,7 +41,7 @@ class FeatureInterval(Shown):
         further assumption [-]; NaN for runs on a grid.
     tolerated : float
         Share of all mechanisms that are in the interval with all their cycles, at least, with 95 % confidence
-        [-] `[Wilks1941]`; NaN for runs on a grid.
+        (Wilks 1941) [-]; NaN for runs on a grid.
     """
 
     lower: float
