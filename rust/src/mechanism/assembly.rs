@@ -193,8 +193,7 @@ fn two_ways(dynamics: &mut Dynamics, scene: &Scene, q: &[f64], other: &[f64]) ->
 fn check_directions(tree: &Tree, dynamics: &Dynamics, length: f64) -> Result<(), InputError> {
     let lost = tree.links.iter().filter(|link| {
         let [a, b] = link.points.map(|point| dynamics.point(point).position);
-        let needs_direction = link.length != 0.0 || link.damping != 0.0;
-        needs_direction && (b - a).norm() <= CLOSED * length
+        link.indistinct > 0.0 && (b - a).norm() <= CLOSED * length
     });
     let problems: Vec<Problem> = lost
         .map(|link| {

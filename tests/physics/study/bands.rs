@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use chebclear::study::band::certify::least_runs;
 use chebclear::study::band::extremes::{Bound, GrowingWindow, NEVER_LEFT_OUT, top_two};
-use chebclear::study::band::held_out::{Excess, HeldOut, Requirement};
+use chebclear::study::band::held_out::{Excess, HeldOut, Runs};
 use chebclear::study::band::regression::{Regression, basis, exponents, term_count};
 use chebclear::study::band::running::{Ends, Window, running_maximum, running_mean, running_minimum};
 use chebclear::study::band::{Method, OutputBand};
@@ -249,18 +249,20 @@ fn excesses(scores: &[(u32, f64)]) -> Vec<Excess> {
     scores.iter().map(|&(run, score)| Excess { run, score }).collect()
 }
 
+fn scored_runs(scored: usize, samples: usize) -> Runs<'static> {
+    Runs { values: &[], samples, block: 1, ends: Ends::Cut, scored, limits: NONE }
+}
+
 #[test]
 fn a_band_that_all_runs_keep_is_not_widened() {
-    let requirement = Requirement { coverage: 0.999, runs: 41, block: 1, samples: 721 };
-    let held_out = HeldOut::of(&[], &requirement);
+    let held_out = HeldOut::of(&[], &scored_runs(41, 721));
     assert_eq!(held_out.coverage, 1.0);
     assert!((held_out.whole_run - 40.0 / 42.0).abs() < 1e-15);
 }
 
 #[test]
 fn held_out_runs_are_counted_whole_and_by_samples() {
-    let requirement = Requirement { coverage: 0.5, runs: 49, block: 1, samples: 1000 };
-    let left = HeldOut::of(&excesses(&[(47, 2.0), (48, 1.0), (48, 3.0)]), &requirement);
+    let left = HeldOut::of(&excesses(&[(47, 2.0), (48, 1.0), (48, 3.0)]), &scored_runs(49, 1000));
     // 47 runs are inside throughout, one of which is given up.
     assert!((left.whole_run - 46.0 / 50.0).abs() < 1e-15);
     assert!((left.coverage - (1.0 - 3.0 / 49e3)).abs() < 1e-15);

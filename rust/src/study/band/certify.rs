@@ -13,10 +13,10 @@
 //! the order of the runs: by exchangeability the expectation of L_{N+1}(λ'), hence that of L_{N+1}(λ), is at most
 //! 1 - coverage (the argument of `[AngelopoulosEtAl2024]`, with leave-one-out bands as in `[BarberEtAl2021]`).
 
+use super::OutputBand;
 use super::extremes::{Bound, GrowingWindow, NEVER_LEFT_OUT, TopTwo, top_two};
-use super::held_out::{Excess, HeldOut, Requirement, Runs};
+use super::held_out::{Excess, HeldOut, Runs};
 use super::running::{Ends, Window, running_mean};
-use super::widened::Widened;
 
 /// The spread is the width of the hull, averaged over this time to either side [durations], plus its mean over all
 /// time times the second factor. The proof holds for any values that are fixed beforehand; factors of 0.1 to 1 differ
@@ -38,7 +38,7 @@ pub fn least_runs(coverage: f64) -> usize {
 
 /// The certified band of the runs, each one row, which must be independent or at least exchangeable; rows that are not
 /// scored always count.
-pub fn certified(runs: &Runs<'_>, requirement: &Requirement) -> Widened {
+pub fn certified(runs: &Runs<'_>, coverage: f64) -> OutputBand {
     let samples = runs.samples;
     let opposite: Vec<f64> = runs.values.iter().map(|value| -value).collect();
     let sides = [top_two(&opposite, samples, runs.scored, 1), top_two(runs.values, samples, runs.scored, 1)];
@@ -46,7 +46,7 @@ pub fn certified(runs: &Runs<'_>, requirement: &Requirement) -> Widened {
     let bounds = [hull(&sides[0], runs.ends), hull(&sides[1], runs.ends)];
     let excesses = scores(&sides, &bounds, &width, runs.scored);
 
-    let allowed = ((1.0 - requirement.coverage) * (runs.scored + 1) as f64 - 1.0) * samples as f64;
+    let allowed = ((1.0 - coverage) * (runs.scored + 1) as f64 - 1.0) * samples as f64;
     // 0.001 times 1000 is not exactly 1: without the addition rounding could remove a sample.
     let allowed = (allowed + 1e-9).max(0.0) as usize;
     let mut levels: Vec<f64> = excesses.iter().map(|excess| excess.score).collect();
@@ -61,14 +61,15 @@ pub fn certified(runs: &Runs<'_>, requirement: &Requirement) -> Widened {
     };
     let outside: Vec<Excess> = excesses.into_iter().filter(|excess| excess.score > inflation).collect();
     let mean = (outside.len() as f64 / samples as f64 + 1.0) / (runs.scored + 1) as f64;
-    Widened {
+    OutputBand {
         // A bound at zero is 0 and not -0.
         lower: bound(0, -runs.limits[0]).into_iter().map(|bound| 0.0 - bound).collect(),
         upper: bound(1, runs.limits[1]),
         window: 0.0,
         inflation,
         persistence: 0.0,
-        held_out: HeldOut { coverage: 1.0 - mean, ..HeldOut::of(&outside, requirement) },
+        held_out: HeldOut { coverage: 1.0 - mean, ..HeldOut::of(&outside, runs) },
+        polynomial: None,
     }
 }
 

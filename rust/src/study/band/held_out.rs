@@ -28,19 +28,6 @@ pub struct Excess {
     pub score: f64,
 }
 
-/// Share of the samples of held-out runs that must be inside a band.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Requirement {
-    /// Share of the samples that must be inside [-].
-    pub coverage: f64,
-    /// Number of runs that were held out.
-    pub runs: usize,
-    /// Rows of a run: its revolutions, or one.
-    pub block: usize,
-    /// Number of samples of a row.
-    pub samples: usize,
-}
-
 /// What held-out runs did, given where they are outside (scores above 0).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeldOut {
@@ -52,25 +39,26 @@ pub struct HeldOut {
 
 /// Share of the samples for which a held-out run that leaves the band of the others, before that is widened, stays
 /// outside [-]: the mean over these runs, each weighted by its share. 0 where none leaves it.
-pub fn persistence(outside: impl Iterator<Item = u32>, requirement: &Requirement) -> f64 {
-    let mut of_runs = vec![0.0_f64; requirement.runs];
+pub fn persistence(outside: impl Iterator<Item = u32>, runs: &Runs<'_>) -> f64 {
+    let mut of_runs = vec![0.0_f64; runs.scored];
     outside.for_each(|run| of_runs[run as usize] += 1.0);
     let sum: f64 = of_runs.iter().sum();
     let square: f64 = of_runs.iter().map(|count| count * count).sum();
-    if sum > 0.0 { square / (sum * (requirement.block * requirement.samples) as f64) } else { 0.0 }
+    if sum > 0.0 { square / (sum * (runs.block * runs.samples) as f64) } else { 0.0 }
 }
 
 impl HeldOut {
     /// From the excesses of a band.
-    pub fn of(excesses: &[Excess], requirement: &Requirement) -> Self {
-        let mut left = vec![false; requirement.runs];
+    pub fn of(excesses: &[Excess], runs: &Runs<'_>) -> Self {
+        let mut left = vec![false; runs.scored];
         excesses.iter().for_each(|excess| left[excess.run as usize] = true);
         let inside = left.iter().filter(|left| !**left).count();
-        // One run is subtracted because the same runs chose the band.
+        // The i-th smallest of the largest scores of N exchangeable runs bounds that of a further one with
+        // probability i / (N + 1) `[VovkGammermanShafer2005]`. One run is subtracted because the same runs chose
+        // the band.
         Self {
-            coverage: 1.0
-                - excesses.len() as f64 / (requirement.runs * requirement.block * requirement.samples) as f64,
-            whole_run: inside.saturating_sub(1) as f64 / (requirement.runs + 1) as f64,
+            coverage: 1.0 - excesses.len() as f64 / (runs.scored * runs.block * runs.samples) as f64,
+            whole_run: inside.saturating_sub(1) as f64 / (runs.scored + 1) as f64,
         }
     }
 }

@@ -17,11 +17,11 @@ use crate::study::chebyshev::GridError;
 use crate::study::pool::{private_pool, thread_count};
 use crate::study::sweep::Monitor;
 use certify::certified;
-use held_out::{HeldOut, Requirement, Runs};
+use held_out::{HeldOut, Runs};
 use regression::Regression;
-use resolve::{LARGEST_DEGREE, LARGEST_TERM_SHARE, ROUNDING, Resolved, extrapolated, hull, resolved};
+use resolve::{LARGEST_DEGREE, LARGEST_TERM_SHARE, ROUNDING, extrapolated, hull, resolved};
 use running::Ends;
-use widened::{Widened, widened};
+use widened::widened;
 
 /// A polynomial that follows the response.
 #[derive(Clone, Debug)]
@@ -204,13 +204,10 @@ impl Design {
     fn judged(&self, values: &[f64], samples: usize, limits: [f64; 2]) -> OutputBand {
         let Self { block, ends, scored, coverage, .. } = *self;
         let runs = Runs { values, samples, block, ends, scored, limits };
-        let requirement = Requirement { coverage, runs: scored, block, samples };
         match self.method {
-            Method::Calibrated => band(&runs, &self.regression, &requirement),
-            Method::OfRuns => {
-                lasting(widened(&runs, &requirement), &runs, &self.regression, &requirement).into()
-            }
-            Method::Certified => certified(&runs, &requirement).into(),
+            Method::Calibrated => band(&runs, &self.regression, coverage),
+            Method::OfRuns => lasting(widened(&runs, coverage), &runs, &self.regression),
+            Method::Certified => certified(&runs, coverage),
         }
     }
 
@@ -238,45 +235,41 @@ impl Design {
 }
 
 /// The band of one output.
-fn band(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> OutputBand {
+fn band(runs: &Runs<'_>, regression: &Regression, coverage: f64) -> OutputBand {
     // The error of a polynomial is small in the mean over time, and may be large at some instants.
-    let holds = |band: &Resolved| band.held_out.coverage >= requirement.coverage;
-    let Some(resolved) = resolved(runs, regression, requirement).filter(holds) else {
-        let band = widened(runs, requirement);
-        return lasting(with_corners(band, runs, regression), runs, regression, requirement).into();
+    let holds = |band: &OutputBand| band.held_out.coverage >= coverage;
+    let Some(resolved) = resolved(runs, regression).filter(holds) else {
+        let band = widened(runs, coverage);
+        return lasting(with_corners(band, runs, regression), runs, regression);
     };
     let wide = width(&resolved.lower, &resolved.upper);
     // A calibrated band holds all runs, and costs more than to know how wide that is at least.
     let [lower, upper] = hull(runs);
-    if resolved.error <= TRUSTED_ERROR || wide <= LARGEST_WIDTH_RATIO * width(&lower, &upper) {
-        return resolved.into();
+    let error = resolved.polynomial.as_ref().map_or(f64::INFINITY, |polynomial| polynomial.error);
+    if error <= TRUSTED_ERROR || wide <= LARGEST_WIDTH_RATIO * width(&lower, &upper) {
+        return resolved;
     }
-    let calibrated = widened(runs, requirement);
+    let calibrated = widened(runs, coverage);
     // For an output that does not vary the calibrated band has no width; that of a polynomial has the width of rounding.
     let rounding: f64 = calibrated.upper.iter().map(|upper| ROUNDING * upper.abs()).sum();
     if wide <= LARGEST_WIDTH_RATIO * width(&calibrated.lower, &calibrated.upper) + rounding {
-        resolved.into()
+        resolved
     } else {
-        lasting(calibrated, runs, regression, requirement).into()
+        lasting(calibrated, runs, regression)
     }
 }
 
 /// A calibrated band that knows how long what no polynomial explains lasts in a run. Revolutions of one run show that by
 /// themselves.
-fn lasting(
-    mut band: Widened,
-    runs: &Runs<'_>,
-    regression: &Regression,
-    requirement: &Requirement,
-) -> Widened {
+fn lasting(mut band: OutputBand, runs: &Runs<'_>, regression: &Regression) -> OutputBand {
     if runs.block == 1 {
-        band.persistence = band.persistence.max(resolve::persistence(runs, regression, requirement));
+        band.persistence = band.persistence.max(resolve::persistence(runs, regression));
     }
     band
 }
 
 /// A calibrated band that contains the range of the polynomial too, where motions follow one roughly.
-fn with_corners(mut band: Widened, runs: &Runs<'_>, regression: &Regression) -> Widened {
+fn with_corners(mut band: OutputBand, runs: &Runs<'_>, regression: &Regression) -> OutputBand {
     if band.persistence >= ROUGH_PERSISTENCE
         && let Some([lowest, highest]) = extrapolated(runs, regression, LARGEST_ROUGH_ERROR)
     {
@@ -288,36 +281,6 @@ fn with_corners(mut band: Widened, runs: &Runs<'_>, regression: &Regression) -> 
 
 fn width(lower: &[f64], upper: &[f64]) -> f64 {
     upper.iter().zip(lower).map(|(upper, lower)| upper - lower).sum()
-}
-
-impl From<Widened> for OutputBand {
-    fn from(band: Widened) -> Self {
-        Self {
-            lower: band.lower,
-            upper: band.upper,
-            window: band.window,
-            inflation: band.inflation,
-            persistence: band.persistence,
-            held_out: band.held_out,
-            polynomial: None,
-        }
-    }
-}
-
-impl From<Resolved> for OutputBand {
-    fn from(band: Resolved) -> Self {
-        let polynomial =
-            Polynomial { degree: band.degree, error: band.error, coefficients: band.coefficients };
-        Self {
-            lower: band.lower,
-            upper: band.upper,
-            window: band.window,
-            inflation: 0.0,
-            persistence: 0.0,
-            held_out: band.held_out,
-            polynomial: Some(polynomial),
-        }
-    }
 }
 
 /// `work` for every output, in order, on threads of a private pool.

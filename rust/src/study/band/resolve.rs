@@ -1,10 +1,11 @@
 //! Whether a polynomial in the parameters follows an output, and the band that it then gives.
 
 use super::extremes::{GrowingWindow, NEVER_LEFT_OUT, TopTwo, top_two};
-use super::held_out::{self, Excess, HeldOut, Requirement, Runs};
+use super::held_out::{self, Excess, HeldOut, Runs};
 use super::regression::{Regression, exponents};
 use super::running::{Window, running_maximum};
 use super::sparse_range::{COARSE, SparseRange};
+use super::{OutputBand, Polynomial};
 use crate::study::chebyshev::Polynomials;
 use crate::study::range::polynomial_ranges;
 use rayon::prelude::*;
@@ -40,30 +41,11 @@ const BLOCK: usize = 64;
 /// degree 2, or 4 of degree 5.
 const LARGEST_TENSOR: usize = 1296;
 
-/// A band from a polynomial.
-#[derive(Clone, Debug)]
-pub struct Resolved {
-    /// Lower bounds.
-    pub lower: Vec<f64>,
-    /// Upper bounds.
-    pub upper: Vec<f64>,
-    /// Total degree.
-    pub degree: usize,
-    /// Error of the polynomial over the width of the hull [-].
-    pub error: f64,
-    /// Coefficients, terms x samples.
-    pub coefficients: Vec<f64>,
-    /// Half-length of the window of the margin, in samples.
-    pub window: f64,
-    /// What held-out runs did.
-    pub held_out: HeldOut,
-}
-
-/// The polynomial that follows the runs, with its error, if there is one.
+/// The band of the polynomial that follows the runs, if there is one.
 ///
 /// All rows of values take part in the fit and in the verdict, the nominal run too; its margin is that of the scored
 /// ones.
-pub fn resolved(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> Option<Resolved> {
+pub fn resolved(runs: &Runs<'_>, regression: &Regression) -> Option<OutputBand> {
     let degree = chosen_degree(runs, regression, LARGEST_TRUSTED_ERROR)?;
     let samples = runs.samples;
     let Fitted { coefficients, largest, farthest } = fitted(runs, regression, degree);
@@ -83,9 +65,15 @@ pub fn resolved(runs: &Runs<'_>, regression: &Regression, requirement: &Requirem
     let upper: Vec<f64> =
         (0..samples).map(|at| (highest[at] + margin[at]).min(most).max(hull_upper[at])).collect();
     let excesses = held_out_excesses(runs, largest, window, &lowest, &highest);
-    let held_out = HeldOut::of(&excesses, requirement);
-    let window = MARGIN_WINDOW * (samples - 1) as f64;
-    Some(Resolved { lower, upper, degree, error, coefficients, window, held_out })
+    Some(OutputBand {
+        lower,
+        upper,
+        window: MARGIN_WINDOW * (samples - 1) as f64,
+        inflation: 0.0,
+        persistence: 0.0,
+        held_out: HeldOut::of(&excesses, runs),
+        polynomial: Some(Polynomial { degree, error, coefficients }),
+    })
 }
 
 /// The range over the box of the polynomial with the least error, if that is below `largest_error`; with physical
@@ -156,7 +144,7 @@ fn fitted_block(runs: &Runs<'_>, regression: &Regression, degree: usize) -> Fitt
 ///
 /// Runs that differ by an offset or a factor, beside what their parameters do, are single observations, however many
 /// samples they have. For runs of one row.
-pub fn persistence(runs: &Runs<'_>, regression: &Regression, requirement: &Requirement) -> f64 {
+pub fn persistence(runs: &Runs<'_>, regression: &Regression) -> f64 {
     let Some(Tried { mut errors, probes, .. }) = tried(runs, regression) else { return 0.0 };
     errors.truncate(runs.scored * probes);
     let mut furthest = Vec::with_capacity(2 * probes);
@@ -170,7 +158,7 @@ pub fn persistence(runs: &Runs<'_>, regression: &Regression, requirement: &Requi
             furthest.extend([lowest, highest]);
         }
     }
-    held_out::persistence(furthest.into_iter(), &Requirement { samples: probes, ..*requirement })
+    held_out::persistence(furthest.into_iter(), &Runs { samples: probes, ..*runs })
 }
 
 /// The degree with the least error at left-out runs, at some instants; None where no polynomial is nearly good

@@ -2,8 +2,9 @@
 //! fitted to what held-out runs exceed them by. `docs/theory.md` has the rule, which `tests/python/one_page.py`
 //! writes in NumPy. The two largest values of different runs hold all hulls without one run.
 
-use super::extremes::{GrowingWindow, NEVER_LEFT_OUT, TopTwo, top_two};
-use super::held_out::{Excess, HeldOut, Requirement, Runs, persistence};
+use super::OutputBand;
+use super::extremes::{Bound, GrowingWindow, NEVER_LEFT_OUT, TopTwo, top_two};
+use super::held_out::{Excess, HeldOut, Runs, persistence};
 use super::resolve::ROUNDING;
 use super::running::{Window, running_mean};
 
@@ -25,23 +26,6 @@ const WINDOWS: i32 = 12;
 /// Keeps divisions defined where nothing varies.
 const TINY: f64 = 1e-300;
 
-/// A widened band.
-#[derive(Clone, Debug)]
-pub struct Widened {
-    /// Lower bounds.
-    pub lower: Vec<f64>,
-    /// Upper bounds.
-    pub upper: Vec<f64>,
-    /// Half-length of the window, in samples; mean of the bands that were averaged.
-    pub window: f64,
-    /// Local spreads by which the band was widened; mean of both sides and of the bands that were averaged.
-    pub inflation: f64,
-    /// How long runs stay outside before the band is widened, see [`persistence`].
-    pub persistence: f64,
-    /// What held-out runs did.
-    pub held_out: HeldOut,
-}
-
 /// One side of the runs, as deviations from the mean run; the lower one with opposite signs.
 struct Side {
     /// The two largest values at every instant.
@@ -54,14 +38,8 @@ struct Side {
     bounds: Vec<Bound>,
 }
 
-/// Largest values over a window: of all runs, and without the run that has the largest one at the instant itself.
-struct Bound {
-    all: Vec<f64>,
-    without: Vec<f64>,
-}
-
 /// The widened band of the runs.
-pub fn widened(runs: &Runs<'_>, requirement: &Requirement) -> Widened {
+pub fn widened(runs: &Runs<'_>, coverage: f64) -> OutputBand {
     let Runs { samples, block, .. } = *runs;
     let longest = LONGEST_WINDOW * (samples - 1) as f64;
     let mut windows: Vec<usize> = (0..WINDOWS).map(|j| (longest / WINDOW_RATIO.powi(j)) as usize).collect();
@@ -80,7 +58,7 @@ pub fn widened(runs: &Runs<'_>, requirement: &Requirement) -> Widened {
 
     let rows = (runs.scored * block) as f64;
     let error = STANDARD_ERRORS / rows.sqrt();
-    let may_be_outside = SHARE_OF_TAIL * (1.0 - requirement.coverage) / 2.0;
+    let may_be_outside = SHARE_OF_TAIL * (1.0 - coverage) / 2.0;
     let levels = levels(&sides, windows.len(), rows * samples as f64, error, may_be_outside);
     let width = |window: usize| -> f64 {
         let of = |side: usize| sides[side].widened(window, levels[window][side]).sum::<f64>();
@@ -98,13 +76,14 @@ pub fn widened(runs: &Runs<'_>, requirement: &Requirement) -> Widened {
         let bound = sides[side].mean_bound(&chosen, level[side], &mut outside);
         sides[side].within_limit(bound, &mean, sign, runs.limits[side], level[side])
     });
-    Widened {
+    OutputBand {
         lower,
         upper,
         window: chosen.iter().map(|&window| share * windows[window] as f64).sum(),
         inflation: 0.5 * (level[0] + level[1]),
-        persistence: persistence(outside.unwidened.into_iter(), requirement),
-        held_out: HeldOut::of(&outside.widened, requirement),
+        persistence: persistence(outside.unwidened.into_iter(), runs),
+        held_out: HeldOut::of(&outside.widened, runs),
+        polynomial: None,
     }
 }
 
@@ -169,8 +148,10 @@ impl Side {
         let longest = windows[windows.len() - 1];
         let local = runs.ends.over(&reach, Window::new(longest as f64), running_mean);
         let spread = local.iter().map(|local| (local + overall).max(TINY)).collect();
+        let labels: Vec<u32> = largest.iter().map(|top| top.run).collect();
         let mut growing = GrowingWindow::new(largest.clone(), runs.ends);
-        let bounds = windows.iter().map(|&half| Bound::of(growing.grow(half), &largest)).collect();
+        let over = |&half: &usize| Bound::over(Window::new(half as f64), &mut growing, &labels);
+        let bounds = windows.iter().map(over).collect();
         Self { largest, rows, spread, bounds }
     }
 
@@ -232,12 +213,5 @@ impl Side {
         places.flat_map(|(rows, (without, spread))| {
             rows.iter().map(move |row| (row - without) / spread).filter(|excess| *excess > 0.0)
         })
-    }
-}
-
-impl Bound {
-    fn of(window: &[TopTwo], instants: &[TopTwo]) -> Self {
-        let without = window.iter().zip(instants).map(|(top, at)| top.without(at.run));
-        Self { all: window.iter().map(|top| top.first).collect(), without: without.collect() }
     }
 }
