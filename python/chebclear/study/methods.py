@@ -110,11 +110,10 @@ class Methods(Runner):
                 f'degree must be at most {MOST_RANGE_DEGREE} for bounds="range", got {max(degrees)}: take a '
                 'lower degree or bounds="eq31"'
             )
-        sides = list(self.intervals.values())
-        grid = chebyshev_grid(sides, counts)
+        grid = chebyshev_grid(list(self.intervals.values()), counts)
         # Of a finished table its other runs.
         table = self.model if isinstance(self.model, FinishedRuns) else None
-        beside = between_nodes(sides, counts) if table is None else table.beside(grid)
+        beside = between_nodes(self.intervals, counts) if table is None else table.beside(grid)
         points = np.vstack([grid, beside])
         return self._with_warnings(self.run_points(points, tuple(counts), tuple(degrees), bounds))
 

@@ -35,6 +35,7 @@ from .band.units import with_units
 from .band.worst import WorstCase
 from .features.features import FeatureResult, FeatureTable
 from .features.ranking import Ranking
+from .polynomials.points import nominal_point
 from .polynomials.surrogate import BoundKind
 from .report.dataset import facts_of, more_arrays, study_dataset
 from .report.document import study_document, verdict_table
@@ -109,7 +110,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
 
     def __getstate__(self) -> dict[str, Any]:
         # Executors cannot be pickled; the specification makes the study again.
-        return {name: value for name, value in vars(self).items() if name != "study"}
+        return {name: value for name, value in super().__getstate__().items() if name != "study"}
 
     features: FeatureTable | None = None
     nominal_parameters: Array | None = None
@@ -365,7 +366,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         threads : int, optional
             Threads for bands and ranges of polynomials [-]; all processors if not given.
         nominal_parameters : ndarray, optional
-            Parameters of the nominal run [SI units]; the midpoints if not given.
+            Parameters of the nominal run [SI units]; the nominal values if not given.
         failures : tuple of FailedRun
             The runs that failed, whose values and parameters are not among the others.
         units : mapping of str to str, optional
@@ -374,8 +375,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
             The remaining fields.
         """
         facts["nominal_parameters"] = nominal_parameters
-        at = nominal_parameters
-        at = np.array([side.nominal for side in intervals.values()]) if at is None else at
+        at = nominal_point(intervals, nominal_parameters)
         given = dict(units or {})
         facts |= {"bounds": bounds, "requirement": requirement, "failures": failures, "units": given}
         simulated = facts.get("scene") is not None

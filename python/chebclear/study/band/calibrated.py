@@ -15,7 +15,7 @@ from ...base.named import ReadOnlyDict
 from ...errors import ArgumentError
 from ...execution.memory import Usage, copy_output
 from ...scene.scene import Interval
-from ..polynomials.points import leaves_out, on_cube
+from ..polynomials.points import leaves_out, nominal_point, on_cube
 from ..polynomials.total_degree import total_degree_polynomial
 from .band import Band
 from .margin import Margin, Verdict, percent
@@ -133,23 +133,20 @@ def calibrated_bands(
     threads : int, optional
         Threads to work on [-]; all processors if not given.
     nominal_parameters : ndarray, optional
-        Parameters of the nominal run [SI units], shape (parameters,); the midpoints if not given.
+        Parameters of the nominal run [SI units], shape (parameters,); the nominal values if not given.
 
     Raises
     ------
     ValueError
         If a value is not finite, or there are fewer than three runs at Sobol' points.
     """
-    place = np.zeros(len(intervals))
-    if nominal_parameters is not None:
-        place = on_cube(intervals, nominal_parameters)
-    points = np.vstack([on_cube(intervals, parameters), place])
+    every = np.vstack([parameters, nominal_point(intervals, nominal_parameters)])
+    points = on_cube(intervals, every)
     limits = [requirement.limits[name] for name in outputs]
     nominal, rows, angle, kept = values[-1], values[:-1], None, None
     if requirement.revolutions is not None:
         kept, angle = requirement.revolutions.kept, requirement.revolutions.angle
-        own = [side.nominal for side in intervals.values()]
-        parameters = np.repeat(np.vstack([parameters, own]), kept, axis=0)
+        parameters = np.repeat(every, kept, axis=0)
         nominal, rows = values[-1, 0], values.reshape(-1, *values.shape[2:])
         values = rows
     # What a table has no runs in is unknown; Sobol' points fill the box.

@@ -30,7 +30,7 @@ def grid_bands(
     nodes: tuple[int, ...],
     bounds: BoundKind,
     threads: int | None,
-    at: Array | None,
+    at: Array,
     missing: Sequence[int],
 ) -> dict[str, Band]:
     """The bands of all outputs.
@@ -56,8 +56,8 @@ def grid_bands(
         Bounds of polynomials, see `Surrogate.bounds`.
     threads : int or None
         Threads for the ranges [-]; all processors if None.
-    at : ndarray or None
-        Parameters of the nominal run [SI units]; the midpoints if None.
+    at : ndarray, shape (parameters,)
+        Parameters of the nominal run [SI units].
     missing : sequence of int
         Numbers of the runs, of the grid first, that are not among the values.
 
@@ -70,8 +70,7 @@ def grid_bands(
     lost = [number for number in missing if number < whole]
     holes = fit_holes(nodes, degrees, lost) if degrees is not None and lost else None
     count = whole - len(lost)
-    nominal_point = [side.nominal for side in intervals.values()] if at is None else at
-    places = np.vstack([parameters[count:], nominal_point])
+    places = np.vstack([parameters[count:], at])
     unknown = len(missing) / (len(missing) + len(parameters))
     if len(missing) > len(lost) and count == len(parameters):
         unknown = 1.0  # nothing has checked the polynomials beside their grid

@@ -238,9 +238,7 @@ class Model(NamedTuple):
     """Factors for the scatter of the resampled sets, shape (replicates,)."""
 
 
-def find_effects(
-    names: list[str], points: Array, values: Array, seed: int = 0, model: Model | None = None
-) -> Effects:
+def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) -> Effects:
     """Decompose the variance of a feature.
 
     Parameters
@@ -253,8 +251,6 @@ def find_effects(
         The feature in its unit.
     seed : int
         Seed of the resampling.
-    model : Model, optional
-        That of these values, if it is known already.
 
     Returns
     -------
@@ -266,7 +262,7 @@ def find_effects(
         If there are too few runs for a polynomial of degree 1, or the points do not vary all parameters
         independently.
     """
-    model = model_of(points, values, seed) if model is None else model
+    model = model_of(points, values, seed)
     variances = np.maximum(model.variances, 0.0)
     total = float(variances.sum())
     shares = variances / total if total > 0.0 else variances

@@ -24,8 +24,8 @@ from ...run.settings import Settings
 from ...run.tracking import settling_time
 from ...scene.scene import Interval, Scene
 from ..band.margin import percent
-from ..polynomials.points import leaves_out, on_cube
-from .effects import Effects, Model, find_effects, model_of
+from ..polynomials.points import leaves_out, nominal_point, on_cube
+from .effects import Effects, find_effects
 from .narrowing import find_narrowing
 from .ranking import Rank, Ranking
 from .reach import FeatureInterval, find_interval
@@ -210,10 +210,8 @@ class FeatureResult(records.ArrayRecord):
     def interval(self) -> FeatureInterval:
         """How far the feature reaches over the box."""
         filled = not self.failed and not self._leaves_out
-        points, values = (
-            np.vstack([self._points, self._nominal_point]),
-            np.vstack([self.values, self.nominal]),
-        )
+        points = np.vstack([self._points, self._nominal_point])
+        values = np.vstack([self.values, self.nominal])
         reach = find_interval(points, values, self.random, filled=filled)
         share = len(self.values) / (len(self.values) + self.failed)
         return replace(
@@ -236,11 +234,7 @@ class FeatureResult(records.ArrayRecord):
         """
         if self._leaves_out:
             warn(f"{self.name}: the runs leave out a part of the box: effects are extrapolated there")
-        return find_effects(list(self.intervals), self._points, self.values, model=self._model)
-
-    @cached_property
-    def _model(self) -> Model:
-        return model_of(self._points, self.values, 0)
+        return find_effects(list(self.intervals), self._points, self.values)
 
     def quantile(self, shares: ArrayLike) -> Array:
         """Values that so many of the runs, all cycles together, stay below.
@@ -288,7 +282,6 @@ class FeatureResult(records.ArrayRecord):
             self._points,
             self.values,
             nominal=self._nominal_point,
-            model=self._model,
         )
         rows = [
             Rank(name, narrowing, effects.main[name], effects.monotone.get(name))
@@ -319,10 +312,7 @@ class FeatureResult(records.ArrayRecord):
     @property
     def _nominal_point(self) -> Array:
         """As `_points`, of the nominal run."""
-        at = self.nominal_parameters
-        return on_cube(
-            self.intervals, np.array([side.nominal for side in self.intervals.values()]) if at is None else at
-        )
+        return on_cube(self.intervals, nominal_point(self.intervals, self.nominal_parameters))
 
 
 def checked_features(checks: Checks, given: object) -> dict[str, Asked]:

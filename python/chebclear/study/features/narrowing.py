@@ -56,12 +56,7 @@ _ENDS = (0.5 - 0.5 * _CENTRAL, 0.5 + 0.5 * _CENTRAL)
 
 
 def find_narrowing(
-    names: list[str],
-    points: Array,
-    values: Array,
-    seed: int = 0,
-    nominal: Array | None = None,
-    model: Model | None = None,
+    names: list[str], points: Array, values: Array, seed: int = 0, nominal: Array | None = None
 ) -> dict[str, Estimate]:
     """Relative reduction of the interval of 95 % of the values when the interval of a
     parameter is halved towards its nominal value [-].
@@ -71,7 +66,7 @@ def find_narrowing(
     The scatter may be of any size and shape in any part of the box. Parameters and errors are those of
     `find_effects`.
     """
-    model = model_of(points, values, seed) if model is None else model
+    model = model_of(points, values, seed)
     nominal = np.zeros(points.shape[1]) if nominal is None else nominal
     effect, resampled = _narrowed(model, points, nominal, seed)
     lower, upper = ends_of(resampled)

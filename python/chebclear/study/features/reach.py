@@ -73,10 +73,10 @@ def find_interval(points: Array, values: Array, random: bool, *, filled: bool) -
     """
     runs = len(values) - 1
     lower, upper, resolved = _reach(points, values, filled)
-    fold = np.append(np.arange(runs) % _FOLDS, _FOLDS)  # the nominal run is never left out
+    folds = np.append(np.arange(runs) % _FOLDS, _FOLDS)  # the nominal run is never left out
     inside = 0
-    for left_out_fold in range(min(_FOLDS, runs)):
-        out = fold == left_out_fold
+    for fold in range(min(_FOLDS, runs)):
+        out = folds == fold
         low, high, _ = _reach(points[~out], values[~out], filled)
         inside += int(np.count_nonzero(np.all((values[out] >= low) & (values[out] <= high), axis=1)))
     return FeatureInterval(

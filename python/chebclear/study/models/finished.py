@@ -13,7 +13,7 @@ from ...base.arguments import Checks, meant_or_known
 from ...errors import ArgumentError, describe
 from ...run.features import Feature
 from ...scene.scene import Interval
-from ..polynomials.points import empty_together, is_grid
+from ..polynomials.points import empty_together, is_grid, nominal_point
 from .filled import copies_of, gaps, spread
 from .own import Returned, check_own_features, sampled_feature
 from .returned import time_axis
@@ -51,8 +51,7 @@ class FinishedRuns:
     @property
     def _from_nominal(self) -> Array:
         """Largest distance of each run from the nominal values, over half the interval, shape (runs,)."""
-        wanted = np.array([[side.nominal for side in self.intervals.values()]])
-        away = self._on_cube(self.parameters) - self._on_cube(wanted)
+        away = self._on_cube(self.parameters) - self._on_cube(nominal_point(self.intervals))
         return np.asarray(np.max(np.abs(away), axis=1))
 
     @property

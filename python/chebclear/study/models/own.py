@@ -24,6 +24,7 @@ from ...run.features import JOINT_KINDS, Feature
 from ...run.settings import RunOptions
 from ...scene.scene import Interval
 from ..features.features import Asked, called
+from ..polynomials.points import nominal_point
 from .calling import Calling, call_model
 from .identity import ModelIdentity
 from .returned import ReturnedRun
@@ -194,8 +195,7 @@ class OwnModel:
         StoreError
             If the store cannot be used.
         """
-        nominal_point = np.array([side.nominal for side in self.intervals.values()])
-        rows = np.vstack([points, nominal_point]) if midpoint else points
+        rows = np.vstack([points, nominal_point(self.intervals)]) if midpoint else points
         given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in rows]
         store = None
         if means.store is not None:

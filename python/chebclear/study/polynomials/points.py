@@ -64,6 +64,11 @@ def uniform_points(intervals: Mapping[str, Interval], count: int, seed: int) -> 
     return default_rng(seed).uniform(lower, upper, (count, len(intervals)))
 
 
+def nominal_point(intervals: Mapping[str, Interval], given: Array | None = None) -> Array:
+    """Parameters of the nominal run [SI units]: those that are given, else the nominal values."""
+    return np.array([side.nominal for side in intervals.values()]) if given is None else given
+
+
 def even_points(count: int, parameters: int) -> Array:
     """Points that fill the cube [-1, 1]^k evenly, shape (points, parameters): multiples of the powers of a
     root of x^(k + 1) = x + 1, modulo 1."""
@@ -74,7 +79,7 @@ def even_points(count: int, parameters: int) -> Array:
     return 2.0 * ((0.5 + np.arange(1, count + 1)[:, None] * steps) % 1.0) - 1.0
 
 
-def between_nodes(intervals: Sequence[Interval], nodes: Sequence[int]) -> Array:
+def between_nodes(intervals: Mapping[str, Interval], nodes: Sequence[int]) -> Array:
     """Points that tell a polynomial on a grid of Chebyshev roots from waves that the roots do not see.
 
     In the angle θ of x = cos θ, the roots stand in the middle of cells of π / n, and waves such as T_2n and
@@ -84,10 +89,10 @@ def between_nodes(intervals: Sequence[Interval], nodes: Sequence[int]) -> Array:
 
     Parameters
     ----------
-    intervals : sequence of Interval
-        Sides of the box.
+    intervals : mapping of str to Interval
+        Interval of each parameter [SI units].
     nodes : sequence of int
-        Number of roots on each side [-].
+        Number of roots of each [-].
 
     Returns
     -------
@@ -98,9 +103,7 @@ def between_nodes(intervals: Sequence[Interval], nodes: Sequence[int]) -> Array:
     cells, sides = places[:, : len(intervals)], places[:, len(intervals) :]
     cell = np.floor(0.5 * (cells + 1.0) * nodes)
     angles = np.pi * (cell + 0.5 + np.sign(sides) * (0.2 + 0.2 * np.abs(sides))) / nodes
-    middle = np.array([side.midpoint for side in intervals])
-    half = np.array([side.half_width for side in intervals])
-    return np.asarray(middle + half * np.cos(angles))
+    return on_box(intervals, np.cos(angles))
 
 
 def on_box(intervals: Mapping[str, Interval], cube: Array) -> Array:

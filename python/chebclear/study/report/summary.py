@@ -20,7 +20,7 @@ from ..band.band import Band
 from ..band.calibrated import doubling_narrows
 from ..band.margin import percent
 from ..features.reach import FeatureInterval, find_interval
-from ..polynomials.points import leaves_out, on_cube
+from ..polynomials.points import leaves_out, nominal_point, on_cube
 
 if TYPE_CHECKING:
     from ..results import StudyResult
@@ -125,9 +125,7 @@ def _peak(result: StudyResult, band: Band) -> FeatureInterval:
         return result.features[asked].interval
     values = result.table(band.name)
     peaks = values.reshape(len(values), -1).max(axis=1)[:, None]
-    nominal = np.array([side.nominal for side in result.intervals.values()])
-    if result.nominal_parameters is not None:
-        nominal = result.nominal_parameters
+    nominal = nominal_point(result.intervals, result.nominal_parameters)
     points = on_cube(result.intervals, np.vstack([result.parameters, nominal]))
     filled = not any(one.reason != NOT_BEGUN for one in result.failures) and not _leaves_out(result)
     return find_interval(points, peaks, random=result.requirement is not None, filled=filled)
