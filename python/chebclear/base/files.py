@@ -396,6 +396,10 @@ class ArrayRecord(Shown):
     def __deepcopy__(self, memory: object) -> Self:
         return self
 
+    def __getstate__(self) -> dict[str, Any]:
+        # Cached values are no part of a record: its pickle must not depend on what it was asked for.
+        return {item.name: getattr(self, item.name) for item in dataclasses.fields(self)}  # type: ignore[arg-type]
+
     def __setstate__(self, state: dict[str, Any]) -> None:
         # Pickles do not call __init__, and their arrays are new ones.
         self.__dict__.update(state)

@@ -293,3 +293,14 @@ def test_a_comparison_without_a_number_equals_its_copies(tmp_path):
         assert other == comparison and other["zero"] == comparison["zero"] and str(other) == str(comparison)
     with pytest.raises(TypeError):
         comparison.errors["x"] = None
+
+
+def test_a_pickle_does_not_depend_on_what_a_result_was_asked_for():
+    result = cc.Study(
+        lambda a, b: {"t": [0.0, 1.0], "x": [a, b], "f": a * b},
+        {"a": cc.interval(0.0, 1.0), "b": cc.interval(1.0, 2.0)},
+    ).sample(200)
+    before = len(pickle.dumps(result))
+    print(result, result.ranking("f"), result["x"].max_width)
+    assert len(pickle.dumps(result)) == before
+    assert pickle.loads(pickle.dumps(result)) == result
