@@ -89,15 +89,15 @@ def far_off(surrogate: Surrogate, points: Array, runs: Array, hull: tuple[Array,
     """
     width = hull[1] - hull[0]
     width = np.maximum(width, np.mean(width))
-    at = dict(zip(surrogate.intervals, points.T, strict=True))
     nodes = [degree + 1 for degree in surrogate.degrees]
     count = math.prod(nodes) if _on_grid(surrogate, nodes, points) else 0
+    others = dict(zip(surrogate.intervals, points[count:].T, strict=True))
     off, left_out = np.zeros((2, len(width)))
     for block in time_blocks(*runs.shape):
         if count:
             left_out[block] = left_out_error(surrogate.degrees, nodes, runs[:count, block])
         part = replace(surrogate, terms=np.ascontiguousarray(surrogate.terms[:, block]))
-        off[block] = np.max(np.abs(part.evaluate(at) - runs[:, block]), axis=0, initial=0.0)
+        off[block] = np.max(np.abs(part.evaluate(others) - runs[count:, block]), axis=0, initial=0.0)
     found = np.zeros(len(width))
     for misses, least in ((off, _FAR_OFF), (left_out, _FAR_OFF_LEFT_OUT)):
         relative = np.divide(misses, width, out=np.zeros_like(misses), where=width > 0.0)
