@@ -10,7 +10,7 @@ use crate::mechanism::conditions::{Conditions, column_units};
 use crate::mechanism::immovable::no_acceleration;
 use crate::mechanism::nearest::{Assembly, EQUAL};
 use crate::mechanism::scales::{contact_scales, levers, speed_from_rest, speed_scale};
-use crate::mechanism::vector_loops::{Closing, given_angle};
+use crate::mechanism::vector_loops::{Closing, NEGLIGIBLE, given_angle};
 use crate::numerics::turns::unwind;
 use crate::scene::parts::{Scene, Start, length_scale};
 use crate::tree::elements::{Realization, Scales, State, Tree};
@@ -100,20 +100,21 @@ fn close_nearest(
     let closing = Closing::new(dynamics, scene, conditions, &guess, length);
     let loops = &closing.loops;
     let unknowns = closing.unknowns(&q);
-    let first = loops.assembly(&unknowns);
-    // Where a mechanism can move, Newton's method ends beside the nearest point.
-    let settle = || closes(residual).then(|| loops.settled(&unknowns)).flatten();
-    if closes(residual) && loops.is_certainly_nearest(&unknowns) {
-        let nearer = if loops.can_move() { settle() } else { None };
-        if let Some(nearer) = nearer.filter(|nearer| !first.is_about_as_near_as(nearer)) {
-            let mut at = closing.coordinates(&nearer.unknowns);
-            if closes(close_positions(dynamics, conditions, &mut at, length)) {
-                return Ok((at, None));
-            }
-        }
-        return Ok((q, None));
+    let mut first = loops.assembly(&unknowns);
+    let is_certain = closes(residual) && loops.is_certainly_nearest(&unknowns);
+    // Where a mechanism can move, Newton's method ends beside the nearest point. Without a threshold but rounding: the
+    // runs of a study must not jump from the one to the other.
+    let settles = closes(residual) && (!is_certain || loops.can_move());
+    let settled = if settles { loops.settled(&unknowns) } else { None };
+    if let Some(nearer) = settled.as_ref().filter(|settled| settled.distance + NEGLIGIBLE < first.distance) {
+        first = nearer.clone();
     }
-    let settled = settle();
+    if is_certain {
+        let mut at = closing.coordinates(&first.unknowns);
+        let moved =
+            first.unknowns != unknowns && closes(close_positions(dynamics, conditions, &mut at, length));
+        return Ok((if moved { at } else { q }, None));
+    }
     let found = loops.search(&unknowns);
     let mut ways: Vec<(Assembly, Vec<f64>)> = Vec::new();
     for way in found {

@@ -20,10 +20,11 @@ const DYADS: usize = 10_000;
 const STARTS: usize = 32;
 /// Most steps of Newton's method from a start.
 const STEPS: usize = 60;
-/// Angle [rad] to which the nearest point of a group that can move is found.
-const SETTLED: f64 = 1e-4;
+/// Angle [rad] to which the nearest point of a group that can move is found: the root of a rounding error, to which the
+/// smallest distance is flat.
+const SETTLED: f64 = 1e-8;
 /// Angle [rad] by which assemblies must differ to be two.
-const APART: f64 = 100.0 * SETTLED;
+const APART: f64 = 0.01;
 
 /// A way to close the loops.
 #[derive(Clone, Debug)]

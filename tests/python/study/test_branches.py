@@ -122,3 +122,36 @@ def test_guesses_far_from_the_way_they_choose_are_enough(lean):
     lean = math.radians(lean)
     angle = guessed(0.4, (lean, -lean)).check().poses[0][2]
     assert angle == pytest.approx(math.copysign(math.acos(0.4), lean), abs=1e-9)
+
+
+def free_four_bar(lengths, angles):
+    """Three bars that nothing drives between two fixed points, from guesses that do not close the loop."""
+    crank, coupler, rocker, base = lengths
+    return cc.Scene(
+        [
+            cc.Body(name, 1.0, 0.1, points={"near": (0.0, 0.0), "far": (length, 0.0)}, angle=angle)
+            for name, length, angle in zip(
+                ("crank", "coupler", "rocker"), (crank, coupler, rocker), angles, strict=True
+            )
+        ],
+        [
+            cc.Revolute("A", "ground.A", "crank.near"),
+            cc.Revolute("B", "crank.far", "coupler.near"),
+            cc.Revolute("C", "coupler.far", "rocker.far"),
+            cc.Revolute("D", "ground.D", "rocker.near"),
+        ],
+        ground={"A": (0.0, 0.0), "D": (base, 0.0)},
+    )
+
+
+def test_the_start_of_a_free_loop_is_continuous_in_its_lengths():
+    # A start that jumps between two rules along a line of lengths is an impact that no parameter has.
+    rng = np.random.default_rng(3)
+    steps = np.linspace(-0.05, 0.05, 41)
+    for line in range(40):
+        guesses = np.array([1.0, 0.3, 1.4]) + rng.uniform(-0.6, 0.6, 3)
+        direction = rng.uniform(-1.0, 1.0, 4)
+        lengths = np.array([0.2, 0.5, 0.4, 0.5]) * (1.0 + steps[:, None] * direction)
+        runs = [cc.simulate(free_four_bar(row, guesses), duration=1e-6, samples=2) for row in lengths]
+        angles = [[run[f"{body}.angle"][0] for body in ("crank", "coupler", "rocker")] for run in runs]
+        assert np.abs(np.diff(angles, 2, axis=0)).max() < 0.001, line
