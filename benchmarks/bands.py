@@ -8,7 +8,7 @@ are named. Of every output it prints: the share of the samples of fresh runs tha
 deviation between studies, the width over that of the hull, the coverage of held-out runs, the share of
 whole runs inside and its estimate, the share of the studies that keep what is asked for, the verdicts, and
 the processor time of bands over that of the runs; at the end the means over all outputs that no polynomial
-resolves. With --certify it judges certified bands.
+resolves. With --independent it judges hulls of 1999 independent runs.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ import numpy as np
 from chebclear import interval, mechanisms
 from chebclear.study.band.band import Band
 from chebclear.study.band.calibrated import Requirement, calibrated_bands
+from chebclear.study.band.independent import mean_share
 from chebclear.study.polynomials.points import random_points
 
 SAMPLES = 721
@@ -235,13 +236,13 @@ def reference(name: str, folder: Path, hull_runs: int, fresh_runs: int) -> dict[
     study = study_of(name)
     lower = upper = None
     for start in range(0, hull_runs, 1000):
-        points = random_points(study.intervals, min(1000, hull_runs - start), seed=10_000 + start)
-        values = study.simulated(points, study.settings, midpoint=False).values
+        points = random_points(study.intervals, 0, min(1000, hull_runs - start), seed=10_000 + start)
+        values = study.runner.simulated(points, study.runner.settings, midpoint=False).values
         low, high = values.min(axis=0), values.max(axis=0)
         lower = low if lower is None else np.minimum(lower, low)
         upper = high if upper is None else np.maximum(upper, high)
-    points = random_points(study.intervals, fresh_runs, seed=9_999)
-    fresh = study.simulated(points, study.settings, midpoint=False).values
+    points = random_points(study.intervals, 0, fresh_runs, seed=9_999)
+    fresh = study.runner.simulated(points, study.runner.settings, midpoint=False).values
     np.savez(path, lower=lower, upper=upper, fresh=fresh)
     return {"lower": lower, "upper": upper, "fresh": fresh}
 
@@ -406,18 +407,18 @@ def main() -> None:
         help="runs of the reference hull; with 0 studies are judged on each other's runs",
     )
     parser.add_argument("--fresh", type=int, default=FRESH, help="fresh runs to judge on")
-    parser.add_argument("--certify", action="store_true", help="certified bands instead")
+    parser.add_argument("--independent", action="store_true", help="hulls of 1999 independent runs instead")
     parser.add_argument("--csv", type=Path, help="a table of all that is printed")
     asked = parser.parse_args()
     asked.folder.mkdir(parents=True, exist_ok=True)
     warnings.simplefilter("ignore", cc.ChebclearWarning)
     rows = []
     for name in asked.problems:
-        if asked.certify:
+        if asked.independent:
             study, known = study_of(name), reference(name, asked.folder, asked.hull, asked.fresh)
-            results = [study.certify(seed=asked.first_seed + index) for index in range(asked.seeds)]
+            results = [study.band(1999, seed=asked.first_seed + index) for index in range(asked.seeds)]
             runs = len(results[0].parameters)
-            print(f"{name}, certified by {runs} runs")
+            print(f"{name}, hulls of {runs} independent runs: {100.0 * mean_share(runs)} % on average")
             rows += judged([result.bands for result in results], known, [name, runs, 0.999, asked.seeds, ""])
         else:
             rows += budgets_of(name, asked)

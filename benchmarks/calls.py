@@ -113,7 +113,7 @@ def right(folder: Path) -> tuple[dict[str, list[Any]], list[Any]]:
     own = cc.Study(line, {"a": cc.interval(1.0, rel=0.1), "b": cc.interval(2.0, rel=0.1)})
     band, polynomial, scan = study.band(12), study.chebyshev(degree=2), own.scan(3)
     costs = cc.tradeoff(scene, duration=0.001, samples=11, outputs=["slider.x"], rtols=[1e-3, 1e-4])
-    bounds = own.tradeoff(degrees=[1], points=[3], runs=[9], holdout=5)
+    bounds = cc.study_tradeoff(own, degrees=[1], points=[3], runs=[9], holdout=5)
     diagram = cc.bifurcation(cc.mechanisms.slider_crank, "clearance", [2e-5, 3e-5], periods=2, skip=0)
     comparison = cc.compare(polynomial, band)
     template = cc.loads((Path(__file__).parents[1] / "examples" / "slider_crank.toml").read_text("utf-8"))
@@ -177,7 +177,7 @@ def right(folder: Path) -> tuple[dict[str, list[Any]], list[Any]]:
 
 # Classes that users call, and methods of one room for another or too slow for so many calls.
 _INNER = """
-    dataset made run_points run_settings drawn extended simulated
+    dataset extended
     worst_cases scene scene_numbers scene_at from_dict fitted
     gathered for_scene of between report
 """.split()

@@ -76,7 +76,7 @@ def of_study(way: str, make: Callable[[], cc.StudyResult], known: dict[str, np.n
 def ours_and_the_papers(study: cc.Study, known: dict[str, np.ndarray]) -> Iterator[Row]:
     for runs in (41, 81, 321):
         yield of_study(f"band, {runs} runs", lambda runs=runs: study.band(runs), known)
-    yield of_study("certified 99.9 %", study.certify, known)
+    yield of_study("hull, 1999 runs", lambda: study.band(1999), known)
     size = len(study.intervals)
     for degree in (3, 5, 8):
         runs = (degree + 1) ** size
@@ -98,8 +98,8 @@ def ours_and_the_papers(study: cc.Study, known: dict[str, np.ndarray]) -> Iterat
 def designed(study: cc.Study, runs: int) -> tuple[np.ndarray, np.ndarray, float]:
     """Points in [-1, 1], values (runs, samples, outputs) and the time of a random design."""
     start = time.process_time()
-    points = random_points(study.intervals, runs, seed=1)
-    values = np.asarray(study.simulated(points, study.settings, midpoint=False).values)
+    points = random_points(study.intervals, 0, runs, seed=1)
+    values = np.asarray(study.runner.simulated(points, study.runner.settings, midpoint=False).values)
     ends = np.array([[each.lower, each.upper] for each in study.intervals.values()])
     scaled = (2.0 * np.asarray(points) - ends.sum(axis=1)) / (ends[:, 1] - ends[:, 0])
     return scaled, values, time.process_time() - start
@@ -201,7 +201,7 @@ def accelerations(found: dict[str, list[Row]]) -> str:
 # Kind of a way by the first word of its name: label, marker.
 KINDS = {
     "band": ("band (ours)", "o"),
-    "certified": ("certified (ours)", "*"),
+    "hull,": ("hull of independent runs (ours)", "*"),
     "Chebyshev": ("Chebyshev polynomials", "s"),
     "scan": ("scan", "^"),
     "Monte": ("Monte Carlo hull", "v"),

@@ -27,7 +27,6 @@ CASES = (
     "scan",
     "chebyshev",
     "band",
-    "certify",
     "rough band",
     "features",
     "save",
@@ -50,8 +49,6 @@ def arguments(case: str, runs: int) -> tuple[str, dict[str, Any]]:
     if case in ("scan", "chebyshev"):
         side = math.isqrt(runs)
         return (case, {"points": side}) if case == "scan" else (case, {"degree": 5, "nodes": side})
-    if case == "certify":
-        return case, {"coverage": 1.0 - 1.5 / runs}
     return ("band" if "band" in case else "sample"), {"runs": runs}
 
 

@@ -133,11 +133,11 @@ def measure(build: Callable[..., cc.Scene], runs: int) -> tuple[float, float]:
     """Processor time of a run in Python and in the core [s]."""
     study = cc.Study(build, BOX, ["slider.x"], **SETTINGS)
     points = sobol_points(study.intervals, 0, runs, 0)
-    study.made(points[:100], study.settings)
+    study.runner.made(points[:100], study.runner.settings)
     pieces = Clock(dispatch.simulate_order)
     dispatch.simulate_order = pieces  # type: ignore[assignment]
     whole, own = time.process_time(), time.thread_time()
-    made = study.made(points, study.settings)
+    made = study.runner.made(points, study.runner.settings)
     own, whole = time.thread_time() - own, time.process_time() - whole
     dispatch.simulate_order = pieces.function
     assert len(made.values) == runs + 1

@@ -216,7 +216,7 @@ def verdicts(figure: Figure) -> None:
     shown = [
         band["slider.x"],
         band[force],
-        study.certify(0.95)[force],
+        study.band(60, coverage=0.95)[force],
         study.sample(20)[force],
         study.band(5)[force],
         study.chebyshev(4)[force],

@@ -45,7 +45,7 @@ study = cc.Study(
     skip=scene.period,
     method="dop853",
 )
-bounds = study.tradeoff(degrees=[1, 2, 3], points=[5], runs=[9, 41], holdout=40)
+bounds = cc.study_tradeoff(study, degrees=[1, 2, 3], points=[5], runs=[9, 41], holdout=40)
 print(bounds)
 print(bounds.recommendation(width_error=0.1))
 figure = Figure(figsize=(5, 4), layout="constrained")

@@ -126,10 +126,6 @@ from .study.comparison import (
     Comparison as Comparison,
     compare as compare,
 )
-from .study.costs import (
-    StudyTradeoff as StudyTradeoff,
-    StudyTradeoffPoint as StudyTradeoffPoint,
-)
 from .study.features.effects import (
     Effects as Effects,
     Estimate as Estimate,
@@ -159,7 +155,12 @@ from .templates.template import (
     Parameter as Parameter,
     Template as Template,
 )
+from .tradeoffs.bounds import (
+    StudyTradeoff as StudyTradeoff,
+    StudyTradeoffPoint as StudyTradeoffPoint,
+)
 from .tradeoffs.of_scene import tradeoff as tradeoff
+from .tradeoffs.of_study import study_tradeoff as study_tradeoff
 from .tradeoffs.point import TradeoffPoint as TradeoffPoint
 from .tradeoffs.recommendation import Recommendation as Recommendation
 from .tradeoffs.result import Tradeoff as Tradeoff

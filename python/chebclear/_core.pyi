@@ -19,7 +19,6 @@ __all__ = [
     "check_settings",
     "flatten",
     "interval_bounds",
-    "least_certifying_runs",
     "polynomial_ranges",
     "random_points",
     "sobol_points",
@@ -143,7 +142,6 @@ def total_degree_ranges(
     coefficients: NDArray[np.float64], parameters: int, degree: int, threads: int | None
 ) -> _Ranges: ...
 def total_degree_basis(points: NDArray[np.float64], degree: int) -> NDArray[np.float64]: ...
-def least_certifying_runs(coverage: float) -> int: ...
 def band_terms(runs: int, parameters: int) -> int: ...
 
 @final
@@ -153,7 +151,7 @@ class Design:
         points: NDArray[np.float64],
         scored: int,
         coverage: float,
-        certified: bool = False,
+        independent: bool = False,
         revolutions: int | None = None,
         filled: bool = True,
     ) -> Design: ...

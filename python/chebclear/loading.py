@@ -10,8 +10,8 @@ from .errors import ArgumentError
 from .run.trajectory import Trajectory
 from .study.bifurcation import Bifurcation
 from .study.comparison import Comparison
-from .study.costs import StudyTradeoff
 from .study.results import StudyResult
+from .tradeoffs.bounds import StudyTradeoff
 from .tradeoffs.result import Tradeoff
 
 Saved: TypeAlias = Trajectory | StudyResult | Tradeoff | StudyTradeoff | Bifurcation | Comparison

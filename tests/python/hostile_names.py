@@ -157,7 +157,7 @@ def results(name: str) -> Iterator[tuple[str, Any]]:
     yield "features", band.features
     yield "ranking", band.ranking(f"f{name}")
     yield "comparison", cc.compare(polynomial, band)
-    yield "costs of a study", study.tradeoff(degrees=[1], points=[3], holdout=3)
+    yield "costs of a study", cc.study_tradeoff(study, degrees=[1], points=[3], holdout=3)
 
 
 def pages(name: str, folder: Path, number: int) -> Iterator[tuple[str, Path]]:

@@ -97,7 +97,7 @@ def add_settings(command: Command, *, single: bool = True, outputs: bool = True)
             type=tolerance,
             metavar="X",
             help=f"relative tolerance of the integrator, {LEAST_RTOL:g} to {MOST_RTOL:g} (default: the "
-            "file's, or 1e-6; for kinds band and certify of a study 1e-4)",
+            "file's, or 1e-6; for kind band of a study 1e-4)",
         )
 
 

@@ -173,6 +173,11 @@ def taken() -> float:
     return _PACKAGE
 
 
+def room() -> float:
+    """What this process may still take [bytes], as far as the system reports it."""
+    return min((left for left, _ in _left(0)), default=math.inf)
+
+
 def _require(size: float, threads: int = 0) -> None:
     """Raise if so many bytes are more than this process may still take when it has started its threads."""
     left, whose = min(_left(threads), default=(math.inf, ""))

@@ -68,10 +68,10 @@ def planned(
     runs, size = shape[0], 8.0 * math.prod(shape)
     # A run leaves its counts, its key and a status besides.
     disk = size + runs * (8.0 * features + 200.0)
-    return Plan(runs, _seconds(measured, runs) + fits, memory, disk, sum(count for count, _ in measured))
+    return Plan(runs, seconds_of(measured, runs) + fits, memory, disk, sum(count for count, _ in measured))
 
 
-def _seconds(measured: Sequence[tuple[int, float]], runs: int) -> float:
+def seconds_of(measured: Sequence[tuple[int, float]], runs: int) -> float:
     """Time of so many runs, on the line through the first and the last measurement."""
     (few, short), (many, long) = measured[0], measured[-1]
     if many == few or long <= short:

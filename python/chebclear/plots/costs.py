@@ -16,7 +16,7 @@ from .subjects import require
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..study.costs import StudyTradeoff
+    from ..tradeoffs.bounds import StudyTradeoff
     from ..tradeoffs.result import Tradeoff
 
 _COSTS = {
@@ -152,7 +152,7 @@ def plot_study_tradeoff(
     Parameters
     ----------
     result : StudyTradeoff
-        What `Study.tradeoff` returned.
+        What `study_tradeoff` returned.
     output : str, optional
         Name of the output; the first one if not given.
     ax : Axes, optional
@@ -180,7 +180,7 @@ def plot_study_tradeoff(
     ...     samples=21,
     ...     skip=0.03,
     ... )
-    >>> ax = cc.plot_study_tradeoff(study.tradeoff(degrees=[1, 2], points=[3], holdout=5))
+    >>> ax = cc.plot_study_tradeoff(cc.study_tradeoff(study, degrees=[1, 2], points=[3], holdout=5))
     """
     require("result", result, "StudyTradeoff")
     name = result.outputs[0] if output is None else output

@@ -22,7 +22,7 @@ _WORDS = {
     "FeatureResult": 'a feature of a study, such as result.features["peak force"]',
     "Ranking": 'a Ranking, such as result.ranking("peak force")',
     "Tradeoff": "a Tradeoff, as tradeoff returns it",
-    "StudyTradeoff": "a StudyTradeoff, as Study.tradeoff returns it",
+    "StudyTradeoff": "a StudyTradeoff, as study_tradeoff returns it",
     "Bifurcation": "a Bifurcation, as bifurcation returns it",
 }
 

@@ -21,7 +21,7 @@ from ..scene.scene import Scene
 from .band.limits import physical_limits
 from .band.revolutions import Revolutions
 from .runner import Runner
-from .runs import Runs
+from .sources.scenes import Runs
 
 Array = NDArray[np.float64]
 

@@ -31,7 +31,7 @@ from ..scene.scene import Interval, Scene
 from .band.band import Band
 from .band.calibrated import Requirement, calibrated_bands, statement
 from .band.gridded import grid_bands
-from .band.units import with_units
+from .band.limits import with_units
 from .band.worst import WorstCase
 from .features.features import FeatureResult, FeatureTable
 from .features.ranking import Ranking
@@ -57,7 +57,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     Attributes
     ----------
     kind : str
-        ``"band"``, ``"certify"``, ``"chebyshev"``, ``"scan"`` or ``"sample"``.
+        ``"band"``, ``"chebyshev"``, ``"scan"`` or ``"sample"``.
     bands : dict[str, Band]
         Band of each output by name.
     degrees : tuple[int, ...] | None
@@ -381,9 +381,8 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         simulated = facts.get("scene") is not None
         if requirement is not None:
             bands = calibrated_bands(t, outputs, values, intervals, parameters, requirement, threads, at)
-            kind = "certify" if requirement.certified else "band"
             bands = with_units(bands, given, simulated=simulated)
-            return cls(kind, bands, degrees=None, nodes=(), **facts)
+            return cls("band", bands, degrees=None, nodes=(), **facts)
         missing = [one.index for one in failures]
         bands = grid_bands(
             t, outputs, values, intervals, parameters, degrees, nodes, bounds, threads, at, missing

@@ -1,50 +1,53 @@
-"""Execution of a study: scenes are built, simulated and checked, and become a result."""
+"""Where the runs of a study come from: scenes that are simulated, a model of the user's own, or a table."""
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.progress import Progress, reporter
+from ..base.arguments import Checks
+from ..base.progress import Progress, is_request, reporter
 from ..errors import SceneError, describe
 from ..execution.counts import Costs
-from ..execution.failures import count_failed, located
+from ..execution.failures import located
 from ..execution.memory import SAMPLES_ALONE, Usage
-from ..execution.options import ExecutionOptions
-from ..run.settings import Settings
-from ..run.tracking import settling_time
+from ..execution.options import ExecutionOptions, checked_options
+from ..run.settings import RunOptions, Settings, checked_names, checked_settings
 from ..scene.scene import Interval, Scene
 from ..scene.structure import ManyScenes
 from .band.hybrid import Normal, Uniform
-from .band.judgment import doubts, early_widths, told_holes
-from .features.features import Asked, FeatureTable
-from .models.finished import FinishedRuns
-from .models.own import OwnModel
-from .models.units import known_units, units_of
-from .polynomials.holes import fit_holes
-from .polynomials.surrogate import BoundKind
-from .results import StudyResult
-from .runs import Making, Many, Runs
-from .spec import StudySpec, declared_order
+from .features.features import Asked, checked_features, tracked_features
+from .sources.finished import FinishedRuns
+from .sources.own import OwnModel, check_own_features, check_unused
+from .sources.scenes import Making, Many, Runs
+from .sources.units import checked_units, known_units, require_known
+from .spec import (
+    StudySpec,
+    check_keywords,
+    checked_fixed,
+    checked_intervals,
+    declared_order,
+    returns_a_scene,
+)
 
 Array = NDArray[np.float64]
 
 
+@dataclass(frozen=True, eq=False, repr=False)
 class Runner:
-    """A mechanism in a box of parameters, with its settings; `Study` checks the arguments."""
+    """A mechanism, a model or a table in a box of parameters: the source of the runs of a study."""
 
     build: Callable[..., Any]
     """Function of the parameters and fixed keywords that returns the scene or a user's model's result."""
+    parameters: dict[str, Interval | Normal | Uniform]
+    """The parameters as they were given."""
     intervals: dict[str, Interval]
     """Interval of each parameter by name [SI units]."""
-    random: dict[str, Normal | Uniform]
-    """Distributions of the parameters that have one."""
     fixed: Mapping[str, Any]
     """Keywords of `build` that are the same for all runs."""
     settings: Settings | None
@@ -63,6 +66,11 @@ class Runner:
     """Progress reports."""
 
     @property
+    def random(self) -> dict[str, Normal | Uniform]:
+        """Distributions of the parameters that have one."""
+        return {name: one for name, one in self.parameters.items() if isinstance(one, Normal | Uniform)}
+
+    @property
     def spec(self) -> StudySpec:
         """What is asked of the study, as its results carry it."""
         outputs, cycles = None, 1
@@ -73,7 +81,7 @@ class Runner:
         own = known_units(self.build, self.intervals)
         return StudySpec(
             build=self.build,
-            parameters={**self.intervals, **self.random},
+            parameters=self.parameters,
             outputs=None if outputs is None else tuple(outputs),
             settings=self.settings,
             rtol_given=self.rtol_given,
@@ -100,86 +108,6 @@ class Runner:
         if names == list(self.intervals):
             return points
         return np.ascontiguousarray(points[:, [names.index(name) for name in self.intervals]])
-
-    def run_points(
-        self,
-        points: Array,
-        counts: tuple[int, ...],
-        degrees: tuple[int, ...] | None,
-        bounds: BoundKind = "range",
-        *,
-        random: bool = False,
-        kind: str | None = None,
-    ) -> StudyResult:
-        """Simulate at the points and, last, at the midpoint; issues no warnings.
-
-        Parameters
-        ----------
-        points : ndarray, shape (runs, parameters)
-            Parameters of the runs [SI units]; if there are degrees, those of `chebyshev_grid`, then others
-            that check the polynomials.
-        counts : tuple of int
-            Nodes or points of each parameter [-].
-        degrees : tuple of int or None
-            Degrees to fit [-]; None takes the extremes of the runs as bounds.
-        bounds : {"range", "eq31"}
-            Bounds of polynomials, see `chebyshev`.
-        random : bool
-            Whether the points are spread at random over the box.
-        kind : str, optional
-            Kind of the result; ``"chebyshev"`` or ``"scan"`` by the degrees if not given.
-
-        Returns
-        -------
-        StudyResult
-
-        Raises
-        ------
-        SceneError, SimulationError
-            As `chebyshev`.
-        """
-        terms = math.prod(degree + 1 for degree in degrees) if degrees is not None else 0
-        runs = self.made(points, self.settings, usage=Usage(terms=terms))
-        points = points[runs.kept]
-        table = None
-        if runs.features is not None:
-            values = runs.features
-            table = FeatureTable(
-                runs.feature_names,
-                values[:-1],
-                values[-1],
-                self.intervals,
-                points,
-                random,
-                self.normal,
-                units_of(runs.feature_names, self.features, self.units, simulated=self.settings is not None),
-                count_failed(runs.failures),
-                isinstance(self.model, FinishedRuns),
-                runs.nominal_parameters,
-            )
-        result = StudyResult.from_runs(
-            runs.t,
-            runs.outputs,
-            runs.values,
-            self.intervals,
-            points,
-            degrees=degrees,
-            nodes=counts,
-            bounds=bounds,
-            threads=self.means.threads,
-            kind=kind,
-            features=table,
-            units=self.units,
-            **runs.facts,
-        )
-        # A result that is read from a file already has these warnings.
-        found = doubts(result.bands)
-        if result.scene is not None:
-            found += early_widths(result.bands, settling_time(result.scene))
-        lost = [one.index for one in runs.failures if one.index < math.prod(counts)]
-        if degrees is not None and lost:
-            found += told_holes(fit_holes(counts, degrees, lost))
-        return replace(result, warnings=(*result.warnings, *found))
 
     def run_settings(self, rtol: float | None, default: float) -> Settings | None:
         """Settings of the runs of a method with a default tolerance of its own; None without simulations.
@@ -265,3 +193,71 @@ class Runner:
                 "leave out duration, samples and all other settings of a simulation"
             )
         raise TypeError(f"build must return a Scene, got {scene!r} for {describe(parameters)}")
+
+
+def checked_runner(
+    build: Callable[..., Any],
+    parameters: Mapping[str, Interval | Normal | Uniform],
+    outputs: Sequence[str] | None,
+    settings: Settings | None,
+    fixed: Mapping[str, Any] | None,
+    features: Mapping[str, Asked] | None,
+    units: Mapping[str, str] | None,
+    version: str | None,
+    options: RunOptions,
+    progress: bool | Progress | None,
+    execution: tuple[Any, ...],
+) -> Runner:
+    """The source of runs that the arguments of `Study` say.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If one is wrong; all problems are listed.
+    """
+    checks = Checks()
+    # Simulations have a duration; a model of the user's own returns its instants.
+    settings_given = settings is not None
+    timed = settings_given or not options.keys().isdisjoint(("duration", "samples"))
+    simulated = timed or returns_a_scene(build)
+    asked = checked_features(checks, features)
+    if features is None and isinstance(settings, Settings):
+        asked = {str(feature): feature for feature in settings.features}
+    intervals = checked_intervals(checks, parameters)
+    given_units = known_units(build, intervals) | checked_units(checks, units)
+    constant = checked_fixed(checks, fixed)
+    check_keywords(checks, build, intervals, constant)
+    if not is_request(progress):
+        checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
+    means = checked_options(checks, *execution)
+    if not simulated and not means.in_memory:
+        checks.add("in_memory may not be False for a model of your own: what it returns is in the memory")
+    if version is not None and (not isinstance(version, str) or not version):
+        checks.add(f'version must be a text, such as "1", got {version!r}', wrong_type=True)
+    if version is not None and (simulated or means.store is None):
+        checks.add("version is for a model of your own with a store, which compares it")
+    model = None
+    if simulated:
+        more = {"outputs": outputs, "features": tracked_features(asked.values()), **options}
+        require_known(checks, given_units, [*intervals, *asked], simulated=True)
+        settings = Settings.gathered(checks, settings, more, outputs_needed=not asked)
+    else:
+        cycles = checked_settings(checks, {"cycles": options.get("cycles", 1)})["cycles"]
+        check_unused(checks, [name for name in options if name != "cycles"])
+        check_own_features(checks, asked)
+        names = checked_names(checks, outputs)
+        checks.finish()
+        model = OwnModel(build, intervals, constant, names, asked, cycles, tuple(given_units), version)
+    return Runner(
+        build=build,
+        parameters=dict(parameters),
+        intervals=intervals,
+        fixed=constant,
+        settings=settings,
+        model=model,
+        features=asked,
+        units=given_units,
+        rtol_given=settings_given or "rtol" in options,
+        means=means,
+        progress=progress,
+    )

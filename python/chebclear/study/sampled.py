@@ -5,51 +5,52 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _core
 from ..base.arguments import Checks
 from ..errors import ArgumentError
 from ..execution.counts import Costs
 from ..execution.failures import FailedRun, count_failed, failure_warnings, is_failure_warning
-from ..execution.memory import Usage
+from ..execution.memory import room, study_memory
 from ..execution.pieces import NOT_BEGUN
 from ..run.settings import Settings, checked_settings
 from ..run.tracking import settling_time
-from ..scene.scene import ClearanceRevolute, Scene
+from ..scene.scene import Scene
 from .band.calibrated import (
     Requirement,
     band_usage,
-    certifying_runs,
     is_remark,
     remarks,
 )
+from .band.independent import exact_runs
 from .band.judgment import early_widths
-from .band.limits import physical_limits
+from .band.limits import largest_clearances, physical_limits
 from .by_angle import cut, turning, unpredictable
+from .designs import MOST_SEED, Design, predicted_seconds
 from .features.features import FeatureTable
-from .models.finished import FinishedRuns
-from .models.units import units_of
 from .polynomials.points import on_cube, random_points, sobol_points
 from .results import StudyResult
 from .runner import Runner
-from .runs import MOST_RUNS, Runs
+from .sources.finished import FinishedRuns
+from .sources.scenes import MOST_RUNS, Runs
+from .sources.units import units_of
 
 Array = NDArray[np.float64]
 
 LEAST_RUNS = 3
 BAND_RUNS = 81
-"""Default number of runs of a band [-]."""
+"""Runs of a band where time allows no more [-]."""
 BAND_RTOL = 1e-4
 """Relative tolerance of the runs of a band where nothing was said [-]."""
-MOST_SEED = 2**64 - 1
 MOST_PARAMETERS = 32
 """Parameters for which there are Sobol' points [-]."""
+# Parts of the time and of the memory that are allowed: for the runs that are timed, and for the samples.
+_TIMED, _MEMORY = 0.01, 0.5
 # Largest difference of each parameter between runs at the same point, over half its interval.
 _SAME_POINT = 1e-9
 # Largest difference of runs of one model at the same point, over the largest value.
@@ -98,130 +99,154 @@ class Table:
 
 
 def band(
-    study: Runner,
+    runner: Runner,
     runs: int | None,
     coverage: float,
+    seconds: float,
+    confidence: float | None,
     rtol: float | None,
     seed: int,
     include: StudyResult | Sequence[StudyResult],
     max_runs: int,
-    cycles: int | None = None,
-    discard: int | None = None,
-    angle: str | None = None,
-) -> StudyResult:
-    """The result of `Study.band`; see there."""
+    cycles: int | None,
+    discard: int | None,
+    angle: str | None,
+) -> Design:
+    """The design of `Study.band`; see there."""
     checks = Checks()
-    count = BAND_RUNS if runs is None else checks.whole("runs", runs, least=LEAST_RUNS, most=MOST_RUNS)
+    if runs is not None:
+        checks.whole("runs", runs, least=LEAST_RUNS, most=MOST_RUNS)
     most = checks.whole("max_runs", max_runs, least=1)
-    if count > most and not checks.noted("max_runs"):
-        checks.add(
-            f"runs must be <= max_runs = {most}, got {count}: take fewer, or allow them with max_runs={count}"
-        )
     checks.real("coverage", coverage, "-", above=0.0, below=1.0)
-    _check_rtol(checks, study, rtol)
+    checks.real("seconds", seconds, "s", above=0.0)
+    if confidence is not None:
+        checks.real("confidence", confidence, "-", above=0.0, below=1.0)
+    _check_rtol(checks, runner, rtol)
     checks.whole("seed", seed, least=0, most=MOST_SEED)
-    if len(study.intervals) > MOST_PARAMETERS:
-        checks.add(
-            f"a band takes at most {MOST_PARAMETERS} parameters, the study has {len(study.intervals)}: "
-            "give those that matter least as fixed"
-        )
     for name, value in {"discard": discard, "angle": angle}.items():
         if cycles is None and value is not None:
             checks.add(f"{name} is for bands by crank angle: give cycles too, or leave it, got {value!r}")
     others = _results(checks, include)
     checks.finish()
-    settings = _settings(study, rtol)
-    if isinstance(study.model, FinishedRuns):
-        points = _finished_points(study.model, runs, LEAST_RUNS)
-        requirement = Requirement(float(coverage), len(points), int(seed), {}, finished=True)
-    else:
-        points = study.drawn(lambda box: sobol_points(box, 0, count, seed))
-        requirement = Requirement(float(coverage), count, int(seed), {})
+    settings, revolutions = runner.run_settings(rtol, BAND_RTOL), None
     if cycles is not None:
-        settings, revolutions = turning(study, settings, cycles, 1 if discard is None else discard, angle)
-        requirement = dataclasses.replace(requirement, revolutions=revolutions)
-    return _made(study, requirement, points, settings, others)
-
-
-def certify(study: Runner, coverage: float, rtol: float | None, seed: int, max_runs: int) -> StudyResult:
-    """The result of `Study.certify`; see there."""
-    checks = Checks()
-    checks.real("coverage", coverage, "-", above=0.0, below=1.0)
-    _check_rtol(checks, study, rtol)
-    checks.whole("seed", seed, least=0, most=MOST_SEED)
-    checks.whole("max_runs", max_runs, least=1)
-    checks.finish()
-    runs = certifying_runs(coverage)
-    if runs > MOST_RUNS:
-        raise ArgumentError(
-            f"a coverage of {coverage!r} takes {runs} runs, more than {MOST_RUNS}: ask for less"
-        )
-    if runs > max_runs:
-        raise ArgumentError(
-            f"a coverage of {coverage!r} takes {runs} runs, more than max_runs = {max_runs}: ask for less, "
-            f"or allow them with max_runs={runs}"
-        )
-    if isinstance(study.model, FinishedRuns):
-        if not study.model.independent:
+        settings, revolutions = turning(runner, settings, cycles, 1 if discard is None else discard, angle)
+    needed = exact_runs(coverage, confidence)
+    requirement = Requirement(
+        float(coverage), 0, int(seed), {}, confidence=confidence, revolutions=revolutions
+    )
+    if isinstance(runner.model, FinishedRuns):
+        points = _finished_points(runner.model, runs)
+        independent = runner.model.independent and len(points) >= needed
+        if confidence is not None and not runner.model.independent:
             raise ArgumentError(
-                "nothing can be proved from runs at points that someone chose: certify() needs runs drawn "
+                "nothing has a confidence by runs at points that someone chose: they must be drawn "
                 "independently and uniformly from the box, Study.from_runs(..., independent=True)"
             )
-        points = _finished_points(study.model, None, runs)
+        requirement = dataclasses.replace(requirement, finished=True, independent=independent)
     else:
-        points = study.drawn(lambda box: random_points(box, runs, seed))
-    requirement = Requirement(float(coverage), len(points), int(seed), {}, certified=True)
-    return _made(study, requirement, points, _settings(study, rtol), [])
+        count = needed if runs is None and confidence is not None else runs
+        if count is None:
+            requirement = dataclasses.replace(requirement, seconds=float(seconds))
+            count = _affordable_runs(runner, settings, needed, most, requirement)
+        if count > most:
+            raise ArgumentError(
+                f"runs must be <= max_runs = {most}, got {count}: take fewer, or allow them with "
+                f"max_runs={count}"
+            )
+        requirement = dataclasses.replace(requirement, independent=count >= needed)
+        points = _points(runner, requirement, 0, count)
+    if confidence is not None and len(points) < needed:
+        raise ArgumentError(
+            f"a coverage of {coverage!r} with a confidence of {confidence!r} takes {needed} independent "
+            f"runs, got {len(points)}: ask for less, or for more runs"
+        )
+    return _design(runner, requirement, points, settings, others)
 
 
-def _check_rtol(checks: Checks, study: Runner, rtol: float | None) -> None:
-    if rtol is not None and study.model is not None:
+def spread_evenly(runner: Runner, runs: int, coverage: float, seed: int) -> Design:
+    """The design of a band by so many runs at Sobol' points, however many."""
+    requirement = Requirement(coverage, runs, seed, {})
+    points = _points(runner, requirement, 0, runs)
+    return _design(runner, requirement, points, runner.run_settings(None, BAND_RTOL), [])
+
+
+def _points(runner: Runner, requirement: Requirement, first: int, count: int) -> Array:
+    """Points of a study from a number on: independent ones, or of a sequence that fills the box evenly."""
+    draw, seed = random_points if requirement.independent else sobol_points, requirement.seed
+    if not requirement.independent and len(runner.intervals) > MOST_PARAMETERS:
+        raise ArgumentError(
+            f"a band by runs at evenly spread points takes at most {MOST_PARAMETERS} parameters, the study "
+            f"has {len(runner.intervals)}: give those that matter least as fixed, or ask for "
+            f"{exact_runs(requirement.coverage)} runs, whose points are independent"
+        )
+    return runner.drawn(lambda box: draw(box, first, count, seed))
+
+
+def _affordable_runs(
+    runner: Runner, settings: Settings | None, needed: int, most: int, requirement: Requirement
+) -> int:
+    """As many runs as are needed for the exact statement, or as time and memory allow; 81 at least."""
+    limit = requirement.seconds
+    assert limit is not None, "time chooses the number of runs"
+    independent = dataclasses.replace(requirement, independent=True)
+    count = min(needed, most)
+    design = _design(runner, independent, _points(runner, independent, 0, count), settings, [])
+    seconds, shape = predicted_seconds(runner, design, _TIMED * limit)
+    affordable = min(most, int(count * limit / seconds))
+
+    def fits(count: int) -> bool:
+        usage = band_usage(count, len(runner.intervals))
+        size = study_memory((count + 1, *shape), usage, in_memory=runner.means.in_memory)
+        return count <= affordable and size <= _MEMORY * room()
+
+    count = BAND_RUNS
+    while fits(2 * count):
+        count *= 2
+    return needed if fits(needed) else min(count, most)
+
+
+def _check_rtol(checks: Checks, runner: Runner, rtol: float | None) -> None:
+    if rtol is not None and runner.model is not None:
         checks.add("rtol is a setting of simulations: a model of your own does not use it")
     elif rtol is not None:
         checked_settings(checks, {"rtol": rtol})
 
 
-def _finished_points(table: FinishedRuns, runs: int | None, least: int) -> Array:
+def _finished_points(table: FinishedRuns, runs: int | None) -> Array:
     """Points of a table but the nominal one, all or the first so many."""
     points = table.points
     wanted = len(points) if runs is None else runs
-    if len(points) < max(wanted, least):
+    if len(points) < max(wanted, LEAST_RUNS):
         raise ArgumentError(
-            f"the table has {len(points)} runs besides the nominal one, {max(wanted, least)} are needed"
+            f"the table has {len(points)} runs besides the nominal one, {max(wanted, LEAST_RUNS)} are needed"
         )
     table.require_scattered()
     table.require_filled(points[:wanted])
     return points[:wanted]
 
 
-def _settings(study: Runner, rtol: float | None) -> Settings | None:
-    """Settings of the runs of a band; None if they are not simulated."""
-    return study.run_settings(rtol, BAND_RTOL)
-
-
-def _runs(
-    study: Runner,
-    requirement: Requirement,
-    points: Array,
-    settings: Settings | None,
-    *,
-    midpoint: bool = True,
-) -> Runs:
-    """The runs at the points, divided into the revolutions that are pooled."""
-    usage = Usage(copies=2) if requirement.certified else band_usage(*points.shape)
-    new = study.made(points, settings, midpoint=midpoint, usage=usage)
-    return new if requirement.revolutions is None else cut(new, requirement.revolutions)
-
-
-def _made(
-    study: Runner,
+def _design(
+    runner: Runner,
     requirement: Requirement,
     points: Array,
     settings: Settings | None,
     others: Sequence[StudyResult],
+) -> Design:
+    """Runs at the points and the midpoint, whose result is that of a band."""
+    usage = band_usage(*points.shape)
+    return Design(points, settings, usage, lambda made: _made(runner, requirement, points, made, others))
+
+
+def _made(
+    runner: Runner,
+    requirement: Requirement,
+    points: Array,
+    made: Runs,
+    others: Sequence[StudyResult],
 ) -> StudyResult:
     """The result of runs at the points and the midpoint."""
-    new = _runs(study, requirement, points, settings)
+    new = made if requirement.revolutions is None else cut(made, requirement.revolutions)
     if not new.outputs:
         raise ArgumentError(
             "a band needs outputs over time: name some in Study(outputs=...), or have the model or table "
@@ -229,7 +254,9 @@ def _made(
         )
     limits = dict.fromkeys(new.outputs, (-math.inf, math.inf))
     if new.scene is not None:
-        limits = physical_limits(new.outputs, _largest_clearances(study, new.scene, new.clearances))
+        limits = physical_limits(
+            new.outputs, largest_clearances(runner.scene, runner.intervals, new.scene, new.clearances)
+        )
     requirement = dataclasses.replace(
         requirement, runs=len(new.kept), failed=count_failed(new.failures), limits=limits
     )
@@ -237,36 +264,32 @@ def _made(
     table = Table.new(points, new)
     scored, nominal = table[: requirement.runs], table[requirement.runs :]
     facts = {"t": new.t, "outputs": new.outputs, "feature_names": new.feature_names, **new.facts}
-    kept = _others(study, others, requirement, new.t, new.outputs, facts["scene"])
+    kept = _others(runner, others, requirement, new.t, new.outputs, facts["scene"])
     del facts["stats"], facts["warnings"]
-    messages = [*new.warnings, *_foreign(study, others, nominal, new.outputs)]
+    messages = [*new.warnings, *_foreign(runner, others, nominal, new.outputs)]
     messages += [] if requirement.revolutions is not None else unpredictable(new)
     whole = None if kept else table.values
-    return _result(study, requirement, [scored], kept, nominal, messages, facts, whole)
+    return _result(runner, requirement, [scored], kept, nominal, messages, facts, whole)
 
 
 def _check_enough(requirement: Requirement, failures: Sequence[FailedRun]) -> None:
     """Refuse to make bands of the few runs that failures left."""
-    least = LEAST_RUNS
-    if requirement.certified:
-        least = max(least, _core.least_certifying_runs(requirement.coverage))
-    if requirement.runs < least:
-        kind = f"a certified band of {requirement.coverage:g}" if requirement.certified else "a band"
+    if requirement.runs < LEAST_RUNS:
         raise ArgumentError(
-            f"{kind} needs at least {least} runs, {requirement.runs} of "
+            f"a band needs at least {LEAST_RUNS} runs, {requirement.runs} of "
             f"{requirement.runs + len(failures)} have a result; the first of the others is {failures[0]}"
         )
 
 
 def extended(
-    study: Runner, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult]
+    runner: Runner, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult]
 ) -> StudyResult:
     """The result of `StudyResult.extend`; see there."""
     checks = Checks()
     checks.whole("runs", runs, least=0, most=MOST_RUNS)
     others = _results(checks, include)
     requirement = result.requirement
-    if requirement is None or requirement.certified:
+    if requirement is None:
         checks.add(f"only a result of Study.band can be extended, this is one of Study.{result.kind}")
     elif requirement.finished:
         checks.add("a table of finished runs has no further ones: make a new table")
@@ -280,29 +303,30 @@ def extended(
     failures = tuple(one for one in result.failures if one.reason != NOT_BEGUN or one.index >= begun + runs)
     seconds = result.seconds
     if runs > 0:
-        seed = requirement.seed
-        points = study.drawn(lambda box: sobol_points(box, begun, runs, seed))
-        new = _runs(study, requirement, points, result.settings, midpoint=False)
+        points = _points(runner, requirement, begun, runs)
+        usage = band_usage(*points.shape)
+        new = runner.made(points, result.settings, midpoint=False, usage=usage)
+        new = new if requirement.revolutions is None else cut(new, requirement.revolutions)
         seconds += new.seconds
         scored.append(Table.new(points, new))
         messages += _lasting(new.warnings)
         good += len(new.kept)
         failures += tuple(dataclasses.replace(one, index=one.index + begun) for one in new.failures)
-    kept = [old[requirement.runs :], *_others(study, others, requirement, result.t, outputs, result.scene)]
-    messages += _foreign(study, others, Table.nominal(result), outputs)
+    kept = [old[requirement.runs :], *_others(runner, others, requirement, result.t, outputs, result.scene)]
+    messages += _foreign(runner, others, Table.nominal(result), outputs)
     requirement = dataclasses.replace(requirement, runs=good, failed=count_failed(failures))
     messages += failure_warnings(failures, good + len(failures) + 1)
     facts = _facts(result) | {"seconds": seconds, "failures": failures}
-    return _result(study, requirement, scored, kept, Table.nominal(result), messages, facts)
+    return _result(runner, requirement, scored, kept, Table.nominal(result), messages, facts)
 
 
-def shortened(study: Runner, result: StudyResult, runs: int) -> StudyResult:
+def shortened(runner: Runner, result: StudyResult, runs: int) -> StudyResult:
     """The result of `Study.band` from the first runs of another one."""
     assert result.requirement is not None, "a result of Study.band"
     requirement = dataclasses.replace(result.requirement, runs=runs)
     first = Table.of(result, result.outputs)[:runs]
     facts = _facts(result) | {"seconds": math.nan}
-    return _result(study, requirement, [first], [], Table.nominal(result), (), facts)
+    return _result(runner, requirement, [first], [], Table.nominal(result), (), facts)
 
 
 def _facts(result: StudyResult) -> dict[str, Any]:
@@ -318,7 +342,7 @@ def _facts(result: StudyResult) -> dict[str, Any]:
 
 
 def _result(
-    study: Runner,
+    runner: Runner,
     requirement: Requirement,
     scored: Sequence[Table],
     kept: Sequence[Table],
@@ -328,7 +352,7 @@ def _result(
     whole: Array | None = None,
 ) -> StudyResult:
     """The result of the runs of all tables; `whole` has their values if they are one array already."""
-    kept = _without_twins(study, scored, kept)
+    kept = _without_twins(runner, scored, kept)
     tables = [*scored, *kept]
     parameters = np.concatenate([table.parameters for table in tables])
     # Runs of another result may not know the features.
@@ -338,32 +362,32 @@ def _result(
     if names and len(found) == len(tables) + 1:
         values = np.concatenate(found)
         # Included runs may lie on a grid.
-        random = not kept and (not isinstance(study.model, FinishedRuns) or study.model.independent)
+        random = not kept and (not isinstance(runner.model, FinishedRuns) or runner.model.independent)
         features = FeatureTable(
             names,
             values[:-1],
             values[-1],
-            study.intervals,
+            runner.intervals,
             parameters,
             random,
-            study.normal,
-            units_of(names, study.features, study.units, simulated=study.settings is not None),
+            runner.normal,
+            units_of(names, runner.features, runner.units, simulated=runner.settings is not None),
             requirement.failed,
-            isinstance(study.model, FinishedRuns),
+            isinstance(runner.model, FinishedRuns),
             facts.get("nominal_parameters"),
         )
     result = StudyResult.from_runs(
-        intervals=study.intervals,
+        intervals=runner.intervals,
         parameters=parameters,
         values=np.concatenate([one.values for one in [*tables, nominal]]) if whole is None else whole,
         degrees=None,
         nodes=(),
         requirement=requirement,
-        threads=study.means.threads,
+        threads=runner.means.threads,
         stats=Costs.joined(table.stats for table in [*tables, nominal]),
         warnings=tuple(warnings),
         features=features,
-        units=study.units,
+        units=runner.units,
         **facts,
     )
     # Shortcomings of the bands are known only now.
@@ -388,7 +412,7 @@ def _results(checks: Checks, include: object) -> list[StudyResult]:
 
 
 def _others(
-    study: Runner,
+    runner: Runner,
     results: Sequence[StudyResult],
     requirement: Requirement,
     t: Array,
@@ -407,17 +431,17 @@ def _others(
         elif len(result.t) != len(t) or np.max(np.abs(result.t - t)) > 1e-9 * (t[-1] - t[0]):
             checks.add(f"include[{index}] has other instants")
         if result.scene is not None and result.scene != scene:
-            checks.add(f"include[{index}] is of another study: its midpoint is another scene")
-        elif result.parameter_names != tuple(study.intervals):
+            checks.add(f"include[{index}] is of another runner: its midpoint is another scene")
+        elif result.parameter_names != tuple(runner.intervals):
             checks.add(f"include[{index}] has the parameters {', '.join(result.parameter_names)}")
-        elif not _in_box(study, result.parameters):
+        elif not _in_box(runner, result.parameters):
             checks.add(f"include[{index}] has runs outside of the intervals of this study")
     checks.finish()
     return [Table.of(result, outputs) for result in results]
 
 
 def _foreign(
-    study: Runner, results: Sequence[StudyResult], nominal: Table, outputs: Sequence[str]
+    runner: Runner, results: Sequence[StudyResult], nominal: Table, outputs: Sequence[str]
 ) -> list[str]:
     """Warnings of included results that are not those of this model at the midpoint, if they have the same.
 
@@ -425,8 +449,8 @@ def _foreign(
     """
     found = []
     for index, result in enumerate(results):
-        same = all(result.intervals[name].nominal == side.nominal for name, side in study.intervals.items())
-        if study.settings is not None or not same or result.nominal_parameters is not None:
+        same = all(result.intervals[name].nominal == side.nominal for name, side in runner.intervals.items())
+        if runner.settings is not None or not same or result.nominal_parameters is not None:
             continue
         values, other = nominal.values[0], np.stack([result[name].nominal for name in outputs], axis=-1)
         size = np.maximum(np.max(np.abs(values), axis=0), np.max(np.abs(other), axis=0))
@@ -438,7 +462,7 @@ def _foreign(
     return found
 
 
-def _without_twins(study: Runner, scored: Sequence[Table], kept: Sequence[Table]) -> list[Table]:
+def _without_twins(runner: Runner, scored: Sequence[Table], kept: Sequence[Table]) -> list[Table]:
     """The included runs at points that no held-out run has, and those that are the same only once.
 
     A run that is held out while its twin is not would always be inside.
@@ -447,7 +471,7 @@ def _without_twins(study: Runner, scored: Sequence[Table], kept: Sequence[Table]
         return []
     points = np.concatenate([table.parameters for table in (*scored, *kept)])
     # Points are the same to rounding; bit for bit where they come from the same sequence.
-    cube = np.round(on_cube(study.intervals, points) / _SAME_POINT) + 0.0
+    cube = np.round(on_cube(runner.intervals, points) / _SAME_POINT) + 0.0
     place = sum(len(table.parameters) for table in scored)
     held_out = {point.tobytes() for point in cube[:place]}
     seen: set[tuple[bytes, bytes]] = set()
@@ -467,33 +491,9 @@ def _without_twins(study: Runner, scored: Sequence[Table], kept: Sequence[Table]
     return left
 
 
-def _in_box(study: Runner, points: Array) -> bool:
+def _in_box(runner: Runner, points: Array) -> bool:
     """Whether points are in the box, up to rounding of its ends."""
-    sides = list(study.intervals.values())
+    sides = list(runner.intervals.values())
     slack = np.array([1e-9 * side.half_width for side in sides])
     lower, upper = np.array([side.lower for side in sides]), np.array([side.upper for side in sides])
     return bool(np.all((points >= lower - slack) & (points <= upper + slack)))
-
-
-def _largest_clearances(study: Runner, scene: Scene, found: Mapping[str, float]) -> dict[str, float]:
-    """Largest clearance of each joint in the box, where it depends on one parameter at a time [m].
-
-    It includes those of the scene at the midpoint and those `found` in the runs. Joints whose clearances at
-    the ends of the box are unknown are left out.
-    """
-    middle = {name: side.nominal for name, side in study.intervals.items()}
-    nominal, largest = _clearances(scene), _clearances(scene)
-    for name, side in study.intervals.items():
-        ends = []
-        for end in (side.lower, side.upper):
-            try:
-                ends.append(_clearances(study.scene({**middle, name: end})))
-            except Exception:  # no mechanism there, or a callable that fails
-                return {}
-        for joint in nominal:
-            largest[joint] += max(0.0, *(at[joint] - nominal[joint] for at in ends))
-    return {joint: max(clearance, found.get(joint, 0.0)) for joint, clearance in largest.items()}
-
-
-def _clearances(scene: Scene) -> dict[str, float]:
-    return {joint.name: joint.clearance for joint in scene.joints if isinstance(joint, ClearanceRevolute)}

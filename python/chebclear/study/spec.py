@@ -27,7 +27,7 @@ from ..scene.scene import Interval, Scene
 from ..scene.schema import Part, read, write
 from .band.hybrid import Normal, Uniform
 from .features.features import Asked
-from .runs import MOST_NODES, MOST_RUNS
+from .sources.scenes import MOST_NODES, MOST_RUNS
 
 MAX_RUNS = 20_000
 """Default limit of the runs of one call [-]: a minute or two for the paper's mechanism."""

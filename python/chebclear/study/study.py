@@ -5,34 +5,41 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 from inspect import signature
 from typing import Any, Unpack
 
 from numpy.typing import ArrayLike
 
 from ..base.arguments import Checks, meant_or_known
-from ..base.progress import Progress, is_request
-from ..execution.options import OnFailure, checked_options
+from ..base.progress import Progress
+from ..execution.options import OnFailure
 from ..execution.plan import Plan
 from ..run.features import Feature
-from ..run.settings import RunOptions, Settings, checked_names, checked_settings, with_settings
+from ..run.settings import RunOptions, Settings, with_settings
+from ..run.simulation import warn_once
 from ..scene.scene import Interval, Scene
+from . import designs, sampled
 from .band.hybrid import Normal, Uniform
-from .features.features import Asked, checked_features, tracked_features
-from .methods import Methods, plan_of
-from .models.finished import FinishedRuns, finished_runs
-from .models.own import OwnModel, check_own_features, check_unused
-from .models.units import checked_units, known_units, require_known
-from .spec import (
-    check_keywords,
-    checked_fixed,
-    checked_intervals,
-    returns_a_scene,
-)
+from .band.worst import WorstCase
+from .designs import Design, carried_out, plan_of, simulated_extremes
+from .features.features import Asked
+from .polynomials.surrogate import BoundKind
+from .results import StudyResult
+from .runner import checked_runner
+from .sources.finished import FinishedRuns, finished_runs
+from .spec import MAX_RUNS
+
+_DESIGNS: dict[str, Callable[..., Design]] = {
+    "band": sampled.band,
+    "chebyshev": designs.chebyshev,
+    "scan": designs.scan,
+    "sample": designs.sample,
+}
 
 
 @with_settings(RunOptions)
-class Study(Methods):
+class Study:
     """A mechanism, or a model of your own, whose parameters are known to lie in intervals.
 
     Parameters
@@ -109,13 +116,8 @@ class Study(Methods):
     Examples
     --------
     >>> from chebclear import Study, interval, mechanisms
-    >>> study = Study(
-    ...     mechanisms.slider_crank,
-    ...     {"crank_length": interval(0.05, rel=0.1)},
-    ...     outputs=["slider.x"],
-    ...     duration=1e-3,
-    ...     samples=11,
-    ... )
+    >>> sides = {"crank_length": interval(0.05, rel=0.1)}
+    >>> study = Study(mechanisms.slider_crank, sides, ["slider.x"], duration=1e-3, samples=11)
     >>> study.chebyshev(degree=2)["slider.x"].width.shape
     (11,)
 
@@ -151,67 +153,229 @@ class Study(Methods):
         units: Mapping[str, str] | None = None,
         **options: Unpack[RunOptions],
     ) -> None:
-        checks = Checks()
-        # Simulations have a duration; a model of your own returns its instants.
-        self.rtol_given = settings is not None or "rtol" in options
-        timed = settings is not None or not options.keys().isdisjoint(("duration", "samples"))
-        simulated = timed or returns_a_scene(build)
-        self.features = checked_features(checks, features)
-        if features is None and isinstance(settings, Settings):
-            self.features = {str(feature): feature for feature in settings.features}
-        self.build: Callable[..., Any] = build
-        self.intervals = checked_intervals(checks, parameters)
-        self.units = known_units(build, self.intervals) | checked_units(checks, units)
-        self.random = {
-            name: given
-            for name, given in (parameters.items() if isinstance(parameters, Mapping) else ())
-            if isinstance(given, Normal | Uniform)
-        }
-        self.fixed = checked_fixed(checks, fixed)
-        check_keywords(checks, build, self.intervals, self.fixed)
-        if not is_request(progress):
-            checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
-        self.progress = progress
-        self.means = checked_options(
-            checks, threads, executor, store, on_failure, run_seconds, max_seconds, in_memory
+        means = threads, executor, store, on_failure, run_seconds, max_seconds, in_memory
+        self.runner = checked_runner(
+            build, parameters, outputs, settings, fixed, features, units, version, options, progress, means
         )
-        if not simulated and in_memory is False:
-            checks.add("in_memory may not be False for a model of your own: what it returns is in the memory")
-        if version is not None and (not isinstance(version, str) or not version):
-            checks.add(f'version must be a text, such as "1", got {version!r}', wrong_type=True)
-        if version is not None and (simulated or store is None):
-            checks.add("version is for a model of your own with a store, which compares it")
-        self.settings, self.model = None, None
-        if simulated:
-            given = {"outputs": outputs, "features": tracked_features(self.features.values()), **options}
-            require_known(checks, self.units, [*self.intervals, *self.features], simulated=True)
-            self.settings = Settings.gathered(checks, settings, given, outputs_needed=not self.features)
-            return
-        cycles = checked_settings(checks, {"cycles": options.get("cycles", 1)})["cycles"]
-        check_unused(checks, [name for name in options if name != "cycles"])
-        check_own_features(checks, self.features)
-        names = checked_names(checks, outputs)
-        checks.finish()
-        self.model = OwnModel(
-            build, self.intervals, self.fixed, names, self.features, cycles, tuple(self.units), version
-        )
+
+    @property
+    def intervals(self) -> dict[str, Interval]:
+        """Interval of each parameter by name [SI units]."""
+        return self.runner.intervals
+
+    @property
+    def random(self) -> dict[str, Normal | Uniform]:
+        """Distributions of the parameters that have one."""
+        return self.runner.random
+
+    @property
+    def features(self) -> Mapping[str, Asked]:
+        """Features of every run by name."""
+        return self.runner.features
+
+    def chebyshev(
+        self,
+        degree: int | Mapping[str, int] = 3,
+        nodes: int | Mapping[str, int] | None = None,
+        *,
+        bounds: BoundKind = "range",
+        max_runs: int = MAX_RUNS,
+    ) -> StudyResult:
+        """The paper's method: simulate on Chebyshev roots, fit polynomials, bound them.
+
+        The verdict of every band says whether its polynomial follows the response, judged by its prediction
+        of left-out runs; a warning names the outputs that are not resolved.
+
+        Parameters
+        ----------
+        degree : int or mapping of str to int
+            Degree of the polynomials [-], at least 1; for all parameters or by name.
+        nodes : int or mapping of str to int, optional
+            Number of roots [-]; one more than the degree if not given, and never fewer. The number of runs is
+            their product, at most 1 000 000, and one at the midpoint; three more beside the roots show waves
+            that vanish at these, and take part in the verdict alone.
+        bounds : {"range", "eq31"}
+            The certified range of each polynomial, up to degree 30; or Eq. (31) of the paper, which is wider.
+        max_runs : int
+            Largest number of runs on the roots; with more, no run is started [-]. Five parameters may need
+            100 000.
+
+        Returns
+        -------
+        StudyResult
+
+        Raises
+        ------
+        SceneError
+            If a scene is wrong; the parameters of the run are in the path of each problem.
+        SimulationError
+            If a run fails; it names the parameters, and there is no result.
+        MemoryError
+            If the samples do not fit into the memory.
+        ValueError, TypeError
+            If an argument is wrong; all problems are listed.
+        """
+        return self._made(designs.chebyshev(self.runner, degree, nodes, bounds, max_runs))
+
+    def scan(self, points: int | Mapping[str, int] = 10, *, max_runs: int = MAX_RUNS) -> StudyResult:
+        """Brute force: simulate on equally spaced points; the bounds are the extremes of the runs.
+
+        Parameters
+        ----------
+        points : int or mapping of str to int
+            Number of points [-], at least 2, both ends included; for all parameters or by name. The number of
+            runs is their product, at most 1 000 000, and one at the midpoint that does not count for the
+            bounds.
+        max_runs : int
+            Largest number of runs on the grid; with more, no run is started [-]. Ten points of five
+            parameters are 100 000.
+
+        Returns
+        -------
+        StudyResult
+            Its bands are inner bounds and have no polynomial.
+
+        Raises
+        ------
+        SceneError, SimulationError, ValueError, TypeError
+            As `chebyshev`.
+        """
+        return self._made(designs.scan(self.runner, points, max_runs))
+
+    def band(
+        self,
+        runs: int | None = None,
+        *,
+        coverage: float = 0.999,
+        seconds: float = 10.0,
+        confidence: float | None = None,
+        rtol: float | None = None,
+        seed: int = 0,
+        include: StudyResult | Sequence[StudyResult] = (),
+        max_runs: int = MAX_RUNS,
+        cycles: int | None = None,
+        discard: int | None = None,
+        angle: str | None = None,
+    ) -> StudyResult:
+        """Bands that contain further runs, by as many runs as time allows.
+
+        The hull of n independent runs holds all but 2 / (n + 1) of the samples of a further run on average,
+        whatever the mechanism: 1999 runs hold 99.9 %. They are made where that takes no longer than
+        `seconds`. Otherwise, or if `runs` asks for fewer, runs at evenly spread points make bands of running
+        extremes, widened by what held-out runs exceed them by. Where a polynomial in the parameters follows
+        an output, its range with its error is the band, which holds all runs too.
+
+        With `cycles` the bands are **by crank angle**: all revolutions of all runs are pooled. This needs
+        fewer runs, and remains valid when impacts have made long runs unpredictable.
+
+        Parameters
+        ----------
+        runs : int, optional
+            Number of runs [-], at least 3, in addition to one at the midpoint. If not given, so many as the
+            hull needs for the `coverage` or, if they take longer than `seconds`, 81 or a multiple of 81 by a
+            power of two; `StudyResult.statement` names the number, with which the study repeats to the last
+            digit. Of a table of finished runs, the number of first runs to use; all if not given.
+        coverage : float
+            Share of the samples of a further run that should be inside [-], between 0 and 1.
+        seconds : float
+            Time for the runs if their number is not given [s]: it is predicted from some of them.
+        confidence : float, optional
+            As many independent runs are made, however long they take, that with this probability their hull
+            holds the `coverage` of all mechanisms at any one instant [-]; 4742 for 0.999 with 0.95.
+        rtol : float, optional
+            Relative tolerance of the integrator [-], in place of that of the study; 1e-4 if neither
+            says one. Bands need no smaller one, although single runs change. Velocities of impacting
+            mechanisms are resolved more often at 1e-5.
+        seed : int
+            Seed of the points [-], 0 to 2**64 - 1. The same seed gives exactly the same result on any number
+            of threads.
+        include : StudyResult or sequence of StudyResult, optional
+            Results of the same study whose runs are included. They take part in all bands but are not
+            held out, since their points may lie on a grid; for the same reason features of all runs then
+            state nothing about a further run. Runs at points that the band has already are left out.
+        max_runs : int
+            Largest number of runs; with more, no run is started [-].
+        cycles : int, optional
+            Revolutions of every run [-] for bands by crank angle; the `samples` of the study are then those
+            of one revolution. With a drive at constant speed the duration follows from `cycles`, in place of
+            `skip` and `duration` of the study. If the speed is a parameter, or a torque drives the crank, the
+            angle of every run is measured: outputs are interpolated between samples at most half a step
+            apart.
+            A torque drive needs a `duration` in which every run completes all `cycles`.
+        discard : int, optional
+            Number of first cycles that are not pooled [-], for the starting transient to decay; 1 if not
+            given.
+        angle : str, optional
+            Name of the revolute joint whose angle is the crank angle; that of the only drive at constant
+            speed if not given.
+
+        Returns
+        -------
+        StudyResult
+            `StudyResult.extend` adds runs. Bands that are ``"resolved"`` have a polynomial.
+
+        Raises
+        ------
+        SceneError, SimulationError, ValueError, TypeError
+            As `chebyshev`.
+        """
+        how = seconds, confidence, rtol, seed, include, max_runs, cycles, discard, angle
+        return self._made(sampled.band(self.runner, runs, coverage, *how))
+
+    def extended(
+        self, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult] = ()
+    ) -> StudyResult:
+        """A result of `band` with further runs; see `StudyResult.extend`."""
+        return self._with_warnings(sampled.extended(self.runner, result, runs, include))
+
+    def sample(self, runs: int = 81, *, seed: int = 0) -> StudyResult:
+        """Simulate at independent, uniformly distributed random points of the box, as for features.
+
+        Parameters
+        ----------
+        runs : int
+            Number of runs [-], at least 2 and at most 1 000 000, in addition to one at the midpoint. Ignored
+            for a table of finished runs, of which all are used.
+        seed : int
+            Seed of the random points [-].
+
+        Returns
+        -------
+        StudyResult
+            Its bands are the extremes of the runs.
+
+        Raises
+        ------
+        SceneError, SimulationError, ValueError, TypeError
+            As `chebyshev`.
+        """
+        return self._made(designs.sample(self.runner, runs, seed))
+
+    def worst_cases(self, result: StudyResult) -> tuple[WorstCase, ...]:
+        """Runs at the worst cases that the polynomials of a result predict; see `StudyResult.check`."""
+        return simulated_extremes(self.runner, result)
+
+    def _made(self, design: Design) -> StudyResult:
+        """The result of a design, after its runs."""
+        return self._with_warnings(carried_out(self.runner, design))
+
+    def _with_warnings(self, result: StudyResult) -> StudyResult:
+        """The result of this study, after issuing its warnings."""
+        warn_once(result.warnings)
+        return replace(result, study=self, spec=self.runner.spec)
 
     def plan(self, method: str = "band", *, probes: int | None = None, **arguments: Any) -> Plan:
         """Estimate the cost of a method of this study from a few of its runs.
 
         Parameters
         ----------
-        method : {"band", "certify", "chebyshev", "scan", "sample"}
+        method : {"band", "chebyshev", "scan", "sample"}
             The method.
         probes : int, optional
             Runs that are made to find out [-]. If not given, 12 and at least 4 for each worker, then four
             times as many until they take half a second or are a quarter of the study.
         **arguments
             Its arguments.
-
-        Returns
-        -------
-        Plan
 
         Raises
         ------
@@ -227,18 +391,21 @@ class Study(Methods):
         101
         """
         checks = Checks()
-        checks.word("method", method, ("band", "certify", "chebyshev", "scan", "sample"))
-        if isinstance(self.model, FinishedRuns):
+        checks.word("method", method, tuple(_DESIGNS))
+        if isinstance(self.runner.model, FinishedRuns):
             checks.add("a table of finished runs costs no further ones: there is nothing to be planned")
         if probes is not None:
             probes = checks.whole("probes", probes, least=1)
         checks.finish()
-        known = list(signature(getattr(self, method)).parameters)
+        asked = signature(getattr(self, method))
         for name in arguments:
-            if name not in known:
+            if name not in asked.parameters:
+                known = list(asked.parameters)
                 checks.add(f'{method} has no argument "{name}"{meant_or_known(name, known)}', wrong_type=True)
         checks.finish()
-        return plan_of(self, method, probes, arguments)
+        given = asked.bind(**arguments)
+        given.apply_defaults()
+        return plan_of(self.runner, _DESIGNS[method](self.runner, **given.arguments), probes)
 
     @classmethod
     def from_runs(
@@ -257,7 +424,7 @@ class Study(Methods):
         """A study of a table of finished runs from any source.
 
         `band` and `sample` use the runs as they are. `chebyshev` and `scan` need all points of
-        their grid in the table, `certify` independent runs. If no run is at the midpoint of all intervals the
+        their grid in the table. If no run is at the midpoint of all intervals the
         nearest one is used as the nominal run, with a warning.
 
         Parameters
@@ -276,16 +443,12 @@ class Study(Methods):
         cycles : int
             Equal pieces of the time, each with features of its own [-].
         independent : bool
-            Whether the runs were drawn independently and uniformly from the box. Only then the
-            probability that a further run stays inside is defined.
+            Whether the runs were drawn independently and uniformly from the box. Only then their hull proves
+            what `band` says, and the probability that a further run stays inside is defined.
         units : mapping of str to str, optional
             Units of parameters, outputs and features by name, such as ``{"stiffness": "N/m", "x": "m"}``.
         threads : int, optional
             Threads for the bands [-], at most 1024; all processors if not given.
-
-        Returns
-        -------
-        Study
 
         Raises
         ------
@@ -314,13 +477,12 @@ class Study(Methods):
             units=units,
         )
         study = cls(table.run, table.intervals, threads=threads)
-        study.model = table
-        study.units = dict(units or {})
+        study.runner = replace(study.runner, model=table, units=dict(units or {}))
         return study
 
     def __repr__(self) -> str:
         sides = ", ".join(
             f"{name} in [{side.lower:g}, {side.upper:g}]" for name, side in self.intervals.items()
         )
-        what = self.model if isinstance(self.model, FinishedRuns) else self.build
+        what = self.runner.model if isinstance(self.runner.model, FinishedRuns) else self.runner.build
         return f"<Study of {getattr(what, '__name__', what)}: {sides}>"

@@ -1,5 +1,5 @@
-"""Accuracy against cost of the runs of one scene: methods and tolerances, and which to take.
+"""Accuracy against cost: methods and tolerances of the runs of a scene, bounds of a study, and which to take.
 
-In: a `Scene`; out: a `Tradeoff` with tables and recommendations. Uses `run`, `plots`,
+In: a `Scene` or a `Study`; out: tables with recommendations. Uses `study`, `run`, `plots`,
 `scene`, `report`, `data` and `base`.
 """

@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 
 use super::arrays::{flat, matrix};
 use super::ranges::interruptible;
-use crate::study::band::{self, Method, OutputBand, certify, regression};
+use crate::study::band::{self, Method, OutputBand, regression};
 use crate::study::points::{self, MOST_PARAMETERS, MOST_POINTS};
 use crate::study::sweep::Monitor;
 
@@ -61,19 +61,13 @@ pub fn total_degree_basis<'py>(
     matrix(py, regression::basis(&points, parameters, degree), regression::term_count(parameters, degree))
 }
 
-/// Least number of runs that can certify a coverage.
-#[pyfunction]
-pub fn least_certifying_runs(coverage: f64) -> usize {
-    certify::least_runs(coverage)
-}
-
 /// Terms of the largest polynomial that bands of so many runs try.
 #[pyfunction]
 pub fn band_terms(runs: usize, parameters: usize) -> usize {
     band::tried_terms(runs, parameters)
 }
 
-/// Points of runs, prepared for the calibrated or certified bands of one output after the other; with revolutions
+/// Points of runs, prepared for the bands of one output after the other; with revolutions
 /// each run has that many rows. Where the runs leave out a part of the box no polynomial is extrapolated into it.
 #[pyclass(frozen, module = "chebclear._core")]
 pub struct Design(band::Design);
@@ -81,21 +75,21 @@ pub struct Design(band::Design);
 #[pymethods]
 impl Design {
     #[new]
-    #[pyo3(signature = (points, scored, coverage, certified=false, revolutions=None, filled=true))]
+    #[pyo3(signature = (points, scored, coverage, independent=false, revolutions=None, filled=true))]
     fn new(
         py: Python<'_>,
         points: PyReadonlyArray2<'_, f64>,
         scored: usize,
         coverage: f64,
-        certified: bool,
+        independent: bool,
         revolutions: Option<usize>,
         filled: bool,
     ) -> PyResult<Self> {
         let (points, [_, parameters]) = flat(&points)?;
-        let method = match (certified, filled) {
-            (true, _) => Method::Certified,
+        let method = match (independent, filled) {
+            (_, false) => Method::OfRuns,
+            (true, true) => Method::Independent,
             (false, true) => Method::Calibrated,
-            (false, false) => Method::OfRuns,
         };
         let design = interruptible(py, |monitor| {
             band::Design::new(&points, parameters, revolutions, scored, coverage, method, monitor)

@@ -366,7 +366,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(bands::total_degree_exponents, module)?)?;
     module.add_function(wrap_pyfunction!(bands::total_degree_basis, module)?)?;
     module.add_function(wrap_pyfunction!(bands::band_terms, module)?)?;
-    module.add_function(wrap_pyfunction!(bands::least_certifying_runs, module)?)?;
     module.add_class::<bands::Design>()?;
     Ok(())
 }

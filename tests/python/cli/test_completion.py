@@ -41,7 +41,7 @@ def test_bash_completes_commands_options_and_choices(tmp_path, capsys):
     for name, parser in parsers().items():
         options = {text for action in parser._actions for text in action.option_strings}
         assert offered(name, "-") == options
-    assert offered("study", "--kind", "c") == {"certify", "chebyshev"}
+    assert offered("study", "--kind", "c") == {"chebyshev"}
     assert offered("new", "quick") == {"quick_return"}
     (tmp_path / "press.toml").touch()
     assert offered("check", "pre") == {"press.toml"}
@@ -69,7 +69,7 @@ def test_fish_completes_commands_options_and_choices(tmp_path, capsys):
             text for action in parser._actions for text in action.option_strings if text.startswith("--")
         }
         assert set(offered(f"chebclear {name} --")) == options
-    assert set(offered("chebclear study --kind c")) == {"certify", "chebyshev"}
+    assert set(offered("chebclear study --kind c")) == {"chebyshev"}
     assert set(offered("chebclear new quick")) == {"quick_return"}
     assert set(offered("chebclear check pre")) == {"press.toml"}
 
@@ -101,7 +101,7 @@ def test_zsh_completes_commands_options_and_choices(tmp_path, capsys):
         for typed, completed in [
             ("chebclear stu", "chebclear study "),
             ("chebclear study --ki", "chebclear study --kind "),
-            ("chebclear study --kind ce", "chebclear study --kind certify "),
+            ("chebclear study --kind ch", "chebclear study --kind chebyshev "),
             ("chebclear new quick", "chebclear new quick_return "),
             ("chebclear check pre", "chebclear check press.toml "),
         ]:

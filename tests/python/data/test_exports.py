@@ -51,7 +51,7 @@ def diagram():
 def bounds():
     t = np.linspace(0.0, 1.0, 11)
     study = cc.Study(lambda a: {"t": t, "x": a * t}, {"a": cc.interval(1.0, rel=0.1)}, units={"x": "m"})
-    return study.tradeoff(degrees=[1], points=[2], holdout=5)
+    return cc.study_tradeoff(study, degrees=[1], points=[2], holdout=5)
 
 
 @pytest.fixture(scope="module")

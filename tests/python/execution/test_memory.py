@@ -11,7 +11,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.execution import memory
-from chebclear.study import methods
+from chebclear.study import designs
 from falling import PLANET, TIME, faller, planet_study
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
@@ -76,7 +76,7 @@ def test_a_study_beyond_its_control_group_is_refused(tmp_path, monkeypatch, vers
 
 
 def test_what_a_plan_says_is_what_a_study_is_refused_for(monkeypatch):
-    monkeypatch.setattr(methods, "taken", lambda: 0.0)
+    monkeypatch.setattr(designs, "taken", lambda: 0.0)
     needed = large().plan("scan", points=4).memory
     monkeypatch.setattr(memory, "_left", lambda threads: iter([(needed - 5e6, "this test")]))
     with pytest.raises(cc.MemoryLimitError, match="this test leaves"):

@@ -321,7 +321,7 @@ def ended(order, stop):
 @pytest.fixture
 def counted(monkeypatch):
     """Number of calls of the model."""
-    from chebclear.study.models import calling
+    from chebclear.study.sources import calling
 
     numbers = []
     real = calling.Calling.place

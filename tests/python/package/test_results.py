@@ -49,7 +49,7 @@ def results(run):
     ideal = cc.Study(build, {"crank_length": BOX["crank_length"]}, fixed={"clearance_at": ()}, **time)
     ideal = ideal.chebyshev(1)
     band, feature = chebyshev["slider.x"], sample.feature("peak")
-    bounds = cc.Study(build, BOX, ["slider.x"], **time).tradeoff((1,), (2,), holdout=3)
+    bounds = cc.study_tradeoff(cc.Study(build, BOX, ["slider.x"], **time), (1,), (2,), holdout=3)
     runs = cc.tradeoff(run.scene, duration=4e-4, samples=9, rtols=[1e-4], methods=["auto"], repeats=1)
     template = cc.load(EXAMPLE)
     found = [

@@ -71,7 +71,7 @@ def results():
         study.band(runs=16),
         study.chebyshev(2),
         study.scan(3),
-        study.tradeoff(degrees=[1, 2], points=[3]),
+        cc.study_tradeoff(study, degrees=[1, 2], points=[3]),
     )
 
 

@@ -48,21 +48,12 @@ def test_a_lower_degree_on_the_same_runs():
     assert not alternatives(study.chebyshev(1))
 
 
-def test_half_of_a_certified_study():
+def test_half_of_a_hull_of_independent_runs():
     study = cc.Study(oscillator, BOX)
-    result = study.certify(0.95)
-    table, text = found(result)
-    [row] = table.rows
-    half = len(result.parameters) // 2
-    runs = result["x"].runs
-    width = np.maximum(runs[:half].max(axis=0), result["x"].nominal)
-    width = width - np.minimum(runs[:half].min(axis=0), result["x"].nominal)
-    # The band is at least the hull of its runs.
-    assert number(row[1]) >= 0.999 * width.mean()
-    assert number(row[2]) == pytest.approx(mean_width(result["x"]), rel=2e-3)
-    assert "prove a mean coverage of 90 % only" in text
-    smaller = study.certify(0.9)
-    assert len(smaller.parameters) == half
+    result = study.band(82, coverage=0.95)
+    assert result.requirement.independent
+    _, text = found(result)
+    assert "prove a mean coverage of 95.23 % only" in text
 
 
 def test_a_scan_of_fewer_values():

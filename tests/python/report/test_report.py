@@ -108,7 +108,9 @@ def reports(scene, result, tmp_path_factory):
         "run": run.report(folder / "run"),
         "study": result.report(folder / "study.html"),
         "costs": costs.report(folder / "costs.html"),
-        "bounds": result.study.tradeoff(degrees=[1, 2], points=[3], runs=[8]).report(folder / "bounds"),
+        "bounds": cc.study_tradeoff(result.study, degrees=[1, 2], points=[3], runs=[8]).report(
+            folder / "bounds"
+        ),
     }
 
 

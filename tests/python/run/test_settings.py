@@ -50,7 +50,7 @@ def test_a_keyword_goes_before_the_settings():
 def test_studies_and_tradeoffs_take_settings():
     settings = cc.Settings(duration=0.4, samples=5, rtol=1e-8, outputs=["block.y"])
     study = cc.Study(faller, PLANET, settings=settings)
-    assert study.settings == settings and study.features == {}
+    assert study.runner.settings == settings and study.features == {}
     result = study.scan(2)
     assert result == cc.Study(faller, PLANET, settings=result.settings).scan(2)
     assert cc.Study(faller, PLANET, settings=settings, samples=3).scan(2).t.shape == (3,)

@@ -3,6 +3,7 @@
 import copy
 import math
 import pickle
+import time
 import warnings
 
 import chebclear as cc
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from chebclear import _core
 from chebclear.base.files import same
+from chebclear.study.band.independent import exact_runs
 from chebclear.study.band.limits import physical_limits
 from chebclear.study.polynomials.total_degree import TotalDegree, total_degree_polynomial
 from interrupts import work_after_interrupt
@@ -19,6 +21,8 @@ TIME = {"duration": 0.4, "samples": 41}
 PLANET = {"gravity": cc.interval(8.0, 11.0), "tilt": cc.interval(0.3, 1.2)}
 LENGTHS = {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.1)}
 WRIST = ["slider.x", "slider.vx", "slider.ax", "wrist.penetration", "wrist.normal_force", "wrist.contact"]
+
+T = np.linspace(0.0, 1.0, 21)
 
 
 def faller(gravity=9.81, tilt=0.5 * math.pi, mass=2.0):
@@ -136,7 +140,7 @@ def test_fresh_runs_keep_the_bands(wrist):
     study = wrist_study(rtol=1e-4)
     rng = np.random.default_rng(11)
     points = np.stack([rng.uniform(side.lower, side.upper, 60) for side in LENGTHS.values()], axis=-1)
-    fresh = study.simulated(points, study.settings).values[:-1]
+    fresh = study.runner.simulated(points, study.runner.settings).values[:-1]
     for index, name in enumerate(WRIST):
         band = wrist[name]
         inside = (fresh[:, :, index] >= band.lower) & (fresh[:, :, index] <= band.upper)
@@ -356,7 +360,7 @@ def test_runs_that_differ_by_offsets_are_single_observations():
         band = result["x"]
         assert band.verdict == "undersampled" and band.margin.persistence > 0.99
         assert any("999 verify it in any case" in text for text in result.warnings)
-    assert cc.Study(offset, box).band(41, coverage=0.95)["x"].verdict == "calibrated"
+    assert cc.Study(offset, box).band(21, coverage=0.95)["x"].verdict == "calibrated"
     assert cc.Study(noise, box).band(81)["x"].margin.persistence < 0.1
 
 
@@ -380,7 +384,7 @@ def test_runs_that_differ_by_offsets_or_factors_beside_what_parameters_do_are_si
     for seed in range(4):
         band = cc.Study(model, box).band(41, seed=seed)["x"]
         assert band.verdict == "undersampled" and band.margin.persistence > 0.8
-    assert cc.Study(model, box).band(41, coverage=0.95)["x"].verdict == "calibrated"
+    assert cc.Study(model, box).band(30, coverage=0.95)["x"].verdict == "calibrated"
 
 
 @pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
@@ -459,23 +463,62 @@ def test_polynomials_of_many_parameters():
     np.testing.assert_allclose(tensor.derivative("p1"), twin.derivative("p1"), rtol=1e-12, atol=1e-12)
 
 
-def test_a_certified_band_says_what_is_proved():
-    study = planet_study(samples=5)
-    result = study.certify(0.97)
-    assert result.kind == "certify" and result.requirement.runs == 50 and result.parameters.shape == (50, 2)
-    band = result["block.y"]
+def test_the_hull_of_independent_runs_says_what_it_holds():
+    study = cc.Study(noise, {name: cc.interval(0.0, 1.0) for name in "ab"})
+    result = study.band(99, coverage=0.97)
+    assert result.kind == "band" and result.requirement.independent and result.parameters.shape == (99, 2)
+    band = result["x"]
     assert band.verdict == "certified" and band.margin.method == "runs" and band.surrogate is None
-    assert 0.97 <= band.coverage < 1.0
-    assert "independently and uniformly from the box" in result.statement and "97 %" in result.statement
+    assert band.coverage == pytest.approx(0.98, abs=1e-12)
+    assert np.array_equal(band.upper, band.runs.max(axis=0)) and np.array_equal(
+        band.lower, band.runs.min(axis=0)
+    )
+    assert "99 independent runs: 98 % of the samples" in result.statement
     assert "an estimate" in study.band(15).statement and study.scan(2).statement is None
-    # Nothing is evened out: the points are those of a plain generator.
-    assert not np.array_equal(result.parameters, study.certify(0.97, seed=1).parameters)
-    with pytest.raises(ValueError, match="takes 1500 runs, more than max_runs = 100"):
-        study.certify(max_runs=100)
-    with pytest.raises(ValueError, match="coverage must be"):
-        study.certify(1.0)
-    with pytest.raises(ValueError, match=r"only a result of Study\.band"):
-        result.extend(3)
+    # Nothing is evened out: the points are those of a plain generator, and go on.
+    assert not np.array_equal(result.parameters, study.band(99, coverage=0.97, seed=1).parameters)
+    assert study.band(70, coverage=0.97).extend(29) == result
+    assert not study.band(65, coverage=0.97).requirement.independent
+
+
+def test_runs_of_one_time_take_as_long_as_that():
+    def slow(a):
+        time.sleep(0.002)
+        return {"t": T, "x": np.sin(1e6 * a * (1.0 + T))}
+
+    study = cc.Study(slow, {"a": cc.interval(0.0, 1.0)})
+    few = study.band(seconds=1.0)
+    assert few.requirement.seconds == 1.0 and few.requirement.runs in (81, 162, 324)
+    assert f"1 s chose the number of runs: band({few.requirement.runs}) repeats it." in few.statement
+    assert study.band(few.requirement.runs)["x"] == few["x"]
+    all_runs = study.band(seconds=1.0, coverage=0.97)
+    assert all_runs.requirement.runs == 66 and all_runs["x"].verdict == "certified"
+
+
+def test_a_confidence_takes_the_runs_of_wilks():
+    # [Wilks1941], two-sided: 93 and 473 runs hold 95 and 99 % with 95 % confidence.
+    assert [exact_runs(share, 0.95) for share in (0.95, 0.99, 0.999)] == [93, 473, 4742]
+    assert [exact_runs(share) for share in (0.9, 0.99, 0.999)] == [19, 199, 1999]
+    study = cc.Study(noise, {name: cc.interval(0.0, 1.0) for name in "ab"})
+    result = study.band(coverage=0.95, confidence=0.95)
+    assert len(result.parameters) == 93 and result["x"].verdict == "certified"
+    assert "With 95 % confidence the bounds at an instant hold 95 %" in result.statement
+
+
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+def test_runs_that_fail_are_made_up_for():
+    def picky(a):
+        if a > 0.99:
+            raise RuntimeError("too long")
+        return {"t": T, "x": np.sin(1e6 * a * (1.0 + T))}
+
+    study = cc.Study(picky, {"a": cc.interval(0.0, 1.0)})
+    for seed in range(50):
+        result = study.band(41, coverage=0.95, seed=seed)
+        if result.requirement.failed:
+            break
+    few = study.band(39, coverage=0.95, seed=seed)
+    assert result["x"].verdict == "certified" and few["x"].verdict in ("certified", "undersampled")
 
 
 def test_the_search_for_a_range_can_be_interrupted():

@@ -14,7 +14,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.execution.store import differences
-from chebclear.study.models.identity import ModelIdentity
+from chebclear.study.sources.identity import ModelIdentity
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
@@ -55,7 +55,7 @@ PROGRAM = """
 import importlib, json, sys
 from pathlib import Path
 from chebclear.errors import ArgumentError
-from chebclear.study.models.identity import ModelIdentity
+from chebclear.study.sources.identity import ModelIdentity
 
 sys.dont_write_bytecode = True
 found = {}
@@ -178,7 +178,7 @@ def test_a_script_is_known_by_the_name_under_which_others_import_it(tmp_path):
 
 
 SHOWN = """
-from chebclear.study.models.identity import ModelIdentity
+from chebclear.study.sources.identity import ModelIdentity
 print(json.dumps(ModelIdentity.of(model, {}, None).facts()))
 """
 
@@ -198,7 +198,7 @@ import numpy as np
 from scipy import signal, sparse, stats
 from scipy.interpolate import CubicSpline, RegularGridInterpolator
 import chebclear as cc
-from chebclear.study.models.reached import value_text
+from chebclear.study.sources.reached import value_text
 
 T = typing.TypeVar("T")
 

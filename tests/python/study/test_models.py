@@ -1,6 +1,7 @@
 """Models of one's own and tables of finished runs in place of scenes."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from chebclear import (
     mechanisms,
     peak,
     rms,
+    study_tradeoff,
 )
 from chebclear.run import simulation
 from chebclear.scene.scene import compiled
@@ -48,9 +50,9 @@ def test_a_model_of_ones_own_gets_the_bands_of_a_scene(ask):
     assert (reach.lower, reach.upper) == pytest.approx((0.9 * 1.8, 1.1 * 2.2), rel=1e-12)
 
 
-def test_a_model_is_certified_extended_and_saved(tmp_path):
+def test_a_model_is_extended_and_saved(tmp_path):
     study = Study(line, BOX, features={"peak": peak("x"), "end": lambda run: run["x"][-1]})
-    assert study.certify(0.9)["x"].verdict == "certified"
+    assert study.band(30, coverage=0.9)["x"].verdict == "resolved"
     whole = study.band(20)
     assert study.band(12).extend(8) == whole
     assert StudyResult.load(whole.save(tmp_path / "own")) == whole
@@ -138,7 +140,12 @@ def test_a_table_of_finished_runs_gets_the_band_of_its_runs(table, tmp_path):
     assert "given" in result.statement
     assert np.isnan(result.feature("peak").interval.whole_run), "nothing is known of how they were drawn"
     assert StudyResult.load(result.save(tmp_path / "table")) == result
-    for refused in (study.certify, study.tradeoff, study.chebyshev, lambda: result.extend(3)):
+    for refused in (
+        lambda: study.band(confidence=0.9),
+        lambda: study_tradeoff(study),
+        study.chebyshev,
+        lambda: result.extend(3),
+    ):
         with pytest.raises(ValueError, match=r"table|independently"):
             refused()
     assert len(study.sample().parameters) == 39
@@ -235,7 +242,7 @@ def test_copies_of_runs_of_a_table_count_once():
     line = many["a"][:, None] * T[:3]
     sides = {"a": interval(-1.0, 1.0)}
     study = Study.from_runs(many, T[:3], {"x": line}, intervals=sides, independent=True)
-    assert study.certify(0.999)["x"].verdict == "certified"
+    assert study.band(coverage=0.999).requirement.independent
     # Several copies that differ by rounding, in a narrow interval.
     narrow = 0.05 * (1.0 + 1e-3 * a)
     thrice = {"a": np.concatenate([narrow, narrow * 1000.0 * 0.001, narrow * 3.0 / 3.0]), "b": np.tile(b, 3)}
@@ -377,13 +384,16 @@ def test_instants_of_a_table_are_the_results_own(table):
         result["x"].hull[1][:] = 0.0
 
 
-def test_runs_that_were_drawn_independently_are_certified(table):
+def test_the_hull_of_a_table_of_independent_runs_proves_what_its_number_does(table):
     parameters, values = table
-    study = Study.from_runs(parameters, T, {"x": values}, independent=True)
+    scattered = values + np.random.default_rng(3).normal(size=values.shape)
+    study = Study.from_runs(parameters, T, {"x": scattered}, independent=True)
     with pytest.warns(ChebclearWarning, match="nominal values"):
-        assert study.certify(0.95)["x"].verdict == "certified"
-    with pytest.raises(ValueError, match="has 39 runs besides the nominal one, 1500 are needed"):
-        study.certify(0.999)
+        assert study.band(coverage=0.95)["x"].verdict == "certified"
+    with pytest.warns(ChebclearWarning, match="nominal values"):
+        assert study.band(coverage=0.98)["x"].verdict == "calibrated"
+    with pytest.raises(ValueError, match="takes 93 independent runs, got 39"):
+        study.band(coverage=0.95, confidence=0.95)
 
 
 def test_a_table_on_chebyshev_roots_gets_the_polynomial_but_no_held_out_runs():
@@ -448,7 +458,7 @@ def test_a_callable_feature_does_not_simulate_again(monkeypatch):
     result = study.sample(4)
     assert not calls
     assert np.array_equal(result.feature("end").values[:, 0], result.values("slider.x")[:, -1])
-    study.features = {"contacts": lambda run: len(run.contacts)}
+    study.runner = replace(study.runner, features={"contacts": lambda run: len(run.contacts)})
     assert study.sample(4).feature("contacts").nominal > 0
     assert len(calls) == 5, "what a study does not keep costs each run once more"
 

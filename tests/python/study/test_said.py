@@ -75,7 +75,7 @@ class TestTolerance:
     def test_of_a_tradeoff_is_that_of_all_its_bands(self):
         # A band of the same runs at the tolerance of the study has the same width.
         study = slider_crank(rtol=1e-9)
-        found = study.tradeoff(degrees=[], points=[], runs=[9], certify=None, holdout=4)
+        found = cc.study_tradeoff(study, degrees=[], points=[], runs=[9], holdout=4)
         direct = study.band(9)
         assert direct.settings.rtol == 1e-9
         (point,) = found.points

@@ -6,6 +6,7 @@ import pickle
 import threading
 import warnings
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context
 
 import chebclear as cc
@@ -165,8 +166,8 @@ def crank_result(crank_study):
 
 def with_options(study, **options):
     other = copy.copy(study)
-    for name, value in options.items():
-        setattr(other, name, value)
+    progress = {name: options.pop(name) for name in ("progress",) if name in options}
+    other.runner = replace(study.runner, means=replace(study.runner.means, **options), **progress)
     return other
 
 

@@ -1,6 +1,7 @@
 """How many runs a study starts unasked, and what it passes on of their warnings."""
 
 import warnings
+from functools import partial
 
 import chebclear as cc
 import pytest
@@ -29,11 +30,11 @@ def test_thousands_of_runs_are_not_started_unasked():
     with pytest.raises(ValueError, match="a lower degree, or allow them with max_runs=32768"):
         many.chebyshev(7)
     # 10^5 + 5^5 points of scans, 2^5 + ... + 6^5 roots, 100 random points and 32 corners,
-    # 321 of the largest band and 150 that certify 99 %.
-    with pytest.raises(ValueError, match="or allow them with max_runs=115928"):
-        many.tradeoff()
+    # 321 of the largest band.
+    with pytest.raises(ValueError, match="or allow them with max_runs=115778"):
+        cc.study_tradeoff(many)
     for wrong in (0, 1.5, "all"):
-        for start in (many.scan, many.chebyshev, many.tradeoff):
+        for start in (many.scan, many.chebyshev, partial(cc.study_tradeoff, many)):
             with pytest.raises((ValueError, TypeError), match="max_runs must be a whole number >= 1"):
                 start(max_runs=wrong)
 
@@ -45,8 +46,8 @@ def test_runs_that_are_asked_for_are_started():
     assert len(few.scan(3, max_runs=9).parameters) == 9
     assert len(few.chebyshev(2, max_runs=9).parameters) == 12
     with pytest.raises(ValueError, match="max_runs=12"):
-        few.tradeoff([1], [], [], certify=None, holdout=4, max_runs=11)
-    assert few.tradeoff([1], [], [], certify=None, holdout=4, max_runs=12).reference_runs == 8 + 4
+        cc.study_tradeoff(few, [1], [], [], holdout=4, max_runs=11)
+    assert cc.study_tradeoff(few, [1], [], [], holdout=4, max_runs=12).reference_runs == 8 + 4
 
 
 def gathered_warnings(runs):

@@ -8,8 +8,9 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.errors import SimulationError
+from chebclear.tradeoffs import of_study
 
-GRIDS = {"runs": (), "certify": None}
+GRIDS = {"runs": ()}
 """No bands from scattered runs."""
 
 
@@ -26,7 +27,7 @@ def fall():
     study = cc.Study(
         faller, {"gravity": cc.interval(9.81, rel=0.1)}, ["block.y", "block.vy"], duration=0.5, samples=21
     )
-    return study.tradeoff(degrees=[1, 2], points=[3], holdout=50, **GRIDS)
+    return cc.study_tradeoff(study, degrees=[1, 2], points=[3], holdout=50, **GRIDS)
 
 
 def test_bounds_of_a_linear_response_are_known(fall):
@@ -81,7 +82,7 @@ def test_an_output_that_does_not_change_is_no_obstacle():
     study = cc.Study(
         faller, {"gravity": cc.interval(9.0, 10.0)}, ["block.x", "block.y"], duration=0.5, samples=11
     )
-    result = study.tradeoff(degrees=[1], points=[], holdout=5, **GRIDS)
+    result = cc.study_tradeoff(study, degrees=[1], points=[], holdout=5, **GRIDS)
     assert result.reference_width[0] == 0.0 and math.isnan(result.points[0].width_error[0])
     assert result.recommendation().point.degree == 1
 
@@ -121,15 +122,15 @@ def test_study_results_are_tables_plots_and_values(fall):
 
 def test_settings_of_a_study_that_fail_stay_in_the_table(monkeypatch):
     study = cc.Study(faller, {"gravity": cc.interval(9.0, 10.0)}, ["block.y"], duration=0.5, samples=11)
-    real = study.run_points
+    real = of_study.on_grid
 
-    def run_points(points, counts, degrees, bounds="range"):
+    def on_grid(runner, points, counts, degrees=None, *options):
         if degrees == (2,):
             raise SimulationError("max_steps", 0.1)
-        return real(points, counts, degrees, bounds)
+        return real(runner, points, counts, degrees, *options)
 
-    monkeypatch.setattr(study, "run_points", run_points)
-    result = study.tradeoff(degrees=[1, 2], points=[], holdout=5, **GRIDS)
+    monkeypatch.setattr(of_study, "on_grid", on_grid)
+    result = cc.study_tradeoff(study, degrees=[1, 2], points=[], holdout=5, **GRIDS)
     assert [point.status for point in result] == ["done"] * 3 + ["max_steps"] * 3
     assert result.table().count("max_steps") == 3
     assert result.recommendation().point.degree == 1
@@ -137,7 +138,7 @@ def test_settings_of_a_study_that_fail_stay_in_the_table(monkeypatch):
 
 def test_polynomials_without_a_certified_range_bound_nothing():
     study = cc.Study(faller, {"gravity": cc.interval(9.0, 10.0)}, ["block.y"], duration=0.5, samples=11)
-    result = study.tradeoff(degrees=[31], points=[], holdout=5, **GRIDS)
+    result = cc.study_tradeoff(study, degrees=[31], points=[], holdout=5, **GRIDS)
     interval, polynomial, _ = result
     assert interval.containment[0] == 1.0
     numbers = [polynomial.width_error, polynomial.containment, polynomial.escape]
@@ -151,30 +152,29 @@ def test_polynomials_without_a_certified_range_bound_nothing():
 def test_wrong_arguments_of_a_study_are_listed_together():
     study = cc.Study(faller, {"gravity": cc.interval(9.0, 10.0)}, ["block.y"], duration=0.5, samples=11)
     with pytest.raises(ValueError) as caught:
-        study.tradeoff(degrees=[0], points="5", holdout=1, seed=-1)
+        cc.study_tradeoff(study, degrees=[0], points="5", holdout=1, seed=-1)
     words = [line.split()[0] for line in str(caught.value).splitlines()]
     assert words == ["degrees[0]", "points", "holdout", "seed"]
     with pytest.raises(ValueError, match="must not all be empty"):
-        study.tradeoff(degrees=[], points=[], **GRIDS)
+        cc.study_tradeoff(study, degrees=[], points=[], **GRIDS)
     wide = {name: cc.interval(1.0, 2.0) for name in "abcdefg"}
     many = cc.Study(lambda **given: faller(9.81), wide, ["block.y"], duration=0.5, samples=11)
     with pytest.raises(ValueError, match="at most 1000000 runs"):
-        many.tradeoff(degrees=[9])
+        cc.study_tradeoff(many, degrees=[9])
 
 
 def test_bands_of_a_linear_response_are_exact_from_few_runs_on():
     study = cc.Study(faller, {"gravity": cc.interval(9.81, rel=0.1)}, ["block.y"], duration=0.5, samples=21)
-    result = study.tradeoff(degrees=[], points=[2], runs=[41, 9], certify=0.9, holdout=20)
+    result = cc.study_tradeoff(study, degrees=[], points=[2], runs=[41, 9], holdout=20)
     assert [(point.bounds, point.runs) for point in result] == [
         ("scan", 3),
         ("band", 10),
         ("band", 42),
-        ("certified", 16),
     ]
     # A calibrated band without a polynomial of degree 1 would not reach the ends of the interval.
     for point in list(result)[:3]:
         assert np.allclose(point.width_error, 0.0, atol=1e-6) and np.all(point.containment == 1.0)
-    assert result.reference_runs == 22 + 2 + 41 + 15
+    assert result.reference_runs == 22 + 2 + 41
     assert str(result).splitlines()[-1].startswith("Recommended: scan of 2 points with 3 runs")
     nine = study.band(9, seed=0)
     assert np.isclose(

@@ -173,7 +173,7 @@ def test_parameters_of_a_file_have_si_units():
     study = cc.load(Path(__file__).parents[3] / "examples" / "toggle_press.toml").study(
         duration=1e-3, samples=3, skip=0.0
     )
-    assert study.units["crank_length"] == "m"
+    assert study.runner.units["crank_length"] == "m"
     result = study.sample(2)
     assert "crank_length: 0.0198 to 0.0202 m" in str(result)
 

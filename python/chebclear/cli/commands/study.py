@@ -25,8 +25,7 @@ from ..scenes import outputs_of, progress_of, settings_of, template_of
 
 # Which options each kind of study takes besides those of every one.
 _KINDS = {
-    "band": ("runs", "coverage", "seed", "cycles", "discard"),
-    "certify": ("coverage", "seed"),
+    "band": ("runs", "seconds", "coverage", "confidence", "seed", "cycles", "discard"),
     "chebyshev": ("degree",),
     "sample": ("runs", "seed"),
 }
@@ -41,39 +40,16 @@ def add(commands: Commands) -> None:
         study,
         "how far the outputs move over the intervals of the parameters, and how sure that is",
         "Simulate a scene at many points of its parameters' intervals and print, for every output, how far "
-        "it reaches, with a verdict on how far that can be trusted: band, widened by what runs that took no "
-        "part exceed it by; certify, proved for independent runs; chebyshev, the paper's polynomials; "
-        "sample, the extremes of random runs.",
+        "it reaches, with a verdict on how far that can be trusted: band, the hull of as many independent "
+        "runs as it takes or, of fewer, widened by what runs that took no part exceed it by; chebyshev, the "
+        "paper's polynomials; sample, the extremes of random runs.",
         "chebclear study examples/slider_crank.toml --out results",
     )
     add_scene(command)
     command.add_argument(
         "--kind", choices=list(_KINDS), default="band", help="kind of study (default: %(default)s)"
     )
-    command.add_argument(
-        "--runs", type=count, metavar="N", help="runs of kinds band and sample (default: 81)"
-    )
-    command.add_argument(
-        "--coverage",
-        type=positive,
-        metavar="X",
-        help="share of a further run that is to be inside, of kinds band and certify (default: 0.999)",
-    )
-    command.add_argument(
-        "--degree", type=count, metavar="N", help="degree of the polynomials of kind chebyshev (default: 3)"
-    )
-    command.add_argument(
-        "--seed", type=count, metavar="N", help="seed of the points of kinds band, certify and sample (0)"
-    )
-    command.add_argument(
-        "--cycles",
-        type=count,
-        metavar="N",
-        help="bands by crank angle, over so many revolutions of every run, of kind band",
-    )
-    command.add_argument(
-        "--discard", type=count, metavar="N", help="revolutions before those of --cycles (default: 1)"
-    )
+    _add_points(command)
     command.add_argument(
         "--check",
         action="store_true",
@@ -87,6 +63,49 @@ def add(commands: Commands) -> None:
     add_settings(command)
     add_out(command, STUDY_FILES)
     add_means(command)
+
+
+def _add_points(command: argparse.ArgumentParser) -> None:
+    """Add the options that say where and how often a study simulates."""
+    command.add_argument(
+        "--runs",
+        type=count,
+        metavar="N",
+        help="runs of kinds band (default: as many as the coverage takes, within --seconds) and sample (81)",
+    )
+    command.add_argument(
+        "--seconds",
+        type=positive,
+        metavar="S",
+        help="time for the runs of kind band without --runs (default: 10 s)",
+    )
+    command.add_argument(
+        "--confidence",
+        type=positive,
+        metavar="X",
+        help="probability with which the coverage is to hold at any one instant, of kind band",
+    )
+    command.add_argument(
+        "--coverage",
+        type=positive,
+        metavar="X",
+        help="share of a further run that is to be inside, of kind band (default: 0.999)",
+    )
+    command.add_argument(
+        "--degree", type=count, metavar="N", help="degree of the polynomials of kind chebyshev (default: 3)"
+    )
+    command.add_argument(
+        "--seed", type=count, metavar="N", help="seed of the points of kinds band and sample (0)"
+    )
+    command.add_argument(
+        "--cycles",
+        type=count,
+        metavar="N",
+        help="bands by crank angle, over so many revolutions of every run, of kind band",
+    )
+    command.add_argument(
+        "--discard", type=count, metavar="N", help="revolutions before those of --cycles (default: 1)"
+    )
 
 
 def study(options: argparse.Namespace) -> int:

@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ... import _core
 from ...base.named import ReadOnlyDict
+from ...base.units import unit
 from ...errors import ArgumentError
 from ...execution.memory import Usage, copy_output
 from ...scene.scene import Interval
 from ..polynomials.points import leaves_out, nominal_point, on_cube
 from ..polynomials.total_degree import total_degree_polynomial
 from .band import Band
-from .margin import Margin, Verdict, percent
+from .independent import exact_runs, mean_share, tolerated_share
+from .margin import Margin, Method, Verdict, percent
 from .revolutions import Revolutions
 
 Array = NDArray[np.float64]
 
 # Related to the least number of held-out runs that can verify a share of 0.1 %; see `needed_runs`.
 _UNSEEN = 0.0112
-LEAST_CERTIFYING = 10
 # Persistence from which the runs and not their samples are the observations. Chains of pendulums with one
 # parameter reach 0.72 with 12 to 81 runs, and their bands hold; random offsets and factors, also beside what
 # parameters do, reach 0.9 to 1.
@@ -41,13 +41,17 @@ class Requirement:
     coverage: float
     """Share of the samples of a further run that should be in the band [-]."""
     runs: int
-    """Runs at Sobol' points, the first of all; they are held out in turn [-]."""
+    """Runs at points that the study chose, the first of all; they are held out in turn [-]."""
     seed: int
     """Seed of the points [-]."""
     limits: dict[str, tuple[float, float]]
     """Physical limits of the outputs by name, in their units."""
-    certified: bool = False
-    """Whether the band is to be proved, from independent runs at random points."""
+    independent: bool = False
+    """Whether the runs are independent and the bands hulls of them, where no polynomial follows."""
+    confidence: float | None = None
+    """Confidence with which the hull is to hold the coverage at each instant [-]; None if on average."""
+    seconds: float | None = field(default=None, metadata=unit("s"))
+    """Time that chose the number of runs [s]; None if the user said it."""
     finished: bool = False
     """Whether the runs came as a table, at points of unknown origin."""
     revolutions: Revolutions | None = None
@@ -152,7 +156,7 @@ def calibrated_bands(
     # What a table has no runs in is unknown; Sobol' points fill the box.
     empty = requirement.finished and leaves_out(points[: requirement.runs])
     design = _core.Design(
-        points, requirement.runs, requirement.coverage, requirement.certified, kept, not empty
+        points, requirement.runs, requirement.coverage, requirement.independent, kept, not empty
     )
     spacing = float(t[-1] - t[0]) / (len(t) - 1)
     # One output at a time: samples in a file need not be in the memory all at once.
@@ -167,8 +171,9 @@ def calibrated_bands(
         surrogate = None
         if band["degree"] is not None and band["coefficients"] is not None:
             surrogate = total_degree_polynomial(intervals, band["degree"], band["coefficients"])
+        otherwise: Method = "runs" if requirement.independent else "envelope"
         margin = Margin(
-            method="runs" if requirement.certified else "envelope" if surrogate is None else "polynomial",
+            method=otherwise if surrogate is None else "polynomial",
             degree=band["degree"],
             error=float("nan") if band["error"] is None else band["error"],
             window=band["window"] * spacing,
@@ -198,11 +203,11 @@ def calibrated_bands(
 def _verdict(margin: Margin, coverage: float, requirement: Requirement) -> Verdict:
     if requirement.succeeded < requirement.coverage:
         return "undersampled"
-    if requirement.certified:
-        # Rounding: coverage is a share of counted samples.
-        return "certified" if coverage >= requirement.coverage - 1e-12 else "undersampled"
     if margin.degree is not None:
         return "resolved"
+    if requirement.independent:
+        needed = exact_runs(requirement.coverage, requirement.confidence)
+        return "certified" if requirement.runs >= needed else "undersampled"
     enough = requirement.runs >= max(needed_runs(requirement), lasting_runs(margin, requirement))
     return (
         "calibrated"
@@ -220,30 +225,41 @@ def doubling_narrows(runs: int) -> float:
     return min(0.25, 0.43 / math.sqrt(runs))
 
 
-def certifying_runs(coverage: float) -> int:
-    """Runs that certify a coverage: 1.5 times as many as needed if one run may be entirely outside."""
-    return max(LEAST_CERTIFYING, int(np.ceil(1.5 / (1.0 - coverage) * (1.0 - 1e-12))))
-
-
 def statement(requirement: Requirement) -> str:
     """The coverage that a study estimates or proves, in words."""
-    share = f"{100.0 * requirement.coverage:.10g} %"
+    runs = requirement.runs
+    text = _of_hull(requirement) if requirement.independent else _of_held_out_runs(requirement)
     if requirement.failed:
-        plain = statement(dataclasses.replace(requirement, failed=0))
         one = requirement.failed == 1
         others = "1 other failed and was" if one else f"{requirement.failed} others failed and were"
-        return f"{plain} This holds for runs that succeed: {others} left out."
-    if requirement.certified:
-        return (
-            "If parameters are drawn independently and uniformly from the box, the expected share of the "
-            f"samples of a further run that are in a certified band is at least {share}. That holds for "
-            f"every mechanism; the expectation is over the {requirement.runs} runs of this study as well as "
-            "over the further one. A band that its runs do not prove is undersampled."
-        )
+        text += f" This holds for runs that succeed: {others} left out."
+    if requirement.seconds is not None:
+        made = runs + requirement.failed
+        text += f" {requirement.seconds:g} s chose the number of runs: band({made}) repeats it."
+    return text
+
+
+def _of_hull(requirement: Requirement) -> str:
+    runs = requirement.runs
+    text = (
+        f"Bands hold the hull of {runs} independent runs: {percent(mean_share(runs))} of the samples of a "
+        "further run are inside on average, whatever the mechanism, if parameters are drawn independently "
+        "and uniformly from the box."
+    )
+    if requirement.confidence is not None:
+        share = percent(tolerated_share(runs, requirement.confidence))
+        confidence = f"{100.0 * requirement.confidence:.10g} %"
+        text += f" With {confidence} confidence the bounds at an instant hold {share} of all mechanisms."
+    return text
+
+
+def _of_held_out_runs(requirement: Requirement) -> str:
+    share = f"{100.0 * requirement.coverage:.10g} %"
     spread = (
         "given, taken as spread evenly over the box" if requirement.finished else "spread evenly over the box"
     )
-    proof = "" if requirement.finished else " Study.certify proves it with more runs."
+    needed = exact_runs(requirement.coverage)
+    proof = "" if requirement.finished else f" {needed} independent runs prove it: band({needed})."
     return (
         f"Bands contain {share} of the samples of held-out runs (undersampled ones: as many as coverage "
         f"says), with {requirement.runs} runs {spread}. A resolved band is the polynomial's range plus its "
@@ -271,6 +287,13 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[str]:
         return [
             f"undersampled: {failed} of {runs + failed} runs failed and count as outside, "
             f"so that {asked} of a further run cannot be promised for {names}: see result.failures"
+        ]
+    if requirement.independent:
+        needed = exact_runs(requirement.coverage, requirement.confidence)
+        extend = "" if requirement.finished else f": result.extend({needed - runs})"
+        return [
+            f"undersampled: the hull of {runs} independent runs does not prove that {asked} of a further run "
+            f"are in the band of {names}, {needed} do{extend}"
         ]
     band = bands[short[0]]
     if requirement.finished and leaves_out(on_cube(band.intervals, band.parameters[:runs])):

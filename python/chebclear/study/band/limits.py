@@ -1,9 +1,14 @@
-"""Physical limits of outputs, for all values of the parameters."""
+"""Physical limits of outputs for all values of the parameters, and their units."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+from ...scene.columns import column_unit
+from ...scene.scene import ClearanceRevolute, Interval, Scene
+from .band import Band
 
 # By the last part of the name of an output, which is never part of a name given by the user.
 _LIMITS = {
@@ -47,3 +52,54 @@ def physical_limits(
         else:
             limits[output] = _ENERGIES.get(output) or _LIMITS.get(quantity, _NONE)
     return limits
+
+
+def largest_clearances(
+    scene_at: Callable[[dict[str, float]], Scene],
+    intervals: Mapping[str, Interval],
+    scene: Scene,
+    found: Mapping[str, float],
+) -> dict[str, float]:
+    """Largest clearance of each joint in the box, where it depends on one parameter at a time [m].
+
+    It includes those of the scene at the midpoint and those `found` in the runs. Joints whose clearances at
+    the ends of the box are unknown are left out.
+    """
+    middle = {name: side.nominal for name, side in intervals.items()}
+    nominal, largest = _clearances(scene), _clearances(scene)
+    for name, side in intervals.items():
+        ends = []
+        for end in (side.lower, side.upper):
+            try:
+                ends.append(_clearances(scene_at({**middle, name: end})))
+            except Exception:  # no mechanism there, or a callable that fails
+                return {}
+        for joint in nominal:
+            largest[joint] += max(0.0, *(at[joint] - nominal[joint] for at in ends))
+    return {joint: max(clearance, found.get(joint, 0.0)) for joint, clearance in largest.items()}
+
+
+def _clearances(scene: Scene) -> dict[str, float]:
+    return {joint.name: joint.clearance for joint in scene.joints if isinstance(joint, ClearanceRevolute)}
+
+
+def with_units(bands: Mapping[str, Band], given: Mapping[str, str], *, simulated: bool) -> dict[str, Band]:
+    """Bands with the units of their outputs and parameters.
+
+    Parameters
+    ----------
+    bands : mapping of str to Band
+        Bands without units.
+    given : mapping of str to str
+        Units by the names of parameters, and of outputs of a model of the user's own.
+    simulated : bool
+        Whether the runs are simulations, whose columns have units.
+    """
+    return {
+        name: replace(
+            band,
+            unit=column_unit(name) if simulated else given.get(name, ""),
+            parameter_units={one: given[one] for one in band.intervals if one in given},
+        )
+        for name, band in bands.items()
+    }

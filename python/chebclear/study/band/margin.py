@@ -16,6 +16,7 @@ from ..polynomials.surrogate import Surrogate, chebyshev_grid, time_blocks
 
 Array = NDArray[np.float64]
 
+Method = Literal["polynomial", "envelope", "runs"]
 Verdict = Literal["resolved", "not resolved", "calibrated", "certified", "undersampled", "sampled"]
 
 # Largest error of a polynomial whose band is "resolved", over the width of the hull of the runs.
@@ -57,7 +58,7 @@ class Margin:
         stays furthest from what a polynomial explains. Near 1 runs differ for all of their time.
     """
 
-    method: Literal["polynomial", "envelope", "runs"]
+    method: Method
     degree: int | None = None
     error: float = math.nan
     window: float = field(default=0.0, metadata=unit("s"))

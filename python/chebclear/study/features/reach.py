@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ... import _core
 from ...base.shown import Shown
+from ..band.independent import tolerated_share
 from ..band.margin import RESOLVED
 from .effects import best_degree, fits_of, left_out
 
@@ -87,21 +88,6 @@ def find_interval(points: Array, values: Array, random: bool, *, filled: bool) -
         whole_run=(runs - 1) / (runs + 1) if random else math.nan,
         tolerated=tolerated_share(runs) if random else math.nan,
     )
-
-
-def tolerated_share(runs: int, confidence: float = 0.95) -> float:
-    """Share of a population that the extremes of so many independent runs hold, with this confidence [-].
-
-    It is more than g with the probability 1 - g^n - n (1 - g) g^(n - 1), for any continuous distribution
-    `[Wilks1941]`, and for the largest and smallest of several cycles of each run as well `[Tukey1947]`.
-    93 runs hold 95 %, 473 hold 99 %.
-    """
-    low, high = 0.0, 1.0
-    for _ in range(60):
-        share = 0.5 * (low + high)
-        holds = 1.0 - share**runs - runs * (1.0 - share) * share ** (runs - 1) >= confidence
-        low, high = (share, high) if holds else (low, share)
-    return low
 
 
 def _reach(points: Array, values: Array, filled: bool) -> tuple[float, float, bool]:

@@ -53,9 +53,9 @@ def sobol_points(intervals: Mapping[str, Interval], first: int, count: int, seed
     return on_box(intervals, _core.sobol_points(len(intervals), first, count, seed))
 
 
-def random_points(intervals: Mapping[str, Interval], count: int, seed: int) -> Array:
+def random_points(intervals: Mapping[str, Interval], first: int, count: int, seed: int) -> Array:
     """Independent points, uniform in the box; arguments as `sobol_points`."""
-    return on_box(intervals, _core.random_points(len(intervals), 0, count, seed))
+    return on_box(intervals, _core.random_points(len(intervals), first, count, seed))
 
 
 def uniform_points(intervals: Mapping[str, Interval], count: int, seed: int) -> Array:

@@ -17,6 +17,8 @@ from ...report.document import Block, Cell, Table, Text
 from ...run.simulation import simulate
 from ..band.band import Band
 from ..band.calibrated import calibrated_bands
+from ..band.independent import mean_share
+from ..band.margin import percent
 from ..polynomials.surrogate import Surrogate
 
 if TYPE_CHECKING:
@@ -50,7 +52,7 @@ def alternatives(result: StudyResult) -> list[Block]:
 
 def _fewer_runs(result: StudyResult) -> list[Block]:
     """Bands of the first half of the runs beside those of all, judged by the other half."""
-    kinds = {"band": _calibrated_half, "certify": _calibrated_half, "sample": _sampled_half}
+    kinds = {"band": _calibrated_half, "sample": _sampled_half}
     count = len(result.parameters) // 2
     if result.kind not in kinds or count < _LEAST_HALF or not result.bands:
         return []
@@ -65,8 +67,8 @@ def _fewer_runs(result: StudyResult) -> list[Block]:
     head = ["output", f"mean width, {count} runs", f"mean width, {total} runs", "change", "other runs inside"]
     caption = f"The first {count} runs alone, judged by the other {total - count}"
     blocks: list[Block] = [Table(caption, head, rows)]
-    if result.kind == "certify":
-        blocks.append(Text(f"Half the runs prove a mean coverage of {_share(_proved_by_half(result))} only."))
+    if result.requirement is not None and result.requirement.independent:
+        blocks.append(Text(f"Half the runs prove a mean coverage of {percent(mean_share(count))} only."))
     if math.isfinite(result.seconds):
         half, twice = result.seconds * count / total, 2.0 * result.seconds
         blocks.append(
@@ -82,7 +84,6 @@ def _fewer_runs(result: StudyResult) -> list[Block]:
 
 _HOW_TO_ADD = {
     "band": "result.extend(runs) adds runs and repeats none; at the command line --runs asks for more.",
-    "certify": "A larger coverage asks for more.",
     "sample": "In Python runs=, at the command line --runs asks for more.",
 }
 
@@ -92,12 +93,6 @@ def _by_run(result: StudyResult, band: Band) -> Array:
     if band.angle is None:
         return band.runs
     return band.runs.reshape(len(result.parameters) + 1, -1, len(band.t))
-
-
-def _proved_by_half(result: StudyResult) -> float:
-    """The coverage that half the runs prove: the share outside goes with their reciprocal."""
-    assert result.requirement is not None, "of a certified band"
-    return 1.0 - 2.0 * (1.0 - result.requirement.coverage)
 
 
 def _calibrated_half(result: StudyResult, count: int) -> Mapping[str, tuple[Array, Array]]:
@@ -112,8 +107,6 @@ def _calibrated_half(result: StudyResult, count: int) -> Mapping[str, tuple[Arra
         parts.append(np.concatenate([runs[:count], nominal[None]]))
     assert result.requirement is not None, "of a band"
     requirement = dataclasses.replace(result.requirement, runs=count, failed=0)
-    if requirement.certified:
-        requirement = dataclasses.replace(requirement, coverage=_proved_by_half(result))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ChebclearWarning)
         made = calibrated_bands(

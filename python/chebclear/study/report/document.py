@@ -119,8 +119,9 @@ def _method(result: StudyResult) -> str:
     """How the bands were made, in a few words."""
     if result.degrees is not None:
         return f"Chebyshev polynomials of degree {' x '.join(map(str, result.degrees))}"
-    words = {"band": "calibrated bands", "certify": "certified bands", "scan": "scan of a grid"}
-    return words.get(result.kind, "random runs")
+    if result.requirement is not None:
+        return "hulls of independent runs" if result.requirement.independent else "calibrated bands"
+    return "scan of a grid" if result.kind == "scan" else "random runs"
 
 
 def _reach(result: StudyResult, band: Band) -> Finding:

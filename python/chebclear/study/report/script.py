@@ -157,8 +157,9 @@ def _call(result: StudyResult) -> str:
             if name in ("coverage", "seed")
         }
         known |= {} if result.settings is None else {"rtol": result.settings.rtol}
-        if not requirement.certified:
-            known = {"runs": requirement.runs + len(result.failures), **known}
+        known = {"runs": requirement.runs + len(result.failures), **known}
+        if requirement.confidence is not None:
+            known["confidence"] = requirement.confidence
         if requirement.revolutions is not None:
             turns = requirement.revolutions
             known |= {
@@ -167,7 +168,7 @@ def _call(result: StudyResult) -> str:
                 "angle": turns.joint,
             }
         arguments = ", ".join(f"{name}={value!r}" for name, value in known.items())
-        return f"study.{'certify' if requirement.certified else 'band'}({arguments})"
+        return f"study.band({arguments})"
     names = list(result.intervals)
     if result.degrees is not None:
         degrees = dict(zip(names, result.degrees, strict=True))

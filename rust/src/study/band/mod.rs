@@ -2,9 +2,9 @@
 //! In: values of runs, the points, the required coverage; out: bounds, the method that gave them, and the coverage
 //! of held-out runs. Uses no mechanism; its only threads are those of its own pool.
 
-pub mod certify;
 pub mod extremes;
 pub mod held_out;
+pub mod independent;
 pub mod regression;
 pub mod resolve;
 pub mod running;
@@ -16,8 +16,8 @@ use rayon::prelude::*;
 use crate::study::chebyshev::GridError;
 use crate::study::pool::{private_pool, thread_count};
 use crate::study::sweep::Monitor;
-use certify::certified;
 use held_out::{HeldOut, Runs};
+use independent::independent;
 use regression::Regression;
 use resolve::{LARGEST_DEGREE, LARGEST_TERM_SHARE, ROUNDING, extrapolated, hull, resolved};
 use running::Ends;
@@ -106,8 +106,8 @@ pub enum Method {
     Calibrated,
     /// By held-out runs alone: a polynomial would be extrapolated into a part of the box that the runs leave out.
     OfRuns,
-    /// By a proof for independent runs, see [`certify`].
-    Certified,
+    /// The hull of independent runs, see [`independent`], with a polynomial where one follows the response.
+    Independent,
 }
 
 /// The points of the runs and what is asked of their bands, prepared for one output after the other: so only one
@@ -134,8 +134,8 @@ impl Design {
     ///
     /// # Errors
     ///
-    /// Numbers that do not fit each other, fewer than three scored runs or too few for a proof, a point outside the
-    /// cube, a coverage that is not between 0 and 1.
+    /// Numbers that do not fit each other, fewer than three scored runs, a point outside the cube, a coverage that is not
+    /// between 0 and 1.
     pub fn new(
         points: &[f64],
         parameters: usize,
@@ -147,17 +147,6 @@ impl Design {
     ) -> Result<Option<Self>, GridError> {
         let block = revolutions.unwrap_or(1);
         check(points, parameters, block, scored, coverage)?;
-        if method == Method::Certified && scored < certify::least_runs(coverage) {
-            return Err(GridError::new(format!(
-                "{scored} runs cannot certify a coverage of {coverage}: at least {} are needed",
-                certify::least_runs(coverage)
-            )));
-        }
-        if method == Method::Certified && block > 1 {
-            return Err(GridError::new(
-                "revolutions of a run are not independent: no band is certified of them",
-            ));
-        }
         let ends = if revolutions.is_some() { Ends::Joined } else { Ends::Cut };
         let rows = points.len() / parameters;
         let terms = largest_term_count(rows);
@@ -205,9 +194,9 @@ impl Design {
         let Self { block, ends, scored, coverage, .. } = *self;
         let runs = Runs { values, samples, block, ends, scored, limits };
         match self.method {
-            Method::Calibrated => band(&runs, &self.regression, coverage),
             Method::OfRuns => lasting(widened(&runs, coverage), &runs, &self.regression),
-            Method::Certified => certified(&runs, coverage),
+            Method::Calibrated => band(&runs, &self.regression, coverage, Otherwise::Widened),
+            Method::Independent => band(&runs, &self.regression, coverage, Otherwise::Hull),
         }
     }
 
@@ -234,29 +223,42 @@ impl Design {
     }
 }
 
+/// What an output gets that no polynomial follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Otherwise {
+    /// The hull of the runs.
+    Hull,
+    /// The widened band of the runs.
+    Widened,
+}
+
 /// The band of one output.
-fn band(runs: &Runs<'_>, regression: &Regression, coverage: f64) -> OutputBand {
+fn band(runs: &Runs<'_>, regression: &Regression, coverage: f64, otherwise: Otherwise) -> OutputBand {
     // The error of a polynomial is small in the mean over time, and may be large at some instants.
     let holds = |band: &OutputBand| band.held_out.coverage >= coverage;
     let Some(resolved) = resolved(runs, regression).filter(holds) else {
-        let band = widened(runs, coverage);
-        return lasting(with_corners(band, runs, regression), runs, regression);
+        return match otherwise {
+            Otherwise::Hull => independent(runs),
+            Otherwise::Widened => {
+                let band = widened(runs, coverage);
+                lasting(with_corners(band, runs, regression), runs, regression)
+            }
+        };
     };
     let wide = width(&resolved.lower, &resolved.upper);
-    // A calibrated band holds all runs, and costs more than to know how wide that is at least.
+    // Every band holds all runs, and a widened one costs more than to know how wide that is at least.
     let [lower, upper] = hull(runs);
     let error = resolved.polynomial.as_ref().map_or(f64::INFINITY, |polynomial| polynomial.error);
     if error <= TRUSTED_ERROR || wide <= LARGEST_WIDTH_RATIO * width(&lower, &upper) {
         return resolved;
     }
-    let calibrated = widened(runs, coverage);
-    // For an output that does not vary the calibrated band has no width; that of a polynomial has the width of rounding.
-    let rounding: f64 = calibrated.upper.iter().map(|upper| ROUNDING * upper.abs()).sum();
-    if wide <= LARGEST_WIDTH_RATIO * width(&calibrated.lower, &calibrated.upper) + rounding {
-        resolved
-    } else {
-        lasting(calibrated, runs, regression)
-    }
+    let other = match otherwise {
+        Otherwise::Hull => independent(runs),
+        Otherwise::Widened => lasting(widened(runs, coverage), runs, regression),
+    };
+    // For an output that does not vary another band has no width; that of a polynomial has the width of rounding.
+    let rounding: f64 = other.upper.iter().map(|upper| ROUNDING * upper.abs()).sum();
+    if wide <= LARGEST_WIDTH_RATIO * width(&other.lower, &other.upper) + rounding { resolved } else { other }
 }
 
 /// A calibrated band that knows how long what no polynomial explains lasts in a run. Revolutions of one run show that by

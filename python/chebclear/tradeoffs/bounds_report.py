@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from ...plots.costs import plot_study_tradeoff
-from ...report.document import Document, Picture, Section, Table, Text
-from ...run.report import version_fact, warnings_section
+from ..plots.costs import plot_study_tradeoff
+from ..report.document import Document, Picture, Section, Table, Text
+from ..run.report import version_fact, warnings_section
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..costs import StudyTradeoff
+    from .bounds import StudyTradeoff
 
 WIDTH_ERRORS = (0.5, 0.25, 0.1, 0.05)
 """Largest relative errors of the width that a report recommends bounds for [-]."""

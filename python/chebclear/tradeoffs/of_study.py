@@ -15,15 +15,19 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..errors import ArgumentError, SimulationError
+from ..run.simulation import warn_once
 from ..scene.scene import Interval
-from . import sampled
-from .band.band import Band
-from .band.calibrated import certifying_runs
-from .costs import StudyTradeoff, StudyTradeoffPoint
-from .polynomials.surrogate import MOST_RANGE_DEGREE, chebyshev_grid, tensor_grid
-from .results import StudyResult
-from .runner import Runner
-from .runs import MOST_NODES, MOST_RUNS
+from ..study import sampled
+from ..study.band.band import Band
+from ..study.designs import MOST_SEED, carried_out, on_grid
+from ..study.polynomials.surrogate import MOST_RANGE_DEGREE, chebyshev_grid, tensor_grid
+from ..study.results import StudyResult
+from ..study.runner import Runner
+from ..study.sources.finished import FinishedRuns
+from ..study.sources.scenes import MOST_NODES, MOST_RUNS
+from ..study.spec import MAX_RUNS
+from ..study.study import Study
+from .bounds import StudyTradeoff, StudyTradeoffPoint
 
 Array = NDArray[np.float64]
 
@@ -51,7 +55,7 @@ class _Setting:
 
 @dataclass(frozen=True)
 class Asked:
-    """Settings that `measure` compares."""
+    """Settings that are compared."""
 
     degrees: Iterable[int]
     """Degrees of Chebyshev studies."""
@@ -59,8 +63,6 @@ class Asked:
     """Points of scans."""
     runs: Iterable[int]
     """Runs of calibrated bands."""
-    certify: float | None
-    """Coverage of a certified band; None for none."""
     holdout: int
     """Random hold-out points."""
     seed: int
@@ -69,17 +71,80 @@ class Asked:
     """Largest number of runs; with more, no run is started."""
 
 
-def measure(study: Runner, asked: Asked) -> StudyTradeoff:
-    """Compare the bounds of a study; see `Study.tradeoff`."""
+def study_tradeoff(
+    study: Study,
+    degrees: Sequence[int] = (1, 2, 3, 4, 5),
+    points: Sequence[int] = (5, 10),
+    runs: Sequence[int] = (9, 21, 41, 81, 161, 321),
+    *,
+    holdout: int = 100,
+    seed: int = 0,
+    max_runs: int = MAX_RUNS,
+) -> StudyTradeoff:
+    """Measure accuracy against cost of the bounds: degrees, scan points, runs and methods of bounding.
+
+    All bounds are compared with the hull of all runs, including hold-out runs at random points and at the
+    corners of the box. It is an inner bound of the response: a true enclosure is at least as
+    wide.
+
+    Parameters
+    ----------
+    study : Study
+        The study, of scenes or of a model of your own.
+    degrees : sequence of int
+        Degrees of Chebyshev studies, the same in every parameter [-].
+    points : sequence of int
+        Points of scans, the same for every parameter [-].
+    runs : sequence of int
+        Numbers of runs of bands at evenly spread points [-]; smaller bands use the first runs of the
+        largest.
+    holdout : int
+        Number of random points [-], at least 2, in addition to the corners of up to 8 parameters.
+    seed : int
+        Seed of the random points [-].
+    max_runs : int
+        Largest number of runs of all settings and hold-out runs; with more, no run is started [-].
+
+    Returns
+    -------
+    StudyTradeoff
+        Settings with failed runs are included with their status.
+
+    Raises
+    ------
+    SceneError
+        If a scene is wrong.
+    SimulationError
+        If a hold-out run fails, since there is no reference then.
+    ValueError, TypeError
+        If an argument is wrong; all problems are listed.
+
+    Examples
+    --------
+    >>> from chebclear import Study, interval, mechanisms, study_tradeoff
+    >>> sides = {"crank_length": interval(0.05, rel=0.1)}
+    >>> study = Study(mechanisms.slider_crank, sides, ["slider.x"], duration=1e-3, samples=11)
+    >>> len(study_tradeoff(study, degrees=[2], points=[5], runs=[9]).points)
+    5
+    """
+    if not isinstance(study, Study):
+        raise TypeError(f"study must be a Study, got {study!r}")
+    if isinstance(study.runner.model, FinishedRuns):
+        raise ArgumentError("a tradeoff makes further runs, which a table of finished runs does not have")
+    result = _measured(study.runner, Asked(degrees, points, runs, holdout, seed, max_runs))
+    warn_once(result.warnings)
+    return result
+
+
+def _measured(study: Runner, asked: Asked) -> StudyTradeoff:
+    """Compare the bounds of a study; see `study_tradeoff`."""
     probed, wanted, budgets = _checked(study, asked)
-    probes = study.run_points(probed, (asked.holdout,), None)
+    probes = carried_out(study, on_grid(study, probed, (asked.holdout,)))
     if not probes.outputs:
         raise ArgumentError("a tradeoff compares bands of outputs: name some in Study(outputs=...)")
     seed = asked.seed
     settings = [_run(study, degree, count) for degree, count in wanted]
     settings += _bands(study, budgets, seed)
-    if asked.certify is not None:
-        settings.append(_certified(study, asked.certify, seed))
 
     outputs = probes.outputs
     runs = {
@@ -139,18 +204,14 @@ def _checked(study: Runner, asked: Asked) -> tuple[Array, list[tuple[int | None,
                 f"a study must have at most {MOST_RUNS} runs, got {count}^{len(sides)}: leave out the "
                 "higher degrees or the finer scans"
             )
-    certify = asked.certify
-    if certify is not None:
-        checks.real("certify", certify, "-", above=0.0, below=1.0)
-    if not wanted and not budgets and certify is None:
+    if not wanted and not budgets:
         checks.add("degrees, points and runs must not all be empty")
     checks.whole("holdout", asked.holdout, least=2, most=MOST_RUNS)
-    checks.whole("seed", asked.seed, least=0, most=sampled.MOST_SEED)
+    checks.whole("seed", asked.seed, least=0, most=MOST_SEED)
     checks.whole("max_runs", asked.max_runs, least=1)
     checks.finish()
     probed = _holdout_points(study, asked.holdout, asked.seed)
     runs = len(probed) + sum(count ** len(sides) for _, count in wanted) + max(budgets, default=0)
-    runs += 0 if certify is None else certifying_runs(certify)
     if runs > asked.max_runs:
         raise ArgumentError(
             f"all settings and hold-out points are {runs} runs, more than max_runs = {asked.max_runs}: leave "
@@ -186,7 +247,7 @@ def _run(study: Runner, degree: int | None, count: int) -> _Setting:
     degrees = None if degree is None else (degree,) * len(sides)
     start = time.perf_counter()
     try:
-        found = study.run_points(grid, counts, degrees, "eq31")
+        found = carried_out(study, on_grid(study, grid, counts, degrees, "eq31"))
         result, status = (None, found.failures[0].reason) if found.failures else (found, "done")
     except SimulationError as error:
         result, status = None, error.reason
@@ -200,7 +261,7 @@ def _bands(study: Runner, budgets: Sequence[int], seed: int) -> list[_Setting]:
         return []
     most = budgets[-1]
     try:
-        largest = sampled.band(study, most, 0.999, None, seed, (), most)
+        largest = carried_out(study, sampled.spread_evenly(study, most, 0.999, seed))
     except SimulationError as error:
         return [_Setting("band", None, count, count + 1, None, math.nan, error.reason) for count in budgets]
     settings = []
@@ -210,15 +271,6 @@ def _bands(study: Runner, budgets: Sequence[int], seed: int) -> list[_Setting]:
         seconds = time.perf_counter() - start + largest.seconds * (count + 1) / (most + 1)
         settings.append(_Setting("band", None, count, count + 1, result, seconds, "done"))
     return settings
-
-
-def _certified(study: Runner, coverage: float, seed: int) -> _Setting:
-    start, runs = time.perf_counter(), certifying_runs(coverage)
-    try:
-        result, status = sampled.certify(study, coverage, None, seed, runs), "done"
-    except SimulationError as error:
-        result, status = None, error.reason
-    return _Setting("certified", None, runs, runs + 1, result, time.perf_counter() - start, status)
 
 
 def _points(

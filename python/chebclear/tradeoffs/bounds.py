@@ -21,7 +21,7 @@ from ..data.dataset import Dataset, numbered
 from ..data.exports import Exports
 from ..report import html
 from ..report.document import Table
-from .report.tradeoff import costs_document
+from .bounds_report import costs_document
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,8 +41,8 @@ class StudyTradeoffPoint(records.ArrayRecord):
     ----------
     bounds : str
         ``"interval"``: Eq. (31). ``"polynomial"``: the certified range of the polynomial. ``"sampled"``:
-        extremes of the same runs. ``"scan"``: extremes of equally spaced runs. ``"band"``: calibrated on
-        held-out runs. ``"certified"``: with a proof.
+        extremes of the same runs. ``"scan"``: extremes of equally spaced runs. ``"band"``: that of
+        `Study.band`.
     degree : int | None
         Degree in every parameter [-]; None without polynomials on Chebyshev roots.
     points : int
@@ -79,8 +79,8 @@ class StudyTradeoffPoint(records.ArrayRecord):
     fit_error: Array
 
     def __str__(self) -> str:
-        if self.bounds in ("band", "certified"):
-            return f"{'certified ' * (self.bounds == 'certified')}band"
+        if self.bounds == "band":
+            return "band"
         if self.degree is None:
             return f"scan of {self.points} points"
         return f"{self.bounds} bounds of degree {self.degree}"

@@ -13,12 +13,12 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.progress import Progress
-from ..base.units import unit
-from ..errors import ChebclearWarning, InputError, Problem, SceneError, SettingsError, SimulationError
-from ..execution.batch import Batch, Built, RefusedRunError
-from ..execution.counts import Costs
-from ..execution.failures import (
+from ...base.progress import Progress
+from ...base.units import unit
+from ...errors import ChebclearWarning, InputError, Problem, SceneError, SettingsError, SimulationError
+from ...execution.batch import Batch, Built, RefusedRunError
+from ...execution.counts import Costs
+from ...execution.failures import (
     BUILD,
     FEATURE,
     FailedRun,
@@ -28,17 +28,17 @@ from ..execution.failures import (
     run_to_raise,
     set_apart,
 )
-from ..execution.limited import LimitedCalls
-from ..execution.memory import Usage
-from ..execution.options import ExecutionOptions
-from ..execution.pieces import NOT_BEGUN, SCENE, SETTINGS, End
-from ..execution.store import Identity, Store
-from ..run.settings import Settings
-from ..run.trajectory import Stats
-from ..scene.scene import Interval, Scene
-from ..scene.structure import FlatScene, Structure, Structures, number_at, unpacked
-from .features.features import Asked, feature_values, settling_warnings
-from .features.swept import SweptRun
+from ...execution.limited import LimitedCalls
+from ...execution.memory import Usage
+from ...execution.options import ExecutionOptions
+from ...execution.pieces import NOT_BEGUN, SCENE, SETTINGS, End
+from ...execution.store import Identity, Store
+from ...run.settings import Settings
+from ...run.trajectory import Stats
+from ...scene.scene import Interval, Scene
+from ...scene.structure import FlatScene, Structure, Structures, number_at, unpacked
+from ..features.features import Asked, feature_values, settling_warnings
+from ..features.swept import SweptRun
 
 Array = NDArray[np.float64]
 Many = Callable[[Structure, Sequence[float], Mapping[str, Array]], tuple[Array, NDArray[np.bool_]]]
