@@ -26,7 +26,7 @@ from typing import Any
 
 import chebclear as cc
 import numpy as np
-from chebclear import interval, mechanisms
+from chebclear import Interval, mechanisms
 from chebclear.study.band.band import Band
 from chebclear.study.band.calibrated import Requirement, calibrated_bands
 from chebclear.study.band.independent import mean_share
@@ -40,7 +40,7 @@ RTOL = 1e-4
 # Studies of more runs than this are made half as often: they differ less.
 MANY = 81
 WRIST = ["slider.x", "slider.vx", "slider.ax", "wrist.penetration", "wrist.normal_force"]
-LENGTHS = {"crank_length": interval(0.05, rel=0.1), "rod_length": interval(0.12, rel=0.1)}
+LENGTHS = {"crank_length": Interval.around(0.05, rel=0.1), "rod_length": Interval.around(0.12, rel=0.1)}
 SECOND_TURN = {"skip": 0.03, "duration": 0.03}
 FRICTION = mechanisms.slider_crank().joints[-1].friction
 
@@ -64,7 +64,7 @@ def rubbing_slider_crank(friction_coefficient: float, **options: Any) -> cc.Scen
 
 def chain(length: float = 0.1, mass: float = 0.2, clearance: float = 1e-4) -> cc.Scene:
     """Three links that swing from a zigzag, with clearance in the second joint."""
-    law = cc.LankaraniNikravesh(stiffness=1e9, restitution=0.7)
+    law = cc.laws.LankaraniNikravesh(stiffness=1e9, restitution=0.7)
     ends = ["ground", "link0.B", "link1.B"]
     links = [
         cc.Body(
@@ -94,7 +94,7 @@ EIGHT = {
     "young_modulus": 207e9,
     "friction_coefficient": FRICTION.sliding_coefficient,
 }
-WIDE = {"clearance": interval(5e-4, rel=0.1)}
+WIDE = {"clearance": Interval.around(5e-4, rel=0.1)}
 # What is built, the intervals, fixed values, outputs, times.
 PROBLEMS: dict[str, tuple[Any, dict[str, cc.Interval], dict[str, Any], list[str], dict[str, float]]] = {
     "P1": (mechanisms.slider_crank, LENGTHS, {}, WRIST, SECOND_TURN),
@@ -104,9 +104,9 @@ PROBLEMS: dict[str, tuple[Any, dict[str, cc.Interval], dict[str, Any], list[str]
     "P4": (
         mechanisms.four_bar,
         {
-            "coupler_length": interval(0.10, rel=0.02),
-            "rocker_length": interval(0.08, rel=0.02),
-            "clearance": interval(1e-4, rel=0.1),
+            "coupler_length": Interval.around(0.10, rel=0.02),
+            "rocker_length": Interval.around(0.08, rel=0.02),
+            "clearance": Interval.around(1e-4, rel=0.1),
         },
         {},
         of("rocker", True, "rocker_pin"),
@@ -114,7 +114,7 @@ PROBLEMS: dict[str, tuple[Any, dict[str, cc.Interval], dict[str, Any], list[str]
     ),
     "P5": (
         rubbing_slider_crank,
-        {name: interval(value, rel=0.05) for name, value in EIGHT.items()},
+        {name: Interval.around(value, rel=0.05) for name, value in EIGHT.items()},
         {},
         WRIST,
         SECOND_TURN,
@@ -123,9 +123,9 @@ PROBLEMS: dict[str, tuple[Any, dict[str, cc.Interval], dict[str, Any], list[str]
     "quick return": (
         mechanisms.quick_return,
         {
-            "crank_length": interval(0.05, rel=0.02),
-            "lever_length": interval(0.2, rel=0.02),
-            "clearance": interval(1e-4, rel=0.2),
+            "crank_length": Interval.around(0.05, rel=0.02),
+            "lever_length": Interval.around(0.2, rel=0.02),
+            "clearance": Interval.around(1e-4, rel=0.2),
         },
         {},
         of("ram", False, "crank_pin"),
@@ -134,9 +134,9 @@ PROBLEMS: dict[str, tuple[Any, dict[str, cc.Interval], dict[str, Any], list[str]
     "six-bar": (
         mechanisms.six_bar,
         {
-            "link_length": interval(0.14, rel=0.01),
-            "output_length": interval(0.10, rel=0.01),
-            "coupler_length": interval(0.10, rel=0.01),
+            "link_length": Interval.around(0.14, rel=0.01),
+            "output_length": Interval.around(0.10, rel=0.01),
+            "coupler_length": Interval.around(0.10, rel=0.01),
         },
         {"clearance": 5e-5, "crank_speed": cc.rpm(600.0)},
         of("output", True, "output_pin"),
@@ -145,9 +145,9 @@ PROBLEMS: dict[str, tuple[Any, dict[str, cc.Interval], dict[str, Any], list[str]
     "chain": (
         chain,
         {
-            "length": interval(0.1, rel=0.05),
-            "mass": interval(0.2, rel=0.1),
-            "clearance": interval(1e-4, rel=0.2),
+            "length": Interval.around(0.1, rel=0.05),
+            "mass": Interval.around(0.2, rel=0.1),
+            "clearance": Interval.around(1e-4, rel=0.2),
         },
         {},
         of("link2", True, "joint1"),
@@ -156,9 +156,9 @@ PROBLEMS: dict[str, tuple[Any, dict[str, cc.Interval], dict[str, Any], list[str]
     "pendulum": (
         mechanisms.pendulum_in_bearing,
         {
-            "length": interval(0.2, rel=0.05),
-            "clearance": interval(1e-4, rel=0.2),
-            "restitution": interval(0.7, rel=0.1),
+            "length": Interval.around(0.2, rel=0.05),
+            "clearance": Interval.around(1e-4, rel=0.2),
+            "restitution": Interval.around(0.7, rel=0.1),
         },
         {},
         of("pendulum", True, "pivot"),
@@ -167,9 +167,9 @@ PROBLEMS: dict[str, tuple[Any, dict[str, cc.Interval], dict[str, Any], list[str]
     "two pins": (
         mechanisms.slider_crank,
         {
-            "crank_length": interval(0.05, rel=0.05),
-            "rod_length": interval(0.12, rel=0.05),
-            "clearance": interval(1e-4, rel=0.2),
+            "crank_length": Interval.around(0.05, rel=0.05),
+            "rod_length": Interval.around(0.12, rel=0.05),
+            "clearance": Interval.around(1e-4, rel=0.2),
         },
         {"clearance_at": ("crank_pin", "wrist")},
         of("slider", False, "crank_pin"),
@@ -178,9 +178,9 @@ PROBLEMS: dict[str, tuple[Any, dict[str, cc.Interval], dict[str, Any], list[str]
     "second four-bar": (
         mechanisms.four_bar,
         {
-            "coupler_length": interval(0.25, rel=0.03),
-            "rocker_mass": interval(0.3, rel=0.1),
-            "clearance": interval(5e-5, rel=0.3),
+            "coupler_length": Interval.around(0.25, rel=0.03),
+            "rocker_mass": Interval.around(0.3, rel=0.1),
+            "clearance": Interval.around(5e-5, rel=0.3),
         },
         {
             "ground_length": 0.3,

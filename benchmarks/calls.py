@@ -89,11 +89,11 @@ ABSURD: tuple[Any, ...] = (
     ),
     *(np.ma.masked, np.ma.array([1.0, 2.0], mask=[0, 1]), np.datetime64("2020"), Path(), Path("x"), Ellipsis),
     *(
-        cc.interval(1.0, 2.0),
-        cc.peak("slider.x"),
+        cc.Interval(1.0, 2.0),
+        cc.features.peak("slider.x"),
         cc.uniform(0.0, 1.0),
         cc.Gravity((0.0, 0.0)),
-        cc.Hertz(1e9),
+        cc.laws.Hertz(1e9),
     ),
 )
 
@@ -106,11 +106,13 @@ def line(a: float, b: float) -> dict[str, Any]:
 def right(folder: Path) -> tuple[dict[str, list[Any]], list[Any]]:
     """Values by the name of an argument, and results whose methods are called."""
     scene = cc.mechanisms.slider_crank()
-    box = {"rod_length": cc.interval(0.12, rel=0.01), "clearance": cc.interval(2e-5, rel=0.1)}
-    options = {"duration": 0.001, "samples": 5, "features": {"top": cc.peak("slider.x")}}
-    run = cc.simulate(scene, duration=0.004, samples=21, error="estimate", features=[cc.peak("slider.x")])
+    box = {"rod_length": cc.Interval.around(0.12, rel=0.01), "clearance": cc.Interval.around(2e-5, rel=0.1)}
+    options = {"duration": 0.001, "samples": 5, "features": {"top": cc.features.peak("slider.x")}}
+    run = cc.simulate(
+        scene, duration=0.004, samples=21, error="estimate", features=[cc.features.peak("slider.x")]
+    )
     study = cc.Study(cc.mechanisms.slider_crank, box, OUTPUTS, **options)
-    own = cc.Study(line, {"a": cc.interval(1.0, rel=0.1), "b": cc.interval(2.0, rel=0.1)})
+    own = cc.Study(line, {"a": cc.Interval.around(1.0, rel=0.1), "b": cc.Interval.around(2.0, rel=0.1)})
     band, polynomial, scan = study.band(12), study.chebyshev(degree=2), own.scan(3)
     costs = cc.tradeoff(scene, duration=0.001, samples=11, outputs=["slider.x"], rtols=[1e-3, 1e-4])
     bounds = cc.study_tradeoff(own, degrees=[1], points=[3], runs=[9], holdout=5)
@@ -124,7 +126,7 @@ def right(folder: Path) -> tuple[dict[str, list[Any]], list[Any]]:
         "parameter": ["clearance", "rod_length", "a"],
         "parameters": [
             box,
-            {"a": cc.interval(1.0, rel=0.1), "b": cc.interval(2.0, rel=0.1)},
+            {"a": cc.Interval.around(1.0, rel=0.1), "b": cc.Interval.around(2.0, rel=0.1)},
             {"a": [1.0, 2.0]},
         ],
         "intervals": [box],
@@ -133,8 +135,8 @@ def right(folder: Path) -> tuple[dict[str, list[Any]], list[Any]]:
         "output": OUTPUTS,
         "outputs": [OUTPUTS, ["slider.*"]],
         "columns": ["slider.x", OUTPUTS],
-        "feature": ["top", cc.rms("slider.x")],
-        "features": [{"top": cc.peak("slider.x")}, [cc.peak("slider.x")]],
+        "feature": ["top", cc.features.rms("slider.x")],
+        "features": [{"top": cc.features.peak("slider.x")}, [cc.features.peak("slider.x")]],
         "name": ["top", "slider.x"],
         "joint": ["wrist"],
         "duration": [0.001],
@@ -186,8 +188,8 @@ _MAKERS = ("Study", "Scene", "Settings", "Feature", "Interval", "Uniform", "Norm
 
 def targets(made: list[Any]) -> Iterator[tuple[str, Callable[..., Any]]]:
     """All functions, the classes that users call, and the methods of the results."""
-    for name in cc.__all__:
-        one = getattr(cc, name)
+    rooms = [cc, cc.errors, cc.features, cc.laws, cc.motions, cc.plots, cc.results]
+    for name, one in ((name, getattr(room, name)) for room in rooms for name in room.__all__):
         if inspect.isfunction(one):
             yield name, one
         elif (inspect.isclass(one) and one.__module__.startswith("chebclear.scene")) or name in _MAKERS:

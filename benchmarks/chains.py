@@ -33,7 +33,7 @@ def _link(index: int, angle: float) -> cc.Body:
 
 def pendulum(bodies: int, clearances: int = 0) -> cc.Scene:
     """A chain that hangs from ground and swings, the uppermost joints with clearance."""
-    law = cc.LankaraniNikravesh(stiffness=1e9, restitution=0.9)
+    law = cc.laws.LankaraniNikravesh(stiffness=1e9, restitution=0.9)
     joints: list[Any] = []
     for index in range(bodies):
         upper = "ground" if index == 0 else f"link{index - 1}.B"

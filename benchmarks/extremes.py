@@ -123,8 +123,8 @@ def draw(index: int, seed: int = SEED) -> Case:
     )
 
 
-def _friction(case: Case) -> cc.ModifiedCoulomb:
-    return cc.ModifiedCoulomb(
+def _friction(case: Case) -> cc.laws.ModifiedCoulomb:
+    return cc.laws.ModifiedCoulomb(
         case.friction, 0.75 * case.friction, case.stick_velocity, 1.5 * case.stick_velocity
     )
 
@@ -159,8 +159,8 @@ def _started(case: Case, scene: cc.Scene) -> cc.Scene:
 
 
 def _joint(case: Case, name: str, bearing: str, journal: str, journal_radius: float) -> cc.ClearanceRevolute:
-    stiffness = case.stiffness_factor * cc.hertz_stiffness(journal_radius, case.clearance, 207e9, 0.3)
-    law = cc.Flores if case.law == "flores" else cc.LankaraniNikravesh
+    stiffness = case.stiffness_factor * cc.laws.hertz_stiffness(journal_radius, case.clearance, 207e9, 0.3)
+    law = cc.laws.Flores if case.law == "flores" else cc.laws.LankaraniNikravesh
     return cc.ClearanceRevolute(
         name,
         bearing,
@@ -365,7 +365,7 @@ def cost_model(case: Case, run: cc.Trajectory) -> float:
     slider, rod = 0.2 * math.sqrt(case.mass_ratio), 0.2 / math.sqrt(case.mass_ratio)
     mass = 0.2 * case.mass_ratio if case.family == "pendulum" else slider * rod / (slider + rod)
     load = mass * (length * cc.rpm(case.speed_rpm) ** 2 if driven else GRAVITY)
-    stiffness = case.stiffness_factor * cc.hertz_stiffness(radius, case.clearance, 207e9, 0.3)
+    stiffness = case.stiffness_factor * cc.laws.hertz_stiffness(radius, case.clearance, 207e9, 0.3)
     if case.convention == "as_printed":
         stiffness *= math.pi if driven or case.family == "held" else 1.0
     depth = (load / stiffness) ** (2.0 / 3.0)

@@ -33,7 +33,7 @@ from typing import Any
 import chebclear as cc
 import numpy as np
 
-BOX = {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.05)}
+BOX = {"crank_length": cc.Interval.around(0.05, rel=0.1), "rod_length": cc.Interval.around(0.12, rel=0.05)}
 T = np.linspace(0.0, 1.0, 1441)
 LONG = {"duration": 600.0, "samples": 11, "max_steps": 10**9, "max_events": 10**9}
 SIGNALS = {"INT": signal.SIGINT, "TERM": signal.SIGTERM}
@@ -57,8 +57,8 @@ def study(**options: Any) -> cc.Study:
 
 def stage_of(name: str, folder: Path) -> Callable[[], object]:
     """What is interrupted, ready to begin."""
-    many = {f"p{index}": cc.interval(1.0, rel=0.1) for index in range(4)}
-    few = {name: cc.interval(1.0, rel=0.1) for name in "abc"}
+    many = {f"p{index}": cc.Interval.around(1.0, rel=0.1) for index in range(4)}
+    few = {name: cc.Interval.around(1.0, rel=0.1) for name in "abc"}
     if name == "building":
         return lambda: study(duration=1e-6, samples=2).sample(200_000)
     if name == "one run":

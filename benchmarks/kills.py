@@ -29,7 +29,7 @@ from chebclear.execution import dispatch
 from chebclear.execution.pieces import simulate_order
 
 WORKERS = 2
-BOX = {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.05)}
+BOX = {"crank_length": cc.Interval.around(0.05, rel=0.1), "rod_length": cc.Interval.around(0.12, rel=0.05)}
 LOG = "CHEBCLEAR_KILLS_LOG"
 
 

@@ -55,13 +55,19 @@ def arguments(case: str, runs: int) -> tuple[str, dict[str, Any]]:
 def child(case: str, runs: int, folder: Path) -> None:
     """One case in this process."""
     warnings.simplefilter("ignore")
-    box = {"crank_length": cc.interval(0.05, rel=0.02), "rod_length": cc.interval(0.12, rel=0.02)}
+    box = {
+        "crank_length": cc.Interval.around(0.05, rel=0.02),
+        "rod_length": cc.Interval.around(0.12, rel=0.02),
+    }
     options: dict[str, Any] = {"duration": LONG if "rough" in case else SHORT, "samples": 1441}
     if case.startswith("file"):
         options |= {"store": folder / "store", "in_memory": False}
     outputs = OUTPUTS
     if case == "features":
-        outputs, options["features"] = [], {"peak": cc.peak("slider.vx"), "mean": cc.mean("slider.x")}
+        outputs, options["features"] = (
+            [],
+            {"peak": cc.features.peak("slider.vx"), "mean": cc.features.mean("slider.x")},
+        )
     study = cc.Study(cc.mechanisms.slider_crank, box, outputs, **options)
     method, given = arguments(case, runs)
     plan = study.plan(method, probes=2, **given)

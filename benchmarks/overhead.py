@@ -19,9 +19,9 @@ from chebclear.execution import dispatch
 from chebclear.study.polynomials.points import sobol_points
 
 BOX = {
-    "crank_length": cc.interval(0.05, rel=0.05),
-    "rod_length": cc.interval(0.12, rel=0.05),
-    "clearance": cc.interval(2e-5, rel=0.2),
+    "crank_length": cc.Interval.around(0.05, rel=0.05),
+    "rod_length": cc.Interval.around(0.12, rel=0.05),
+    "clearance": cc.Interval.around(2e-5, rel=0.2),
 }
 SETTINGS: dict[str, Any] = {"duration": 1e-6, "samples": 2, "method": "dop853", "rtol": 1e-2, "threads": 1}
 TEMPLATE = """
@@ -104,11 +104,11 @@ def by_hand(crank_length: float, rod_length: float, clearance: float) -> cc.Scen
                 "slider.C",
                 9.8e-3,
                 clearance,
-                cc.LankaraniNikravesh(3e10, 0.9),
-                cc.SmoothedCoulomb(0.03, 1e-3),
+                cc.laws.LankaraniNikravesh(3e10, 0.9),
+                cc.laws.SmoothedCoulomb(0.03, 1e-3),
             ),
         ],
-        drives=[cc.Speed("drive", "crank_bearing", cc.rpm(2000.0))],
+        drives=[cc.motions.Speed("drive", "crank_bearing", cc.rpm(2000.0))],
     )
 
 

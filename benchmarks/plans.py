@@ -22,7 +22,7 @@ import numpy as np
 from memory import largest
 from scaling import BOX, FEATURES
 
-SMALL = {"crank_length": cc.interval(0.05, rel=0.05), "rod_length": cc.interval(0.12, rel=0.05)}
+SMALL = {"crank_length": cc.Interval.around(0.05, rel=0.05), "rod_length": cc.Interval.around(0.12, rel=0.05)}
 OUTPUTS = ["slider.x", "slider.vx", "slider.ax", "wrist.normal_force"]
 T = np.linspace(0.0, 1.0, 501)
 
@@ -54,7 +54,7 @@ def case_of(name: str, store: Path) -> tuple[cc.Study, str, dict[str, Any]]:
         options = {"duration": 0.01, "samples": 1441, "store": store, "in_memory": False}
         return cc.Study(crank, SMALL, OUTPUTS, **options), "scan", {"points": 45}
     assert name == "own model", name
-    box = {"a": cc.interval(9.0, rel=0.1), "b": cc.interval(1.0, rel=0.1)}
+    box = {"a": cc.Interval.around(9.0, rel=0.1), "b": cc.Interval.around(1.0, rel=0.1)}
     return cc.Study(own, box, store=store), "band", {"runs": 2000}
 
 

@@ -29,16 +29,16 @@ from chebclear.execution import dispatch
 from chebclear.execution.pieces import simulate_order
 
 BOX = {
-    "crank_length": cc.interval(0.05, rel=0.05),
-    "rod_length": cc.interval(0.12, rel=0.05),
-    "crank_mass": cc.interval(0.3, rel=0.05),
-    "rod_mass": cc.interval(0.21, rel=0.05),
-    "slider_mass": cc.interval(0.14, rel=0.05),
-    "clearance": cc.interval(2e-5, rel=0.05),
-    "journal_radius": cc.interval(9.8e-3, rel=0.05),
-    "restitution": cc.interval(0.9, rel=0.05),
+    "crank_length": cc.Interval.around(0.05, rel=0.05),
+    "rod_length": cc.Interval.around(0.12, rel=0.05),
+    "crank_mass": cc.Interval.around(0.3, rel=0.05),
+    "rod_mass": cc.Interval.around(0.21, rel=0.05),
+    "slider_mass": cc.Interval.around(0.14, rel=0.05),
+    "clearance": cc.Interval.around(2e-5, rel=0.05),
+    "journal_radius": cc.Interval.around(9.8e-3, rel=0.05),
+    "restitution": cc.Interval.around(0.9, rel=0.05),
 }
-FEATURES = {"peak force": cc.peak("wrist.normal_force"), "peak": cc.peak("slider.ax")}
+FEATURES = {"peak force": cc.features.peak("wrist.normal_force"), "peak": cc.features.peak("slider.ax")}
 # Workers, and seconds of a piece, that are simulated.
 WORKERS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1000)
 SECONDS = (0.1, 0.3, 1.0, 3.0, 10.0)

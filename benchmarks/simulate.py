@@ -332,7 +332,10 @@ def study(convention: str, repeats: int) -> dict[str, Any]:
             begin = time.perf_counter()
             case = cc.Study(
                 cc.mechanisms.slider_crank,
-                {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.1)},
+                {
+                    "crank_length": cc.Interval.around(0.05, rel=0.1),
+                    "rod_length": cc.Interval.around(0.12, rel=0.1),
+                },
                 outputs=["slider.x", "slider.vx", "slider.ax", "wrist.penetration"],
                 duration=DURATION,
                 samples=SAMPLES,

@@ -57,39 +57,49 @@ def features_page() -> str:
     """Every feature with the first line of what it is."""
     names = "peak lowest peak_to_peak time_of_peak time_of_lowest mean rms".split()
     names += "impacts contact_share impulse wear loss".split()
-    rows = [f"| `cc.{name}(...)` | {getattr(cc, name).__doc__.splitlines()[0]} |" for name in names]
+    rows = [
+        f"| `cc.features.{name}(...)` | {getattr(cc.features, name).__doc__.splitlines()[0]} |"
+        for name in names
+    ]
     return "| feature | what it is |\n|---|---|\n" + "\n".join(rows) + "\n"
 
 
 GROUPS = {
     "Scenes": "Scene Body Revolute Prismatic Fixed ClearanceRevolute Spring Damper TorsionSpring "
-    "TorsionDamper Force Torque Gravity Speed Motion Polynomial Harmonic Table JointStart BodyStart "
-    "ClearanceStart Inspection rpm",
-    "Laws of contact and friction": "LankaraniNikravesh Flores HuntCrossley Hertz ModifiedCoulomb "
-    "SmoothedCoulomb hertz_stiffness",
+    "TorsionDamper Force Torque Gravity JointStart BodyStart ClearanceStart rpm",
     "Scene files": "load loads Template Parameter",
-    "Runs": "simulate Settings Trajectory Events Contacts Stats EndState ErrorEstimate Extremum load_result",
-    "Features": "Feature peak lowest peak_to_peak time_of_peak time_of_lowest mean rms impacts contact_share "
-    "impulse wear loss",
-    "Errors and warnings": "ChebclearError SceneError SimulationError Problem ChebclearWarning",
+    "Runs": "simulate Settings Trajectory load_result animate",
+    "Studies": "Study StudyResult Band Surrogate Interval normal uniform Normal Uniform compare bifurcation "
+    "restraint_zones",
+    "Trade-offs": "tradeoff study_tradeoff",
+    "Errors and warnings": "ChebclearError ChebclearWarning",
+}
+ROOMS = {
+    "mechanisms": "Ready-made mechanisms",
+    "motions": "Motions and functions of time",
+    "laws": "Laws of contact and friction",
+    "features": "Features",
+    "plots": "Pictures",
+    "results": "Types of results",
+    "errors": "All errors and warnings",
 }
 
 
 def api_pages() -> dict[str, str]:
-    """The public names by groups; what is in none is of studies, trade-offs or pictures."""
+    """The public names by groups: those of the package, then one page for each public module."""
     groups = {title: names.split() for title, names in GROUPS.items()}
-    known = {name for names in groups.values() for name in names} | {"mechanisms", "__version__"}
-    rest = [name for name in cc.__all__ if name not in known]
-    drawn = [name for name in rest if name.startswith("plot") or name == "animate"]
-    groups["Studies and trade-offs"] = [name for name in rest if name not in drawn]
-    groups["Pictures"] = drawn
-    groups["Ready-made mechanisms"] = [f"mechanisms.{name}" for name in cc.mechanisms.__all__]
+    known = {name for names in groups.values() for name in names} | {*ROOMS, "__version__"}
+    if rest := sorted(set(cc.__all__) ^ known):
+        raise ValueError(f"the reference has no group for {rest}, or the package no such name")
+    for room, title in ROOMS.items():
+        groups[title] = [f"{room}.{name}" for name in getattr(cc, room).__all__ if name not in cc.__all__]
     pages = {}
     for number, (title, names) in enumerate(groups.items(), start=1):
         text = f"# {title}\n\n```{{eval-rst}}\n"
         for name in names:
-            public = cc.mechanisms if name.startswith("mechanisms.") else cc
-            kind = "class" if isinstance(getattr(public, name.rpartition(".")[2]), type) else "function"
+            room, _, own = name.rpartition(".")
+            public = getattr(cc, room) if room else cc
+            kind = "class" if isinstance(getattr(public, own), type) else "function"
             text += f".. auto{kind}:: chebclear.{name}\n"
         pages[f"{number:02d}"] = f"{text}```\n"
     return pages
@@ -136,7 +146,7 @@ def play(figure: Figure) -> None:
     """The journal in its clearance circle, and its penetration against time."""
     run = cc.simulate(crank(), duration=0.03, samples=3001)
     left, right = figure.subplots(1, 2, width_ratios=[1.4, 1.3])
-    cc.plot_orbit(run, "wrist", ax=left)
+    cc.plots.plot_orbit(run, "wrist", ax=left)
     right.plot(1e3 * run.t, 1e6 * run["wrist.penetration"], linewidth=0.8)
     right.axhline(0.0, color="black", linewidth=0.8)
     right.set(xlabel="time [ms]", ylabel="penetration [µm]", xlim=(0.0, 3.0))
@@ -145,7 +155,7 @@ def play(figure: Figure) -> None:
 def peaks(figure: Figure) -> None:
     """An impact between samples."""
     scene = crank()
-    coarse = cc.simulate(scene, duration=0.03, samples=361, features=[cc.peak("wrist.normal_force")])
+    coarse = cc.simulate(scene, duration=0.03, samples=361, features=[cc.features.peak("wrist.normal_force")])
     fine = cc.simulate(scene, duration=0.03, samples=30_001)
     peak = coarse.peak("wrist.normal_force")
     shown = abs(fine.t - peak.time) < 2.5e-4
@@ -206,7 +216,7 @@ def verdicts(figure: Figure) -> None:
     """The six kinds of statement that a band may make, on one mechanism."""
     study = cc.Study(
         cc.mechanisms.slider_crank,
-        {"crank_length": cc.interval(0.05, rel=0.02), "clearance": cc.interval(2e-5, rel=0.5)},
+        {"crank_length": cc.Interval.around(0.05, rel=0.02), "clearance": cc.Interval.around(2e-5, rel=0.5)},
         outputs=["slider.x", "wrist.normal_force"],
         duration=0.004,
         samples=201,
@@ -286,7 +296,7 @@ def front(figure: Figure) -> None:
     result = template.study().band(runs=41)
     left, right = figure.subplots(1, 2, width_ratios=[1.0, 1.5])
     run = cc.simulate(template(), duration=0.03, samples=301)
-    cc.plot_scene(run, 0.005, ax=left, exaggerate=200)
+    cc.plots.plot_scene(run, 0.005, ax=left, exaggerate=200)
     left.set_title("slider-crank, play at the wrist (enlarged)")
     result["wrist.normal_force"].plot(ax=right)
 

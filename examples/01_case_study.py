@@ -20,7 +20,7 @@ peak = run.peak("wrist.normal_force")
 print(f"largest force in the wrist: {peak.value:.1f} N at t = {peak.time:.4f} s")
 
 # The same with both lengths known to 10 % only: 16 runs for a polynomial, 100 for the brute force.
-box = {"crank_length": cc.interval(0.05, rel=0.10), "rod_length": cc.interval(0.12, rel=0.10)}
+box = {"crank_length": cc.Interval.around(0.05, rel=0.10), "rod_length": cc.Interval.around(0.12, rel=0.10)}
 settings = {"outputs": ["slider.x", "slider.vx"], "duration": turn, "samples": 721, "skip": turn}
 study = cc.Study(cc.mechanisms.slider_crank, box, **settings)
 result, scan = study.chebyshev(degree=3), study.scan(10)
@@ -37,13 +37,13 @@ for name in result.parameter_names:
 
 figure = Figure(figsize=(12, 11), layout="constrained")
 axes = figure.subplots(3, 2)
-cc.plot_scene(run, run.t[1200], exaggerate=100.0, ax=axes[0, 0])
-cc.plot_orbit(run, "wrist", ax=axes[0, 1])
+cc.plots.plot_scene(run, run.t[1200], exaggerate=100.0, ax=axes[0, 0])
+cc.plots.plot_orbit(run, "wrist", ax=axes[0, 1])
 velocity.plot(ax=axes[1, 0], scan=scan["slider.vx"])
-cc.plot_prediction(velocity, scan["slider.vx"], ax=axes[1, 1])
-cc.plot_sensitivity(
+cc.plots.plot_prediction(velocity, scan["slider.vx"], ax=axes[1, 1])
+cc.plots.plot_sensitivity(
     velocity, "rod_length", ideal=ideal["slider.vx"], zones=zones, parameter_unit="m", ax=axes[2, 0]
 )
-cc.plot_spectrogram(run, "slider.ax", ax=axes[2, 1])
+cc.plots.plot_spectrogram(run, "slider.ax", ax=axes[2, 1])
 axes[2, 1].set_ylim(0.0, 15.0)
 figure.savefig(folder / "case_study.png")

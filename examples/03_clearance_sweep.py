@@ -31,11 +31,13 @@ for ax, clearance in ((axes[0, 1], clearances[0]), (axes[1, 0], clearances[-1]))
     scene = cc.mechanisms.slider_crank(clearance=clearance)
     turn = scene.period
     run = cc.simulate(scene, duration=turn, samples=3601, skip=2.0 * turn)
-    cc.plot_orbit(run, "wrist", ax=ax)
-    share = run.feature(cc.contact_share("wrist"))
+    cc.plots.plot_orbit(run, "wrist", ax=ax)
+    share = run.feature(cc.features.contact_share("wrist"))
     print(f"c = {1e6 * clearance:.0f} um: {len(run.events)} contact changes, in contact {100 * share:.0f} %")
 
 run = cc.simulate(scene, duration=60.0 * turn, samples=60 * 36 + 1, skip=5.0 * turn, rtol=1e-5)
-cc.plot_poincare(run, "wrist.eccentricity_x", "wrist.eccentricity_y", x_unit="µm", y_unit="µm", ax=axes[1, 1])
+cc.plots.plot_poincare(
+    run, "wrist.eccentricity_x", "wrist.eccentricity_y", x_unit="µm", y_unit="µm", ax=axes[1, 1]
+)
 axes[1, 1].set_title("60 revolutions, a point each", fontsize="medium")
 figure.savefig(folder / "clearance_sweep.png")

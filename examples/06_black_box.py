@@ -34,10 +34,10 @@ units = {"mass": "kg", "stiffness": "N/m", "damping": "N s/m", "bump": "m"}
 study = cc.Study(
     car,
     {
-        "mass": cc.interval(300.0, rel=0.2),
-        "stiffness": cc.interval(20e3, rel=0.1),
-        "damping": cc.interval(1500.0, rel=0.3),
-        "bump": cc.interval(0.05, rel=0.05),
+        "mass": cc.Interval.around(300.0, rel=0.2),
+        "stiffness": cc.Interval.around(20e3, rel=0.1),
+        "damping": cc.Interval.around(1500.0, rel=0.3),
+        "bump": cc.Interval.around(0.05, rel=0.05),
     },
     # Any names will do. Units are those that are given here; nothing is guessed.
     units=units | {"body.x": "m", "body.vx": "m/s", "largest_rise": "m"},
@@ -49,8 +49,8 @@ print(result.ranking("largest_rise"))
 figure = Figure(figsize=(10, 7), layout="constrained")
 axes = figure.subplots(2, 2)
 result["body.x"].plot(ax=axes[0, 0], unit="mm", runs=20, scan=scan["body.x"])
-cc.plot_prediction(result["body.x"], scan["body.x"], ax=axes[0, 1], unit="mm")
-cc.plot_tornado(result.feature("largest_rise"), ax=axes[1, 0])
+cc.plots.plot_prediction(result["body.x"], scan["body.x"], ax=axes[0, 1], unit="mm")
+cc.plots.plot_tornado(result.feature("largest_rise"), ax=axes[1, 0])
 for name in study.intervals:
-    cc.plot_sensitivity(result["body.x"], name, ax=axes[1, 1], normalized=True)
+    cc.plots.plot_sensitivity(result["body.x"], name, ax=axes[1, 1], normalized=True)
 figure.savefig(folder / "black_box.png")

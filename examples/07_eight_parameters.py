@@ -16,20 +16,23 @@ turn = cc.mechanisms.slider_crank().period
 study = cc.Study(
     cc.mechanisms.slider_crank,
     {
-        "crank_length": cc.interval(0.05, rel=0.02),
-        "rod_length": cc.interval(0.12, rel=0.02),
-        "clearance": cc.interval(2e-5, rel=0.5),
-        "journal_radius": cc.interval(0.0098, rel=0.02),
-        "slider_mass": cc.interval(0.14, rel=0.1),
-        "rod_mass": cc.interval(0.21, rel=0.1),
-        "restitution": cc.interval(0.8, half_width=0.1),
-        "crank_speed": cc.interval(cc.rpm(2000), rel=0.02),
+        "crank_length": cc.Interval.around(0.05, rel=0.02),
+        "rod_length": cc.Interval.around(0.12, rel=0.02),
+        "clearance": cc.Interval.around(2e-5, rel=0.5),
+        "journal_radius": cc.Interval.around(0.0098, rel=0.02),
+        "slider_mass": cc.Interval.around(0.14, rel=0.1),
+        "rod_mass": cc.Interval.around(0.21, rel=0.1),
+        "restitution": cc.Interval.around(0.8, plus=0.1, minus=0.1),
+        "crank_speed": cc.Interval.around(cc.rpm(2000), rel=0.02),
     },
     outputs=["slider.vx", "wrist.normal_force"],
     duration=turn,
     samples=721,
     skip=turn,
-    features={"mean_force": cc.mean("wrist.normal_force"), "peak_force": cc.peak("wrist.normal_force")},
+    features={
+        "mean_force": cc.features.mean("wrist.normal_force"),
+        "peak_force": cc.features.peak("wrist.normal_force"),
+    },
 )
 result = study.band(81)
 print(result)
@@ -41,6 +44,6 @@ figure = Figure(figsize=(11, 8), layout="constrained")
 axes = figure.subplots(2, 2)
 result["wrist.normal_force"].plot(ax=axes[0, 0], runs=10)
 result["slider.vx"].plot(ax=axes[0, 1], runs=10)
-cc.plot_tornado(result.feature("mean_force"), ax=axes[1, 0])
-cc.plot_shares(result.feature("peak_force"), ax=axes[1, 1])
+cc.plots.plot_tornado(result.feature("mean_force"), ax=axes[1, 0])
+cc.plots.plot_shares(result.feature("peak_force"), ax=axes[1, 1])
 figure.savefig(folder / "eight_parameters.png")

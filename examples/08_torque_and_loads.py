@@ -15,9 +15,9 @@ folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 study = cc.Study(
     cc.mechanisms.slider_crank,
     {
-        "crank_length": cc.interval(0.05, rel=0.01),
-        "slider_mass": cc.interval(0.14, rel=0.1),
-        "clearance": cc.interval(2e-5, rel=0.5),
+        "crank_length": cc.Interval.around(0.05, rel=0.01),
+        "slider_mass": cc.Interval.around(0.14, rel=0.1),
+        "clearance": cc.Interval.around(2e-5, rel=0.5),
     },
     outputs=["drive.torque", "wrist.normal_force", "crank_bearing.reaction_x", "crank_bearing.reaction_y"],
     duration=0.03,
@@ -38,5 +38,5 @@ for ax, name in zip(figure.subplots(2, 2).flat, result, strict=True):
 figure.savefig(folder / "torque_and_loads.png")
 
 # For the catalog of a bearing maker, in print.
-with cc.print_style(columns=1, format="pdf"):
+with cc.plots.print_style(columns=1, format="pdf"):
     result["wrist.normal_force"].plot().figure.savefig(folder / "wrist_load")

@@ -15,7 +15,7 @@ folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 press = cc.load(Path(__file__).parent / "toggle_press.toml")
 study = press.study(
     outputs=["knee.normal_force"],
-    features={"peak_force": cc.peak("knee.normal_force")},
+    features={"peak_force": cc.features.peak("knee.normal_force")},
 )
 result = study.band(runs=81)
 print(result)  # the peak is that of the continuous motion, which samples miss
@@ -28,10 +28,10 @@ print(f"stroke {1e3 * (run['ram.y'].max() - run['ram.y'].min()):.2f} mm, {len(ru
 
 figure = Figure(figsize=(11, 9), layout="constrained")
 axes = figure.subplots(2, 2)
-cc.plot_scene(run, 0.1, ax=axes[0, 0], exaggerate=20.0)
+cc.plots.plot_scene(run, 0.1, ax=axes[0, 0], exaggerate=20.0)
 band.plot(ax=axes[0, 1], unit="kN", runs=10)
-cc.plot_tornado(result.feature("peak_force"), ax=axes[1, 0], unit="kN")
-cc.plot_ranking(ranking, ax=axes[1, 1])
+cc.plots.plot_tornado(result.feature("peak_force"), ax=axes[1, 0], unit="kN")
+cc.plots.plot_ranking(ranking, ax=axes[1, 1])
 figure.savefig(folder / "toggle_press.png")
 
 animation = cc.animate(run, "knee.normal_force", joint="knee", frames=60)

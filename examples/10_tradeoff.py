@@ -38,7 +38,7 @@ for name in result.outputs:
 # The bounds of a study have a price as well: degrees, scan points, and how the polynomial is bounded.
 study = cc.Study(
     cc.mechanisms.slider_crank,
-    {"crank_length": cc.interval(0.05, rel=0.10), "rod_length": cc.interval(0.12, rel=0.10)},
+    {"crank_length": cc.Interval.around(0.05, rel=0.10), "rod_length": cc.Interval.around(0.12, rel=0.10)},
     outputs=["slider.vx"],
     duration=scene.period,
     samples=361,

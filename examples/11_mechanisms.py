@@ -26,7 +26,7 @@ scenes = {
 }
 figure = Figure(figsize=(12, 14), layout="constrained")
 for ax, (name, each) in zip(figure.subplots(3, 2).flat, scenes.items(), strict=True):
-    cc.plot_scene(each, ax=ax, exaggerate=100.0)
+    cc.plots.plot_scene(each, ax=ax, exaggerate=100.0)
     ax.set_title(name.replace("_", " "))
 figure.savefig(folder / "mechanisms.png")
 
@@ -38,7 +38,7 @@ for pins in (("rocker_pin", "crank_pin"), ("rocker_pin",), ()):
     scene = cc.mechanisms.four_bar(clearance_at=pins)
     run = cc.simulate(scene, duration=scene.period, samples=3001, method="dop853", skip=scene.period)
     label = " and ".join(pins).replace("_", " ") or "no clearance"
-    cc.plot_trajectory(run, "rocker.angular_acceleration", ax=ax, label=label)
+    cc.plots.plot_trajectory(run, "rocker.angular_acceleration", ax=ax, label=label)
     print(
         f"{label}: {scene.check().degrees_of_freedom} degrees of freedom, {len(run.events)} contact changes"
     )

@@ -14,7 +14,7 @@ folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 
 def press(flywheel):
     """The crank is not driven but turned by a torque; its flywheel [kg m²] evens the speed."""
-    law = {"contact": cc.Flores(1e10, 0.8), "friction": cc.SmoothedCoulomb(0.05, 0.01)}
+    law = {"contact": cc.laws.Flores(1e10, 0.8), "friction": cc.laws.SmoothedCoulomb(0.05, 0.01)}
     return cc.Scene(
         bodies=[
             cc.Body("crank", 1.0, 1e-3 + flywheel, points={"A": (0.0, 0.0), "B": (0.05, 0.0)}, angle=0.5),
@@ -31,7 +31,9 @@ def press(flywheel):
             cc.Spring("spring", "ground.wall", "ram.tool", stiffness=2000.0, length=0.12, damping=5.0),
             cc.Torque("motor", "crank", torque=8.0),
             cc.TorsionDamper("oil", "ground", "crank", damping=0.2),
-            cc.Force("load", "ram.tool", x=cc.Harmonic(amplitude=40.0, angular_frequency=60.0), y=0.0),
+            cc.Force(
+                "load", "ram.tool", x=cc.motions.Harmonic(amplitude=40.0, angular_frequency=60.0), y=0.0
+            ),
         ],
         ground={"A": (0.0, 0.0), "wall": (0.36, 0.0)},
         start=[cc.JointStart("bearing", velocity=40.0)],
@@ -41,14 +43,14 @@ def press(flywheel):
 print(press(0.02).describe())
 figure = Figure(figsize=(8, 8), layout="constrained")
 above, below = figure.subplots(2, 1)
-cc.plot_scene(press(0.02), ax=above, exaggerate=40.0)
+cc.plots.plot_scene(press(0.02), ax=above, exaggerate=40.0)
 columns = ["crank.angular_velocity", "spring.force", "wrist.wear", "energy.*"]
 for flywheel in (0.005, 0.02, 0.08):
     run = cc.simulate(
         press(flywheel), duration=0.5, samples=2001, rtol=1e-7, method="dop853", outputs=columns
     )
     label = f"flywheel {flywheel:g} kg m²"
-    cc.plot_trajectory(run, "crank.angular_velocity", ax=below, label=label)
+    cc.plots.plot_trajectory(run, "crank.angular_velocity", ax=below, label=label)
 figure.savefig(folder / "elements.png")
 
 # Where the energy went, and the error of its balance; then half a second more from the last state.

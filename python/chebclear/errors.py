@@ -12,6 +12,22 @@ import warnings
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
+__all__ = [
+    "ArgumentError",
+    "ChebclearError",
+    "ChebclearWarning",
+    "HorizonWarning",
+    "InputError",
+    "MemoryLimitError",
+    "MissingProgramError",
+    "Problem",
+    "SceneError",
+    "SettingsError",
+    "SimulationError",
+    "StartError",
+    "StoreError",
+]
+
 # Characters of a message that someone reads [-].
 _READ = 1000
 # What moves the cursor of a terminal, colors it or ends a line, and halves of letters, which no file holds.

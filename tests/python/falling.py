@@ -21,7 +21,7 @@ def height(t, gravity, tilt):
     return -0.5 * gravity * np.sin(tilt) ** 2 * t**2
 
 
-PLANET = {"gravity": cc.interval(8.0, 11.0), "tilt": cc.interval(0.3, 1.2)}
+PLANET = {"gravity": cc.Interval(8.0, 11.0), "tilt": cc.Interval(0.3, 1.2)}
 
 
 def planet_study(**options):

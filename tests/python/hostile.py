@@ -241,12 +241,12 @@ def other_piece(data: bytes, chance: random.Random) -> bytes:
 
 def stores(folder: Path) -> list[dict[str, bytes]]:
     """Two pieces and the head of each store: of a study with a feature, of runs that failed, of a model."""
-    box = {"rod_length": cc.interval(0.12, rel=0.01)}
-    features = {"peak": cc.peak("slider.x")}
+    box = {"rod_length": cc.Interval.around(0.12, rel=0.01)}
+    features = {"peak": cc.features.peak("slider.x")}
     options = {"duration": 0.001, "samples": 5, "features": features}
     cc.Study(cc.mechanisms.slider_crank, box, ["slider.x"], store=folder / "a", **options).scan(4)
-    cc.Study(line, {"a": cc.interval(1.0, rel=0.1)}, store=folder / "b").scan(4)
-    with contextlib.suppress(cc.SimulationError):
+    cc.Study(line, {"a": cc.Interval.around(1.0, rel=0.1)}, store=folder / "b").scan(4)
+    with contextlib.suppress(cc.errors.SimulationError):
         short = cc.Study(cc.mechanisms.slider_crank, box, store=folder / "c", max_steps=60, **options)
         short.scan(4)
     found = []
@@ -297,7 +297,7 @@ def results(folder: Path) -> list[bytes]:
     """One saved result of each kind."""
     scene = cc.mechanisms.slider_crank()
     run = cc.simulate(scene, duration=0.002, samples=11, outputs=["slider.x"], error="estimate")
-    box = {"rod_length": cc.interval(0.12, rel=0.01)}
+    box = {"rod_length": cc.Interval.around(0.12, rel=0.01)}
     study = cc.Study(cc.mechanisms.slider_crank, box, outputs=["slider.x"], duration=0.001, samples=5)
     costs = cc.tradeoff(scene, duration=0.001, samples=11, outputs=["slider.x"], rtols=[1e-3, 1e-4])
     polynomial, band = study.chebyshev(degree=2), study.band(12)
@@ -318,11 +318,11 @@ def faults(inputs: int, seed: int) -> tuple[list[str], collections.Counter[str]]
         folder = Path(name)
         known_results, known_stores = results(folder), stores(folder)
         kinds = {
-            "scene": (lambda: read_json(chance, known_scenes), (cc.SceneError,)),
-            "file": (lambda: read_file(chance, known_files), (cc.SceneError,)),
+            "scene": (lambda: read_json(chance, known_scenes), (cc.errors.SceneError,)),
+            "file": (lambda: read_file(chance, known_files), (cc.errors.SceneError,)),
             "expression": (lambda: read_expression(chance), (ExpressionError,)),
             "result": (lambda: read_result(chance, known_results, folder), (cc.ChebclearError,)),
-            "store": (lambda: read_store(chance, known_stores, folder), (cc.StoreError,)),
+            "store": (lambda: read_store(chance, known_stores, folder), (cc.errors.StoreError,)),
         }
         for number in range(inputs):
             kind = list(kinds)[number % len(kinds)]

@@ -108,7 +108,7 @@ def scene(name: str, clearance: float = 1e-4) -> cc.Scene:
     return cc.Scene(
         bodies=[cc.Body(name, 1.0, 0.01, (0.1, 0.0), points={name: (0.0, 0.0)})],
         joints=[
-            cc.ClearanceRevolute(f"j{name}", "ground", f"{name}.{name}", 0.01, clearance, cc.Hertz(1e7)),
+            cc.ClearanceRevolute(f"j{name}", "ground", f"{name}.{name}", 0.01, clearance, cc.laws.Hertz(1e7)),
         ],
         forces=[cc.Gravity((0.0, -9.81)), cc.Torque(f"t{name}", name, 0.1)],
     )
@@ -124,8 +124,8 @@ def results(name: str) -> Iterator[tuple[str, Any]]:
     yield "estimate", run.error
     yield "tradeoff", cc.tradeoff(made, duration=0.001, samples=11, outputs=[f"{name}.x"], rtols=[1e-3, 1e-4])
 
-    box = {"clearance": cc.interval(1e-4, rel=0.1)}
-    options = {"duration": 0.001, "samples": 5, "features": {name: cc.peak(f"{name}.x")}}
+    box = {"clearance": cc.Interval.around(1e-4, rel=0.1)}
+    options = {"duration": 0.001, "samples": 5, "features": {name: cc.features.peak(f"{name}.x")}}
     of_scene = cc.Study(lambda clearance: scene(name, clearance), box, [f"{name}.x"], **options)
     yield "band of a scene", of_scene.band(5)
     yield (
@@ -147,8 +147,8 @@ def results(name: str) -> Iterator[tuple[str, Any]]:
 
     study = cc.Study(
         model,
-        {name: cc.interval(1.0, rel=0.1), "b": cc.interval(2.0, rel=0.1)},
-        features={f"f{name}": cc.peak(name)},
+        {name: cc.Interval.around(1.0, rel=0.1), "b": cc.Interval.around(2.0, rel=0.1)},
+        features={f"f{name}": cc.features.peak(name)},
         units={name: name},
     )
     band, polynomial = study.band(21), study.chebyshev(degree=2)

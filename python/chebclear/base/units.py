@@ -1,12 +1,23 @@
-"""The unit of a field of a record, declared once with the field, where code can read it.
+"""Units: of the fields of a record, and of quantities as text, ``"20 um"``, ``"2000 rpm"``, ``"30 deg"``.
 
-Docstrings name the units for the reader; a test holds them to the metadata.
+The unit of a field is declared once with it, where code can read it; docstrings name the units for the
+reader, and a test holds them to the metadata. Quantities with a unit are converted to SI once, when they are
+read. A bare number is SI already. Conversion is exact before the one rounding to a float: 20 um is exactly
+the float 2e-05, unlike 20 * 1e-6.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+import json
+import math
+import re
+from collections.abc import Callable, Iterable
+from decimal import Decimal, InvalidOperation
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from .arguments import did_you_mean
 
 _KEY = "unit"
 
@@ -29,3 +40,310 @@ def units(record: type[Any]) -> dict[str, str]:
     {'mass': 'kg'}
     """
     return {item.name: item.metadata[_KEY] for item in dataclasses.fields(record) if _KEY in item.metadata}
+
+
+class Dimension(NamedTuple):
+    """Powers of mass, length and time; an angle has none."""
+
+    mass: Fraction = Fraction(0)
+    length: Fraction = Fraction(0)
+    time: Fraction = Fraction(0)
+
+
+class Unit(NamedTuple):
+    """A unit: the SI value is the written one times `scale`, and times the factor of an angular unit."""
+
+    scale: Fraction
+    dimension: Dimension
+    angular: str = ""
+    """``"deg"``, ``"1/deg"`` or ``"rpm"`` where the factor holds pi and no fraction is exact."""
+
+
+class UnitError(ValueError):
+    """A quantity that cannot be read, or has another dimension than its place."""
+
+
+def _dimension(mass: int = 0, length: int = 0, time: int = 0) -> Dimension:
+    return Dimension(Fraction(mass), Fraction(length), Fraction(time))
+
+
+_ONE, _LENGTH, _MASS, _TIME = _dimension(), _dimension(length=1), _dimension(mass=1), _dimension(time=1)
+_FORCE, _ENERGY = _dimension(1, 1, -2), _dimension(1, 2, -2)
+_PRESSURE, _POWER = _dimension(1, -1, -2), _dimension(1, 2, -3)
+
+
+def _unit(scale: str, dimension: Dimension, angular: str = "") -> Unit:
+    return Unit(Fraction(Decimal(scale)), dimension, angular)
+
+
+# The micro sign is written in two ways, U+00B5 and the Greek letter U+03BC.
+UNITS: dict[str, Unit] = {
+    "m": _unit("1", _LENGTH),
+    "mm": _unit("1e-3", _LENGTH),
+    "um": _unit("1e-6", _LENGTH),
+    "km": _unit("1e3", _LENGTH),
+    "dm": _unit("0.1", _LENGTH),
+    "cm": _unit("0.01", _LENGTH),
+    "\u00b5m": _unit("1e-6", _LENGTH),
+    "\u03bcm": _unit("1e-6", _LENGTH),
+    "nm": _unit("1e-9", _LENGTH),
+    "in": _unit("0.0254", _LENGTH),
+    "kg": _unit("1", _MASS),
+    "g": _unit("1e-3", _MASS),
+    "mg": _unit("1e-6", _MASS),
+    "t": _unit("1e3", _MASS),
+    "s": _unit("1", _TIME),
+    "ms": _unit("1e-3", _TIME),
+    "us": _unit("1e-6", _TIME),
+    "\u00b5s": _unit("1e-6", _TIME),
+    "\u03bcs": _unit("1e-6", _TIME),
+    "min": _unit("60", _TIME),
+    "h": _unit("3600", _TIME),
+    "rad": _unit("1", _ONE),
+    "mrad": _unit("1e-3", _ONE),
+    "deg": _unit("1", _ONE, "deg"),
+    "\u00b0": _unit("1", _ONE, "deg"),
+    "rpm": _unit("1", _dimension(time=-1), "rpm"),
+    "%": _unit("0.01", _ONE),
+    "N": _unit("1", _FORCE),
+    "mN": _unit("1e-3", _FORCE),
+    "kN": _unit("1e3", _FORCE),
+    "MN": _unit("1e6", _FORCE),
+    "GN": _unit("1e9", _FORCE),
+    "J": _unit("1", _ENERGY),
+    "kJ": _unit("1e3", _ENERGY),
+    "W": _unit("1", _POWER),
+    "kW": _unit("1e3", _POWER),
+    "Pa": _unit("1", _PRESSURE),
+    "kPa": _unit("1e3", _PRESSURE),
+    "MPa": _unit("1e6", _PRESSURE),
+    "GPa": _unit("1e9", _PRESSURE),
+}
+"""Symbols of units that a scene file may use, alone or as in ``"N m/rad"`` and ``"kg m2"``."""
+
+# Units of more than one symbol that are in common use, to be suggested.
+_COMPOUND = (
+    *("m/s", "mm/s", "m/s2", "mm/s2", "rad/s", "deg/s", "1/s", "s/m"),
+    *("N/m", "N/mm", "kN/m", "N s/m", "N s/mm", "N/m^1.5", "N/mm^1.5"),
+    *("N m", "N mm", "kN m", "N m/rad", "N m/deg", "N m s/rad", "kg m2", "kg mm2", "g mm2"),
+)
+# The angular units hold pi, so that no fraction is exact.
+_FACTORS: dict[str, Callable[[float], float]] = {
+    "": float,
+    "deg": math.radians,
+    "1/deg": math.degrees,
+    "rpm": lambda turns: turns * (2.0 * math.pi / 60.0),
+}
+# Not \d, which stands for the digits of every script.
+_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?"
+_QUANTITY = re.compile(rf"\s*({_NUMBER})\s+([^\s*+/()-].*?)\s*")
+_GLUED = re.compile(rf"\s*({_NUMBER})([^\s0-9.*+/()-].*?)\s*")
+_FACTOR = re.compile(r"([^\s*/^0-9.()]+)(?:\^?\(?(-?[0-9]+(?:\.[0-9]+)?)\)?)?")
+_RAISED = str.maketrans("\u00b2\u00b3\u2074\u00b7", "234*")
+_PREFIXES = ("T", "G", "M", "k", "h", "d", "c", "m", "u", "\u00b5", "\u03bc", "n", "p")
+MOST_CHARACTERS = 100
+
+
+def is_quantity(text: str) -> bool:
+    """Whether a text is a number, a space and a unit; such a text is never an expression."""
+    return len(text) <= MOST_CHARACTERS and _QUANTITY.fullmatch(text) is not None
+
+
+def with_blank(text: str) -> str:
+    """The quantity that a text such as ``"20um"`` was meant as, or nothing.
+
+    Examples
+    --------
+    >>> with_blank("20um"), with_blank("2*a"), with_blank("1e-3")
+    ('20 um', '', '')
+    """
+    found = _GLUED.fullmatch(text) if len(text) <= MOST_CHARACTERS else None
+    if found is None:
+        return ""
+    try:
+        parse_unit(found[2])
+    except UnitError:
+        return ""
+    return f"{found[1]} {found[2]}"
+
+
+def parse_unit(text: str) -> Unit:
+    """The unit that a text such as ``"N m/rad"``, ``"kg*m^2"`` or ``"m/s2"`` stands for.
+
+    Parameters
+    ----------
+    text : str
+        Symbols with powers; spaces or ``*`` multiply, what follows one ``/`` divides.
+
+    Raises
+    ------
+    UnitError
+        If a symbol is unknown, or degrees or revolutions are part of a power or come twice.
+    """
+    above, *below = text.translate(_RAISED).split("/")
+    if len(below) > 1:
+        raise UnitError(f'"{text}" divides twice; write all that divides behind one "/"')
+    scale, powers = Fraction(1), [Fraction(0)] * 3
+    angular: list[str] = []
+    for part, sign in [(above, 1), *((piece, -1) for piece in below)]:
+        part = part.strip().removeprefix("(").removesuffix(")")
+        for word in part.replace("*", " ").split():
+            found = _FACTOR.fullmatch(word)
+            symbol = found[1] if found else word
+            if found is None or symbol not in UNITS:
+                if (word, part, sign) == ("1", above.strip(), 1):
+                    continue
+                raise UnitError(f'unknown unit "{symbol}"{_near(symbol, UNITS)}')
+            power = sign * Fraction(found[2] or 1)
+            if abs(power) > 12:
+                raise UnitError(f'"{word}" has a power above 12')
+            unit = UNITS[symbol]
+            if unit.angular:
+                angular.append(unit.angular if power == 1 else f"1/{unit.angular}")
+                if power not in (1, -1) or len(angular) > 1 or angular[0] not in _FACTORS:
+                    raise UnitError(f'"{symbol}" stands in "{text}" with a power; use rad')
+            # A fractional power, as in N/mm^1.5, has no exact rational scale.
+            whole = power.denominator == 1
+            scale *= unit.scale ** int(power) if whole else Fraction(float(unit.scale) ** float(power))
+            powers = [one + power * other for one, other in zip(powers, unit.dimension, strict=True)]
+    return Unit(scale, Dimension(*powers), "".join(angular))
+
+
+def convert(text: str, unit: str) -> float:
+    """A quantity in the SI unit of its place.
+
+    Parameters
+    ----------
+    text : str
+        A number, a space and a unit.
+    unit : str
+        Unit of the place as the documentation writes it, such as ``"m"``, ``"rad or m"``; ``"unit"`` and
+        whatever else is no known unit accepts any dimension, ``"-"`` a plain ratio.
+
+    Raises
+    ------
+    UnitError
+        If the text is no quantity or has another dimension.
+
+    Examples
+    --------
+    >>> convert("20 um", "m"), convert("180 deg", "rad") == math.pi
+    (2e-05, True)
+    """
+    found = _QUANTITY.fullmatch(text) if len(text) <= MOST_CHARACTERS else None
+    if found is None:
+        raise UnitError("is no number with a unit")
+    wanted = [one for one in map(_dimension_of, unit.split(" or ")) if one is not None]
+    try:
+        given = parse_unit(found[2])
+    except UnitError as error:
+        # Units of the place, rather than any that has a similar symbol.
+        hint = _fitting(found[2], unit, wanted) if wanted else ""
+        raise UnitError(str(error).partition("; did you mean")[0] + hint if hint else str(error)) from None
+    if wanted and given.dimension not in wanted:
+        hint = _fitting(found[2], unit, wanted)
+        raise UnitError(f'"{found[2]}" is not of the dimension of [{unit}]{hint}')
+    try:
+        number = Decimal(found[1])
+    except InvalidOperation:  # pragma: no cover (the pattern lets only numbers through)
+        raise UnitError("is no number with a unit") from None
+    value = _rounded(Fraction(number) * given.scale)
+    if not math.isfinite(value):
+        raise UnitError("is too large a number")
+    return _FACTORS[given.angular](value)
+
+
+def _fitting(text: str, unit: str, wanted: list[Dimension]) -> str:
+    """Units of the wanted dimension to suggest: the one with the nearest name, or some."""
+    known = [one for one in (*UNITS, *_COMPOUND) if _dimension_of(one) in wanted]
+    # An angle and a ratio have the same dimension, none.
+    if _ONE in wanted:
+        known = ["%"] if unit.strip() in ("-", "1") else [one for one in known if one != "%"]
+    if text.strip() == "Hz" and "rpm" in known:
+        # As revolutions or as radians in a second: one of them would be wrong by a factor of 6.
+        return "; a revolution in a second is 60 rpm"
+    meant = _near(text, known)
+    return meant or (f"; it may be given in {', '.join(known[:4])}" if known else "")
+
+
+def _near(text: str, known: Iterable[str]) -> str:
+    """Units to suggest for one with a slip; all of its dimension where its prefix is the slip."""
+    names = list(known)
+    same = [one for one in names if one.lower() == text.lower()]
+    if len(same) > 1:  # mN and MN
+        return f"; did you mean {' or '.join(json.dumps(one, ensure_ascii=False) for one in same)}?"
+    tail = text[1:].replace(" ", "")
+    if not same and text[:1] in _PREFIXES and text[:1] != tail[:1]:
+        for base in (one for one in names if one.replace(" ", "") == tail):
+            alike = [one for one in names if _dimension_of(one) == _dimension_of(base)]
+            return f"; it may be given in {', '.join(alike[:4])}"
+    return did_you_mean(text, names)
+
+
+def written(value: float, unit: str) -> str:
+    """A number in SI units as it is read: in its own unit, with six digits.
+
+    Parameters
+    ----------
+    value : float
+        The number in SI units.
+    unit : str
+        What `parse_unit` understands; empty for a plain number.
+
+    Examples
+    --------
+    >>> written(0.12, "mm"), written(0.5 * math.pi, "deg"), written(0.5, "")
+    ('120 mm', '90 deg', '0.5')
+    """
+    if not unit:
+        return f"{value:.6g}"
+    parsed = parse_unit(unit)
+    return f"{value / (_FACTORS[parsed.angular](1.0) * float(parsed.scale)):.6g} {unit}"
+
+
+# What a symbol becomes in SI units; those of one size are there already.
+_BASES = {"rpm": "rad/s", "%": "-", "mN": "N", "min": "s", "h": "s"}
+
+
+def si_unit(unit: str) -> str:
+    """The SI unit of what is written in another one; empty if there is none.
+
+    Examples
+    --------
+    >>> si_unit("um"), si_unit("N/mm^1.5"), si_unit("g mm2"), si_unit("rpm"), si_unit("N m s/deg")
+    ('m', 'N/m^1.5', 'kg m2', 'rad/s', 'N m s/rad')
+    """
+    if "rpm" in unit and unit.strip() != "rpm":
+        return ""  # revolutions would divide twice
+    try:
+        parse_unit(unit)
+    except UnitError:
+        return ""
+    return re.sub(r"[^\W\d_]+|[%\u00b0]", lambda symbol: _base(symbol[0]), unit.translate(_RAISED))
+
+
+def _base(symbol: str) -> str:
+    """The symbol of the SI unit of the same dimension."""
+    own = UNITS[symbol]
+    if symbol in _BASES or (own.scale == 1 and not own.angular):
+        return _BASES.get(symbol, symbol)
+    if own.angular or own.dimension == _ONE:
+        return "rad"
+    alike = (name for name, one in UNITS.items() if one.dimension == own.dimension)
+    return next((name for name in alike if UNITS[name].scale == 1), symbol)
+
+
+def _rounded(value: Fraction) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def _dimension_of(unit: str) -> Dimension | None:
+    if unit.strip() in ("-", "1"):
+        return _ONE
+    try:
+        return parse_unit(unit).dimension
+    except UnitError:
+        return None

@@ -29,7 +29,7 @@ from ..base.units import unit
 from ..errors import ChebclearWarning
 from ..run.simulation import simulate
 from ..run.trajectory import Stats, Trajectory
-from ..scene.scene import Interval, interval, rpm
+from ..scene.scene import Interval, rpm
 from ..study.band.band import Band
 from ..study.band.zones import RestraintZones, zones_of
 from ..study.comparison import compare, root_mean_square
@@ -289,8 +289,8 @@ def ideal_bands(threads: int | None = None) -> dict[str, IdealBand]:
 def length_intervals() -> dict[str, Interval]:
     """Intervals of both lengths, Eq. (34) [m]."""
     return {
-        "crank_length": interval(CRANK_LENGTH, rel=UNCERTAINTY),
-        "rod_length": interval(ROD_LENGTH, rel=UNCERTAINTY),
+        "crank_length": Interval.around(CRANK_LENGTH, rel=UNCERTAINTY),
+        "rod_length": Interval.around(ROD_LENGTH, rel=UNCERTAINTY),
     }
 
 
@@ -322,7 +322,7 @@ def _convention_study(
         if key in SCANNED:
             length_scans[key] = after(both.scan(SCAN_POINTS))
     for key, clearance in UNCERTAIN_CLEARANCES.items():
-        uncertain = {"clearance": interval(clearance, rel=UNCERTAINTY)}
+        uncertain = {"clearance": Interval.around(clearance, rel=UNCERTAINTY)}
         one = study(uncertain, OUTPUTS[:2], crank_length=CRANK_LENGTH, rod_length=ROD_LENGTH)
         clearances[key] = after(one.chebyshev(DEGREE, bounds="eq31"))
         clearance_scans[key] = after(one.scan(SCAN_POINTS))

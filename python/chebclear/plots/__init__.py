@@ -3,3 +3,8 @@
 In: results; out: matplotlib Axes. Uses `scene`, `report` and `base`; `subjects.py` declares
 what it needs of results.
 """
+
+import lazy_loader
+
+# As in the package: Matplotlib is imported when the first picture is asked for.
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

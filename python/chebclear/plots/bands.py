@@ -86,13 +86,13 @@ def plot_band(
     >>> import chebclear as cc
     >>> study = cc.Study(
     ...     cc.mechanisms.slider_crank,
-    ...     {"rod_length": cc.interval(0.12, rel=0.01)},
+    ...     {"rod_length": cc.Interval.around(0.12, rel=0.01)},
     ...     outputs=["slider.x"],
     ...     duration=0.005,
     ...     samples=21,
     ...     skip=0.03,
     ... )
-    >>> ax = cc.plot_band(study.band(runs=12)["slider.x"])
+    >>> ax = cc.plots.plot_band(study.band(runs=12)["slider.x"])
     """
     require("band", band, "Band")
     if scan is not None:
@@ -217,13 +217,13 @@ def plot_sensitivity(
     >>> import chebclear as cc
     >>> study = cc.Study(
     ...     cc.mechanisms.slider_crank,
-    ...     {"rod_length": cc.interval(0.12, rel=0.01)},
+    ...     {"rod_length": cc.Interval.around(0.12, rel=0.01)},
     ...     outputs=["slider.x"],
     ...     duration=0.005,
     ...     samples=21,
     ...     skip=0.03,
     ... )
-    >>> ax = cc.plot_sensitivity(study.chebyshev(degree=2)["slider.x"], "rod_length")
+    >>> ax = cc.plots.plot_sensitivity(study.chebyshev(degree=2)["slider.x"], "rod_length")
     """
     require("band", band, "Band")
     if ideal is not None:

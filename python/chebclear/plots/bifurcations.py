@@ -52,7 +52,7 @@ def plot_bifurcation(
     --------
     >>> import chebclear as cc
     >>> diagram = cc.bifurcation(cc.mechanisms.slider_crank, "clearance", [2e-5, 5e-5], periods=3, skip=1)
-    >>> ax = cc.plot_bifurcation(diagram)
+    >>> ax = cc.plots.plot_bifurcation(diagram)
     """
     require("diagram", diagram, "Bifurcation")
     checks = Checks()

@@ -73,7 +73,7 @@ def plot_tradeoff(
     >>> import chebclear as cc
     >>> scene = cc.mechanisms.slider_crank()
     >>> result = cc.tradeoff(scene, duration=0.005, samples=51, outputs=["slider.vx"], rtols=[1e-3, 1e-4])
-    >>> ax = cc.plot_tradeoff(result)
+    >>> ax = cc.plots.plot_tradeoff(result)
     """
     require("result", result, "Tradeoff")
     checks = Checks()
@@ -174,13 +174,13 @@ def plot_study_tradeoff(
     >>> import chebclear as cc
     >>> study = cc.Study(
     ...     cc.mechanisms.slider_crank,
-    ...     {"rod_length": cc.interval(0.12, rel=0.01)},
+    ...     {"rod_length": cc.Interval.around(0.12, rel=0.01)},
     ...     outputs=["slider.x"],
     ...     duration=0.005,
     ...     samples=21,
     ...     skip=0.03,
     ... )
-    >>> ax = cc.plot_study_tradeoff(cc.study_tradeoff(study, degrees=[1, 2], points=[3], holdout=5))
+    >>> ax = cc.plots.plot_study_tradeoff(cc.study_tradeoff(study, degrees=[1, 2], points=[3], holdout=5))
     """
     require("result", result, "StudyTradeoff")
     name = result.outputs[0] if output is None else output

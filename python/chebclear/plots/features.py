@@ -71,14 +71,14 @@ def plot_tornado(
     >>> import chebclear as cc
     >>> study = cc.Study(
     ...     cc.mechanisms.slider_crank,
-    ...     {"rod_length": cc.interval(0.12, rel=0.01)},
+    ...     {"rod_length": cc.Interval.around(0.12, rel=0.01)},
     ...     outputs=[],
-    ...     features={"mean force": cc.mean("wrist.normal_force")},
+    ...     features={"mean force": cc.features.mean("wrist.normal_force")},
     ...     duration=0.005,
     ...     samples=21,
     ...     skip=0.03,
     ... )
-    >>> ax = cc.plot_tornado(study.sample(20).feature("mean force"), unit="N")
+    >>> ax = cc.plots.plot_tornado(study.sample(20).feature("mean force"), unit="N")
     """
     require("feature", feature, "FeatureResult")
     checks = Checks()
@@ -188,14 +188,14 @@ def plot_shares(effects: Effects | FeatureResult | Ranking, *, ax: Axes | None =
     >>> import chebclear as cc
     >>> study = cc.Study(
     ...     cc.mechanisms.slider_crank,
-    ...     {"rod_length": cc.interval(0.12, rel=0.01)},
+    ...     {"rod_length": cc.Interval.around(0.12, rel=0.01)},
     ...     outputs=[],
-    ...     features={"mean force": cc.mean("wrist.normal_force")},
+    ...     features={"mean force": cc.features.mean("wrist.normal_force")},
     ...     duration=0.005,
     ...     samples=21,
     ...     skip=0.03,
     ... )
-    >>> ax = cc.plot_shares(study.sample(20).ranking("mean force"))
+    >>> ax = cc.plots.plot_shares(study.sample(20).ranking("mean force"))
     """
     found: Any = getattr(effects, "effects", effects)
     if not is_a(found, "Effects"):
@@ -238,14 +238,14 @@ def plot_ranking(ranking: Ranking, *, ax: Axes | None = None, **bars: Any) -> Ax
     >>> import chebclear as cc
     >>> study = cc.Study(
     ...     cc.mechanisms.slider_crank,
-    ...     {"rod_length": cc.interval(0.12, rel=0.01)},
+    ...     {"rod_length": cc.Interval.around(0.12, rel=0.01)},
     ...     outputs=[],
-    ...     features={"mean force": cc.mean("wrist.normal_force")},
+    ...     features={"mean force": cc.features.mean("wrist.normal_force")},
     ...     duration=0.005,
     ...     samples=21,
     ...     skip=0.03,
     ... )
-    >>> ax = cc.plot_ranking(study.sample(20).ranking("mean force"))
+    >>> ax = cc.plots.plot_ranking(study.sample(20).ranking("mean force"))
     """
     require("ranking", ranking, "Ranking")
     ax = new_axes(ax)

@@ -54,13 +54,13 @@ def plot_coefficients(band: Band, *, ax: Axes | None = None, **line: Any) -> Axe
     >>> import chebclear as cc
     >>> study = cc.Study(
     ...     cc.mechanisms.slider_crank,
-    ...     {"rod_length": cc.interval(0.12, rel=0.01)},
+    ...     {"rod_length": cc.Interval.around(0.12, rel=0.01)},
     ...     outputs=["slider.x"],
     ...     duration=0.005,
     ...     samples=21,
     ...     skip=0.03,
     ... )
-    >>> ax = cc.plot_coefficients(study.chebyshev(degree=3)["slider.x"])
+    >>> ax = cc.plots.plot_coefficients(study.chebyshev(degree=3)["slider.x"])
     """
     require("band", band, "Band")
     sizes = np.abs(band.coefficients).max(axis=-1)
@@ -122,13 +122,13 @@ def plot_prediction(
     >>> import chebclear as cc
     >>> study = cc.Study(
     ...     cc.mechanisms.slider_crank,
-    ...     {"rod_length": cc.interval(0.12, rel=0.01)},
+    ...     {"rod_length": cc.Interval.around(0.12, rel=0.01)},
     ...     outputs=["slider.x"],
     ...     duration=0.005,
     ...     samples=21,
     ...     skip=0.03,
     ... )
-    >>> ax = cc.plot_prediction(study.chebyshev(degree=2)["slider.x"], study.scan(5)["slider.x"])
+    >>> ax = cc.plots.plot_prediction(study.chebyshev(degree=2)["slider.x"], study.scan(5)["slider.x"])
     """
     require("band", band, "Band")
     require("holdout", holdout, "Band")

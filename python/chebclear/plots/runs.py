@@ -85,7 +85,7 @@ def plot_trajectory(
     >>> import chebclear as cc
     >>> scene = cc.mechanisms.slider_crank()
     >>> run = cc.simulate(scene, duration=0.01, samples=101)
-    >>> ax = cc.plot_trajectory(run, ["slider.vx", "rod.vx"])
+    >>> ax = cc.plots.plot_trajectory(run, ["slider.vx", "rod.vx"])
     """
     require("run", run, "Trajectory")
     names = column_names(run, columns)
@@ -164,7 +164,7 @@ def plot_orbit(
     >>> import chebclear as cc
     >>> scene = cc.mechanisms.slider_crank()
     >>> run = cc.simulate(scene, duration=0.01, samples=101)
-    >>> ax = cc.plot_orbit(run, "wrist")
+    >>> ax = cc.plots.plot_orbit(run, "wrist")
     """
     from matplotlib.cbook import normalize_kwargs
     from matplotlib.collections import LineCollection
@@ -262,7 +262,7 @@ def plot_poincare(
     >>> import chebclear as cc
     >>> scene = cc.mechanisms.slider_crank()
     >>> run = cc.simulate(scene, duration=4 * scene.period, samples=401)
-    >>> ax = cc.plot_poincare(run, "slider.x", "slider.vx")
+    >>> ax = cc.plots.plot_poincare(run, "slider.x", "slider.vx")
     """
     require("run", run, "Trajectory")
     if y is None:
@@ -370,7 +370,7 @@ def plot_contacts(
     >>> import chebclear as cc
     >>> scene = cc.mechanisms.slider_crank()
     >>> run = cc.simulate(scene, duration=0.01, samples=101)
-    >>> ax = cc.plot_contacts(run)
+    >>> ax = cc.plots.plot_contacts(run)
     """
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import LogNorm, Normalize

@@ -142,7 +142,7 @@ def plot_spectrogram(
     >>> import chebclear as cc
     >>> scene = cc.mechanisms.slider_crank()
     >>> run = cc.simulate(scene, duration=0.01, samples=2001)
-    >>> ax = cc.plot_spectrogram(run, "slider.ax")
+    >>> ax = cc.plots.plot_spectrogram(run, "slider.ax")
     """
     checks = Checks()
     span = checks.real("decibels", decibels, "dB", above=0.0)

@@ -26,7 +26,7 @@ def print_style(
     font_size: float = 8.0,
     latex: bool = False,
 ) -> Iterator[None]:
-    """Make the figures drawn within for print: ``with cc.print_style(): run.plot("slider.x")``.
+    """Make the figures drawn within for print: ``with cc.plots.print_style(): run.plot("slider.x")``.
 
     Figures are as wide as one or two columns of a journal, with small type and thin axes, and a file saved
     without an ending gets that of `format`. Save them within as well. Outside nothing changes.
@@ -53,7 +53,8 @@ def print_style(
 
     Examples
     --------
-    >>> from chebclear import mechanisms, plot_scene
+    >>> from chebclear import mechanisms
+    >>> from chebclear.plots import plot_scene
     >>> with print_style(columns=1):
     ...     ax = plot_scene(mechanisms.four_bar())
     >>> ax.figure.get_size_inches().round(6).tolist()

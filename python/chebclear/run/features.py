@@ -103,7 +103,7 @@ def peak(output: str) -> Feature:
     Examples
     --------
     >>> import chebclear as cc
-    >>> cc.peak("wrist.normal_force").unit
+    >>> cc.features.peak("wrist.normal_force").unit
     'N'
     """
     return Feature("peak", output)
@@ -115,7 +115,7 @@ def lowest(output: str) -> Feature:
     Examples
     --------
     >>> import chebclear as cc
-    >>> cc.lowest("slider.ax").unit
+    >>> cc.features.lowest("slider.ax").unit
     'm/s²'
     """
     return Feature("lowest", output)
@@ -127,7 +127,7 @@ def peak_to_peak(output: str) -> Feature:
     Examples
     --------
     >>> import chebclear as cc
-    >>> cc.peak_to_peak("slider.ax").unit
+    >>> cc.features.peak_to_peak("slider.ax").unit
     'm/s²'
     """
     return Feature("peak_to_peak", output)
@@ -139,7 +139,7 @@ def time_of_peak(output: str) -> Feature:
     Examples
     --------
     >>> import chebclear as cc
-    >>> cc.time_of_peak("slider.vx").unit
+    >>> cc.features.time_of_peak("slider.vx").unit
     's'
     """
     return Feature("time_of_peak", output)
@@ -151,7 +151,7 @@ def time_of_lowest(output: str) -> Feature:
     Examples
     --------
     >>> import chebclear as cc
-    >>> cc.time_of_lowest("slider.vx").unit
+    >>> cc.features.time_of_lowest("slider.vx").unit
     's'
     """
     return Feature("time_of_lowest", output)
@@ -163,7 +163,7 @@ def mean(output: str) -> Feature:
     Examples
     --------
     >>> import chebclear as cc
-    >>> cc.mean("wrist.normal_force").unit
+    >>> cc.features.mean("wrist.normal_force").unit
     'N'
     """
     return Feature("mean", output)
@@ -175,7 +175,7 @@ def rms(output: str) -> Feature:
     Examples
     --------
     >>> import chebclear as cc
-    >>> cc.rms("slider.ax").unit
+    >>> cc.features.rms("slider.ax").unit
     'm/s²'
     """
     return Feature("rms", output)
@@ -187,7 +187,7 @@ def impacts(joint: str) -> Feature:
     Examples
     --------
     >>> import chebclear as cc
-    >>> cc.impacts("wrist").unit
+    >>> cc.features.impacts("wrist").unit
     '-'
     """
     return Feature("impacts", joint)
@@ -199,7 +199,7 @@ def contact_share(joint: str) -> Feature:
     Examples
     --------
     >>> import chebclear as cc
-    >>> cc.contact_share("wrist").unit
+    >>> cc.features.contact_share("wrist").unit
     '-'
     """
     return Feature("contact_share", joint)
@@ -211,7 +211,7 @@ def impulse(joint: str) -> Feature:
     Examples
     --------
     >>> import chebclear as cc
-    >>> cc.impulse("wrist").unit
+    >>> cc.features.impulse("wrist").unit
     'N s'
     """
     return Feature("impulse", joint)
@@ -225,7 +225,7 @@ def wear(joint: str) -> Feature:
     Examples
     --------
     >>> import chebclear as cc
-    >>> cc.wear("wrist").unit
+    >>> cc.features.wear("wrist").unit
     'N m'
     """
     return Feature("wear", joint)
@@ -237,7 +237,7 @@ def loss(joint: str) -> Feature:
     Examples
     --------
     >>> import chebclear as cc
-    >>> cc.loss("wrist").unit
+    >>> cc.features.loss("wrist").unit
     'J'
     """
     return Feature("loss", joint)

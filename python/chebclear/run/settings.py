@@ -99,7 +99,7 @@ class Settings(Shown):
         not given. Both are tightened, up to thirtyfold, while an impact lasts, and that of velocities where a
         contact slides slowly.
     features : sequence of Feature, optional
-        Features to compute during the run, such as ``[cc.peak("slider.ax"), cc.impacts("wrist")]``.
+        Features to compute during the run, such as ``[features.peak("slider.ax")]``.
         `Trajectory.peak` and `Trajectory.feature` then return them without a second simulation.
     cycles : int
         Equal pieces of the sampled time, each with features of its own [-].

@@ -251,9 +251,9 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
     def peak(self, output: str) -> Extremum:
         """Largest value of an output in the sampled time: of the continuous motion, not of the samples.
 
-        Available at once if `simulate` was called with ``features=[cc.peak(output),
-        cc.time_of_peak(output)]``. Otherwise the run is repeated with the same steps, and the extrema of all
-        its columns are kept: the first call takes about as long as three runs, further ones no time.
+        Available at once if `simulate` was called with ``features=[features.peak(output),
+        features.time_of_peak(output)]``. Otherwise the run is repeated with the same steps, and the extrema
+        of all its columns are kept: the first call takes about as long as three runs, further ones no time.
 
         Parameters
         ----------
@@ -281,7 +281,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
     @overload
     def feature(self, feature: Feature, *, cycles: int) -> Array: ...
     def feature(self, feature: Feature, *, cycles: int | None = None) -> float | Array:
-        """A feature of the continuous motion over the sampled time: ``run.feature(cc.rms("slider.ax"))``.
+        """A feature of the continuous motion over the sampled time, such as ``features.rms("slider.ax")``.
 
         Available at once if it was among the ``features`` of the settings, with as many ``cycles``; otherwise
         the run is repeated with the same steps.

@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..base.arguments import Checks
-from ..base.quantities import Interval as Interval, interval as interval, rpm as rpm
+from ..base.quantities import Interval as Interval, rpm as rpm
 from ..base.units import unit
 from ..errors import ArgumentError, Problem, SceneError
 from ..report import html

@@ -224,7 +224,7 @@ def compare(
     >>> import chebclear as cc
     >>> study = cc.Study(
     ...     cc.mechanisms.slider_crank,
-    ...     {"rod_length": cc.interval(0.12, rel=0.01)},
+    ...     {"rod_length": cc.Interval.around(0.12, rel=0.01)},
     ...     outputs=["slider.x"],
     ...     duration=0.005,
     ...     samples=21,

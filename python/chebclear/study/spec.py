@@ -397,7 +397,7 @@ def checked_intervals(checks: Checks, parameters: object) -> dict[str, Interval]
     checks.names("parameters", parameters)
     for name, side in parameters.items():
         if not isinstance(side, Interval | Normal | Uniform):
-            wrong = f'parameters["{name}"] must be an interval(lower, upper), got {side!r}'
+            wrong = f'parameters["{name}"] must be an Interval(lower, upper), got {side!r}'
             checks.add(wrong, wrong_type=True)
     return {
         name: interval_of(side)

@@ -72,7 +72,7 @@ class Study:
         Runs are simulated there instead of on threads of this process; a model of your own is called there
         instead of one run after the other.
     features : mapping of str to Feature or callable, optional
-        Scalar results of every run by name, such as ``{"peak force": cc.peak("wrist.normal_force")}``. They
+        Scalar results of every run by name, such as ``{"peak": features.peak("wrist.normal_force")}``. They
         are taken from the continuous motion, so that `outputs` may be empty; for a model of your own, from
         the samples. A callable gets every run, as `simulate` returns it, and returns a number, or one for
         each cycle. Samples are available to it at once; contacts, peaks and other results of the continuous
@@ -115,8 +115,8 @@ class Study:
 
     Examples
     --------
-    >>> from chebclear import Study, interval, mechanisms
-    >>> sides = {"crank_length": interval(0.05, rel=0.1)}
+    >>> from chebclear import Study, Interval, mechanisms
+    >>> sides = {"crank_length": Interval.around(0.05, rel=0.1)}
     >>> study = Study(mechanisms.slider_crank, sides, ["slider.x"], duration=1e-3, samples=11)
     >>> study.chebyshev(degree=2)["slider.x"].width.shape
     (11,)
@@ -127,7 +127,7 @@ class Study:
     >>> def spring(stiffness):
     ...     t = np.linspace(0.0, 1.0, 101)
     ...     return {"t": t, "x": np.cos(np.sqrt(stiffness) * t), "period": 2 * np.pi / np.sqrt(stiffness)}
-    >>> result = Study(spring, {"stiffness": interval(9.0, rel=0.1)}).band(runs=16)
+    >>> result = Study(spring, {"stiffness": Interval.around(9.0, rel=0.1)}).band(runs=16)
     >>> result["x"].verdict, result.feature("period").interval.verdict
     ('resolved', 'resolved')
     """
@@ -384,8 +384,8 @@ class Study:
 
         Examples
         --------
-        >>> from chebclear import Study, interval, mechanisms
-        >>> sides = {"crank_length": interval(0.05, rel=0.1)}
+        >>> from chebclear import Study, Interval, mechanisms
+        >>> sides = {"crank_length": Interval.around(0.05, rel=0.1)}
         >>> study = Study(mechanisms.slider_crank, sides, ["slider.x"], duration=1e-3, samples=11)
         >>> study.plan("scan", points=100).runs
         101
@@ -439,7 +439,7 @@ class Study:
         intervals : mapping of str to Interval, optional
             Interval of each parameter; by default the span of its values in the runs.
         features : mapping of str to Feature, optional
-            Features of the samples, such as ``{"peak": cc.peak("force")}``.
+            Features of the samples, such as ``{"peak": cc.features.peak("force")}``.
         cycles : int
             Equal pieces of the time, each with features of its own [-].
         independent : bool

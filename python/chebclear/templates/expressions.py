@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import did_you_mean, meant_or_known
+from ..base.units import with_blank
 from ..errors import Problem, describe
-from .units import with_blank
 
 Array = NDArray[np.float64]
 

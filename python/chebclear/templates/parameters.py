@@ -10,12 +10,12 @@ from typing import Any
 
 from ..base.arguments import did_you_mean
 from ..base.quantities import Interval
+from ..base.units import UnitError, is_quantity, parse_unit, written
 from ..errors import SceneError
 from .expressions import CONSTANTS, FUNCTIONS, Expression
 from .fits import FitError, radial_clearance
 from .template import Parameter, evaluated
 from .toml_text import Path
-from .units import UnitError, is_quantity, parse_unit, written
 from .values import Values
 
 MOST_PARAMETERS = 200

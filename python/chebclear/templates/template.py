@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..base.arguments import did_you_mean
 from ..base.quantities import Interval
+from ..base.units import si_unit
 from ..base.writing import named, replaced
 from ..errors import ArgumentError, Problem, SceneError
 from ..run.features import Feature
@@ -27,7 +28,6 @@ from ..scene.structure import Structure
 from ..study.study import Study
 from .expressions import Expression, ExpressionError, ExpressionProblem
 from .toml_text import Path, write_toml
-from .units import si_unit
 
 Array = NDArray[np.float64]
 

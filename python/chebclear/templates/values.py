@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..base.arguments import as_number
+from ..base.units import UnitError, convert, is_quantity
 from ..errors import Problem
 from .expressions import Expression, ExpressionError, ExpressionProblem, parse
 from .template import path_text
 from .toml_text import Path
-from .units import UnitError, convert, is_quantity
 
 
 class Values:

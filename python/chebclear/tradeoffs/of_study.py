@@ -121,8 +121,8 @@ def study_tradeoff(
 
     Examples
     --------
-    >>> from chebclear import Study, interval, mechanisms, study_tradeoff
-    >>> sides = {"crank_length": interval(0.05, rel=0.1)}
+    >>> from chebclear import Study, Interval, mechanisms, study_tradeoff
+    >>> sides = {"crank_length": Interval.around(0.05, rel=0.1)}
     >>> study = Study(mechanisms.slider_crank, sides, ["slider.x"], duration=1e-3, samples=11)
     >>> len(study_tradeoff(study, degrees=[2], points=[5], runs=[9]).points)
     5

@@ -13,20 +13,24 @@ PROBLEMS = [("bodies[0].mass", "must be > 0 [kg], got -1"), ("joints[2]", "is mi
 
 def failure(message=""):
     parameters = {"crank_length": 0.05, "rod_length": 0.12}
-    return cc.SimulationError("step_underflow", 0.0125, "wrist", parameters, message)
+    return cc.errors.SimulationError("step_underflow", 0.0125, "wrist", parameters, message)
 
 
 def test_one_root_catches_everything():
-    for kind in (cc.SceneError, cc.SettingsError, cc.StartError):
-        assert issubclass(kind, cc.InputError) and str(kind([("a", "b"), ("c", "d")])) == "a: b\nc: d"
-    assert issubclass(cc.InputError, cc.ChebclearError) and issubclass(cc.InputError, ValueError)
-    assert issubclass(cc.SimulationError, cc.ChebclearError) and issubclass(cc.SimulationError, RuntimeError)
+    for kind in (cc.errors.SceneError, cc.errors.SettingsError, cc.errors.StartError):
+        assert issubclass(kind, cc.errors.InputError) and str(kind([("a", "b"), ("c", "d")])) == "a: b\nc: d"
+    assert issubclass(cc.errors.InputError, cc.ChebclearError) and issubclass(
+        cc.errors.InputError, ValueError
+    )
+    assert issubclass(cc.errors.SimulationError, cc.ChebclearError) and issubclass(
+        cc.errors.SimulationError, RuntimeError
+    )
     assert issubclass(cc.ChebclearWarning, UserWarning)
 
 
 def test_scene_error_lists_every_problem_on_its_line():
-    error = cc.SceneError(PROBLEMS)
-    assert error.problems == [cc.Problem(*problem) for problem in PROBLEMS]
+    error = cc.errors.SceneError(PROBLEMS)
+    assert error.problems == [cc.errors.Problem(*problem) for problem in PROBLEMS]
     assert str(error).splitlines() == [
         "bodies[0].mass: must be > 0 [kg], got -1",
         "joints[2]: is missing",
@@ -42,11 +46,11 @@ def test_simulation_error_says_when_where_why_and_with_which_parameters():
 
 @pytest.mark.parametrize("twin", [lambda error: pickle.loads(pickle.dumps(error)), copy.copy, copy.deepcopy])
 def test_exceptions_survive_pickling_and_copying(twin):
-    scene = twin(cc.SceneError(PROBLEMS))
-    assert type(scene) is cc.SceneError and scene.problems == cc.SceneError(PROBLEMS).problems
+    scene = twin(cc.errors.SceneError(PROBLEMS))
+    assert type(scene) is cc.errors.SceneError and scene.problems == cc.errors.SceneError(PROBLEMS).problems
     error = failure("it stopped")
     other = twin(error)
-    assert type(other) is cc.SimulationError and str(other) == str(error)
+    assert type(other) is cc.errors.SimulationError and str(other) == str(error)
     assert vars(other) == vars(error)
 
 

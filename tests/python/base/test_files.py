@@ -79,7 +79,9 @@ def test_what_a_file_says_has_the_types_of_the_result(tmp_path):
     for key, value in wrong.items():
         facts = right | {key: value if key != "errors" else {"x": row | value["x"]}}
         path = files.save(tmp_path / key, "comparison", {}, facts)
-        with pytest.raises(cc.ArgumentError, match=r"is no sound comparison: \w+\.\w+ is a \w+, not float"):
+        with pytest.raises(
+            cc.errors.ArgumentError, match=r"is no sound comparison: \w+\.\w+ is a \w+, not float"
+        ):
             cc.load_result(path)
 
 
@@ -94,5 +96,5 @@ def test_a_tradeoff_with_arrays_of_other_shapes_is_refused(tmp_path):
         ({"points": (dataclasses.replace(costs.points[0], seconds="1"),)}, "TradeoffPoint.seconds is a str"),
     ):
         path = dataclasses.replace(costs, **change).save(tmp_path / "costs")
-        with pytest.raises(cc.ArgumentError, match=message):
+        with pytest.raises(cc.errors.ArgumentError, match=message):
             cc.load_result(path)

@@ -27,7 +27,7 @@ def test_the_command_prints_and_writes(scene_file, tmp_path, capsys):
     files = ["report.html", "tradeoff.md", "tradeoff.npz", "tradeoff.png"]
     assert sorted(path.name for path in out.iterdir()) == files
     assert (out / "tradeoff.png").read_bytes().startswith(b"\x89PNG")
-    result = cc.Tradeoff.load(out / "tradeoff.npz")
+    result = cc.results.Tradeoff.load(out / "tradeoff.npz")
     assert [(point.method, point.rtol) for point in result] == [("rodas4", 1e-4), ("rodas4", 1e-6)]
     assert result.scene == pendulum() and result.outputs == ("bob.angle",)
     markdown = (out / "tradeoff.md").read_text(encoding="utf-8")

@@ -26,9 +26,9 @@ def run():
 def result():
     study = cc.Study(
         cc.mechanisms.slider_crank,
-        {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.1)},
+        {"crank_length": cc.Interval.around(0.05, rel=0.1), "rod_length": cc.Interval.around(0.12, rel=0.1)},
         outputs=["slider.x"],
-        features={"peak force": cc.peak("wrist.normal_force")},
+        features={"peak force": cc.features.peak("wrist.normal_force")},
         duration=0.01,
         samples=21,
     )
@@ -50,7 +50,9 @@ def diagram():
 @pytest.fixture(scope="module")
 def bounds():
     t = np.linspace(0.0, 1.0, 11)
-    study = cc.Study(lambda a: {"t": t, "x": a * t}, {"a": cc.interval(1.0, rel=0.1)}, units={"x": "m"})
+    study = cc.Study(
+        lambda a: {"t": t, "x": a * t}, {"a": cc.Interval.around(1.0, rel=0.1)}, units={"x": "m"}
+    )
     return cc.study_tradeoff(study, degrees=[1], points=[2], holdout=5)
 
 
@@ -59,7 +61,7 @@ def comparison():
     t = np.linspace(0.0, 1.0, 11)
     study = cc.Study(
         lambda a: {"t": t, "x": a * t, "level": a + t},
-        {"a": cc.interval(1.0, rel=0.1)},
+        {"a": cc.Interval.around(1.0, rel=0.1)},
         units={"x": "m", "level": "mm"},
     )
     return cc.compare(study.chebyshev(1), study.scan(3))

@@ -10,7 +10,7 @@ import pytest
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
-BOX = {"crank_length": cc.interval(0.05, rel=0.1)}
+BOX = {"crank_length": cc.Interval.around(0.05, rel=0.1)}
 
 
 def study(executor=None, **options):
@@ -47,7 +47,7 @@ def test_dask_processes_give_the_same_bits_and_live_through_long_pieces(dask):
         "run_seconds": 7.0,
         "max_seconds": 1.0,
     }
-    with pytest.raises(cc.SimulationError, match="after 7 s"):
+    with pytest.raises(cc.errors.SimulationError, match="after 7 s"):
         study(executor, **endless).scan(2)
     assert set(dask.scheduler_info()["workers"]) == before and len(before) == 2
 
@@ -61,7 +61,7 @@ def test_a_call_that_exits_on_dask_is_a_failed_run(dask):
         return {"y": a}
 
     executor = dask.get_executor(pure=False)
-    result = cc.Study(ending, {"a": cc.interval(1.0, rel=0.1)}, executor=executor).scan(3)
+    result = cc.Study(ending, {"a": cc.Interval.around(1.0, rel=0.1)}, executor=executor).scan(3)
     assert [one.message for one in result.failures] == [
         "it ended with SystemExit: 3",
         "it ended with KeyboardInterrupt: ",
@@ -79,11 +79,11 @@ def ending(a):
 
 if __name__ == "__main__":
     warnings.simplefilter("ignore")
-    box = {"crank_length": cc.interval(0.05, rel=0.1)}
+    box = {"crank_length": cc.Interval.around(0.05, rel=0.1)}
     options = {"duration": 0.002, "samples": 11}
     with MPIPoolExecutor(2) as ranks:
         sent = cc.Study(cc.mechanisms.slider_crank, box, ["slider.x"], executor=ranks, **options).scan(9)
-        ended = cc.Study(ending, {"a": cc.interval(1.0, rel=0.1)}, executor=ranks).scan(3)
+        ended = cc.Study(ending, {"a": cc.Interval.around(1.0, rel=0.1)}, executor=ranks).scan(3)
     print(*(one.message for one in ended.failures))
     print(sent == cc.Study(cc.mechanisms.slider_crank, box, ["slider.x"], **options).scan(9))
 """

@@ -17,7 +17,7 @@ from chebclear.scene.structure import Structures
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
-BOX = {"crank_length": cc.interval(0.05, rel=0.1)}
+BOX = {"crank_length": cc.Interval.around(0.05, rel=0.1)}
 
 
 def study(executor=None, **options):
@@ -85,7 +85,7 @@ def test_a_run_that_kills_every_worker_is_named_and_costs_no_other(whole):
     assert failure.reason == "worker_lost" and failure.index == 2
     assert failure.parameters["crank_length"] == whole.parameters[2, 0]
     assert (result.values("slider.x") == whole.values("slider.x")[[0, 1, 3, 4, 5, 6, 7, 8]]).all()
-    with pytest.raises(cc.SimulationError, match="its worker was lost"):
+    with pytest.raises(cc.errors.SimulationError, match="its worker was lost"):
         study(executor, on_failure="raise").scan(9)
 
 
@@ -128,7 +128,8 @@ import chebclear as cc
 
 if __name__ == "__main__":
     pool = ProcessPoolExecutor(2, mp_context=get_context("spawn")) if sys.argv[1] == "pool" else None
-    study = cc.Study(cc.mechanisms.slider_crank, {"crank_length": cc.interval(0.05, rel=0.1)}, ["slider.x"],
+    box = {"crank_length": cc.Interval.around(0.05, rel=0.1)}
+    study = cc.Study(cc.mechanisms.slider_crank, box, ["slider.x"],
                      duration=60.0, samples=11, max_steps=10**9, max_events=10**9, executor=pool,
                      threads=None if pool else 2,
                      progress=lambda done, total: print(done, flush=True))

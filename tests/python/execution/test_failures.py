@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from chebclear.study.polynomials.holes import fit_holes
 
-G = {"gravity": cc.interval(8.0, 11.0), "tilt": cc.interval(0.3, 1.2)}
+G = {"gravity": cc.Interval(8.0, 11.0), "tilt": cc.Interval(0.3, 1.2)}
 TIME = {"duration": 0.4, "samples": 9}
 
 
@@ -67,9 +67,9 @@ def test_a_grid_with_a_hole_gives_the_polynomial_of_the_others(grid):
 @pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 def test_a_result_with_holes_survives_a_file(grid, tmp_path):
     build = refusing(lambda gravity, tilt: gravity > 10.7)
-    result = cc.Study(build, G, ["block.y"], features={"end": cc.peak("block.vy")}, **TIME).chebyshev(
-        degree=5
-    )
+    result = cc.Study(
+        build, G, ["block.y"], features={"end": cc.features.peak("block.vy")}, **TIME
+    ).chebyshev(degree=5)
     assert len(result.failures) == 7
     again = cc.StudyResult.load(result.save(tmp_path / "holes"))
     assert again == result and again.failures == result.failures

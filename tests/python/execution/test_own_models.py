@@ -24,7 +24,7 @@ from chebclear.execution.calls import call_order
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
-BOX = {"a": cc.interval(1.0, rel=0.1), "b": cc.interval(2.0, rel=0.1)}
+BOX = {"a": cc.Interval.around(1.0, rel=0.1), "b": cc.Interval.around(2.0, rel=0.1)}
 T = np.linspace(0.0, 1.0, 21)
 
 
@@ -59,7 +59,7 @@ def test_one_run_in_a_hundred_that_fails_costs_no_other():
     }
     wrong = dict(zip((7, 100, 233, 399), kinds.values(), strict=True))
     model = moody({at[number, 0]: fault for number, (fault, _) in wrong.items()})
-    result = cc.Study(model, BOX, run_seconds=0.2, features={"peak": cc.peak("x")}).sample(400)
+    result = cc.Study(model, BOX, run_seconds=0.2, features={"peak": cc.features.peak("x")}).sample(400)
     assert {one.index: one.reason for one in result.failures} == {
         number: reason for number, (_, reason) in wrong.items()
     }
@@ -67,7 +67,7 @@ def test_one_run_in_a_hundred_that_fails_costs_no_other():
         assert list(one.parameters.values()) == list(at[one.index])
     told = {one.index: one.message for one in result.failures}
     assert "no license" in told[7] and '"x" is not finite at t = 0 s' in told[100] and "3.0" in told[233]
-    whole = cc.Study(line, BOX, features={"peak": cc.peak("x")}).sample(400)
+    whole = cc.Study(line, BOX, features={"peak": cc.features.peak("x")}).sample(400)
     others = np.delete(np.arange(400), list(wrong))
     assert np.array_equal(result.parameters, at[others])
     assert np.array_equal(result.values("x"), whole.values("x")[others])
@@ -339,7 +339,7 @@ def stored(path, model=line, **options):
 
 
 def test_a_study_that_is_refined_reuses_all_runs(tmp_path, counted):
-    features = {"end": lambda run: run["x"][-1], "peak": cc.peak("y")}
+    features = {"end": lambda run: run["x"][-1], "peak": cc.features.peak("y")}
     first = stored(tmp_path, outputs=["x"]).scan(3)
     assert len(counted) == 9  # the midpoint is a point of the grid
     assert stored(tmp_path, outputs=["x"]).scan(3) == first and len(counted) == 9
@@ -389,7 +389,9 @@ def test_another_model_is_refused_with_the_difference(tmp_path):
     study = cc.Study(made(1.0), BOX, store=tmp_path, fixed={"shift": 1.0})
     study.scan(2)
     for other, fixed in ((made(2.0), {"shift": 1.0}), (made(1.0), {"shift": 2.0}), (made(1.0), {})):
-        with pytest.raises(cc.StoreError, match=r"variable \S+\.model: scale: the store has|fixed shift: "):
+        with pytest.raises(
+            cc.errors.StoreError, match=r"variable \S+\.model: scale: the store has|fixed shift: "
+        ):
             cc.Study(other, BOX, store=tmp_path, fixed=fixed).scan(2)
     assert cc.Study(made(1.0), BOX, store=tmp_path, fixed={"shift": 1.0}).scan(2) == study.scan(2)
     with pytest.raises(ValueError, match="store needs to know whether the model is the same"):
@@ -449,7 +451,9 @@ def test_a_store_knows_what_models_use_indirectly(model, tmp_path, monkeypatch):
         monkeypatch.setattr(Factors, "once", 5.0)
     else:
         monkeypatch.setitem(globals(), "FACTOR", 5.0)
-    with pytest.raises(cc.StoreError, match=r"FACTOR|Factors\.once: the store has 'float 1.0', this study"):
+    with pytest.raises(
+        cc.errors.StoreError, match=r"FACTOR|Factors\.once: the store has 'float 1.0', this study"
+    ):
         cc.Study(model, BOX, store=tmp_path).scan(2)
 
 
@@ -487,7 +491,7 @@ def test_a_module_of_a_user_may_have_the_name_of_one_of_pythons(tmp_path, monkey
         return module.model
 
     cc.Study(made(1.0), BOX, store=tmp_path / "store").scan(2)
-    with pytest.raises(cc.StoreError, match=r"function colorsys\.model: the store has"):
+    with pytest.raises(cc.errors.StoreError, match=r"function colorsys\.model: the store has"):
         cc.Study(made(100.0), BOX, store=tmp_path / "store").scan(2)
 
 

@@ -10,7 +10,7 @@ from chebclear.execution.plan import duration, planned
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
-BOX = {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.05)}
+BOX = {"crank_length": cc.Interval.around(0.05, rel=0.1), "rod_length": cc.Interval.around(0.12, rel=0.05)}
 
 
 def plain(crank_length, rod_length):
@@ -35,7 +35,7 @@ def test_a_plan_counts_what_a_method_will_simulate():
     assert 1001 * 51 * 8 < plan.disk < 1.5 * 1001 * 51 * 8
     with pytest.raises(ValueError, match="method must be"):
         small.plan("guess")
-    own = cc.Study(lambda a: {"t": [0.0, 1.0], "x": [a, 0.0]}, {"a": cc.interval(1.0, 2.0)})
+    own = cc.Study(lambda a: {"t": [0.0, 1.0], "x": [a, 0.0]}, {"a": cc.Interval(1.0, 2.0)})
     assert own.plan("sample", runs=1000).runs == 1001 and own.plan(runs=9, probes=2).probes == 2
     with pytest.raises(ValueError, match="nothing to be planned"):
         cc.Study.from_runs({"a": [1.0, 2.0, 3.0]}, None, {"x": [1.0, 2.0, 3.0]}).plan()

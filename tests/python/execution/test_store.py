@@ -21,7 +21,7 @@ from chebclear.execution.pieces import TIME_LIMIT, End
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
-BOX = {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.05)}
+BOX = {"crank_length": cc.Interval.around(0.05, rel=0.1), "rod_length": cc.Interval.around(0.12, rel=0.05)}
 
 
 def study(path, outputs=("slider.x", "slider.vx"), duration=0.003, box=BOX, **options):
@@ -75,7 +75,7 @@ def test_a_study_that_is_refined_reuses_what_is_there(tmp_path, simulated):
 
 def test_failed_runs_are_kept_too(tmp_path, simulated):
     # A stiffer contact takes more steps.
-    box = {"young_modulus": cc.interval(2e11, rel=0.9)}
+    box = {"young_modulus": cc.Interval.around(2e11, rel=0.9)}
     whole = study(None, box=box).scan(16)
     attempts = [one.steps + one.rejected for one in whole.stats]
     # The nominal run, the last one, must end.
@@ -186,36 +186,36 @@ def test_packed_pieces_are_refused(tmp_path, simulated):
 
 def test_another_study_is_refused_with_the_difference(tmp_path, monkeypatch):
     study(tmp_path).scan(2)
-    with pytest.raises(cc.StoreError, match=r"duration: the store has 0\.003, this study 0\.005"):
+    with pytest.raises(cc.errors.StoreError, match=r"duration: the store has 0\.003, this study 0\.005"):
         study(tmp_path, duration=0.005).scan(2)
-    with pytest.raises(cc.StoreError, match=r"rtol: the store has 1e-06, this study 1e-08"):
+    with pytest.raises(cc.errors.StoreError, match=r"rtol: the store has 1e-06, this study 1e-08"):
         study(tmp_path, rtol=1e-8).scan(2)
-    with pytest.raises(cc.StoreError, match=r"outputs: the store does not keep slider\.ax"):
+    with pytest.raises(cc.errors.StoreError, match=r"outputs: the store does not keep slider\.ax"):
         study(tmp_path, ["slider.ax"]).scan(2)
     pendulum = cc.Study(
         lambda length: cc.Scene(
             [cc.Body("slider", 1.0, length)], [cc.Prismatic("guide", "ground", "slider", (1.0, 0.0))]
         ),
-        {"length": cc.interval(1.0, 2.0)},
+        {"length": cc.Interval(1.0, 2.0)},
         ["slider.x", "slider.vx"],
         duration=0.003,
         samples=31,
         store=tmp_path,
     )
-    with pytest.raises(cc.StoreError, match="topology"):
+    with pytest.raises(cc.errors.StoreError, match="topology"):
         pendulum.scan(2)
     monkeypatch.setattr(store, "code_version", lambda: "another")
-    with pytest.raises(cc.StoreError, match=r"code: the store has .* core another"):
+    with pytest.raises(cc.errors.StoreError, match=r"code: the store has .* core another"):
         study(tmp_path).scan(2)
     monkeypatch.undo()
     monkeypatch.setattr(store, "FORMAT", 0)
-    with pytest.raises(cc.StoreError, match="has format 1, this version reads up to 0"):
+    with pytest.raises(cc.errors.StoreError, match="has format 1, this version reads up to 0"):
         study(tmp_path).scan(2)
 
 
 def test_a_folder_of_other_files_is_no_store(tmp_path):
     (tmp_path / "thesis.tex").write_text("")
-    with pytest.raises(cc.StoreError, match=r"is no store: it holds thesis\.tex"):
+    with pytest.raises(cc.errors.StoreError, match=r"is no store: it holds thesis\.tex"):
         study(tmp_path).scan(2)
     assert not (tmp_path / "store.json").exists()
 
@@ -238,7 +238,7 @@ def test_one_process_at_a_time(tmp_path):
         [sys.executable, "-c", HOLDER, str(tmp_path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
     ) as other:
         assert other.stdout.readline() == b"open\n"
-        with pytest.raises(cc.StoreError, match=rf"in use by process {other.pid}"):
+        with pytest.raises(cc.errors.StoreError, match=rf"in use by process {other.pid}"):
             study(tmp_path).scan(2)
     (tmp_path / "store.json").unlink()
     assert study(tmp_path).scan(2) == study(None).scan(2)
@@ -251,7 +251,7 @@ def test_a_read_only_folder_is_refused(tmp_path):
     if user == 0:  # the superuser may write everywhere
         os.seteuid(65534)
     try:
-        with pytest.raises(cc.StoreError, match="Permission denied"):
+        with pytest.raises(cc.errors.StoreError, match="Permission denied"):
             made.scan(2)
     finally:
         os.seteuid(user)
@@ -263,12 +263,12 @@ import chebclear as cc
 warnings.simplefilter("ignore")
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))
-box = {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.05)}
+box = {"crank_length": cc.Interval.around(0.05, rel=0.1), "rod_length": cc.Interval.around(0.12, rel=0.05)}
 study = cc.Study(cc.mechanisms.slider_crank, box, ["slider.x", "slider.vx"], duration=0.003, samples=31,
                  threads=1, store=sys.argv[1])
 try:
     study.scan(8)
-except cc.StoreError as error:
+except cc.errors.StoreError as error:
     print(error)
 """
 
@@ -296,7 +296,7 @@ def test_a_full_disk_is_an_error_and_nothing_is_lost(tmp_path, monkeypatch, simu
         return real(self, content)
 
     monkeypatch.setattr(store.Path, "write_bytes", write_bytes)
-    with pytest.raises(cc.StoreError, match="No space left on device; it keeps") as caught:
+    with pytest.raises(cc.errors.StoreError, match="No space left on device; it keeps") as caught:
         study(tmp_path).scan(4)
     assert isinstance(caught.value, OSError)
     monkeypatch.undo()
@@ -370,7 +370,7 @@ def test_what_is_no_file_is_named_and_left_alone(tmp_path, name, kind):
     def work():
         try:
             found.append(study(folder).scan(2))
-        except cc.StoreError as error:
+        except cc.errors.StoreError as error:
             found.append(error)
 
     thread = threading.Thread(target=work, daemon=True)  # a pipe may keep who opens it
@@ -381,7 +381,7 @@ def test_what_is_no_file_is_named_and_left_alone(tmp_path, name, kind):
         assert again["slider.x"] == whole["slider.x"]
         assert any(f"{name} is no file" in told for told in again.warnings)
     else:
-        assert isinstance(again, cc.StoreError) and name in str(again)
+        assert isinstance(again, cc.errors.StoreError) and name in str(again)
     assert target.read_text() == "mine" and os.path.lexists(folder / name)
 
 
@@ -393,7 +393,7 @@ def test_a_file_system_that_locks_nothing_is_said_to(tmp_path, monkeypatch):
         raise OSError(errno.ENOSYS, os.strerror(errno.ENOSYS))
 
     monkeypatch.setattr(fcntl, "flock", flock)
-    with pytest.raises(cc.StoreError, match="cannot lock files"):
+    with pytest.raises(cc.errors.StoreError, match="cannot lock files"):
         study(tmp_path).scan(2)
 
 
@@ -406,7 +406,8 @@ warnings.simplefilter("ignore")
 
 if __name__ == "__main__":
     pool = ProcessPoolExecutor(2, mp_context=get_context("spawn")) if sys.argv[2] == "pool" else None
-    box = {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.05)}
+    box = {"crank_length": cc.Interval.around(0.05, rel=0.1)}
+    box["rod_length"] = cc.Interval.around(0.12, rel=0.05)
     study = cc.Study(cc.mechanisms.slider_crank, box, ["slider.x", "slider.vx"], duration=0.012,
                      samples=121, store=sys.argv[1], executor=pool)
     print("begin", flush=True)

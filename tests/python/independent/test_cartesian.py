@@ -16,9 +16,9 @@ pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
 CHANGES = 9  # of contact that are compared
 FLOOR = 3e-3  # [m/s], of the latched impact velocity: explicit, so that both codes use the same
-STEEL = cc.hertz_stiffness(9.8e-3, 2e-5, 207e9, 0.3)
-EQ_11 = cc.ModifiedCoulomb(0.04, 0.03, 1e-3, 1.5e-3)
-LANKARANI = cc.LankaraniNikravesh(STEEL, 0.9)
+STEEL = cc.laws.hertz_stiffness(9.8e-3, 2e-5, 207e9, 0.3)
+EQ_11 = cc.laws.ModifiedCoulomb(0.04, 0.03, 1e-3, 1.5e-3)
+LANKARANI = cc.laws.LankaraniNikravesh(STEEL, 0.9)
 
 
 # --- comparison -------------------------------------------------------------------------------------------
@@ -150,7 +150,7 @@ def four_bar(joints, drives=(), forces=(), crank_angle=0.7, bodies=(), ground=No
 
 
 def driven(speed, crank_angle=0.7):
-    return [cc.Speed("drive", "O", speed, angle=crank_angle)]
+    return [cc.motions.Speed("drive", "O", speed, angle=crank_angle)]
 
 
 def loose_slider_crank(loose, crank_angle=0.0, **laws):
@@ -321,18 +321,20 @@ def test_mechanisms_with_clearance_agree(name):
 
 # Until 2 ms; the law of Flores brings five changes by then.
 LAWS = {
-    "flores": (5, dict(contact=cc.Flores(STEEL, 0.85), friction=cc.SmoothedCoulomb(0.1, 1e-2))),
+    "flores": (5, dict(contact=cc.laws.Flores(STEEL, 0.85), friction=cc.laws.SmoothedCoulomb(0.1, 1e-2))),
     "hunt_crossley": (
         CHANGES,
-        dict(contact=cc.HuntCrossley(STEEL, 0.5), friction=EQ_11, sliding="contact_point"),
+        dict(contact=cc.laws.HuntCrossley(STEEL, 0.5), friction=EQ_11, sliding="contact_point"),
     ),
     "hertz": (
         CHANGES,
-        dict(contact=cc.Hertz(STEEL), friction=cc.SmoothedCoulomb(0.1, 1e-2), sliding="contact_point"),
+        dict(
+            contact=cc.laws.Hertz(STEEL), friction=cc.laws.SmoothedCoulomb(0.1, 1e-2), sliding="contact_point"
+        ),
     ),
     "other_exponent": (
         CHANGES,
-        dict(contact=cc.LankaraniNikravesh(3e10, 0.95, exponent=1.3), friction=EQ_11),
+        dict(contact=cc.laws.LankaraniNikravesh(3e10, 0.95, exponent=1.3), friction=EQ_11),
     ),
     "at_the_floor": (CHANGES, dict(floor=0.5)),
 }
@@ -346,7 +348,7 @@ def test_laws_agree(name):
 
 def test_contacts_pulled_apart_agree():
     """Three loose joints in a row; the strong damping of one contact would pull when another is hit."""
-    law = cc.Flores(STEEL, 0.1)
+    law = cc.laws.Flores(STEEL, 0.1)
     joints = [
         pin("B", "crank.B", "coupler.A", contact=law),
         pin("C", "coupler.B", "rocker.B", contact=law),

@@ -178,7 +178,7 @@ def test_prescribed_motion_follows_the_function(function, value, kind):
     scene = cc.Scene(
         [platform, cc.Body("load", 0.5, 0.02)],
         [cc.Revolute("axle", "ground", "platform"), joint],
-        drives=[cc.Speed("turn", "axle", speed)],
+        drives=[cc.motions.Speed("turn", "axle", speed)],
     )
     model = cartesian.Model(scene)
     model.constraints.append(Motion("push", "joint", function))

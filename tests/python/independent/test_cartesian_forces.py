@@ -19,8 +19,8 @@ from test_cartesian import (
 # One impact of the four-bar is slower than the floor, in both codes.
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
-WAVE = cc.Harmonic(0.3, 9.0, phase=0.4, mean=-0.1)
-TABLE = cc.Table((0.0, 0.1, 0.25, 0.5, 0.7, 1.0), (0.0, 0.02, -0.05, 0.08, 0.01, 0.0))
+WAVE = cc.motions.Harmonic(0.3, 9.0, phase=0.4, mean=-0.1)
+TABLE = cc.motions.Table((0.0, 0.1, 0.25, 0.5, 0.7, 1.0), (0.0, 0.02, -0.05, 0.08, 0.01, 0.0))
 
 
 def with_elements(scene, forces=(), drives=(), ground=None):
@@ -44,9 +44,13 @@ ELEMENTS = {
         cc.TorsionDamper("c", "ground", "upper", 0.2),
     ],
     "force_on_ground_axes": [cc.Force("f", "lower.B", 2.0, WAVE)],
-    "force_that_turns": [cc.Force("f", "lower.B", cc.Polynomial((0.5, -2.0, 3.0)), 1.5, frame="body")],
+    "force_that_turns": [
+        cc.Force("f", "lower.B", cc.motions.Polynomial((0.5, -2.0, 3.0)), 1.5, frame="body")
+    ],
     "torque_between_bodies": [cc.Torque("m", "lower", WAVE, reaction="upper"), cc.Torque("n", "upper", 0.4)],
-    "table": [cc.Torque("m", "lower", cc.Table(TABLE.times, tuple(20.0 * value for value in TABLE.values)))],
+    "table": [
+        cc.Torque("m", "lower", cc.motions.Table(TABLE.times, tuple(20.0 * value for value in TABLE.values)))
+    ],
 }
 
 
@@ -57,7 +61,7 @@ def test_forces_agree(name):
 
 
 @pytest.mark.parametrize(
-    "motion", [WAVE, TABLE, cc.Polynomial((0.1, 0.2, -0.5, 0.3))], ids=["wave", "table", "cubic"]
+    "motion", [WAVE, TABLE, cc.motions.Polynomial((0.1, 0.2, -0.5, 0.3))], ids=["wave", "table", "cubic"]
 )
 @pytest.mark.parametrize("joint", ["elbow", "rail"])
 def test_prescribed_motions_agree(joint, motion):
@@ -72,7 +76,7 @@ def test_prescribed_motions_agree(joint, motion):
         arm.bodies,
         [arm.joints[0], second],
         arm.forces,
-        [cc.Motion("push", joint, motion)],
+        [cc.motions.Motion("push", joint, motion)],
         arm.ground,
         [cc.JointStart("O", position=0.4, velocity=0.3)],
     )
@@ -109,7 +113,7 @@ def test_eccentric_start_agrees():
 def test_spring_loaded_loop_with_a_loose_joint_agrees():
     """A torque-driven four-bar with a spring and play at one coupler joint."""
     joints = [
-        pin("B", "crank.B", "coupler.A", contact=cc.LankaraniNikravesh(STEEL, 0.9)),
+        pin("B", "crank.B", "coupler.A", contact=cc.laws.LankaraniNikravesh(STEEL, 0.9)),
         *IDEAL_FOUR_BAR[1:],
     ]
     scene = four_bar(

@@ -103,7 +103,7 @@ class Pendulum:
     def __init__(self, convention):
         self.mass, self.inertia, self.arm = 0.5, 1e-3, 0.2
         self.contact = Contact(1e9, 0.8, (0.2, 0.1, 0.01, 0.02), 9.8e-3, 1e-4, convention == "corrected")
-        law, friction = cc.LankaraniNikravesh(1e9, 0.8), cc.ModifiedCoulomb(0.2, 0.1, 0.01, 0.02)
+        law, friction = cc.laws.LankaraniNikravesh(1e9, 0.8), cc.laws.ModifiedCoulomb(0.2, 0.1, 0.01, 0.02)
         body = cc.Body(
             "bob", self.mass, self.inertia, center_of_mass=(self.arm, 0.0), points={"P": (0, 0)}, angle=-0.3
         )

@@ -69,7 +69,7 @@ def jamming(steps):
     ],
 )
 def test_gate_04_a_failure_is_typed_and_nothing_follows_it(status, scene, settings):
-    with pytest.raises(cc.SimulationError) as caught:
+    with pytest.raises(cc.errors.SimulationError) as caught:
         cc.simulate(scene, duration=0.02, samples=401, **settings)
     error, run = caught.value, caught.value.trajectory
     assert error.reason == run.status == status and 0.0 < error.time == run.end_time < 0.02
@@ -112,7 +112,7 @@ def test_gate_06_any_number_of_a_scene_may_be_none_or_huge():
                 # Words stand for numbers that JSON does not have.
                 scene = replaced(plain, path, value)
                 run = cc.simulate(scene, duration=1e-3, samples=5, max_steps=2000, on_failure="return")
-            except cc.SceneError as error:
+            except cc.errors.SceneError as error:
                 assert all(problem.path and problem.message for problem in error.problems)
                 refused += 1
                 continue
@@ -208,8 +208,8 @@ def pendulum(length=1.0, mass=1.0, seconds=1.0):
         "bob.P",
         journal_radius=0.0098 * length,
         clearance=1e-4 * length,
-        contact=cc.LankaraniNikravesh(1e9 * force / (length * math.sqrt(length)), 0.9),
-        friction=cc.ModifiedCoulomb(0.04, 0.03, 1e-3 * speed, 1.5e-3 * speed),
+        contact=cc.laws.LankaraniNikravesh(1e9 * force / (length * math.sqrt(length)), 0.9),
+        friction=cc.laws.ModifiedCoulomb(0.04, 0.03, 1e-3 * speed, 1.5e-3 * speed),
     )
     return cc.Scene([body], [pivot], [cc.Gravity((0.0, -9.81 * length / seconds**2))])
 

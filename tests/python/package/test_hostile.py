@@ -37,7 +37,7 @@ def test_members_that_were_exchanged_are_told(tmp_path):
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory):
     """The arrays of a saved study."""
-    box = {"rod_length": cc.interval(0.12, rel=0.01)}
+    box = {"rod_length": cc.Interval.around(0.12, rel=0.01)}
     study = cc.Study(cc.mechanisms.slider_crank, box, outputs=["slider.x"], duration=0.001, samples=5)
     with np.load(study.chebyshev(degree=2).save(tmp_path_factory.mktemp("saved") / "study.npz")) as members:
         return dict(members)
@@ -115,7 +115,9 @@ def test_random_calls_return_or_are_refused(monkeypatch, tmp_path):
 def test_what_is_no_text_is_no_name(name):
     """An array that is compared with a text is an array again, which is neither true nor false."""
     scene = cc.mechanisms.slider_crank()
-    run = cc.simulate(scene, duration=1e-4, samples=3, error="estimate", features=[cc.peak("slider.x")])
+    run = cc.simulate(
+        scene, duration=1e-4, samples=3, error="estimate", features=[cc.features.peak("slider.x")]
+    )
     costs = cc.tradeoff(scene, duration=1e-4, samples=3, outputs=["slider.x"], rtols=[1e-3, 1e-4])
     assert name not in run
     for call in (
@@ -123,8 +125,8 @@ def test_what_is_no_text_is_no_name(name):
         lambda: run.error[name],
         lambda: costs[name],
         lambda: costs.uncertainty(name),
-        lambda: cc.Feature(name, "slider.x"),
-        lambda: cc.hertz_stiffness(0.01, 1e-5, 2e11, 0.3, name),
+        lambda: cc.features.Feature(name, "slider.x"),
+        lambda: cc.laws.hertz_stiffness(0.01, 1e-5, 2e11, 0.3, name),
         lambda: cc.loads(name),
         lambda: cc.loads("", changes=name) if name is not None else run[name],
         lambda: cc.simulate(scene, duration=1e-4, samples=3, on_failure=name),
@@ -134,5 +136,7 @@ def test_what_is_no_text_is_no_name(name):
 
 
 def test_whole_numbers_that_no_machine_holds_are_told_by_name():
-    with pytest.raises(cc.ArgumentError, match=r"max_events must be a whole number, got one of 1329 bits"):
+    with pytest.raises(
+        cc.errors.ArgumentError, match=r"max_events must be a whole number, got one of 1329 bits"
+    ):
         cc.simulate(cc.mechanisms.slider_crank(), duration=1e-4, samples=3, max_events=10**400)

@@ -11,7 +11,7 @@ from chebclear.base.arguments import Checks
 from chebclear.execution import pieces as study_pieces
 
 TIME = {"duration": 0.1, "samples": 11}
-SIDES = {"gravity": cc.interval(8.0, 11.0), "mass": cc.interval(1.0, 2.0)}
+SIDES = {"gravity": cc.Interval(8.0, 11.0), "mass": cc.Interval(1.0, 2.0)}
 
 
 def faller(gravity=9.81, mass=2.0):
@@ -70,13 +70,13 @@ def test_studies_of_too_many_runs_are_refused_before_a_scene_is_built(call, word
 LARGE = {
     "study": (
         300_000_000,
-        "cc.Study(cc.mechanisms.slider_crank, {'crank_length': cc.interval(0.05, rel=0.1)},"
+        "cc.Study(cc.mechanisms.slider_crank, {'crank_length': cc.Interval.around(0.05, rel=0.1)},"
         " ['slider.x', 'slider.vx'], duration=0.01, samples=100_001).scan(249)",
     ),
     "run": (300_000_000, "cc.simulate(cc.mechanisms.slider_crank(), duration=1e-3, samples=1_500_000)"),
     "small study": (
         20_000_000,
-        "cc.Study(cc.mechanisms.slider_crank, {'crank_length': cc.interval(0.05, rel=0.1)},"
+        "cc.Study(cc.mechanisms.slider_crank, {'crank_length': cc.Interval.around(0.05, rel=0.1)},"
         " duration=1e-4, samples=11).scan(3)",
     ),
     "small run": (20_000_000, "cc.simulate(cc.mechanisms.slider_crank(), duration=1e-3, samples=11)"),
@@ -122,7 +122,7 @@ class Direct:
         future = Future()
         try:
             future.set_result(function(*arguments))
-        except cc.SceneError as error:
+        except cc.errors.SceneError as error:
             future.set_exception(error)
         return future
 
@@ -132,11 +132,11 @@ def test_problems_of_no_scene_are_not_blamed_on_the_first(monkeypatch, executor)
     problems = [("settings.rtol", "is wrong"), ("scenes[0].joints[0].a", "is wrong too")]
 
     def sweep(*arguments):
-        raise cc.SceneError(problems)
+        raise cc.errors.SceneError(problems)
 
     monkeypatch.setattr(study_pieces._core, "sweep", sweep)
-    study = cc.Study(faller, {"mass": cc.interval(1.0, 2.0)}, executor=executor, **TIME)
-    with pytest.raises(cc.SceneError) as caught:
+    study = cc.Study(faller, {"mass": cc.Interval(1.0, 2.0)}, executor=executor, **TIME)
+    with pytest.raises(cc.errors.SceneError) as caught:
         study.scan(2)
     assert caught.value.problems == problems[:1]
 
@@ -151,7 +151,7 @@ POSITIVE = {
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, 10**400])
 def test_the_slider_crank_names_arguments_out_of_range(value):
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         cc.mechanisms.slider_crank(**dict.fromkeys(POSITIVE, value), restitution="high")
     assert dict(caught.value.problems) == {
         name: f"must be a finite number > 0 [{unit}], got {value!r}" for name, unit in POSITIVE.items()
@@ -163,7 +163,7 @@ def test_the_slider_crank_names_arguments_out_of_range(value):
 def test_huge_numbers_are_no_overflow(name, value):
     try:
         cc.mechanisms.slider_crank(**{name: value}).check()
-    except cc.SceneError:
+    except cc.errors.SceneError:
         return
     assert value < 1e300 and name in ("crank_angle", "clearance")
 
@@ -177,13 +177,15 @@ def test_results_of_studies_are_compared_with_nothing_else():
 
 def test_a_drive_too_fast_for_numbers_is_named():
     for scene in (cc.mechanisms.slider_crank, cc.mechanisms.six_bar):
-        with pytest.raises(cc.SceneError, match=r'^drives: "drive" starts at 1.000e300 \[rad/s\]') as raised:
+        with pytest.raises(
+            cc.errors.SceneError, match=r'^drives: "drive" starts at 1.000e300 \[rad/s\]'
+        ) as raised:
             scene(crank_speed=1e300).check()
         assert "singular" not in str(raised.value)
 
 
 def test_forces_too_large_for_numbers_are_no_singular_mass_matrix():
-    with pytest.raises(cc.SceneError, match="start accelerations are not finite numbers"):
+    with pytest.raises(cc.errors.SceneError, match="start accelerations are not finite numbers"):
         cc.mechanisms.slider_crank(gravity=1.7e308).check()
 
 

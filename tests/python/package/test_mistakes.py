@@ -34,7 +34,7 @@ QUIET = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
     ],
 )
 def test_a_pin_named_twice(build, pin):
-    with pytest.raises(cc.SceneError, match=f'clearance_at: has the pin "{pin}" more than once'):
+    with pytest.raises(cc.errors.SceneError, match=f'clearance_at: has the pin "{pin}" more than once'):
         build(clearance_at=(pin, pin))
 
 
@@ -42,7 +42,7 @@ def test_a_pin_named_twice(build, pin):
 def test_a_clearance_that_is_none_is_one_problem(clearance):
     # And not a second one of the stiffness that Hertz makes of it.
     with pytest.raises(
-        cc.SceneError, match=r"^clearance(\.wrist)?: must be a finite number > 0 \[m\]"
+        cc.errors.SceneError, match=r"^clearance(\.wrist)?: must be a finite number > 0 \[m\]"
     ) as raised:
         MECHANISMS.slider_crank(clearance=clearance)
     assert len(raised.value.problems) == 1
@@ -54,7 +54,7 @@ def test_a_clearance_larger_than_its_journal():
     assert len(run.warnings) == 1
     study = cc.Study(
         MECHANISMS.slider_crank,
-        {"clearance": cc.interval(0.0025, 0.0035)},
+        {"clearance": cc.Interval(0.0025, 0.0035)},
         ["slider.x"],
         duration=1e-4,
         samples=3,
@@ -67,7 +67,7 @@ def test_a_clearance_larger_than_its_journal():
     # One warning, although the numbers are written in different ways.
     study = cc.Study(
         lambda size: MECHANISMS.slider_crank(clearance=2.0 * size, journal_radius=size),
-        {"size": cc.interval(1e-5, 1e-3)},
+        {"size": cc.Interval(1e-5, 1e-3)},
         ["slider.x"],
         duration=1e-9,
         samples=3,
@@ -81,7 +81,7 @@ def test_a_ball_may_be_smaller_than_its_box():
         bodies=[cc.Body("ball", mass=0.1, inertia=1e-6, points={"P": (0.0, 0.0)})],
         joints=[
             cc.ClearanceRevolute(
-                "box", "ground", "ball.P", 0.005, clearance=0.05, contact=cc.Hertz(stiffness=1e8)
+                "box", "ground", "ball.P", 0.005, clearance=0.05, contact=cc.laws.Hertz(stiffness=1e8)
             )
         ],
         forces=[cc.Gravity((0.0, -9.81))],
@@ -99,7 +99,7 @@ def test_results_that_do_not_fit_into_the_memory(monkeypatch):
     monkeypatch.setattr(os, "sysconf", memory.get, raising=False)
     study = cc.Study(
         MECHANISMS.slider_crank,
-        {"rod_length": cc.interval(0.12, rel=0.1)},
+        {"rod_length": cc.Interval.around(0.12, rel=0.1)},
         ["slider.vx"],
         duration=1e-3,
         samples=settings.MOST_SAMPLES,
@@ -281,7 +281,7 @@ def test_the_same_scene_goes_on_without_a_word(recwarn):
 def test_another_speed_would_turn_the_crank_at_once(tmp_path):
     run = cc.simulate(MECHANISMS.slider_crank(crank_speed=200.0), duration=0.01, samples=11)
     for end in (run.end, cc.Trajectory.load(run.save(tmp_path / "run")).end):
-        with pytest.raises(cc.StartError, match="would make it jump from 2 to 1 rad") as raised:
+        with pytest.raises(cc.errors.StartError, match="would make it jump from 2 to 1 rad") as raised:
             cc.simulate(MECHANISMS.slider_crank(crank_speed=100.0), duration=0.01, samples=11, start=end)
         assert len(raised.value.problems) == 2 and "deep in its bearing" in str(raised.value)
 
@@ -305,22 +305,27 @@ def test_a_scene_goes_on_where_the_table_of_its_drive_ends():
     def driven(motion):
         block = cc.Body("block", mass=1.0, inertia=1.0)
         guide = cc.Prismatic("guide", "ground", "block", axis=(1.0, 0.0))
-        return cc.Scene([block], [guide], drives=[cc.Motion("drive", "guide", motion)])
+        return cc.Scene([block], [guide], drives=[cc.motions.Motion("drive", "guide", motion)])
 
     times = np.linspace(0.0, 1.0, 6)
-    run = cc.simulate(driven(cc.Table(times, np.sin(times))), duration=1.0, samples=11)
-    for motion in (cc.Table(1.0 + times, np.sin(1.0 + times)), cc.Polynomial((math.sin(1.0),))):
+    run = cc.simulate(driven(cc.motions.Table(times, np.sin(times))), duration=1.0, samples=11)
+    for motion in (
+        cc.motions.Table(1.0 + times, np.sin(1.0 + times)),
+        cc.motions.Polynomial((math.sin(1.0),)),
+    ):
         more = cc.simulate(driven(motion), duration=1.0, samples=6, start=run.end)
-        expected = motion.values if isinstance(motion, cc.Table) else math.sin(1.0)
+        expected = motion.values if isinstance(motion, cc.motions.Table) else math.sin(1.0)
         np.testing.assert_allclose(more["block.x"], expected, atol=1e-12)
-    with pytest.raises(cc.StartError, match=r"would make it jump from 0\.841471 to 0\.9 m"):
-        cc.simulate(driven(cc.Polynomial((0.9,))), duration=1.0, samples=6, start=run.end)
+    with pytest.raises(cc.errors.StartError, match=r"would make it jump from 0\.841471 to 0\.9 m"):
+        cc.simulate(driven(cc.motions.Polynomial((0.9,))), duration=1.0, samples=6, start=run.end)
 
 
 @QUIET
 def test_another_length_would_tear_the_mechanism_apart():
     run = cc.simulate(MECHANISMS.slider_crank(), duration=0.01, samples=11)
-    with pytest.raises(cc.StartError, match="m deep in its bearing, deeper than its clearance of 2e-05 m"):
+    with pytest.raises(
+        cc.errors.StartError, match="m deep in its bearing, deeper than its clearance of 2e-05 m"
+    ):
         cc.simulate(MECHANISMS.slider_crank(rod_length=0.13), duration=0.01, samples=11, start=run.end)
 
 
@@ -332,7 +337,7 @@ def test_loops_that_would_not_close():
 
     run = cc.simulate(hanging(), duration=0.01, samples=11)
     for length in ("ground_length", "rocker_length"):
-        with pytest.raises(cc.StartError, match="the loops do not close"):
+        with pytest.raises(cc.errors.StartError, match="the loops do not close"):
             cc.simulate(hanging(**{length: 0.101}), duration=0.01, samples=11, start=run.end)
     assert cc.simulate(hanging(rocker_mass=0.3), duration=0.01, samples=11, start=run.end).success
 
@@ -342,7 +347,7 @@ def test_another_length_would_make_a_prescribed_mechanism_jump():
     ideal = {"clearance_at": ()}
     run = cc.simulate(MECHANISMS.four_bar(**ideal), duration=0.01, samples=11)
     with pytest.raises(
-        cc.StartError, match=r'joint "crank_pin" would jump from .* lengths do not fit'
+        cc.errors.StartError, match=r'joint "crank_pin" would jump from .* lengths do not fit'
     ) as raised:
         cc.simulate(
             MECHANISMS.four_bar(coupler_length=0.101, **ideal), duration=0.01, samples=11, start=run.end
@@ -360,7 +365,7 @@ def test_the_angle_of_a_pin_is_no_displacement():
     guided = dataclasses.replace(pinned, joints=[cc.Prismatic("joint", "ground", "bob.A", axis=(1.0, 0.0))])
     run = cc.simulate(pinned, duration=0.5, samples=11)
     with pytest.raises(
-        cc.StartError, match='another mechanism: joint "joint" is a Prismatic, was a Revolute'
+        cc.errors.StartError, match='another mechanism: joint "joint" is a Prismatic, was a Revolute'
     ):
         cc.simulate(guided, duration=0.5, samples=11, start=run.end)
 
@@ -443,7 +448,7 @@ outputs = ["bob.x"]
 )
 def test_a_scene_file_says_what_would_be_right(right, wrong, words):
     assert right in SCENE_FILE
-    with pytest.raises(cc.SceneError) as raised:
+    with pytest.raises(cc.errors.SceneError) as raised:
         cc.loads(SCENE_FILE.replace(right, wrong)).simulate()
     assert words in str(raised.value)
 
@@ -451,6 +456,6 @@ def test_a_scene_file_says_what_would_be_right(right, wrong, words):
 def test_names_that_are_near_none_are_listed():
     scene = cc.mechanisms.slider_crank()
     with pytest.raises(ValueError, match=r"unknown clearance joint .*known are wrist"):
-        cc.simulate(scene, duration=0.001, samples=3, features=[cc.wear("x")])
+        cc.simulate(scene, duration=0.001, samples=3, features=[cc.features.wear("x")])
     with pytest.raises(TypeError, match="known are crank_length"):
         cc.mechanisms.slider_crank(qqq=1.0)

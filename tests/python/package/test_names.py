@@ -69,7 +69,7 @@ def test_no_name_runs_on_any_page_of_any_result():
 def test_dollars_in_names_are_letters_of_pictures(tmp_path, name):
     study = cc.Study(
         lambda **given: {"t": T, name: [given[name], 2.0, 3.0 * given[name]], f"n{name}": given[name]},
-        {name: cc.interval(1.0, rel=0.1), "b": cc.interval(1.0, rel=0.1)},
+        {name: cc.Interval.around(1.0, rel=0.1), "b": cc.Interval.around(1.0, rel=0.1)},
         units={name: name},
     )
     result = study.chebyshev(degree=2)
@@ -116,7 +116,11 @@ def test_netcdf_takes_every_name(tmp_path):
     names = [*NAMES, *hostile_names.NAMES]
     study = cc.Study(
         lambda a, **other: {"t": T} | {name: [a, number, 0.0] for number, name in enumerate(names)},
-        {"a": cc.interval(1.0, rel=0.1), "a/b": cc.interval(1.0, rel=0.1), "a_b": cc.interval(1.0, rel=0.1)},
+        {
+            "a": cc.Interval.around(1.0, rel=0.1),
+            "a/b": cc.Interval.around(1.0, rel=0.1),
+            "a_b": cc.Interval.around(1.0, rel=0.1),
+        },
         units=dict.fromkeys(names, "m"),
     )
     result = study.scan(2)
@@ -129,7 +133,7 @@ def test_netcdf_takes_every_name(tmp_path):
 
 @pytest.mark.parametrize("bad", ["\x1b[2J", "a\nb", "\x7f", "\x9b", "\u2028", "\ud800"])
 def test_control_characters_are_no_letters_of_names(bad):
-    side = cc.interval(1.0, rel=0.1)
+    side = cc.Interval.around(1.0, rel=0.1)
     for refused in (
         lambda: cc.Study(lambda **given: {"x": 1.0}, {bad: side}),
         lambda: cc.Study(lambda a: {bad: a}, {"a": side}).sample(2),

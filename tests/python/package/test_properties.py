@@ -87,14 +87,14 @@ def test_files_with_any_value_are_read_or_refused(data):
         lines[place] = f"{key}= {data.draw(toml_values)}" if sign else data.draw(st.text(max_size=20))
     try:
         scene = cc.loads("\n".join(lines))()
-    except cc.SceneError as error:
+    except cc.errors.SceneError as error:
         assert error.problems and all(str(problem) for problem in error.problems)
         return
     assert cc.Scene.from_json(scene.to_json()) == scene
 
 
 def test_a_type_that_is_no_word_is_refused():
-    with pytest.raises(cc.SceneError):
+    with pytest.raises(cc.errors.SceneError):
         cc.loads(EXAMPLE.replace('type = "', 'type = [] # "', 1))()
 
 
@@ -199,7 +199,7 @@ def test_stores_with_any_bytes_give_their_runs_or_are_refused(kept, data):
     try:
         with Store(folder, AnyRuns(facts)) as store:
             found = list(store.read([(0, key) for key in store.keys()]))
-    except cc.StoreError:
+    except cc.errors.StoreError:
         return
     for numbers, piece in found:
         assert (

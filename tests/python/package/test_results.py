@@ -12,12 +12,14 @@ import numpy as np
 import pytest
 from chebclear.base.files import same
 from chebclear.base.shown import Shown
+from public_names import public_names
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "slider_crank.toml"
-BOX = {"crank_length": cc.interval(0.05, rel=0.01), "clearance": cc.interval(2e-5, rel=0.1)}
+BOX = {"crank_length": cc.Interval.around(0.05, rel=0.01), "clearance": cc.Interval.around(2e-5, rel=0.1)}
 # Records that a scene is made of, and arguments: what they hold is short, and shown so that it can be typed.
+PUBLIC = public_names()
 PLAIN = {
     *("Body", "Revolute", "Prismatic", "Fixed", "ClearanceRevolute", "Gravity", "Spring", "Damper", "Force"),
     *("TorsionSpring", "TorsionDamper", "Torque", "Speed", "Motion", "Harmonic", "Polynomial", "Table"),
@@ -44,7 +46,7 @@ def run():
 def results(run):
     """One of every public type of result, with many outputs where there can be many."""
     build, time = cc.mechanisms.slider_crank, {"duration": 4e-4, "samples": 9}
-    study = cc.Study(build, BOX, **time, features={"peak": cc.peak("slider.ax")})
+    study = cc.Study(build, BOX, **time, features={"peak": cc.features.peak("slider.ax")})
     chebyshev, sample = study.chebyshev(1), study.sample(24)
     ideal = cc.Study(build, {"crank_length": BOX["crank_length"]}, fixed={"clearance_at": ()}, **time)
     ideal = ideal.chebyshev(1)
@@ -68,17 +70,21 @@ def results(run):
         *(template, cc.animate(run), next(iter(feature.effects.swings.values()))),
         cc.bifurcation(build, "clearance", [2e-5, 3e-5], periods=2, skip=1, rtol=1e-3),
         study.plan("scan", points=3),
-        cc.FailedRun(3, {"crank_length": 0.05}, "max_steps", "the allowed number of steps was used up", 0.01),
+        cc.results.FailedRun(
+            3, {"crank_length": 0.05}, "max_steps", "the allowed number of steps was used up", 0.01
+        ),
     ]
     return {type(each).__name__: each for each in found}
 
 
 def test_every_public_result_shows_what_matters_in_a_dozen_lines(results):
-    types = {name for name in cc.__all__ if isinstance(getattr(cc, name), type)} - PLAIN
-    types = {name for name in types if not issubclass(getattr(cc, name), Exception | Warning)}
+    types = {name: one for name, one in PUBLIC.items() if isinstance(one, type) and name not in PLAIN}
+    types = {name: one for name, one in types.items() if not issubclass(one, Exception | Warning)}
     # What no example is made of here has the repr of its base, which is as short, or is a tuple of numbers.
-    missing = [name for name in types - set(results) if not issubclass(getattr(cc, name), (Shown, tuple))]
-    assert all(getattr(cc, name).__repr__ is not object.__repr__ for name in missing), missing
+    missing = [
+        one for name, one in types.items() if name not in results and not issubclass(one, (Shown, tuple))
+    ]
+    assert all(one.__repr__ is not object.__repr__ for one in missing), missing
     for name, result in results.items():
         text = repr(result)
         assert name in text or name in ("Comparison", "Ranking"), text
@@ -91,7 +97,7 @@ def test_many_outputs_and_contacts_are_shown_by_the_first_ones(run):
         run.contacts,
         **{
             item.name: np.resize(getattr(run.contacts, item.name), 100)
-            for item in dataclasses.fields(cc.Contacts)
+            for item in dataclasses.fields(cc.results.Contacts)
         },
     )
     lines = repr(many).splitlines()
@@ -229,15 +235,15 @@ def test_parts_of_a_table_are_tables(run):
     contacts = run.contacts
     assert contacts[1:3] == contacts[[1, 2]] and len(contacts[1:3]) == 2
     strong = contacts[contacts.peak_force > np.median(contacts.peak_force)]
-    assert isinstance(strong, cc.Contacts) and 0 < len(strong) < len(contacts)
+    assert isinstance(strong, cc.results.Contacts) and 0 < len(strong) < len(contacts)
     assert contacts[:0] == contacts[len(contacts) :] and not contacts[:0]
     lasting = [each.duration for each in contacts]
     np.testing.assert_array_equal(lasting, contacts.duration)
 
 
-@pytest.mark.parametrize("name", sorted(set(cc.__all__) - PLAIN))
+@pytest.mark.parametrize("name", sorted(set(PUBLIC) - PLAIN))
 def test_help_shows_the_fields_of_a_result(name):
-    record = getattr(cc, name)
+    record = PUBLIC[name]
     if not (isinstance(record, type) and dataclasses.is_dataclass(record)):
         return
     text = pydoc.plain(pydoc.render_doc(record)).partition("Methods defined here")[0]

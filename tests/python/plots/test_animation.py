@@ -26,7 +26,7 @@ def press():
         joints=[
             cc.Revolute("bearing", "ground.A", "crank.A"),
             cc.Revolute("pin", "crank.B", "rod.B"),
-            cc.ClearanceRevolute("wrist", "rod.C", "ram.C", 0.01, 5e-5, cc.Flores(1e10, 0.8)),
+            cc.ClearanceRevolute("wrist", "rod.C", "ram.C", 0.01, 5e-5, cc.laws.Flores(1e10, 0.8)),
             cc.Prismatic("guide", "ground.A", "ram.C", axis=(1.0, 0.0)),
         ],
         forces=[

@@ -32,18 +32,18 @@ def circles(ax):
 
 def test_draws_on_the_given_axes_with_equal_scales_and_leaves_settings_alone(ax):
     before = dict(mpl.rcParams)
-    assert cc.plot_scene(cc.mechanisms.slider_crank(), ax=ax) is ax
+    assert cc.plots.plot_scene(cc.mechanisms.slider_crank(), ax=ax) is ax
     assert ax.get_aspect() == 1.0
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("x [m]", "y [m]")
     assert dict(mpl.rcParams) == before
-    other = cc.plot_scene(cc.mechanisms.slider_crank())
+    other = cc.plots.plot_scene(cc.mechanisms.slider_crank())
     assert other is not ax and other.figure is not ax.figure
 
 
 @pytest.mark.parametrize("factor", [1.0, 100.0])
 def test_journal_and_bearing_have_their_radii_and_places(ax, factor):
     scene = cc.mechanisms.slider_crank(crank_angle=ANGLE, clearance_at=("crank_pin", "wrist"))
-    cc.plot_scene(scene, ax=ax, exaggerate=factor)
+    cc.plots.plot_scene(scene, ax=ax, exaggerate=factor)
     for place in (PIN, SLIDER):
         radii = [
             circle.radius for circle in circles(ax) if np.allclose(circle.center, place, rtol=0.0, atol=1e-12)
@@ -55,7 +55,7 @@ def test_journal_and_bearing_have_their_radii_and_places(ax, factor):
 
 
 def test_bodies_reach_from_pin_to_pin(ax):
-    cc.plot_scene(cc.mechanisms.slider_crank(crank_angle=ANGLE, clearance_at=()), ax=ax)
+    cc.plots.plot_scene(cc.mechanisms.slider_crank(crank_angle=ANGLE, clearance_at=()), ax=ax)
     shapes = [patch for patch in ax.patches if isinstance(patch, Polygon)]
     for ends in (((0.0, 0.0), PIN), (PIN, SLIDER)):
         assert any(
@@ -66,7 +66,7 @@ def test_bodies_reach_from_pin_to_pin(ax):
 
 def test_the_coupler_of_a_six_bar_is_a_plate(ax):
     scene = cc.mechanisms.six_bar()
-    cc.plot_scene(scene, ax=ax)
+    cc.plots.plot_scene(scene, ax=ax)
     facts = scene.check()
     x, y, angle = facts.poses[facts.bodies.index("coupler")]
     turned = np.exp(1j * angle) * np.array([0.0, 0.10, 0.05 + 0.06j])
@@ -80,7 +80,7 @@ def test_the_coupler_of_a_six_bar_is_a_plate(ax):
 
 @pytest.mark.parametrize("speed", [10.0, -10.0])
 def test_the_arrow_of_a_drive_turns_the_way_of_its_speed(ax, speed):
-    cc.plot_scene(cc.mechanisms.four_bar(crank_speed=speed), ax=ax)
+    cc.plots.plot_scene(cc.mechanisms.four_bar(crank_speed=speed), ax=ax)
     arcs = [np.column_stack(line.get_data()) for line in ax.lines if len(line.get_xdata()) > 10]
     (arc,) = arcs
     np.testing.assert_allclose(np.hypot(*arc.T), np.hypot(*arc[0]), rtol=1e-12)  # about the crank's bearing
@@ -90,12 +90,12 @@ def test_the_arrow_of_a_drive_turns_the_way_of_its_speed(ax, speed):
 
 def test_labels_name_bodies_and_joints_and_can_be_left_out(ax):
     scene = cc.mechanisms.quick_return(gravity=9.81)
-    cc.plot_scene(scene, ax=ax)
+    cc.plots.plot_scene(scene, ax=ax)
     found = {name for text in texts(ax) for name in text.replace("\n", " ").split(", ")}
     parts = [*scene.bodies, *scene.joints]
     assert {part.name.replace("_", " ") for part in parts} <= found
     assert "9.81 m/s²" in found
-    assert texts(cc.plot_scene(scene, labels=False)) == ["9.81 m/s²"]
+    assert texts(cc.plots.plot_scene(scene, labels=False)) == ["9.81 m/s²"]
 
 
 PRESS = cc.load(Path(__file__).parents[3] / "examples" / "toggle_press.toml").scene()
@@ -109,7 +109,7 @@ SCENES = {
 def test_labels_lie_apart_and_within_the_axes(scene, size):
     figure = Figure(figsize=size, layout="constrained")
     with mpl.rc_context({"font.size": 8.0}):
-        ax = cc.plot_scene(scene, ax=figure.subplots(), exaggerate=20.0)
+        ax = cc.plots.plot_scene(scene, ax=figure.subplots(), exaggerate=20.0)
     figure.draw_without_rendering()
     boxes = [text.get_tightbbox() for text in ax.texts if text.get_text()]
     held = ax.get_window_extent()
@@ -141,7 +141,7 @@ def test_labels_find_room():
 
 def test_labels_of_pins_lie_on_no_bar():
     scene = cc.mechanisms.six_bar(crank_angle=0.9, clearance_at=())
-    ax = cc.plot_scene(scene)
+    ax = cc.plots.plot_scene(scene)
     bars = [patch.get_path() for patch in ax.patches if isinstance(patch, Polygon) and len(patch.xy) > 10]
     names = {joint.name.replace("_", " ") for joint in scene.joints}
     anchors = [text.get_position() for text in ax.texts if text.get_text() in names]
@@ -149,7 +149,7 @@ def test_labels_of_pins_lie_on_no_bar():
     assert not any(bar.contains_point(anchor) for bar in bars for anchor in anchors)
 
 
-LAW = cc.Hertz(1e11)
+LAW = cc.laws.Hertz(1e11)
 CHAIN = [
     cc.Body("cart", 2.0, 0.1),
     cc.Body("arm", 1.0, 0.1, points={"P": (0.0, 0.0), "Q": (0.2, 0.0)}, angle=-0.5),
@@ -199,7 +199,7 @@ ODD = {
 @pytest.mark.parametrize("name", ODD)
 def test_any_scene_can_be_drawn(name, tmp_path):
     scene = ODD[name]
-    ax = cc.plot_scene(scene, exaggerate=10.0)
+    ax = cc.plots.plot_scene(scene, exaggerate=10.0)
     ax.figure.savefig(tmp_path / "scene.png")
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     facts = scene.check()
@@ -210,11 +210,11 @@ def test_any_scene_can_be_drawn(name, tmp_path):
 
 
 def test_scenes_that_cannot_be_assembled_and_wrong_factors_are_refused(ax):
-    with pytest.raises(cc.SceneError, match="cannot be assembled"):
-        cc.plot_scene(cc.mechanisms.slider_crank(rod_length=0.03, crank_angle=1.5), ax=ax)
+    with pytest.raises(cc.errors.SceneError, match="cannot be assembled"):
+        cc.plots.plot_scene(cc.mechanisms.slider_crank(rod_length=0.03, crank_angle=1.5), ax=ax)
     for factor, error in ((0.0, ValueError), (math.inf, ValueError), ("10", TypeError)):
         with pytest.raises(error, match="exaggerate must be a finite number > 0"):
-            cc.plot_scene(cc.mechanisms.slider_crank(), exaggerate=factor)
+            cc.plots.plot_scene(cc.mechanisms.slider_crank(), exaggerate=factor)
 
 
 RODS = [
@@ -236,10 +236,10 @@ def with_force(*forces, drives=()):
 def added(*forces, drives=()):
     """Lines and filled shapes that a scene has more with forces than without; names that are written."""
     bare, full = Figure().subplots(), Figure().subplots()
-    cc.plot_scene(with_force(), ax=bare, labels=False)
-    cc.plot_scene(with_force(*forces, drives=drives), ax=full, labels=False)
+    cc.plots.plot_scene(with_force(), ax=bare, labels=False)
+    cc.plots.plot_scene(with_force(*forces, drives=drives), ax=full, labels=False)
     named = Figure().subplots()
-    cc.plot_scene(with_force(*forces, drives=drives), ax=named)
+    cc.plots.plot_scene(with_force(*forces, drives=drives), ax=named)
     lines = [np.array(line.get_data()).T for line in full.lines[len(bare.lines) :]]
     shapes = [patch.get_xy() for patch in full.patches[len(bare.patches) :] if isinstance(patch, Polygon)]
     return lines, shapes, " ".join(texts(named))
@@ -300,9 +300,9 @@ def test_torsion_springs_and_dampers_stand_around_the_joint(force, pieces):
     "x, y, frame, direction, heads",
     [
         (3.0, 4.0, "ground", (0.6, 0.8), 1),
-        (0.0, cc.Polynomial([0.0, -2.0]), "ground", (0.0, -1.0), 1),
-        (cc.Harmonic(2.0, 5.0), 0.0, "ground", (1.0, 0.0), 2),
-        (cc.Table([0.0, 1.0, 2.0], [0.0, -3.0, 1.0]), 0.0, "ground", (-1.0, 0.0), 2),
+        (0.0, cc.motions.Polynomial([0.0, -2.0]), "ground", (0.0, -1.0), 1),
+        (cc.motions.Harmonic(2.0, 5.0), 0.0, "ground", (1.0, 0.0), 2),
+        (cc.motions.Table([0.0, 1.0, 2.0], [0.0, -3.0, 1.0]), 0.0, "ground", (-1.0, 0.0), 2),
         (1.0, 0.0, "body", (math.cos(0.2), math.sin(0.2)), 1),
     ],
 )
@@ -316,7 +316,7 @@ def test_a_force_points_at_where_it_acts(x, y, frame, direction, heads):
 
 
 @pytest.mark.parametrize(
-    "torque, clockwise", [(2.0, False), (-2.0, True), (cc.Polynomial([0.0, -1.0]), True)]
+    "torque, clockwise", [(2.0, False), (-2.0, True), (cc.motions.Polynomial([0.0, -1.0]), True)]
 )
 def test_a_torque_turns_its_way(torque, clockwise):
     lines, shapes, words = added(cc.Torque("motor", "lower", torque, reaction="upper"))
@@ -328,21 +328,24 @@ def test_a_torque_turns_its_way(torque, clockwise):
 
 def test_forces_that_are_zero_are_not_drawn():
     lines, shapes, _ = added(
-        cc.Force("f", "lower.Q", 0.0, 0.0), cc.Torque("t", "lower", cc.Polynomial([0.0]))
+        cc.Force("f", "lower.Q", 0.0, 0.0), cc.Torque("t", "lower", cc.motions.Polynomial([0.0]))
     )
     assert not lines and not shapes
 
 
 def test_a_motion_that_comes_back_has_two_heads():
-    for motion, heads in ((cc.Polynomial([0.0, 2.0]), 1), (cc.Harmonic(1.0, 2.0, mean=-1.0), 2)):
-        assert len(added(drives=[cc.Motion("d", "elbow", motion)])[1]) == heads
+    for motion, heads in (
+        (cc.motions.Polynomial([0.0, 2.0]), 1),
+        (cc.motions.Harmonic(1.0, 2.0, mean=-1.0), 2),
+    ):
+        assert len(added(drives=[cc.motions.Motion("d", "elbow", motion)])[1]) == heads
     slide = cc.Scene(
         [cc.Body("cart", 1.0, 1.0)],
         [cc.Prismatic("rail", "ground", "cart", (3.0, 4.0))],
-        drives=[cc.Motion("d", "rail", cc.Harmonic(0.1, 2.0))],
+        drives=[cc.motions.Motion("d", "rail", cc.motions.Harmonic(0.1, 2.0))],
     )
     ax = Figure().subplots()
-    cc.plot_scene(slide, ax=ax)
+    cc.plots.plot_scene(slide, ax=ax)
     arrows = [np.array(line.get_data()).T for line in ax.lines if line.get_color() == "0.1"]
     assert len(arrows) == 1
     start, end = ends(arrows[0])
@@ -353,7 +356,7 @@ def test_a_motion_that_comes_back_has_two_heads():
 def test_labels_lie_within_the_axes(size):
     for scene in (cc.mechanisms.slider_crank(crank_angle=1.0), cc.mechanisms.quick_return(gravity=9.81)):
         figure = Figure(figsize=size, layout="constrained")
-        axes = cc.plot_scene(scene, ax=figure.subplots())
+        axes = cc.plots.plot_scene(scene, ax=figure.subplots())
         figure.draw_without_rendering()
         box = axes.get_window_extent()
         for text in axes.texts:

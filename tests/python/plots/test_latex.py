@@ -56,12 +56,12 @@ def results():
     def build(rod_length):
         return scene(rod_length=rod_length)
 
-    side = {"rod_length": cc.interval(0.12, rel=0.01)}
+    side = {"rod_length": cc.Interval.around(0.12, rel=0.01)}
     study = cc.Study(
         build,
         side,
         [f"{SLIDER}.vx"],
-        features={FEATURE: cc.peak(f"{WRIST}.normal_force")},
+        features={FEATURE: cc.features.peak(f"{WRIST}.normal_force")},
         duration=0.003,
         samples=31,
         skip=0.03,
@@ -84,23 +84,25 @@ def pictures(results):
     )
     sides = {"values": [1e-5, 3e-5], "output": name, "periods": 2, "skip": 0, "rtol": 1e-4}
     diagram = cc.bifurcation(lambda play: scene(clearance=play), "play", **sides)
-    yield lambda ax: cc.plot_scene(run, 0.01, exaggerate=100.0, ax=ax)
-    yield lambda ax: cc.plot_trajectory(run, [name, NAMES["rod"] + ".vx"], ax=ax)
-    yield lambda ax: cc.plot_trajectory(run, name, label="50 % of \u00b5_s\u00b2", ax=ax)
-    yield lambda ax: cc.plot_orbit(run, WRIST, ax=ax)
-    yield lambda ax: cc.plot_contacts(run, ax=ax)
-    yield lambda ax: cc.plot_spectrogram(run, name, ax=ax)
-    yield lambda ax: cc.plot_poincare(run, f"{SLIDER}.x", name, period=0.003, ax=ax)
-    yield lambda ax: cc.plot_band(band[name], runs=3, ax=ax)
-    yield lambda ax: cc.plot_sensitivity(polynomials[name], "rod_length", ideal=polynomials[name], ax=ax)
-    yield lambda ax: cc.plot_tornado(feature, ax=ax)
-    yield lambda ax: cc.plot_ranking(ranking, ax=ax)
-    yield lambda ax: cc.plot_shares(feature, ax=ax)
-    yield lambda ax: cc.plot_coefficients(polynomials[name], ax=ax)
-    yield lambda ax: cc.plot_prediction(polynomials[name], scan[name], ax=ax)
-    yield lambda ax: cc.plot_bifurcation(diagram, ax=ax)
-    yield lambda ax: cc.plot_tradeoff(tradeoff, ax=ax)
-    yield lambda ax: cc.plot_study_tradeoff(costs, ax=ax)
+    yield lambda ax: cc.plots.plot_scene(run, 0.01, exaggerate=100.0, ax=ax)
+    yield lambda ax: cc.plots.plot_trajectory(run, [name, NAMES["rod"] + ".vx"], ax=ax)
+    yield lambda ax: cc.plots.plot_trajectory(run, name, label="50 % of \u00b5_s\u00b2", ax=ax)
+    yield lambda ax: cc.plots.plot_orbit(run, WRIST, ax=ax)
+    yield lambda ax: cc.plots.plot_contacts(run, ax=ax)
+    yield lambda ax: cc.plots.plot_spectrogram(run, name, ax=ax)
+    yield lambda ax: cc.plots.plot_poincare(run, f"{SLIDER}.x", name, period=0.003, ax=ax)
+    yield lambda ax: cc.plots.plot_band(band[name], runs=3, ax=ax)
+    yield lambda ax: cc.plots.plot_sensitivity(
+        polynomials[name], "rod_length", ideal=polynomials[name], ax=ax
+    )
+    yield lambda ax: cc.plots.plot_tornado(feature, ax=ax)
+    yield lambda ax: cc.plots.plot_ranking(ranking, ax=ax)
+    yield lambda ax: cc.plots.plot_shares(feature, ax=ax)
+    yield lambda ax: cc.plots.plot_coefficients(polynomials[name], ax=ax)
+    yield lambda ax: cc.plots.plot_prediction(polynomials[name], scan[name], ax=ax)
+    yield lambda ax: cc.plots.plot_bifurcation(diagram, ax=ax)
+    yield lambda ax: cc.plots.plot_tradeoff(tradeoff, ax=ax)
+    yield lambda ax: cc.plots.plot_study_tradeoff(costs, ax=ax)
 
 
 def texts(figure):
@@ -110,13 +112,13 @@ def texts(figure):
 def test_every_picture_can_be_set_by_latex(results, tmp_path):
     """All labels of all pictures in one document: a process of LaTeX for each takes a minute."""
     found = set()
-    with cc.print_style(latex=True):
+    with cc.plots.print_style(latex=True):
         for draw in pictures(results):
             figure = Figure(layout="constrained")
             draw(figure.subplots())
             found |= {text for text in texts(figure) if not re.fullmatch(r"[\d.eE+-]*", text)}
     assert len(found) > 40 and any(r"slider\#1 \& Co" in text for text in found)
-    with cc.print_style(latex=True):
+    with cc.plots.print_style(latex=True):
         page = Figure(figsize=(20.0, 0.25 * len(found)))
         page.text(0.01, 0.5, "\n".join(sorted(found)))
         page.savefig(tmp_path / "labels.pdf")

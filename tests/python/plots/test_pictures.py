@@ -29,7 +29,7 @@ def run(scene):
 def results():
     study = cc.Study(
         cc.mechanisms.slider_crank,
-        {"crank_length": cc.interval(0.05, rel=0.01), "clearance": cc.interval(2e-5, rel=0.01)},
+        {"crank_length": cc.Interval.around(0.05, rel=0.01), "clearance": cc.Interval.around(2e-5, rel=0.01)},
         outputs=["slider.vx", "wrist.penetration"],
         duration=0.004,
         samples=81,
@@ -65,36 +65,38 @@ def covered(ax):
 class TestLegendsCoverNoData:
     def test_trajectories(self, run, ax):
         names = ["slider.vx", "rod.vx", "rod.vy", "crank.vx"]
-        cc.plot_trajectory(run, names, ax=ax)
+        cc.plots.plot_trajectory(run, names, ax=ax)
         assert len(ax.get_legend().get_texts()) == 4
         assert not len(covered(ax))
 
     def test_labels_one_after_the_other(self, run, ax):
         for name in ("wrist", "crank_pin"):
-            cc.plot_trajectory(run, f"{name}.normal_force", ax=ax, label=name)
+            cc.plots.plot_trajectory(run, f"{name}.normal_force", ax=ax, label=name)
         assert [text.get_text() for text in ax.get_legend().get_texts()] == ["wrist", "crank_pin"]
         assert not len(covered(ax))
 
     def test_band(self, results, ax):
         band, scan = (result["slider.vx"] for result in results)
-        cc.plot_band(band, scan=scan, runs=5, ax=ax)
+        cc.plots.plot_band(band, scan=scan, runs=5, ax=ax)
         assert not len(covered(ax))
 
     def test_orbit(self, run, ax):
-        cc.plot_orbit(run, "wrist", ax=ax)
+        cc.plots.plot_orbit(run, "wrist", ax=ax)
         assert not len(covered(ax))
 
 
 @pytest.mark.parametrize("size", [(6.4, 4.8), (3.5, 3.2)])
 def test_nothing_is_clipped(run, results, size):
     drawings = [
-        lambda ax: cc.plot_trajectory(run, "rod.angular_acceleration", ax=ax),
-        lambda ax: cc.plot_orbit(run, "crank_pin", ax=ax),
-        lambda ax: cc.plot_contacts([run, run], ax=ax),
-        lambda ax: cc.plot_spectrogram(run, "wrist.sliding_velocity", ax=ax),
-        lambda ax: cc.plot_band(results[0]["wrist.penetration"], ax=ax),
-        lambda ax: cc.plot_sensitivity(results[0]["slider.vx"], "crank_length", ax=ax, parameter_unit="m"),
-        lambda ax: cc.plot_poincare(run, "slider.x", "slider.vx", period=PERIOD / 100.0, ax=ax),
+        lambda ax: cc.plots.plot_trajectory(run, "rod.angular_acceleration", ax=ax),
+        lambda ax: cc.plots.plot_orbit(run, "crank_pin", ax=ax),
+        lambda ax: cc.plots.plot_contacts([run, run], ax=ax),
+        lambda ax: cc.plots.plot_spectrogram(run, "wrist.sliding_velocity", ax=ax),
+        lambda ax: cc.plots.plot_band(results[0]["wrist.penetration"], ax=ax),
+        lambda ax: cc.plots.plot_sensitivity(
+            results[0]["slider.vx"], "crank_length", ax=ax, parameter_unit="m"
+        ),
+        lambda ax: cc.plots.plot_poincare(run, "slider.x", "slider.vx", period=PERIOD / 100.0, ax=ax),
     ]
     for draw in drawings:
         figure = Figure(figsize=size, layout="constrained")
@@ -114,7 +116,7 @@ def test_nothing_is_clipped(run, results, size):
 
 
 def test_the_orbit_has_the_color_of_the_force(run):
-    ax = cc.plot_orbit(run, "wrist", unit="mm", ax=Figure().subplots())
+    ax = cc.plots.plot_orbit(run, "wrist", unit="mm", ax=Figure().subplots())
     free, pressed = ax.collections
     force = run["wrist.normal_force"]
     between = np.maximum(force[:-1], force[1:])
@@ -123,14 +125,14 @@ def test_the_orbit_has_the_color_of_the_force(run):
     ends = np.array([path.vertices[1] for path in pressed.get_paths()])
     np.testing.assert_allclose(ends[:, 0], 1e3 * run["wrist.eccentricity_x"][1:][between > 0.0])
     assert ax.figure.axes[1].get_ylabel() == "normal force in wrist [N]"
-    plain = cc.plot_orbit(run, "wrist", color="red", ax=Figure().subplots())
+    plain = cc.plots.plot_orbit(run, "wrist", color="red", ax=Figure().subplots())
     assert len(plain.figure.axes) == 1 and len(plain.collections) == 1
 
 
 def test_a_band_says_its_verdict(results):
     ax = Figure().subplots()
-    cc.plot_band(results[0]["wrist.penetration"], ax=ax)
-    cc.plot_band(results[1]["wrist.penetration"], ax=ax, color="orange", nominal=False)
+    cc.plots.plot_band(results[0]["wrist.penetration"], ax=ax)
+    cc.plots.plot_band(results[1]["wrist.penetration"], ax=ax, color="orange", nominal=False)
     words = [text.get_text() for text in ax.get_legend().get_texts()]
     assert words == ["bounds, not resolved", "nominal", "extremes of the runs (inner bound)"]
     hatches = [collection.get_hatch() for collection in ax.collections]
@@ -138,7 +140,7 @@ def test_a_band_says_its_verdict(results):
 
 
 def test_contacts_are_bars_from_onset_to_separation(run):
-    ax = cc.plot_contacts(run, joints=["wrist"], color_bar=False, ax=Figure().subplots())
+    ax = cc.plots.plot_contacts(run, joints=["wrist"], color_bar=False, ax=Figure().subplots())
     own = run.contacts.joint == "wrist"
     bars = ax.collections[0]
     starts = [path.vertices[:, 0].min() for path in bars.get_paths()]
@@ -147,18 +149,18 @@ def test_contacts_are_bars_from_onset_to_separation(run):
     last = np.where(np.isnan(run.contacts.separation[own]), run.t[-1], run.contacts.separation[own])
     np.testing.assert_allclose(ends, last)
     np.testing.assert_allclose(bars.get_array(), run.contacts.peak_force[own])
-    both = cc.plot_contacts([run, run], labels=["first", "second"], ax=Figure().subplots())
+    both = cc.plots.plot_contacts([run, run], labels=["first", "second"], ax=Figure().subplots())
     rows = [text.get_text() for text in both.get_yticklabels()]
     assert rows == ["first, crank pin", "first, wrist", "second, crank pin", "second, wrist"]
     with pytest.raises(ValueError, match='unknown clearance joint "wirst"; did you mean "wrist"'):
-        cc.plot_contacts(run, joints=["wirst"])
+        cc.plots.plot_contacts(run, joints=["wirst"])
 
 
 class TestPoincare:
     def test_points_are_whole_periods_apart(self):
         scene = cc.mechanisms.slider_crank(clearance_at=())
         run = cc.simulate(scene, duration=3.0 * scene.period, samples=3 * 40 + 1)
-        ax = cc.plot_poincare(run, "slider.x", "slider.vx", x_unit="mm", shift=0.25 * scene.period)
+        ax = cc.plots.plot_poincare(run, "slider.x", "slider.vx", x_unit="mm", shift=0.25 * scene.period)
         (points,) = ax.lines
         assert len(points.get_xdata()) == 3
         # Without clearance every revolution is the same.
@@ -179,7 +181,7 @@ class TestPoincare:
 class TestSimulatedScene:
     def test_bodies_are_where_they_were_simulated(self, run):
         index = 333
-        ax = cc.plot_scene(run, run.t[index] + 1e-7, ax=Figure().subplots(), labels=False)
+        ax = cc.plots.plot_scene(run, run.t[index] + 1e-7, ax=Figure().subplots(), labels=False)
         assert [text.get_text() for text in ax.texts] == [f"t = {run.t[index]:.6g} s"]
         (journal,) = [
             patch
@@ -191,7 +193,7 @@ class TestSimulatedScene:
 
     def test_the_journal_is_where_its_eccentricity_says(self, run):
         index, factor = 700, 50.0
-        ax = cc.plot_scene(run, run.t[index], exaggerate=factor, ax=Figure().subplots())
+        ax = cc.plots.plot_scene(run, run.t[index], exaggerate=factor, ax=Figure().subplots())
         eccentricity = [run[f"wrist.eccentricity_{axis}"][index] for axis in "xy"]
         rims = [patch for patch in ax.patches if isinstance(patch, Circle)]
         bearings = {
@@ -210,13 +212,13 @@ class TestSimulatedScene:
         with pytest.raises(
             ValueError, match=r"crank\.x, crank\.y, crank\.angle, rod\.y, rod\.angle\. Simulate"
         ):
-            cc.plot_scene(short)
+            cc.plots.plot_scene(short)
         with pytest.raises(ValueError, match=r"t must be a finite number >= 0 and <= 0\.001"):
-            cc.plot_scene(short, 1.0)
+            cc.plots.plot_scene(short, 1.0)
         with pytest.raises(ValueError, match="t is the instant of a run"):
-            cc.plot_scene(scene, 0.0)
+            cc.plots.plot_scene(scene, 0.0)
         with pytest.raises(TypeError, match="scene must be a Scene or a run"):
-            cc.plot_scene("slider_crank")
+            cc.plots.plot_scene("slider_crank")
 
 
 def green():
@@ -228,7 +230,7 @@ def test_labels_are_latex_on_request(run):
     with mpl.rc_context({"text.usetex": True}):
         assert labels.typeset("50 % of µm/s²_x") == r"50 \% of $\mu$m/s$^2$\_x"
         assert labels.typeset("$l_1$ [mm]") == "$l_1$ [mm]"
-        ax = cc.plot_trajectory(run, "slider.ax", ax=Figure().subplots())
+        ax = cc.plots.plot_trajectory(run, "slider.ax", ax=Figure().subplots())
         assert ax.get_ylabel() == "x acceleration of slider [m/s$^2$]"
     assert labels.typeset("50 % of µm/s²_x") == "50 % of µm/s²_x"
 
@@ -236,20 +238,20 @@ def test_labels_are_latex_on_request(run):
 def test_legends_and_labels_stay_within_a_column_of_print(run):
     study = cc.Study(
         cc.mechanisms.slider_crank,
-        {"rod_length": cc.interval(0.12, rel=0.01)},
+        {"rod_length": cc.Interval.around(0.12, rel=0.01)},
         outputs=["slider.ax"],
-        features={"largest force in the wrist": cc.peak("wrist.normal_force")},
+        features={"largest force in the wrist": cc.features.peak("wrist.normal_force")},
         duration=0.003,
         samples=31,
         skip=0.03,
     )
     result = study.band(runs=16)
     band, ranking = result["slider.ax"], result.ranking("largest force in the wrist")
-    with cc.print_style(columns=1):
+    with cc.plots.print_style(columns=1):
         for draw in (
             lambda ax: band.plot(ax=ax, runs=3),
-            lambda ax: cc.plot_ranking(ranking, ax=ax),
-            lambda ax: cc.plot_shares(ranking, ax=ax),
+            lambda ax: cc.plots.plot_ranking(ranking, ax=ax),
+            lambda ax: cc.plots.plot_shares(ranking, ax=ax),
         ):
             figure = Figure(layout="constrained")
             ax = figure.subplots()
@@ -291,11 +293,11 @@ def long_names():
     study = cc.Study(
         press,
         {
-            "length_of_the_upper_connecting_rod": cc.interval(0.1, rel=0.01),
-            "radial_clearance_of_all_worn_bearings": cc.interval(2e-5, rel=0.5),
+            "length_of_the_upper_connecting_rod": cc.Interval.around(0.1, rel=0.01),
+            "radial_clearance_of_all_worn_bearings": cc.Interval.around(2e-5, rel=0.5),
         },
         outputs=[f"{LONG['rocker']}.angular_acceleration"],
-        features={FORCE: cc.peak(f"{LONG['rocker_pin']}.normal_force")},
+        features={FORCE: cc.features.peak(f"{LONG['rocker_pin']}.normal_force")},
         duration=0.003,
         samples=31,
     )
@@ -304,23 +306,23 @@ def long_names():
 
 def both_slopes(polynomial, ax):
     for name in polynomial.intervals:
-        cc.plot_sensitivity(polynomial, name, ax=ax)
+        cc.plots.plot_sensitivity(polynomial, name, ax=ax)
 
 
 LONG_PICTURES = {
-    "scene": lambda run, band, polynomial, ax: cc.plot_scene(run.scene, ax=ax),
-    "columns": lambda run, band, polynomial, ax: cc.plot_trajectory(
+    "scene": lambda run, band, polynomial, ax: cc.plots.plot_scene(run.scene, ax=ax),
+    "columns": lambda run, band, polynomial, ax: cc.plots.plot_trajectory(
         run, [f"{LONG['coupler']}.vx", f"{LONG['rocker']}.vx", f"{LONG['coupler']}.vy"], ax=ax
     ),
-    "orbit": lambda run, band, polynomial, ax: cc.plot_orbit(run, LONG["rocker_pin"], ax=ax),
-    "contacts": lambda run, band, polynomial, ax: cc.plot_contacts(run, ax=ax),
-    "several runs": lambda run, band, polynomial, ax: cc.plot_contacts(
+    "orbit": lambda run, band, polynomial, ax: cc.plots.plot_orbit(run, LONG["rocker_pin"], ax=ax),
+    "contacts": lambda run, band, polynomial, ax: cc.plots.plot_contacts(run, ax=ax),
+    "several runs": lambda run, band, polynomial, ax: cc.plots.plot_contacts(
         [run, run], labels=["new", "after ten thousand hours of work"], ax=ax
     ),
     "sensitivities": lambda run, band, polynomial, ax: both_slopes(next(iter(polynomial.values())), ax),
-    "tornado": lambda run, band, polynomial, ax: cc.plot_tornado(band.feature(FORCE), ax=ax),
-    "shares": lambda run, band, polynomial, ax: cc.plot_shares(band.feature(FORCE), ax=ax),
-    "ranking": lambda run, band, polynomial, ax: cc.plot_ranking(band.ranking(FORCE), ax=ax),
+    "tornado": lambda run, band, polynomial, ax: cc.plots.plot_tornado(band.feature(FORCE), ax=ax),
+    "shares": lambda run, band, polynomial, ax: cc.plots.plot_shares(band.feature(FORCE), ax=ax),
+    "ranking": lambda run, band, polynomial, ax: cc.plots.plot_ranking(band.ranking(FORCE), ax=ax),
 }
 
 
@@ -364,22 +366,22 @@ def test_long_names_leave_room_for_the_data(long_names, kind, style):
 class TestPrint:
     def test_figures_have_the_size_and_files_the_format(self, scene, tmp_path):
         before = dict(mpl.rcParams)
-        with cc.print_style(columns=2, format="svg", font_size=7.0):
-            ax = cc.plot_scene(scene)
+        with cc.plots.print_style(columns=2, format="svg", font_size=7.0):
+            ax = cc.plots.plot_scene(scene)
             ax.figure.savefig(tmp_path / "scene")
         assert ax.figure.get_size_inches().tolist() == [7.2, 4.0]
         assert ax.xaxis.label.get_fontsize() == 7.0
         assert (tmp_path / "scene.svg").read_text(encoding="utf-8").startswith("<?xml")
         assert dict(mpl.rcParams) == before
-        with cc.print_style(size=(2.0, 3.0)):
-            assert cc.plot_scene(scene).figure.get_size_inches().tolist() == [2.0, 3.0]
+        with cc.plots.print_style(size=(2.0, 3.0)):
+            assert cc.plots.plot_scene(scene).figure.get_size_inches().tolist() == [2.0, 3.0]
 
     def test_what_is_wrong_is_said(self, monkeypatch):
         with pytest.raises(ValueError, match="columns must be 1 or 2, got 3") as caught:
-            with cc.print_style(columns=3, format="bmp", size=(1.0, 0.0)):
+            with cc.plots.print_style(columns=3, format="bmp", size=(1.0, 0.0)):
                 pass
         assert "format must be" in str(caught.value) and "size[1] must be" in str(caught.value)
         monkeypatch.setattr("shutil.which", lambda name: None)
         with pytest.raises(RuntimeError, match="needs LaTeX"):
-            with cc.print_style(latex=True):
+            with cc.plots.print_style(latex=True):
                 pass

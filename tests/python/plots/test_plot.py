@@ -29,7 +29,7 @@ def run():
 def study():
     return cc.Study(
         cc.mechanisms.slider_crank,
-        {"crank_length": cc.interval(0.05, rel=0.10)},
+        {"crank_length": cc.Interval.around(0.05, rel=0.10)},
         outputs=["slider.vx", "wrist.penetration"],
         duration=DURATION,
         samples=101,
@@ -52,11 +52,13 @@ def draw(request, run, bands):
     """One of the plot functions with its data filled in."""
     band = bands[0]["slider.vx"]
     return {
-        "trajectory": lambda **more: cc.plot_trajectory(run, "slider.vx", **more),
-        "orbit": lambda **more: cc.plot_orbit(run, "wrist", **more),
-        "band": lambda **more: cc.plot_band(band, scan=bands[1]["slider.vx"], nominal=True, **more),
-        "sensitivity": lambda **more: cc.plot_sensitivity(band, "crank_length", parameter_unit="m", **more),
-        "spectrogram": lambda **more: cc.plot_spectrogram(run.t, run["slider.vx"], unit="m/s", **more),
+        "trajectory": lambda **more: cc.plots.plot_trajectory(run, "slider.vx", **more),
+        "orbit": lambda **more: cc.plots.plot_orbit(run, "wrist", **more),
+        "band": lambda **more: cc.plots.plot_band(band, scan=bands[1]["slider.vx"], nominal=True, **more),
+        "sensitivity": lambda **more: cc.plots.plot_sensitivity(
+            band, "crank_length", parameter_unit="m", **more
+        ),
+        "spectrogram": lambda **more: cc.plots.plot_spectrogram(run.t, run["slider.vx"], unit="m/s", **more),
     }[request.param]
 
 
@@ -79,7 +81,7 @@ def test_pyplot_is_not_imported():
         "import sys, numpy as np, chebclear as cc\n"
         "assert 'matplotlib' not in sys.modules, 'importing the package must not import matplotlib'\n"
         "t = np.linspace(0.0, 1.0, 200)\n"
-        "cc.plot_spectrogram(t, np.sin(300.0 * t))\n"
+        "cc.plots.plot_spectrogram(t, np.sin(300.0 * t))\n"
         "assert 'matplotlib.pyplot' not in sys.modules\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=600)
@@ -88,11 +90,11 @@ def test_pyplot_is_not_imported():
 @pytest.mark.parametrize(
     "draw_wrong",
     [
-        lambda run, bands: cc.plot_trajectory(run, ["slider.x", "slyder.x"]),
-        lambda run, bands: cc.plot_orbit(run, "wrst"),
-        lambda run, bands: cc.plot_sensitivity(bands[0]["slider.vx"], "crank_lenght"),
-        lambda run, bands: cc.plot_sensitivity(bands[1]["slider.vx"], "crank_length"),
-        lambda run, bands: cc.plot_spectrogram(run, "slyder.x"),
+        lambda run, bands: cc.plots.plot_trajectory(run, ["slider.x", "slyder.x"]),
+        lambda run, bands: cc.plots.plot_orbit(run, "wrst"),
+        lambda run, bands: cc.plots.plot_sensitivity(bands[0]["slider.vx"], "crank_lenght"),
+        lambda run, bands: cc.plots.plot_sensitivity(bands[1]["slider.vx"], "crank_length"),
+        lambda run, bands: cc.plots.plot_spectrogram(run, "slyder.x"),
     ],
 )
 def test_a_wrong_name_leaves_no_empty_figure(draw_wrong, run, bands, monkeypatch):
@@ -103,11 +105,11 @@ def test_a_wrong_name_leaves_no_empty_figure(draw_wrong, run, bands, monkeypatch
 
 
 def test_a_spectrogram_takes_a_run_and_a_column(run, ax):
-    cc.plot_spectrogram(run, "slider.vx", ax=ax)
+    cc.plots.plot_spectrogram(run, "slider.vx", ax=ax)
     label = ax.figure.axes[1].get_ylabel().replace("\n", " ")
     assert label == "amplitude of x velocity of slider [dB re 1 m/s]"
     other = Figure().subplots()
-    cc.plot_spectrogram(run.t, run["slider.vx"], ax=other)
+    cc.plots.plot_spectrogram(run.t, run["slider.vx"], ax=other)
     np.testing.assert_array_equal(ax.collections[0].get_array(), other.collections[0].get_array())
     for pair in (
         ("slider.vx", run),
@@ -117,12 +119,12 @@ def test_a_spectrogram_takes_a_run_and_a_column(run, ax):
         (1, 2),
     ):
         with pytest.raises(TypeError, match="takes a run and the name of one of its columns, or two arrays"):
-            cc.plot_spectrogram(*pair)
+            cc.plots.plot_spectrogram(*pair)
 
 
 class TestTrajectory:
     def test_unit_and_keywords(self, run, ax):
-        cc.plot_trajectory(run, "wrist.penetration", ax=ax, unit="µm", color="red", linewidth=3.0)
+        cc.plots.plot_trajectory(run, "wrist.penetration", ax=ax, unit="µm", color="red", linewidth=3.0)
         (line,) = ax.lines
         np.testing.assert_allclose(line.get_ydata(), 1e6 * run["wrist.penetration"])
         assert (line.get_color(), line.get_linewidth()) == ("red", 3.0)
@@ -132,24 +134,24 @@ class TestTrajectory:
         names = [name for name in run.columns if column_unit(name) == "m/s"]
         assert len(names) > 5
         for columns, label in ((names, "[m/s]"), (["slider.vx", "rod.vx"], "x velocity [m/s]")):
-            ax = cc.plot_trajectory(run, columns, ax=Figure(figsize=(6.0, 3.0)).subplots())
+            ax = cc.plots.plot_trajectory(run, columns, ax=Figure(figsize=(6.0, 3.0)).subplots())
             assert ax.get_ylabel() == label
             assert len(ax.get_legend().get_texts()) == len(columns)
 
     def test_columns_of_different_units(self, run, ax):
         with pytest.raises(ValueError, match="share a unit"):
-            cc.plot_trajectory(run, ["slider.x", "slider.vx"], ax=ax)
+            cc.plots.plot_trajectory(run, ["slider.x", "slider.vx"], ax=ax)
 
     def test_unit_that_does_not_fit(self, run, ax):
         with pytest.raises(ValueError, match="m/s, mm/s"):
-            cc.plot_trajectory(run, "slider.vx", ax=ax, unit="kN")
+            cc.plots.plot_trajectory(run, "slider.vx", ax=ax, unit="kN")
 
     def test_every_column_of_a_run_has_a_unit(self, run):
         assert not [name for name in run.columns if not column_unit(name)]
 
 
 def test_orbit_finds_the_clearance(run, ax):
-    cc.plot_orbit(run, "wrist", ax=ax, unit="mm")
+    cc.plots.plot_orbit(run, "wrist", ax=ax, unit="mm")
     circle = ax.lines[0]
     np.testing.assert_allclose(np.hypot(*circle.get_data()), 0.02, rtol=1e-6)
 
@@ -158,9 +160,9 @@ def test_orbit_finds_the_clearance(run, ax):
 def test_the_legend_of_an_orbit_covers_nothing(run, size):
     figure = Figure(figsize=size)
     left, right = figure.subplots(1, 2)
-    cc.plot_orbit(run, "wrist", ax=left)
+    cc.plots.plot_orbit(run, "wrist", ax=left)
     for _ in range(2):  # a second path: another two lines in the legend
-        cc.plot_orbit(run, "wrist", ax=right)
+        cc.plots.plot_orbit(run, "wrist", ax=right)
     figure.draw_without_rendering()
     for ax in (left, right):
         legend = ax.get_legend().get_window_extent()
@@ -172,7 +174,7 @@ def test_the_legend_of_an_orbit_covers_nothing(run, size):
 class TestBand:
     def test_area_bounds_scan_and_nominal(self, bands, ax):
         band, scan = (result["wrist.penetration"] for result in bands)
-        cc.plot_band(band, ax=ax, unit="µm", scan=scan, nominal=True, alpha=0.5)
+        cc.plots.plot_band(band, ax=ax, unit="µm", scan=scan, nominal=True, alpha=0.5)
         assert ax.collections[0].get_alpha() == 0.5
         drawn = [line.get_ydata() for line in ax.lines]
         for values in (band.lower, band.upper, scan.lower, scan.upper, band.nominal):
@@ -185,19 +187,19 @@ class TestBand:
 
     def test_other_abscissa(self, bands, ax):
         band = bands[0]["slider.vx"]
-        cc.plot_band(band, ax=ax, x=12000.0 * band.t, x_label="crank angle [deg]")
+        cc.plots.plot_band(band, ax=ax, x=12000.0 * band.t, x_label="crank angle [deg]")
         assert ax.get_xlabel() == "crank angle [deg]"
         assert ax.lines[0].get_xdata()[-1] == pytest.approx(12000.0 * DURATION)
 
 
 def test_sensitivity_units(bands, ax):
     band = bands[0]["slider.vx"]
-    physical = cc.plot_sensitivity(band, "crank_length", ax=ax, parameter_unit="m")
+    physical = cc.plots.plot_sensitivity(band, "crank_length", ax=ax, parameter_unit="m")
     assert (
         physical.get_ylabel().replace("\n", " ")
         == "sensitivity of x velocity of slider to crank length [m/s per m]"
     )
-    normalized = cc.plot_sensitivity(band, "crank_length", ax=Figure().subplots(), normalized=True)
+    normalized = cc.plots.plot_sensitivity(band, "crank_length", ax=Figure().subplots(), normalized=True)
     assert (
         normalized.get_ylabel().replace("\n", " ")
         == "sensitivity of x velocity of slider to crank length [m/s per half interval]"
@@ -209,15 +211,15 @@ def test_sensitivity_units(bands, ax):
 
 def test_two_sensitivities_are_told_apart(bands, ax):
     velocity, penetration = bands[0]["slider.vx"], bands[0]["wrist.penetration"]
-    cc.plot_sensitivity(velocity, "crank_length", ax=ax, parameter_unit="m")
-    cc.plot_sensitivity(velocity, "crank_length", ax=ax, parameter_unit="m", label="again")
+    cc.plots.plot_sensitivity(velocity, "crank_length", ax=ax, parameter_unit="m")
+    cc.plots.plot_sensitivity(velocity, "crank_length", ax=ax, parameter_unit="m", label="again")
     written = "sensitivity of x velocity of slider to crank length [m/s per m]"
     assert ax.get_ylabel().replace("\n", " ") == written
-    cc.plot_sensitivity(velocity, "crank_length", ax=ax, parameter_unit="m", linestyle=":")
+    cc.plots.plot_sensitivity(velocity, "crank_length", ax=ax, parameter_unit="m", linestyle=":")
     assert ax.get_ylabel() == "sensitivity of x velocity of slider [m/s per m]"
     words = [text.get_text() for text in ax.get_legend().get_texts()]
     assert words == ["to crank length", "again", "to crank length"]
-    cc.plot_sensitivity(penetration, "crank_length", ax=ax, normalized=True)
+    cc.plots.plot_sensitivity(penetration, "crank_length", ax=ax, normalized=True)
     assert ax.get_ylabel() == "sensitivity [see legend]"
     assert [text.get_text() for text in ax.get_legend().get_texts()] == [
         "x velocity of slider to crank length [m/s per m]",
@@ -232,7 +234,7 @@ def test_a_long_label_stays_in_the_figure(bands, rows, height):
     figure = Figure(figsize=(6.0, height), layout="constrained")
     axes = np.ravel(figure.subplots(rows))
     for ax in axes:
-        cc.plot_sensitivity(bands[0]["wrist.penetration"], "crank_length", ax=ax, normalized=True)
+        cc.plots.plot_sensitivity(bands[0]["wrist.penetration"], "crank_length", ax=ax, normalized=True)
     figure.draw_without_rendering()
     boxes = [ax.yaxis.label.get_window_extent() for ax in axes]
     for box in boxes:
@@ -260,7 +262,7 @@ class TestShortTimeSpectrum:
 
     def test_drawn_peak(self, ax):
         t = np.linspace(0.0, 0.06, 7201)
-        cc.plot_spectrogram(
+        cc.plots.plot_spectrogram(
             t, np.sin(2.0 * np.pi * 5000.0 * t), ax=ax, x=12000.0 * t, x_label="crank angle [deg]"
         )
         level = np.asarray(ax.collections[0].get_array())

@@ -37,7 +37,7 @@ def texts(ax):
 
 class TestTornado:
     def test_bars_go_from_the_mean_to_the_ends(self, feature, ax):
-        cc.plot_tornado(feature, ax=ax)
+        cc.plots.plot_tornado(feature, ax=ax)
         assert [text.get_text() for text in ax.get_yticklabels()] == ["link length", "clearance", "oil"]
         assert ax.get_xlabel() == "peak force, on average [N]"
         low, high = ax.patches[:2]
@@ -55,7 +55,7 @@ class TestTornado:
     def test_bars_to_one_side_do_not_hide_one_another(self, ax):
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (60, 2))
         values = points[:, :1] - (points[:, 1:] - 0.1) ** 2
-        cc.plot_tornado(feature_of("y", "", ["line", "bowl"], points, values), ax=ax)
+        cc.plots.plot_tornado(feature_of("y", "", ["line", "bowl"], points, values), ax=ax)
         ax.figure.draw_without_rendering()
         bars = [bar.get_window_extent() for bar in ax.patches]
         assert not any(one.padded(-1.0).overlaps(other) for one in bars for other in bars if one is not other)
@@ -63,7 +63,7 @@ class TestTornado:
             assert not any(text.get_window_extent().overlaps(bar) for bar in bars)
 
     def test_values_and_names_are_in_the_picture_and_the_legend_covers_no_bar(self, feature, ax):
-        cc.plot_tornado(feature, ax=ax)
+        cc.plots.plot_tornado(feature, ax=ax)
         ax.figure.draw_without_rendering()
         box, legend = ax.get_window_extent(), ax.get_legend().get_window_extent()
         for text in ax.texts:
@@ -75,12 +75,12 @@ class TestTornado:
         assert min(text.get_window_extent().x0 for text in ax.get_yticklabels()) >= 0.0
 
     def test_small_ones_are_counted(self, feature, ax):
-        cc.plot_tornado(feature, most=2, ax=ax)
+        cc.plots.plot_tornado(feature, most=2, ax=ax)
         assert len(ax.patches) == 4 and texts(ax)[-1] == "1 more parameters move it less"
 
 
 def test_shares_are_those_of_the_effects(feature, ax):
-    cc.plot_shares(feature, ax=ax)
+    cc.plots.plot_shares(feature, ax=ax)
     rows = [text.get_text() for text in ax.get_yticklabels()]
     assert rows == ["link length", "clearance", "oil", "parameters together", "scatter"]
     effects = feature.effects
@@ -98,12 +98,12 @@ def test_shares_are_those_of_the_effects(feature, ax):
 def study():
     return cc.Study(
         cc.mechanisms.slider_crank,
-        {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.1)},
+        {"crank_length": cc.Interval.around(0.05, rel=0.1), "rod_length": cc.Interval.around(0.12, rel=0.1)},
         outputs=["slider.vx"],
         duration=cc.mechanisms.slider_crank().period,
         samples=41,
         fixed={"clearance_at": ()},
-        features={"peak_velocity": cc.peak("slider.vx")},
+        features={"peak_velocity": cc.features.peak("slider.vx")},
     )
 
 
@@ -114,7 +114,7 @@ def smooth(study):
 
 def test_the_ranking_of_a_study(study, ax):
     ranking = study.band(21).features["peak_velocity"].ranking()
-    cc.plot_ranking(ranking, ax=ax)
+    cc.plots.plot_ranking(ranking, ax=ax)
     np.testing.assert_allclose(
         [bar.get_width() for bar in ax.patches], [100.0 * row.narrowing.value for row in ranking]
     )
@@ -123,7 +123,7 @@ def test_the_ranking_of_a_study(study, ax):
 
 def test_coefficients_decay_where_the_response_is_smooth(smooth, ax):
     band = smooth["slider.vx"]
-    cc.plot_coefficients(band, ax=ax)
+    cc.plots.plot_coefficients(band, ax=ax)
     crank, rod = ax.lines
     assert (crank.get_label(), rod.get_label(), ax.get_yscale()) == ("crank length", "rod length", "log")
     sizes = np.abs(band.coefficients).max(axis=-1)
@@ -134,14 +134,14 @@ def test_coefficients_decay_where_the_response_is_smooth(smooth, ax):
 
 def test_predictions_lie_on_the_diagonal(study, smooth, ax):
     scan = study.scan(3)
-    cc.plot_prediction(smooth["slider.vx"], scan["slider.vx"], unit="mm/s", ax=ax)
+    cc.plots.plot_prediction(smooth["slider.vx"], scan["slider.vx"], unit="mm/s", ax=ax)
     points, diagonal = ax.lines
     np.testing.assert_array_equal(points.get_xdata(), 1e3 * scan["slider.vx"].runs.ravel())
     np.testing.assert_allclose(points.get_ydata(), points.get_xdata(), atol=10.0)
     np.testing.assert_array_equal(diagonal.get_xdata(), diagonal.get_ydata())
     assert points.get_label() == "9 runs, largest error below 0.01 % of their range"
     with pytest.raises(ValueError, match="holdout must have runs of slider"):
-        cc.plot_prediction(smooth["slider.vx"], dataclasses.replace(scan["slider.vx"], name="x"))
+        cc.plots.plot_prediction(smooth["slider.vx"], dataclasses.replace(scan["slider.vx"], name="x"))
 
 
 class TestBifurcation:

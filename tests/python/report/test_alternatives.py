@@ -8,7 +8,7 @@ import pytest
 from chebclear.report.document import Table, Text
 from chebclear.study.report.alternatives import alternatives
 
-BOX = {"stiffness": cc.interval(40.0, rel=0.1), "damping": cc.interval(0.5, rel=0.2)}
+BOX = {"stiffness": cc.Interval.around(40.0, rel=0.1), "damping": cc.Interval.around(0.5, rel=0.2)}
 
 
 def oscillator(stiffness, damping):
@@ -77,7 +77,7 @@ def test_half_of_a_study_by_crank_angle():
     turn = cc.mechanisms.slider_crank().period
     study = cc.Study(
         cc.mechanisms.slider_crank,
-        {"crank_length": cc.interval(0.05, rel=0.01), "clearance": cc.interval(2e-5, rel=0.3)},
+        {"crank_length": cc.Interval.around(0.05, rel=0.01), "clearance": cc.Interval.around(2e-5, rel=0.3)},
         ["slider.x"],
         duration=turn,
         samples=31,

@@ -47,9 +47,9 @@ def test_a_column_is_flush_right_if_all_of_it_are_numbers():
 def result():
     study = cc.Study(
         cc.mechanisms.slider_crank,
-        {"crank_length": cc.interval(0.05, rel=0.02), "clearance": cc.interval(2e-5, rel=0.5)},
+        {"crank_length": cc.Interval.around(0.05, rel=0.02), "clearance": cc.Interval.around(2e-5, rel=0.5)},
         ["slider.*", "wrist.*"],
-        features={"rms": cc.rms("slider.ax")},
+        features={"rms": cc.features.rms("slider.ax")},
         duration=2e-3,
         samples=21,
         skip=0.03,
@@ -133,9 +133,9 @@ def test_how_far_an_output_moves_holds_the_peaks_of_its_runs_between_the_samples
     turn = 2.0 * math.pi / cc.mechanisms.slider_crank().drives[0].speed
     study = cc.Study(
         cc.mechanisms.slider_crank,
-        {"crank_length": cc.interval(0.05, rel=0.1)},
+        {"crank_length": cc.Interval.around(0.05, rel=0.1)},
         ["slider.x"],
-        features={"far": cc.peak("slider.x"), "near": cc.lowest("slider.x")},
+        features={"far": cc.features.peak("slider.x"), "near": cc.features.lowest("slider.x")},
         fixed={"clearance_at": (), "rod_length": 0.12},
         skip=0.1 * turn,
         duration=turn,

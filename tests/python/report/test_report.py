@@ -88,9 +88,9 @@ def scene():
 def result():
     study = cc.Study(
         cc.mechanisms.slider_crank,
-        {"crank_length": cc.interval(0.05, rel=0.02), "clearance": cc.interval(2e-5, rel=0.5)},
+        {"crank_length": cc.Interval.around(0.05, rel=0.02), "clearance": cc.Interval.around(2e-5, rel=0.5)},
         outputs=["slider.x", "wrist.normal_force"],
-        features={"peak force": cc.peak("wrist.normal_force")},
+        features={"peak force": cc.features.peak("wrist.normal_force")},
         duration=0.01,
         samples=61,
         skip=0.03,
@@ -169,8 +169,8 @@ def test_the_report_of_a_study_says_what_the_result_says(reports, result):
 @pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 def test_the_script_has_features_distributions_seeds_and_bounds(ask, tmp_path):
     scene = cc.mechanisms.slider_crank
-    box = {"rod_length": cc.normal(0.12, 2e-4), "clearance": cc.interval(2e-5, rel=0.5)}
-    features = {"peak force": cc.peak("wrist.normal_force"), "own": lambda run: run["slider.x"][-1]}
+    box = {"rod_length": cc.normal(0.12, 2e-4), "clearance": cc.Interval.around(2e-5, rel=0.5)}
+    features = {"peak force": cc.features.peak("wrist.normal_force"), "own": lambda run: run["slider.x"][-1]}
     study = cc.Study(
         scene,
         box,
@@ -259,7 +259,7 @@ def test_names_of_rows_may_break_and_captions_fit_a_narrow_page():
 
 def test_rounding_is_no_bound(scene, tmp_path):
     t = [0.0, 0.5, 1.0]
-    study = cc.Study(lambda a: {"t": t, "x": [-9.3e-17, 0.1 * a, a]}, {"a": cc.interval(1.0, rel=0.1)})
+    study = cc.Study(lambda a: {"t": t, "x": [-9.3e-17, 0.1 * a, a]}, {"a": cc.Interval.around(1.0, rel=0.1)})
     result = study.scan(3)
     assert result["x"].lower.min() == -9.3e-17  # what was computed stays
     assert "e-17" not in check(as_html(study_document(result, None))).text
@@ -361,4 +361,4 @@ def test_notebooks_show_a_table_without_scripts(kind, scene, result):
 def test_features_have_units(result):
     assert result.feature("peak force").unit == "N"
     assert " N (" in str(result.feature("peak force"))
-    assert cc.impulse("wrist").unit == "N s" and cc.rms("slider.ax").unit == "m/s²"
+    assert cc.features.impulse("wrist").unit == "N s" and cc.features.rms("slider.ax").unit == "m/s²"

@@ -94,7 +94,7 @@ def test_the_estimate_of_a_run_that_fails_covers_what_both_reached():
     assert run.status == run.error.status == "max_steps"
     assert 0.0 < run.error.compared_until < run.end_time
     assert run.error["bob.angle"].max_difference < 1e-6
-    with pytest.raises(cc.SimulationError):
+    with pytest.raises(cc.errors.SimulationError):
         cc.simulate(pendulum(), duration=1.0, samples=101, **short)
 
 
@@ -129,7 +129,7 @@ def test_companions_take_steps_of_their_own_where_no_tolerance_binds():
         [cc.Body("crank", 1.0, 0.1)],
         [cc.Revolute("pivot", "ground", "crank")],
         [],
-        [cc.Speed("m", "pivot", 3.0)],
+        [cc.motions.Speed("m", "pivot", 3.0)],
     )
     turn = cc.simulate(crank, duration=1.0, samples=11, outputs=["crank.angle"], error="estimate").error
     assert turn["crank.angle"].max_difference == 0.0 and turn["crank.angle"].horizon == math.inf
@@ -144,8 +144,8 @@ CAPPED = [
             clearance_at=("crank_pin", "wrist"),
             crank_speed=cc.rpm(60.0),
             gravity=9.81,
-            contact=cc.Flores(1e10, 0.9),
-            friction=cc.ModifiedCoulomb(0.3, 0.225, 1e-3, 1.5e-3),
+            contact=cc.laws.Flores(1e10, 0.9),
+            friction=cc.laws.ModifiedCoulomb(0.3, 0.225, 1e-3, 1.5e-3),
         ),
         0.01,
         4.4e-4,
@@ -219,7 +219,7 @@ def test_each_warning_comes_once():
 
 @pytest.mark.parametrize("friction", [1.0, 0.04, None])
 def test_a_contact_that_creeps_is_warned_of_once(friction):
-    law = None if friction is None else cc.ModifiedCoulomb(friction, 0.75 * friction, 1e-3, 1.5e-3)
+    law = None if friction is None else cc.laws.ModifiedCoulomb(friction, 0.75 * friction, 1e-3, 1.5e-3)
     scene = cc.mechanisms.slider_crank(friction=law)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

@@ -142,7 +142,7 @@ def test_a_slider_crank_of_equal_links_turns(method, rtol):
 @pytest.mark.parametrize("away", [0.0, 1e-9, -1e-6])
 def test_forces_and_accelerations_at_a_change_point_are_not_known(away):
     speed = 2.0 * math.pi
-    scene = slider_crank(cc.Speed("motor", "O", speed, 0.3), angle=0.3)
+    scene = slider_crank(cc.motions.Speed("motor", "O", speed, 0.3), angle=0.3)
     t = (0.5 * math.pi - 0.3) / speed + away
     outputs = ["motor.torque", "slider.x", "slider.vx", "slider.ax"]
     with pytest.warns(cc.ChebclearWarning, match="1 of the samples lie at a change point"):
@@ -155,7 +155,7 @@ def test_forces_and_accelerations_at_a_change_point_are_not_known(away):
 @pytest.mark.parametrize("away", [1e-3, -1e-3, 0.02])
 def test_beside_a_change_point_they_are(away):
     speed = 2.0 * math.pi
-    scene = slider_crank(cc.Speed("motor", "O", speed, 0.3), angle=0.3)
+    scene = slider_crank(cc.motions.Speed("motor", "O", speed, 0.3), angle=0.3)
     t = (0.5 * math.pi - 0.3) / speed + away
     run = cc.simulate(scene, duration=2.0 * t, samples=3, outputs=["motor.torque", "slider.vx"])
     angle = 0.3 + speed * t
@@ -186,7 +186,7 @@ def test_a_loop_that_is_pulled_apart_ends_the_run(rtol, method):
             cc.Revolute("E", "two.Q", "three.Q"),
             cc.Revolute("D", "ground.D", "three.P"),
         ],
-        drives=[cc.Speed("motor", "A", 1.0, 0.5)],
+        drives=[cc.motions.Speed("motor", "A", 1.0, 0.5)],
         ground={"A": (0.0, 0.0), "D": (1.2, 0.0)},
     )
     run = cc.simulate(scene, duration=3.0, samples=31, rtol=rtol, method=method, on_failure="return")

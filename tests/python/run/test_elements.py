@@ -33,7 +33,7 @@ class TestFunctionsOfTime:
         values = random.uniform(-1.0, 1.0, count)
         truth = spline(times, values)
         run = cc.simulate(
-            cart(drives=[cc.Motion("drive", "rail", cc.Table(times, values))]),
+            cart(drives=[cc.motions.Motion("drive", "rail", cc.motions.Table(times, values))]),
             duration=times[-1],
             samples=201,
             outputs=["rail.displacement", "rail.velocity", "rail.acceleration", "drive.force"],
@@ -44,8 +44,8 @@ class TestFunctionsOfTime:
 
     @pytest.mark.parametrize("axis", [(1.0, 0.0), (0.0, -2.0), (3.0, 4.0)])
     def test_a_prescribed_slide_needs_the_force_of_inertia_and_weight(self, axis):
-        motion = cc.Polynomial([0.1, 0.2, -0.3, 0.4])
-        scene = cart([GRAVITY], [cc.Motion("drive", "rail", motion)], axis=axis)
+        motion = cc.motions.Polynomial([0.1, 0.2, -0.3, 0.4])
+        scene = cart([GRAVITY], [cc.motions.Motion("drive", "rail", motion)], axis=axis)
         run = cc.simulate(
             scene,
             duration=1.0,
@@ -68,10 +68,15 @@ class TestFunctionsOfTime:
         }.items():
             np.testing.assert_allclose(run[name], truth, rtol=0.0, atol=1e-12, err_msg=name)
 
-    @pytest.mark.parametrize("held", [0.3, cc.Polynomial([0.3]), cc.Harmonic(0.0, 5.0, mean=0.3)])
+    @pytest.mark.parametrize(
+        "held", [0.3, cc.motions.Polynomial([0.3]), cc.motions.Harmonic(0.0, 5.0, mean=0.3)]
+    )
     def test_a_number_holds_a_joint(self, held):
         run = cc.simulate(
-            cart([GRAVITY], [cc.Motion("drive", "rail", held)]), duration=0.1, samples=3, outputs=["rail.*"]
+            cart([GRAVITY], [cc.motions.Motion("drive", "rail", held)]),
+            duration=0.1,
+            samples=3,
+            outputs=["rail.*"],
         )
         assert np.array_equal(run["rail.displacement"], np.full(3, 0.3))
         assert np.array_equal(run["rail.velocity"], np.zeros(3))

@@ -71,8 +71,8 @@ def loop_with(*forces, drives=()):
     return dataclasses.replace(scene, forces=[cc.Gravity((0.0, -9.81)), *forces], drives=drives)
 
 
-TABLE = cc.Table([0.0, 0.1, 0.3, 0.35, 0.6, 1.0], [0.0, 1.0, -2.0, 1.5, 0.5, 0.0])
-HARMONIC = cc.Harmonic(2.0, 11.0, 0.3, mean=0.5)
+TABLE = cc.motions.Table([0.0, 0.1, 0.3, 0.35, 0.6, 1.0], [0.0, 1.0, -2.0, 1.5, 0.5, 0.0])
+HARMONIC = cc.motions.Harmonic(2.0, 11.0, 0.3, mean=0.5)
 ELEMENTS = {
     "gravity": scene_with(),
     "spring": scene_with(cc.Spring("s", "ground.W", "lower.Q", 200.0, 0.2)),
@@ -82,19 +82,19 @@ ELEMENTS = {
     "torsion spring": scene_with(cc.TorsionSpring("s", "upper", "lower", 3.0, 0.5, 0.05)),
     "torsion damper": scene_with(cc.TorsionDamper("s", "upper", "lower", 0.2)),
     "force": scene_with(cc.Force("f", "lower.Q", 3.0, HARMONIC)),
-    "force by a table": scene_with(cc.Force("f", "lower.Q", TABLE, cc.Polynomial([1.0, -2.0, 3.0]))),
+    "force by a table": scene_with(cc.Force("f", "lower.Q", TABLE, cc.motions.Polynomial([1.0, -2.0, 3.0]))),
     "follower force": scene_with(cc.Force("f", "lower.Q", HARMONIC, TABLE, frame="body")),
     "torque": scene_with(cc.Torque("t", "upper", HARMONIC)),
     "inner torque": scene_with(cc.Torque("t", "lower", TABLE, reaction="upper")),
-    "constant speed": scene_with(drives=[cc.Speed("d", "shoulder", 9.0, -1.0)]),
-    "harmonic motion": scene_with(drives=[cc.Motion("d", "elbow", HARMONIC)]),
+    "constant speed": scene_with(drives=[cc.motions.Speed("d", "shoulder", 9.0, -1.0)]),
+    "harmonic motion": scene_with(drives=[cc.motions.Motion("d", "elbow", HARMONIC)]),
     "motion by a polynomial": scene_with(
-        drives=[cc.Motion("d", "shoulder", cc.Polynomial([-1.0, 0.0, 4.0]))]
+        drives=[cc.motions.Motion("d", "shoulder", cc.motions.Polynomial([-1.0, 0.0, 4.0]))]
     ),
-    "motion by a table": scene_with(drives=[cc.Motion("d", "shoulder", TABLE)]),
+    "motion by a table": scene_with(drives=[cc.motions.Motion("d", "shoulder", TABLE)]),
     "motions of all joints": scene_with(
         cc.Spring("s", "ground.W", "lower.Q", 200.0, 0.2, 3.0),
-        drives=[cc.Motion("d", "shoulder", TABLE), cc.Motion("e", "elbow", HARMONIC)],
+        drives=[cc.motions.Motion("d", "shoulder", TABLE), cc.motions.Motion("e", "elbow", HARMONIC)],
     ),
     "start": scene_with(start=[cc.JointStart("elbow", 0.5, 10.0), cc.BodyStart("upper", 1.0, -3.0)]),
     "loop": loop_with(),
@@ -102,24 +102,24 @@ ELEMENTS = {
         cc.Torque("t", "crank", HARMONIC), cc.TorsionDamper("d", "ground", "rocker", 0.01)
     ),
     "loop with a driven rocker": loop_with(
-        drives=[cc.Motion("d", "rocker_bearing", cc.Harmonic(0.2, 9.0, mean=1.8))]
+        drives=[cc.motions.Motion("d", "rocker_bearing", cc.motions.Harmonic(0.2, 9.0, mean=1.8))]
     ),
-    "prescribed loop by a table": loop_with(drives=[cc.Motion("d", "crank_bearing", TABLE)]),
+    "prescribed loop by a table": loop_with(drives=[cc.motions.Motion("d", "crank_bearing", TABLE)]),
 }
 LAWS = [
-    cc.LankaraniNikravesh(1e10, 0.9),
-    cc.LankaraniNikravesh(1e10, 0.3),
-    cc.Flores(1e10, 0.9),
-    cc.Flores(1e10, 0.1),
-    cc.HuntCrossley(1e10, 0.5),
-    cc.Hertz(1e10),
-    cc.Hertz(1e8, exponent=1.2),
+    cc.laws.LankaraniNikravesh(1e10, 0.9),
+    cc.laws.LankaraniNikravesh(1e10, 0.3),
+    cc.laws.Flores(1e10, 0.9),
+    cc.laws.Flores(1e10, 0.1),
+    cc.laws.HuntCrossley(1e10, 0.5),
+    cc.laws.Hertz(1e10),
+    cc.laws.Hertz(1e8, exponent=1.2),
 ]
 FRICTIONS = [
     None,
-    cc.ModifiedCoulomb(0.1, 0.05, 1e-3, 1.5e-3),
-    cc.ModifiedCoulomb(0.4, 0.4, 1e-2, 2e-2),
-    cc.SmoothedCoulomb(0.1, 5e-3),
+    cc.laws.ModifiedCoulomb(0.1, 0.05, 1e-3, 1.5e-3),
+    cc.laws.ModifiedCoulomb(0.4, 0.4, 1e-2, 2e-2),
+    cc.laws.SmoothedCoulomb(0.1, 5e-3),
 ]
 
 
@@ -166,7 +166,7 @@ def test_laws(law, friction):
     # Where the damping never pulls it only takes; up to the clip of a strong damping and rounding.
     size = max(run["wrist.impact_loss"].max(), 1e-12 * run["energy.total"].max())
     assert np.diff(run["wrist.impact_loss"]).min() > -1e-6 * size
-    if isinstance(law, cc.Hertz):
+    if isinstance(law, cc.laws.Hertz):
         assert not run["wrist.impact_loss"].any()
 
 
@@ -219,8 +219,8 @@ def test_losses_of_the_joints_add_up():
 
 def test_wear_is_friction_over_its_coefficient():
     """With one friction coefficient, wear (force times sliding) is the loss over the coefficient."""
-    friction = cc.ModifiedCoulomb(0.05, 0.05, 1e-9, 1e-8)
-    run = imbalance(wrist(cc.Flores(1e10, 0.9), friction), 1e-3, "dop853", 1e-6)[1]
+    friction = cc.laws.ModifiedCoulomb(0.05, 0.05, 1e-9, 1e-8)
+    run = imbalance(wrist(cc.laws.Flores(1e10, 0.9), friction), 1e-3, "dop853", 1e-6)[1]
     assert run["wrist.wear"][-1] > 0.0
     np.testing.assert_allclose(0.05 * run["wrist.wear"], run["wrist.friction_loss"], rtol=1e-5, atol=1e-15)
 
@@ -228,11 +228,11 @@ def test_wear_is_friction_over_its_coefficient():
 @pytest.mark.parametrize(
     "law, ratio",
     [
-        (cc.Hertz(1e9), 1.0),
-        (cc.LankaraniNikravesh(1e9, 0.9), 0.913),
-        (cc.LankaraniNikravesh(1e9, 0.5), 0.725),
-        (cc.Flores(1e9, 0.9), 0.894),
-        (cc.Flores(1e9, 0.5), 0.470),
+        (cc.laws.Hertz(1e9), 1.0),
+        (cc.laws.LankaraniNikravesh(1e9, 0.9), 0.913),
+        (cc.laws.LankaraniNikravesh(1e9, 0.5), 0.725),
+        (cc.laws.Flores(1e9, 0.9), 0.894),
+        (cc.laws.Flores(1e9, 0.5), 0.470),
     ],
     ids=repr,
 )
@@ -276,9 +276,9 @@ class TestHeadOnImpact:
         run = self.run(law)
         k, n, m, v = 1e9, 1.5, self.MASS, self.SPEED
         chi = {
-            cc.Hertz: 0.0,
-            cc.LankaraniNikravesh: 0.75 * (1.0 - getattr(law, "restitution", 1.0) ** 2) / v,
-            cc.Flores: 1.6
+            cc.laws.Hertz: 0.0,
+            cc.laws.LankaraniNikravesh: 0.75 * (1.0 - getattr(law, "restitution", 1.0) ** 2) / v,
+            cc.laws.Flores: 1.6
             * (1.0 - getattr(law, "restitution", 1.0))
             / (getattr(law, "restitution", 1.0) * v),
         }[type(law)]
@@ -318,8 +318,8 @@ class TestHeadOnImpact:
 
 def heavy_rod(convention, coefficient=0.62, **choices):
     """A slider-crank with a rod of 8 kg whose pins stick at 2e-5 m/s."""
-    law = cc.LankaraniNikravesh(2.7e8, 0.9)
-    friction = cc.ModifiedCoulomb(coefficient, 0.75 * coefficient, 2e-5, 3e-5)
+    law = cc.laws.LankaraniNikravesh(2.7e8, 0.9)
+    friction = cc.laws.ModifiedCoulomb(coefficient, 0.75 * coefficient, 2e-5, 3e-5)
     return cc.mechanisms.slider_crank(
         rod_mass=8.0, contact=law, friction=friction, convention=convention, **choices
     )

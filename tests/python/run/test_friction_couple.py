@@ -13,8 +13,8 @@ BODIES = {"shaft": (2.0, 4e-4), "housing": (3.0, 1e-2)}
 
 
 def free_pair(stiffness):
-    friction = cc.ModifiedCoulomb(0.4, 0.3, 1e-3, 1.5e-3)
-    contact = cc.LankaraniNikravesh(stiffness, 0.9)
+    friction = cc.laws.ModifiedCoulomb(0.4, 0.3, 1e-3, 1.5e-3)
+    contact = cc.laws.LankaraniNikravesh(stiffness, 0.9)
     shaft, housing = (BODIES[name] for name in ("shaft", "housing"))
     return cc.Scene(
         bodies=[

@@ -18,7 +18,7 @@ METHODS = ["rodas5p", "rodas4", "dop853", "adams"]
         {"forces": [cc.Damper("idle", "ground", "slider", 0.0)]},
         {"forces": [cc.TorsionSpring("idle", "crank", "rod", 0.0)]},
         {"forces": [cc.Force("idle", "slider", 0.0, 0.0, frame="body")]},
-        {"forces": [cc.Torque("idle", "rod", cc.Harmonic(0.0, 3.0))]},
+        {"forces": [cc.Torque("idle", "rod", cc.motions.Harmonic(0.0, 3.0))]},
         {"ground": {"unused": (0.01, 0.02)}},
     ],
     ids=["gravity", "spring", "damper", "torsion spring", "force", "torque", "point"],

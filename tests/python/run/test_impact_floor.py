@@ -23,7 +23,7 @@ def test_the_default_floor_does_not_move_the_paper_s_mechanism_within_its_tolera
 
 def slow_impact(floor=None):
     """A shaft that reaches the bottom of its bearing at 1.4e-7 m/s, under its weight."""
-    law = cc.Flores(1e9, 0.3)
+    law = cc.laws.Flores(1e9, 0.3)
     pin = cc.ClearanceRevolute("pin", "ground.O", "shaft.C", 0.02, 1e-3, law, impact_velocity_floor=floor)
     return cc.Scene(
         ground={"O": (0.0, 0.0)},

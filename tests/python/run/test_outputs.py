@@ -24,7 +24,7 @@ SCENE = cc.Scene(
         cc.Revolute("elbow", "upper.Q", "lower.P"),
         cc.Prismatic("rail", "ground.O", "cart", (2.0, 1.0)),
         cc.ClearanceRevolute(
-            "eye", "lower.Q", "ring", 0.02, 1e-3, cc.Flores(1e8, 0.8), cc.SmoothedCoulomb(0.1, 0.01)
+            "eye", "lower.Q", "ring", 0.02, 1e-3, cc.laws.Flores(1e8, 0.8), cc.laws.SmoothedCoulomb(0.1, 0.01)
         ),
     ],
     [
@@ -33,7 +33,10 @@ SCENE = cc.Scene(
         cc.Damper("damper", "cart", "upper.Q", 2.0),
         cc.TorsionSpring("coil", "upper", "lower", 1.0, 0.1, 0.01),
     ],
-    [cc.Motion("shaker", "rail", cc.Harmonic(0.05, 8.0)), cc.Speed("motor", "shoulder", 3.0, -1.0)],
+    [
+        cc.motions.Motion("shaker", "rail", cc.motions.Harmonic(0.05, 8.0)),
+        cc.motions.Speed("motor", "shoulder", 3.0, -1.0),
+    ],
     ground={"O": (0.1, 0.2)},
 )
 
@@ -191,10 +194,10 @@ def test_what_is_called_otherwise_elsewhere(given, meant):
 @pytest.mark.parametrize("name", ["energy", "rod.energy", ""])
 def test_the_name_of_the_energies_is_no_name_of_a_part(name):
     bodies = [cc.Body(name, 1.0, 1.0)]
-    with pytest.raises(cc.SceneError, match=r"bodies\[0\].name"):
+    with pytest.raises(cc.errors.SceneError, match=r"bodies\[0\].name"):
         cc.Scene(bodies, [cc.Revolute("pin", "ground", name)]).check()
     scene = dataclasses.replace(SCENE, forces=[*SCENE.forces, cc.Torque("energy", "cart", 1.0)])
-    with pytest.raises(cc.SceneError, match=r'forces\[4\].name: "energy" is the name of the outputs'):
+    with pytest.raises(cc.errors.SceneError, match=r'forces\[4\].name: "energy" is the name of the outputs'):
         scene.check()
     # A point may have it: its outputs are "body.energy.x".
     point = dataclasses.replace(SCENE.bodies[3], points={"R": (0.1, 0.1), "energy": (0.0, 0.0)})
@@ -207,7 +210,7 @@ def test_the_name_of_the_energies_is_no_name_of_a_part(name):
 def test_outputs_of_a_study_may_be_further_columns():
     study = cc.Study(
         cc.mechanisms.slider_crank,
-        {"rod_length": cc.interval(0.12, rel=0.05)},
+        {"rod_length": cc.Interval.around(0.12, rel=0.05)},
         outputs=["slider.vx", "energy.kinetic", "drive.power"],
         duration=1e-3,
         samples=11,
@@ -222,7 +225,7 @@ def test_columns_that_were_not_asked_for_are_told_from_unknown_ones():
     few = cc.simulate(scene, duration=1e-3, samples=3, outputs=["slider.x"])
     study = cc.Study(
         cc.mechanisms.slider_crank,
-        {"crank_length": cc.interval(0.05, rel=0.01)},
+        {"crank_length": cc.Interval.around(0.05, rel=0.01)},
         outputs=["slider.x"],
         duration=1e-3,
         samples=3,

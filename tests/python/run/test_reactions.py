@@ -93,25 +93,25 @@ class TestReactions:
         "scene",
         [
             loaded(slider_crank, "rod", "slider"),
-            loaded(slider_crank, "rod", "slider", drives=[cc.Speed("drive", "bearing", 30.0, 0.7)]),
+            loaded(slider_crank, "rod", "slider", drives=[cc.motions.Speed("drive", "bearing", 30.0, 0.7)]),
             loaded(
                 slider_crank,
                 "rod",
                 "slider",
-                drives=[cc.Motion("drive", "guide", cc.Harmonic(0.05, 9.0, mean=0.4))],
+                drives=[cc.motions.Motion("drive", "guide", cc.motions.Harmonic(0.05, 9.0, mean=0.4))],
             ),
             loaded(four_bar, "coupler", "rocker"),
             loaded(
                 four_bar,
                 "coupler",
                 "rocker",
-                drives=[cc.Motion("drive", "A", cc.Harmonic(0.5, 9.0, mean=0.4))],
+                drives=[cc.motions.Motion("drive", "A", cc.motions.Harmonic(0.5, 9.0, mean=0.4))],
             ),
             loaded(
                 four_bar,
                 "coupler",
                 "rocker",
-                drives=[cc.Motion("drive", "B", cc.Polynomial([0.2, 0.0, 0.5]))],
+                drives=[cc.motions.Motion("drive", "B", cc.motions.Polynomial([0.2, 0.0, 0.5]))],
             ),
         ],
         ids=["slider-crank", "driven crank", "driven slider", "four-bar", "swung crank", "driven coupler"],
@@ -128,7 +128,9 @@ class TestReactions:
         """The rod is a two-force member; the crank's torque is that of its pin force."""
         push = -50.0
         scene = slider_crank(
-            [cc.Force("push", "slider.P", push, 0.0)], [cc.Motion("hold", "bearing", angle)], angle=angle
+            [cc.Force("push", "slider.P", push, 0.0)],
+            [cc.motions.Motion("hold", "bearing", angle)],
+            angle=angle,
         )
         run = cc.simulate(scene, duration=0.1, samples=3, outputs=["*"])
         tilt = -math.asin(0.1 * math.sin(angle) / 0.35)

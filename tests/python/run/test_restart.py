@@ -16,12 +16,12 @@ pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
 def table(duration, size=1.0):
     times = np.linspace(0.0, duration, 9)
-    return cc.Table(times, 0.4 + size * np.sin(12.0 * times / duration))
+    return cc.motions.Table(times, 0.4 + size * np.sin(12.0 * times / duration))
 
 
 def with_drive(scene, motion):
     joint = scene.drives[0].joint
-    return dataclasses.replace(scene, drives=[cc.Motion("drive", joint, motion)])
+    return dataclasses.replace(scene, drives=[cc.motions.Motion("drive", joint, motion)])
 
 
 MECHANISMS = cc.mechanisms
@@ -34,9 +34,11 @@ SCENES = {
     "six-bar": (MECHANISMS.six_bar(), 1 / 64),
     "journal at rest": (MECHANISMS.free_journal(), 1 / 32),
     "driven by a table": (with_drive(PLAY, table(1 / 64, 3.0)), 1 / 64),
-    "driven from rest": (with_drive(PLAY, cc.Polynomial((0.4, 0.0, 0.0, 5e5))), 1 / 64),
+    "driven from rest": (with_drive(PLAY, cc.motions.Polynomial((0.4, 0.0, 0.0, 5e5))), 1 / 64),
     "pushed harder and harder": (
-        dataclasses.replace(PLAY, drives=(), forces=[cc.Torque("motor", "crank", cc.Polynomial((0.0, 1e3)))]),
+        dataclasses.replace(
+            PLAY, drives=(), forces=[cc.Torque("motor", "crank", cc.motions.Polynomial((0.0, 1e3)))]
+        ),
         1 / 32,
     ),
     "prescribed loop": (IDEAL, 1 / 4),
@@ -142,7 +144,7 @@ def test_a_failed_run_has_no_end(tmp_path):
     failed = cc.simulate(PLAY, duration=0.01, samples=3, max_steps=50, on_failure="return")
     assert failed.end is None
     assert cc.Trajectory.load(failed.save(tmp_path / "failed")).end is None
-    with pytest.raises(cc.SimulationError) as caught:
+    with pytest.raises(cc.errors.SimulationError) as caught:
         cc.simulate(PLAY, duration=0.01, samples=3, max_steps=50)
     assert caught.value.trajectory.end is None
 
@@ -150,7 +152,7 @@ def test_a_failed_run_has_no_end(tmp_path):
 @pytest.mark.parametrize("other", [IDEAL, MECHANISMS.slider_crank(clearance_at=("crank_pin", "wrist"))])
 def test_the_end_of_another_mechanism_is_refused(other):
     end = cc.simulate(PLAY, duration=1e-3, samples=2).end
-    with pytest.raises(cc.StartError, match="start: belongs to another mechanism"):
+    with pytest.raises(cc.errors.StartError, match="start: belongs to another mechanism"):
         cc.simulate(other, duration=1e-3, samples=2, start=end)
 
 
@@ -158,7 +160,7 @@ def test_a_mechanism_of_the_same_size_is_told_by_its_names():
     end = cc.simulate(PLAY, duration=1e-3, samples=2).end
     other = MECHANISMS.four_bar()
     assert other.check().degrees_of_freedom == PLAY.check().degrees_of_freedom
-    with pytest.raises(cc.StartError, match=r"this one has crank_bearing, .*rocker_pin, got .*wrist"):
+    with pytest.raises(cc.errors.StartError, match=r"this one has crank_bearing, .*rocker_pin, got .*wrist"):
         cc.simulate(other, duration=1e-3, samples=2, start=end)
 
 
@@ -170,7 +172,7 @@ def test_what_is_no_end_is_refused():
     damaged = json.loads(end.memory)
     del damaged["turns"]
     damaged["q"] = "here"
-    with pytest.raises(cc.StartError) as caught:
+    with pytest.raises(cc.errors.StartError) as caught:
         cc.simulate(PLAY, duration=1e-3, samples=2, start=type(end)(json.dumps(damaged)))
     assert {path for path, _ in caught.value.problems} == {"start.turns", "start.q"}
 

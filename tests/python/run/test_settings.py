@@ -43,7 +43,7 @@ def test_settings_and_keywords_are_the_same_run():
 def test_a_keyword_goes_before_the_settings():
     run = cc.simulate(pendulum(), settings=TIGHT, rtol=1e-5, outputs=["bob.x"])
     assert (run.settings.rtol, run.settings.samples, run.columns) == (1e-5, 11, ("bob.x",))
-    peaks = dataclasses.replace(TIGHT, features=[cc.peak("bob.angle")])
+    peaks = dataclasses.replace(TIGHT, features=[cc.features.peak("bob.angle")])
     assert cc.simulate(pendulum(), settings=peaks).features.shape == (1, 1)
 
 
@@ -54,7 +54,7 @@ def test_studies_and_tradeoffs_take_settings():
     result = study.scan(2)
     assert result == cc.Study(faller, PLANET, settings=result.settings).scan(2)
     assert cc.Study(faller, PLANET, settings=settings, samples=3).scan(2).t.shape == (3,)
-    falls = dataclasses.replace(settings, features=[cc.lowest("block.vy")])
+    falls = dataclasses.replace(settings, features=[cc.features.lowest("block.vy")])
     assert list(cc.Study(faller, PLANET, settings=falls).scan(2).features) == ["lowest of block.vy"]
     measured = cc.tradeoff(pendulum(), settings=TIGHT, rtols=[1e-4], repeats=1)
     assert (
@@ -85,7 +85,7 @@ def test_a_bifurcation_takes_settings():
     [
         cc.simulate,
         cc.tradeoff,
-        lambda scene, **given: cc.Study(lambda a: scene, {"a": cc.interval(1, 2)}, **given),
+        lambda scene, **given: cc.Study(lambda a: scene, {"a": cc.Interval(1, 2)}, **given),
     ],
 )
 def test_what_is_wrong_with_options_is_said_together(call):

@@ -71,7 +71,7 @@ def test_a_driven_crank_turns_as_told():
         bodies,
         [cc.Revolute("bearing", "ground", "crank")],
         [cc.Gravity((0.0, -GRAVITY))],
-        [cc.Speed("motor", "bearing", speed, angle)],
+        [cc.motions.Speed("motor", "bearing", speed, angle)],
     )
     run = cc.simulate(scene, duration=0.3, samples=301)
     turned = angle + speed * run.t
@@ -175,7 +175,7 @@ def test_other_files_are_refused(run, tmp_path):
 
 def test_a_run_that_fails_raises_with_what_it_has(tmp_path):
     scene = cc.mechanisms.slider_crank()
-    with pytest.raises(cc.SimulationError) as caught:
+    with pytest.raises(cc.errors.SimulationError) as caught:
         cc.simulate(scene, duration=0.01, samples=101, max_steps=200)
     error = caught.value
     assert error.reason == "max_steps" and 0.0 < error.time < 0.01 and error.parameters is None
@@ -279,7 +279,7 @@ class Terminal(io.StringIO):
 def test_progress_is_a_bar_at_a_terminal(monkeypatch):
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
-    cc.Study(faller, {"gravity": cc.interval(9.0, 10.0)}, duration=0.1, samples=11, progress=True).scan(4)
+    cc.Study(faller, {"gravity": cc.Interval(9.0, 10.0)}, duration=0.1, samples=11, progress=True).scan(4)
     assert "study" in terminal.getvalue() and "5/5" in terminal.getvalue() and "runs" in terminal.getvalue()
 
 
@@ -333,17 +333,18 @@ LIMITS = "max_steps=10**9, max_events=10**9"
 LONG_RUNS = {
     "simulate": f"cc.simulate(cc.mechanisms.slider_crank(), duration=600.0, samples=2, {LIMITS})",
     "study": (
-        "cc.Study(cc.mechanisms.slider_crank, {'crank_length': cc.interval(0.05, rel=0.1)},"
+        "cc.Study(cc.mechanisms.slider_crank, {'crank_length': cc.Interval.around(0.05, rel=0.1)},"
         f" duration=600.0, samples=2, threads=2, {LIMITS}).scan(20)"
     ),
     # What has not begun must cost nothing: 480 MB of samples are left alone.
     "many runs": (
-        "cc.Study(cc.mechanisms.slider_crank, {'crank_length': cc.interval(0.05, rel=0.1)}, ['slider.x'],"
+        "cc.Study(cc.mechanisms.slider_crank, {'crank_length': cc.Interval.around(0.05, rel=0.1)},"
+        " ['slider.x'],"
         " duration=0.6, samples=100_001, threads=2).scan(600)"
     ),
     "executor": (
         "with ThreadPoolExecutor(2) as pool:\n"
-        "        cc.Study(cc.mechanisms.slider_crank, {'crank_length': cc.interval(0.05, rel=0.1)},"
+        "        cc.Study(cc.mechanisms.slider_crank, {'crank_length': cc.Interval.around(0.05, rel=0.1)},"
         f" duration=600.0, samples=2, executor=pool, {LIMITS}).scan(20)"
     ),
 }
@@ -369,7 +370,7 @@ def test_a_scene_is_compiled_once(monkeypatch):
     scene = faller()
     settings = cc.Settings(duration=0.01, samples=11)
     run = cc.simulate(scene, settings=settings, outputs=["block.*"], error="estimate")
-    assert run.feature(cc.lowest("block.y")) < 0.0
+    assert run.feature(cc.features.lowest("block.y")) < 0.0
     cc.simulate(scene, settings=settings, start=run.end)
     scene.describe()
     assert compiled == [scene.to_json()]

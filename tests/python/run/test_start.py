@@ -46,10 +46,10 @@ def test_a_start_that_contradicts_the_drive_is_said_to():
     scene = cc.Scene(
         [WHEEL],
         [cc.Revolute("pin", "ground", "wheel")],
-        drives=[cc.Speed("drive", "pin", 1.0)],
+        drives=[cc.motions.Speed("drive", "pin", 1.0)],
         start=[cc.BodyStart("wheel", angle=0.5)],
     )
-    with pytest.raises(cc.SceneError, match="the start may also contradict itself or the drives"):
+    with pytest.raises(cc.errors.SceneError, match="the start may also contradict itself or the drives"):
         scene.check()
 
 
@@ -122,11 +122,13 @@ def test_joints_and_bodies_start_as_they_are_told():
     ],
 )
 def test_starts_that_contradict_are_refused(start, words):
-    with pytest.raises(cc.SceneError, match=words):
+    with pytest.raises(cc.errors.SceneError, match=words):
         four_bar(start=start).check()
 
 
 def test_a_driven_joint_starts_where_its_drive_is():
-    scene = four_bar(drives=[cc.Speed("drive", "A", 3.0, 0.4)], start=[cc.JointStart("A", 0.5)])
-    with pytest.raises(cc.SceneError, match='the start of joint "A" is prescribed by its drive "drive"'):
+    scene = four_bar(drives=[cc.motions.Speed("drive", "A", 3.0, 0.4)], start=[cc.JointStart("A", 0.5)])
+    with pytest.raises(
+        cc.errors.SceneError, match='the start of joint "A" is prescribed by its drive "drive"'
+    ):
         scene.check()

@@ -87,7 +87,7 @@ def test_a_loose_tolerance_is_cheap_in_linkages(scene):
 @pytest.mark.parametrize("method", ["auto", "rodas4"])
 def test_friction_of_the_printed_convention_is_resolved_where_it_sticks(method, rtol):
     # Measured: imbalances of 7e-5 to 1.2e-4; 1e-3 to 4e-3 where tolerances did not follow V_s.
-    friction = cc.ModifiedCoulomb(0.9, 0.72, stick_slip_velocity=1e-6, static_sliding_velocity=1.5e-6)
+    friction = cc.laws.ModifiedCoulomb(0.9, 0.72, stick_slip_velocity=1e-6, static_sliding_velocity=1.5e-6)
     scene = mechanisms.slider_crank(convention="as_printed", friction=friction)
     run = cc.simulate(
         scene,

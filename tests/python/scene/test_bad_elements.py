@@ -18,17 +18,23 @@ SCENE = cc.Scene(
         cc.Prismatic("rail", "ground.O", "cart", (1.0, 0.0)),
         cc.Revolute("pivot", "cart", "arm.A"),
         cc.Revolute("wrist", "arm.B", "hand.A"),
-        cc.ClearanceRevolute("eye", "hand.B", "ring", 0.01, 1e-3, cc.Hertz(1e9)),
+        cc.ClearanceRevolute("eye", "hand.B", "ring", 0.01, 1e-3, cc.laws.Hertz(1e9)),
     ],
     [
         cc.Spring("coil", "ground.W", "cart", 10.0, 0.5, 1.0),
         cc.Damper("dashpot", "ground.W", "arm.B", 2.0),
         cc.TorsionSpring("twist", "cart", "arm", 3.0, 0.25, 4.0),
         cc.TorsionDamper("drag", "ground", "hand", 5.0),
-        cc.Force("push", "arm.B", cc.Harmonic(6.0, 7.0, 8.0, 9.0), cc.Polynomial([10.0, 11.0]), frame="body"),
-        cc.Torque("motor", "hand", cc.Table([0.0, 1.0, 2.0], [12.0, 13.0, 14.0]), reaction="arm"),
+        cc.Force(
+            "push",
+            "arm.B",
+            cc.motions.Harmonic(6.0, 7.0, 8.0, 9.0),
+            cc.motions.Polynomial([10.0, 11.0]),
+            frame="body",
+        ),
+        cc.Torque("motor", "hand", cc.motions.Table([0.0, 1.0, 2.0], [12.0, 13.0, 14.0]), reaction="arm"),
     ],
-    [cc.Motion("shaker", "rail", cc.Harmonic(0.1, 15.0))],
+    [cc.motions.Motion("shaker", "rail", cc.motions.Harmonic(0.1, 15.0))],
     ground={"O": (0.0, 0.0), "W": (-1.0, 0.0)},
     start=[
         cc.JointStart("pivot", 0.5, 16.0),
@@ -53,7 +59,7 @@ def changed(part, value):
 
 
 def problems(scene):
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         scene.check()
     return [tuple(problem) for problem in caught.value.problems]
 
@@ -66,7 +72,7 @@ def number_fields():
                 value = getattr(part, field.name)
                 if isinstance(value, float):
                     yield f"{kind}[{index}].{field.name}"
-                elif isinstance(value, cc.Harmonic):
+                elif isinstance(value, cc.motions.Harmonic):
                     yield from (
                         f"{kind}[{index}].{field.name}.{inner.name}" for inner in dataclasses.fields(value)
                     )
@@ -148,7 +154,7 @@ def test_negative_numbers(path):
             None,
             "must be a number or a Polynomial or Harmonic or Table, got 'strong'",
         ),
-        ("forces[4].y", cc.Hertz(1.0), None, "must be a Polynomial or Harmonic or Table"),
+        ("forces[4].y", cc.laws.Hertz(1.0), None, "must be a Polynomial or Harmonic or Table"),
         ("forces[4].y.coefficients", [], None, "must not be empty"),
         ("forces[4].y.coefficients", 3.0, None, "must be a sequence of numbers, got 3.0"),
         ("forces[4].y.coefficients", ["x", 1.0], "forces[4].y.coefficients[0]", "must be a number, got 'x'"),
@@ -176,7 +182,7 @@ def test_negative_numbers(path):
         ),
         (
             "forces[5].torque",
-            cc.Table([], []),
+            cc.motions.Table([], []),
             "forces[5].torque.times",
             "at least two; got 0 times and 0 values",
         ),
@@ -234,13 +240,13 @@ def test_unknown_kinds_and_fields_of_a_file_are_told_once():
         ('"coefficients"', '"coefficient"', "forces[4].y.coefficient"),
     ]:
         assert text.count(old) == 1
-        with pytest.raises(cc.SceneError) as caught:
+        with pytest.raises(cc.errors.SceneError) as caught:
             cc.Scene.from_json(text.replace(old, new))
         assert path in [where for where, _ in caught.value.problems]
 
 
 def test_points_of_a_spring_that_coincide_are_refused():
-    with pytest.raises(cc.SceneError, match='the two points of "dashpot" coincide at the start'):
+    with pytest.raises(cc.errors.SceneError, match='the two points of "dashpot" coincide at the start'):
         changed("forces[1]", cc.Damper("dashpot", "arm.B", "hand.A", 2.0)).check()
     assert changed("forces[1]", cc.Spring("dashpot", "arm.B", "hand.A", 2.0, 0.0)).check()
 
@@ -252,13 +258,13 @@ def test_a_distance_of_a_rounding_error_gives_a_spring_no_direction(apart, lengt
     guide = cc.Prismatic("guide", "ground.O", "block.P", (1.0, 0.0))
     spring = cc.Spring("strut", "ground.S", "block.P", 50.0, length, damping)
     ground = {"O": (0.0, 0.0), "S": (-apart, 0.0)}
-    with pytest.raises(cc.SceneError, match='the two points of "strut" coincide at the start'):
+    with pytest.raises(cc.errors.SceneError, match='the two points of "strut" coincide at the start'):
         cc.simulate(cc.Scene([block], [guide], [spring], ground=ground), duration=0.1, samples=2)
 
 
 @pytest.mark.parametrize("options", [{"duration": 2.5}, {"duration": 1.0, "skip": 1.25}])
 def test_runs_must_stay_within_their_tables(options):
-    with pytest.raises(cc.SettingsError, match=r'leaves the table of "motor", from 0 to 2 \[s\]'):
+    with pytest.raises(cc.errors.SettingsError, match=r'leaves the table of "motor", from 0 to 2 \[s\]'):
         cc.simulate(SCENE, samples=2, **options)
 
 

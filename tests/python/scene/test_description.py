@@ -79,7 +79,7 @@ def test_docstrings_of_results_name_the_units_of_their_fields(record):
 
 
 def test_units_of_a_law():
-    assert units(cc.ModifiedCoulomb) == {
+    assert units(cc.laws.ModifiedCoulomb) == {
         "static_coefficient": "-",
         "sliding_coefficient": "-",
         "stick_slip_velocity": "m/s",
@@ -133,7 +133,7 @@ def test_floating_bodies_and_scenes_without_ground():
     assert "independent loops: 0" in text and "bearing: it has clearance" in text
     pair = cc.Scene(
         [cc.Body("a", 1.0, 0.1), cc.Body("b", 1.0, 0.1)],
-        [cc.ClearanceRevolute("pin", "a", "b", 0.01, 1e-3, cc.Hertz(1e11), impact_velocity_floor=0.25)],
+        [cc.ClearanceRevolute("pin", "a", "b", 0.01, 1e-3, cc.laws.Hertz(1e11), impact_velocity_floor=0.25)],
     ).describe()
     assert "independent loops: 0" in pair and "degrees of freedom: 6" in pair
     assert "impact velocity floor 0.25 [m/s]" in pair and "friction: none" in pair
@@ -146,7 +146,7 @@ def test_a_wrong_scene_is_described_with_all_its_problems():
     )
     text = wrong.describe()
     assert "This scene cannot be simulated:" in text
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         wrong.check()
     for problem in caught.value.problems:
         assert str(problem) in text
@@ -171,7 +171,7 @@ def test_redundant_joints_and_structures_are_named():
     ]
     ground = {"A": (0.0, 0.0), "B": (1.0, 0.0), "C": (2.0, 0.0)}
     cranks = [bar(name, 0.5) for name in "abc"]
-    drive = [cc.Speed("drive", "A", 10.0, angle=1.0)]
+    drive = [cc.motions.Speed("drive", "A", 10.0, angle=1.0)]
     text = cc.Scene([*cranks, plate], pins, (), drive, ground).describe()
     assert 'joint "F" closes a loop that the other joints and drives already keep closed' in text
     assert 'the loops closed by "E" and "F" give 4 equations for 3 free coordinates' in text
@@ -187,10 +187,10 @@ def test_functions_and_starts_have_the_units_of_what_they_belong_to():
         [cc.Body("cart", 1.0, 1.0), cc.Body("arm", 1.0, 1.0)],
         [cc.Prismatic("rail", "ground", "cart", (1.0, 0.0)), cc.Revolute("pin", "cart", "arm")],
         [
-            cc.Force("push", "arm", cc.Harmonic(6.0, 7.0), 3.0),
-            cc.Torque("motor", "arm", cc.Table(range(40), range(40))),
+            cc.Force("push", "arm", cc.motions.Harmonic(6.0, 7.0), 3.0),
+            cc.Torque("motor", "arm", cc.motions.Table(range(40), range(40))),
         ],
-        [cc.Motion("shaker", "rail", cc.Polynomial([1.0, 2.0]))],
+        [cc.motions.Motion("shaker", "rail", cc.motions.Polynomial([1.0, 2.0]))],
         start=[cc.JointStart("pin", 0.5, 16.0)],
     )
     text = scene.describe()
@@ -204,6 +204,6 @@ def test_functions_and_starts_have_the_units_of_what_they_belong_to():
     ):
         assert words in text, words
     turned = dataclasses.replace(
-        scene, drives=[cc.Motion("shaker", "pin", 0.25)], start=[cc.JointStart("rail", 0.5, 16.0)]
+        scene, drives=[cc.motions.Motion("shaker", "pin", 0.25)], start=[cc.JointStart("rail", 0.5, 16.0)]
     ).describe()
     assert "motion: 0.25 [rad]" in turned and "position 0.5 [m], velocity 16 [m/s]" in turned

@@ -114,7 +114,7 @@ def test_machines_that_exist():
         crank_mass=100.0,
         rod_mass=200.0,
     )
-    turbine = bar(0.06, 0.2, drives=[cc.Speed("shaft", "pin", cc.rpm(200_000.0))])
+    turbine = bar(0.06, 0.2, drives=[cc.motions.Speed("shaft", "pin", cc.rpm(200_000.0))])
     for scene in (ship, press, turbine):
         assert scene.check().warnings == ()
 
@@ -144,7 +144,7 @@ def test_a_journal_radius_in_millimeters():
     # The warning comes before the run, which takes long, and the message of its failure names it first.
     with (
         pytest.warns(cc.ChebclearWarning, match="9.8 mm are 0.0098"),
-        pytest.raises(cc.SimulationError) as caught,
+        pytest.raises(cc.errors.SimulationError) as caught,
     ):
         cc.simulate(scene, duration=0.06, samples=61, max_steps=100)
     assert "first look at joints[3].journal_radius" in str(caught.value)
@@ -163,7 +163,7 @@ def test_free_fall_in_millimeters():
 
 
 def test_a_speed_in_revolutions_per_minute():
-    scene = bar(0.3, 1.0, drives=[cc.Speed("drive", "pin", 12_000.0)])
+    scene = bar(0.3, 1.0, drives=[cc.motions.Speed("drive", "pin", 12_000.0)])
     assert "12000 revolutions per minute are 1257" in doubt(scene)
 
 
@@ -184,8 +184,8 @@ def test_degrees_everywhere():
         start=[cc.JointStart("pin", position=30.0)],
     )
     assert [text.split(":")[0] for text in swing.check().warnings] == ["forces[0].angle", "start[0].position"]
-    motion = cc.Harmonic(mean=60.0, amplitude=45.0, angular_frequency=3.0, phase=90.0)
-    rocked = bar(0.2, 0.5, drives=[cc.Motion("drive", "pin", motion)])
+    motion = cc.motions.Harmonic(mean=60.0, amplitude=45.0, angular_frequency=3.0, phase=90.0)
+    rocked = bar(0.2, 0.5, drives=[cc.motions.Motion("drive", "pin", motion)])
     assert len(rocked.check().warnings) == 3
     # A displacement is in meters.
     block = cc.Body("block", 1.0, 1.0)
@@ -211,14 +211,16 @@ def test_a_clearance_that_never_acts():
     scene = MECHANISMS.slider_crank()
     for pin in (cc.Revolute("pin", "slider.C", "rod.C"), cc.Fixed("pin", "rod.C", "slider")):
         held = dataclasses.replace(scene, joints=[*scene.joints, pin])
-        with pytest.raises(cc.SceneError, match=r'joints\[3\]: "wrist" never acts: "pin" holds the same two'):
+        with pytest.raises(
+            cc.errors.SceneError, match=r'joints\[3\]: "wrist" never acts: "pin" holds the same two'
+        ):
             held.check()
     # The same point of the slider by another name: held by a weld elsewhere.
     plate = cc.Body("plate", 0.1, 1e-4, points={"C": (0.0, 0.0), "D": (0.05, 0.0)})
     weld = cc.Fixed("weld", "slider.C", "plate.D")
     wrist = dataclasses.replace(scene.joints[3], name="eye", bearing="slider.C", journal="plate.C")
     welded = dataclasses.replace(scene, bodies=[*scene.bodies, plate], joints=[*scene.joints, weld, wrist])
-    with pytest.raises(cc.SceneError, match=r'joints\[5\]: "eye" never acts: fixed joints connect'):
+    with pytest.raises(cc.errors.SceneError, match=r'joints\[5\]: "eye" never acts: fixed joints connect'):
         welded.check()
 
 
@@ -262,16 +264,16 @@ def test_upright(pins):
 def test_an_absolute_tolerance_larger_than_anything(pins, tolerance, most):
     scene = MECHANISMS.slider_crank(clearance_at=pins)
     (name,) = tolerance
-    with pytest.raises(cc.SettingsError, match=rf"settings\.{name}: must be <= .*{most}"):
+    with pytest.raises(cc.errors.SettingsError, match=rf"settings\.{name}: must be <= .*{most}"):
         cc.simulate(scene, duration=1e-3, samples=11, **tolerance)
     study = cc.Study(
         MECHANISMS.slider_crank,
-        {"rod_length": cc.interval(0.12, rel=0.1)},
+        {"rod_length": cc.Interval.around(0.12, rel=0.1)},
         ["slider.x"],
         duration=1e-3,
         samples=11,
         fixed={"clearance_at": pins},
         **tolerance,
     )
-    with pytest.raises(cc.SettingsError, match=rf"settings\.{name}: must be <="):
+    with pytest.raises(cc.errors.SettingsError, match=rf"settings\.{name}: must be <="):
         study.scan(2)

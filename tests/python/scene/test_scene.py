@@ -17,8 +17,8 @@ AWKWARD = [0.1, 1.0 / 3.0, math.pi, 5e-324, 1.7976931348623157e308, -0.0, 1e22, 
 
 def one_of_everything():
     """Every kind of part, with numbers that are awkward to write; not a mechanism that makes sense."""
-    law = cc.LankaraniNikravesh(AWKWARD[4], 1.0 / 3.0)
-    friction = cc.ModifiedCoulomb(0.1, 0.1 + 0.2, 5e-324, 1e22)
+    law = cc.laws.LankaraniNikravesh(AWKWARD[4], 1.0 / 3.0)
+    friction = cc.laws.ModifiedCoulomb(0.1, 0.1 + 0.2, 5e-324, 1e22)
     return cc.Scene(
         bodies=[
             cc.Body("a", mass=AWKWARD[7], inertia=AWKWARD[0], points={"P": (1.0 / 3.0, -0.0)}, angle=math.e),
@@ -41,10 +41,10 @@ def one_of_everything():
                 sliding="contact_point",
                 impact_velocity_floor=1e-7,
             ),
-            cc.ClearanceRevolute("other", "a", "b", 0.1, 1e-5, cc.Hertz(1e12, exponent=10.0 / 9.0)),
+            cc.ClearanceRevolute("other", "a", "b", 0.1, 1e-5, cc.laws.Hertz(1e12, exponent=10.0 / 9.0)),
         ],
         forces=[cc.Gravity((0.0, -9.80665))],
-        drives=[cc.Speed("drive", "pin", cc.rpm(2000), angle=0.2)],
+        drives=[cc.motions.Speed("drive", "pin", cc.rpm(2000), angle=0.2)],
         ground={"O": (0.3, -1e-300)},
     )
 
@@ -117,11 +117,11 @@ def test_a_wrong_type_hides_no_problem_of_a_part_with_a_longer_number():
     bodies[1] = dataclasses.replace(bodies[1], mass="heavy")
     bodies[10] = dataclasses.replace(bodies[10], mass=-1.0)
     bodies[11] = dataclasses.replace(bodies[11], inertia=-1.0)
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         cc.Scene(bodies, [cc.Revolute(f"r{i}", "ground", f"b{i}") for i in range(12)]).check()
     assert [path for path, _ in caught.value.problems].count("bodies[1].mass") == 1
     assert {"bodies[10].mass", "bodies[11].inertia"} <= {path for path, _ in caught.value.problems}
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         cc.Scene([bodies[0], "a body", *bodies[2:]], []).check()
     assert {"bodies[1]", "bodies[10].mass"} <= {path for path, _ in caught.value.problems}
 
@@ -151,7 +151,7 @@ def test_wrong_types_are_reported_together_and_with_wrong_numbers():
         forces=5,
     )
     for attempt in (scene.to_json, scene.check, lambda: cc.simulate(scene, duration=0.01, samples=11)):
-        with pytest.raises(cc.SceneError) as caught:
+        with pytest.raises(cc.errors.SceneError) as caught:
             attempt()
         found = dict(caught.value.problems)
         assert found["bodies[0].mass"] == "must be a number, got 'heavy'"
@@ -182,11 +182,11 @@ def test_wrong_numbers_and_names_are_reported_together_with_paths_and_hints():
                 joints[3],
                 clearance=-2e-5,
                 sliding="surfaces",
-                friction=cc.ModifiedCoulomb(0.04, 0.03, 1.5e-3, 1e-3),
+                friction=cc.laws.ModifiedCoulomb(0.04, 0.03, 1.5e-3, 1e-3),
             ),
         ],
     )
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         scene.check()
     found = dict(caught.value.problems)
     assert "must be > 0 [kg]" in found["bodies[0].mass"]
@@ -201,7 +201,7 @@ def test_wrong_numbers_and_names_are_reported_together_with_paths_and_hints():
 
 def test_a_mechanism_that_cannot_be_assembled_is_refused():
     too_short = cc.mechanisms.slider_crank(crank_length=0.05, rod_length=0.03, crank_angle=1.5)
-    with pytest.raises(cc.SceneError, match="assembl"):
+    with pytest.raises(cc.errors.SceneError, match="assembl"):
         too_short.check()
 
 
@@ -221,43 +221,51 @@ def test_a_mechanism_that_cannot_be_assembled_is_refused():
     ],
 )
 def test_bad_json_is_refused_with_a_path(text, path, words):
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         cc.Scene.from_json(text)
     assert words in dict(caught.value.problems)[path]
 
 
 def test_wrong_values_in_json_are_read_and_then_reported():
     text = cc.mechanisms.slider_crank().to_json().replace('"mass": 0.3', '"mass": "0.3"')
-    with pytest.raises(cc.SceneError, match=r"bodies\[0\].mass: must be a number, got '0.3'"):
+    with pytest.raises(cc.errors.SceneError, match=r"bodies\[0\].mass: must be a number, got '0.3'"):
         cc.Scene.from_json(text).check()
 
 
 def test_intervals():
-    assert cc.interval(0.2, 0.5) == cc.Interval(0.2, 0.5)
-    assert cc.interval(8, rel=0.25) == cc.interval(8, half_width=2) == cc.Interval(6.0, 10.0)
-    assert cc.interval(-8, rel=0.25) == cc.Interval(-10.0, -6.0)
-    assert cc.interval(3.0, rel=1.0) == cc.Interval(0.0, 6.0)
+    assert cc.Interval(0.2, 0.5) == cc.Interval(0.2, 0.5)
+    assert cc.Interval.around(8, rel=0.25) == cc.Interval.around(8, plus=2, minus=2) == cc.Interval(6.0, 10.0)
+    assert cc.Interval.around(-8, rel=0.25) == cc.Interval(-10.0, -6.0)
+    assert cc.Interval.around(3.0, rel=1.0) == cc.Interval(0.0, 6.0)
+    one_sided = cc.Interval.around("20 mm", minus="0.1 mm")
+    assert (one_sided.lower, one_sided.nominal, one_sided.upper) == (0.0199, 0.02, 0.02)
+    lower, upper = cc.Interval("119.5 mm", 0.1205)
+    assert (lower, upper) == (0.1195, 0.1205)
+    assert 0.12 in cc.Interval(lower, upper) and "120 mm" in cc.Interval(lower, upper)
+    assert 0.13 not in cc.Interval(lower, upper) and "x" not in cc.Interval(lower, upper)
     side = cc.Interval(np.float64(6), 10)
     assert (side.midpoint, side.half_width) == (8.0, 2.0)
-    assert pickle.loads(pickle.dumps(side)) == side and hash(side) == hash(cc.interval(6, 10))
+    assert pickle.loads(pickle.dumps(side)) == side and hash(side) == hash(cc.Interval(6, 10))
 
 
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: cc.interval(0.5, 0.2), "lower must be < upper"),
-        (lambda: cc.interval(0.5, 0.5), "lower must be < upper"),
-        (lambda: cc.interval(math.nan, math.inf), "(?s)lower must be a finite.*upper must be a finite"),
-        (lambda: cc.interval(1.0, rel=-0.1), "rel must be"),
+        (lambda: cc.Interval(0.5, 0.2), "lower must be < upper"),
+        (lambda: cc.Interval(0.5, 0.5), "lower must be < upper"),
+        (lambda: cc.Interval(math.nan, math.inf), "(?s)lower must be a finite.*upper must be a finite"),
+        (lambda: cc.Interval.around(1.0, rel=-0.1), "rel must be"),
         (
-            lambda: cc.interval(0.05, rel=10),
-            r"<= 1 \[-\], got 10: 10 % is rel=0.1; for an interval .* half_width",
+            lambda: cc.Interval.around(0.05, rel=10),
+            r"<= 1 \[-\], got 10: 10 % is rel=0.1; for an interval .* plus and minus",
         ),
-        (lambda: cc.interval(0.0, rel=0.1), "half_width"),
-        (lambda: cc.interval(1.0, half_width=0.0), "half_width must be"),
-        (lambda: cc.interval("1", 2.0), "lower must be"),
-        (lambda: cc.interval(1.0), "exactly one"),
-        (lambda: cc.interval(1.0, 2.0, rel=0.1), "exactly one"),
+        (lambda: cc.Interval.around(0.0, rel=0.1), "use plus and minus"),
+        (lambda: cc.Interval.around(1.0, plus=0.0, minus=0.0), "must not both be 0"),
+        (lambda: cc.Interval.around(1.0, plus=-1.0), "plus must be"),
+        (lambda: cc.Interval("1 mm", "2 kgs"), "unknown unit"),
+        (lambda: cc.Interval("1", 2.0), "lower must be"),
+        (lambda: cc.Interval.around(1.0), "give either rel"),
+        (lambda: cc.Interval.around(1.0, plus=2.0, rel=0.1), "give either rel"),
     ],
 )
 def test_wrong_intervals_are_refused(make, words):
@@ -271,17 +279,17 @@ def test_rpm():
 
 def test_stiffness_of_the_papers_joint():
     # Eq. (8) with sigma = (1 - nu^2)/E and, as Eq. (9) is printed, with (1 - nu^2)/(pi E).
-    assert cc.hertz_stiffness(9.8e-3, 2e-5, 207e9, 0.3) == pytest.approx(3.326530256934e11, rel=1e-12)
-    printed = cc.hertz_stiffness(9.8e-3, 2e-5, 207e9, 0.3, convention="as_printed")
+    assert cc.laws.hertz_stiffness(9.8e-3, 2e-5, 207e9, 0.3) == pytest.approx(3.326530256934e11, rel=1e-12)
+    printed = cc.laws.hertz_stiffness(9.8e-3, 2e-5, 207e9, 0.3, convention="as_printed")
     assert printed == pytest.approx(1.045060301713e12, rel=1e-12)
     # A rigid bearing halves the compliance.
-    rigid = cc.hertz_stiffness(9.8e-3, 2e-5, 207e9, 0.3, bearing_young_modulus=1e300)
+    rigid = cc.laws.hertz_stiffness(9.8e-3, 2e-5, 207e9, 0.3, bearing_young_modulus=1e300)
     assert rigid == pytest.approx(2.0 * 3.326530256934e11, rel=1e-12)
 
 
 def test_wrong_arguments_of_the_stiffness_are_listed_together():
     with pytest.raises(ValueError) as caught:
-        cc.hertz_stiffness(-1.0, 0.0, 207e9, 1.5, "hertzian")
+        cc.laws.hertz_stiffness(-1.0, 0.0, 207e9, 1.5, "hertzian")
     words = str(caught.value).splitlines()
     assert [line.split()[0] for line in words] == [
         "journal_radius",
@@ -308,7 +316,7 @@ def test_the_conventions_of_the_slider_crank(convention, sliding, stiffness, div
     wrist = scene.joints[3]
     assert wrist.sliding == sliding
     assert wrist.contact.stiffness == pytest.approx(stiffness, rel=1e-12)
-    assert wrist.friction == cc.ModifiedCoulomb(0.04, 0.03, 1e-3, 1.5e-3)  # Table 2
+    assert wrist.friction == cc.laws.ModifiedCoulomb(0.04, 0.03, 1e-3, 1.5e-3)  # Table 2
     assert not scene.forces
 
 
@@ -321,7 +329,7 @@ def test_a_pickle_does_not_tell_what_was_done_with_a_scene():
 
 def test_arrays_changed_later_leave_a_scene_alone():
     place, times = np.array([0.0, 1.0]), np.linspace(0.0, 1.0, 5)
-    force = cc.Force("push", "block", cc.Table(times, times**2), 0.0)
+    force = cc.Force("push", "block", cc.motions.Table(times, times**2), 0.0)
     block = cc.Body("block", mass=1.0, inertia=1.0, points={"A": place})
     scene = cc.Scene([block], [cc.Prismatic("guide", "ground", "block", axis=place)], [force])
     text = scene.to_json()
@@ -332,7 +340,7 @@ def test_arrays_changed_later_leave_a_scene_alone():
 @pytest.mark.parametrize("place", [[[1.0, 2.0], 3.0], [0.0, [1.0]], [[0.0, 1.0], [1.0, 0.0]]])
 def test_lists_among_numbers_are_reported_like_any_other_mistake(place):
     body = cc.Body("block", mass=-1.0, inertia=1.0, center_of_mass=place)
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         cc.Scene([body], [cc.Prismatic("guide", "ground", "block", axis=(1.0, 0.0))]).check()
     assert [problem.path for problem in caught.value.problems] == [
         "bodies[0].center_of_mass",
@@ -349,17 +357,22 @@ def test_options_of_the_slider_crank():
     assert (wrist.friction, wrist.sliding, wrist.impact_velocity_floor) == (None, "surface", 1e-6)
     with pytest.raises(ValueError, match="convention"):
         cc.mechanisms.slider_crank(convention="printed")
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         cc.mechanisms.slider_crank(crank_length="0.05", rod_mass=None)
     assert [problem.path for problem in caught.value.problems] == ["crank_length", "rod_mass"]
 
 
 @pytest.mark.parametrize(
     "contact",
-    [cc.Flores(1e10, 0.5), cc.HuntCrossley(1e10, 0.3), cc.Hertz(1e10), cc.LankaraniNikravesh(1e10, 0.9)],
+    [
+        cc.laws.Flores(1e10, 0.5),
+        cc.laws.HuntCrossley(1e10, 0.3),
+        cc.laws.Hertz(1e10),
+        cc.laws.LankaraniNikravesh(1e10, 0.9),
+    ],
 )
 @pytest.mark.parametrize(
-    "friction", [None, cc.SmoothedCoulomb(0.1, 1e-3), cc.ModifiedCoulomb(0.1, 0.05, 1e-3, 2e-3)]
+    "friction", [None, cc.laws.SmoothedCoulomb(0.1, 1e-3), cc.laws.ModifiedCoulomb(0.1, 0.05, 1e-3, 2e-3)]
 )
 def test_every_law_crosses_into_the_core_and_runs(
     contact: cc.scene.laws.ContactLaw, friction: cc.scene.laws.FrictionLaw | None
@@ -392,10 +405,10 @@ def test_laws_are_checked_with_paths() -> None:
         journal="a",
         journal_radius=0.01,
         clearance=1e-4,
-        contact=cc.HuntCrossley(1e10, -1.0),
-        friction=cc.SmoothedCoulomb(-0.1, 0.0),
+        contact=cc.laws.HuntCrossley(1e10, -1.0),
+        friction=cc.laws.SmoothedCoulomb(-0.1, 0.0),
     )
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         cc.Scene([cc.Body("a", 1.0, 1.0)], [wrist]).check()
     paths = [problem.path for problem in caught.value.problems]
     assert paths == [
@@ -425,7 +438,8 @@ def test_the_period_is_that_of_the_slowest_drive():
     scene = cc.mechanisms.slider_crank(crank_speed=50.0)
     assert scene.period == 2.0 * math.pi / 50.0
     two = dataclasses.replace(
-        scene, drives=[*scene.drives, cc.Speed("other", "x", -20.0), cc.Speed("held", "y", 0.0)]
+        scene,
+        drives=[*scene.drives, cc.motions.Speed("other", "x", -20.0), cc.motions.Speed("held", "y", 0.0)],
     )
     assert two.period == 2.0 * math.pi / 20.0
     with pytest.raises(ValueError, match="it has no period"):

@@ -28,8 +28,10 @@ SCENES = [
         [
             cc.Gravity((0.0, -9.81)),
             cc.Spring("spring", "a.tip", "b.tip", 100.0, 0.2, 3.0),
-            cc.Force("push", "b", cc.Harmonic(1.0, 2.0, 0.3, 0.4), cc.Polynomial((1.0, 2.0, 3.0))),
-            cc.Torque("twist", "a", cc.Table((0.0, 0.5, 1.0), (0.0, 1.0, 0.5))),
+            cc.Force(
+                "push", "b", cc.motions.Harmonic(1.0, 2.0, 0.3, 0.4), cc.motions.Polynomial((1.0, 2.0, 3.0))
+            ),
+            cc.Torque("twist", "a", cc.motions.Table((0.0, 0.5, 1.0), (0.0, 1.0, 0.5))),
             cc.TorsionSpring("coil", "ground", "a", 3.0, 0.1, 0.2),
         ],
         ground={"O": (0.0, 0.0), "wall": (1.0, 0.5)},
@@ -72,9 +74,9 @@ def test_the_core_simulates_it_to_the_same_bits(scene):
 def test_numbers_that_the_core_does_not_find_are_told_with_their_path():
     structure, numbers = Structures().flat(faller())
     settings = Settings(duration=0.01, samples=3, outputs=("block.x",)).to_json()
-    with pytest.raises(cc.SceneError, match=r"scenes\[0\]\.forces\[0\].*one of 2 numbers"):
+    with pytest.raises(cc.errors.SceneError, match=r"scenes\[0\]\.forces\[0\].*one of 2 numbers"):
         _core.sweep([(structure.text, numbers[:16], ())], settings)
-    with pytest.raises(cc.SceneError, match="is not valid JSON"):
+    with pytest.raises(cc.errors.SceneError, match="is not valid JSON"):
         _core.sweep([("{", b"", ())], settings)
 
 
@@ -84,16 +86,20 @@ def test_scenes_that_differ_in_more_than_numbers_have_another_structure():
     others = [
         dataclasses.replace(scene, forces=()),
         dataclasses.replace(scene, ground={"P": (0.0, 0.0)}),
-        dataclasses.replace(scene, drives=[cc.Motion("drive", "crank_bearing", 1.0)]),
-        dataclasses.replace(scene, drives=[cc.Motion("drive", "crank_bearing", cc.Polynomial((1.0,)))]),
-        dataclasses.replace(scene, drives=[cc.Motion("drive", "crank_bearing", cc.Polynomial((1.0, 2.0)))]),
+        dataclasses.replace(scene, drives=[cc.motions.Motion("drive", "crank_bearing", 1.0)]),
+        dataclasses.replace(
+            scene, drives=[cc.motions.Motion("drive", "crank_bearing", cc.motions.Polynomial((1.0,)))]
+        ),
+        dataclasses.replace(
+            scene, drives=[cc.motions.Motion("drive", "crank_bearing", cc.motions.Polynomial((1.0, 2.0)))]
+        ),
     ]
     for changes in (
         {"friction": None},
         {"impact_velocity_floor": 1e-3},
         {"sliding": "contact_point"},
-        {"contact": cc.Flores(1e9, 0.9)},
-        {"contact": cc.LankaraniNikravesh(1e9, 0.9), "name": "hand"},
+        {"contact": cc.laws.Flores(1e9, 0.9)},
+        {"contact": cc.laws.LankaraniNikravesh(1e9, 0.9), "name": "hand"},
     ):
         joints = [*scene.joints[:-1], dataclasses.replace(wrist, **changes)]
         others.append(dataclasses.replace(scene, joints=joints))
@@ -111,9 +117,9 @@ def test_wrong_types_are_told_as_ever(wrong):
     structures = Structures()
     structures.flat(faller())
     scene = dataclasses.replace(faller(), bodies=[cc.Body("block", wrong, 0.1)])
-    with pytest.raises(cc.SceneError) as told:
+    with pytest.raises(cc.errors.SceneError) as told:
         structures.flat(scene)
-    with pytest.raises(cc.SceneError) as expected:
+    with pytest.raises(cc.errors.SceneError) as expected:
         scene.to_json()
     assert told.value.problems == expected.value.problems
 
@@ -171,7 +177,7 @@ def test_parts_may_come_and_go_with_the_parameters(monkeypatch):
         return dataclasses.replace(scene, forces=[*scene.forces, *force])
 
     structures = Counted(monkeypatch, Structure, "__init__")
-    study = cc.Study(build, {"push": cc.interval(-4.0, 4.0)}, ["block.y"], **TIME)
+    study = cc.Study(build, {"push": cc.Interval(-4.0, 4.0)}, ["block.y"], **TIME)
     result = study.scan(9)
     assert structures.count == 2
     end = result.values("block.y")[:, -1]
@@ -183,7 +189,7 @@ def test_not_a_number_is_refused_with_its_parameters():
     def build(gravity):
         return faller(gravity=math.nan if gravity == 8.0 else gravity)
 
-    study = cc.Study(build, {"gravity": cc.interval(7.0, 11.0)}, ["block.y"], **TIME)
+    study = cc.Study(build, {"gravity": cc.Interval(7.0, 11.0)}, ["block.y"], **TIME)
     result = study.scan(5)
     assert [(one.parameters["gravity"], one.reason) for one in result.failures] == [(8.0, "scene")]
 
@@ -201,5 +207,5 @@ def test_a_class_in_the_place_of_a_number_is_no_number():
     structures = Structures()
     structures.flat(faller())
     scene = dataclasses.replace(faller(), bodies=[cc.Body("block", float, 0.1)])
-    with pytest.raises(cc.SceneError, match="must be a number"):
+    with pytest.raises(cc.errors.SceneError, match="must be a number"):
         structures.flat(scene)

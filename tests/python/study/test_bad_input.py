@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 T = np.linspace(0.0, 1.0, 40)
-BOX = {"a": cc.interval(1.0, rel=0.1), "b": cc.interval(2.0, rel=0.1)}
+BOX = {"a": cc.Interval.around(1.0, rel=0.1), "b": cc.Interval.around(2.0, rel=0.1)}
 
 
 def waves(a, b):
@@ -58,7 +58,7 @@ def test_runs_that_failures_leave_too_few_are_refused_with_the_failure():
                 warnings.simplefilter("ignore", cc.ChebclearWarning)
                 result = study.band(4, seed=seed)
             assert result.requirement.runs >= 3
-        except cc.ArgumentError as error:
+        except cc.errors.ArgumentError as error:
             found.add(str(error))
         except RuntimeError as error:  # most runs failed
             assert "too long" in str(error)
@@ -70,7 +70,7 @@ def test_a_feature_of_two_runs_has_an_interval():
     def noisy(a, b):
         return {"t": T, "x": np.sin(1e3 * a * T), "top": np.sin(1e3 * a)}
 
-    result = cc.Study(noisy, BOX, features={"peak": cc.peak("x")}).sample(2)
+    result = cc.Study(noisy, BOX, features={"peak": cc.features.peak("x")}).sample(2)
     for name in ("top", "peak"):
         reach = result.feature(name).interval
         assert reach.lower < reach.upper and reach.verdict == "sampled"
@@ -145,7 +145,7 @@ def test_a_fact_that_lacks_is_damage(tmp_path):
 
 
 def test_values_whose_squares_are_no_numbers_have_no_band():
-    study = cc.Study(lambda a: {"t": T, "x": 1.7e308 * a * T}, {"a": cc.interval(-1.0, 1.0)})
+    study = cc.Study(lambda a: {"t": T, "x": 1.7e308 * a * T}, {"a": cc.Interval(-1.0, 1.0)})
     for ask in (lambda: study.band(21), lambda: study.band(21, coverage=0.9)):
         with pytest.raises(ValueError, match="at most 1e150 in size"):
             ask()

@@ -18,8 +18,8 @@ from interrupts import work_after_interrupt
 from scipy.stats import qmc
 
 TIME = {"duration": 0.4, "samples": 41}
-PLANET = {"gravity": cc.interval(8.0, 11.0), "tilt": cc.interval(0.3, 1.2)}
-LENGTHS = {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.1)}
+PLANET = {"gravity": cc.Interval(8.0, 11.0), "tilt": cc.Interval(0.3, 1.2)}
+LENGTHS = {"crank_length": cc.Interval.around(0.05, rel=0.1), "rod_length": cc.Interval.around(0.12, rel=0.1)}
 WRIST = ["slider.x", "slider.vx", "slider.ax", "wrist.penetration", "wrist.normal_force", "wrist.contact"]
 
 T = np.linspace(0.0, 1.0, 21)
@@ -118,7 +118,7 @@ def test_a_constant_output_has_no_width_and_all_runs_inside():
     def model(height):
         return {"t": np.linspace(0.0, 1.0, 50), "same": np.full(50, 0.1), "varies": np.full(50, height)}
 
-    result = cc.Study(model, {"height": cc.interval(0.0, 1.0)}).band(41)
+    result = cc.Study(model, {"height": cc.Interval(0.0, 1.0)}).band(41)
     same = result["same"]
     assert same.verdict == "resolved" and same.coverage == 1.0 and same.max_width < 1e-14
     assert np.all((same.lower <= 0.1) & (0.1 <= same.upper))
@@ -172,7 +172,7 @@ def test_limits_by_name():
 
 
 def test_the_largest_clearance_of_the_box_limits_the_penetration():
-    study = wrist_study(parameters={"clearance": cc.interval(1e-5, 3e-5)}, samples=11)
+    study = wrist_study(parameters={"clearance": cc.Interval(1e-5, 3e-5)}, samples=11)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", cc.ChebclearWarning)
         result = study.band(3)
@@ -229,7 +229,7 @@ def test_a_table_of_finished_runs_takes_part():
     assert len(result.parameters) == 12 + len(table.parameters) and result.requirement.runs == 12
     assert result["block.y"].verdict == "resolved"
     np.testing.assert_allclose(result["block.y"].upper, height(t, 8.0, 0.3), atol=0.02)
-    wider = cc.Study(faller, PLANET | {"tilt": cc.interval(0.2, 1.3)}, ["block.y", "block.vy"], **TIME)
+    wider = cc.Study(faller, PLANET | {"tilt": cc.Interval(0.2, 1.3)}, ["block.y", "block.vy"], **TIME)
     with pytest.raises(ValueError, match=r"include\[0\] has runs outside of the intervals"):
         study.band(12, include=wider.scan(2))
 
@@ -262,7 +262,7 @@ def test_too_few_runs_are_told():
 
 
 def test_a_parameter_without_effect_and_two_samples():
-    study = cc.Study(faller, {"mass": cc.interval(1.0, 3.0)}, ["block.y"], duration=0.4, samples=2)
+    study = cc.Study(faller, {"mass": cc.Interval(1.0, 3.0)}, ["block.y"], duration=0.4, samples=2)
     band = study.band(5)["block.y"]
     assert band.verdict == "resolved" and band.max_width < 1e-9
 
@@ -276,7 +276,7 @@ def noise(a, b):
 @pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 def test_included_runs_at_points_of_the_band_count_once():
     # A run that is held out while its twin is not would always be inside.
-    study = cc.Study(noise, {"a": cc.interval(0.0, 1.0), "b": cc.interval(0.0, 1.0)})
+    study = cc.Study(noise, {"a": cc.Interval(0.0, 1.0), "b": cc.Interval(0.0, 1.0)})
     small, large = study.band(21), study.band(41)
     for result in (study.band(21, include=small), small.extend(0, include=[small, small])):
         assert len(result.parameters) == 21
@@ -300,7 +300,7 @@ def test_included_runs_at_points_of_the_band_count_once():
 
 def test_included_runs_of_another_model_are_told():
     t = np.linspace(0.0, 1.0, 61)
-    box = {"a": cc.interval(-1.0, 1.0)}
+    box = {"a": cc.Interval(-1.0, 1.0)}
     study, other = (
         cc.Study(lambda a, c: {"t": t, "x": np.sin(3.0 * t + a) * c}, box, fixed={"c": c}) for c in (1.0, 2.0)
     )
@@ -321,7 +321,7 @@ def test_bands_hold_corners_without_a_run_where_motions_follow_a_polynomial_roug
     def ramp(a, b):
         return np.maximum(0.0, a - 0.5) * (1.0 + t) + 0.2 * b * np.sin(6.0 * t)
 
-    box = {name: cc.interval(-1.0, 1.0) for name in "ab"}
+    box = {name: cc.Interval(-1.0, 1.0) for name in "ab"}
     fresh = ramp(*np.random.default_rng(9).uniform(-1.0, 1.0, (2, 3000, 1)))
     for seed in range(4):
         band = cc.Study(lambda a, b: {"t": t, "y": ramp(a, b)}, box).band(41, seed=seed)["y"]
@@ -333,7 +333,7 @@ def test_bands_hold_corners_without_a_run_where_motions_follow_a_polynomial_roug
 @pytest.mark.parametrize("size", [1e-300, 1e-100, 1e77, 1e140])
 def test_bands_of_very_large_and_very_small_values(size):
     t = np.linspace(0.0, 1.0, 91)
-    box = {name: cc.interval(0.0, 1.0) for name in "ab"}
+    box = {name: cc.Interval(0.0, 1.0) for name in "ab"}
 
     def bands(unit):
         def model(a, b):
@@ -354,7 +354,7 @@ def test_runs_that_differ_by_offsets_are_single_observations():
         level = np.random.default_rng([int(a * 2**40), int(b * 2**40)]).standard_normal()
         return {"t": np.linspace(0.0, 1.0, 101), "x": np.full(101, level)}
 
-    box = {"a": cc.interval(0.0, 1.0), "b": cc.interval(0.0, 1.0)}
+    box = {"a": cc.Interval(0.0, 1.0), "b": cc.Interval(0.0, 1.0)}
     for runs in (8, 41, 81):
         result = cc.Study(offset, box).band(runs)
         band = result["x"]
@@ -380,7 +380,7 @@ def test_runs_that_differ_by_offsets_or_factors_beside_what_parameters_do_are_si
         scatter = np.random.default_rng([int((a + 1.0) * 2**40), int((b + 1.0) * 2**40)]).standard_normal()
         return {"t": t, "x": response(t, a, b, scatter)}
 
-    box = {"a": cc.interval(-1.0, 1.0), "b": cc.interval(-1.0, 1.0)}
+    box = {"a": cc.Interval(-1.0, 1.0), "b": cc.Interval(-1.0, 1.0)}
     for seed in range(4):
         band = cc.Study(model, box).band(41, seed=seed)["x"]
         assert band.verdict == "undersampled" and band.margin.persistence > 0.8
@@ -395,7 +395,7 @@ def test_a_resolved_band_keeps_the_coverage_that_is_asked_for():
         level = np.random.default_rng([int(a * 2**40), int(b * 2**40)]).standard_normal()
         return {"t": t, "x": np.where(t < 0.5, 200.0 * a, level)}
 
-    study = cc.Study(model, {"a": cc.interval(0.0, 1.0), "b": cc.interval(0.0, 1.0)})
+    study = cc.Study(model, {"a": cc.Interval(0.0, 1.0), "b": cc.Interval(0.0, 1.0)})
     for seed in range(6):
         band = study.band(41, seed=seed)["x"]
         assert band.coverage >= 0.999 or band.verdict == "undersampled"
@@ -418,7 +418,7 @@ def test_wrong_input_is_listed():
         study.scan(2).extend(3)
     with pytest.raises(ValueError, match="runs must be"):
         study.band(100, max_runs=50)
-    many = {f"p{index}": cc.interval(1.0, 2.0) for index in range(33)}
+    many = {f"p{index}": cc.Interval(1.0, 2.0) for index in range(33)}
     with pytest.raises(ValueError, match="at most 32 parameters"):
         cc.Study(lambda **given: faller(), many, ["block.y"], **TIME).band(5)
 
@@ -464,7 +464,7 @@ def test_polynomials_of_many_parameters():
 
 
 def test_the_hull_of_independent_runs_says_what_it_holds():
-    study = cc.Study(noise, {name: cc.interval(0.0, 1.0) for name in "ab"})
+    study = cc.Study(noise, {name: cc.Interval(0.0, 1.0) for name in "ab"})
     result = study.band(99, coverage=0.97)
     assert result.kind == "band" and result.requirement.independent and result.parameters.shape == (99, 2)
     band = result["x"]
@@ -484,7 +484,7 @@ def test_runs_of_one_time_take_as_long_as_that():
         time.sleep(0.002)
         return {"t": T, "x": np.sin(1e6 * a * (1.0 + T))}
 
-    study = cc.Study(slow, {"a": cc.interval(0.0, 1.0)})
+    study = cc.Study(slow, {"a": cc.Interval(0.0, 1.0)})
     few = study.band(seconds=1.0)
     assert few.requirement.seconds == 1.0 and few.requirement.runs in (81, 162, 324)
     assert f"1 s chose the number of runs: band({few.requirement.runs}) repeats it." in few.statement
@@ -497,7 +497,7 @@ def test_a_confidence_takes_the_runs_of_wilks():
     # [Wilks1941], two-sided: 93 and 473 runs hold 95 and 99 % with 95 % confidence.
     assert [exact_runs(share, 0.95) for share in (0.95, 0.99, 0.999)] == [93, 473, 4742]
     assert [exact_runs(share) for share in (0.9, 0.99, 0.999)] == [19, 199, 1999]
-    study = cc.Study(noise, {name: cc.interval(0.0, 1.0) for name in "ab"})
+    study = cc.Study(noise, {name: cc.Interval(0.0, 1.0) for name in "ab"})
     result = study.band(coverage=0.95, confidence=0.95)
     assert len(result.parameters) == 93 and result["x"].verdict == "certified"
     assert "With 95 % confidence the bounds at an instant hold 95 %" in result.statement
@@ -510,7 +510,7 @@ def test_runs_that_fail_are_made_up_for():
             raise RuntimeError("too long")
         return {"t": T, "x": np.sin(1e6 * a * (1.0 + T))}
 
-    study = cc.Study(picky, {"a": cc.interval(0.0, 1.0)})
+    study = cc.Study(picky, {"a": cc.Interval(0.0, 1.0)})
     for seed in range(50):
         result = study.band(41, coverage=0.95, seed=seed)
         if result.requirement.failed:
@@ -521,7 +521,7 @@ def test_runs_that_fail_are_made_up_for():
 
 def test_the_search_for_a_range_can_be_interrupted():
     # 400 polynomials of 4096 terms that do not decay: half a minute.
-    box = '{f"p{index}": cc.interval(0.0, 1.0) for index in range(6)}'
+    box = '{f"p{index}": cc.Interval(0.0, 1.0) for index in range(6)}'
     terms = '__import__("numpy").random.default_rng(0).normal(size=(4096, 400))'
     spent = work_after_interrupt(f"cc.Surrogate({box}, (3,) * 6, {terms}).range(threads=1)")
     # A few columns are finished first, 60 ms each.

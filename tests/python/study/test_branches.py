@@ -67,26 +67,26 @@ def rhombus(height):
             cc.Prismatic("guide", "ground.Q", "block", axis=(1.0, 0.0)),
             cc.Revolute("right", "b.Q", "block"),
         ],
-        drives=[cc.Motion("push", "guide", cc.Polynomial((0.0, 0.01)))],
+        drives=[cc.motions.Motion("push", "guide", cc.motions.Polynomial((0.0, 0.01)))],
         ground={"O": (0.0, 0.0), "Q": (1.0, 0.0)},
     )
 
 
 @pytest.mark.parametrize("on_failure", ["collect", "raise"])
 def test_a_study_over_two_branches_is_refused_with_its_parameters(on_failure):
-    study = cc.Study(rhombus, {"height": cc.interval(-0.5, 0.9)}, ["block.x"], on_failure=on_failure, **TIME)
-    with pytest.raises(cc.SceneError, match=r"height = -0\.5.*\n?.*another side"):
+    study = cc.Study(rhombus, {"height": cc.Interval(-0.5, 0.9)}, ["block.x"], on_failure=on_failure, **TIME)
+    with pytest.raises(cc.errors.SceneError, match=r"height = -0\.5.*\n?.*another side"):
         study.scan(5)
-    cc.Study(rhombus, {"height": cc.interval(0.2, 0.9)}, ["block.x"], **TIME).scan(5)
+    cc.Study(rhombus, {"height": cc.Interval(0.2, 0.9)}, ["block.x"], **TIME).scan(5)
 
 
 def test_a_branch_that_only_runs_inside_the_box_take_is_refused_too():
     def inside(height):
         return rhombus(-height if 0.3 < height < 0.4 else height)
 
-    study = cc.Study(inside, {"height": cc.interval(0.2, 0.9)}, ["block.x"], **TIME)
+    study = cc.Study(inside, {"height": cc.Interval(0.2, 0.9)}, ["block.x"], **TIME)
     study.scan(2)
-    with pytest.raises(cc.SceneError, match=r"height = 0\.375.*branch.*another side"):
+    with pytest.raises(cc.errors.SceneError, match=r"height = 0\.375.*branch.*another side"):
         study.scan(5)
 
 
@@ -102,7 +102,7 @@ def guessed(x, guesses=(0.0, 0.0)):
         cc.Revolute("right", "b.Q", "block"),
         cc.Prismatic("guide", "ground.G", "block", axis=(1.0, 0.0)),
     ]
-    push = cc.Motion("push", "guide", cc.Polynomial((0.0, 0.01)))
+    push = cc.motions.Motion("push", "guide", cc.motions.Polynomial((0.0, 0.01)))
     return cc.Scene(
         [*bars, cc.Body("block", 1.0, 0.1)], pins, drives=[push], ground={"O": (0.0, 0.0), "G": (x, 0.0)}
     )
@@ -111,7 +111,7 @@ def guessed(x, guesses=(0.0, 0.0)):
 def test_two_ways_that_are_equally_near_are_told_and_a_study_takes_one():
     said = guessed(0.4).check().warnings
     assert any("equally near" in warning for warning in said)
-    result = cc.Study(guessed, {"x": cc.interval(0.3, 0.5)}, ["a.angle"], **TIME).sample(40)
+    result = cc.Study(guessed, {"x": cc.Interval(0.3, 0.5)}, ["a.angle"], **TIME).sample(40)
     angles = result.values("a.angle")[:, 0]
     side = math.copysign(1.0, result["a.angle"].nominal[0])
     assert angles == pytest.approx(side * np.arccos(result.parameters[:, 0]), abs=1e-9)

@@ -10,7 +10,7 @@ import pytest
 from chebclear.base.files import same
 from chebclear.study.report.script import study_listings
 
-LENGTHS = {"crank_length": cc.interval(0.05, rel=0.1), "rod_length": cc.interval(0.12, rel=0.1)}
+LENGTHS = {"crank_length": cc.Interval.around(0.05, rel=0.1), "rod_length": cc.Interval.around(0.12, rel=0.1)}
 TIME = {"duration": 1.0, "samples": 73}
 
 
@@ -73,14 +73,14 @@ def rotor(torque=0.3, speed=100.0, mass=1.0):
 
 def rotor_study(**options):
     outputs = ["rotor.angular_velocity", "rotor.angle"]
-    return cc.Study(rotor, {"torque": cc.interval(0.2, 0.4)}, outputs, **(TIME | options))
+    return cc.Study(rotor, {"torque": cc.Interval(0.2, 0.4)}, outputs, **(TIME | options))
 
 
 @pytest.mark.parametrize("sense", [1, -1])
 def test_under_a_torque_the_angle_is_the_measured_one(sense):
     study = cc.Study(
         rotor,
-        {"torque": cc.interval(sense * 0.3, rel=0.3)},
+        {"torque": cc.Interval.around(sense * 0.3, rel=0.3)},
         ["rotor.angular_velocity"],
         fixed={"speed": sense * 100.0},
         **TIME,
@@ -108,7 +108,7 @@ def test_under_a_torque_the_angle_is_the_measured_one(sense):
 def test_the_speed_of_the_drive_may_be_a_parameter():
     study = cc.Study(
         cc.mechanisms.slider_crank,
-        {"crank_speed": cc.interval(60.0, rel=0.2), "crank_length": cc.interval(0.05, rel=0.1)},
+        {"crank_speed": cc.Interval.around(60.0, rel=0.2), "crank_length": cc.Interval.around(0.05, rel=0.1)},
         ["slider.x", "crank_bearing.angle"],
         fixed={"clearance_at": ()},
         **TIME,
@@ -128,7 +128,7 @@ def test_a_band_by_the_measured_angle_holds_what_does_not_depend_on_the_speed():
         return cc.mechanisms.slider_crank(crank_speed=crank_speed, clearance_at=())
 
     study = cc.Study(
-        ideal, {"crank_speed": cc.interval(200.0, rel=0.05)}, ["slider.x"], duration=0.03, samples=91
+        ideal, {"crank_speed": cc.Interval.around(200.0, rel=0.05)}, ["slider.x"], duration=0.03, samples=91
     )
     band = study.band(41, cycles=3)["slider.x"]
     expected = 0.05 * np.cos(band.angle) + np.sqrt(0.12**2 - (0.05 * np.sin(band.angle)) ** 2)
@@ -177,7 +177,7 @@ def test_revolutions_leave_with_their_angle(wrist):
 
 
 def test_features_are_those_of_each_revolution():
-    study = wrist_study(features={"peak": cc.peak("wrist.normal_force")})
+    study = wrist_study(features={"peak": cc.features.peak("wrist.normal_force")})
     result = study.band(3, coverage=0.9, cycles=3)
     assert result.features.runs.shape == (3, 2, 1)
     peaks = result.features.runs[:, :, 0]
@@ -209,9 +209,9 @@ def test_what_has_no_band_by_angle_is_refused():
         study.band(9, cycles=3, include=study.band(3, coverage=0.5, cycles=2))
     faster = cc.Study(
         cc.mechanisms.slider_crank,
-        {"crank_speed": cc.interval(200.0, 220.0)},
+        {"crank_speed": cc.Interval(200.0, 220.0)},
         ["slider.x"],
-        features={"peak": cc.peak("slider.x")},
+        features={"peak": cc.features.peak("slider.x")},
         **TIME,
     )
     with pytest.raises(ValueError, match="features of each revolution need one constant speed"):
@@ -219,12 +219,14 @@ def test_what_has_no_band_by_angle_is_refused():
     worn = cc.Study(cc.mechanisms.slider_crank, LENGTHS, ["wrist.wear"], **TIME)
     with pytest.raises(ValueError, match=r"wrist\.wear: they grow from revolution to revolution"):
         worn.band(3, cycles=2)
-    swinging = cc.Study(cc.mechanisms.pendulum_in_bearing, {"length": cc.interval(0.2, rel=0.1)}, **TIME)
+    swinging = cc.Study(
+        cc.mechanisms.pendulum_in_bearing, {"length": cc.Interval.around(0.2, rel=0.1)}, **TIME
+    )
     with pytest.raises(ValueError, match="no drive turns at constant speed: angle must name the joint"):
         swinging.band(9, cycles=3)
     with pytest.raises(ValueError, match=r'"bearing" makes \d+(\.\d*)? revolutions in 0.5 s'):
         rotor_study(duration=0.5).band(3, cycles=12, angle="bearing")
-    resting = cc.Study(rotor, {"mass": cc.interval(1.0, 2.0)}, fixed={"torque": 0.0, "speed": 0.0}, **TIME)
+    resting = cc.Study(rotor, {"mass": cc.Interval(1.0, 2.0)}, fixed={"torque": 0.0, "speed": 0.0}, **TIME)
     with pytest.raises(ValueError, match='"bearing" does not turn'):
         resting.band(3, cycles=2, angle="bearing")
 
@@ -243,13 +245,13 @@ def test_a_study_beyond_the_chaos_horizon_is_told_what_to_call():
         times = {"duration": 0.03 * revolutions, "samples": 61 * revolutions}
         return cc.Study(cc.mechanisms.slider_crank, LENGTHS, ["slider.x", "slider.ax"], **times)
 
-    with pytest.warns(cc.HorizonWarning, match=r"\(slider\.ax\).*Study\.band\(cycles=10, discard=1\)"):
+    with pytest.warns(cc.errors.HorizonWarning, match=r"\(slider\.ax\).*Study\.band\(cycles=10, discard=1\)"):
         result = study(5).band(5)
     assert sum("chaos horizon" in text for text in result.warnings) == 1
     with warnings.catch_warnings():
-        warnings.simplefilter("error", cc.HorizonWarning)
+        warnings.simplefilter("error", cc.errors.HorizonWarning)
         warnings.simplefilter("ignore", cc.ChebclearWarning)
-        warnings.simplefilter("error", cc.HorizonWarning)
+        warnings.simplefilter("error", cc.errors.HorizonWarning)
         study(2).band(5)
         # What is asked for by angle need not be told to ask for it.
         study(5).band(3, cycles=5)
@@ -257,7 +259,7 @@ def test_a_study_beyond_the_chaos_horizon_is_told_what_to_call():
 
 def test_a_run_beyond_its_horizon_is_told_what_to_call():
     scene = cc.mechanisms.slider_crank()
-    with pytest.warns(cc.HorizonWarning, match=r"slider\.ax.*Study\.band\(cycles=10, discard=1\)"):
+    with pytest.warns(cc.errors.HorizonWarning, match=r"slider\.ax.*Study\.band\(cycles=10, discard=1\)"):
         run = cc.simulate(
             scene, duration=0.15, samples=751, outputs=["slider.ax"], rtol=1e-4, error="estimate"
         )
@@ -265,5 +267,5 @@ def test_a_run_beyond_its_horizon_is_told_what_to_call():
     # Within a revolution of the horizon nothing is said.
     end = run.error["slider.ax"].horizon + 0.02
     with warnings.catch_warnings():
-        warnings.simplefilter("error", cc.HorizonWarning)
+        warnings.simplefilter("error", cc.errors.HorizonWarning)
         cc.simulate(scene, duration=end, samples=201, outputs=["slider.ax"], rtol=1e-4, error="estimate")

@@ -229,7 +229,7 @@ values = [
     stats.norm(1.0, 2.0), signal.TransferFunction([1], [1, 2]), sparse.eye(3).tocsr(), np.dtype("f8"),
     np.ma.array([1.0, 2.0], mask=[0, 1]), np.poly1d([1, 2]), np.float32(1.5), np.datetime64("2020"),
     np.random.default_rng(1), np.random.normal, np.add.reduce, np.sum, random.Random(1), random.uniform,
-    list[int], int | None, 10**5000, cc.mechanisms.slider_crank(), cc.interval(1.0, rel=0.1),
+    list[int], int | None, 10**5000, cc.mechanisms.slider_crank(), cc.Interval.around(1.0, rel=0.1),
     functools.lru_cache(maxsize=3)(len), threading.Event(),
 ]
 print(json.dumps([value_text(value) for value in values]))
@@ -274,25 +274,25 @@ def counting(a):
 
 
 def test_a_model_that_changes_what_it_reads_needs_a_version(tmp_path):
-    box = {"a": cc.interval(1.0, rel=0.1)}
+    box = {"a": cc.Interval.around(1.0, rel=0.1)}
     cc.Study(counting, box, store=tmp_path / "first").scan(2)
-    with pytest.raises(cc.StoreError, match=r"variable \S+\.COUNTS: the store has .*, this study"):
+    with pytest.raises(cc.errors.StoreError, match=r"variable \S+\.COUNTS: the store has .*, this study"):
         cc.Study(counting, box, store=tmp_path / "first").scan(2)
     for points in (2, 3):
         study = cc.Study(counting, box, store=tmp_path / "second", version="1")
         calls = COUNTS["calls"]
         study.scan(points)
         assert COUNTS["calls"] - calls == (3 if points == 2 else 0)
-    with pytest.raises(cc.StoreError, match=r"version 1', this study 'model counting, version 2'"):
+    with pytest.raises(cc.errors.StoreError, match=r"version 1', this study 'model counting, version 2'"):
         cc.Study(counting, box, store=tmp_path / "second", version="2").scan(2)
 
 
 def test_a_version_is_for_a_store_of_a_model(tmp_path):
-    box = {"a": cc.interval(1.0, rel=0.1)}
+    box = {"a": cc.Interval.around(1.0, rel=0.1)}
     for wrong in ({"version": "1"}, {"version": 1, "store": tmp_path}, {"version": "", "store": tmp_path}):
         with pytest.raises((ValueError, TypeError), match="version"):
             cc.Study(counting, box, **wrong)
-    scenes = {"crank_length": cc.interval(0.05, rel=0.1)}
+    scenes = {"crank_length": cc.Interval.around(0.05, rel=0.1)}
     with pytest.raises(ValueError, match="version is for a model of your own"):
         cc.Study(
             cc.mechanisms.slider_crank,

@@ -30,7 +30,7 @@ def quiet_band(model, box, runs, seed):
 @pytest.mark.parametrize("runs", [21, 41, 81, 161])
 @pytest.mark.parametrize("half_width", [0.5, 0.1])
 def test_a_resonance_at_the_nominal_is_not_resolved(runs, half_width):
-    box = {"ratio": cc.interval(1 - half_width, 1 + half_width)}
+    box = {"ratio": cc.Interval(1 - half_width, 1 + half_width)}
     for seed in range(20):
         band = quiet_band(resonance, box, runs, seed)
         assert band.verdict != "resolved", seed
@@ -41,7 +41,7 @@ def test_a_resonance_at_the_nominal_is_not_resolved(runs, half_width):
 
 @pytest.mark.parametrize("runs", [21, 161])
 def test_a_narrow_peak_of_many_parameters_is_not_resolved(runs):
-    box = {f"p{number}": cc.interval(-1.0, 1.0) for number in range(8)}
+    box = {f"p{number}": cc.Interval(-1.0, 1.0) for number in range(8)}
     for seed in range(5):
         assert quiet_band(narrow, box, runs, seed).verdict != "resolved", seed
 
@@ -50,11 +50,11 @@ def test_an_included_run_that_is_far_from_all_others_counts_as_well():
     def spike(a):
         return {"t": T, "y": np.full(5, a + 100 * (abs(a - 0.7) < 1e-9))}
 
-    study = cc.Study(spike, {"a": cc.interval(0.0, 1.0)})
+    study = cc.Study(spike, {"a": cc.Interval(0.0, 1.0)})
     assert study.band(41)["y"].verdict == "resolved"
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", cc.ChebclearWarning)
-        further = cc.Study(spike, {"a": cc.interval(0.4, 1.0)}).chebyshev(degree=2)
+        further = cc.Study(spike, {"a": cc.Interval(0.4, 1.0)}).chebyshev(degree=2)
         assert study.band(41, include=further)["y"].verdict != "resolved"
 
 

@@ -5,23 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from chebclear import (
-    ChebclearWarning,
-    Study,
-    StudyResult,
-    bifurcation,
-    interval,
-    loss as joint_loss,
-    mechanisms,
-    peak,
-    rms,
-    study_tradeoff,
-)
+from chebclear import ChebclearWarning, Interval, Study, StudyResult, bifurcation, mechanisms, study_tradeoff
+from chebclear.features import loss as joint_loss, peak, rms
 from chebclear.run import simulation
 from chebclear.scene.scene import compiled
 from chebclear.study.polynomials.points import leaves_out
 
-BOX = {"a": interval(1.0, rel=0.1), "b": interval(2.0, rel=0.1)}
+BOX = {"a": Interval.around(1.0, rel=0.1), "b": Interval.around(2.0, rel=0.1)}
 T = np.linspace(0.0, 1.0, 101)
 
 
@@ -184,7 +174,7 @@ def test_a_box_that_is_wider_than_the_runs_of_a_table_is_not_resolved():
     random = np.random.default_rng(3)
     points = {"m": random.uniform(1.94, 2.06, 60), "k": random.uniform(76.0, 84.0, 60)}
     x = np.cos(np.sqrt(points["k"] / points["m"])[:, None] * T)
-    box = {"m": interval(1.5, 2.5), "k": interval(76.0, 84.0)}
+    box = {"m": Interval(1.5, 2.5), "k": Interval(76.0, 84.0)}
     study = Study.from_runs(points, T, {"x": x, "last": x[:, -1]}, intervals=box)
     with pytest.warns(
         ChebclearWarning, match=r"m between 1.5 and 1.94.* or between 2.05.* and 2.5, 88 % of its"
@@ -223,7 +213,7 @@ def test_copies_of_runs_of_a_table_count_once():
     random = np.random.default_rng(0)
     a, b = random.uniform(0.0, 1.0, (2, 60))
     x = np.sin(3.0 * T + 6.28 * random.random(60)[:, None]) * (random.exponential(size=60)[:, None] + 0.2)
-    box = {name: interval(-0.01, 1.01) for name in "ab"}
+    box = {name: Interval(-0.01, 1.01) for name in "ab"}
     once = Study.from_runs({"a": a, "b": b}, T, {"x": x}, intervals=box).band(coverage=0.99)
     twice = {"a": np.r_[a, a * (1.0 + 1e-15)], "b": np.r_[b, b]}
     with pytest.warns(
@@ -240,7 +230,7 @@ def test_copies_of_runs_of_a_table_count_once():
     assert len(few.sample().parameters) == 59
     many = {"a": random.uniform(-1.0, 1.0, 3000)}
     line = many["a"][:, None] * T[:3]
-    sides = {"a": interval(-1.0, 1.0)}
+    sides = {"a": Interval(-1.0, 1.0)}
     study = Study.from_runs(many, T[:3], {"x": line}, intervals=sides, independent=True)
     assert study.band(coverage=0.999).requirement.independent
     # Several copies that differ by rounding, in a narrow interval.
@@ -274,14 +264,14 @@ def test_the_first_runs_of_a_table_must_fill_the_box_as_all_do():
     # All runs but the nominal one are used: no others are where these are not.
     a = np.concatenate([random.uniform(-1.0, -0.42, 20), random.uniform(0.42, 1.0, 20), [0.0]])
     with pytest.warns(ChebclearWarning, match=r"undersampled: the table has no runs in a part of the box"):
-        study = Study.from_runs({"a": a}, T, {"x": a[:, None] * T}, intervals={"a": interval(-1.0, 1.0)})
+        study = Study.from_runs({"a": a}, T, {"x": a[:, None] * T}, intervals={"a": Interval(-1.0, 1.0)})
         assert study.band()["x"].verdict == "undersampled"
 
 
 def test_a_table_whose_runs_leave_out_a_part_of_the_box_says_so():
     points = {"a": np.random.default_rng(0).uniform(0.9, 0.94, 80)}
     values = np.sin(5.0 * points["a"])[:, None] * T
-    box = {"a": interval(0.9, 1.1)}
+    box = {"a": Interval(0.9, 1.1)}
     with pytest.warns(
         ChebclearWarning, match="no run of the table has a between 0.93.* 80 % of its interval"
     ):
@@ -327,7 +317,7 @@ def beginning(random):
     ],
 )
 def test_nothing_is_extrapolated_into_a_part_of_the_box_that_a_table_leaves_out(draw, told, tmp_path):
-    sides = {"a": interval(-1.0, 1.0), "b": interval(-1.0, 1.0)}
+    sides = {"a": Interval(-1.0, 1.0), "b": Interval(-1.0, 1.0)}
     a, b = draw(np.random.default_rng(1))[:120].T
     x = (a + b + 0.2 * a * b + np.exp(-2.0 * (a**2 + b**2)))[:, None] * (1.0 + T)
     with pytest.warns(ChebclearWarning, match=told):
@@ -356,7 +346,7 @@ def test_runs_that_fill_the_box_leave_nothing_out():
             points = np.random.default_rng([seed, count]).uniform(-1.0, 1.0, (count, 4))
             assert not leaves_out(points)
     # Pairs of Sobol' points in many dimensions look empty, but runs of a study are not judged.
-    sides = {f"p{index}": interval(-1.0, 1.0) for index in range(20)}
+    sides = {f"p{index}": Interval(-1.0, 1.0) for index in range(20)}
     study = Study(
         lambda **p: {"t": T, "x": (200.0 + sum(p.values())) * (1.0 + T)}, sides, features={"peak": peak("x")}
     )
@@ -418,7 +408,7 @@ def test_orientation_and_all_else_that_is_wrong_with_a_table_is_told_together(ta
     holed[7, 3] = np.nan
     wrong = {"x": values.T, "y": values[:, :50], "z": holed, "w": "text"}
     with pytest.raises(ValueError, match="transpose it") as caught:
-        Study.from_runs(parameters, T, wrong, intervals={"a": interval(1.0, rel=0.01), "c": BOX["b"]})
+        Study.from_runs(parameters, T, wrong, intervals={"a": Interval.around(1.0, rel=0.01), "c": BOX["b"]})
     for part in ("(40, 50)", "nan in run 7", '"w"', "outside its interval", 'names "c", no parameter'):
         assert part in str(caught.value), part
     with pytest.raises(ValueError, match="time series need t"):
@@ -449,7 +439,7 @@ def test_a_callable_feature_does_not_simulate_again(monkeypatch):
     monkeypatch.setattr(simulation, "compiled", lambda scene: calls.append(1) or compiled(scene))
     study = Study(
         mechanisms.slider_crank,
-        {"crank_length": interval(0.05, rel=0.1)},
+        {"crank_length": Interval.around(0.05, rel=0.1)},
         ["slider.x"],
         duration=5e-3,
         samples=51,
@@ -467,7 +457,7 @@ def test_included_runs_of_another_model_are_told_output_by_output():
     def model(size):
         return Study(
             lambda a: {"t": T, "x": size * (1.0 + a) * T, "force": 1e4 * (1.0 + a * T)},
-            {"a": interval(-1.0, 1.0)},
+            {"a": Interval(-1.0, 1.0)},
         )
 
     own, other = model(1e-3), model(5e-3)
@@ -481,7 +471,7 @@ def test_what_a_polynomial_says_where_runs_failed_is_doubted():
             raise RuntimeError("does not assemble")
         return {"t": T, "x": np.exp(2.0 * a) * (1.0 + T)}
 
-    study = Study(model, {"a": interval(-1.0, 1.0)}, features={"peak": peak("x")})
+    study = Study(model, {"a": Interval(-1.0, 1.0)}, features={"peak": peak("x")})
     with pytest.warns(ChebclearWarning, match="failed"):
         result = study.band(41)
     assert result["x"].verdict == "undersampled"
@@ -498,7 +488,7 @@ def test_what_a_polynomial_says_where_runs_failed_is_doubted():
 def test_masked_instants_have_no_value():
     t = np.ma.masked_array([0.0, 0.5, 1.0], mask=[False, True, False])
     with pytest.raises(ValueError, match="t must be finite"):
-        Study(lambda a: {"t": t, "x": [a, a, a]}, {"a": interval(1.0, rel=0.1)}).scan(2)
+        Study(lambda a: {"t": t, "x": [a, a, a]}, {"a": Interval.around(1.0, rel=0.1)}).scan(2)
     with pytest.raises(ValueError, match="t must be finite"):
         Study.from_runs({"a": [1.0, 2.0]}, t, {"x": np.ones((2, 3))})
     with pytest.raises(ValueError, match="none of them masked"):

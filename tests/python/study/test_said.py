@@ -18,7 +18,7 @@ samples = 11
 outputs = ["bob.x", "bob.y"]
 {more}
 """
-SIDES = {"crank_length": cc.interval(0.05, rel=0.05)}
+SIDES = {"crank_length": cc.Interval.around(0.05, rel=0.05)}
 SHORT = {"duration": 1e-3, "samples": 5}
 
 

@@ -26,9 +26,13 @@ def test_what_build_does_wrong_is_told_with_the_parameters():
     with pytest.raises(LookupError, match="no such planet") as caught:
         cc.Study(broken, sides, **TIME).scan(2)
     assert "in build with gravity = 9.5" in caught.value.__notes__
-    with pytest.raises(cc.SceneError, match=re.escape("gravity = 9.5: bodies[0].mass: must be a number")):
+    with pytest.raises(
+        cc.errors.SceneError, match=re.escape("gravity = 9.5: bodies[0].mass: must be a number")
+    ):
         cc.Study(half_typed, sides, **TIME).scan(2)
-    with pytest.raises(cc.SceneError, match=r"gravity = 9\.5: rod_mass: must be a number \[kg\], got 'h"):
+    with pytest.raises(
+        cc.errors.SceneError, match=r"gravity = 9\.5: rod_mass: must be a number \[kg\], got 'h"
+    ):
         cc.Study(unbuildable, sides, **TIME).scan(2)
 
 
@@ -36,7 +40,7 @@ def test_wrong_arguments_of_a_study_are_listed_together():
     with pytest.raises(ValueError) as caught:
         cc.Study(
             faller,
-            {"gravty": PLANET["gravity"], "tilt": (0.3, 1.2), "mass": cc.interval(1.0, 2.0)},
+            {"gravty": PLANET["gravity"], "tilt": (0.3, 1.2), "mass": cc.Interval(1.0, 2.0)},
             "block.y",
             duration=0.0,
             samples=1,
@@ -47,7 +51,7 @@ def test_wrong_arguments_of_a_study_are_listed_together():
         )
     words = str(caught.value)
     for part in (
-        'parameters["tilt"] must be an interval(lower, upper), got (0.3, 1.2)',
+        'parameters["tilt"] must be an Interval(lower, upper), got (0.3, 1.2)',
         'build has no parameter "gravty"; did you mean "gravity"?',
         '"mass" is both a parameter and fixed',
         "duration must be a finite number > 0 [s], got 0.0",
@@ -77,7 +81,7 @@ def test_build_must_fit_the_parameters():
     with pytest.raises(ValueError, match="at least one interval"):
         cc.Study(faller, {}, **TIME)
     with pytest.raises(TypeError, match="parameters must map names to intervals"):
-        cc.Study(faller, [cc.interval(1, 2)], **TIME)
+        cc.Study(faller, [cc.Interval(1, 2)], **TIME)
 
 
 @pytest.mark.parametrize(

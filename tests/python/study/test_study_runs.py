@@ -7,7 +7,7 @@ import chebclear as cc
 import pytest
 from chebclear.execution.batch import GatheredWarnings
 
-BOX = {name: cc.interval(1.0, 2.0) for name in "abcde"}
+BOX = {name: cc.Interval(1.0, 2.0) for name in "abcde"}
 
 
 def resting(**parameters):
@@ -91,7 +91,7 @@ def test_mechanisms_that_jam_are_told_of_in_a_study():
     def jamming(crank):
         return cc.mechanisms.four_bar(crank_length=crank, clearance_at=("rocker_pin",))
 
-    lengths = {"crank": cc.interval(0.04, 0.07)}
+    lengths = {"crank": cc.Interval(0.04, 0.07)}
     with pytest.warns(cc.ChebclearWarning, match="cannot make a full turn"):
         result = cc.Study(jamming, lengths, outputs=["crank.angle"], duration=1e-4, samples=2).scan(2)
     assert any("cannot make a full turn" in text for text in result.warnings)

@@ -25,7 +25,11 @@ def faller(gravity):
 @pytest.fixture(scope="module")
 def fall():
     study = cc.Study(
-        faller, {"gravity": cc.interval(9.81, rel=0.1)}, ["block.y", "block.vy"], duration=0.5, samples=21
+        faller,
+        {"gravity": cc.Interval.around(9.81, rel=0.1)},
+        ["block.y", "block.vy"],
+        duration=0.5,
+        samples=21,
     )
     return cc.study_tradeoff(study, degrees=[1, 2], points=[3], holdout=50, **GRIDS)
 
@@ -80,7 +84,7 @@ def test_the_cheapest_bounds_that_are_good_enough_are_taken(fall):
 
 def test_an_output_that_does_not_change_is_no_obstacle():
     study = cc.Study(
-        faller, {"gravity": cc.interval(9.0, 10.0)}, ["block.x", "block.y"], duration=0.5, samples=11
+        faller, {"gravity": cc.Interval(9.0, 10.0)}, ["block.x", "block.y"], duration=0.5, samples=11
     )
     result = cc.study_tradeoff(study, degrees=[1], points=[], holdout=5, **GRIDS)
     assert result.reference_width[0] == 0.0 and math.isnan(result.points[0].width_error[0])
@@ -92,7 +96,7 @@ def test_a_motion_that_is_prescribed_has_no_error():
         [cc.Body("crank", 1.0, 0.1, center_of_mass=(0.1, 0.0))],
         [cc.Revolute("pivot", "ground", "crank")],
         [],
-        [cc.Speed("motor", "pivot", 3.0)],
+        [cc.motions.Speed("motor", "pivot", 3.0)],
     )
     result = cc.tradeoff(crank, duration=1.0, samples=11, rtols=[1e-3, 1e-6], repeats=1)
     assert all(not point.growth.any() and np.all(point.horizon == math.inf) for point in result)
@@ -121,7 +125,7 @@ def test_study_results_are_tables_plots_and_values(fall):
 
 
 def test_settings_of_a_study_that_fail_stay_in_the_table(monkeypatch):
-    study = cc.Study(faller, {"gravity": cc.interval(9.0, 10.0)}, ["block.y"], duration=0.5, samples=11)
+    study = cc.Study(faller, {"gravity": cc.Interval(9.0, 10.0)}, ["block.y"], duration=0.5, samples=11)
     real = of_study.on_grid
 
     def on_grid(runner, points, counts, degrees=None, *options):
@@ -137,7 +141,7 @@ def test_settings_of_a_study_that_fail_stay_in_the_table(monkeypatch):
 
 
 def test_polynomials_without_a_certified_range_bound_nothing():
-    study = cc.Study(faller, {"gravity": cc.interval(9.0, 10.0)}, ["block.y"], duration=0.5, samples=11)
+    study = cc.Study(faller, {"gravity": cc.Interval(9.0, 10.0)}, ["block.y"], duration=0.5, samples=11)
     result = cc.study_tradeoff(study, degrees=[31], points=[], holdout=5, **GRIDS)
     interval, polynomial, _ = result
     assert interval.containment[0] == 1.0
@@ -150,21 +154,23 @@ def test_polynomials_without_a_certified_range_bound_nothing():
 
 
 def test_wrong_arguments_of_a_study_are_listed_together():
-    study = cc.Study(faller, {"gravity": cc.interval(9.0, 10.0)}, ["block.y"], duration=0.5, samples=11)
+    study = cc.Study(faller, {"gravity": cc.Interval(9.0, 10.0)}, ["block.y"], duration=0.5, samples=11)
     with pytest.raises(ValueError) as caught:
         cc.study_tradeoff(study, degrees=[0], points="5", holdout=1, seed=-1)
     words = [line.split()[0] for line in str(caught.value).splitlines()]
     assert words == ["degrees[0]", "points", "holdout", "seed"]
     with pytest.raises(ValueError, match="must not all be empty"):
         cc.study_tradeoff(study, degrees=[], points=[], **GRIDS)
-    wide = {name: cc.interval(1.0, 2.0) for name in "abcdefg"}
+    wide = {name: cc.Interval(1.0, 2.0) for name in "abcdefg"}
     many = cc.Study(lambda **given: faller(9.81), wide, ["block.y"], duration=0.5, samples=11)
     with pytest.raises(ValueError, match="at most 1000000 runs"):
         cc.study_tradeoff(many, degrees=[9])
 
 
 def test_bands_of_a_linear_response_are_exact_from_few_runs_on():
-    study = cc.Study(faller, {"gravity": cc.interval(9.81, rel=0.1)}, ["block.y"], duration=0.5, samples=21)
+    study = cc.Study(
+        faller, {"gravity": cc.Interval.around(9.81, rel=0.1)}, ["block.y"], duration=0.5, samples=21
+    )
     result = cc.study_tradeoff(study, degrees=[], points=[2], runs=[41, 9], holdout=20)
     assert [(point.bounds, point.runs) for point in result] == [
         ("scan", 3),

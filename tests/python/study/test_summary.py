@@ -11,7 +11,7 @@ from chebclear.execution.failures import set_apart
 from chebclear.study.polynomials.points import sobol_points
 
 T = np.linspace(0.0, 1.0, 60)
-BOX = {"a": cc.interval(1.0, rel=0.1), "b": cc.interval(2.0, rel=0.1)}
+BOX = {"a": cc.Interval.around(1.0, rel=0.1), "b": cc.Interval.around(2.0, rel=0.1)}
 
 
 def model(a, b):
@@ -66,7 +66,7 @@ def test_a_value_whose_square_is_no_number_is_told_with_its_output():
         return {"t": T, "x": 1e299 * a * T}
 
     with pytest.raises(cc.ChebclearError, match=r"no band of x: run 0 has a value .*: all must be finite"):
-        cc.Study(huge, {"a": cc.interval(1.0, rel=0.1)}).band(9)
+        cc.Study(huge, {"a": cc.Interval.around(1.0, rel=0.1)}).band(9)
 
 
 @pytest.mark.parametrize("ask", ["scan", "sample", "band"])
@@ -84,9 +84,9 @@ def test_a_study_without_outputs_prints_its_features():
 
 
 def test_a_peak_that_was_asked_for_is_that_of_the_motion():
-    sides = {"crank_length": cc.interval(0.05, rel=0.1)}
+    sides = {"crank_length": cc.Interval.around(0.05, rel=0.1)}
     options = {"duration": 2e-3, "samples": 5, "rtol": 1e-4}
-    features = {"peak force": cc.peak("wrist.normal_force")}
+    features = {"peak force": cc.features.peak("wrist.normal_force")}
     asked = cc.Study(cc.mechanisms.slider_crank, sides, ["wrist.normal_force"], features=features, **options)
     result = asked.sample(6)
     reach = result.feature("peak force").interval
@@ -105,7 +105,7 @@ def test_warnings_and_failures_are_told_with_the_result():
             raise ValueError("no solution")
         return {"t": T, "x": a * T}
 
-    text = str(cc.Study(partly, {"a": cc.interval(1.0, rel=0.1)}).band(20))
+    text = str(cc.Study(partly, {"a": cc.Interval.around(1.0, rel=0.1)}).band(20))
     assert "\nwarning: failed: " in text and "\nwarning: undersampled: " in text
     told = re.search(
         r"next: a box in which all runs succeed: 5 of 21 failed, with a from ([\d.]+) to ([\d.]+), see", text
@@ -122,7 +122,7 @@ def test_mechanisms_that_jam_are_told_before_more_runs(play):
     """By Grashof's rule the crank turns round if it is no longer than 0.08 + 0.1 - 0.12 m."""
     study = cc.Study(
         cc.mechanisms.four_bar,
-        {"crank_length": cc.interval(0.045, 0.073), "crank_mass": cc.interval(0.3, rel=0.1)},
+        {"crank_length": cc.Interval(0.045, 0.073), "crank_mass": cc.Interval.around(0.3, rel=0.1)},
         outputs=["rocker.angle"],
         fixed={"clearance_at": play},
         duration=0.03,
@@ -165,13 +165,13 @@ def test_runs_in_all_of_a_box_have_no_place_in_it():
 def test_a_band_without_a_polynomial_names_what_to_use_instead(study):
     for result in (study.band(41), study.scan(4)):
         with pytest.raises(
-            cc.ArgumentError, match=rf"noise \({result['noise'].verdict}\) .* features of the runs"
+            cc.errors.ArgumentError, match=rf"noise \({result['noise'].verdict}\) .* features of the runs"
         ):
             result["noise"].sensitivity("a")
 
 
 def test_peaks_of_a_model_are_those_of_its_samples():
-    study = cc.Study(model, BOX, features={"peak": cc.peak("x")})
+    study = cc.Study(model, BOX, features={"peak": cc.features.peak("x")})
     assert "between the samples" not in str(study.sample(12))
 
 
@@ -203,21 +203,21 @@ def test_a_table_with_a_wrong_run_says_which():
     values = np.ones((20, 5))
     values[3, 2] = np.nan
     with pytest.raises(
-        cc.ArgumentError, match=r"got nan in run 3 \(1 run in all\): leave it out, of the param"
+        cc.errors.ArgumentError, match=r"got nan in run 3 \(1 run in all\): leave it out, of the param"
     ):
         cc.Study.from_runs(points, T[:5], {"x": values})
     values[7] = np.inf
-    with pytest.raises(cc.ArgumentError, match=r"in run 3 \(2 runs in all\): leave them out"):
+    with pytest.raises(cc.errors.ArgumentError, match=r"in run 3 \(2 runs in all\): leave them out"):
         cc.Study.from_runs(points, T[:5], {"x": values})
     numbers = cc.Study.from_runs(points, None, {"top": np.ones(20)})
     with pytest.raises(
-        cc.ArgumentError, match=r"needs outputs over time: .*sample\(\) is for features alone"
+        cc.errors.ArgumentError, match=r"needs outputs over time: .*sample\(\) is for features alone"
     ):
         numbers.band()
 
 
 def test_quantiles_say_where_a_normal_distribution_ends():
-    box = {"a": cc.normal(1.0, 0.05), "b": cc.interval(1.8, 2.2)}
+    box = {"a": cc.normal(1.0, 0.05), "b": cc.Interval(1.8, 2.2)}
     study = cc.Study(model, box, outputs=["x"])
     result = study.chebyshev(degree=2)
     assert "a: 0.85 to 1.15 (normal: three standard deviations each way, taken as an interval)" in str(result)
@@ -232,7 +232,7 @@ def test_quantiles_say_where_a_normal_distribution_ends():
     likely = result["x"].quantiles(study.random, probability=0.99, draws=20_000)
     assert likely.upper[-1] >= 1.0 + 0.05 * 2.5758 - 1.8 - 1e-6
     assert likely.upper[-1] == pytest.approx(1.0 + 0.05 * 2.5758 - 1.8, abs=5e-3)
-    with pytest.raises(cc.ArgumentError, match=r"probability must be below 0\.9973"):
+    with pytest.raises(cc.errors.ArgumentError, match=r"probability must be below 0\.9973"):
         result["x"].quantiles(study.random, probability=0.9999, draws=100_000)
     with pytest.raises(TypeError, match=r"random must map names of parameters to normal"):
         result["x"].quantiles([0.05, 0.95])

@@ -38,7 +38,7 @@ def band_of(surrogate, t):
     runs = surrogate.evaluate(dict(zip(surrogate.intervals, points.T, strict=True)))
     return cc.Band(
         "output", t, lower, upper, runs.mean(axis=0), (runs.min(axis=0), runs.max(axis=0)),
-        surrogate.intervals, points, runs, surrogate, "resolved", cc.Margin("polynomial"),
+        surrogate.intervals, points, runs, surrogate, "resolved", cc.results.Margin("polynomial"),
     )  # fmt: skip
 
 
@@ -126,7 +126,7 @@ def test_the_ends_of_the_intervals_are_inside_and_nothing_beyond():
 @pytest.mark.parametrize("middle", [0.05, 0.12, 2e-5, 0.3, 7.0])
 @pytest.mark.parametrize("percent", [1, 3, 7, 10, 15])
 def test_the_ends_of_a_relative_interval_can_be_typed(middle, percent):
-    box = {"a": cc.interval(middle, rel=percent / 100)}
+    box = {"a": cc.Interval.around(middle, rel=percent / 100)}
     surrogate = fitted(lambda z: z, (1,), box=box)
     for sign in (-1, 1):
         typed = float(f"{middle * (100 + sign * percent) / 100:.12g}")
@@ -302,7 +302,10 @@ def test_bands_are_values(wavy):
 
 
 # The ideal slider-crank of the paper, two parameters of 10 %, over one revolution.
-LENGTHS = {"crank_length": cc.interval(0.05, rel=0.10), "rod_length": cc.interval(0.12, rel=0.10)}
+LENGTHS = {
+    "crank_length": cc.Interval.around(0.05, rel=0.10),
+    "rod_length": cc.Interval.around(0.12, rel=0.10),
+}
 SPEED = cc.rpm(2000)
 
 

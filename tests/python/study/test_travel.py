@@ -46,19 +46,28 @@ def area(run):
 def slider_crank(**options):
     return cc.Study(
         cc.mechanisms.slider_crank,
-        {"rod_length": cc.interval(0.12, rel=0.01), "crank_length": CRANK},
+        {"rod_length": cc.Interval.around(0.12, rel=0.01), "crank_length": CRANK},
         ["slider.vx", "wrist.normal_force"],
-        features={"peak force": cc.peak("wrist.normal_force"), "loss": cc.loss("wrist")},
-        fixed={"clearance": 2e-4, "friction": cc.SmoothedCoulomb(0.05, 0.01), "clearance_at": ("wrist",)},
+        features={"peak force": cc.features.peak("wrist.normal_force"), "loss": cc.features.loss("wrist")},
+        fixed={
+            "clearance": 2e-4,
+            "friction": cc.laws.SmoothedCoulomb(0.05, 0.01),
+            "clearance_at": ("wrist",),
+        },
         units={"loss": "J"},
         **{**SHORT, **options},
     )
 
 
 def own_model(**options):
-    box = {"a": cc.interval(1.0, rel=0.1), "b": cc.uniform(1.8, 2.2)}
+    box = {"a": cc.Interval.around(1.0, rel=0.1), "b": cc.uniform(1.8, 2.2)}
     return cc.Study(
-        model, box, fixed={"exponent": 3}, features={"low": cc.lowest("x")}, units={"x": "m"}, **options
+        model,
+        box,
+        fixed={"exponent": 3},
+        features={"low": cc.features.lowest("x")},
+        units={"x": "m"},
+        **options,
     )
 
 
@@ -66,7 +75,9 @@ def table():
     random = np.random.default_rng(3)
     a, b = random.uniform(0.9, 1.1, 24), random.uniform(1.8, 2.2, 24)
     x = a[:, None] * T - b[:, None] * T**2
-    return cc.Study.from_runs({"a": a, "b": b}, T, {"x": x, "top": a * b}, features={"low": cc.lowest("x")})
+    return cc.Study.from_runs(
+        {"a": a, "b": b}, T, {"x": x, "top": a * b}, features={"low": cc.features.lowest("x")}
+    )
 
 
 KINDS = {
@@ -74,7 +85,7 @@ KINDS = {
     "band of a file": lambda: cc.loads(PRESS).study().band(9),
     "band by angle": lambda: cc.Study(
         cc.mechanisms.slider_crank,
-        {"rod_length": cc.interval(0.12, rel=0.01)},
+        {"rod_length": cc.Interval.around(0.12, rel=0.01)},
         ["slider.x"],
         samples=13,
         duration=0.1,
@@ -85,16 +96,16 @@ KINDS = {
     "sample": lambda: slider_crank().sample(8, seed=4),
     "a callable feature": lambda: cc.Study(
         cc.mechanisms.slider_crank,
-        {"rod_length": cc.interval(0.12, rel=0.01)},
+        {"rod_length": cc.Interval.around(0.12, rel=0.01)},
         ["slider.x"],
         features={"area": area},
         **SHORT,
     ).sample(8),
     "features alone": lambda: cc.Study(
         cc.mechanisms.slider_crank,
-        {"rod_length": cc.interval(0.12, rel=0.01)},
+        {"rod_length": cc.Interval.around(0.12, rel=0.01)},
         [],
-        features={"peak": cc.peak("slider.x")},
+        features={"peak": cc.features.peak("slider.x")},
         **SHORT,
     ).sample(8),
     "own model": lambda: own_model().band(21),
@@ -239,7 +250,7 @@ print(result.spec.missing)
 def test_what_cannot_travel_is_named(tmp_path):
     result = cc.Study(
         lambda length: cc.mechanisms.slider_crank(rod_length=length),
-        {"length": cc.interval(0.12, rel=0.01)},
+        {"length": cc.Interval.around(0.12, rel=0.01)},
         ["slider.x"],
         features={"sum": lambda run: float(np.sum(run["slider.x"]))},
         **SHORT,
@@ -255,8 +266,11 @@ def test_what_cannot_travel_is_named(tmp_path):
 
 @pytest.mark.parametrize("method", ["band", "sample"])
 def test_the_order_of_parameters_does_not_matter(method):
-    sides = {"crank_length": cc.interval(0.05, rel=0.01), "rod_length": cc.interval(0.12, rel=0.01)}
-    sides |= {"clearance": cc.interval(1e-5, 3e-5)}
+    sides = {
+        "crank_length": cc.Interval.around(0.05, rel=0.01),
+        "rod_length": cc.Interval.around(0.12, rel=0.01),
+    }
+    sides |= {"clearance": cc.Interval(1e-5, 3e-5)}
     found = []
     for names in (list(sides), list(sides)[::-1], ["rod_length", "clearance", "crank_length"]):
         study = cc.Study(
@@ -285,7 +299,7 @@ def test_without_a_signature_points_go_by_the_names():
 
 
 def test_a_comparison_without_a_number_equals_its_copies(tmp_path):
-    study = cc.Study(lambda a: {"t": T, "zero": 0.0 * T, "x": a * T}, {"a": cc.interval(1.0, rel=0.1)})
+    study = cc.Study(lambda a: {"t": T, "zero": 0.0 * T, "x": a * T}, {"a": cc.Interval.around(1.0, rel=0.1)})
     comparison = cc.compare(study.chebyshev(1), study.scan(2))
     assert np.isnan(comparison["zero"].slack)
     for travel in WAYS.values():
@@ -298,7 +312,7 @@ def test_a_comparison_without_a_number_equals_its_copies(tmp_path):
 def test_a_pickle_does_not_depend_on_what_a_result_was_asked_for():
     result = cc.Study(
         lambda a, b: {"t": [0.0, 1.0], "x": [a, b], "f": a * b},
-        {"a": cc.interval(0.0, 1.0), "b": cc.interval(1.0, 2.0)},
+        {"a": cc.Interval(0.0, 1.0), "b": cc.Interval(1.0, 2.0)},
     ).sample(200)
     before = len(pickle.dumps(result))
     print(result, result.ranking("f"), result["x"].max_width)

@@ -8,7 +8,7 @@ from pathlib import Path
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.templates.units import UNITS, convert, parse_unit, si_unit
+from chebclear.base.units import UNITS, convert, parse_unit, si_unit
 
 # The names suggest other units on purpose: a pressure that ends in x, a level that ends in force.
 UNITS_OF_MODEL = {
@@ -32,13 +32,13 @@ def model(spring, flow):
     }
 
 
-BOX = {"spring": cc.interval(10.0, rel=0.05), "flow": cc.interval(3.0, rel=0.05)}
+BOX = {"spring": cc.Interval.around(10.0, rel=0.05), "flow": cc.Interval.around(3.0, rel=0.05)}
 
 
 def made(units):
     features = {
-        "top": cc.peak("tank.x"),
-        "when": cc.time_of_peak("tank.x"),
+        "top": cc.features.peak("tank.x"),
+        "when": cc.features.time_of_peak("tank.x"),
         "crest": lambda run: run["tank.x"][3],
     }
     return cc.Study(model, BOX, features=features, units=units).band(runs=31)
@@ -59,10 +59,10 @@ def drawn(result):
     band = result["tank.x"]
     plain = {name: unit for name, unit in result.units.items() if name != "crest"}
     axes = [
-        cc.plot_band(band),
-        cc.plot_sensitivity(band, "flow"),
-        cc.plot_coefficients(cc.Study(model, BOX, units=plain).chebyshev(4)["tank.x"]),
-        cc.plot_tornado(result.feature("top")),
+        cc.plots.plot_band(band),
+        cc.plots.plot_sensitivity(band, "flow"),
+        cc.plots.plot_coefficients(cc.Study(model, BOX, units=plain).chebyshev(4)["tank.x"]),
+        cc.plots.plot_tornado(result.feature("top")),
     ]
     return [re.sub(r"\s+", " ", ax.get_xlabel() + "|" + ax.get_ylabel()) for ax in axes]
 
@@ -95,7 +95,9 @@ def test_pictures_show_them_and_guess_none(result, silent):
         "degree in the parameter [-]|largest coefficient of tank x over time",
         "top, on average|",
     ]
-    with pytest.raises(cc.ArgumentError, match="the unit of the data, which is not known: give it to the"):
+    with pytest.raises(
+        cc.errors.ArgumentError, match="the unit of the data, which is not known: give it to the"
+    ):
         silent["tank.x"].plot(unit="mm")
 
 
@@ -148,24 +150,26 @@ def test_a_table_of_runs_has_them(result):
 
 
 def test_wrong_units_are_told():
-    with pytest.raises(cc.ArgumentError, match=r'units names no .* with "tank.z"; did you mean "tank.x"'):
+    with pytest.raises(
+        cc.errors.ArgumentError, match=r'units names no .* with "tank.z"; did you mean "tank.x"'
+    ):
         made({"tank.z": "bar"})
     with pytest.raises(TypeError, match=r'units\["tank.x"\] must be a text such as "mm", .* got 3'):
         made({"tank.x": 3})
     with pytest.raises(TypeError, match="units must map names to units, got 'm'"):
         made("m")
     told = r'"slider.x"; outputs of simulations have their units; known are rod_length$'
-    with pytest.raises(cc.ArgumentError, match=told):
+    with pytest.raises(cc.errors.ArgumentError, match=told):
         cc.Study(
             cc.mechanisms.slider_crank,
-            {"rod_length": cc.interval(0.12, rel=0.01)},
+            {"rod_length": cc.Interval.around(0.12, rel=0.01)},
             ["slider.x"],
             duration=1e-3,
             samples=11,
             units={"slider.x": "mm"},
         )
     columns = {"a": [1.0, 2.0]}
-    with pytest.raises(cc.ArgumentError, match='units names no parameter, output or feature with "y"'):
+    with pytest.raises(cc.errors.ArgumentError, match='units names no parameter, output or feature with "y"'):
         cc.Study.from_runs(columns, None, {"x": [1.0, 2.0]}, units={"y": "m"})
 
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import chebclear as cc
 import jsonschema
 import pytest
+from chebclear.base.units import UnitError, convert
 from chebclear.templates.fits import radial_clearance
 from chebclear.templates.reference.json_schema import scene_file_schema
-from chebclear.templates.units import UnitError, convert
 
 CRANK = (Path(__file__).parents[3] / "examples" / "slider_crank.toml").read_text(encoding="utf-8")
 STIFFNESS = "stiffness = 3.3265e11"
@@ -26,22 +26,22 @@ hits = "impacts(wrist)"
 
 
 def problems(text, **changes):
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         cc.loads(text, "press.toml", changes=changes)
     return str(caught.value)
 
 
 def test_features_of_a_file_are_those_of_runs_and_studies(tmp_path):
     template = cc.loads(CRANK + FEATURES)
-    expected = {"peak force": cc.peak("wrist.normal_force"), "jerk": cc.rms("slider.ax")}
-    assert template.features == expected | {"hits": cc.impacts("wrist")}
+    expected = {"peak force": cc.features.peak("wrist.normal_force"), "jerk": cc.features.rms("slider.ax")}
+    assert template.features == expected | {"hits": cc.features.impacts("wrist")}
     short = {"duration": 2e-3, "skip": 0.0, "samples": 5}
     run = template.simulate(**short)
     assert run.settings.features == tuple(template.features.values())
     assert run.features.shape == (2, 3)
     direct = cc.simulate(template(), outputs=["slider.ax"], **short)
-    assert run.feature(cc.rms("slider.ax"), cycles=2) == pytest.approx(
-        direct.feature(cc.rms("slider.ax"), cycles=2), rel=1e-12
+    assert run.feature(cc.features.rms("slider.ax"), cycles=2) == pytest.approx(
+        direct.feature(cc.features.rms("slider.ax"), cycles=2), rel=1e-12
     )
     result = template.study(**short).sample(3)
     assert result.features.names == ("peak force", "jerk", "hits")
@@ -116,7 +116,7 @@ def test_a_fit_gives_a_clearance_its_interval():
     assert given in CRANK
     template = cc.loads(CRANK.replace(given, 'clearance = { fit = "25 H7/f6" }'))
     clearance = template.parameters["clearance"]
-    assert (clearance.interval, clearance.unit) == (cc.interval(10e-6, 27e-6), "um")
+    assert (clearance.interval, clearance.unit) == (cc.Interval(10e-6, 27e-6), "um")
     assert clearance.note == "radial; 25 H7/f6 leaves 20 to 54 um between the diameters"
     assert template().joints[2].clearance == template.intervals["clearance"].midpoint
     for fit, message in [
@@ -196,8 +196,8 @@ def test_values_are_replaced_by_their_names():
     template = cc.loads(CRANK, changes=changes)
     scene = template()
     assert template.values()["rod_length"] == 0.13
-    assert template.intervals["rod_length"] == cc.interval(0.13, rel=0.1)
-    assert template.intervals["crank_length"] == cc.interval(0.05, rel=0.05)
+    assert template.intervals["rod_length"] == cc.Interval.around(0.13, rel=0.1)
+    assert template.intervals["crank_length"] == cc.Interval.around(0.05, rel=0.05)
     assert (scene.joints[2].clearance, scene.bodies[2].mass) == (2e-4, 0.105)
     assert scene.drives[0].speed == cc.rpm(1000)
     assert (template.run["outputs"], list(template.features)) == (["slider.x"], ["peak"])

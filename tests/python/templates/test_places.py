@@ -47,7 +47,7 @@ mass = 1
 """
 
 
-def shown(error: cc.SceneError) -> tuple[str, str]:
+def shown(error: cc.errors.SceneError) -> tuple[str, str]:
     """The place that the first problem names, and the letter under which its caret stands."""
     where, line, caret = str(error).split("\n")[:3]
     return where, line[caret.index("^")] if len(line) > caret.index("^") else ""
@@ -59,7 +59,7 @@ def test_the_column_inside_an_expression_is_told(marked, quotes):
     text = FILE.format(value=quotes.format(marked))
     before, after = text.split("«")
     line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         cc.loads(before + after, "rod.toml")
     where, letter = shown(caught.value)
     assert where.startswith(f"rod.toml:{line}:{column}: bodies[0].points.A[1]: "), where
@@ -74,7 +74,7 @@ def test_so_is_that_of_a_parameter(marked):
     before, after = (
         FILE.format(value=0).replace("width = 1", f'width = 1\nparameters.x = "{marked}"').split("«")
     )
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         cc.loads(before + after)
     assert shown(caught.value)[0].startswith(f"scene:4:{len(before) - before.rfind(chr(10))}: parameters.x: ")
 
@@ -85,7 +85,7 @@ def test_every_one_of_many_wrong_expressions_is_told():
     text = FILE.format(value=0).replace("points = { A = [1, 0] }", f"points.A = [0, 0]\n{rows}")
     columns = [row.replace("0 * «lenth", "").index("«") + 1 for row in rows.split("\n")]
     columns[0] = rows.split("\n")[0].index("lenth")  # the name is wrong whatever the numbers are
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         cc.loads(text.replace("«", ""))
     places = [problem.path.split(":")[1:3] for problem in caught.value.problems]
     assert places == [[str(13 + index), str(column)] for index, column in enumerate(columns)]
@@ -110,11 +110,13 @@ def test_a_letter_is_found_behind_escapes(written, letter, line, column):
 
 def test_a_value_that_stands_in_no_file_has_no_column():
     text = FILE.format(value=0)
-    with pytest.raises(cc.SceneError, match=r'^scene: parameters.width: "2 \* lenth" unknown name "lenth"'):
+    with pytest.raises(
+        cc.errors.SceneError, match=r'^scene: parameters.width: "2 \* lenth" unknown name "lenth"'
+    ):
         cc.loads(text, changes={"width": "2 * lenth"})
     as_json = json.loads(cc.loads(text)().to_json())
     as_json["bodies"][0]["mass"] = "2 * lenth"
-    with pytest.raises(cc.SceneError, match=r"^scene: bodies\[0\].mass: "):
+    with pytest.raises(cc.errors.SceneError, match=r"^scene: bodies\[0\].mass: "):
         cc.loads(json.dumps(as_json))
 
 
@@ -123,13 +125,15 @@ def test_an_expression_in_the_table_of_a_parameter_has_the_place_of_the_table(tm
     text = FILE.format(value=0) + '\n[parameters.depth]\nnominal = "NOMINAL"\nrel = 0.1\n'
     for written, changes in (("nowhere", None), ("1 mm", {"depth": "nowhere"})):
         file.write_text(text.replace("NOMINAL", written))
-        with pytest.raises(cc.SceneError, match=r'parameters\.depth.*: "nowhere" unknown name "nowhere"'):
+        with pytest.raises(
+            cc.errors.SceneError, match=r'parameters\.depth.*: "nowhere" unknown name "nowhere"'
+        ):
             cc.load(file, changes=changes)
 
 
 def test_the_error_of_a_value_survives_copies():
     template = cc.loads(FILE.format(value='"1 / (length - 1)"'))
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         template(length=1.0)
     [problem] = caught.value.problems
     for again in (pickle.loads(pickle.dumps(caught.value)), copy.deepcopy(caught.value)):
@@ -141,7 +145,7 @@ def test_the_error_of_a_value_survives_copies():
 def test_what_is_wrong_elsewhere_is_told_beside_a_parameter_without_a_value():
     text = FILE.format(value='"width"').replace("width = 1", 'width = "1 / (length - length)"')
     text = text.replace('type = "revolute"', 'type = "pin"').replace("inertia = 1", "inertias = 1")
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         cc.loads(text)
     paths = [problem.path.rpartition(": ")[2] for problem in caught.value.problems]
     assert paths == ["parameters.width", "joints[0].type", "bodies[0].inertia", "bodies[0].inertias"]
@@ -150,7 +154,7 @@ def test_what_is_wrong_elsewhere_is_told_beside_a_parameter_without_a_value():
 
 def test_nothing_is_told_of_what_depends_on_a_parameter_without_a_value():
     text = FILE.format(value='"1 / (width - 1)"').replace("width = 1", 'width = "1 mmm"')
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         cc.loads(text)
     assert [problem.path for problem in caught.value.problems] == ["scene:3:20: parameters.width"]
 
@@ -166,7 +170,7 @@ def test_nothing_is_told_of_what_depends_on_a_parameter_without_a_value():
     ],
 )
 def test_a_quantity_without_quotes_is_told_wherever_it_stands(line, quantity):
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         cc.loads(f"[parameters]\n{line}\n")
     assert f'write a quantity in quotes: "{quantity}"' in str(caught.value)
     assert f"    | {line}\n" in str(caught.value)

@@ -88,7 +88,7 @@ def test_what_is_required_is_required_and_what_has_a_default_has_it():
             continue
         less = text.replace(entry, entry.replace(line, "#"))
         if row.default == "required":
-            with pytest.raises(cc.SceneError, match=rf"joints\[4\].{row.name}: is missing"):
+            with pytest.raises(cc.errors.SceneError, match=rf"joints\[4\].{row.name}: is missing"):
                 cc.loads(less)
         else:
             assert getattr(cc.loads(less)().joints[4], row.name) is None  # friction, the only one given
@@ -109,7 +109,7 @@ def test_the_words_of_a_field_are_those_that_the_core_accepts(part, name):
         holder[name] = word
         Scene.from_json(json.dumps(plain_scene)).check()
     holder[name] = "neither"
-    with pytest.raises(cc.SceneError, match=name):
+    with pytest.raises(cc.errors.SceneError, match=name):
         Scene.from_json(json.dumps(plain_scene)).check()
 
 

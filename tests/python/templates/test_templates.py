@@ -11,11 +11,11 @@ import chebclear as cc
 import jsonschema
 import numpy as np
 import pytest
+from chebclear.base.units import UnitError, convert, is_quantity, parse_unit
 from chebclear.scene.structure import Structures, unpacked
 from chebclear.templates.expressions import ExpressionError, parse
 from chebclear.templates.reference.json_schema import scene_file_schema
 from chebclear.templates.toml_text import read_toml, write_toml
-from chebclear.templates.units import UnitError, convert, is_quantity, parse_unit
 
 ROOT = Path(__file__).parents[3]
 
@@ -195,7 +195,7 @@ def test_every_value_of_a_file_is_found_where_it_stands():
     ],
 )
 def test_what_is_no_toml_is_refused_with_a_hint(text, message):
-    with pytest.raises(cc.SceneError, match=message):
+    with pytest.raises(cc.errors.SceneError, match=message):
         read_toml(text)
 
 
@@ -338,7 +338,7 @@ def test_all_problems_are_reported_with_their_lines():
     ]:
         assert right in wrong
         wrong = wrong.replace(right, mistake)
-    with pytest.raises(cc.SceneError) as caught:
+    with pytest.raises(cc.errors.SceneError) as caught:
         cc.loads(wrong, "press.toml")
     lines = wrong.split("\n")
     expected = {
@@ -374,7 +374,7 @@ def test_all_problems_are_reported_with_their_lines():
     ],
 )
 def test_wrong_parameters_are_refused(line, message):
-    with pytest.raises(cc.SceneError, match=message):
+    with pytest.raises(cc.errors.SceneError, match=message):
         cc.loads(f"bodies = []\njoints = []\n[parameters]\n{line}\n")
 
 
@@ -389,10 +389,10 @@ def test_a_long_chain_of_parameters_is_followed():
 
 def test_a_file_that_is_no_text_is_refused(tmp_path):
     (tmp_path / "scene.toml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(cc.SceneError, match="not UTF-8"):
+    with pytest.raises(cc.errors.SceneError, match="not UTF-8"):
         cc.load(tmp_path / "scene.toml")
     (tmp_path / "big.toml").write_text("#" * 1_100_000, encoding="utf-8")
-    with pytest.raises(cc.SceneError, match="at most 1000000"):
+    with pytest.raises(cc.errors.SceneError, match="at most 1000000"):
         cc.load(tmp_path / "big.toml")
     with pytest.raises(FileNotFoundError):
         cc.load(tmp_path / "none.toml")
@@ -400,7 +400,9 @@ def test_a_file_that_is_no_text_is_refused(tmp_path):
 
 def test_a_number_has_the_unit_of_its_field():
     wrong = SLIDER_CRANK.replace('"9.8 mm"', '"9.8 kg"')
-    with pytest.raises(cc.SceneError, match=r'joints\[2\].journal_radius: "9.8 kg": .* dimension of \[m\]'):
+    with pytest.raises(
+        cc.errors.SceneError, match=r'joints\[2\].journal_radius: "9.8 kg": .* dimension of \[m\]'
+    ):
         cc.loads(wrong)
 
 
@@ -474,7 +476,7 @@ def test_scenes_without_a_value_among_many_are_those_that_are_refused_alone():
         try:
             template(b=b)
             alone.append(False)
-        except cc.SceneError:
+        except cc.errors.SceneError:
             alone.append(True)
     assert refused.tolist() == alone
     assert True in alone and False in alone

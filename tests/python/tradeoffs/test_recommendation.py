@@ -21,7 +21,7 @@ def made_up(errors, uncertainty=1e-9, seconds=None, status=None):
         growth = np.broadcast_to(np.asarray(growth, dtype=float), TIMES.shape)
         method, rtol = setting
         price = (seconds or {}).get(setting, 1.0)
-        return cc.TradeoffPoint(
+        return cc.results.TradeoffPoint(
             method,
             rtol,
             (status or {}).get(setting, "done"),
@@ -32,7 +32,7 @@ def made_up(errors, uncertainty=1e-9, seconds=None, status=None):
             growth[None, :],
         )
 
-    return cc.Tradeoff(
+    return cc.results.Tradeoff(
         ("slider.vx",),
         np.array([10.0]),
         TIMES,

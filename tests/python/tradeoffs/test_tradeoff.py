@@ -127,7 +127,7 @@ def test_all_outputs_but_contact_states_are_the_default():
 
 def test_results_are_values(swing, tmp_path):
     file = swing.save(tmp_path / "swing")
-    for twin in (copy.deepcopy(swing), pickle.loads(pickle.dumps(swing)), cc.Tradeoff.load(file)):
+    for twin in (copy.deepcopy(swing), pickle.loads(pickle.dumps(swing)), cc.results.Tradeoff.load(file)):
         assert twin == swing
     assert swing != replace(swing, points=swing.points[:-1])
     assert swing["rodas4", 1e-5] in swing.points

@@ -6,12 +6,12 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from ...base.units import written
 from ...base.writing import complete_folder, file_name
 from ...scene.columns import column_unit
 from ...scene.parts import ends_of, loose_joints
 from ...scene.scene import ClearanceRevolute, Scene
 from ...templates.template import Template
-from ...templates.units import written
 from ..figures import draw_scene
 from ..options import Commands, add_scene, directory, new_command
 from ..output import print_json, require_writable

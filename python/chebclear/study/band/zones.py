@@ -77,7 +77,7 @@ def restraint_zones(
     --------
     >>> import chebclear as cc
     >>> options = {"outputs": ["slider.x"], "duration": 0.01, "samples": 201, "skip": 0.03}
-    >>> sides = {"rod_length": cc.interval(0.12, rel=0.01)}
+    >>> sides = {"rod_length": cc.Interval.around(0.12, rel=0.01)}
     >>> build = cc.mechanisms.slider_crank
     >>> loose = cc.Study(build, sides, **options).chebyshev(degree=2)
     >>> ideal = cc.Study(build, sides, fixed={"clearance_at": ()}, **options).chebyshev(degree=2)

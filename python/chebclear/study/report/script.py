@@ -12,6 +12,7 @@ import numpy as np
 from ...report.document import Listing
 from ...run.features import Feature
 from ...run.report import settings_in_script
+from ...scene.motions import Motion, Speed
 from ...scene.schema import Part
 from ..band.hybrid import Normal, Uniform
 
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     from ...run.settings import Settings
     from ..results import StudyResult
     from ..spec import StudySpec
+
+# Public modules by the files in which records of scenes stand; the others are in the package itself.
+_ROOMS = {"laws": "laws.", "functions": "motions."}
 
 
 def study_listings(result: StudyResult) -> tuple[Listing, str]:
@@ -108,7 +112,10 @@ def _value(value: Any) -> str:
     """A value as the script has it, which imports neither NumPy nor the user's modules."""
     if isinstance(value, Part):
         fields = ", ".join(f"{name}={_value(getattr(value, name))}" for name in value.__match_args__)
-        return f"cc.{type(value).__name__}({fields})"
+        name = type(value).__name__
+        file = type(value).__module__.rpartition(".")[2]
+        room = "motions." if isinstance(value, Motion | Speed) else _ROOMS.get(file, "")
+        return f"cc.{room}{name}({fields})"
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{key!r}: {_value(item)}" for key, item in value.items()) + "}"
     if isinstance(value, np.generic | np.ndarray):
@@ -141,7 +148,7 @@ def _features(spec: StudySpec | None) -> list[str]:
     lines = ["    features={"]
     for name, feature in spec.features.items():
         if isinstance(feature, Feature):
-            lines.append(f"        {name!r}: cc.{feature.kind}({feature.of!r}),")
+            lines.append(f"        {name!r}: cc.features.{feature.kind}({feature.of!r}),")
         else:
             lines.append(f"        # {name!r}: a function of your own, {spec.objects[f'features.{name}']}")
     return [*lines, "    },"]

@@ -397,7 +397,7 @@ def _table_intervals(checks: Checks, columns: Mapping[str, Array], given: object
             side = Interval(least, most)
         if not isinstance(side, Interval):
             checks.add(
-                f'intervals["{name}"] must be an interval(lower, upper), got {side!r}', wrong_type=True
+                f'intervals["{name}"] must be an Interval(lower, upper), got {side!r}', wrong_type=True
             )
             continue
         slack = _SAME_POINT * side.half_width

@@ -1,0 +1,15 @@
+from .animation.animate import Animation as Animation, animate as animate
+from .bands import plot_band as plot_band, plot_sensitivity as plot_sensitivity
+from .bifurcations import plot_bifurcation as plot_bifurcation
+from .costs import plot_study_tradeoff as plot_study_tradeoff, plot_tradeoff as plot_tradeoff
+from .drawing.scene import plot_scene as plot_scene
+from .features import plot_ranking as plot_ranking, plot_shares as plot_shares, plot_tornado as plot_tornado
+from .polynomials import plot_coefficients as plot_coefficients, plot_prediction as plot_prediction
+from .runs import (
+    plot_contacts as plot_contacts,
+    plot_orbit as plot_orbit,
+    plot_poincare as plot_poincare,
+    plot_trajectory as plot_trajectory,
+)
+from .spectra import plot_spectrogram as plot_spectrogram
+from .style import print_style as print_style

@@ -1,0 +1,57 @@
+"""Types of the results, which functions and methods return."""
+
+from .execution.failures import FailedRun
+from .execution.plan import Plan
+from .run.accuracy import ErrorEstimate
+from .run.contacts import Contact, Contacts, Event, Events
+from .run.trajectory import EndState, Stats
+from .scene.scene import Inspection
+from .study.band.hybrid import QuantileBand
+from .study.band.margin import Margin
+from .study.band.zones import RestraintZones
+from .study.bifurcation import Bifurcation
+from .study.comparison import BoundErrors, Comparison
+from .study.features.effects import Effects, Estimate, Swing
+from .study.features.features import FeatureResult, FeatureTable
+from .study.features.ranking import Rank, Ranking
+from .study.features.reach import FeatureInterval
+from .study.polynomials.sensitivity import VarianceShares
+from .study.polynomials.surrogate import PolynomialRange
+from .tradeoffs.bounds import StudyTradeoff, StudyTradeoffPoint
+from .tradeoffs.point import TradeoffPoint
+from .tradeoffs.recommendation import Recommendation
+from .tradeoffs.result import Tradeoff
+
+__all__ = [
+    "Bifurcation",
+    "BoundErrors",
+    "Comparison",
+    "Contact",
+    "Contacts",
+    "Effects",
+    "EndState",
+    "ErrorEstimate",
+    "Estimate",
+    "Event",
+    "Events",
+    "FailedRun",
+    "FeatureInterval",
+    "FeatureResult",
+    "FeatureTable",
+    "Inspection",
+    "Margin",
+    "Plan",
+    "PolynomialRange",
+    "QuantileBand",
+    "Rank",
+    "Ranking",
+    "Recommendation",
+    "RestraintZones",
+    "Stats",
+    "StudyTradeoff",
+    "StudyTradeoffPoint",
+    "Swing",
+    "Tradeoff",
+    "TradeoffPoint",
+    "VarianceShares",
+]
