@@ -31,9 +31,7 @@ def press(flywheel):
             cc.Spring("spring", "ground.wall", "ram.tool", stiffness=2000.0, length=0.12, damping=5.0),
             cc.Torque("motor", "crank", torque=8.0),
             cc.TorsionDamper("oil", "ground", "crank", damping=0.2),
-            cc.Force(
-                "load", "ram.tool", x=cc.motions.Harmonic(amplitude=40.0, angular_frequency=60.0), y=0.0
-            ),
+            cc.Force("load", "ram.tool", x=cc.motions.Harmonic(40.0, 60.0), y=0.0),
         ],
         ground={"A": (0.0, 0.0), "wall": (0.36, 0.0)},
         start=[cc.JointStart("bearing", velocity=40.0)],
