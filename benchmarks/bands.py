@@ -271,7 +271,7 @@ class Design:
             if len(kept["points"]) >= runs:
                 return cls(outputs=outputs, **kept)
         start = time.process_time()
-        result = study_of(name).band(runs, seed=seed)
+        result = study_of(name).band(runs, rng=seed)
         seconds = time.process_time() - start
         assert result.requirement is not None
         columns = [np.vstack([band.runs, band.nominal]) for band in result.bands.values()]
@@ -416,7 +416,7 @@ def main() -> None:
     for name in asked.problems:
         if asked.independent:
             study, known = study_of(name), reference(name, asked.folder, asked.hull, asked.fresh)
-            results = [study.band(1999, seed=asked.first_seed + index) for index in range(asked.seeds)]
+            results = [study.band(1999, rng=asked.first_seed + index) for index in range(asked.seeds)]
             runs = len(results[0].parameters)
             print(f"{name}, hulls of {runs} independent runs: {100.0 * mean_share(runs)} % on average")
             rows += judged([result.bands for result in results], known, [name, runs, 0.999, asked.seeds, ""])

@@ -116,7 +116,7 @@ def right(folder: Path) -> tuple[dict[str, list[Any]], list[Any]]:
     band, polynomial, scan = study.band(12), study.chebyshev(degree=2), own.scan(3)
     costs = cc.tradeoff(scene, duration=0.001, samples=11, outputs=["slider.x"], rtols=[1e-3, 1e-4])
     bounds = cc.study_tradeoff(own, degrees=[1], points=[3], runs=[9], holdout=5)
-    diagram = cc.bifurcation(cc.mechanisms.slider_crank, "clearance", [2e-5, 3e-5], periods=2, skip=0)
+    diagram = cc.bifurcation(cc.mechanisms.slider_crank, "clearance", [2e-5, 3e-5], periods=2, discard=0)
     comparison = cc.compare(polynomial, band)
     template = cc.loads((Path(__file__).parents[1] / "examples" / "slider_crank.toml").read_text("utf-8"))
     saved = run.save(folder / "run.npz")

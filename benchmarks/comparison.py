@@ -92,7 +92,7 @@ def ours_and_the_papers(study: cc.Study, known: dict[str, np.ndarray]) -> Iterat
         else:
             yield of_study(f"scan, {points} points", lambda n=points: study.scan(n), known)
     for runs in (41, 81, 321, 1000):
-        yield of_study(f"Monte Carlo hull, {runs} runs", lambda n=runs: study.sample(n, seed=1), known)
+        yield of_study(f"Monte Carlo hull, {runs} runs", lambda n=runs: study.sample(n, rng=1), known)
 
 
 def designed(study: cc.Study, runs: int) -> tuple[np.ndarray, np.ndarray, float]:
@@ -113,7 +113,7 @@ def with_chaospy(study: cc.Study, runs: int, known: dict[str, np.ndarray]) -> Ro
     size = scaled.shape[1]
     box = chaospy.J(*[chaospy.Uniform(-1.0, 1.0) for _ in range(size)])
     corners = np.stack(np.meshgrid(*[[-1.0, 1.0]] * size), axis=-1).reshape(-1, size).T
-    at = np.hstack([np.asarray(box.sample(RANGE_POINTS, seed=1)).reshape(size, -1), corners])
+    at = np.hstack([np.asarray(box.sample(RANGE_POINTS, rng=1)).reshape(size, -1), corners])
     flat = values.reshape(runs, -1)
     best: Row | None = None
     for degree in DEGREES:

@@ -53,7 +53,7 @@ def study(store: Path | None, pool: Any, runs: int, result: Path) -> None:
         executor=pool,
         threads=None if pool else WORKERS,
     )
-    made.sample(runs, seed=3).save(result)
+    made.sample(runs, rng=3).save(result)
 
 
 def begun(log: Path) -> int:

@@ -82,7 +82,7 @@ def measure(path: Path, runs: int) -> None:
     warnings.simplefilter("ignore")
     dispatch.simulate_order = timed
     facts: dict[str, float] = {"runs": runs, "parameters": len(study(1).intervals)}
-    points = study(1).sample(50, seed=1).parameters
+    points = study(1).sample(50, rng=1).parameters
     made = study(1)
     begin = time.perf_counter()
     for row in points:
@@ -95,7 +95,7 @@ def measure(path: Path, runs: int) -> None:
             count = runs // ROUNDS if threads == 2 else runs // (4 * ROUNDS)
             del SPENT[:]
             cpu, begin = time.process_time(), time.perf_counter()
-            study(threads).sample(count, seed=2 + number)
+            study(threads).sample(count, rng=2 + number)
             for what, took in (
                 ("wall", time.perf_counter() - begin),
                 ("processor", time.process_time() - cpu),

@@ -15,7 +15,7 @@ folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 # A sample a revolution of the settled motion, for clearances from a new pin to a worn one.
 clearances = np.linspace(5e-6, 1.5e-4, 30)
 diagram = cc.bifurcation(
-    cc.mechanisms.slider_crank, "clearance", clearances, "slider.ax", periods=15, skip=15, rtol=1e-5
+    cc.mechanisms.slider_crank, "clearance", clearances, "slider.ax", periods=15, discard=15, rtol=1e-5
 )
 points = diagram.points(tolerance=10.0)
 repeating = clearances[points == 1]

@@ -24,7 +24,7 @@ study = cc.Study(
     samples=361,
 )
 # All revolutions of all runs are pooled: bands over the crank angle.
-result = study.band(24, cycles=4)
+result = study.band(24, revolutions=4)
 print(result)
 for name in result:
     band = result[name]

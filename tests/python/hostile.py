@@ -302,7 +302,7 @@ def results(folder: Path) -> list[bytes]:
     costs = cc.tradeoff(scene, duration=0.001, samples=11, outputs=["slider.x"], rtols=[1e-3, 1e-4])
     polynomial, band = study.chebyshev(degree=2), study.band(12)
     bounds = cc.study_tradeoff(study, degrees=[1], points=[3], holdout=3)
-    diagram = cc.bifurcation(cc.mechanisms.slider_crank, "clearance", [2e-5, 3e-5], periods=2, skip=0)
+    diagram = cc.bifurcation(cc.mechanisms.slider_crank, "clearance", [2e-5, 3e-5], periods=2, discard=0)
     made = (run, polynomial, band, costs, bounds, diagram, cc.compare(polynomial, band))
     return [one.save(folder / f"{number}.npz").read_bytes() for number, one in enumerate(made)]
 

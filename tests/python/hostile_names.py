@@ -136,7 +136,7 @@ def results(name: str) -> Iterator[tuple[str, Any]]:
             [1e-4, 2e-4],
             f"{name}.x",
             periods=2,
-            skip=0,
+            discard=0,
             sample_per=0.001,
         ),
     )

@@ -9,10 +9,13 @@ import sys
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+from numpy.random import Generator, default_rng
 
 from ..errors import ArgumentError, InputError, is_plain
 
 _LONGEST_NAME = 100
+MOST_SEED = 2**64 - 1
+"""Largest seed of random points."""
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
@@ -163,6 +166,20 @@ class Checks:
         shown = refused(value, [limit for _, limit in limits]) if isinstance(value, float) else repr(value)
         self.add_at(name, f"must be {accepted} [{unit}], got {shown}", wrong_type=number is None)
         return math.nan if number is None else number
+
+    def seed(self, name: str, value: object) -> int:
+        """A seed from a whole number, a generator, which draws one, or None, which stands for a fresh one.
+
+        See SPEC 7 of Scientific Python; the seed that was drawn is kept with the result.
+        """
+        if value is None or isinstance(value, Generator):
+            return int(default_rng(value).integers(2**63))
+        number = as_whole(value)
+        if number is None or not 0 <= number <= MOST_SEED:
+            accepted = f"a whole number >= 0 and <= {MOST_SEED}, a numpy.random.Generator or None"
+            self.add_at(name, f"must be {accepted}, got {value!r}", wrong_type=number is None)
+            return 0
+        return number
 
     def whole(self, name: str, value: object, *, least: int, most: int | None = None) -> int:
         """A whole number from `least` to `most`, or `least` after adding a problem."""

@@ -51,7 +51,7 @@ def plot_bifurcation(
     Examples
     --------
     >>> import chebclear as cc
-    >>> diagram = cc.bifurcation(cc.mechanisms.slider_crank, "clearance", [2e-5, 5e-5], periods=3, skip=1)
+    >>> diagram = cc.bifurcation(cc.mechanisms.slider_crank, "clearance", [2e-5, 5e-5], periods=3, discard=1)
     >>> ax = cc.plots.plot_bifurcation(diagram)
     """
     require("diagram", diagram, "Bifurcation")

@@ -102,7 +102,7 @@ def chaos_horizon(t: Array, difference: Array, threshold: Array | float) -> Arra
 
 BY_ANGLE = (
     "single values there are not predictable, only their distribution, which "
-    "Study.band(cycles=10, discard=1) bounds by crank angle"
+    "Study.band(revolutions=10, discard=1) bounds by crank angle"
 )
 """Advice beyond the chaos horizon of a mechanism with a revolving drive."""
 

@@ -180,7 +180,7 @@ def bifurcation(
     settings: Settings | None = None,
     sample_per: Literal["period"] | float = "period",
     periods: int = 60,
-    skip: int = 60,
+    discard: int = 60,
     fixed: Mapping[str, Any] | None = None,
     threads: int | None = None,
     progress: bool | Progress | None = None,
@@ -210,7 +210,7 @@ def bifurcation(
         [s].
     periods : int
         Number of samples of each run, minus one [-].
-    skip : int
+    discard : int
         Periods before the first sample, for the starting transient to decay [-].
     fixed : mapping of str to object, optional
         Further keywords of `build`, the same for all runs.
@@ -235,7 +235,7 @@ def bifurcation(
     Examples
     --------
     >>> from chebclear import mechanisms
-    >>> bifurcation(mechanisms.slider_crank, "clearance", [1e-5, 2e-5], periods=2, skip=0)
+    >>> bifurcation(mechanisms.slider_crank, "clearance", [1e-5, 2e-5], periods=2, discard=0)
     <Bifurcation of wrist.eccentricity_x over clearance: 2 values, 3 periods each>
     """
     checks = Checks()
@@ -245,7 +245,7 @@ def bifurcation(
     constant = checked_fixed(checks, fixed)
     check_keywords(checks, build, [str(parameter)], constant)
     count = checks.whole("periods", periods, least=1, most=MOST_PERIODS)
-    skipped = checks.whole("skip", skip, least=0, most=MOST_PERIODS)
+    skipped = checks.whole("discard", discard, least=0, most=MOST_PERIODS)
     if is_pattern(output):
         checks.add(f"output must be the name of one output, got the pattern {output!r}")
     if threads is not None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks, did_you_mean
 from ..errors import HORIZON, ArgumentError
 from ..run.accuracy import BY_ANGLE
-from ..run.settings import LEAST_RTOL, MOST_SAMPLES, Settings, checked_settings
+from ..run.settings import LEAST_RTOL, MOST_SAMPLES, Settings
 from ..run.simulation import run_scene
 from ..run.tracking import settling_time
 from ..scene.motions import Speed
@@ -43,7 +43,7 @@ _LOOK = 2001
 
 
 def turning(
-    study: Runner, settings: Settings | None, cycles: int, discard: int, joint: str | None
+    study: Runner, settings: Settings | None, revolutions: int, discard: int, joint: str | None
 ) -> tuple[Settings, Revolutions]:
     """Settings with which samples can be taken at the same crank angles in every revolution.
 
@@ -54,7 +54,7 @@ def turning(
     settings : Settings or None
         Its settings; `samples` are those of a revolution, and a drive at constant speed needs neither `skip`
         nor `duration`. None if the runs are not simulated here.
-    cycles : int
+    revolutions : int
         Revolutions of every run [-].
     discard : int
         Number of first revolutions that are not pooled [-].
@@ -69,11 +69,11 @@ def turning(
     checks = Checks()
     if settings is None:
         raise ArgumentError("a band by crank angle needs scenes: runs of other models have no drive")
-    checked_settings(checks, {"cycles": cycles})
+    checks.whole("revolutions", revolutions, least=1)
     checks.whole("discard", discard, least=0)
     checks.finish()
-    if cycles <= discard:
-        checks.add(f"cycles must be > discard, got {cycles} and {discard}")
+    if revolutions <= discard:
+        checks.add(f"revolutions must be > discard, got {revolutions} and {discard}")
     nominal = {name: side.nominal for name, side in study.intervals.items()}
     scene = study.scene(nominal)
     crank = _crank(checks, scene, joint)
@@ -85,13 +85,15 @@ def turning(
     ]
     drive = _driven(scene).get(crank)
     if drive is not None and all(_same(drive, other) for other in ends):
-        return _constant(settings, drive, cycles, discard)
-    return _measured(study, settings, scene, ends, crank, cycles, discard)
+        return _constant(settings, drive, revolutions, discard)
+    return _measured(study, settings, scene, ends, crank, revolutions, discard)
 
 
-def _constant(settings: Settings, drive: Speed, cycles: int, discard: int) -> tuple[Settings, Revolutions]:
+def _constant(
+    settings: Settings, drive: Speed, revolutions: int, discard: int
+) -> tuple[Settings, Revolutions]:
     """For runs that all turn at one constant speed: equal steps of time are equal steps of the angle."""
-    kept, period = cycles - discard, 2.0 * math.pi / abs(drive.speed)
+    kept, period = revolutions - discard, 2.0 * math.pi / abs(drive.speed)
     sense = 1 if drive.speed > 0.0 else -1
     turns = Revolutions(drive.joint, kept, discard, drive.angle, sense, settings.samples)
     samples = _affordable(kept * (settings.samples - 1) + 1)
@@ -109,7 +111,7 @@ def _measured(
     scene: Scene,
     ends: Iterable[Scene],
     crank: str,
-    cycles: int,
+    revolutions: int,
     discard: int,
 ) -> tuple[Settings, Revolutions]:
     """For other runs: the measured angle is an additional output."""
@@ -125,7 +127,7 @@ def _measured(
     speeds = [abs(drive.speed) for drive in driven if drive is not None]
     if len(speeds) == len(driven):
         # One revolution more, since the motion up to the first angle is skipped.
-        duration = 2.0 * math.pi * (cycles + 1) / min(speeds)
+        duration = 2.0 * math.pi * (revolutions + 1) / min(speeds)
     look = dataclasses.replace(settings, skip=0.0, duration=duration, samples=_LOOK, outputs=(column,))
     run = run_scene(scene, look)
     if not run.success:
@@ -139,7 +141,7 @@ def _measured(
     shown = column in names
     turns = Revolutions(
         crank,
-        cycles - discard,
+        revolutions - discard,
         discard,
         float(angle[0]),
         1 if angle[-1] >= angle[0] else -1,

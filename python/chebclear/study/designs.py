@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
@@ -36,7 +37,6 @@ from .spec import check_runs, per_parameter
 
 Array = NDArray[np.float64]
 
-MOST_SEED = 2**64 - 1
 # Runs that are simulated at first; the times of single runs scatter by about a third.
 _PROBES, _PROBES_OF_WORKER = 12, 4
 # They become more by this factor until they take so long [s], but no more than this part of the study: what a
@@ -109,11 +109,11 @@ def scan(runner: Runner, points: int | Mapping[str, int], max_runs: int) -> Desi
     return on_grid(runner, tensor_grid(axes), tuple(counts))
 
 
-def sample(runner: Runner, runs: int, seed: int) -> Design:
+def sample(runner: Runner, runs: int, rng: int | Generator | None) -> Design:
     """The design of `Study.sample`; see there."""
     checks = Checks()
     count = checks.whole("runs", runs, least=2, most=MOST_RUNS)
-    start = checks.whole("seed", seed, least=0, most=MOST_SEED)
+    start = checks.seed("rng", rng)
     checks.finish()
     if isinstance(runner.model, FinishedRuns):
         points, independent, kept = runner.model.points, runner.model.independent, None

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
@@ -31,7 +32,7 @@ from .band.independent import exact_runs
 from .band.judgment import early_widths
 from .band.limits import largest_clearances, physical_limits
 from .by_angle import cut, turning, unpredictable
-from .designs import MOST_SEED, Design, predicted_seconds
+from .designs import Design, predicted_seconds
 from .features.features import FeatureTable
 from .polynomials.points import on_cube, random_points, sobol_points
 from .results import StudyResult
@@ -105,10 +106,10 @@ def band(
     seconds: float,
     confidence: float | None,
     rtol: float | None,
-    seed: int,
+    rng: int | Generator | None,
     include: StudyResult | Sequence[StudyResult],
     max_runs: int,
-    cycles: int | None,
+    revolutions: int | None,
     discard: int | None,
     angle: str | None,
 ) -> Design:
@@ -122,19 +123,18 @@ def band(
     if confidence is not None:
         checks.real("confidence", confidence, "-", above=0.0, below=1.0)
     _check_rtol(checks, runner, rtol)
-    checks.whole("seed", seed, least=0, most=MOST_SEED)
+    seed = checks.seed("rng", rng)
     for name, value in {"discard": discard, "angle": angle}.items():
-        if cycles is None and value is not None:
-            checks.add(f"{name} is for bands by crank angle: give cycles too, or leave it, got {value!r}")
+        if revolutions is None and value is not None:
+            checks.add(f"{name} is for bands by crank angle: give revolutions too, got {value!r}")
     others = _results(checks, include)
     checks.finish()
-    settings, revolutions = runner.run_settings(rtol, BAND_RTOL), None
-    if cycles is not None:
-        settings, revolutions = turning(runner, settings, cycles, 1 if discard is None else discard, angle)
+    settings, turns = runner.run_settings(rtol, BAND_RTOL), None
+    if revolutions is not None:
+        first = 1 if discard is None else discard
+        settings, turns = turning(runner, settings, revolutions, first, angle)
     needed = exact_runs(coverage, confidence)
-    requirement = Requirement(
-        float(coverage), 0, int(seed), {}, confidence=confidence, revolutions=revolutions
-    )
+    requirement = Requirement(float(coverage), 0, seed, {}, confidence=confidence, revolutions=turns)
     if isinstance(runner.model, FinishedRuns):
         points = _finished_points(runner.model, runs)
         independent = runner.model.independent and len(points) >= needed

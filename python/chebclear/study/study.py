@@ -9,6 +9,7 @@ from dataclasses import replace
 from inspect import signature
 from typing import Any, Unpack
 
+from numpy.random import Generator
 from numpy.typing import ArrayLike
 
 from ..base.arguments import Checks, meant_or_known
@@ -250,10 +251,10 @@ class Study:
         seconds: float = 10.0,
         confidence: float | None = None,
         rtol: float | None = None,
-        seed: int = 0,
+        rng: int | Generator | None = 0,
         include: StudyResult | Sequence[StudyResult] = (),
         max_runs: int = MAX_RUNS,
-        cycles: int | None = None,
+        revolutions: int | None = None,
         discard: int | None = None,
         angle: str | None = None,
     ) -> StudyResult:
@@ -265,8 +266,8 @@ class Study:
         extremes, widened by what held-out runs exceed them by. Where a polynomial in the parameters follows
         an output, its range with its error is the band, which holds all runs too.
 
-        With `cycles` the bands are **by crank angle**: all revolutions of all runs are pooled. This needs
-        fewer runs, and remains valid when impacts have made long runs unpredictable.
+        With `revolutions` the bands are **by crank angle**: those of all runs are pooled. This needs fewer
+        runs, and remains valid when impacts have made long runs unpredictable.
 
         Parameters
         ----------
@@ -286,24 +287,24 @@ class Study:
             Relative tolerance of the integrator [-], in place of that of the study; 1e-4 if neither
             says one. Bands need no smaller one, although single runs change. Velocities of impacting
             mechanisms are resolved more often at 1e-5.
-        seed : int
-            Seed of the points [-], 0 to 2**64 - 1. The same seed gives exactly the same result on any number
-            of threads.
+        rng : int, numpy.random.Generator or None
+            Seed of the points, 0 to 2**64 - 1; a generator draws one, None stands for a fresh one. The
+            result keeps the seed, with which it repeats exactly on any number of threads.
         include : StudyResult or sequence of StudyResult, optional
             Results of the same study whose runs are included. They take part in all bands but are not
             held out, since their points may lie on a grid; for the same reason features of all runs then
             state nothing about a further run. Runs at points that the band has already are left out.
         max_runs : int
             Largest number of runs; with more, no run is started [-].
-        cycles : int, optional
+        revolutions : int, optional
             Revolutions of every run [-] for bands by crank angle; the `samples` of the study are then those
-            of one revolution. With a drive at constant speed the duration follows from `cycles`, in place of
+            of one revolution. With a drive at constant speed the duration follows from them, in place of
             `skip` and `duration` of the study. If the speed is a parameter, or a torque drives the crank, the
             angle of every run is measured: outputs are interpolated between samples at most half a step
             apart.
-            A torque drive needs a `duration` in which every run completes all `cycles`.
+            A torque drive needs a `duration` in which every run completes all of them.
         discard : int, optional
-            Number of first cycles that are not pooled [-], for the starting transient to decay; 1 if not
+            Number of first revolutions that are not pooled [-], for the starting transient to decay; 1 if not
             given.
         angle : str, optional
             Name of the revolute joint whose angle is the crank angle; that of the only drive at constant
@@ -319,7 +320,7 @@ class Study:
         SceneError, SimulationError, ValueError, TypeError
             As `chebyshev`.
         """
-        how = seconds, confidence, rtol, seed, include, max_runs, cycles, discard, angle
+        how = seconds, confidence, rtol, rng, include, max_runs, revolutions, discard, angle
         return self._made(sampled.band(self.runner, runs, coverage, *how))
 
     def extended(
@@ -328,7 +329,7 @@ class Study:
         """A result of `band` with further runs; see `StudyResult.extend`."""
         return self._with_warnings(sampled.extended(self.runner, result, runs, include))
 
-    def sample(self, runs: int = 81, *, seed: int = 0) -> StudyResult:
+    def sample(self, runs: int = 81, *, rng: int | Generator | None = 0) -> StudyResult:
         """Simulate at independent, uniformly distributed random points of the box, as for features.
 
         Parameters
@@ -336,8 +337,8 @@ class Study:
         runs : int
             Number of runs [-], at least 2 and at most 1 000 000, in addition to one at the midpoint. Ignored
             for a table of finished runs, of which all are used.
-        seed : int
-            Seed of the random points [-].
+        rng : int, numpy.random.Generator or None
+            As of `band`.
 
         Returns
         -------
@@ -349,7 +350,7 @@ class Study:
         SceneError, SimulationError, ValueError, TypeError
             As `chebyshev`.
         """
-        return self._made(designs.sample(self.runner, runs, seed))
+        return self._made(designs.sample(self.runner, runs, rng))
 
     def worst_cases(self, result: StudyResult) -> tuple[WorstCase, ...]:
         """Runs at the worst cases that the polynomials of a result predict; see `StudyResult.check`."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.random import default_rng
+from numpy.random import Generator, default_rng
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
@@ -19,7 +19,7 @@ from ..run.simulation import warn_once
 from ..scene.scene import Interval
 from ..study import sampled
 from ..study.band.band import Band
-from ..study.designs import MOST_SEED, carried_out, on_grid
+from ..study.designs import carried_out, on_grid
 from ..study.polynomials.surrogate import MOST_RANGE_DEGREE, chebyshev_grid, tensor_grid
 from ..study.results import StudyResult
 from ..study.runner import Runner
@@ -78,7 +78,7 @@ def study_tradeoff(
     runs: Sequence[int] = (9, 21, 41, 81, 161, 321),
     *,
     holdout: int = 100,
-    seed: int = 0,
+    rng: int | Generator | None = 0,
     max_runs: int = MAX_RUNS,
 ) -> StudyTradeoff:
     """Measure accuracy against cost of the bounds: degrees, scan points, runs and methods of bounding.
@@ -100,8 +100,8 @@ def study_tradeoff(
         largest.
     holdout : int
         Number of random points [-], at least 2, in addition to the corners of up to 8 parameters.
-    seed : int
-        Seed of the random points [-].
+    rng : int, numpy.random.Generator or None
+        Seed of the random points, as of `Study.band`.
     max_runs : int
         Largest number of runs of all settings and hold-out runs; with more, no run is started [-].
 
@@ -131,14 +131,16 @@ def study_tradeoff(
         raise TypeError(f"study must be a Study, got {study!r}")
     if isinstance(study.runner.model, FinishedRuns):
         raise ArgumentError("a tradeoff makes further runs, which a table of finished runs does not have")
-    result = _measured(study.runner, Asked(degrees, points, runs, holdout, seed, max_runs))
+    checks = Checks()
+    seed = checks.seed("rng", rng)
+    result = _measured(study.runner, Asked(degrees, points, runs, holdout, seed, max_runs), checks)
     warn_once(result.warnings)
     return result
 
 
-def _measured(study: Runner, asked: Asked) -> StudyTradeoff:
+def _measured(study: Runner, asked: Asked, checks: Checks) -> StudyTradeoff:
     """Compare the bounds of a study; see `study_tradeoff`."""
-    probed, wanted, budgets = _checked(study, asked)
+    probed, wanted, budgets = _checked(study, asked, checks)
     probes = carried_out(study, on_grid(study, probed, (asked.holdout,)))
     if not probes.outputs:
         raise ArgumentError("a tradeoff compares bands of outputs: name some in Study(outputs=...)")
@@ -178,10 +180,11 @@ def _distinct(settings: Sequence[_Setting]) -> Iterator[_Setting]:
             yield setting
 
 
-def _checked(study: Runner, asked: Asked) -> tuple[Array, list[tuple[int | None, int]], list[int]]:
+def _checked(
+    study: Runner, asked: Asked, checks: Checks
+) -> tuple[Array, list[tuple[int | None, int]], list[int]]:
     """Hold-out points, degree, if any, and points of every grid, and runs of every band."""
     sides = list(study.intervals.values())
-    checks = Checks()
     wanted: list[tuple[int | None, int]] = []
     budgets: list[int] = []
     for name, given, least, most in (
@@ -207,7 +210,6 @@ def _checked(study: Runner, asked: Asked) -> tuple[Array, list[tuple[int | None,
     if not wanted and not budgets:
         checks.add("degrees, points and runs must not all be empty")
     checks.whole("holdout", asked.holdout, least=2, most=MOST_RUNS)
-    checks.whole("seed", asked.seed, least=0, most=MOST_SEED)
     checks.whole("max_runs", asked.max_runs, least=1)
     checks.finish()
     probed = _holdout_points(study, asked.holdout, asked.seed)

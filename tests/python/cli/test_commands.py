@@ -129,7 +129,7 @@ def test_study_writes_what_its_table_says(tmp_path, capsys):
     ("words", "make"),
     [
         (["study", "--kind", "chebyshev", "--degree", "1"], lambda study: study.chebyshev(1)),
-        (["study", "--kind", "sample", "--runs", "3", "--seed", "4"], lambda study: study.sample(3, seed=4)),
+        (["study", "--kind", "sample", "--runs", "3", "--seed", "4"], lambda study: study.sample(3, rng=4)),
         (["scan", "--points", "2"], lambda study: study.scan(2)),
     ],
 )
@@ -191,7 +191,7 @@ def test_tradeoff_takes_scene_files(capsys):
         (["run", CRANK, "--out", __file__], "is a file"),
         (["study", CRANK, "--kind", "sample", "--degree", "3"], "not for sample"),
         (["study", CRANK, "--runs", "1"], "runs must be a whole number >= 3"),
-        (["study", CRANK, "--discard", "2"], "give --cycles too"),
+        (["study", CRANK, "--discard", "2"], "give --revolutions too"),
         (["tradeoff", CRANK, "--paper", "corrected"], "either a scene or --paper"),
         (["tradeoff", CRANK, "--until", "2"], "must be <= the duration"),
     ],

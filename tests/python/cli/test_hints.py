@@ -66,6 +66,6 @@ def test_predicted_worst_cases_are_simulated_on_request(capsys):
     words = ["study", CRANK, "--runs", "21", "--samples", "41", "--outputs", "slider.x"]
     assert cli.main([*words, "--check", "--quiet"]) == 0
     assert "(there)" in capsys.readouterr().out
-    assert cli.main([*words, "--cycles", "2", "--discard", "1", "--json"]) == 0
+    assert cli.main([*words, "--revolutions", "2", "--discard", "1", "--json"]) == 0
     assert cli.main(["study", CRANK, "--kind", "sample", "--runs", "5", "--samples", "5", "--check"]) == 0
     assert "--check finds no worst case" in capsys.readouterr().err

@@ -43,7 +43,7 @@ def costs():
 @pytest.fixture(scope="module")
 def diagram():
     return cc.bifurcation(
-        cc.mechanisms.slider_crank, "clearance", [1e-5, 3e-5], "slider.x", periods=2, skip=0, rtol=1e-4
+        cc.mechanisms.slider_crank, "clearance", [1e-5, 3e-5], "slider.x", periods=2, discard=0, rtol=1e-4
     )
 
 

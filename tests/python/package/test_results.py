@@ -68,7 +68,7 @@ def results(run):
         band.quantiles({"crank_length": cc.uniform(0.0495, 0.0505)}, draws=200),
         cc.restraint_zones(chebyshev["slider.vx"], ideal["slider.vx"], "crank_length", window=1e-4),
         *(template, cc.animate(run), next(iter(feature.effects.swings.values()))),
-        cc.bifurcation(build, "clearance", [2e-5, 3e-5], periods=2, skip=1, rtol=1e-3),
+        cc.bifurcation(build, "clearance", [2e-5, 3e-5], periods=2, discard=1, rtol=1e-3),
         study.plan("scan", points=3),
         cc.results.FailedRun(
             3, {"crank_length": 0.05}, "max_steps", "the allowed number of steps was used up", 0.01

@@ -148,7 +148,13 @@ class TestBifurcation:
     @pytest.fixture
     def diagram(self):
         return cc.bifurcation(
-            cc.mechanisms.slider_crank, "clearance", [1e-5, 4e-5], "slider.ax", periods=2, skip=1, threads=2
+            cc.mechanisms.slider_crank,
+            "clearance",
+            [1e-5, 4e-5],
+            "slider.ax",
+            periods=2,
+            discard=1,
+            threads=2,
         )
 
     def test_samples_are_those_of_single_runs(self, diagram):
@@ -167,7 +173,7 @@ class TestBifurcation:
             [100.0, 200.0],
             "slider.vx",
             periods=4,
-            skip=0,
+            discard=0,
             fixed={"clearance_at": (), "crank_angle": 1.0},
         )
         np.testing.assert_allclose(found.period, 2.0 * np.pi / np.array([100.0, 200.0]), rtol=1e-12)
@@ -189,7 +195,7 @@ class TestBifurcation:
             cc.ChebclearWarning, match="1 of 2 runs failed and are NaN, the first at clearance = 2e-05"
         ):
             found = cc.bifurcation(
-                cc.mechanisms.slider_crank, "clearance", [2e-5, 2e-4], periods=1, skip=0, max_steps=3500
+                cc.mechanisms.slider_crank, "clearance", [2e-5, 2e-4], periods=1, discard=0, max_steps=3500
             )
         assert np.isnan(found.samples[0]).all() and np.isfinite(found.samples[1]).all()
         assert found.points(1e-9)[0] == 0
@@ -204,7 +210,7 @@ class TestBifurcation:
                 "clearance",
                 [1e-5] * 4,
                 periods=1,
-                skip=0,
+                discard=0,
                 progress=interrupt,
                 threads=1,
             )

@@ -83,9 +83,9 @@ def test_half_of_a_study_by_crank_angle():
         samples=31,
         rtol=1e-3,
     )
-    result = study.band(16, cycles=2)
+    result = study.band(16, revolutions=2)
     [row] = found(result)[0].rows
-    first = study.band(8, cycles=2)  # the first eight points of the sequence
+    first = study.band(8, revolutions=2)  # the first eight points of the sequence
     assert number(row[1]) == pytest.approx(mean_width(first["slider.x"]), rel=5e-3)
     assert number(row[2]) == pytest.approx(mean_width(result["slider.x"]), rel=5e-3)
     kept = result.values("slider.x")[8:]

@@ -161,9 +161,9 @@ def test_the_report_of_a_study_says_what_the_result_says(reports, result):
 @pytest.mark.parametrize(
     "ask",
     [
-        lambda study: study.sample(8, seed=4),
+        lambda study: study.sample(8, rng=4),
         lambda study: study.chebyshev(2, bounds="eq31"),
-        lambda study: study.band(12, seed=3),
+        lambda study: study.band(12, rng=3),
     ],
 )
 @pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")

@@ -66,7 +66,7 @@ def test_studies_and_tradeoffs_take_settings():
 
 def test_a_bifurcation_takes_settings():
     settings = cc.Settings(duration=9.0, samples=4, rtol=1e-9, method="rodas4")
-    asked = {"output": "block.y", "sample_per": 0.1, "periods": 2, "skip": 1}
+    asked = {"output": "block.y", "sample_per": 0.1, "periods": 2, "discard": 1}
     found = cc.bifurcation(faller, "gravity", [9.0], settings=settings, **asked)
     assert (
         found.samples.tobytes()

@@ -56,7 +56,7 @@ def test_runs_that_failures_leave_too_few_are_refused_with_the_failure():
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", cc.ChebclearWarning)
-                result = study.band(4, seed=seed)
+                result = study.band(4, rng=seed)
             assert result.requirement.runs >= 3
         except cc.errors.ArgumentError as error:
             found.add(str(error))

@@ -197,7 +197,7 @@ def test_runs_are_added_and_none_is_lost(wrist):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", cc.ChebclearWarning)
         longer = study.band(16).extend(25)
-        split = study.band(41, seed=5)
+        split = study.band(41, rng=5)
     assert longer.requirement == wrist.requirement and same(longer.bands, wrist.bands)
     assert not same(split.bands, wrist.bands)
     assert longer.stats == wrist.stats
@@ -324,7 +324,7 @@ def test_bands_hold_corners_without_a_run_where_motions_follow_a_polynomial_roug
     box = {name: cc.Interval(-1.0, 1.0) for name in "ab"}
     fresh = ramp(*np.random.default_rng(9).uniform(-1.0, 1.0, (2, 3000, 1)))
     for seed in range(4):
-        band = cc.Study(lambda a, b: {"t": t, "y": ramp(a, b)}, box).band(41, seed=seed)["y"]
+        band = cc.Study(lambda a, b: {"t": t, "y": ramp(a, b)}, box).band(41, rng=seed)["y"]
         # No polynomial explains the bend, so that few runs cannot verify it.
         assert band.verdict == "undersampled" and band.margin.persistence > 0.8
         assert np.mean((fresh >= band.lower) & (fresh <= band.upper)) >= 0.9995
@@ -382,7 +382,7 @@ def test_runs_that_differ_by_offsets_or_factors_beside_what_parameters_do_are_si
 
     box = {"a": cc.Interval(-1.0, 1.0), "b": cc.Interval(-1.0, 1.0)}
     for seed in range(4):
-        band = cc.Study(model, box).band(41, seed=seed)["x"]
+        band = cc.Study(model, box).band(41, rng=seed)["x"]
         assert band.verdict == "undersampled" and band.margin.persistence > 0.8
     assert cc.Study(model, box).band(30, coverage=0.95)["x"].verdict == "calibrated"
 
@@ -397,15 +397,23 @@ def test_a_resolved_band_keeps_the_coverage_that_is_asked_for():
 
     study = cc.Study(model, {"a": cc.Interval(0.0, 1.0), "b": cc.Interval(0.0, 1.0)})
     for seed in range(6):
-        band = study.band(41, seed=seed)["x"]
+        band = study.band(41, rng=seed)["x"]
         assert band.coverage >= 0.999 or band.verdict == "undersampled"
+
+
+def test_generators_and_none_draw_a_seed_that_is_kept():
+    study = planet_study(samples=5)
+    drawn = study.band(5, rng=np.random.default_rng(3))
+    assert drawn == study.band(5, rng=np.random.default_rng(3)) == study.band(5, rng=drawn.requirement.seed)
+    assert study.band(5, rng=None) != study.band(5, rng=None)
+    assert study.sample(5, rng=np.random.default_rng(3)).seed == drawn.requirement.seed
 
 
 def test_wrong_input_is_listed():
     study = planet_study()
     with pytest.raises(ValueError) as caught:
-        study.band(2, coverage=1.0, rtol=1.0, seed=-1)
-    for part in ("runs must be", "coverage must be", "rtol must be", "seed must be"):
+        study.band(2, coverage=1.0, rtol=1.0, rng=-1)
+    for part in ("runs must be", "coverage must be", "rtol must be", "rng must be"):
         assert part in str(caught.value)
     with pytest.raises(TypeError, match="include must be results"):
         study.band(5, include=[3])
@@ -474,7 +482,7 @@ def test_the_hull_of_independent_runs_says_what_it_holds():
     assert "99 independent runs: 98 % of the samples" in result.statement
     assert "an estimate" in study.band(15).statement and study.scan(2).statement is None
     # Nothing is evened out: the points are those of a plain generator, and go on.
-    assert not np.array_equal(result.parameters, study.band(99, coverage=0.97, seed=1).parameters)
+    assert not np.array_equal(result.parameters, study.band(99, coverage=0.97, rng=1).parameters)
     assert study.band(70, coverage=0.97).extend(29) == result
     assert not study.band(65, coverage=0.97).requirement.independent
 
@@ -512,10 +520,10 @@ def test_runs_that_fail_are_made_up_for():
 
     study = cc.Study(picky, {"a": cc.Interval(0.0, 1.0)})
     for seed in range(50):
-        result = study.band(41, coverage=0.95, seed=seed)
+        result = study.band(41, coverage=0.95, rng=seed)
         if result.requirement.failed:
             break
-    few = study.band(39, coverage=0.95, seed=seed)
+    few = study.band(39, coverage=0.95, rng=seed)
     assert result["x"].verdict == "certified" and few["x"].verdict in ("certified", "undersampled")
 
 

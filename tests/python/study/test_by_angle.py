@@ -30,13 +30,13 @@ def wrist_study(**options):
 def wrist():
     with warnings.catch_warnings():
         warnings.simplefilter("error", cc.ChebclearWarning)
-        return wrist_study().band(15, cycles=5)
+        return wrist_study().band(15, revolutions=5)
 
 
 @pytest.mark.parametrize("speed", [40.0, -70.0])
 @pytest.mark.parametrize("start", [0.0, 0.6])
 def test_without_clearance_the_band_is_that_of_the_closed_form(speed, start):
-    result = ideal_study(crank_speed=speed, crank_angle=start).band(9, cycles=3, discard=1)
+    result = ideal_study(crank_speed=speed, crank_angle=start).band(9, revolutions=3, discard=1)
     band = result["slider.x"]
     # A revolution from where the drive starts, to where it turns.
     np.testing.assert_allclose(band.angle, start + math.copysign(1.0, speed) * np.linspace(0, 2 * np.pi, 73))
@@ -87,8 +87,8 @@ def test_under_a_torque_the_angle_is_the_measured_one(sense):
     )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", cc.ChebclearWarning)
-        result = study.band(5, cycles=6, discard=2, angle="bearing")
-        longer = study.band(3, cycles=6, discard=2, angle="bearing").extend(2)
+        result = study.band(5, revolutions=6, discard=2, angle="bearing")
+        longer = study.band(3, revolutions=6, discard=2, angle="bearing").extend(2)
     assert tuple(result) == ("rotor.angular_velocity",)
     band = result["rotor.angular_velocity"]
     np.testing.assert_allclose(band.angle, 0.4 + sense * np.linspace(0.0, 2.0 * np.pi, 73))
@@ -113,7 +113,7 @@ def test_the_speed_of_the_drive_may_be_a_parameter():
         fixed={"clearance_at": ()},
         **TIME,
     )
-    result = study.band(9, cycles=3, discard=1)
+    result = study.band(9, revolutions=3, discard=1)
     band = result["slider.x"]
     for (_, crank), rows in zip(result.parameters, result.values("slider.x"), strict=True):
         expected = crank * np.cos(band.angle) + np.sqrt(0.12**2 - (crank * np.sin(band.angle)) ** 2)
@@ -130,7 +130,7 @@ def test_a_band_by_the_measured_angle_holds_what_does_not_depend_on_the_speed():
     study = cc.Study(
         ideal, {"crank_speed": cc.Interval.around(200.0, rel=0.05)}, ["slider.x"], duration=0.03, samples=91
     )
-    band = study.band(41, cycles=3)["slider.x"]
+    band = study.band(41, revolutions=3)["slider.x"]
     expected = 0.05 * np.cos(band.angle) + np.sqrt(0.12**2 - (0.05 * np.sin(band.angle)) ** 2)
     np.testing.assert_allclose([band.lower, band.upper], [expected, expected], rtol=0.0, atol=1e-7)
 
@@ -141,7 +141,7 @@ def test_fresh_revolutions_keep_the_band(wrist):
     assert force.runs.shape == (16 * 4, 73) and force.parameters.shape == (16 * 4, 2)
     assert wrist.values("slider.x").shape == (15, 4, 73) and wrist.parameters.shape == (15, 2)
     period = 0.03
-    fresh = wrist_study(samples=4 * 72 + 1, duration=4 * period, skip=period, rtol=1e-4).sample(40, seed=3)
+    fresh = wrist_study(samples=4 * 72 + 1, duration=4 * period, skip=period, rtol=1e-4).sample(40, rng=3)
     values = fresh.values("wrist.normal_force")
     rows = np.stack([values[:, 72 * turn : 72 * turn + 73] for turn in range(4)])
     inside = (rows >= force.lower) & (rows <= force.upper)
@@ -160,11 +160,11 @@ def test_revolutions_are_those_of_one_long_run(wrist):
 
 
 def test_results_by_angle_are_values(wrist, tmp_path):
-    assert same(wrist_study(threads=1).band(9, cycles=5).extend(6).bands, wrist.bands)
+    assert same(wrist_study(threads=1).band(9, revolutions=5).extend(6).bands, wrist.bands)
     loaded = cc.StudyResult.load(wrist.save(tmp_path / "wrist"))
     assert loaded == wrist and loaded.requirement.revolutions.kept == 4
     assert repr(wrist).startswith("<StudyResult: band, 15 runs, slider.x")
-    more = wrist_study().band(4, cycles=5, seed=3, include=wrist)
+    more = wrist_study().band(4, revolutions=5, rng=3, include=wrist)
     assert more.parameters.shape == (19, 2) and more.requirement.runs == 4
 
 
@@ -178,7 +178,7 @@ def test_revolutions_leave_with_their_angle(wrist):
 
 def test_features_are_those_of_each_revolution():
     study = wrist_study(features={"peak": cc.features.peak("wrist.normal_force")})
-    result = study.band(3, coverage=0.9, cycles=3)
+    result = study.band(3, coverage=0.9, revolutions=3)
     assert result.features.runs.shape == (3, 2, 1)
     peaks = result.features.runs[:, :, 0]
     assert np.all(peaks >= result.values("wrist.normal_force").max(axis=2) - 1e-9)
@@ -194,19 +194,19 @@ def test_a_band_by_angle_is_drawn_over_the_angle(wrist):
 
 def test_what_has_no_band_by_angle_is_refused():
     study = wrist_study()
-    with pytest.raises(ValueError, match="cycles must be > discard, got 2 and 2"):
-        study.band(9, cycles=2, discard=2)
+    with pytest.raises(ValueError, match="revolutions must be > discard, got 2 and 2"):
+        study.band(9, revolutions=2, discard=2)
     with pytest.raises(ValueError) as caught:
-        study.band(9, cycles=0, discard=-1)
-    assert "cycles must be" in str(caught.value) and "discard must be" in str(caught.value)
+        study.band(9, revolutions=0, discard=-1)
+    assert "revolutions must be" in str(caught.value) and "discard must be" in str(caught.value)
     with pytest.raises(ValueError, match="\"crank_pin\", got 'wrist'"):
-        study.band(9, cycles=3, angle="wrist")
+        study.band(9, revolutions=3, angle="wrist")
     with pytest.raises(ValueError) as caught:
         study.band(9, angle="crank_bearing", discard=1)
-    assert "angle is for bands by crank angle: give cycles too" in str(caught.value)
-    assert "discard is for bands by crank angle: give cycles too, or leave it, got 1" in str(caught.value)
+    assert "angle is for bands by crank angle: give revolutions too" in str(caught.value)
+    assert "discard is for bands by crank angle: give revolutions too, got 1" in str(caught.value)
     with pytest.raises(ValueError, match=r"include\[0\] has other revolutions, or none"):
-        study.band(9, cycles=3, include=study.band(3, coverage=0.5, cycles=2))
+        study.band(9, revolutions=3, include=study.band(3, coverage=0.5, revolutions=2))
     faster = cc.Study(
         cc.mechanisms.slider_crank,
         {"crank_speed": cc.Interval(200.0, 220.0)},
@@ -215,20 +215,20 @@ def test_what_has_no_band_by_angle_is_refused():
         **TIME,
     )
     with pytest.raises(ValueError, match="features of each revolution need one constant speed"):
-        faster.band(9, cycles=3)
+        faster.band(9, revolutions=3)
     worn = cc.Study(cc.mechanisms.slider_crank, LENGTHS, ["wrist.wear"], **TIME)
     with pytest.raises(ValueError, match=r"wrist\.wear: they grow from revolution to revolution"):
-        worn.band(3, cycles=2)
+        worn.band(3, revolutions=2)
     swinging = cc.Study(
         cc.mechanisms.pendulum_in_bearing, {"length": cc.Interval.around(0.2, rel=0.1)}, **TIME
     )
     with pytest.raises(ValueError, match="no drive turns at constant speed: angle must name the joint"):
-        swinging.band(9, cycles=3)
+        swinging.band(9, revolutions=3)
     with pytest.raises(ValueError, match=r'"bearing" makes \d+(\.\d*)? revolutions in 0.5 s'):
-        rotor_study(duration=0.5).band(3, cycles=12, angle="bearing")
+        rotor_study(duration=0.5).band(3, revolutions=12, angle="bearing")
     resting = cc.Study(rotor, {"mass": cc.Interval(1.0, 2.0)}, fixed={"torque": 0.0, "speed": 0.0}, **TIME)
     with pytest.raises(ValueError, match='"bearing" does not turn'):
-        resting.band(3, cycles=2, angle="bearing")
+        resting.band(3, revolutions=2, angle="bearing")
 
 
 def test_the_script_of_a_report_makes_the_same_bands(wrist):
@@ -245,7 +245,7 @@ def test_a_study_beyond_the_chaos_horizon_is_told_what_to_call():
         times = {"duration": 0.03 * revolutions, "samples": 61 * revolutions}
         return cc.Study(cc.mechanisms.slider_crank, LENGTHS, ["slider.x", "slider.ax"], **times)
 
-    with pytest.warns(cc.errors.HorizonWarning, match=r"\(slider\.ax\).*Study\.band\(cycles=10, discard=1\)"):
+    with pytest.warns(cc.errors.HorizonWarning, match=r"slider\.ax.*band\(revolutions=10, discard=1\)"):
         result = study(5).band(5)
     assert sum("chaos horizon" in text for text in result.warnings) == 1
     with warnings.catch_warnings():
@@ -254,12 +254,12 @@ def test_a_study_beyond_the_chaos_horizon_is_told_what_to_call():
         warnings.simplefilter("error", cc.errors.HorizonWarning)
         study(2).band(5)
         # What is asked for by angle need not be told to ask for it.
-        study(5).band(3, cycles=5)
+        study(5).band(3, revolutions=5)
 
 
 def test_a_run_beyond_its_horizon_is_told_what_to_call():
     scene = cc.mechanisms.slider_crank()
-    with pytest.warns(cc.errors.HorizonWarning, match=r"slider\.ax.*Study\.band\(cycles=10, discard=1\)"):
+    with pytest.warns(cc.errors.HorizonWarning, match=r"slider\.ax.*band\(revolutions=10, discard=1\)"):
         run = cc.simulate(
             scene, duration=0.15, samples=751, outputs=["slider.ax"], rtol=1e-4, error="estimate"
         )

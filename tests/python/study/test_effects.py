@@ -340,7 +340,7 @@ class TestStudy:
             "steps": lambda run: float(run.stats.steps),
         }
         study = self.study(wanted, cycles=2)
-        result = study.sample(5, seed=3)
+        result = study.sample(5, rng=3)
         assert result.outputs == () and len(result.t) == 2
         assert result.features.runs.shape == (5, 2, 3)
         for row, given in enumerate(result.parameters):
@@ -348,7 +348,7 @@ class TestStudy:
             force = run.feature(wanted["force"], cycles=2)
             assert np.array_equal(result.feature("force").values[row], force)
             assert result.feature("steps").values[row, 0] == run.stats.steps
-        assert np.array_equal(result.parameters, study.sample(5, seed=3).parameters)
+        assert np.array_equal(result.parameters, study.sample(5, rng=3).parameters)
         loaded = cc.StudyResult.load(result.save(tmp_path / "study"))
         assert loaded == result and loaded.kind == "sample"
 
@@ -385,7 +385,7 @@ class TestStudy:
             }
             features = {"rms": cc.features.rms("slider.ax")}
             turn = {"duration": 0.03, "skip": 0.03, "samples": 2, "rtol": 1e-3}
-            return cc.Study(slider, sides, [], features=features, **turn).sample(runs, seed=seed)
+            return cc.Study(slider, sides, [], features=features, **turn).sample(runs, rng=seed)
 
         def width(crank, rod):
             values = sampled(crank, rod, 120, 1).feature("rms").values

@@ -24,7 +24,7 @@ def narrow(**parameters):
 def quiet_band(model, box, runs, seed):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", cc.ChebclearWarning)
-        return cc.Study(model, box).band(runs, seed=seed)["y"]
+        return cc.Study(model, box).band(runs, rng=seed)["y"]
 
 
 @pytest.mark.parametrize("runs", [21, 41, 81, 161])

@@ -462,7 +462,7 @@ def test_included_runs_of_another_model_are_told_output_by_output():
 
     own, other = model(1e-3), model(5e-3)
     with pytest.warns(ChebclearWarning, match=r"include\[0\] has other values at the midpoint"):
-        own.band(21, include=other.band(41, seed=3))
+        own.band(21, include=other.band(41, rng=3))
 
 
 def test_what_a_polynomial_says_where_runs_failed_is_doubted():

@@ -156,9 +156,9 @@ def test_polynomials_without_a_certified_range_bound_nothing():
 def test_wrong_arguments_of_a_study_are_listed_together():
     study = cc.Study(faller, {"gravity": cc.Interval(9.0, 10.0)}, ["block.y"], duration=0.5, samples=11)
     with pytest.raises(ValueError) as caught:
-        cc.study_tradeoff(study, degrees=[0], points="5", holdout=1, seed=-1)
+        cc.study_tradeoff(study, degrees=[0], points="5", holdout=1, rng=-1)
     words = [line.split()[0] for line in str(caught.value).splitlines()]
-    assert words == ["degrees[0]", "points", "holdout", "seed"]
+    assert words == ["rng", "degrees[0]", "points", "holdout"]
     with pytest.raises(ValueError, match="must not all be empty"):
         cc.study_tradeoff(study, degrees=[], points=[], **GRIDS)
     wide = {name: cc.Interval(1.0, 2.0) for name in "abcdefg"}
@@ -182,7 +182,7 @@ def test_bands_of_a_linear_response_are_exact_from_few_runs_on():
         assert np.allclose(point.width_error, 0.0, atol=1e-6) and np.all(point.containment == 1.0)
     assert result.reference_runs == 22 + 2 + 41
     assert str(result).splitlines()[-1].startswith("Recommended: scan of 2 points with 3 runs")
-    nine = study.band(9, seed=0)
+    nine = study.band(9, rng=0)
     assert np.isclose(
         list(result)[1].width_error, nine["block.y"].width.mean() / result.reference_width - 1.0
     )

@@ -89,11 +89,11 @@ KINDS = {
         ["slider.x"],
         samples=13,
         duration=0.1,
-    ).band(5, cycles=3),
+    ).band(5, revolutions=3),
     "extended": lambda: slider_crank().band(7).extend(2),
     "chebyshev": lambda: slider_crank().chebyshev(1, bounds="eq31"),
     "scan": lambda: slider_crank(rtol=1e-5).scan(2),
-    "sample": lambda: slider_crank().sample(8, seed=4),
+    "sample": lambda: slider_crank().sample(8, rng=4),
     "a callable feature": lambda: cc.Study(
         cc.mechanisms.slider_crank,
         {"rod_length": cc.Interval.around(0.12, rel=0.01)},
@@ -276,7 +276,7 @@ def test_the_order_of_parameters_does_not_matter(method):
         study = cc.Study(
             cc.mechanisms.slider_crank, {name: sides[name] for name in names}, ["slider.x"], **SHORT
         )
-        result = getattr(study, method)(6, seed=5)
+        result = getattr(study, method)(6, rng=5)
         found.append({name: result.parameters[:, names.index(name)] for name in sides})
         found[-1]["x"] = result.values("slider.x")
     assert all(same(one, found[0]) for one in found[1:])

@@ -310,7 +310,7 @@ def test_quantiles_hold_where_a_polynomial_has_an_error():
     fresh = response(*np.random.default_rng(5).uniform(-1.0, 1.0, (2, 40_000)))
     # Of 0.95 were 0.89 to 0.92 inside, as no polynomial follows the sine.
     for seed in range(4):
-        band = cc.Study(lambda a, b: {"t": t, "y": np.full(5, response(a, b))}, box).band(81, seed=seed)["y"]
+        band = cc.Study(lambda a, b: {"t": t, "y": np.full(5, response(a, b))}, box).band(81, rng=seed)["y"]
         assert band.verdict == "resolved" and band.margin.error > 0.02
         likely = band.quantiles(box, probability=0.95)
         assert np.mean((fresh >= likely.lower[0]) & (fresh <= likely.upper[0])) >= 0.95

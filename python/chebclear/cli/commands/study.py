@@ -25,9 +25,9 @@ from ..scenes import outputs_of, progress_of, settings_of, template_of
 
 # Which options each kind of study takes besides those of every one.
 _KINDS = {
-    "band": ("runs", "seconds", "coverage", "confidence", "seed", "cycles", "discard"),
+    "band": ("runs", "seconds", "coverage", "confidence", "rng", "revolutions", "discard"),
     "chebyshev": ("degree",),
-    "sample": ("runs", "seed"),
+    "sample": ("runs", "rng"),
 }
 STUDY_FILES = "report.html, study.npz, the table of verdicts (md, csv, json) and a PNG for every output"
 
@@ -95,16 +95,16 @@ def _add_points(command: argparse.ArgumentParser) -> None:
         "--degree", type=count, metavar="N", help="degree of the polynomials of kind chebyshev (default: 3)"
     )
     command.add_argument(
-        "--seed", type=count, metavar="N", help="seed of the points of kinds band and sample (0)"
+        "--seed", dest="rng", type=count, metavar="N", help="seed of the points of kinds band and sample (0)"
     )
     command.add_argument(
-        "--cycles",
+        "--revolutions",
         type=count,
         metavar="N",
         help="bands by crank angle, over so many revolutions of every run, of kind band",
     )
     command.add_argument(
-        "--discard", type=count, metavar="N", help="revolutions before those of --cycles (default: 1)"
+        "--discard", type=count, metavar="N", help="revolutions before those of --revolutions (default: 1)"
     )
 
 
@@ -119,9 +119,10 @@ def study(options: argparse.Namespace) -> int:
     for name in given:
         if name not in _KINDS[options.kind]:
             kinds = " and ".join(kind for kind, names in _KINDS.items() if name in names)
-            options.usage_error(f"argument --{name}: is for --kind {kinds}, not for {options.kind}")
-    if "discard" in given and "cycles" not in given:
-        options.usage_error("argument --discard: is for bands by crank angle, give --cycles too")
+            option = "seed" if name == "rng" else name
+            options.usage_error(f"argument --{option}: is for --kind {kinds}, not for {options.kind}")
+    if "discard" in given and "revolutions" not in given:
+        options.usage_error("argument --discard: is for bands by crank angle, give --revolutions too")
     made, title = study_of(options)
     return carry_out(made, options.kind, given, options, title)
 

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from ...base import files as records
@@ -327,7 +328,7 @@ class Band(records.ArrayRecord):
         *,
         probability: float = 0.95,
         draws: int = 4000,
-        seed: int = 0,
+        rng: int | Generator | None = 0,
     ) -> QuantileBand:
         """Quantiles over random parameters, for the worst case of parameters that are only intervals.
 
@@ -345,8 +346,8 @@ class Band(records.ArrayRecord):
             side.
         draws : int
             Number of stratified draws [-], at least four in each tail; two standard errors are added.
-        seed : int
-            Seed of the draws [-].
+        rng : int, numpy.random.Generator or None
+            Seed of the draws, as of `Study.band`.
 
         Returns
         -------
@@ -361,7 +362,7 @@ class Band(records.ArrayRecord):
         surrogate = self._polynomial()
         self._doubt("a quantile")
         lower, upper, statement = quantile_bounds(
-            surrogate, random, probability=probability, draws=draws, seed=seed
+            surrogate, random, probability=probability, draws=draws, rng=rng
         )
         error = 0.5 * self._error
         return QuantileBand(self.t, lower - error, upper + error, float(probability), statement)

@@ -171,7 +171,7 @@ def quantile_bounds(
     *,
     probability: float,
     draws: int,
-    seed: int,
+    rng: int | Generator | None,
 ) -> tuple[Array, Array, str]:
     """Bounds and statement of a `QuantileBand`; see `Band.quantiles`."""
     checks = Checks()
@@ -197,7 +197,7 @@ def quantile_bounds(
                     f"[{side.lower!r}, {side.upper!r}] of the runs"
                 )
     asked = checks.real("probability", probability, "-", above=0.0, below=1.0)
-    start = checks.whole("seed", seed, least=0)
+    start = checks.seed("rng", rng)
     checks.finish()
     # Values beyond the intervals, of which nothing is known, count as outside.
     known = math.prod(given.share_inside(surrogate.intervals[name]) for name, given in random.items())

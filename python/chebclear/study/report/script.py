@@ -158,11 +158,8 @@ def _call(result: StudyResult) -> str:
     """The call that made the result."""
     requirement = result.requirement
     if requirement is not None:
-        known = {
-            name: value
-            for name, value in dataclasses.asdict(requirement).items()
-            if name in ("coverage", "seed")
-        }
+        known = {name: value for name, value in dataclasses.asdict(requirement).items() if name == "coverage"}
+        known["rng"] = requirement.seed
         known |= {} if result.settings is None else {"rtol": result.settings.rtol}
         known = {"runs": requirement.runs + len(result.failures), **known}
         if requirement.confidence is not None:
@@ -170,7 +167,7 @@ def _call(result: StudyResult) -> str:
         if requirement.revolutions is not None:
             turns = requirement.revolutions
             known |= {
-                "cycles": turns.kept + turns.discarded,
+                "revolutions": turns.kept + turns.discarded,
                 "discard": turns.discarded,
                 "angle": turns.joint,
             }
@@ -184,5 +181,5 @@ def _call(result: StudyResult) -> str:
         return f"study.chebyshev(degree={degrees!r}, nodes={nodes!r}{bounds})"
     if result.kind == "scan":
         return f"study.scan({dict(zip(names, result.nodes, strict=True))!r})"
-    seed = "" if result.seed is None else f", seed={result.seed}"
+    seed = "" if result.seed is None else f", rng={result.seed}"
     return f"study.sample({len(result.parameters) + len(result.failures)}{seed})"
