@@ -1,4 +1,5 @@
-//! The motion of a run: the state that is looked at, at the end of a step or inside it, and what follows from it.
+//! The motion of a run: the state that is looked at, at the end of a step or inside it, and the work done up to there.
+//! Observers of the steps get it and nothing else.
 
 use std::f64::consts::PI;
 
@@ -7,6 +8,7 @@ use crate::integrators::dense::DenseStep;
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::turns::{rewind, unwind};
 use crate::run::outputs::Needs;
+use crate::run::work::Work;
 use crate::run::work::pace::{piece_of_work, uniform_piece};
 use crate::tree::kinematics::FrameKind;
 
@@ -21,13 +23,19 @@ pub(crate) struct Motion<'a> {
     pub(crate) q: Vec<f64>,
     pub(crate) v: Vec<f64>,
     pub(crate) a: Vec<f64>,
+    /// Work and losses up to the state.
+    pub(crate) work: Work,
+    /// Whether outputs or features need the work: it is then integrated over all steps, with the reactions.
+    pub(crate) counts_work: bool,
+    /// Whether the run goes on, asked with the time [s].
+    pub(crate) monitor: &'a dyn Fn(f64) -> bool,
     /// Length of the pieces over which work is integrated [s], if all drives have constant speed.
     uniform_piece: Option<f64>,
 }
 
 impl<'a> Motion<'a> {
     /// The motion of a mechanism, which has no state yet.
-    pub(crate) fn new(mechanism: &'a Mechanism) -> Self {
+    pub(crate) fn new(mechanism: &'a Mechanism, counts_work: bool, monitor: &'a dyn Fn(f64) -> bool) -> Self {
         let d = mechanism.degrees_of_freedom();
         let dynamics = Box::new(Dynamics::new(mechanism));
         Self {
@@ -37,6 +45,9 @@ impl<'a> Motion<'a> {
             q: vec![0.0; d],
             v: vec![0.0; d],
             a: vec![0.0; d],
+            work: Work::new(mechanism.clearance_joints.len()),
+            counts_work,
+            monitor,
             uniform_piece: uniform_piece(mechanism),
         }
     }
@@ -117,9 +128,60 @@ impl<'a> Motion<'a> {
         piece_of_work(self.mechanism, self.uniform_piece, t)
     }
 
+    /// Adds the powers of a state over a time `dt` [s] to the work.
+    pub(crate) fn add_work(&mut self, t: f64, q: &[f64], v: &[f64], dt: f64) {
+        if !self.dynamics.acceleration_and_contacts(t, q, v, &mut self.a) {
+            self.a.fill(f64::NAN);
+        }
+        self.dynamics.accelerate(&self.a);
+        let input = if self.counts_work {
+            self.dynamics.find_reactions();
+            self.dynamics.input_power()
+        } else {
+            self.dynamics.balanced_power()
+        };
+        self.work.add(&self.dynamics, input, dt);
+    }
+
+    /// Adds the work from the start of a step to the instant `to` in it, in pieces that resolve the drives, by the given
+    /// nodes and weights in each: the step resolves the free motion only, and a crank may turn many times in it.
+    pub(crate) fn add_work_of(&mut self, nodes: &[(f64, f64)], step: &DenseStep, to: f64) {
+        let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
+        let mut from = step.t;
+        while from < to {
+            let next = (from + self.piece_of_work(from)).min(to);
+            for &(place, weight) in nodes {
+                let t = from + place * (next - from);
+                step.at(step.part_until(t), &mut q, &mut v);
+                self.add_work(t, &q, &v, weight * (next - from));
+            }
+            from = next;
+            if from < to && !(self.monitor)(step.t) {
+                // Cancelled: this step is the last one.
+                break;
+            }
+        }
+        (self.q, self.v) = (q, v);
+    }
+
+    /// Moves to the end of a step, where the guards may have moved the frames already.
+    pub(crate) fn move_to_end(&mut self, step: &DenseStep) {
+        let (q, v) = step.end.split_at(step.end.len() / 2);
+        if !self.dynamics.is_at(step.end_time().into(), q, v) {
+            self.dynamics.move_to(step.end_time(), q, v);
+        }
+    }
+
+    /// Visits states inside the last step.
+    pub(crate) fn visit_inside(&mut self, visit: impl FnOnce(&mut Self)) {
+        self.enter_step();
+        visit(self);
+        self.leave_step();
+    }
+
     /// Begins to look at states inside the last step: the frames of its end stay where they are meanwhile, since the
     /// next step needs them.
-    pub(crate) fn enter_step(&mut self) {
+    fn enter_step(&mut self) {
         std::mem::swap(&mut self.dynamics, &mut self.inside);
         self.dynamics.phases.copy_from_slice(&self.inside.phases);
         // Those of the driven coordinates follow from the instant.
@@ -129,7 +191,7 @@ impl<'a> Motion<'a> {
     }
 
     /// Returns to the end of the step.
-    pub(crate) fn leave_step(&mut self) {
+    fn leave_step(&mut self) {
         std::mem::swap(&mut self.dynamics, &mut self.inside);
     }
 }

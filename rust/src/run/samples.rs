@@ -1,9 +1,10 @@
-//! The table of samples of a run: which instants are due, and the row of outputs at each.
+//! An observer of the steps: the table of samples of a run, which instants are due, and the row of outputs at each.
 
-use crate::dynamics::Dynamics;
-use crate::run::outputs::Column;
+use crate::integrators::dense::DenseStep;
+use crate::run::motion::Motion;
+use crate::run::outputs::{Column, Needs};
 use crate::run::settings::Settings;
-use crate::run::work::Work;
+use crate::run::work::{GAUSS, Work};
 
 /// The samples of a run, taken in the order of their instants.
 pub(crate) struct Samples<'a> {
@@ -16,6 +17,12 @@ pub(crate) struct Samples<'a> {
     taken: usize,
     /// Instant of the next one [s].
     due: Option<f64>,
+    /// What must be computed for a row.
+    needs: Needs,
+    /// Rows near a change point, where forces in the loops are not known.
+    pub(crate) unknown: usize,
+    /// The work up to the present step, while that of the motion is up to a sample inside it.
+    work_of_steps: Work,
 }
 
 impl<'a> Samples<'a> {
@@ -25,8 +32,17 @@ impl<'a> Samples<'a> {
         (columns, values): (Vec<Column>, &'a mut [f64]),
         begin: f64,
     ) -> Self {
-        let mut samples =
-            Self { settings, columns, values, from: begin + settings.skip, taken: 0, due: None };
+        let mut samples = Self {
+            needs: Needs::of(&columns),
+            settings,
+            columns,
+            values,
+            from: begin + settings.skip,
+            taken: 0,
+            due: None,
+            unknown: 0,
+            work_of_steps: Work::default(),
+        };
         samples.find_due();
         samples
     }
@@ -64,12 +80,50 @@ impl<'a> Samples<'a> {
         self.settings.skip > 0.0 && t <= self.from
     }
 
-    /// Writes the next row, from the state of the dynamics and the work up to there.
-    pub(crate) fn take(&mut self, dynamics: &Dynamics, work: &Work) {
+    /// Whether a sample is due up to an instant [s].
+    pub(crate) fn wants(&self, until: f64) -> bool {
+        self.due.is_some_and(|due| due <= until)
+    }
+
+    /// Takes the samples that are due in an accepted step.
+    pub(crate) fn accepted(&mut self, step: &DenseStep, motion: &mut Motion) {
+        if self.wants(step.end_time()) {
+            motion.visit_inside(|motion| self.take_inside(step, motion));
+        }
+    }
+
+    fn take_inside(&mut self, step: &DenseStep, motion: &mut Motion) {
+        let end = step.end_time();
+        while let Some(t) = self.due.filter(|&due| due <= end) {
+            if motion.counts_work {
+                // Saved, so that the sum over the steps does not depend on the samples.
+                self.work_of_steps.clone_from(&motion.work);
+                motion.add_work_of(&GAUSS, step, t);
+            }
+            motion.move_inside(step, t);
+            self.take(motion, t);
+            if motion.counts_work {
+                std::mem::swap(&mut motion.work, &mut self.work_of_steps);
+            }
+        }
+    }
+
+    /// Takes the next sample in a given state.
+    pub(crate) fn take_state(&mut self, motion: &mut Motion, t: f64, q: &[f64], v: &[f64]) {
+        motion.q.copy_from_slice(q);
+        motion.v.copy_from_slice(v);
+        self.take(motion, t);
+    }
+
+    /// Writes the next row, from the state of the motion.
+    fn take(&mut self, motion: &mut Motion, t: f64) {
+        motion.place(t, self.needs);
+        let asked = self.needs.reactions || self.needs.acceleration;
+        self.unknown += usize::from(asked && motion.dynamics.is_near_change_point());
         let width = self.columns.len();
         let row = &mut self.values[self.taken * width..][..width];
         for (value, column) in row.iter_mut().zip(&self.columns) {
-            *value = column.value(dynamics, work);
+            *value = column.value(&motion.dynamics, &motion.work);
         }
         self.taken += 1;
         self.find_due();

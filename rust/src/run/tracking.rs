@@ -1,11 +1,12 @@
-//! Quantities tracked through the dense output of every step, for the features of a run.
+//! An observer of the steps: quantities tracked through their dense output, for the features of a run.
 
+use crate::integrators::dense::DenseStep;
 use crate::numerics::extremum::highest_within;
 use crate::run::contacts::{Contact, Event};
 use crate::run::features::{Extent, Plan, Touch};
-use crate::run::recorder::Recorder;
+use crate::run::motion::Motion;
 use crate::run::settings::Settings;
-use crate::run::work::Work;
+use crate::run::work::{GAUSS as GAUSS_OF_WORK, Work};
 
 /// Nodes and weights of Gauss's quadrature with six points on [0, 1]. An explicit step may cover 5 rad of the
 /// oscillation of a contact, 10 rad of its square. The error of four points is then 6 % of the amplitude, of
@@ -27,7 +28,7 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// Writes the state at an instant and updates the work up to it, if that is needed; false where the state
 /// does not exist.
-pub(crate) type StateAt<'s> = dyn FnMut(&mut Recorder, f64, &mut [f64], &mut [f64]) -> bool + 's;
+pub(crate) type StateAt<'s> = dyn FnMut(&mut Motion, f64, &mut [f64], &mut [f64]) -> bool + 's;
 
 /// Extents of the tracked quantities so far.
 #[derive(Clone, Debug)]
@@ -118,24 +119,40 @@ impl Tracking {
         }
         answers
     }
-}
 
-impl Recorder<'_> {
+    /// Tracks the quantities through an accepted step.
+    pub(crate) fn accepted(&mut self, step: &DenseStep, motion: &mut Motion) {
+        if self.wants(step.end_time()) {
+            motion.visit_inside(|motion| self.track_inside(step, motion));
+        }
+    }
+
+    fn track_inside(&mut self, step: &DenseStep, motion: &mut Motion) {
+        let needs_work = self.needs_work();
+        self.track_to(step.end_time(), motion, &mut |motion, t, q, v| {
+            if needs_work {
+                motion.add_work_of(&GAUSS_OF_WORK, step, t);
+            }
+            motion.state_inside(step, t, q, v);
+            true
+        });
+    }
+
     /// Tracks the quantities to `end` [s]; false where there is no state.
-    pub(crate) fn track_to(&mut self, end: f64, state: &mut StateAt) -> bool {
-        while self.tracking.wants(end) {
-            let from = self.tracking.reached;
-            let bound = self.tracking.bounds[self.tracking.piece + 1];
+    pub(crate) fn track_to(&mut self, end: f64, motion: &mut Motion, state: &mut StateAt) -> bool {
+        while self.wants(end) {
+            let from = self.reached;
+            let bound = self.bounds[self.piece + 1];
             // A drive may make many turns in one step.
-            let to = end.min(bound).min(from + self.motion.piece_of_work(from));
-            if !self.track_part(from, to, state) {
+            let to = end.min(bound).min(from + motion.piece_of_work(from));
+            if !self.track_part(from, to, motion, state) {
                 return false;
             }
-            self.tracking.reached = to;
+            self.reached = to;
             if to >= bound {
-                self.tracking.piece += 1;
+                self.piece += 1;
             }
-            if self.tracking.wants(end) && !(self.monitor)(from) {
+            if self.wants(end) && !(motion.monitor)(from) {
                 // Cancelled: this step is the last one.
                 break;
             }
@@ -144,45 +161,46 @@ impl Recorder<'_> {
     }
 
     /// Tracks the quantities through a part of a step.
-    fn track_part(&mut self, from: f64, to: f64, state: &mut StateAt) -> bool {
-        let width = self.tracking.plan.tracked.len();
+    fn track_part(&mut self, from: f64, to: f64, motion: &mut Motion, state: &mut StateAt) -> bool {
+        let width = self.plan.tracked.len();
         let mut times = [from; ROWS];
         for (time, (place, _)) in times[1..].iter_mut().zip(GAUSS) {
             *time = from + place * (to - from);
         }
         times[ROWS - 1] = to;
-        let mut values = std::mem::take(&mut self.tracking.values);
+        let mut values = std::mem::take(&mut self.values);
         values.copy_within((ROWS - 1) * width.., 0);
-        let known = usize::from(self.tracking.continuous);
+        let known = usize::from(self.continuous);
         let mut defined = true;
         for (time, row) in times.iter().zip(values.chunks_exact_mut(width)).skip(known) {
-            defined &= self.place_at(*time, state);
-            for (value, tracked) in row.iter_mut().zip(&self.tracking.plan.tracked) {
-                *value = tracked.value(&self.motion.dynamics, &self.tracking.work);
+            defined &= self.place_at(*time, motion, state);
+            for (value, tracked) in row.iter_mut().zip(&self.plan.tracked) {
+                *value = tracked.value(&motion.dynamics, &self.work);
             }
         }
         for index in 0..width {
             let column: [f64; ROWS] = std::array::from_fn(|row| values[row * width + index]);
-            let place = self.tracking.piece * width + index;
-            let mut extent = self.tracking.extents[place];
+            let place = self.piece * width + index;
+            let mut extent = self.extents[place];
             for ((_, weight), value) in GAUSS.iter().zip(&column[1..]) {
                 extent.integral += weight * (to - from) * value;
                 extent.square += weight * (to - from) * value * value;
             }
-            let tracked = self.tracking.plan.tracked[index];
+            let tracked = self.plan.tracked[index];
             if tracked.highest {
-                extent.highest = self.raised(extent.highest, index, &times, &column, 1.0, state);
+                extent.highest = self.raised(extent.highest, index, (&times, &column), 1.0, motion, state);
             }
             if tracked.lowest {
                 let (time, value) = extent.lowest;
+                let opposite = column.map(|value| -value);
                 let (time, value) =
-                    self.raised((time, -value), index, &times, &column.map(|value| -value), -1.0, state);
+                    self.raised((time, -value), index, (&times, &opposite), -1.0, motion, state);
                 extent.lowest = (time, -value);
             }
-            self.tracking.extents[place] = extent;
+            self.extents[place] = extent;
         }
-        self.tracking.values = values;
-        self.tracking.continuous = true;
+        self.values = values;
+        self.continuous = true;
         defined
     }
 
@@ -194,9 +212,9 @@ impl Recorder<'_> {
         &mut self,
         mut best: (f64, f64),
         index: usize,
-        times: &[f64; ROWS],
-        values: &[f64; ROWS],
+        (times, values): (&[f64; ROWS], &[f64; ROWS]),
         sign: f64,
+        motion: &mut Motion,
         state: &mut StateAt,
     ) -> (f64, f64) {
         const LAST: usize = ROWS - 1;
@@ -211,7 +229,7 @@ impl Recorder<'_> {
             if !top || way <= ROUNDING * value.abs() || value + way <= best.1 {
                 continue;
             }
-            let mut at = |time: f64| sign * self.tracked_value(index, time, state);
+            let mut at = |time: f64| sign * self.tracked_value(index, time, motion, state);
             let inside = match k {
                 // At an end that is higher than the node beside it, the quantity may still rise toward that
                 // node.
@@ -234,29 +252,26 @@ impl Recorder<'_> {
         best
     }
 
-    fn tracked_value(&mut self, index: usize, time: f64, state: &mut StateAt) -> f64 {
-        if self.place_at(time, state) {
-            self.tracking.plan.tracked[index].value(&self.motion.dynamics, &self.tracking.work)
+    fn tracked_value(&mut self, index: usize, time: f64, motion: &mut Motion, state: &mut StateAt) -> f64 {
+        if self.place_at(time, motion, state) {
+            self.plan.tracked[index].value(&motion.dynamics, &self.work)
         } else {
             f64::NAN
         }
     }
 
     /// Computes the dynamics in the state at an instant, with the work done until then.
-    fn place_at(&mut self, time: f64, state: &mut StateAt) -> bool {
-        let needs = self.tracking.plan.needs;
+    fn place_at(&mut self, time: f64, motion: &mut Motion, state: &mut StateAt) -> bool {
         // The state may bring the work up to its instant, also where an output alone needs it: the work of the step must
         // not count twice.
-        let before = self.needs.work.then(|| self.work.clone());
-        let (mut q, mut v) = (std::mem::take(&mut self.tracking.q), std::mem::take(&mut self.tracking.v));
-        let defined = state(self, time, &mut q, &mut v);
-        self.motion.q.copy_from_slice(&q);
-        self.motion.v.copy_from_slice(&v);
-        (self.tracking.q, self.tracking.v) = (q, v);
+        let before = motion.counts_work.then(|| motion.work.clone());
+        let defined = state(motion, time, &mut self.q, &mut self.v);
+        motion.q.copy_from_slice(&self.q);
+        motion.v.copy_from_slice(&self.v);
         if let Some(before) = before {
-            self.tracking.work = std::mem::replace(&mut self.work, before);
+            self.work = std::mem::replace(&mut motion.work, before);
         }
-        self.motion.place(time, needs);
+        motion.place(time, self.plan.needs);
         defined
     }
 }

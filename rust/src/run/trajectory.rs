@@ -4,13 +4,16 @@ use crate::error::{InputError, Problem, Subject};
 use crate::integrators::{Outcome, Stats, Status, integrate_with};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::memory::filled;
+use crate::run::contacts::guards::GUARDS;
 pub use crate::run::contacts::{Contact, Event, EventKind};
 use crate::run::features::Plan;
 use crate::run::outputs::{Column, column_names, parse_columns};
-use crate::run::recorder::{GUARDS, Recorder};
+use crate::run::prescribed::follow_drives;
 use crate::run::restart::{Memory, Restart};
 pub use crate::run::settings::{Method, Settings};
+use crate::run::system::System;
 use crate::run::tolerances::check_tolerances;
+use crate::run::warnings::of_run;
 use crate::tree::elements::State;
 
 /// The result of one run.
@@ -268,52 +271,54 @@ fn run(
     let Asked { names, columns, plan } = Asked::of(mechanism, settings, values.len())?;
     values.fill(f64::NAN);
     let from = restart.map_or(0.0, |restart| restart.time);
-    let mut recorder = Recorder::new(mechanism, start, settings, (columns, values), plan, monitor, from);
-    let end = recorder.samples.end();
+    let mut system = System::new(mechanism, start, settings, (columns, values), plan, monitor, from);
+    let end = system.samples.end();
     check_functions(mechanism, from, end)?;
     let (mut q, mut v) = match restart {
         Some(restart) => (restart.q.clone(), restart.v.clone()),
         None => (start.q.clone(), start.v.clone()),
     };
     match restart {
-        Some(restart) => recorder.recall(&restart.memory),
-        None => recorder.begin(&mut q, &v),
+        Some(restart) => system.recall(&restart.memory),
+        None => system.begin(&mut q, &v),
     }
     let outcome = if mechanism.mobility() == 0 && mechanism.clearance_joints.is_empty() {
-        recorder.follow_drives(from, end, &mut q, &mut v)
+        follow_drives(&mut system, from, end, &mut q, &mut v)
     } else {
         let mut method = settings.method.stepper(mechanism.degrees_of_freedom(), settings.rtol);
-        let limits = recorder.limits();
-        integrate_with(&mut recorder, &mut *method, limits, from, end, &mut q, &mut v)
+        let limits = system.limits();
+        integrate_with(&mut system, &mut *method, limits, from, end, &mut q, &mut v)
     };
     if outcome.status == Status::Done {
-        recorder.end_contacts(outcome.time, &q, &v);
+        system.log.end(&mut system.motion, outcome.time, &q, &v);
     }
-    let run = finished(recorder, outcome, State { q, v });
+    let run = finished(system, outcome, State { q, v });
     Ok(Trajectory { columns: names, ..run })
 }
 
 /// The result of a run without its samples and their names.
-fn finished(mut recorder: Recorder, outcome: Outcome, mut end: State) -> Trajectory {
-    let mechanism = recorder.motion.mechanism;
+fn finished(mut system: System, outcome: Outcome, mut end: State) -> Trajectory {
+    let mechanism = system.motion.mechanism;
     let name_of = |index: usize| mechanism.clearance_joints[index].name.clone();
     let paradox = match outcome.status {
         Status::Done | Status::Cancelled | Status::Projection => None,
-        _ => recorder.motion.dynamics.paradoxical_contact(outcome.time, &end.q, &end.v),
+        _ => system.motion.dynamics.paradoxical_contact(outcome.time, &end.q, &end.v),
     };
-    let warnings = recorder.warnings();
+    let unknown = system.samples.unknown;
+    let mut warnings = std::mem::take(&mut system.warnings);
+    warnings.extend(of_run(mechanism, &system.tolerances, &system.log, &system.balance, unknown));
     let restart = (outcome.status == Status::Done).then(|| Restart {
         time: outcome.time,
         parts: parts(mechanism),
         q: end.q.clone(),
         v: end.v.clone(),
-        memory: recorder.memory(),
+        memory: system.memory(),
     });
-    recorder.motion.rewind(&mut end.q);
-    let [skipped_events, events] = recorder.log.finished_events(&recorder.samples);
-    let [skipped_contacts, contacts] = recorder.log.finished_contacts(&recorder.samples);
+    system.motion.rewind(&mut end.q);
+    let [skipped_events, events] = system.log.finished_events(&system.samples);
+    let [skipped_contacts, contacts] = system.log.finished_contacts(&system.samples);
     let joints = mechanism.clearance_joints.len();
-    let features = recorder.tracking.answers(outcome.time, &events, &contacts, joints);
+    let features = system.tracking.answers(outcome.time, &events, &contacts, joints);
     Trajectory {
         t: Vec::new(),
         values: Vec::new(),
@@ -326,8 +331,8 @@ fn finished(mut recorder: Recorder, outcome: Outcome, mut end: State) -> Traject
         paradox: paradox.map(name_of),
         suspect_paths: mechanism.warnings.iter().map(|warning| warning.path.clone()).collect(),
         stats: outcome.stats,
-        impacts_at_floor: recorder.log.impacts_at_floor.iter().sum(),
-        largest_projection: recorder.largest_projection,
+        impacts_at_floor: system.log.impacts_at_floor.iter().sum(),
+        largest_projection: system.largest_projection,
         warnings,
         contacts,
         skipped_contacts,

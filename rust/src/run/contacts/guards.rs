@@ -1,8 +1,11 @@
-//! Guards of a clearance joint, whose zeros change its phase, and the accuracy that its friction needs.
+//! Guards of a clearance joint, whose zeros change its phase, and what contacts ask of a step.
 
 use crate::contact::clearance::{ContactState, Phase};
 use crate::integrators::events::Guard;
-use crate::run::recorder::{GUARDS, Recorder};
+use crate::mechanism::compiled::Mechanism;
+use crate::run::contacts::log::ContactLog;
+use crate::run::motion::Motion;
+use crate::run::tolerances::Tolerances;
 use crate::tree::kinematics::PointState;
 
 /// Error of the penetration rate, relative to the velocity tolerance, within which the sign of the normal
@@ -14,6 +17,9 @@ const RATIO_PART: f64 = 0.1;
 const RATIO_MARGIN: f64 = 0.25;
 /// Largest penetration at a located onset, as a part of the position tolerance.
 const ONSET_PART: f64 = 1e-2;
+
+/// Guards of a clearance joint: the gap, and the sign of the normal force.
+pub(crate) const GUARDS: usize = 2;
 
 /// What the contacts ask of a step, found where it starts and in the states inside it.
 pub(crate) struct StepDemands {
@@ -46,110 +52,135 @@ impl StepDemands {
             breaks_away: false,
         }
     }
-}
 
-impl Recorder<'_> {
     /// The guards of a clearance joint in the state of the frames inside the step or at its end, and what its friction
     /// asks of the step up to there.
     // Not inlined, for the reason given at `watch_joint`.
     #[inline(never)]
-    pub(crate) fn joint_guards(&mut self, is_inside: bool, index: usize) -> [Guard; GUARDS] {
-        let joint = &self.motion.mechanism.clearance_joints[index];
-        let dynamics = if is_inside { &self.motion.inside } else { &self.motion.dynamics };
+    pub(crate) fn joint_guards(
+        &mut self,
+        motion: &Motion,
+        tolerances: &Tolerances,
+        is_inside: bool,
+        index: usize,
+    ) -> [Guard; GUARDS] {
+        let joint = &motion.mechanism.clearance_joints[index];
+        let dynamics = if is_inside { &motion.inside } else { &motion.dynamics };
         let ends = dynamics.joint_ends(joint);
         let state = dynamics.contact_without_forces(joint, &ends);
         let steep = joint.law.stick_velocity();
-        self.step.breaks_away |=
-            self.sticks_at_start(index) && steep.is_some_and(|steep| state.sliding_velocity.abs() > steep);
-        self.refine_velocity(index, &state);
-        [self.gap_guard(index, &state, &ends), self.tension_guard(index, &state, &ends)]
-    }
-
-    /// Rounding error of the penetration [m], a difference of two positions.
-    #[inline]
-    pub(crate) fn gap_resolution(&self, [journal, bearing]: &[PointState; 2]) -> f64 {
-        let size = journal.position.abs().sum() + bearing.position.abs().sum();
-        4.0 * f64::EPSILON * (size + self.motion.mechanism.scales.length)
-    }
-
-    /// Guard of the gap: zero where the surfaces touch or separate.
-    #[inline]
-    fn gap_guard(&self, index: usize, state: &ContactState<f64>, ends: &[PointState; 2]) -> Guard {
-        let sign = match self.motion.dynamics.phases[index] {
-            Phase::Free => -1.0,
-            Phase::Contact { .. } => 1.0,
-        };
-        let resolution = self.gap_resolution(ends);
-        Guard {
-            value: sign * state.penetration,
-            rate: sign * state.penetration_rate,
-            margin: 0.0,
-            resolution,
-            overshoot: (8.0 * resolution).max(ONSET_PART * self.tolerances.position),
-        }
-    }
-
-    /// Guard of the sign of the normal force: zero where the damping would make it tensile, or no longer
-    /// does.
-    #[inline]
-    fn tension_guard(
-        &self,
-        index: usize,
-        state: &ContactState<f64>,
-        [journal, bearing]: &[PointState; 2],
-    ) -> Guard {
-        let Phase::Contact { latch, clipped } = self.motion.dynamics.phases[index] else {
-            return Guard::INACTIVE;
-        };
-        let law = &self.motion.mechanism.clearance_joints[index].law.normal;
-        let slope = law.force_ratio_slope(state.penetration, latch);
-        if slope == 0.0 {
-            return Guard::INACTIVE;
-        }
-        let ratio = law.force_ratio(state.penetration, state.penetration_rate, latch);
-        // Rounding error of the difference of two velocities, and part of the tolerance: with strong damping
-        // the ratio stays near zero for long, and its noise must not count as events.
-        let rounding = 4.0 * f64::EPSILON * (journal.velocity.abs().sum() + bearing.velocity.abs().sum());
-        let resolution = 64.0 * f64::EPSILON
-            + slope
-                * (rounding + RATIO_PART * self.tolerances.damped(law, self.motion.dynamics.phases[index]));
-        Guard {
-            value: if clipped { -ratio } else { ratio },
-            rate: f64::NAN,
-            margin: RATIO_MARGIN,
-            resolution,
-            // Largest error of the force at the event, relative to the elastic force.
-            overshoot: (8.0 * resolution).max(1e-4),
-        }
+        self.breaks_away |= self.sticks_at_start(motion, index)
+            && steep.is_some_and(|steep| state.sliding_velocity.abs() > steep);
+        self.refine_velocity(motion, tolerances, index, &state);
+        [
+            gap_guard(motion, tolerances, index, &state, &ends),
+            tension_guard(motion, tolerances, index, &state, &ends),
+        ]
     }
 
     /// Whether a clearance joint stuck under load at the start of the step.
     #[inline(always)]
-    pub(crate) fn sticks_at_start(&self, index: usize) -> bool {
-        let steep = self.motion.mechanism.clearance_joints[index].law.stick_velocity();
-        self.step.slides[index].zip(steep).is_some_and(|(sliding, steep)| sliding.abs() < steep)
+    pub(crate) fn sticks_at_start(&self, motion: &Motion, index: usize) -> bool {
+        let steep = motion.mechanism.clearance_joints[index].law.stick_velocity();
+        self.slides[index].zip(steep).is_some_and(|(sliding, steep)| sliding.abs() < steep)
     }
 
     /// Raises the velocity refinement to what the friction of a contact needs between the start of the step
     /// and a state.
     #[inline(always)]
-    pub(crate) fn refine_velocity(&mut self, index: usize, state: &ContactState<f64>) {
-        if let Some(start) = self.step.slides[index] {
-            let phases = &self.motion.dynamics.phases;
-            let refinement =
-                self.tolerances.velocity_refinement(self.motion.mechanism, phases, index, start, state);
-            self.step.velocity_refinement = self.step.velocity_refinement.max(refinement);
+    pub(crate) fn refine_velocity(
+        &mut self,
+        motion: &Motion,
+        tolerances: &Tolerances,
+        index: usize,
+        state: &ContactState<f64>,
+    ) {
+        if let Some(start) = self.slides[index] {
+            let phases = &motion.dynamics.phases;
+            let refinement = tolerances.velocity_refinement(motion.mechanism, phases, index, start, state);
+            self.velocity_refinement = self.velocity_refinement.max(refinement);
         }
     }
 
     /// Raises the caution of the step that begins at `t` [s] to what the age of a contact asks for. One that sticks has
     /// no need: there errors arise where friction changes.
-    pub(crate) fn begin_with_caution(&mut self, t: f64, index: usize) {
-        if let Some(open) = &self.log.open[index]
-            && !self.sticks_at_start(index)
+    pub(crate) fn begin_with_caution(
+        &mut self,
+        motion: &Motion,
+        log: &ContactLog,
+        tolerances: &Tolerances,
+        t: f64,
+        index: usize,
+    ) {
+        if let Some(open) = &log.open[index]
+            && !self.sticks_at_start(motion, index)
         {
-            let caution = self.tolerances.caution(self.motion.mechanism, index, t - open.contact.onset);
-            self.step.caution = self.step.caution.max(caution);
+            let caution = tolerances.caution(motion.mechanism, index, t - open.contact.onset);
+            self.caution = self.caution.max(caution);
         }
+    }
+}
+
+/// Rounding error of the penetration [m], a difference of two positions.
+#[inline]
+pub(crate) fn gap_resolution(mechanism: &Mechanism, [journal, bearing]: &[PointState; 2]) -> f64 {
+    let size = journal.position.abs().sum() + bearing.position.abs().sum();
+    4.0 * f64::EPSILON * (size + mechanism.scales.length)
+}
+
+/// Guard of the gap: zero where the surfaces touch or separate.
+#[inline]
+fn gap_guard(
+    motion: &Motion,
+    tolerances: &Tolerances,
+    index: usize,
+    state: &ContactState<f64>,
+    ends: &[PointState; 2],
+) -> Guard {
+    let sign = match motion.dynamics.phases[index] {
+        Phase::Free => -1.0,
+        Phase::Contact { .. } => 1.0,
+    };
+    let resolution = gap_resolution(motion.mechanism, ends);
+    Guard {
+        value: sign * state.penetration,
+        rate: sign * state.penetration_rate,
+        margin: 0.0,
+        resolution,
+        overshoot: (8.0 * resolution).max(ONSET_PART * tolerances.position),
+    }
+}
+
+/// Guard of the sign of the normal force: zero where the damping would make it tensile, or no longer
+/// does.
+#[inline]
+fn tension_guard(
+    motion: &Motion,
+    tolerances: &Tolerances,
+    index: usize,
+    state: &ContactState<f64>,
+    [journal, bearing]: &[PointState; 2],
+) -> Guard {
+    let Phase::Contact { latch, clipped } = motion.dynamics.phases[index] else {
+        return Guard::INACTIVE;
+    };
+    let law = &motion.mechanism.clearance_joints[index].law.normal;
+    let slope = law.force_ratio_slope(state.penetration, latch);
+    if slope == 0.0 {
+        return Guard::INACTIVE;
+    }
+    let ratio = law.force_ratio(state.penetration, state.penetration_rate, latch);
+    // Rounding error of the difference of two velocities, and part of the tolerance: with strong damping
+    // the ratio stays near zero for long, and its noise must not count as events.
+    let rounding = 4.0 * f64::EPSILON * (journal.velocity.abs().sum() + bearing.velocity.abs().sum());
+    let resolution = 64.0 * f64::EPSILON
+        + slope * (rounding + RATIO_PART * tolerances.damped(law, motion.dynamics.phases[index]));
+    Guard {
+        value: if clipped { -ratio } else { ratio },
+        rate: f64::NAN,
+        margin: RATIO_MARGIN,
+        resolution,
+        // Largest error of the force at the event, relative to the elastic force.
+        overshoot: (8.0 * resolution).max(1e-4),
     }
 }

@@ -1,8 +1,9 @@
-//! The log of events and contacts that a run keeps, cut where the sampled time begins.
+//! An observer of the steps: the log of events and contacts that a run keeps, cut where the sampled time begins.
 
 use crate::dynamics::{JointMotion, relative_motion};
+use crate::integrators::dense::DenseStep;
 use crate::run::contacts::{Contact, Event, EventKind, ForceSample, OpenContact, Stick};
-use crate::run::recorder::Recorder;
+use crate::run::motion::Motion;
 use crate::run::samples::Samples;
 
 /// Events and contacts of a run so far, and what its warnings tell of every clearance joint.
@@ -11,6 +12,8 @@ pub(crate) struct ContactLog {
     /// The contact of every clearance joint, while it lasts.
     pub(crate) open: Vec<Option<OpenContact>>,
     closed: Vec<Contact>,
+    /// Instant at which the sampled time begins after a skipped one [s], until then.
+    cut_at: Option<f64>,
     /// State of the contacts that last from the skipped into the sampled time, when the latter began.
     cut: Vec<Contact>,
     /// Impacts that were slower than the floor of the impact velocity and damped as if at it.
@@ -22,12 +25,14 @@ pub(crate) struct ContactLog {
 }
 
 impl ContactLog {
-    /// An empty log of this many clearance joints.
-    pub(crate) fn new(joints: usize) -> Self {
+    /// An empty log of this many clearance joints, with the instant at which the sampled time begins after a skipped
+    /// one [s].
+    pub(crate) fn new(joints: usize, cut_at: Option<f64>) -> Self {
         Self {
             events: Vec::new(),
             open: vec![None; joints],
             closed: Vec::new(),
+            cut_at,
             cut: Vec::new(),
             impacts_at_floor: vec![0; joints],
             deepest: vec![0.0; joints],
@@ -77,77 +82,75 @@ impl ContactLog {
         [skipped, sampled]
     }
 
-    /// Begins the sampled time after a skipped one: the peaks of open contacts are counted anew.
-    fn cut(&mut self) {
+    /// Begins the sampled time in an accepted step that reaches it: the peaks of open contacts are counted anew.
+    pub(crate) fn accepted(&mut self, step: &DenseStep, motion: &mut Motion) {
+        let Some(t) = self.cut_at.take_if(|cut_at| *cut_at <= step.end_time()) else { return };
+        motion.visit_inside(|motion| {
+            motion.move_inside(step, t);
+            self.watch_open_contacts(motion, t);
+        });
         for open in self.open.iter_mut().flatten() {
             self.cut.push(open.contact);
             open.forget_peak();
         }
     }
-}
 
-impl Recorder<'_> {
     /// Records the force of an open contact, after [`Dynamics::accelerate`].
-    pub(crate) fn watch_contact(&mut self, t: f64, index: usize) {
-        let joint = &self.motion.mechanism.clearance_joints[index];
-        let motion = self.motion.dynamics.joint_motion(joint);
-        let acceleration = motion.acceleration.into();
-        let phase = self.motion.dynamics.phases[index];
-        let (state, rate) = joint.law.state_with_rate(&relative_motion(&motion), acceleration, phase);
-        self.watch_force(t, index, &motion, [state.normal_force, rate]);
+    pub(crate) fn watch_contact(&mut self, motion: &Motion, t: f64, index: usize) {
+        let joint = &motion.mechanism.clearance_joints[index];
+        let relative = motion.dynamics.joint_motion(joint);
+        let acceleration = relative.acceleration.into();
+        let phase = motion.dynamics.phases[index];
+        let (state, rate) = joint.law.state_with_rate(&relative_motion(&relative), acceleration, phase);
+        self.watch_force(motion, t, index, &relative, [state.normal_force, rate]);
     }
 
     /// Records a force [N] of an open contact and its rate [N/s].
     pub(crate) fn watch_force(
         &mut self,
+        motion: &Motion,
         t: f64,
         index: usize,
-        motion: &JointMotion,
+        relative: &JointMotion,
         [force, rate]: [f64; 2],
     ) {
-        let law = &self.motion.mechanism.clearance_joints[index].law;
-        let phase = self.motion.dynamics.phases[index];
-        if let Some(open) = &mut self.log.open[index] {
-            let acceleration = motion.acceleration.into();
-            let sample = ForceSample { time: t, motion: relative_motion(motion), acceleration, force, rate };
+        let law = &motion.mechanism.clearance_joints[index].law;
+        let phase = motion.dynamics.phases[index];
+        if let Some(open) = &mut self.open[index] {
+            let acceleration = relative.acceleration.into();
+            let sample =
+                ForceSample { time: t, motion: relative_motion(relative), acceleration, force, rate };
             open.watch(sample, |motion| law.evaluate(motion, phase).normal_force);
         }
     }
 
-    /// Records the forces of all open contacts in the state in `self.motion.q`, `self.motion.v`, from which no step starts.
-    fn watch_open_contacts(&mut self, t: f64) {
-        if self.log.open.iter().all(Option::is_none) {
+    /// Records the forces of all open contacts in the state of the motion, from which no step starts.
+    fn watch_open_contacts(&mut self, motion: &mut Motion, t: f64) {
+        if self.open.iter().all(Option::is_none) {
             return;
         }
-        self.motion.accelerate_at(t);
-        for index in 0..self.log.open.len() {
-            self.watch_contact(t, index);
+        motion.accelerate_at(t);
+        for index in 0..self.open.len() {
+            self.watch_contact(motion, t, index);
         }
     }
 
     /// Records the last forces of the contacts that are open at the end of the run.
-    pub(crate) fn end_contacts(&mut self, t: f64, q: &[f64], v: &[f64]) {
-        self.motion.q.copy_from_slice(q);
-        self.motion.v.copy_from_slice(v);
-        self.watch_open_contacts(t);
-    }
-
-    /// Begins the sampled time after a skipped one, in the state in `self.motion.q`, `self.motion.v`.
-    pub(crate) fn cut_contacts(&mut self, t: f64) {
-        self.watch_open_contacts(t);
-        self.log.cut();
+    pub(crate) fn end(&mut self, motion: &mut Motion, t: f64, q: &[f64], v: &[f64]) {
+        motion.q.copy_from_slice(q);
+        motion.v.copy_from_slice(v);
+        self.watch_open_contacts(motion, t);
     }
 
     /// Moves to the end of a phase of a joint and records the last force of its contact.
-    pub(crate) fn end_phase(&mut self, t: f64, index: usize, q: &[f64], v: &[f64]) {
-        self.tracking.interrupt();
-        if self.log.open[index].is_none() {
-            self.motion.dynamics.move_to(t, q, v);
+    pub(crate) fn end_phase(&mut self, motion: &mut Motion, t: f64, index: usize, q: &[f64], v: &[f64]) {
+        if self.open[index].is_none() {
+            motion.dynamics.move_to(t, q, v);
             return;
         }
-        self.motion.q.copy_from_slice(q);
-        self.motion.v.copy_from_slice(v);
-        self.motion.accelerate_at(t);
-        self.watch_contact(t, index);
+        motion.q.copy_from_slice(q);
+        motion.v.copy_from_slice(v);
+        motion.accelerate_at(t);
+        self.watch_contact(motion, t, index);
     }
 }

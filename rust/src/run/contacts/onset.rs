@@ -2,7 +2,10 @@
 
 use crate::contact::clearance::Phase;
 use crate::run::contacts::OpenContact;
-use crate::run::recorder::Recorder;
+use crate::run::contacts::guards::gap_resolution;
+use crate::run::contacts::log::ContactLog;
+use crate::run::motion::Motion;
+use crate::run::tolerances::Tolerances;
 
 /// First step after an onset: this times `rtol`^(1/(n + 1)) times the time scale of the impact. The force
 /// grows as δ^n, which limits the order to n + 1 in the steps next to the onset. Measured for n = 1.5 on the
@@ -17,83 +20,91 @@ pub(crate) struct Onset {
     pub(crate) impact_velocity: f64,
     /// Bound of the next step [s].
     pub(crate) first_step: f64,
+    /// Whether it is slower than the floor of the impact velocity, and damped as if at it.
+    pub(crate) is_at_floor: bool,
 }
 
-impl Recorder<'_> {
-    /// The onset of a contact in a state with zero or slightly positive penetration.
-    pub(crate) fn onset(&mut self, t: f64, q: &[f64], v: &[f64], index: usize) -> Onset {
-        let mechanism = self.motion.mechanism;
-        let law = &mechanism.clearance_joints[index].law.normal;
-        let mass = self.contact_mass(t, q, v, index);
-        let impact_velocity = self.surface_velocity(index);
-        let floor = self.tolerances.impact_velocity_floor(mechanism, index);
-        self.log.impacts_at_floor[index] += usize::from(law.is_latched() && impact_velocity < floor);
-        let latch = law.latch(impact_velocity.max(floor));
-        // In slower impacts the load determines the time scale.
-        let slowest = mechanism.scales.contacts[index].resting_velocity;
-        let impact_time = law.impact_time(mass, impact_velocity.max(slowest));
-        Onset {
-            phase: Phase::Contact { latch, clipped: false },
-            impact_velocity,
-            first_step: ONSET_STEP * self.settings.rtol.powf(1.0 / (law.exponent + 1.0)) * impact_time,
-        }
+/// The onset of a contact in a state with zero or slightly positive penetration.
+pub(crate) fn onset(
+    motion: &mut Motion,
+    tolerances: &Tolerances,
+    rtol: f64,
+    (t, q, v): (f64, &[f64], &[f64]),
+    index: usize,
+) -> Onset {
+    let mechanism = motion.mechanism;
+    let law = &mechanism.clearance_joints[index].law.normal;
+    let mass = contact_mass(motion, t, q, v, index);
+    let impact_velocity = surface_velocity(motion, index);
+    let floor = tolerances.impact_velocity_floor(mechanism, index);
+    let latch = law.latch(impact_velocity.max(floor));
+    // In slower impacts the load determines the time scale.
+    let slowest = mechanism.scales.contacts[index].resting_velocity;
+    let impact_time = law.impact_time(mass, impact_velocity.max(slowest));
+    Onset {
+        phase: Phase::Contact { latch, clipped: false },
+        impact_velocity,
+        is_at_floor: law.is_latched() && impact_velocity < floor,
+        first_step: ONSET_STEP * rtol.powf(1.0 / (law.exponent + 1.0)) * impact_time,
     }
+}
 
-    /// Penetration rate [m/s] at zero penetration, extrapolated with the present acceleration; called after
-    /// [`Recorder::contact_mass`]. A located onset has a penetration of up to a part of the position
-    /// tolerance. Over this distance a load can make a slow approach several times faster.
-    fn surface_velocity(&mut self, index: usize) -> f64 {
-        self.motion.dynamics.accelerate(&self.motion.a);
-        let state = self.motion.dynamics.contact_state(index);
-        let motion = self.motion.dynamics.joint_motion(&self.motion.mechanism.clearance_joints[index]);
-        let distance = motion.eccentricity.norm();
-        let tangential = motion.eccentricity.perp(&motion.rate) / distance;
-        let acceleration =
-            motion.eccentricity.dot(&motion.acceleration) / distance + tangential * tangential / distance;
-        let square = state.penetration_rate.powi(2) - 2.0 * acceleration * state.penetration;
-        if square.is_nan() { state.penetration_rate } else { square.max(0.0).sqrt() }
-    }
+/// Penetration rate [m/s] at zero penetration, extrapolated with the present acceleration; called after
+/// [`contact_mass`]. A located onset has a penetration of up to a part of the position
+/// tolerance. Over this distance a load can make a slow approach several times faster.
+fn surface_velocity(motion: &mut Motion, index: usize) -> f64 {
+    motion.dynamics.accelerate(&motion.a);
+    let state = motion.dynamics.contact_state(index);
+    let relative = motion.dynamics.joint_motion(&motion.mechanism.clearance_joints[index]);
+    let distance = relative.eccentricity.norm();
+    let tangential = relative.eccentricity.perp(&relative.rate) / distance;
+    let acceleration =
+        relative.eccentricity.dot(&relative.acceleration) / distance + tangential * tangential / distance;
+    let square = state.penetration_rate.powi(2) - 2.0 * acceleration * state.penetration;
+    if square.is_nan() { state.penetration_rate } else { square.max(0.0).sqrt() }
+}
 
-    /// Sets the phases of the contacts in which the run starts.
-    pub(crate) fn begin_contacts(&mut self, q: &[f64], v: &[f64]) {
-        self.motion.dynamics.move_to(0.0, q, v);
-        for index in 0..self.motion.dynamics.phases.len() {
-            let state = self.motion.dynamics.contact_state(index);
-            let mechanism = self.motion.mechanism;
-            let joint = &mechanism.clearance_joints[index];
-            let law = &joint.law.normal;
-            let slowest =
-                joint.impact_velocity_floor.unwrap_or(mechanism.scales.contacts[index].resting_velocity);
-            // A journal that the scene places on the surface may lie on either side by a rounding error.
-            let touches = state.penetration > -self.gap_resolution(&self.motion.dynamics.joint_ends(joint));
-            let rests = touches && state.penetration_rate.abs() < slowest;
-            if !(state.penetration > 0.0 || rests) {
-                continue;
-            }
-            // Velocity of the impact that would have reached this state without loss.
-            let elastic = law.elastic_energy(state.penetration);
-            let mass = self.contact_mass(0.0, q, v, index);
-            let arrival = (state.penetration_rate.powi(2) + 2.0 * elastic / mass).sqrt().max(slowest);
-            if law.is_latched() {
-                self.warnings.push(format!(
-                    "joint {:?} starts in contact: it has no impact velocity and is damped as after an impact at \
-                     {arrival:.3e} m/s. This is the velocity that leads to its start without loss or, if larger, \
-                     the one for which it is critically damped under the load of the start",
-                    joint.name
-                ));
-            }
-            self.motion.dynamics.phases[index] = Phase::Contact { latch: law.latch(arrival), clipped: false };
-            self.log.open[index] = Some(OpenContact::begin(index, 0.0, f64::NAN));
+/// Sets the phases of the contacts in which the run starts; returns warnings.
+pub(crate) fn begin_contacts(motion: &mut Motion, log: &mut ContactLog, q: &[f64], v: &[f64]) -> Vec<String> {
+    let mut warnings = Vec::new();
+    motion.dynamics.move_to(0.0, q, v);
+    for index in 0..motion.dynamics.phases.len() {
+        let state = motion.dynamics.contact_state(index);
+        let mechanism = motion.mechanism;
+        let joint = &mechanism.clearance_joints[index];
+        let law = &joint.law.normal;
+        let slowest =
+            joint.impact_velocity_floor.unwrap_or(mechanism.scales.contacts[index].resting_velocity);
+        // A journal that the scene places on the surface may lie on either side by a rounding error.
+        let touches = state.penetration > -gap_resolution(mechanism, &motion.dynamics.joint_ends(joint));
+        let rests = touches && state.penetration_rate.abs() < slowest;
+        if !(state.penetration > 0.0 || rests) {
+            continue;
         }
+        // Velocity of the impact that would have reached this state without loss.
+        let elastic = law.elastic_energy(state.penetration);
+        let mass = contact_mass(motion, 0.0, q, v, index);
+        let arrival = (state.penetration_rate.powi(2) + 2.0 * elastic / mass).sqrt().max(slowest);
+        if law.is_latched() {
+            warnings.push(format!(
+                "joint {:?} starts in contact: it has no impact velocity and is damped as after an impact at \
+                 {arrival:.3e} m/s. This is the velocity that leads to its start without loss or, if larger, \
+                 the one for which it is critically damped under the load of the start",
+                joint.name
+            ));
+        }
+        motion.dynamics.phases[index] = Phase::Contact { latch: law.latch(arrival), clipped: false };
+        log.open[index] = Some(OpenContact::begin(index, 0.0, f64::NAN));
     }
+    warnings
+}
 
-    /// Effective mass [kg] for the normal force of a contact in a state.
-    fn contact_mass(&mut self, t: f64, q: &[f64], v: &[f64], index: usize) -> f64 {
-        if !self.motion.dynamics.acceleration(t, q, v, &mut self.motion.a) {
-            return f64::INFINITY;
-        }
-        let joint = &self.motion.mechanism.clearance_joints[index];
-        let normal = self.motion.dynamics.joint_motion(joint).eccentricity.normalize();
-        self.motion.dynamics.accelerance([joint.bearing, joint.journal]).mass_along(normal)
+/// Effective mass [kg] for the normal force of a contact in a state.
+fn contact_mass(motion: &mut Motion, t: f64, q: &[f64], v: &[f64], index: usize) -> f64 {
+    if !motion.dynamics.acceleration(t, q, v, &mut motion.a) {
+        return f64::INFINITY;
     }
+    let joint = &motion.mechanism.clearance_joints[index];
+    let normal = motion.dynamics.joint_motion(joint).eccentricity.normalize();
+    motion.dynamics.accelerance([joint.bearing, joint.journal]).mass_along(normal)
 }

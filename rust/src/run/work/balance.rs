@@ -1,4 +1,4 @@
-//! The error of the energy balance of a run.
+//! An observer of the steps: the error of the energy balance of a run.
 //!
 //! The gap of a step is the change of the stored energy less the work plus the losses: an error of the
 //! integration. It needs the powers at four instants inside the step, half of the work of a run. Unless
@@ -10,7 +10,8 @@
 
 use crate::contact::clearance::{ContactState, Phase, SlidingVelocity};
 use crate::integrators::dense::DenseStep;
-use crate::run::recorder::Recorder;
+use crate::mechanism::compiled::Mechanism;
+use crate::run::motion::Motion;
 use crate::run::settings::Settings;
 use crate::run::work::{GAUSS, GAUSS_OF_SHORT};
 
@@ -51,10 +52,10 @@ pub(crate) struct Balance {
     least_rounding: f64,
     /// Steps so far.
     steps: usize,
+    /// Instant at which the run begins [s], and how long it lasts [s].
+    run: [f64; 2],
     /// Part of the run that has passed.
     passed: f64,
-    /// Whether every step is checked, because outputs need its work anyway.
-    always: bool,
     /// Friction of the joints there.
     slides: Vec<Slide>,
     /// Recent gap of a step with stiff friction [J].
@@ -171,20 +172,23 @@ struct Account {
 }
 
 impl Balance {
-    /// The balance at the start of a run with `joints` clearance joints and a relative tolerance, in a mechanism
-    /// whose bodies have about an `energy` [J].
-    pub(crate) fn new(joints: usize, rtol: f64, energy: f64) -> Self {
+    /// The balance at the start of a run of a mechanism, at an instant [s].
+    pub(crate) fn new(mechanism: &Mechanism, settings: &Settings, begin: f64) -> Self {
         let [least, most] = LARGEST_GAP;
+        // Energies are differences of terms of this size, whatever of it is exchanged.
+        let mass: f64 = mechanism.bodies.iter().map(|body| body.mass).sum();
+        let energy = 0.5 * mass * mechanism.scales.speed * mechanism.scales.speed;
         Self {
-            limit: rtol.clamp(least, most),
+            run: [begin, settings.skip + settings.duration],
+            limit: settings.rtol.clamp(least, most),
             least_rounding: ROUNDING * energy,
-            slides: vec![Slide { velocity: 1.0, rate: 0.0 }; joints],
+            slides: vec![Slide { velocity: 1.0, rate: 0.0 }; mechanism.clearance_joints.len()],
             ..Self::default()
         }
     }
 
     /// Judges the chance of an accepted step, from the gaps before it.
-    fn judge(&mut self, stiff: bool, short: bool, error: f64) {
+    fn judge(&mut self, always: bool, stiff: bool, short: bool, error: f64) {
         let needed = if stiff {
             self.recent_gap / (ALWAYS_CHECKED_GAP * self.largest)
         } else {
@@ -201,8 +205,7 @@ impl Balance {
             gap * (other + short) / (self.passed * (allowed * allowed))
         };
         // Not a number before anything is known: then every step.
-        let probability =
-            if needed < 1.0 && !self.always { needed.max(LEAST[usize::from(stiff)]) } else { 1.0 };
+        let probability = if needed < 1.0 && !always { needed.max(LEAST[usize::from(stiff)]) } else { 1.0 };
         self.chance = Chance { stiff, short, error, probability };
     }
 
@@ -261,67 +264,71 @@ impl Balance {
             (self.least_error, self.worst) = (least_error, self.gap.sum.abs());
         }
     }
-}
 
-impl Recorder<'_> {
-    /// Adds the powers of a state to the work.
-    pub(crate) fn add_work(&mut self, t: f64, q: &[f64], v: &[f64], dt: f64) {
-        if !self.motion.dynamics.acceleration_and_contacts(t, q, v, &mut self.motion.a) {
-            self.motion.a.fill(f64::NAN);
-        }
-        self.motion.dynamics.accelerate(&self.motion.a);
-        let input = if self.needs.work {
-            self.motion.dynamics.find_reactions();
-            self.motion.dynamics.input_power()
-        } else {
-            self.motion.dynamics.balanced_power()
-        };
-        self.work.add(&self.motion.dynamics, input, dt);
-    }
-
-    /// Adds the work from the start of a step to the instant `to` in it, in pieces that resolve the drives:
-    /// the step resolves the free motion only, and a crank may turn many times in it.
-    pub(crate) fn add_work_of(&mut self, step: &DenseStep, to: f64) {
-        self.add_work_by(&GAUSS, step, to);
-    }
-
-    /// The same with given nodes and weights in every piece.
-    fn add_work_by(&mut self, nodes: &[(f64, f64)], step: &DenseStep, to: f64) {
-        let (mut q, mut v) = (std::mem::take(&mut self.motion.q), std::mem::take(&mut self.motion.v));
-        let mut from = step.t;
-        while from < to {
-            let next = (from + self.motion.piece_of_work(from)).min(to);
-            for &(place, weight) in nodes {
-                let t = from + place * (next - from);
-                step.at(step.part_until(t), &mut q, &mut v);
-                self.add_work(t, &q, &v, weight * (next - from));
-            }
-            from = next;
-            if from < to && !(self.monitor)(step.t) {
-                // Cancelled: this step is the last one.
-                break;
-            }
-        }
-        (self.motion.q, self.motion.v) = (q, v);
-    }
-
-    /// Records the state at the start `t` of a step.
-    pub(crate) fn begin_energy_check(&mut self, t: f64) {
-        let Settings { skip, duration, .. } = self.settings;
-        self.balance.passed = (t + skip - self.samples.from) / (skip + duration);
-        self.balance.steps += 1;
-        self.balance.always = self.needs.work;
+    /// A step starts at an instant [s].
+    pub(crate) fn begin(&mut self, t: f64) {
+        let [begin, duration] = self.run;
+        self.passed = (t - begin) / duration;
+        self.steps += 1;
     }
 
     /// Records how a contact slides at the start of a step.
-    pub(crate) fn watch_slide(&mut self, index: usize, state: &ContactState<f64>) {
-        self.balance.slides[index] = self.slide(index, state);
+    pub(crate) fn watch_slide(&mut self, motion: &Motion, index: usize, state: &ContactState<f64>) {
+        self.slides[index] = Slide::of(motion, index, state);
     }
 
-    fn slide(&self, index: usize, state: &ContactState<f64>) -> Slide {
-        let joint = &self.motion.mechanism.clearance_joints[index];
+    /// Whether an accepted step may be checked; comes before [`Balance::accepted`].
+    pub(crate) fn may_check(&mut self, step: &DenseStep, motion: &Motion) -> bool {
+        let stiff = self.is_stiff(step.h);
+        // Outputs need the work of every step anyway.
+        self.judge(motion.counts_work, stiff, step.is_short, velocity_error(step, motion));
+        stiff || self.draws(self.chance.probability)
+    }
+
+    /// Adds the work and the gap of an accepted step, if it is drawn.
+    pub(crate) fn accepted(&mut self, step: &DenseStep, motion: &mut Motion) {
+        let Chance { stiff, mut probability, .. } = self.chance;
+        if stiff && probability < 1.0 {
+            motion.move_to_end(step);
+            for (index, start) in self.slides.iter().enumerate() {
+                let state = motion.dynamics.contact_state(index);
+                let change = Slide::of(motion, index, &state).velocity - start.velocity;
+                probability = probability.max(change.abs() / ALWAYS_CHECKED_CHANGE);
+            }
+        }
+        if self.draws(probability) {
+            let known = self.checked.take().filter(|(t, _)| *t == step.t);
+            let start = match known {
+                Some((_, stored)) => Account::beside(stored, motion),
+                None => {
+                    let (q, v) = step.start.split_at(step.start.len() / 2);
+                    motion.dynamics.move_to(step.t, q, v);
+                    Account::of(motion)
+                }
+            };
+            // In a short step two points find the work to a part of 1e-3 of the change of the power.
+            let nodes: &[(f64, f64)] =
+                if step.is_short && !motion.counts_work { &GAUSS_OF_SHORT } else { &GAUSS };
+            motion.visit_inside(|motion| motion.add_work_of(nodes, step, step.end_time()));
+            if motion.mechanism.closures.is_empty() {
+                motion.move_to_end(step);
+            } else {
+                motion.move_inside(step, step.end_time());
+                motion.dynamics.move_to(step.end_time(), &motion.q, &motion.v);
+            }
+            let end = Account::of(motion);
+            self.checked = Some((step.end_time(), end.stored));
+            self.add(&start, &end, probability.min(1.0));
+        }
+    }
+}
+
+impl Slide {
+    /// How a contact slides in a state.
+    fn of(motion: &Motion, index: usize, state: &ContactState<f64>) -> Self {
+        let joint = &motion.mechanism.clearance_joints[index];
         let (Phase::Contact { clipped: false, .. }, Some(law)) =
-            (self.motion.dynamics.phases[index], joint.law.friction)
+            (motion.dynamics.phases[index], joint.law.friction)
         else {
             return Slide { velocity: 1.0, rate: 0.0 };
         };
@@ -333,84 +340,31 @@ impl Recorder<'_> {
         };
         Slide {
             velocity: (sliding_velocity / law.steep_until()).clamp(-1.0, 1.0),
-            rate: ratio * law.steepness() * normal_force / self.motion.mechanism.scales.contacts[index].mass,
+            rate: ratio * law.steepness() * normal_force / motion.mechanism.scales.contacts[index].mass,
         }
     }
+}
 
-    /// Error of the velocity of points that a method estimates for its step [m/s].
-    fn velocity_error(&self, step: &DenseStep) -> f64 {
-        let errors = &step.error[step.error.len() / 2..];
-        errors
-            .iter()
-            .zip(&self.motion.mechanism.scales.levers)
-            .map(|(error, lever)| (error * lever).abs())
-            .sum()
-    }
-
-    /// Whether an accepted step may be checked; comes before [`Recorder::check_energy`].
-    pub(crate) fn may_check_energy(&mut self, step: &DenseStep) -> bool {
-        let stiff = self.balance.is_stiff(step.h);
-        self.balance.judge(stiff, step.is_short, self.velocity_error(step));
-        stiff || self.balance.draws(self.balance.chance.probability)
-    }
-
-    /// Adds the work and the gap of an accepted step, if it is drawn.
-    pub(crate) fn check_energy(&mut self, step: &DenseStep) {
-        let Chance { stiff, mut probability, .. } = self.balance.chance;
-        if stiff && probability < 1.0 {
-            self.move_to_end(step);
-            for (index, start) in self.balance.slides.iter().enumerate() {
-                let state = self.motion.dynamics.contact_state(index);
-                let change = self.slide(index, &state).velocity - start.velocity;
-                probability = probability.max(change.abs() / ALWAYS_CHECKED_CHANGE);
-            }
-        }
-        if self.balance.draws(probability) {
-            let known = self.balance.checked.take().filter(|(t, _)| *t == step.t);
-            let start = match known {
-                Some((_, stored)) => self.account_of(stored),
-                None => {
-                    let (q, v) = step.start.split_at(step.start.len() / 2);
-                    self.motion.dynamics.move_to(step.t, q, v);
-                    self.account()
-                }
-            };
-            // In a short step two points find the work to a part of 1e-3 of the change of the power.
-            let nodes: &[(f64, f64)] =
-                if step.is_short && !self.needs.work { &GAUSS_OF_SHORT } else { &GAUSS };
-            self.visit_inside(|recorder| recorder.add_work_by(nodes, step, step.end_time()));
-            if self.motion.mechanism.closures.is_empty() {
-                self.move_to_end(step);
-            } else {
-                self.motion.move_inside(step, step.end_time());
-                self.motion.dynamics.move_to(step.end_time(), &self.motion.q, &self.motion.v);
-            }
-            let end = self.account();
-            self.balance.checked = Some((step.end_time(), end.stored));
-            self.balance.add(&start, &end, probability.min(1.0));
-        }
-    }
-
-    /// Moves to the end of a step, where the guards may have moved the frames already.
-    fn move_to_end(&mut self, step: &DenseStep) {
-        let (q, v) = step.end.split_at(step.end.len() / 2);
-        if !self.motion.dynamics.is_at(step.end_time().into(), q, v) {
-            self.motion.dynamics.move_to(step.end_time(), q, v);
-        }
-    }
-
+impl Account {
     /// The account in the state that the dynamics was last moved to.
-    fn account(&mut self) -> Account {
-        self.motion.dynamics.find_contacts();
-        self.account_of(Stored {
-            kinetic: self.motion.dynamics.kinetic_energy(),
-            potential: self.motion.dynamics.potential_energy(),
-            contact: self.motion.dynamics.contact_energies(),
-        })
+    fn of(motion: &mut Motion) -> Self {
+        motion.dynamics.find_contacts();
+        let stored = Stored {
+            kinetic: motion.dynamics.kinetic_energy(),
+            potential: motion.dynamics.potential_energy(),
+            contact: motion.dynamics.contact_energies(),
+        };
+        Self::beside(stored, motion)
     }
 
     /// The present work and losses beside stored energies.
-    fn account_of(&self, stored: Stored) -> Account {
-        Account { stored, input: self.work.input, losses: self.work.losses() }
+    fn beside(stored: Stored, motion: &Motion) -> Self {
+        Self { stored, input: motion.work.input, losses: motion.work.losses() }
     }
+}
+
+/// Error of the velocity of points that a method estimates for its step [m/s].
+fn velocity_error(step: &DenseStep, motion: &Motion) -> f64 {
+    let errors = &step.error[step.error.len() / 2..];
+    errors.iter().zip(&motion.mechanism.scales.levers).map(|(error, lever)| (error * lever).abs()).sum()
 }

@@ -1,5 +1,5 @@
 //! Integrals of powers over a run: input of drives and forces, losses in dampers and contacts, and the error
-//! of the energy balance. In: states of the recorder; out: work, losses, a warning. Uses `dynamics`,
+//! of the energy balance. In: steps and the motion; out: work, losses, a warning. Uses `dynamics`,
 //! `contact`, `integrators`.
 
 pub(crate) mod balance;

@@ -1,5 +1,5 @@
-//! The system that the integrator integrates: tolerances, guards and phases of a mechanism, and the samples
-//! of a run.
+//! The system that the integrator integrates: a motion with its tolerances, guards and phases, and the observers of its
+//! accepted steps.
 
 use crate::contact::clearance::Phase;
 use crate::dynamics::{Linearization, relative_motion};
@@ -8,8 +8,9 @@ use crate::integrators::events::Guard;
 use crate::integrators::{HybridSystem, Limits, Projection};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::instant::Instant;
-use crate::run::contacts::guards::StepDemands;
+use crate::run::contacts::guards::{GUARDS, StepDemands};
 use crate::run::contacts::log::ContactLog;
+use crate::run::contacts::onset::{begin_contacts, onset};
 use crate::run::contacts::{Event, EventKind};
 use crate::run::features::Plan;
 use crate::run::motion::Motion;
@@ -19,6 +20,7 @@ use crate::run::samples::Samples;
 use crate::run::settings::Settings;
 use crate::run::tolerances::Tolerances;
 use crate::run::tracking::Tracking;
+use crate::run::warnings::of_scene;
 use crate::run::work::Work;
 use crate::run::work::balance::Balance;
 use crate::tree::elements::State;
@@ -27,36 +29,25 @@ use crate::tree::elements::State;
 /// a step that is too long; one that is too short grows fivefold per step.
 const FIRST_STEP: f64 = 1e-3;
 
-/// Guards of a clearance joint: the gap, and the sign of the normal force.
-pub(crate) const GUARDS: usize = 2;
-
-/// The mechanism as a system for the integrator, which takes the samples of a run.
-pub(crate) struct Recorder<'a> {
+/// A motion as a system for the integrator, with the observers of its steps.
+pub(crate) struct System<'a> {
     pub(crate) motion: Motion<'a>,
-    pub(crate) settings: &'a Settings,
-    pub(crate) monitor: &'a dyn Fn(f64) -> bool,
+    settings: &'a Settings,
     pub(crate) tolerances: Tolerances,
-    pub(crate) samples: Samples<'a>,
-    /// What must be computed for samples, and the work if a feature needs it.
-    pub(crate) needs: Needs,
-    pub(crate) log: ContactLog,
     /// What the contacts ask of the present step.
-    pub(crate) step: StepDemands,
-    pub(crate) work: Work,
-    /// The work up to the present step, while `work` holds that up to a sample inside it.
-    work_of_steps: Work,
-    /// Error of the energy balance over the steps.
-    pub(crate) balance: Balance,
-    /// Quantities that are tracked for features.
+    demands: StepDemands,
+    pub(crate) log: ContactLog,
+    pub(crate) samples: Samples<'a>,
     pub(crate) tracking: Tracking,
+    pub(crate) balance: Balance,
     /// Largest correction that closed the loops after a step [m].
     pub(crate) largest_projection: f64,
-    /// Samples near a change point, where forces in the loops are not known.
-    pub(crate) unknown_samples: usize,
+    /// Warnings that are known before the first step.
     pub(crate) warnings: Vec<String>,
 }
 
-impl<'a> Recorder<'a> {
+impl<'a> System<'a> {
+    /// A mechanism at an instant [s] from which it is integrated.
     pub(crate) fn new(
         mechanism: &'a Mechanism,
         start: &State,
@@ -66,38 +57,21 @@ impl<'a> Recorder<'a> {
         monitor: &'a dyn Fn(f64) -> bool,
         from: f64,
     ) -> Self {
-        let d = mechanism.degrees_of_freedom();
         let joints = mechanism.clearance_joints.len();
-        let needs = Needs::of(&table.0);
-        // Energies are differences of terms of this size, whatever of it is exchanged.
-        let mass: f64 = mechanism.bodies.iter().map(|body| body.mass).sum();
-        let energy = 0.5 * mass * mechanism.scales.speed * mechanism.scales.speed;
+        let counts_work = Needs::of(&table.0).work || plan.needs.work;
         let samples = Samples::new(settings, table, from);
-        let tracking = Tracking::new(plan, settings, samples.from, d);
         Self {
-            motion: Motion::new(mechanism),
+            motion: Motion::new(mechanism, counts_work, monitor),
             settings,
-            monitor,
             tolerances: Tolerances::new(mechanism, start, settings),
+            demands: StepDemands::new(joints),
+            log: ContactLog::new(joints, (settings.skip > 0.0).then_some(samples.from)),
+            tracking: Tracking::new(plan, settings, samples.from, mechanism.degrees_of_freedom()),
+            balance: Balance::new(mechanism, settings, from),
             samples,
-            needs: Needs { work: needs.work || tracking.needs_work(), ..needs },
-            log: ContactLog::new(joints),
-            step: StepDemands::new(joints),
-            work: Work::new(joints),
-            work_of_steps: Work::default(),
-            balance: Balance::new(joints, settings.rtol, energy),
-            tracking,
             largest_projection: 0.0,
-            unknown_samples: 0,
-            warnings: Vec::new(),
+            warnings: of_scene(mechanism),
         }
-    }
-
-    /// Takes the next sample in a given state.
-    pub(crate) fn sample_state(&mut self, t: f64, q: &[f64], v: &[f64]) {
-        self.motion.q.copy_from_slice(q);
-        self.motion.v.copy_from_slice(v);
-        self.sample(t);
     }
 
     /// Limits of the integration.
@@ -113,13 +87,12 @@ impl<'a> Recorder<'a> {
 
     /// Takes over the memory of the run that this one continues.
     pub(crate) fn recall(&mut self, memory: &Memory) {
-        self.warn_of_scene();
         self.motion.dynamics.phases.clone_from(&memory.phases);
         self.motion.dynamics.turns.clone_from(&memory.turns);
         self.log.open.clone_from(&memory.contacts);
         match &memory.work {
-            Some(work) => self.work.clone_from(work),
-            None if self.needs.work => self.forget_work(),
+            Some(work) => self.motion.work.clone_from(work),
+            None if self.motion.counts_work => self.forget_work(),
             None => {}
         }
     }
@@ -127,7 +100,7 @@ impl<'a> Recorder<'a> {
     /// Work and losses count from the start of the first run: they are NaN if one of the runs before did not
     /// integrate them.
     fn forget_work(&mut self) {
-        self.work = Work::unknown(self.log.open.len());
+        self.motion.work = Work::unknown(self.log.open.len());
         self.warnings.push(
             "work and losses count from the first start on, and the run that ended at the given start did not \
              count them: they are NaN; name one of them in the outputs of that run too"
@@ -137,41 +110,33 @@ impl<'a> Recorder<'a> {
 
     /// The memory with which another run continues.
     pub(crate) fn memory(&self) -> Memory {
+        let Motion { dynamics, work, counts_work, .. } = &self.motion;
         Memory {
-            phases: self.motion.dynamics.phases.clone(),
+            phases: dynamics.phases.clone(),
             contacts: self.log.open.clone(),
-            turns: self.motion.dynamics.turns.clone(),
-            work: (self.needs.work && !self.work.input.is_nan()).then(|| self.work.clone()),
+            turns: dynamics.turns.clone(),
+            work: (*counts_work && !work.input.is_nan()).then(|| work.clone()),
         }
     }
 
     /// Sets the phases of the start and takes the first sample, if it is due.
     pub(crate) fn begin(&mut self, q: &mut [f64], v: &[f64]) {
-        self.warn_of_scene();
-        self.begin_contacts(q, v);
-        self.work.begin(&mut self.motion.dynamics);
+        self.warnings.extend(begin_contacts(&mut self.motion, &mut self.log, q, v));
+        self.motion.work.begin(&mut self.motion.dynamics);
         self.motion.unwind(q);
-        if self.samples.next_due().is_some_and(|due| due <= 0.0) {
-            self.sample_state(0.0, q, v);
+        if self.samples.wants(0.0) {
+            self.samples.take_state(&mut self.motion, 0.0, q, v);
         }
-    }
-
-    /// Writes the next row of samples from the state in `self.motion.q`, `self.motion.v`.
-    fn sample(&mut self, t: f64) {
-        self.motion.place(t, self.needs);
-        let asked = self.needs.reactions || self.needs.acceleration;
-        self.unknown_samples += usize::from(asked && self.motion.dynamics.is_near_change_point());
-        self.samples.take(&self.motion.dynamics, &self.work);
     }
 
     /// Bounds the next step and records penetrations and forces, after [`Dynamics::accelerate`].
     fn watch(&mut self, t: f64) {
         let mechanism = self.motion.mechanism;
-        if t >= self.step.next_break {
-            self.step.next_break = mechanism.next_break(t);
+        if t >= self.demands.next_break {
+            self.demands.next_break = mechanism.next_break(t);
         }
-        self.step.bound = f64::INFINITY;
-        (self.step.velocity_refinement, self.step.caution) = (1.0, 1.0);
+        self.demands.bound = f64::INFINITY;
+        (self.demands.velocity_refinement, self.demands.caution) = (1.0, 1.0);
         for index in 0..mechanism.clearance_joints.len() {
             self.watch_joint(t, index);
         }
@@ -181,81 +146,42 @@ impl<'a> Recorder<'a> {
     // Not inlined: what the loop does not change would be loaded ahead of it and kept on the stack.
     #[inline(never)]
     fn watch_joint(&mut self, t: f64, index: usize) {
-        let joint = &self.motion.mechanism.clearance_joints[index];
-        let motion = self.motion.dynamics.joint_motion(joint);
-        let phase = self.motion.dynamics.phases[index];
+        let Self { motion, tolerances, demands, log, .. } = self;
+        let joint = &motion.mechanism.clearance_joints[index];
+        let relative = motion.dynamics.joint_motion(joint);
+        let phase = motion.dynamics.phases[index];
         let presses = matches!(phase, Phase::Contact { clipped: false, .. });
-        let acceleration = motion.acceleration.into();
-        let (state, rate) = joint.law.state_with_rate(&relative_motion(&motion), acceleration, phase);
-        self.log.deepest[index] = self.log.deepest[index].max(state.penetration);
-        self.watch_slide(index, &state);
-        self.step.slides[index] = None;
+        let acceleration = relative.acceleration.into();
+        let (state, rate) = joint.law.state_with_rate(&relative_motion(&relative), acceleration, phase);
+        log.deepest[index] = log.deepest[index].max(state.penetration);
+        self.balance.watch_slide(motion, index, &state);
+        demands.slides[index] = None;
         if presses && joint.law.friction.is_some() {
-            self.step.slides[index] = Some(state.sliding_velocity);
-            self.refine_velocity(index, &state);
+            demands.slides[index] = Some(state.sliding_velocity);
+            demands.refine_velocity(motion, tolerances, index, &state);
         }
         if joint.law.stick_velocity().is_some() {
-            let sticks = self.sticks_at_start(index);
-            self.log.sticks[index].advance(t, presses, sticks);
+            let sticks = demands.sticks_at_start(motion, index);
+            log.sticks[index].advance(t, presses, sticks);
         }
         match phase {
             Phase::Free => {
                 // Half a clearance per step: the journal cannot cross the bearing without an event.
-                let (rate, acceleration) = (motion.rate.norm(), motion.acceleration.norm());
+                let (rate, acceleration) = (relative.rate.norm(), relative.acceleration.norm());
                 let clearance = joint.law.clearance;
                 // |ė| h + |ë| h²/2 = c/2
                 let bound = clearance / (rate + (rate * rate + acceleration * clearance).sqrt());
-                self.step.bound = self.step.bound.min(self.settings.refinement() * bound);
+                demands.bound = demands.bound.min(self.settings.refinement() * bound);
             }
             Phase::Contact { .. } => {
-                self.watch_force(t, index, &motion, [state.normal_force, rate]);
-                self.begin_with_caution(t, index);
+                log.watch_force(motion, t, index, &relative, [state.normal_force, rate]);
+                demands.begin_with_caution(motion, log, tolerances, t, index);
             }
         }
     }
 }
 
-impl Recorder<'_> {
-    /// Visits states inside the last step.
-    pub(crate) fn visit_inside(&mut self, visit: impl FnOnce(&mut Self)) {
-        self.motion.enter_step();
-        visit(self);
-        self.motion.leave_step();
-    }
-
-    /// Takes the samples that are due in a step.
-    fn take_samples(&mut self, step: &DenseStep) {
-        let end = step.end_time();
-        while let Some(t) = self.samples.next_due().filter(|&due| due <= end) {
-            if self.needs.work {
-                // Saved, so that the sum over the steps does not depend on the samples.
-                self.work_of_steps.clone_from(&self.work);
-                self.add_work_of(step, t);
-            }
-            self.motion.move_inside(step, t);
-            if !self.samples.have_begun() && self.settings.skip > 0.0 {
-                self.cut_contacts(t);
-            }
-            self.sample(t);
-            if self.needs.work {
-                std::mem::swap(&mut self.work, &mut self.work_of_steps);
-            }
-        }
-    }
-
-    /// Tracks the quantities of features through a step.
-    fn track(&mut self, step: &DenseStep) {
-        self.track_to(step.end_time(), &mut |recorder, t, q, v| {
-            if recorder.tracking.needs_work() {
-                recorder.add_work_of(step, t);
-            }
-            recorder.motion.state_inside(step, t, q, v);
-            true
-        });
-    }
-}
-
-impl HybridSystem for Recorder<'_> {
+impl HybridSystem for System<'_> {
     fn dimension(&self) -> usize {
         self.motion.q.len()
     }
@@ -274,7 +200,7 @@ impl HybridSystem for Recorder<'_> {
         }
         self.motion.dynamics.accelerate(a);
         self.watch(t);
-        self.begin_energy_check(t);
+        self.balance.begin(t);
     }
 
     fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
@@ -282,11 +208,11 @@ impl HybridSystem for Recorder<'_> {
     }
 
     fn next_break(&self) -> f64 {
-        self.step.next_break
+        self.demands.next_break
     }
 
     fn step_bound(&self) -> f64 {
-        self.step.bound
+        self.demands.bound
     }
 
     fn guard_count(&self) -> usize {
@@ -300,34 +226,36 @@ impl HybridSystem for Recorder<'_> {
         if !moved.is_at(t, q, v) {
             moved.move_to(t, q, v);
         }
-        self.step.breaks_away = false;
-        self.step.velocity_refinement = 1.0;
+        self.demands.breaks_away = false;
+        self.demands.velocity_refinement = 1.0;
         let (of_joints, _) = guards.as_chunks_mut();
         for (index, of_joint) in of_joints.iter_mut().enumerate() {
-            *of_joint = self.joint_guards(is_inside, index);
+            *of_joint = self.demands.joint_guards(&self.motion, &self.tolerances, is_inside, index);
         }
     }
 
     fn is_beyond_kink(&self) -> bool {
-        self.step.breaks_away
+        self.demands.breaks_away
     }
 
     fn velocity_refinement(&self) -> f64 {
-        self.step.velocity_refinement
+        self.demands.velocity_refinement
     }
 
     fn caution(&self) -> f64 {
-        self.step.caution
+        self.demands.caution
     }
 
     fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> f64 {
         let index = guard / GUARDS;
-        self.end_phase(t, index, q, v);
+        self.tracking.interrupt();
+        self.log.end_phase(&mut self.motion, t, index, q, v);
         let mut normal_velocity = self.motion.dynamics.contact_state(index).penetration_rate;
         let mut bound = f64::INFINITY;
         let (kind, phase) = match (guard % GUARDS, self.motion.dynamics.phases[index]) {
             (0, Phase::Free) => {
-                let onset = self.onset(t, q, v, index);
+                let onset = onset(&mut self.motion, &self.tolerances, self.settings.rtol, (t, q, v), index);
+                self.log.impacts_at_floor[index] += usize::from(onset.is_at_floor);
                 (bound, normal_velocity) = (onset.first_step, onset.impact_velocity);
                 (EventKind::Onset, onset.phase)
             }
@@ -373,22 +301,17 @@ impl HybridSystem for Recorder<'_> {
 
     fn wants_dense(&mut self, step: &DenseStep) -> bool {
         let end = step.end_time();
-        self.may_check_energy(step)
-            || self.tracking.wants(end)
-            || self.samples.next_due().is_some_and(|due| due <= end)
+        self.balance.may_check(step, &self.motion) || self.tracking.wants(end) || self.samples.wants(end)
     }
 
     fn accepted(&mut self, step: &DenseStep) -> bool {
-        let end = step.end_time();
+        let motion = &mut self.motion;
         if step.h > 0.0 {
-            if self.samples.next_due().is_some_and(|due| due <= end) {
-                self.visit_inside(|recorder| recorder.take_samples(step));
-            }
-            if self.tracking.wants(end) {
-                self.visit_inside(|recorder| recorder.track(step));
-            }
+            self.log.accepted(step, motion);
+            self.samples.accepted(step, motion);
+            self.tracking.accepted(step, motion);
         }
-        self.check_energy(step);
-        (self.monitor)(end)
+        self.balance.accepted(step, motion);
+        (motion.monitor)(step.end_time())
     }
 }
