@@ -1,4 +1,4 @@
-//! An observer of the steps: the table of samples of a run, which instants are due, and the row of outputs at each.
+//! The table of samples of a run, an observer of its steps: which instants are due, and the row of outputs at each.
 
 use crate::integrators::dense::DenseStep;
 use crate::run::motion::Motion;

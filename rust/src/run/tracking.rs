@@ -1,4 +1,4 @@
-//! An observer of the steps: quantities tracked through their dense output, for the features of a run.
+//! Quantities tracked through the dense output of every step, for the features of a run; an observer of its steps.
 
 use crate::integrators::dense::DenseStep;
 use crate::numerics::extremum::highest_within;

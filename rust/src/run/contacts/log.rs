@@ -1,4 +1,4 @@
-//! An observer of the steps: the log of events and contacts that a run keeps, cut where the sampled time begins.
+//! The log of events and contacts that a run keeps, an observer of its steps; it is cut where the sampled time begins.
 
 use crate::dynamics::{JointMotion, relative_motion};
 use crate::integrators::dense::DenseStep;

@@ -1,4 +1,4 @@
-//! An observer of the steps: the error of the energy balance of a run.
+//! The error of the energy balance of a run, an observer of its steps.
 //!
 //! The gap of a step is the change of the stored energy less the work plus the losses: an error of the
 //! integration. It needs the powers at four instants inside the step, half of the work of a run. Unless
