@@ -392,7 +392,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
         return html.write(run_document(self, outputs, title), path)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write everything to one compressed ``.npz`` file.
+        """Write everything to one ``.npz`` file.
 
         Parameters
         ----------

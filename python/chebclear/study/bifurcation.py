@@ -107,7 +107,7 @@ class Bifurcation(Exports, records.ArrayRecord):
         return np.where(known, 1 + jumps.sum(axis=1), 0)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write everything to one compressed ``.npz`` file.
+        """Write everything to one ``.npz`` file.
 
         Parameters
         ----------

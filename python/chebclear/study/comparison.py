@@ -119,7 +119,7 @@ class Comparison(files.ArrayRecord, Named[BoundErrors], Exports):
         return dataclasses.replace(data, facts=span | {"differences": "\n".join(self.differences)})
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write everything to one compressed ``.npz`` file.
+        """Write everything to one ``.npz`` file.
 
         Parameters
         ----------

@@ -432,7 +432,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         return html.write(study_document(self, title), path)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write everything to one compressed ``.npz`` file.
+        """Write everything to one ``.npz`` file.
 
         Parameters
         ----------

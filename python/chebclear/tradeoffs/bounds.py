@@ -287,7 +287,7 @@ class StudyTradeoff(records.ArrayRecord, Exports):
         return columns
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write everything to one compressed ``.npz`` file.
+        """Write everything to one ``.npz`` file.
 
         Parameters
         ----------

@@ -372,7 +372,7 @@ class Tradeoff(records.ArrayRecord, Exports):
         return html.write(tradeoff_document(self, title), path)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write everything to one compressed ``.npz`` file.
+        """Write everything to one ``.npz`` file.
 
         Parameters
         ----------

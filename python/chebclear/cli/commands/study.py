@@ -131,7 +131,9 @@ def carry_out(
     made: Study, method: str, given: dict[str, Any], options: argparse.Namespace, title: str
 ) -> int:
     """Say what a method of a study will cost if that is much, or if no more is wanted, and run it."""
-    plan = plan_of(made, method, given, options)
+    # A number of runs that time chooses takes no longer than that.
+    is_bounded = method == "band" and given.keys().isdisjoint(("runs", "confidence"))
+    plan = None if is_bounded and not options.plan else plan_of(made, method, given, options)
     if options.plan:
         return 0
     result: StudyResult = getattr(made, method)(**given)
