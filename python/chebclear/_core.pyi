@@ -64,7 +64,7 @@ class _Run(TypedDict):
     skipped_contacts: _Contacts
     features: NDArray[np.float64]
     end: str | None
-    warnings: list[str]
+    notices: list[tuple[str, str | None, dict[str, float], str]]
 
 @type_check_only
 class _Runs(TypedDict):
@@ -74,7 +74,7 @@ class _Runs(TypedDict):
     features: NDArray[np.float64]
     stats: dict[str, NDArray[np.float64]]
     ends: dict[int, tuple[str, str, float, str | None]]
-    warnings: dict[int, list[str]]
+    notices: dict[int, list[tuple[str, str | None, dict[str, float], str]]]
 
 @type_check_only
 class _Ranges(TypedDict):

@@ -187,10 +187,6 @@ class HorizonWarning(ChebclearWarning):
     """A run that continues where single values are not predictable; the text says what to call instead."""
 
 
-HORIZON = "past the chaos horizon: "
-"""How the text of a `HorizonWarning` begins."""
-
-
 def warn(message: str, category: type[Warning] = ChebclearWarning) -> None:
     """Issue a warning at the line that called the package, however deep in it the cause is."""
     package = __name__.partition(".")[0]

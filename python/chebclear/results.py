@@ -4,6 +4,7 @@ from .execution.failures import FailedRun
 from .execution.plan import Plan
 from .run.accuracy import ErrorEstimate
 from .run.contacts import Contact, Contacts, Event, Events
+from .run.notices import Notice
 from .run.trajectory import EndState, Stats
 from .scene.scene import Inspection
 from .study.band.hybrid import QuantileBand
@@ -40,6 +41,7 @@ __all__ = [
     "FeatureTable",
     "Inspection",
     "Margin",
+    "Notice",
     "Plan",
     "PolynomialRange",
     "QuantileBand",

@@ -67,7 +67,7 @@ def finish(result: StudyResult, options: argparse.Namespace, title: str, plan: P
                 "verdicts": table,
                 "rankings": rankings,
                 "statement": result.statement,
-                "warnings": result.warnings,
+                "notices": [dataclasses.asdict(one) for one in result.notices],
                 "not_met": poor,
             }
         )

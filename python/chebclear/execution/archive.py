@@ -58,7 +58,7 @@ def packed(facts: Mapping[str, Any], keys: Sequence[bytes], piece: Piece) -> byt
         values=piece.values,
         features=piece.features,
         counts=piece.counts,
-        ends=np.array(as_text(piece.ends, piece.warnings)),
+        ends=np.array(as_text(piece.ends, piece.notices)),
     )
     return memory.getvalue()
 
@@ -119,14 +119,14 @@ def unpacked(path: Path, rows: Sequence[int], outputs: Sequence[str], features: 
         head = json.loads(str(file["head"]))
         columns = [head["outputs"].index(name) for name in outputs]
         tracked = [head["features"].index(name) for name in features]
-        ends, warnings = from_text(str(file["ends"]), len(file["keys"]))
+        ends, notices = from_text(str(file["ends"]), len(file["keys"]))
         return Piece(
             t=file["t"],
             values=file["values"][rows][:, :, columns],
             features=file["features"][rows][:, :, tracked],
             counts=file["counts"][rows],
             ends=tuple(ends[row] for row in rows),
-            warnings=tuple(warnings[row] for row in rows),
+            notices=tuple(notices[row] for row in rows),
             code=code_version(),
             seconds=0.0,
         )

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..base.progress import Progress
 from ..errors import ChebclearError, error_text
+from ..run.notices import Notice
 from ..run.settings import Settings
 from ..scene.structure import FlatScene
 from .counts import STATS
@@ -25,7 +26,7 @@ Array = NDArray[np.float64]
 WORKER_LOST = "worker_lost"
 """Reason of a run whose worker ended in every attempt."""
 
-# Warnings of one run of `build` that keep their order before those of the simulation.
+# Notices of one run of `build` that keep their order before those of the simulation.
 _MOST_BUILT = 1_000_000
 # Largest size of the samples of a piece [bytes]; workers hold some pieces at a time.
 _MOST_BYTES = 16_000_000
@@ -36,7 +37,7 @@ class Built(NamedTuple):
 
     flat: FlatScene
     """Its structure and its numbers."""
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
     """What was warned of when it was built."""
 
 
@@ -115,7 +116,7 @@ class Batch:
         self.features = np.full((count, settings.cycles, len(settings.features)), np.nan)
         self.counts = np.zeros((count, len(STATS)))
         self.ends: list[End] = [End()] * count
-        self.warnings = GatheredWarnings()
+        self.notices = GatheredNotices()
 
     @property
     def left(self) -> int:
@@ -158,8 +159,8 @@ class Batch:
                     self.end(number, built)
                     self.done += 1
                     continue
-                if built.warnings:
-                    self.warnings.add(number, built.warnings)
+                if built.notices:
+                    self.notices.add(number, built.notices)
                 if self._store is not None:
                     key = run_key(built.flat, self._settings)
                     if key in self._store:
@@ -225,73 +226,62 @@ class Batch:
                 self.values[number] = piece.values[row]
         self.features[rows] = piece.features
         self.counts[rows] = piece.counts
-        for number, end, warnings in zip(numbers, piece.ends, piece.warnings, strict=True):
+        for number, end, notices in zip(numbers, piece.ends, piece.notices, strict=True):
             if end.status == BRANCH:
                 raise RefusedRunError(number, end)
             if end.status != DONE:
                 self.end(number, end)
-            if warnings:
-                self.warnings.add(number, warnings, after=_MOST_BUILT)
+            if notices:
+                self.notices.add(number, notices, after=_MOST_BUILT)
         if self.t is None and np.isfinite(piece.t).all():
             self.t = piece.t
         self.done += len(numbers)
         release(self.values)
 
 
-# A name in quotes, a path or a word with digits, which distinguish warnings; or a number, which does not.
-_KEPT_OR_NUMBER = re.compile(
-    r'"(?:[^"\\]|\\.)*"|[A-Za-z_][\w.\[\]]*|(?P<number>[+-]?\d+(\.\d+)?(e[+-]?\d+)?)'
-)
-
-
-_JAMMED = re.compile(
-    r'joint (?P<joint>"(?:[^"\\]|\\.)*"): .*the mechanism may be jammed.*'
-    r"\(in (?P<runs>\d+) of (?P<all>\d+) runs(?P<place>.*)\)"
-)
-
-
-def jammed(warnings: Iterable[str]) -> str:
-    """How many of the runs may be jammed, and where in the box, if warnings tell that of a joint.
+def jammed(notices: Iterable[Notice]) -> str:
+    """How many of the runs may be jammed, and where in the box, if that is known of a joint.
 
     Those of an extended study tell it of each part. Not if all runs are: that is no matter of the box.
     Then the stiffness may be too small.
     """
-    parts = [found for warning in warnings if (found := _JAMMED.fullmatch(warning))]
-    for joint in dict.fromkeys(part["joint"] for part in parts):
-        of_joint = [part for part in parts if part["joint"] == joint]
-        runs, count = (sum(int(part[name]) for part in of_joint) for name in ("runs", "all"))
+    parts = [one for one in notices if one.code == "deep_penetration" and "of_runs" in one.numbers]
+    for about in dict.fromkeys(part.about for part in parts):
+        of_joint = [part for part in parts if part.about == about]
+        runs, count = (int(sum(part.numbers[name] for part in of_joint)) for name in ("runs", "of_runs"))
         if runs < count:
-            places = {part["place"] for part in of_joint}
-            place = places.pop() if len(places) == 1 else ""
-            return f"{runs} of {count} runs may be jammed at joint {joint}{place}"
+            place = of_joint[0].place if len(of_joint) == 1 else ""
+            return f'{runs} of {count} runs may be jammed at joint "{about[0]}"{place}'
     return ""
 
 
-def _without_number(found: re.Match[str]) -> str:
-    return "#" if found["number"] else found[0]
-
-
-class GatheredWarnings:
-    """Warnings of runs, each kind once although its numbers may differ from run to run."""
+class GatheredNotices:
+    """Notices of runs, each kind once although its numbers may differ from run to run."""
 
     def __init__(self) -> None:
-        self._first: dict[str, tuple[int, int, str]] = {}
-        self._runs: dict[str, set[int]] = {}
+        self._first: dict[tuple[str, tuple[str, ...]], tuple[int, int, Notice]] = {}
+        self._runs: dict[tuple[str, tuple[str, ...]], set[int]] = {}
 
-    def add(self, number: int, messages: Sequence[str], after: int = 0) -> None:
-        """What a run warned of, after so many other messages."""
-        for place, message in enumerate(messages, start=after):
-            kind = _KEPT_OR_NUMBER.sub(_without_number, message)
-            found = (number, place, message)
-            if kind not in self._first or found < self._first[kind]:
-                self._first[kind] = found
+    def add(self, number: int, notices: Sequence[Notice], after: int = 0) -> None:
+        """Those of a run, after so many others."""
+        for place, notice in enumerate(notices, start=after):
+            kind = notice.code, notice.about
+            if kind not in self._first or (number, place) < self._first[kind][:2]:
+                self._first[kind] = (number, place, notice)
             self._runs.setdefault(kind, set()).add(number)
 
-    def messages(self, runs: int, place: Callable[[Sequence[int]], str]) -> tuple[str, ...]:
-        """Each kind in words, in the order of the runs, as of so many runs and with the place of some."""
-        kinds = sorted(self._first, key=self._first.__getitem__)
+    def of(self, runs: int, place: Callable[[Sequence[int]], str]) -> tuple[Notice, ...]:
+        """Each kind once, in the order of the runs, as of so many runs and with the place of some."""
         found = []
-        for kind in kinds:
-            numbers = sorted(self._runs[kind])
-            found.append(f"{self._first[kind][2]} (in {len(numbers)} of {runs} runs{place(numbers)})")
+        for kind in sorted(self._first, key=lambda kind: self._first[kind][:2]):
+            numbers, notice = sorted(self._runs[kind]), self._first[kind][2]
+            where = place(numbers)
+            found.append(
+                replace(
+                    notice,
+                    text=f"{notice.text} (in {len(numbers)} of {runs} runs{where})",
+                    numbers={**notice.numbers, "runs": float(len(numbers)), "of_runs": float(runs)},
+                    place=where,
+                )
+            )
         return tuple(found)

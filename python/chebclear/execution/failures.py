@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..base.named import ReadOnlyDict
 from ..base.units import unit
 from ..errors import ChebclearError, Problem, SceneError, cut, describe, error_text
+from ..run.notices import Notice
 from .limited import CallError, TimeLimitError
 from .options import OnFailure
 from .pieces import NOT_BEGUN, NOT_FINITE, SCENE, TIME_LIMIT, End
@@ -24,6 +25,8 @@ BUILD, MODEL, FEATURE = "build", "model", "feature"
 
 # Largest share of failed runs; with more, the error is in what they have in common.
 _MOST_FAILED = 0.5
+FAILED, STOPPED = "failed", "stopped"
+"""Codes of the notices of runs that failed and of runs for which there was no time."""
 # Most parameters by which runs are set apart from others.
 _MOST_NAMED = 2
 
@@ -117,24 +120,26 @@ def run_to_raise(failed: Mapping[int, End], runs: int, nominal: int, on_failure:
     return min(failed) if len(failed) > _MOST_FAILED * runs else None
 
 
-def failure_warnings(failures: Sequence[FailedRun], runs: int) -> tuple[str, ...]:
-    """Warnings of failed runs."""
-    messages: list[str] = []
+def failure_notices(failures: Sequence[FailedRun], runs: int) -> tuple[Notice, ...]:
+    """Notices of failed runs, with the codes `FAILED` and `STOPPED`."""
+    found: list[Notice] = []
     failed = [one for one in failures if one.reason != NOT_BEGUN]
     if failed:
         reasons = Counter(one.reason for one in failed)
         kinds = ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
-        messages.append(
+        text = (
             f"failed: {len(failed)} of {runs} runs have no result ({kinds}) and take no part, see "
             f"result.failures; the first is {failed[0]}"
         )
+        found.append(Notice(FAILED, text, numbers={"runs": len(failed), "of_runs": runs}))
     left = len(failures) - len(failed)
     if left:
-        messages.append(
+        text = (
             f"stopped: {left} of {runs} runs were not begun when max_seconds were over; with a store the "
             "same study simulates only these"
         )
-    return tuple(messages)
+        found.append(Notice(STOPPED, text, numbers={"runs": left, "of_runs": runs}))
+    return tuple(found)
 
 
 def count_failed(failures: Sequence[FailedRun]) -> int:
@@ -174,11 +179,6 @@ def set_apart(names: Sequence[str], these: Array, others: Array) -> str:
         if outside[k] > 0.5
     ]
     return f", with {' and '.join(ranges)}" if ranges else ""
-
-
-def is_failure_warning(text: str) -> bool:
-    """Whether a warning is one of `failure_warnings`."""
-    return text.startswith(("failed: ", "stopped: "))
 
 
 def located(parameters: Mapping[str, float], problems: Sequence[Problem]) -> list[Problem]:

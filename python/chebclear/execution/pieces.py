@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from .. import _core
 from ..base.units import unit
 from ..errors import InputError, Problem, SettingsError
+from ..run.notices import Notice, as_plain
 from ..run.settings import LEAST_RTOL, Settings
 from ..scene.structure import FlatScene
 from .counts import STATS
@@ -92,8 +93,8 @@ class Piece:
     """What each run cost, shape (runs, counts), in the order of `STATS`."""
     ends: tuple[End, ...]
     """How each run ended."""
-    warnings: tuple[tuple[str, ...], ...]
-    """What each run warned of."""
+    notices: tuple[tuple[Notice, ...], ...]
+    """What should be checked of each run."""
     code: str
     """Fingerprint of the code that computed them."""
     seconds: float = field(metadata=unit("s"))
@@ -159,17 +160,15 @@ def simulate_order(
         runs.simulate(failed, _tightened(settings), again)
         values[failed] = again
         for row, status in zip(failed, before, strict=True):
-            message = (
-                f"the run failed ({status}) and was repeated with tolerances {_TIGHTER:g} times as tight"
-            )
-            runs.warnings[row] = (message, *runs.warnings[row])
+            text = f"the run failed ({status}) and was repeated with tolerances {_TIGHTER:g} times as tight"
+            runs.notices[row] = (Notice("repeated", text, (status,)), *runs.notices[row])
     return Piece(
         t=runs.t,
         values=values,
         features=runs.features,
         counts=runs.counts,
         ends=tuple(runs.ends),
-        warnings=tuple(runs.warnings),
+        notices=tuple(runs.notices),
         code=code_version(),
         seconds=time.perf_counter() - begin,
     )
@@ -197,7 +196,7 @@ class _Rows:
         self.features = np.full((runs, settings.cycles, len(settings.features)), np.nan)
         self.counts = np.zeros((runs, len(STATS)))
         self.ends = [End()] * runs
-        self.warnings: list[tuple[str, ...]] = [()] * runs
+        self.notices: list[tuple[Notice, ...]] = [()] * runs
 
     def simulate(self, rows: Sequence[int], settings: Settings, values: Array) -> None:
         """Simulate some rows into `values`, which has a row for each of them."""
@@ -226,9 +225,9 @@ class _Rows:
             self.counts[made, column] = runs["stats"][name]
         done = End()
         for row in made:
-            self.ends[row], self.warnings[row] = done, ()
-        for position, messages in runs["warnings"].items():
-            self.warnings[made[position]] = tuple(messages)
+            self.ends[row], self.notices[row] = done, ()
+        for position, plain in runs["notices"].items():
+            self.notices[made[position]] = Notice.of_core(plain)
         finite = np.all(np.isfinite(values if len(good) == len(values) else values[good]), axis=1)
         for position in np.flatnonzero(~np.all(finite, axis=1)).tolist():
             columns = np.flatnonzero(~finite[position]).tolist()
@@ -301,22 +300,22 @@ def end_with_parent() -> None:
     threading.Thread(target=watch, name="chebclear-parent", daemon=True).start()
 
 
-def as_text(ends: Sequence[End], warnings: Sequence[Sequence[str]]) -> str:
-    """Ends that are not ``"done"`` and warnings that are not empty, by their row, as JSON."""
+def as_text(ends: Sequence[End], notices: Sequence[Sequence[Notice]]) -> str:
+    """Ends that are not ``"done"`` and notices of runs that have some, by their row, as JSON."""
     plain: dict[str, Any] = {
         "ends": {str(row): dataclasses.astuple(end) for row, end in enumerate(ends) if end != End()},
-        "warnings": {str(row): list(messages) for row, messages in enumerate(warnings) if messages},
+        "notices": {str(row): as_plain(told) for row, told in enumerate(notices) if told},
     }
     return json.dumps(plain)
 
 
-def from_text(text: str, runs: int) -> tuple[tuple[End, ...], tuple[tuple[str, ...], ...]]:
+def from_text(text: str, runs: int) -> tuple[tuple[End, ...], tuple[tuple[Notice, ...], ...]]:
     """What `as_text` wrote, for so many rows."""
     plain = json.loads(text)
-    ends, warnings = [End()] * runs, [()] * runs  # type: list[End], list[tuple[str, ...]]
+    ends, notices = [End()] * runs, [()] * runs  # type: list[End], list[tuple[Notice, ...]]
     for row, (status, message, when, joint, problems) in plain["ends"].items():
         found = tuple(Problem(str(path), str(problem)) for path, problem in problems)
         ends[int(row)] = End(str(status), str(message), float(when), joint, found)
-    for row, messages in plain["warnings"].items():
-        warnings[int(row)] = tuple(map(str, messages))
-    return tuple(ends), tuple(warnings)
+    for row, told in plain["notices"].items():
+        notices[int(row)] = Notice.from_plain(told)
+    return tuple(ends), tuple(notices)

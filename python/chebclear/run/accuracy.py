@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from ..base import files as records
 from ..base.named import Named
 from ..base.units import unit
-from ..errors import HORIZON
 from .names import output_meant
+from .notices import HORIZON, Notice
 
 Array = NDArray[np.float64]
 
@@ -107,8 +107,8 @@ BY_ANGLE = (
 """Advice beyond the chaos horizon of a mechanism with a revolving drive."""
 
 
-def past_horizon(errors: Mapping[str, OutputError], period: float, end: float) -> tuple[str, ...]:
-    """A warning if outputs continue for more than a revolution beyond their horizon.
+def past_horizon(errors: Mapping[str, OutputError], period: float, end: float) -> tuple[Notice, ...]:
+    """A notice if outputs continue for more than a revolution beyond their horizon.
 
     Parameters
     ----------
@@ -127,10 +127,11 @@ def past_horizon(errors: Mapping[str, OutputError], period: float, end: float) -
     if period < 0.0 or not lost:
         return ()
     first = min(lost.values())
-    return (
-        f"{HORIZON}runs at tighter tolerances diverge from this one at t = {first:.4g} s, over a revolution "
-        f"before its end ({', '.join(lost)}): {BY_ANGLE}",
+    text = (
+        f"past the chaos horizon: runs at tighter tolerances diverge from this one at t = {first:.4g} s, "
+        f"over a revolution before its end ({', '.join(lost)}): {BY_ANGLE}"
     )
+    return (Notice(HORIZON, text, tuple(lost), {"time": first}),)
 
 
 class OutputError(NamedTuple):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import Problem, StartError
 from ..scene.scene import ClearanceRevolute, Scene, Table, compiled
+from .notices import Notice
 from .settings import Settings
 from .trajectory import EndState
 
@@ -24,7 +25,7 @@ _JUMP = 1e-9
 _INSTANT = 1e-9
 
 
-def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[str, ...]:
+def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[Notice, ...]:
     """Check and describe the changes between a scene and that of the run whose end state it continues from.
 
     The state consists of the coordinates and velocities of the joints. Masses, laws and loads may change;
@@ -68,7 +69,7 @@ def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[str
         f"the run continues with another scene than it ended with: {named}. Coordinates and velocities of "
         "the joints are kept, except those that drives prescribe; energy.balance has a step"
     )
-    return (warning,)
+    return (Notice("other_scene", warning),)
 
 
 def _require_kinds(before: Scene, after: Scene) -> None:

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Literal, Unpack
 
 from ..base.arguments import Checks
 from ..base.progress import bar, is_request
-from ..errors import HORIZON, ChebclearWarning, HorizonWarning, SimulationError, warn
+from ..errors import SimulationError
 from ..scene.scene import Scene, compiled
 from .accuracy import ErrorEstimate, past_horizon
 from .contacts import Contacts, Events
 from .continuation import continuation
 from .features import Feature
+from .notices import SCENE, Notice, issue
 from .settings import LEAST_RTOL, RunOptions, Settings, with_settings
 from .tracking import settling_time
 from .trajectory import EndState, Stats, Trajectory
@@ -114,22 +115,22 @@ def simulate(
     facts = scene.check()
     settings = settings.fitted(facts)
     # Warned of before the run: wrong numbers in a scene may make it long.
-    warn_once(facts.warnings)
-    changes: tuple[str, ...] = ()
+    issue(Notice(SCENE, text) for text in facts.warnings)
+    changes: tuple[Notice, ...] = ()
     if start is not None:
         changes = continuation(scene, start, settings)
 
     with _reporter(progress) as report:
         own = _share(report, 0.0, 1.0 if error is None else _OWN_SHARE)
         trajectory = run_scene(scene, settings, own, start)
-        trajectory = dataclasses.replace(trajectory, warnings=changes + trajectory.warnings)
+        trajectory = dataclasses.replace(trajectory, notices=changes + trajectory.notices)
         if error is not None and (trajectory.success or on_failure == "return"):
             shares = (_share(report, _OWN_SHARE, _FIRST_SHARE), _share(report, _FIRST_SHARE, 1.0))
             companions = _companions(trajectory, start, shares)
             estimate = _estimate(trajectory, companions)
             lost = past_horizon(estimate, settling_time(scene), trajectory.end_time)
-            trajectory = dataclasses.replace(trajectory, error=estimate, warnings=trajectory.warnings + lost)
-    warn_once([message for message in trajectory.warnings if message not in facts.warnings])
+            trajectory = dataclasses.replace(trajectory, error=estimate, notices=trajectory.notices + lost)
+    issue(one for one in trajectory.notices if one.code != SCENE)
     if not trajectory.success and on_failure == "raise":
         failure = SimulationError(
             trajectory.status, trajectory.end_time, trajectory.joint, message=trajectory.message
@@ -185,7 +186,7 @@ def run_scene(
         message=run["message"],
         end_time=run["time"],
         joint=run["joint"],
-        warnings=tuple(run["warnings"]),
+        notices=Notice.of_core(run["notices"]),
         settings=settings,
         scene=scene,
     )
@@ -238,13 +239,6 @@ def _share(
 ) -> Callable[[float], None] | None:
     """A progress function for the part of the work between two shares of the total."""
     return None if report is None else lambda share: report(start + (end - start) * share)
-
-
-def warn_once(messages: Iterable[str]) -> None:
-    """Issue the warnings of the core, each text once."""
-    for message in dict.fromkeys(messages):
-        category = HorizonWarning if message.startswith(HORIZON) else ChebclearWarning
-        warn(message, category)
 
 
 @contextmanager

@@ -27,6 +27,7 @@ from .contacts import Contacts, Events
 from .dataset import common_facts, run_dataset
 from .features import EXTREMA, Extremum, Feature
 from .names import near_output, output_meant
+from .notices import Notice, WithNotices, as_plain
 from .settings import Settings, checked_settings, require_features
 from .tracking import settling_time, simulate_features
 
@@ -127,7 +128,7 @@ class EndState:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(records.ArrayRecord, Exports, Named[Array]):
+class Trajectory(WithNotices, records.ArrayRecord, Exports, Named[Array]):
     """The result of one simulation: ``run["slider.x"]`` is a column, ``run["slider.*"]`` a dict of columns.
 
     A mapping from the names of the columns to views of shape (samples,): ``in``, ``len``, ``keys()``,
@@ -160,7 +161,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
         Time at which the simulation ended [s].
     joint : str | None
         The clearance joint whose change of contact could not be located or exceeded the allowed number.
-    warnings : tuple[str, ...]
+    notices : tuple[Notice, ...]
         Warnings of the run.
     settings : Settings
         Settings of the simulation.
@@ -190,7 +191,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
     message: str
     end_time: float = field(metadata=unit("s"))
     joint: str | None
-    warnings: tuple[str, ...]
+    notices: tuple[Notice, ...]
     settings: Settings
     scene: Scene
     skipped_events: Events
@@ -419,7 +420,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
             "end": None if self.end is None else self.end.memory,
             "start": self.start,
             "joint": self.joint,
-            "warnings": self.warnings,
+            "notices": as_plain(self.notices),
             "settings": dataclasses.asdict(self.settings),
             "scene": json.loads(self.scene.to_json()),
         }
@@ -477,7 +478,7 @@ class Trajectory(records.ArrayRecord, Exports, Named[Array]):
                 message=facts["message"],
                 end_time=facts["end_time"],
                 joint=facts["joint"],
-                warnings=tuple(facts["warnings"]),
+                notices=Notice.from_plain(facts["notices"]),
                 settings=Settings.from_dict(facts["settings"]),
                 scene=scene,
                 error=error,

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks, did_you_mean
-from ..errors import HORIZON, ArgumentError
+from ..errors import ArgumentError
 from ..run.accuracy import BY_ANGLE
+from ..run.notices import HORIZON, Notice
 from ..run.settings import LEAST_RTOL, MOST_SAMPLES, Settings
 from ..run.simulation import run_scene
 from ..run.tracking import settling_time
@@ -155,8 +156,8 @@ def _measured(
     return dataclasses.replace(made, cycles=1), turns
 
 
-def unpredictable(runs: Runs) -> tuple[str, ...]:
-    """A warning if single values in the last revolution are not predictable.
+def unpredictable(runs: Runs) -> tuple[Notice, ...]:
+    """A notice if single values in the last revolution are not predictable.
 
     The midpoint run and two others are simulated once more at a tenth of the tolerance. Where two such runs
     differ by more than a tenth of the spread of all runs over the box, a run is no longer determined by its
@@ -177,10 +178,11 @@ def unpredictable(runs: Runs) -> tuple[str, ...]:
             lost |= {runs.outputs[k]: None for k in np.flatnonzero(apart > _APART * spread)}
     if not lost:
         return ()
-    return (
-        f"{HORIZON}in the last revolution a run changes by more than {100.0 * _APART:g} % of the spread of "
-        f"the runs over the box when only its tolerances change ({', '.join(lost)}): {BY_ANGLE}",
+    text = (
+        f"past the chaos horizon: in the last revolution a run changes by more than {100.0 * _APART:g} % of "
+        f"the spread of the runs over the box when only its tolerances change ({', '.join(lost)}): {BY_ANGLE}"
     )
+    return (Notice(HORIZON, text, tuple(lost)),)
 
 
 def _affordable(samples: int) -> int:

@@ -170,14 +170,14 @@ def on_grid(
             units=runner.units,
             **runs.facts,
         )
-        # A result that is read from a file already has these warnings.
+        # A result that is read from a file already has these notices.
         messages = doubts(found.bands)
         if found.scene is not None:
             messages += early_widths(found.bands, settling_time(found.scene))
         lost = [one.index for one in runs.failures if one.index < math.prod(counts)]
         if degrees is not None and lost:
             messages += told_holes(fit_holes(counts, degrees, lost))
-        return replace(found, warnings=(*found.warnings, *messages))
+        return replace(found, notices=(*found.notices, *messages))
 
     terms = math.prod(degree + 1 for degree in degrees) if degrees is not None else 0
     return Design(points, runner.settings, Usage(terms=terms), result)

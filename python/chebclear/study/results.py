@@ -25,6 +25,7 @@ from ..execution.counts import Costs
 from ..execution.failures import FailedRun, count_failed
 from ..report import html
 from ..run.dataset import common_facts
+from ..run.notices import Notice, WithNotices
 from ..run.settings import Settings
 from ..run.trajectory import Stats, column_index
 from ..scene.scene import Interval, Scene
@@ -46,7 +47,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StudyResult(records.ArrayRecord, Exports, Named[Band]):
+class StudyResult(WithNotices, records.ArrayRecord, Exports, Named[Band]):
     """The bands of all outputs of a study; ``result["slider.vx"]`` is the `Band` of that output.
 
     A mapping from the names of the outputs to their bands: ``in``, ``len``, ``keys()``, ``items()`` and
@@ -68,7 +69,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
         How polynomials are bounded: ``"range"``, certified, or ``"eq31"``, by Eq. (31) of the paper.
     stats : Sequence[Stats]
         What each run cost; the last one is the nominal run.
-    warnings : tuple[str, ...]
+    notices : tuple[Notice, ...]
         Warnings, each text once.
     settings : Settings | None
         Settings of the runs; None for a model of your own.
@@ -102,7 +103,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
     nodes: tuple[int, ...]
     bounds: BoundKind
     stats: Sequence[Stats]
-    warnings: tuple[str, ...]
+    notices: tuple[Notice, ...]
     settings: Settings | None
     scene: Scene | None
     requirement: Requirement | None = None
@@ -483,7 +484,7 @@ class StudyResult(records.ArrayRecord, Exports, Named[Band]):
                 bounds=facts["bounds"],
                 requirement=Requirement.from_dict(facts.get("requirement")),
                 stats=Costs.joined([[Stats.from_dict(one) for one in facts["stats"]]]),
-                warnings=tuple(facts["warnings"]),
+                notices=Notice.from_plain(facts["notices"]),
                 settings=None if facts["settings"] is None else Settings.from_dict(facts["settings"]),
                 scene=None if facts["scene"] is None else Scene.from_json(json.dumps(facts["scene"])),
                 nominal_parameters=arrays.get("nominal_parameters"),

@@ -16,20 +16,21 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks
 from ..errors import ArgumentError
 from ..execution.counts import Costs
-from ..execution.failures import FailedRun, count_failed, failure_warnings, is_failure_warning
+from ..execution.failures import FAILED, STOPPED, FailedRun, count_failed, failure_notices
 from ..execution.memory import room, study_memory
 from ..execution.pieces import NOT_BEGUN
+from ..run.notices import Notice
 from ..run.settings import Settings, checked_settings
 from ..run.tracking import settling_time
 from ..scene.scene import Scene
 from .band.calibrated import (
+    UNDERSAMPLED,
     Requirement,
     band_usage,
-    is_remark,
     remarks,
 )
 from .band.independent import exact_runs
-from .band.judgment import early_widths
+from .band.judgment import SETTLING, early_widths
 from .band.limits import largest_clearances, physical_limits
 from .by_angle import cut, turning, unpredictable
 from .designs import Design, predicted_seconds
@@ -52,9 +53,9 @@ MOST_PARAMETERS = 32
 """Parameters for which there are Sobol' points [-]."""
 # Parts of the time and of the memory that are allowed: for the runs that are timed, and for the samples.
 _TIMED, _MEMORY = 0.01, 0.5
-# Largest difference of each parameter between runs at the same point, over half its interval.
+# Largest difference of parameters of runs at one point, over half the interval.
 _SAME_POINT = 1e-9
-# Largest difference of runs of one model at the same point, over the largest value.
+# The same of values of one model, over the largest.
 _SAME_VALUES = 1e-6
 
 
@@ -265,8 +266,8 @@ def _made(
     scored, nominal = table[: requirement.runs], table[requirement.runs :]
     facts = {"t": new.t, "outputs": new.outputs, "feature_names": new.feature_names, **new.facts}
     kept = _others(runner, others, requirement, new.t, new.outputs, facts["scene"])
-    del facts["stats"], facts["warnings"]
-    messages = [*new.warnings, *_foreign(runner, others, nominal, new.outputs)]
+    del facts["stats"], facts["notices"]
+    messages = [*new.notices, *_foreign(runner, others, nominal, new.outputs)]
     messages += [] if requirement.revolutions is not None else unpredictable(new)
     whole = None if kept else table.values
     return _result(runner, requirement, [scored], kept, nominal, messages, facts, whole)
@@ -297,25 +298,24 @@ def extended(
     assert requirement is not None, "the checks let no other result pass"
     outputs = result.outputs
     old = Table.of(result, outputs)
-    scored, messages = [old[: requirement.runs]], _lasting(result.warnings)
+    scored, messages = [old[: requirement.runs]], _lasting(result.notices)
     good, begun = requirement.runs, requirement.runs + requirement.failed
     # Runs that time was short for are made now.
     failures = tuple(one for one in result.failures if one.reason != NOT_BEGUN or one.index >= begun + runs)
     seconds = result.seconds
     if runs > 0:
         points = _points(runner, requirement, begun, runs)
-        usage = band_usage(*points.shape)
-        new = runner.made(points, result.settings, midpoint=False, usage=usage)
+        new = runner.made(points, result.settings, midpoint=False, usage=band_usage(*points.shape))
         new = new if requirement.revolutions is None else cut(new, requirement.revolutions)
         seconds += new.seconds
         scored.append(Table.new(points, new))
-        messages += _lasting(new.warnings)
+        messages += _lasting(new.notices)
         good += len(new.kept)
         failures += tuple(dataclasses.replace(one, index=one.index + begun) for one in new.failures)
     kept = [old[requirement.runs :], *_others(runner, others, requirement, result.t, outputs, result.scene)]
     messages += _foreign(runner, others, Table.nominal(result), outputs)
     requirement = dataclasses.replace(requirement, runs=good, failed=count_failed(failures))
-    messages += failure_warnings(failures, good + len(failures) + 1)
+    messages += failure_notices(failures, good + len(failures) + 1)
     facts = _facts(result) | {"seconds": seconds, "failures": failures}
     return _result(runner, requirement, scored, kept, Table.nominal(result), messages, facts)
 
@@ -347,7 +347,7 @@ def _result(
     scored: Sequence[Table],
     kept: Sequence[Table],
     nominal: Table,
-    warnings: Sequence[str],
+    notices: Sequence[Notice],
     facts: dict[str, Any],
     whole: Array | None = None,
 ) -> StudyResult:
@@ -385,7 +385,7 @@ def _result(
         requirement=requirement,
         threads=runner.means.threads,
         stats=Costs.joined(table.stats for table in [*tables, nominal]),
-        warnings=tuple(warnings),
+        notices=tuple(notices),
         features=features,
         units=runner.units,
         **facts,
@@ -394,12 +394,12 @@ def _result(
     messages = remarks(result.bands, requirement)
     if result.scene is not None:
         messages += early_widths(result.bands, settling_time(result.scene))
-    return dataclasses.replace(result, warnings=(*warnings, *messages))
+    return dataclasses.replace(result, notices=(*notices, *messages))
 
 
-def _lasting(warnings: Sequence[str]) -> list[str]:
-    """Warnings without those that count the runs so far."""
-    return [text for text in warnings if not is_remark(text) and not is_failure_warning(text)]
+def _lasting(notices: Sequence[Notice]) -> list[Notice]:
+    """Notices without those that count the runs so far."""
+    return [one for one in notices if one.code not in (UNDERSAMPLED, SETTLING, FAILED, STOPPED)]
 
 
 def _results(checks: Checks, include: object) -> list[StudyResult]:
@@ -442,8 +442,8 @@ def _others(
 
 def _foreign(
     runner: Runner, results: Sequence[StudyResult], nominal: Table, outputs: Sequence[str]
-) -> list[str]:
-    """Warnings of included results that are not those of this model at the midpoint, if they have the same.
+) -> list[Notice]:
+    """Notices of included results that are not those of this model at the midpoint, if they have the same.
 
     Other scenes are refused; what a model of one's own computes is not known.
     """
@@ -455,10 +455,11 @@ def _foreign(
         values, other = nominal.values[0], np.stack([result[name].nominal for name in outputs], axis=-1)
         size = np.maximum(np.max(np.abs(values), axis=0), np.max(np.abs(other), axis=0))
         if np.any(np.abs(values - other) > _SAME_VALUES * size):
-            found.append(
+            text = (
                 f"include[{index}] has other values at the midpoint than this study: it is of another model, "
                 "or results of the model are random"
             )
+            found.append(Notice("foreign", text))
     return found
 
 

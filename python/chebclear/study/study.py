@@ -17,8 +17,8 @@ from ..base.progress import Progress
 from ..execution.options import OnFailure
 from ..execution.plan import Plan
 from ..run.features import Feature
+from ..run.notices import issue
 from ..run.settings import RunOptions, Settings, with_settings
-from ..run.simulation import warn_once
 from ..scene.scene import Interval, Scene
 from . import designs, sampled
 from .band.hybrid import Normal, Uniform
@@ -327,7 +327,7 @@ class Study:
         self, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult] = ()
     ) -> StudyResult:
         """A result of `band` with further runs; see `StudyResult.extend`."""
-        return self._with_warnings(sampled.extended(self.runner, result, runs, include))
+        return self._issued(sampled.extended(self.runner, result, runs, include))
 
     def sample(self, runs: int = 81, *, rng: int | Generator | None = 0) -> StudyResult:
         """Simulate at independent, uniformly distributed random points of the box, as for features.
@@ -358,11 +358,11 @@ class Study:
 
     def _made(self, design: Design) -> StudyResult:
         """The result of a design, after its runs."""
-        return self._with_warnings(carried_out(self.runner, design))
+        return self._issued(carried_out(self.runner, design))
 
-    def _with_warnings(self, result: StudyResult) -> StudyResult:
-        """The result of this study, after issuing its warnings."""
-        warn_once(result.warnings)
+    def _issued(self, result: StudyResult) -> StudyResult:
+        """The result of this study, after issuing its notices."""
+        issue(result.notices)
         return replace(result, study=self, spec=self.runner.spec)
 
     def plan(self, method: str = "band", *, probes: int | None = None, **arguments: Any) -> Plan:

@@ -21,6 +21,7 @@ from ..data.dataset import Dataset, numbered
 from ..data.exports import Exports
 from ..report import html
 from ..report.document import Table
+from ..run.notices import Notice, WithNotices, as_plain
 from .bounds_report import costs_document
 
 if TYPE_CHECKING:
@@ -103,7 +104,7 @@ class StudyRecommendation(records.ArrayRecord):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StudyTradeoff(records.ArrayRecord, Exports):
+class StudyTradeoff(WithNotices, records.ArrayRecord, Exports):
     """Accuracy against cost of the bounds of a study.
 
     The reference is the hull of all runs together: an inner bound, whose quality `reference_change` shows.
@@ -123,7 +124,7 @@ class StudyTradeoff(records.ArrayRecord, Exports):
     reference_change : Array
         Relative reduction of the width with a random half of these runs [-], shape (outputs,): large if there
         are too few runs for the range.
-    warnings : tuple[str, ...]
+    notices : tuple[Notice, ...]
         Warnings of the hold-out runs.
     """
 
@@ -133,7 +134,7 @@ class StudyTradeoff(records.ArrayRecord, Exports):
     reference_runs: int
     reference_width: Array
     reference_change: Array
-    warnings: tuple[str, ...]
+    notices: tuple[Notice, ...]
 
     def __repr__(self) -> str:
         return f"<StudyTradeoff: {len(self.points)} settings, {listed(self.outputs, most=4)}>"
@@ -301,7 +302,8 @@ class StudyTradeoff(records.ArrayRecord, Exports):
         """
         arrays = {name: np.stack([getattr(point, name) for point in self.points]) for name in _BY_OUTPUT}
         arrays |= {name: getattr(self, name) for name in ("reference_width", "reference_change")}
-        facts = {name: getattr(self, name) for name in ("outputs", "holdout", "reference_runs", "warnings")}
+        facts = {name: getattr(self, name) for name in ("outputs", "holdout", "reference_runs")}
+        facts["notices"] = as_plain(self.notices)
         points = [{name: getattr(point, name) for name in _BY_POINT} for point in self.points]
         return records.save(path, "study tradeoff", arrays, facts | {"points": points})
 
@@ -338,7 +340,7 @@ class StudyTradeoff(records.ArrayRecord, Exports):
                 reference_runs=facts["reference_runs"],
                 reference_width=arrays["reference_width"],
                 reference_change=arrays["reference_change"],
-                warnings=tuple(facts["warnings"]),
+                notices=Notice.from_plain(facts["notices"]),
             )
             by_output = (len(outputs),)
             return records.sound(found, reference_width=by_output, reference_change=by_output)

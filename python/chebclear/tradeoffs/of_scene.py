@@ -15,6 +15,7 @@ from ..base.arguments import Checks
 from ..base.progress import Progress, is_request, reporter
 from ..errors import SimulationError
 from ..run.accuracy import chaos_horizon, output_ranges
+from ..run.notices import issue
 from ..run.settings import (
     MAX_EVENTS,
     MAX_STEPS,
@@ -24,7 +25,7 @@ from ..run.settings import (
     checked_settings,
     with_settings,
 )
-from ..run.simulation import run_scene, warn_once
+from ..run.simulation import run_scene
 from ..run.trajectory import Trajectory
 from ..scene.scene import Scene
 from .point import TradeoffPoint as TradeoffPoint
@@ -164,7 +165,7 @@ def tradeoff(
         _require_success(reference)
         check, check_seconds = run(dataclasses.replace(tight, method=REFERENCE_METHODS[1]))
         _require_success(check)
-        warn_once(reference.warnings)
+        issue(reference.notices)
         ranges, thresholds = output_ranges(reference.columns, reference.samples)
         kept = np.unique(np.linspace(0, len(reference.t) - 1, _INSTANTS).round().astype(int))
 
@@ -202,7 +203,7 @@ def tradeoff(
         points=tuple(points),
         reference=measured(reference, reference_seconds),
         check=measured(check, check_seconds),
-        warnings=reference.warnings,
+        notices=reference.notices,
         settings=settings,
         scene=scene,
     )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..errors import ArgumentError, SimulationError
-from ..run.simulation import warn_once
+from ..run.notices import issue
 from ..scene.scene import Interval
 from ..study import sampled
 from ..study.band.band import Band
@@ -134,7 +134,7 @@ def study_tradeoff(
     checks = Checks()
     seed = checks.seed("rng", rng)
     result = _measured(study.runner, Asked(degrees, points, runs, holdout, seed, max_runs), checks)
-    warn_once(result.warnings)
+    issue(result.notices)
     return result
 
 
@@ -168,7 +168,7 @@ def _measured(study: Runner, asked: Asked, checks: Checks) -> StudyTradeoff:
         reference_runs=count,
         reference_width=widths,
         reference_change=_relative(widths - halves, widths),
-        warnings=probes.warnings,
+        notices=probes.notices,
     )
 
 

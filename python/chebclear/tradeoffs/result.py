@@ -24,6 +24,7 @@ from ..data.exports import Exports
 from ..report import html
 from ..report.document import Table
 from ..run.accuracy import HORIZON_PART
+from ..run.notices import Notice, WithNotices, as_plain
 from ..run.settings import Settings
 from ..run.trajectory import Stats, column_index
 from ..scene.columns import column_unit
@@ -43,7 +44,7 @@ _SHOWN = 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tradeoff(records.ArrayRecord, Exports):
+class Tradeoff(WithNotices, records.ArrayRecord, Exports):
     """Accuracy against cost of one scene; ``result["rodas4", 1e-6]`` is that `TradeoffPoint`.
 
     Errors are differences from the run `reference`. Its own error is estimated by `check`, a run of another
@@ -64,7 +65,7 @@ class Tradeoff(records.ArrayRecord, Exports):
         The run that is used as the exact solution; its differences are zero.
     check : TradeoffPoint
         The run that checks it; its differences are the uncertainty of the reference.
-    warnings : tuple[str, ...]
+    notices : tuple[Notice, ...]
         Warnings of the reference run.
     settings : Settings
         Settings of the reference.
@@ -80,7 +81,7 @@ class Tradeoff(records.ArrayRecord, Exports):
     points: tuple[TradeoffPoint, ...]
     reference: TradeoffPoint
     check: TradeoffPoint
-    warnings: tuple[str, ...]
+    notices: tuple[Notice, ...]
     settings: Settings
     scene: Scene
 
@@ -398,7 +399,7 @@ class Tradeoff(records.ArrayRecord, Exports):
                 {name: getattr(point, name) for name in named} | {"stats": dataclasses.asdict(point.stats)}
                 for point in runs
             ],
-            "warnings": self.warnings,
+            "notices": as_plain(self.notices),
             "settings": dataclasses.asdict(self.settings),
             "scene": json.loads(self.scene.to_json()),
         }
@@ -443,7 +444,7 @@ class Tradeoff(records.ArrayRecord, Exports):
                 points=tuple(points),
                 reference=reference,
                 check=check,
-                warnings=tuple(facts["warnings"]),
+                notices=Notice.from_plain(facts["notices"]),
                 settings=Settings.from_dict(facts["settings"]),
                 scene=Scene.from_json(json.dumps(facts["scene"])),
             )

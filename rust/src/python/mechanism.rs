@@ -1,7 +1,7 @@
 //! A compiled scene for Python: compiled once, asked for its names and simulated any number of times. In: text of Python;
 //! out: facts as JSON, dicts and arrays of a run.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use numpy::{IntoPyArray, PyArrayMethods};
@@ -16,7 +16,7 @@ use crate::run::outputs::{column_names, further_column_names};
 use crate::run::restart::Restart;
 use crate::run::settings::read_settings;
 use crate::run::tolerances::default_impact_velocity_floors;
-use crate::run::trajectory::{Contact, Event, columns, record};
+use crate::run::trajectory::{Contact, Event, Notice, columns, record};
 use crate::scene::reader::read_scene;
 use crate::tree::elements::BodyPlacement;
 
@@ -116,7 +116,7 @@ impl CompiledMechanism {
         result.set_item("message", run.message())?;
         result.set_item("time", run.time)?;
         result.set_item("joint", &run.joint)?;
-        result.set_item("warnings", &run.warnings)?;
+        result.set_item("notices", notices(&run.warnings))?;
         result.set_item("columns", &run.columns)?;
         result.set_item("events", events_dict(py, mechanism, &run.events)?)?;
         result.set_item("skipped_events", events_dict(py, mechanism, &run.skipped_events)?)?;
@@ -166,4 +166,17 @@ fn contacts_dict<'py>(
     table.set_item("peak_force", column(|contact| contact.peak_force).into_pyarray(py))?;
     table.set_item("peak_time", column(|contact| contact.peak_time).into_pyarray(py))?;
     Ok(table)
+}
+
+/// A notice as Python makes its record of it: code, what it is about, numbers, text.
+pub(super) type PlainNotice<'a> = (&'a str, Option<&'a str>, BTreeMap<&'a str, f64>, &'a str);
+
+/// Notices for Python.
+pub(super) fn notices(notices: &[Notice]) -> Vec<PlainNotice<'_>> {
+    notices
+        .iter()
+        .map(|Notice { code, about, numbers, text }| {
+            (*code, about.as_deref(), numbers.iter().copied().collect(), text.as_str())
+        })
+        .collect()
 }

@@ -24,6 +24,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyString};
 
 use self::arrays::{flat, matrix, new_array, require_spare_memory, sample_times};
+use self::mechanism::notices;
 use crate::error::{InputError, Subject};
 use crate::integrators::Status;
 use crate::run::settings::{METHOD_WORDS, RTOL_RANGE, SAMPLES_RANGE, read_settings};
@@ -244,11 +245,11 @@ fn flat_scenes(scenes: &[SceneParts<'_>]) -> Result<Vec<FlatScene>, InputError> 
     scenes.iter().map(flat).collect()
 }
 
-/// Work of each run of a sweep; status and warnings, by its row, of those that are not done or warn.
+/// Work of each run of a sweep; status and notices, by its row, of those that are not done or have some.
 fn tell_ends(result: &Bound<'_, PyDict>, runs: &[Trajectory]) -> PyResult<()> {
     let py = result.py();
     let mut counts: Vec<(&str, Vec<f64>)> = Vec::new();
-    let (ends, warnings) = (PyDict::new(py), PyDict::new(py));
+    let (ends, told) = (PyDict::new(py), PyDict::new(py));
     for (row, run) in runs.iter().enumerate() {
         for (index, (name, count)) in stats(run).into_iter().enumerate() {
             if row == 0 {
@@ -260,7 +261,7 @@ fn tell_ends(result: &Bound<'_, PyDict>, runs: &[Trajectory]) -> PyResult<()> {
             ends.set_item(row, (run.status.word(), run.message(), run.time, &run.joint))?;
         }
         if !run.warnings.is_empty() {
-            warnings.set_item(row, &run.warnings)?;
+            told.set_item(row, notices(&run.warnings))?;
         }
     }
     let stats = PyDict::new(py);
@@ -269,7 +270,7 @@ fn tell_ends(result: &Bound<'_, PyDict>, runs: &[Trajectory]) -> PyResult<()> {
     }
     result.set_item("stats", stats)?;
     result.set_item("ends", ends)?;
-    result.set_item("warnings", warnings)
+    result.set_item("notices", told)
 }
 
 /// Raises the problems of settings (JSON) that do not depend on a scene.

@@ -20,7 +20,7 @@ use crate::run::samples::Samples;
 use crate::run::settings::Settings;
 use crate::run::tolerances::Tolerances;
 use crate::run::tracking::Tracking;
-use crate::run::warnings::of_scene;
+use crate::run::warnings::{Notice, of_scene};
 use crate::run::work::Work;
 use crate::run::work::balance::Balance;
 use crate::tree::elements::State;
@@ -43,7 +43,7 @@ pub(crate) struct System<'a> {
     /// Largest correction that closed the loops after a step [m].
     pub(crate) largest_projection: f64,
     /// Warnings that are known before the first step.
-    pub(crate) warnings: Vec<String>,
+    pub(crate) warnings: Vec<Notice>,
 }
 
 impl<'a> System<'a> {
@@ -101,11 +101,14 @@ impl<'a> System<'a> {
     /// integrate them.
     fn forget_work(&mut self) {
         self.motion.work = Work::unknown(self.log.open.len());
-        self.warnings.push(
-            "work and losses count from the first start on, and the run that ended at the given start did not \
-             count them: they are NaN; name one of them in the outputs of that run too"
+        self.warnings.push(Notice {
+            code: "work_unknown",
+            about: None,
+            numbers: Vec::new(),
+            text: "work and losses count from the first start on, and the run that ended at the given start did \
+                   not count them: they are NaN; name one of them in the outputs of that run too"
                 .to_owned(),
-        );
+        });
     }
 
     /// The memory with which another run continues.

@@ -13,6 +13,7 @@ use crate::run::restart::{Memory, Restart};
 pub use crate::run::settings::{Method, Settings};
 use crate::run::system::System;
 use crate::run::tolerances::check_tolerances;
+pub use crate::run::warnings::Notice;
 use crate::run::warnings::of_run;
 use crate::tree::elements::State;
 
@@ -47,8 +48,8 @@ pub struct Trajectory {
     pub impacts_at_floor: usize,
     /// Largest correction of a projection onto the loop closures [m]; zero without loops.
     pub largest_projection: f64,
-    /// Warnings about the result.
-    pub warnings: Vec<String>,
+    /// What should be checked.
+    pub warnings: Vec<Notice>,
     /// Contacts of the sampled time in the order of their onsets, with their peaks in that time.
     pub contacts: Vec<Contact>,
     /// Contacts of the time skipped before; one that lasts into the sampled time has no separation.

@@ -1,10 +1,36 @@
-//! Warnings of a run.
+//! Notices of a run: what should be checked but did not stop it, with a code and numbers that programs read.
 
+use crate::error::Problem;
 use crate::mechanism::compiled::Mechanism;
 use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::{Event, EventKind};
 use crate::run::tolerances::Tolerances;
 use crate::run::work::balance::Balance;
+
+/// Something that should be checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Notice {
+    /// What it is: programs tell notices apart by it.
+    pub code: &'static str,
+    /// The clearance joint or the field of the scene that it is about.
+    pub about: Option<String>,
+    /// Numbers that differ from run to run, by name.
+    pub numbers: Vec<(&'static str, f64)>,
+    /// The same in words.
+    pub text: String,
+}
+
+impl Notice {
+    /// A notice of a clearance joint.
+    pub(crate) fn of_joint(
+        code: &'static str,
+        joint: &str,
+        numbers: Vec<(&'static str, f64)>,
+        what: impl std::fmt::Display,
+    ) -> Self {
+        Self { code, about: Some(joint.to_owned()), numbers, text: format!("joint {joint:?}: {what}") }
+    }
+}
 
 /// Penetration relative to the journal radius beyond which contact laws, which assume a small contact area,
 /// do not hold. Impacts of the paper's mechanism reach 1e-3; a jammed mechanism exceeds 1.
@@ -31,17 +57,18 @@ pub(crate) fn of_run(
     log: &ContactLog,
     balance: &Balance,
     unknown_samples: usize,
-) -> Vec<String> {
+) -> Vec<Notice> {
     let mut warnings = Vec::new();
     warn_of_floors(mechanism, tolerances, log, &mut warnings);
     for (joint, deepest) in mechanism.clearance_joints.iter().zip(&log.deepest) {
         if *deepest > DEEP * joint.law.journal_radius {
-            warnings.push(format!(
-                "joint {:?}: the penetration reached {deepest:.2e} m, more than {DEEP} of the journal radius: \
-                 contact laws do not hold there; the mechanism may be jammed or the stiffness too small: look at \
-                 its motion there, and compare the stiffness with mechanisms.hertz_stiffness",
-                joint.name
-            ));
+            let what = format!(
+                "the penetration reached {deepest:.2e} m, more than {DEEP} of the journal radius: contact laws do not \
+                 hold there; the mechanism may be jammed or the stiffness too small: look at its motion there, and \
+                 compare the stiffness with laws.hertz_stiffness"
+            );
+            let numbers = vec![("penetration", *deepest)];
+            warnings.push(Notice::of_joint("deep_penetration", &joint.name, numbers, what));
         }
     }
     for (joint, stick) in mechanism.clearance_joints.iter().zip(&log.sticks) {
@@ -49,22 +76,27 @@ pub(crate) fn of_run(
             && stick.crept > CREEPING * stick.pressed
             && slow * stick.crept > NOTICEABLE * joint.law.clearance
         {
-            warnings.push(format!(
-                "joint {:?}: for {:.0} % of its time in contact it slides slower than {slow:.1e} m/s, where the \
-                 friction law falls to zero: a contact that should stick creeps, by at most {:.1e} m in all; where \
-                 that matters, a smaller stick-slip velocity of the law lessens it",
-                joint.name,
-                100.0 * stick.crept / stick.pressed,
-                slow * stick.crept
-            ));
+            let (share, crept) = (stick.crept / stick.pressed, slow * stick.crept);
+            let what = format!(
+                "for {:.0} % of its time in contact it slides slower than {slow:.1e} m/s, where the friction law falls \
+                 to zero: a contact that should stick creeps, by at most {crept:.1e} m in all; where that matters, a \
+                 smaller stick-slip velocity of the law lessens it",
+                100.0 * share
+            );
+            let numbers = vec![("share", share), ("creep", crept)];
+            warnings.push(Notice::of_joint("creep", &joint.name, numbers, what));
         }
     }
     if unknown_samples > 0 {
-        warnings.push(format!(
-            "{} of the samples lie at a change point of the mechanism or next to it, where rounding errors decide the \
-             forces in its loops: these are NaN there; sample at other instants",
-            unknown_samples
-        ));
+        warnings.push(Notice {
+            code: "unknown_samples",
+            about: None,
+            numbers: vec![("samples", unknown_samples as f64)],
+            text: format!(
+                "{unknown_samples} of the samples lie at a change point of the mechanism or next to it, where rounding \
+                 errors decide the forces in its loops: these are NaN there; sample at other instants"
+            ),
+        });
     }
     warnings.extend(warning_of_energy(mechanism, balance));
     warnings
@@ -75,7 +107,7 @@ fn warn_of_floors(
     mechanism: &Mechanism,
     tolerances: &Tolerances,
     log: &ContactLog,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Notice>,
 ) {
     for (index, (joint, &slow_impacts)) in
         mechanism.clearance_joints.iter().zip(&log.impacts_at_floor).enumerate()
@@ -93,17 +125,17 @@ fn warn_of_floors(
             Some(_) => "a lower one, or none, leaves such impacts to the contact law",
             None => "a smaller rtol lowers that floor, and impact_velocity_floor of the joint sets it",
         };
-        warnings.push(format!(
-            "joint {:?}: {slow_impacts} of {} impacts began slower {slow} and were damped as impacts at that \
-             velocity: {remedy}",
-            joint.name,
-            log.events.iter().filter(onset).count()
-        ));
+        let impacts = log.events.iter().filter(onset).count();
+        let what = format!(
+            "{slow_impacts} of {impacts} impacts began slower {slow} and were damped as impacts at that velocity: {remedy}"
+        );
+        let numbers = vec![("slow", slow_impacts as f64), ("impacts", impacts as f64), ("floor", floor)];
+        warnings.push(Notice::of_joint("impacts_at_floor", &joint.name, numbers, what));
     }
 }
 
 /// Warning that the energy balance does not close, with a remedy.
-fn warning_of_energy(mechanism: &Mechanism, balance: &Balance) -> Option<String> {
+fn warning_of_energy(mechanism: &Mechanism, balance: &Balance) -> Option<Notice> {
     let laws = mechanism.clearance_joints.iter().filter_map(|joint| joint.law.friction);
     let slowest = laws.map(|law| law.stick_velocity()).fold(f64::INFINITY, f64::min);
     let remedy = if balance.is_off_in_friction() {
@@ -116,28 +148,43 @@ fn warning_of_energy(mechanism: &Mechanism, balance: &Balance) -> Option<String>
         "set a smaller rtol".to_owned()
     };
     balance.is_off().then(|| {
-        format!(
-            "the energy balance has an error of {:.1e} J, {:.2} % of the largest energy; forces and torques \
-             may have an error of the same size: {remedy}",
-            balance.worst,
-            100.0 * balance.worst / balance.largest
-        )
+        let (error, share) = (balance.worst, balance.worst / balance.largest);
+        Notice {
+            code: "energy_balance",
+            about: None,
+            numbers: vec![("error", error), ("share", share)],
+            text: format!(
+                "the energy balance has an error of {error:.1e} J, {:.2} % of the largest energy; forces and torques \
+                 may have an error of the same size: {remedy}",
+                100.0 * share
+            ),
+        }
     })
 }
 
 /// The warnings that are known before the first step.
-pub(crate) fn of_scene(mechanism: &Mechanism) -> Vec<String> {
-    let mut warnings: Vec<String> = mechanism.warnings.iter().map(ToString::to_string).collect();
+pub(crate) fn of_scene(mechanism: &Mechanism) -> Vec<Notice> {
+    let of_field = |problem: &Problem| Notice {
+        code: "scene",
+        about: Some(problem.path.clone()),
+        numbers: Vec::new(),
+        text: problem.to_string(),
+    };
+    let mut warnings: Vec<Notice> = mechanism.warnings.iter().map(of_field).collect();
     for (joint, scales) in mechanism.clearance_joints.iter().zip(&mechanism.scales.contacts) {
         let caution = joint.law.normal.caution();
-        warnings.extend(caution.map(|caution| format!("joint {:?}: {caution}", joint.name)));
-        if scales.resting_penetration < FINE_PENETRATION * mechanism.scales.length {
-            warnings.push(format!(
-                "joint {:?}: under the load of the start the contact rests at a penetration of {:.1e} m, too \
-                 close to the rounding errors of positions: its contact changes may be numerical noise; do not rely \
-                 on their number, or soften the contact",
-                joint.name, scales.resting_penetration
-            ));
+        warnings.extend(
+            caution.map(|caution| Notice::of_joint("law_out_of_range", &joint.name, Vec::new(), caution)),
+        );
+        let resting = scales.resting_penetration;
+        if resting < FINE_PENETRATION * mechanism.scales.length {
+            let what = format!(
+                "under the load of the start the contact rests at a penetration of {resting:.1e} m, too close to the \
+                 rounding errors of positions: its contact changes may be numerical noise; do not rely on their \
+                 number, or soften the contact"
+            );
+            let numbers = vec![("penetration", resting)];
+            warnings.push(Notice::of_joint("rests_near_rounding", &joint.name, numbers, what));
         }
     }
     warnings

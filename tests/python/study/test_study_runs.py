@@ -5,7 +5,8 @@ from functools import partial
 
 import chebclear as cc
 import pytest
-from chebclear.execution.batch import GatheredWarnings
+from chebclear.execution.batch import GatheredNotices
+from chebclear.run.notices import Notice
 
 BOX = {name: cc.Interval(1.0, 2.0) for name in "abcde"}
 
@@ -50,24 +51,27 @@ def test_runs_that_are_asked_for_are_started():
     assert cc.study_tradeoff(few, [1], [], [], holdout=4, max_runs=12).reference_runs == 8 + 4
 
 
-def gathered_warnings(runs):
-    gathered = GatheredWarnings()
+def gathered(runs):
+    """Texts and numbers of runs of the notices of some."""
+    found = GatheredNotices()
     for number in reversed(range(len(runs))):  # runs end in any order
-        gathered.add(number, runs[number])
-    return gathered.messages(len(runs), lambda numbers: "")
+        found.add(number, runs[number])
+    return [(one.text, one.numbers) for one in found.of(len(runs), lambda numbers: "")]
 
 
-def test_warnings_of_joints_whose_names_differ_by_digits_stay_apart():
+def test_notices_of_one_kind_are_one_whatever_their_numbers():
     def told(joint, percent):
-        return f'joint "{joint}": for {percent} % of its time it slides slower than {1e-3 * percent:.1e} m/s'
+        return Notice("creep", f"{joint}: {percent} %", (joint,), {"share": 0.01 * percent})
 
-    runs = [[told("pin1", 10 + k), told("pin2", 20), told("3", 3), told('a "4"', 1.5)] for k in range(3)]
+    runs = [[told("pin1", 10 + k), told("pin2", 20), told("3", 3), Notice("scene", "odd")] for k in range(3)]
     runs[0].append(told("pin1", 99))
-    assert gathered_warnings([*runs, []]) == tuple(
-        f"{told(*words)} (in 3 of 4 runs)" for words in (("pin1", 10), ("pin2", 20), ("3", 3), ('a "4"', 1.5))
-    )
-    paths = [["bodies[1].mass: 1e-3 kg is little", "bodies[2].mass: -2 kg is little"]] * 2
-    assert len(gathered_warnings(paths)) == 2
+    counts = {"runs": 3.0, "of_runs": 4.0}
+    assert gathered([*runs, []]) == [
+        ("pin1: 10 % (in 3 of 4 runs)", {"share": 0.1, **counts}),
+        ("pin2: 20 % (in 3 of 4 runs)", {"share": 0.2, **counts}),
+        ("3: 3 % (in 3 of 4 runs)", {"share": 0.03, **counts}),
+        ("odd (in 3 of 4 runs)", counts),
+    ]
 
 
 def test_what_build_warns_of_is_in_the_result():

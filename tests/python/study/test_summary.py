@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from chebclear.execution.batch import jammed
 from chebclear.execution.failures import set_apart
+from chebclear.run.notices import Notice
 from chebclear.study.polynomials.points import sobol_points
 
 T = np.linspace(0.0, 1.0, 60)
@@ -140,18 +141,20 @@ def test_mechanisms_that_jam_are_told_before_more_runs(play):
     assert "would narrow" not in str(result)
 
 
+def jam(joint, runs, place="", code="deep_penetration"):
+    return Notice(code, "in words", (joint,), {"runs": runs, "of_runs": 9}, place)
+
+
 def test_a_stiffness_that_is_too_small_is_no_matter_of_the_box():
-    jam = 'joint "a pin": deep; the mechanism may be jammed or soft (in {} of 9 runs{})'
     told = '4 of 9 runs may be jammed at joint "a pin", with rod = 3'
-    assert jammed([jam.format(4, ", with rod = 3")]) == told
-    assert jammed([jam.format(9, "")]) == "" == jammed(['joint "a pin": it creeps (in 4 of 9 runs)'])
+    assert jammed([jam("a pin", 4, ", with rod = 3")]) == told
+    assert jammed([jam("a pin", 9)]) == "" == jammed([jam("a pin", 4, code="creep")])
 
 
 def test_the_jammed_runs_of_all_parts_of_an_extended_study_count():
-    jam = 'joint "{}": deep; the mechanism may be jammed or soft (in {} of 9 runs{})'
-    parts = [jam.format("a", 4, ", with rod = 3"), jam.format("b", 8, ""), jam.format("a", 2, "")]
+    parts = [jam("a", 4, ", with rod = 3"), jam("b", 8), jam("a", 2)]
     assert jammed(parts) == '6 of 18 runs may be jammed at joint "a"'
-    assert jammed([jam.format("a", 9, ""), *parts[1:]]) == '11 of 18 runs may be jammed at joint "a"'
+    assert jammed([jam("a", 9), *parts[1:]]) == '11 of 18 runs may be jammed at joint "a"'
 
 
 def test_runs_in_all_of_a_box_have_no_place_in_it():

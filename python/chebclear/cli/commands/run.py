@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import math
 
 import numpy as np
@@ -58,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
                 "steps": result.stats.steps,
                 "extremes": extremes,
                 "contacts": contacts,
-                "warnings": result.warnings,
+                "notices": [dataclasses.asdict(one) for one in result.notices],
             }
         )
         return 0

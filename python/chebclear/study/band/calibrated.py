@@ -14,6 +14,7 @@ from ...base.named import ReadOnlyDict
 from ...base.units import unit
 from ...errors import ArgumentError
 from ...execution.memory import Usage, copy_output
+from ...run.notices import Notice
 from ...scene.scene import Interval
 from ..polynomials.points import leaves_out, nominal_point, on_cube
 from ..polynomials.total_degree import total_degree_polynomial
@@ -24,6 +25,8 @@ from .revolutions import Revolutions
 
 Array = NDArray[np.float64]
 
+UNDERSAMPLED = "undersampled"
+"""Code of the notices of bands of too few runs."""
 # Related to the least number of held-out runs that can verify a share of 0.1 %; see `needed_runs`.
 _UNSEEN = 0.0112
 # Persistence from which the runs and not their samples are the observations. Chains of pendulums with one
@@ -269,13 +272,8 @@ def _of_held_out_runs(requirement: Requirement) -> str:
     )
 
 
-def is_remark(text: str) -> bool:
-    """Whether a warning is one of `remarks`."""
-    return text.startswith(("undersampled: ", "settling: "))
-
-
-def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[str]:
-    """Warnings of the bands."""
+def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[Notice]:
+    """Notices of the bands that are undersampled."""
     short = [name for name, band in bands.items() if band.verdict == "undersampled"]
     if not short:
         return []
@@ -284,49 +282,54 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[str]:
     names = ", ".join(short)
     runs, failed = requirement.runs, requirement.failed
     if requirement.succeeded < requirement.coverage:
-        return [
+        text = (
             f"undersampled: {failed} of {runs + failed} runs failed and count as outside, "
             f"so that {asked} of a further run cannot be promised for {names}: see result.failures"
-        ]
+        )
+        return [Notice(UNDERSAMPLED, text, tuple(short), {"failed": failed})]
     if requirement.independent:
         needed = exact_runs(requirement.coverage, requirement.confidence)
         extend = "" if requirement.finished else f": result.extend({needed - runs})"
-        return [
+        text = (
             f"undersampled: the hull of {runs} independent runs does not prove that {asked} of a further run "
             f"are in the band of {names}, {needed} do{extend}"
-        ]
+        )
+        return [Notice(UNDERSAMPLED, text, tuple(short), {"needed": needed})]
     band = bands[short[0]]
     if requirement.finished and leaves_out(on_cube(band.intervals, band.parameters[:runs])):
-        return [
+        text = (
             f"undersampled: the table has no runs in a part of the box, so that {asked} of a further run "
             f"cannot be verified for {names}"
-        ]
+        )
+        return [Notice(UNDERSAMPLED, text, tuple(short))]
     lasting = {name: lasting_runs(bands[name].margin, requirement) for name in short}
     lasting = {name: needed for name, needed in lasting.items() if runs < needed}
-    messages = []
+    found = []
     if lasting:
-        messages.append(
+        most = max(lasting.values())
+        text = (
             f"undersampled: runs of {', '.join(lasting)} differ for nearly all of their time in what no "
             f"polynomial of {runs} runs explains, so that they are too few to verify that {asked} of a "
-            f"further run are in the band; {max(lasting.values())} verify it in any case, fewer if they let "
+            f"further run are in the band; {most} verify it in any case, fewer if they let "
             "a polynomial follow"
         )
+        found.append(Notice(UNDERSAMPLED, text, tuple(lasting), {"needed": most}))
     short = [name for name in short if name not in lasting]
     if not short:
-        return messages
+        return found
     names = ", ".join(short)
     if runs < least:
-        return [
-            *messages,
+        text = (
             f"undersampled: {runs} runs cannot verify that {asked} of a further run are in the band "
-            f"of {names}; at least {least} are needed",
-        ]
+            f"of {names}; at least {least} are needed"
+        )
+        return [*found, Notice(UNDERSAMPLED, text, tuple(short), {"needed": least})]
     worst = min(bands[name].coverage for name in short)
     # The share outside falls about as one over the number of runs.
     more = max(1, int(np.ceil(runs * (1.0 - worst) / (1.0 - requirement.coverage))) - runs)
     extend = "" if requirement.finished else f": result.extend({more})"
-    return [
-        *messages,
+    text = (
         f"undersampled: only {percent(worst)} of the samples of held-out runs are in the band of {names}, "
-        f"{asked} were required; about {more} more run{'s' if more > 1 else ''} would suffice{extend}",
-    ]
+        f"{asked} were required; about {more} more run{'s' if more > 1 else ''} would suffice{extend}"
+    )
+    return [*found, Notice(UNDERSAMPLED, text, tuple(short), {"needed": runs + more, "coverage": worst})]

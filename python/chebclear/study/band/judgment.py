@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ...run.notices import Notice
 from ..polynomials.holes import HoleFit
 from ..polynomials.left_out import left_out_error
 from ..polynomials.surrogate import Surrogate, time_blocks
@@ -15,6 +16,9 @@ from .band import Band
 from .margin import RESOLVED, Margin, Verdict
 
 Array = NDArray[np.float64]
+
+SETTLING = "settling"
+"""Code of the notices of bands that are widest in the starting transient."""
 
 
 def fit_error(surrogate: Surrogate, nodes: Sequence[int], grid: Array, others: Array, at: Array) -> Array:
@@ -90,19 +94,21 @@ def judged(
     return verdict, Margin("polynomial", degree=max(surrogate.degrees), error=error)
 
 
-def told_holes(holes: HoleFit) -> list[str]:
-    """Warning that polynomials were fitted to fewer runs than the grid has."""
+def told_holes(holes: HoleFit) -> list[Notice]:
+    """Notice that polynomials were fitted to fewer runs than the grid has."""
     count = len(holes.missing) + len(holes.known)
     without = f"without {holes.dropped.sum()} of {len(holes.dropped)} terms, those of the highest degree, "
-    return [
+    text = (
         f"holes: the polynomials are fitted by least squares to {len(holes.known)} of {count} runs, "
         f"{without if holes.dropped.any() else ''}with the condition number {holes.condition:.3g}: at the "
         "missing runs they are not checked"
-    ]
+    )
+    numbers = {"runs": len(holes.missing), "of_runs": count, "condition": holes.condition}
+    return [Notice("holes", text, numbers=numbers)]
 
 
-def early_widths(bands: Mapping[str, Band], settled: float) -> list[str]:
-    """One warning for all bands that are widest before an instant [s] by which the starting transient has
+def early_widths(bands: Mapping[str, Band], settled: float) -> list[Notice]:
+    """One notice for all bands that are widest before an instant [s] by which the starting transient has
     decayed.
 
     Bands that end before it are left out.
@@ -114,37 +120,40 @@ def early_widths(bands: Mapping[str, Band], settled: float) -> list[str]:
     ]
     if not early:
         return []
-    return [
+    text = (
         f"settling: {', '.join(early)}: the band is widest in the first revolution, in the starting "
         f"transient; skip={settled:.4g} leaves it out"
-    ]
+    )
+    return [Notice(SETTLING, text, tuple(early), {"settled": settled})]
 
 
-def doubts(bands: Mapping[str, Band]) -> list[str]:
-    """Warnings of the outputs that no polynomial follows, or not in all of the box."""
+def doubts(bands: Mapping[str, Band]) -> list[Notice]:
+    """Notices of the outputs that no polynomial follows, or not in all of the box."""
     lost = {
         name: band.margin.error
         for name, band in bands.items()
         if band.surrogate is not None and band.verdict == "not resolved"
     }
     unseen = [name for name, error in lost.items() if error <= RESOLVED]
-    messages = []
+    found = []
     if unseen:
-        messages.append(
+        text = (
             f"not resolved: {', '.join(unseen)}: more than {100.0 * RESOLVED:g} % of the runs failed, and "
             "where they did the polynomial is not checked: ask for a box in which runs succeed"
         )
+        found.append(Notice("not_resolved", text, tuple(unseen)))
     errors = [100.0 * error for error in lost.values() if error > RESOLVED]
     if not errors:
-        return messages
-    names = ", ".join(name for name in lost if name not in unseen)
+        return found
+    others = tuple(name for name in lost if name not in unseen)
+    names = ", ".join(others)
     least, most = f"{min(errors):.3g}", f"{max(errors):.3g}"
     size = f"is {most} %" if least == most else f"is {least} to {most} %"
     told = f"{size} of the width of the band" if math.isfinite(max(errors)) else "cannot be told from so few"
-    return [
-        *messages,
+    text = (
         f"not resolved: {names}: the error of the polynomial at left-out runs {told}. The "
         "response may leave its bounds, and neither worst case nor sensitivity is that of the response. A "
         "higher degree helps where the response is smooth; where impacts scatter, "
-        "use bands that are calibrated on all runs (Study.band) and features of the runs instead",
-    ]
+        "use bands that are calibrated on all runs (Study.band) and features of the runs instead"
+    )
+    return [*found, Notice("not_resolved", text, others, {"error": 0.01 * max(errors)})]

@@ -20,6 +20,7 @@ from ...errors import ArgumentError, describe, warn
 from ...report import html
 from ...report.document import Table
 from ...run.features import Feature
+from ...run.notices import Notice
 from ...run.settings import Settings
 from ...run.tracking import settling_time
 from ...scene.scene import Interval, Scene
@@ -405,11 +406,11 @@ def feature_values(
     return values
 
 
-def settling_warnings(
+def settling_notices(
     asked: Mapping[str, Asked], settings: Settings, scene: Scene, tracked: Array
-) -> tuple[str, ...]:
+) -> tuple[Notice, ...]:
     """Features whose extrema lie in the starting transient in at least half of the runs."""
-    settled, messages = settling_time(scene), []
+    settled, found = settling_time(scene), []
     for name, feature in asked.items():
         if not isinstance(feature, Feature) or feature.kind not in _TIMES:
             continue
@@ -418,11 +419,13 @@ def settling_warnings(
         ]
         early = np.any([time < settled for time in times], axis=0)
         if 2 * early.sum() >= len(early):
-            messages.append(
+            text = (
                 f'feature "{name}": its extremum lies in the first revolution, the starting transient, in '
                 f"{early.sum()} of {len(early)} runs; skip={settled:.4g} leaves it out"
             )
-    return tuple(messages)
+            numbers = {"runs": float(early.sum()), "of_runs": float(len(early)), "settled": settled}
+            found.append(Notice("settling", text, (name,), numbers))
+    return tuple(found)
 
 
 def called(name: str, function: Callable[[Any], ArrayLike], run: Any, cycles: int) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...data.dataset import Dataset, Variable
+from ...run.notices import as_plain
 from ..band.band import Band
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ def facts_of(result: StudyResult) -> dict[str, Any]:
         "bounds": result.bounds,
         "requirement": None if result.requirement is None else dataclasses.asdict(result.requirement),
         "stats": [dataclasses.asdict(stats) for stats in result.stats],
-        "warnings": result.warnings,
+        "notices": as_plain(result.notices),
         "settings": None if result.settings is None else dataclasses.asdict(result.settings),
         "scene": None if result.scene is None else json.loads(result.scene.to_json()),
         "failures": [dataclasses.asdict(failure) for failure in result.failures],

@@ -198,7 +198,7 @@ def _unfit(result: StudyResult) -> str:
             f"a box in which all runs succeed: {len(failed)} of {count} failed{place}, see result.failures, "
             "and no bound holds there"
         )
-    jams = jammed(result.warnings)
+    jams = jammed(result.notices)
     return jams and f"a box in which no mechanism jams: {jams}"
 
 

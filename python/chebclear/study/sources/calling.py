@@ -264,7 +264,7 @@ def _piece(first: ReturnedRun, runs: Sequence[ReturnedRun]) -> Piece:
         features=numbers,
         counts=np.zeros((len(runs), len(STATS))),
         ends=(End(),) * len(runs),
-        warnings=((),) * len(runs),
+        notices=((),) * len(runs),
         code=code_version(),
         seconds=0.0,
     )

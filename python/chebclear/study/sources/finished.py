@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...base.arguments import Checks, meant_or_known
 from ...errors import ArgumentError, describe
 from ...run.features import Feature
+from ...run.notices import Notice
 from ...scene.scene import Interval
 from ..polynomials.points import empty_together, is_grid, nominal_point
 from .filled import copies_of, gaps, spread
@@ -119,23 +120,24 @@ class FinishedRuns:
                 f"the table has no run at {len(missing)} of the {len(points)} points that are needed, the "
                 f"first with {describe(first)}: band() and sample() take the runs as they are"
             )
-        warnings = list(self.table.warnings)
+        notices = list(self.table.notices)
         stand_in = None
         if midpoint:
             rows.append(self.nominal)
             if self._from_nominal[self.nominal] > _SAME_POINT:
                 stand_in = self.parameters[self.nominal]
                 at = dict(zip(self.intervals, map(float, self.parameters[self.nominal]), strict=True))
-                warnings.append(
+                text = (
                     "no run of the table is at the nominal values of all intervals: the nearest, with "
                     f"{describe(at)}, is used as the nominal one"
                 )
+                notices.append(Notice("no_nominal_run", text))
         features = self.table.features
         return Returned(
             t=self.table.t,
             outputs=self.table.outputs,
             values=self.table.values[rows],
-            warnings=tuple(warnings),
+            notices=tuple(notices),
             features=None if features is None else features[rows],
             feature_names=self.table.feature_names,
             nominal_parameters=stand_in,
@@ -231,7 +233,7 @@ def finished_runs(
         t=instants,
         outputs=tuple(series),
         values=np.stack(list(series.values()), axis=-1) if series else np.empty(shape),
-        warnings=tuple(doubts),
+        notices=tuple(Notice("table", text) for text in doubts),
         features=np.stack(found, axis=-1) if found else None,
         feature_names=(*asked, *numbers),
     )

@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from ...base.arguments import Checks, did_you_mean
 from ...base.units import unit
 from ...errors import ArgumentError, describe
-from ...execution.failures import FailedRun, failure_warnings
+from ...execution.failures import FailedRun, failure_notices
 from ...execution.limited import LimitedCalls
 from ...execution.options import ExecutionOptions
 from ...execution.store import Store
 from ...run.features import JOINT_KINDS, Feature
+from ...run.notices import Notice
 from ...run.settings import RunOptions
 from ...scene.scene import Interval
 from ..features.features import Asked, called
@@ -47,7 +48,7 @@ class Returned:
     """Features of all runs, shape (runs + 1, cycles, features); None if there are none."""
     feature_names: tuple[str, ...]
     """Names of the features."""
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
     """Warnings."""
     nominal_parameters: Array | None = None
     """Parameters of the run that is used as the nominal one, shape (parameters,); None at nominal values."""
@@ -221,7 +222,7 @@ class OwnModel:
             values=table.values[kept],
             features=table.features[kept] if table.names else None,
             feature_names=table.names,
-            warnings=(*failure_warnings(failures, len(given)), *remarks),
+            notices=(*failure_notices(failures, len(given)), *(Notice("store", text) for text in remarks)),
             kept=kept[: len(kept) - midpoint],
             failures=failures,
         )

@@ -23,7 +23,7 @@ from ...execution.failures import (
     FEATURE,
     FailedRun,
     end_of,
-    failure_warnings,
+    failure_notices,
     located,
     run_to_raise,
     set_apart,
@@ -33,11 +33,12 @@ from ...execution.memory import Usage
 from ...execution.options import ExecutionOptions
 from ...execution.pieces import NOT_BEGUN, SCENE, SETTINGS, End
 from ...execution.store import Identity, Store
+from ...run.notices import Notice
 from ...run.settings import Settings
 from ...run.trajectory import Stats
 from ...scene.scene import Interval, Scene
 from ...scene.structure import FlatScene, Structure, Structures, number_at, unpacked
-from ..features.features import Asked, feature_values, settling_warnings
+from ..features.features import Asked, feature_values, settling_notices
 from ..features.swept import SweptRun
 
 Array = NDArray[np.float64]
@@ -64,8 +65,8 @@ class Runs:
     """Numbers of the points whose runs these are, without the nominal one."""
     stats: Sequence[Stats]
     """What each run cost."""
-    warnings: tuple[str, ...]
-    """Warnings, each text once."""
+    notices: tuple[Notice, ...]
+    """What should be checked, each kind once."""
     settings: Settings | None
     """Settings of the runs; None if they were not simulated."""
     features: Array | None
@@ -90,7 +91,7 @@ class Runs:
         """Facts of a `StudyResult` about its runs besides their values."""
         return {
             "stats": self.stats,
-            "warnings": self.warnings,
+            "notices": self.notices,
             "settings": self.settings,
             "scene": self.scene,
             "nominal_parameters": self.nominal_parameters,
@@ -279,12 +280,17 @@ class Making:
                     continue
                 for name, index in structure.clearances.items():
                     self._note_clearance(name, number_at(index, values))
-                messages: tuple[str, ...] = ()
+                notices: tuple[Notice, ...] = ()
                 if len(caught) > before:
-                    told = (one for one in caught[before:] if one.category is ChebclearWarning)
-                    messages = tuple(str(one.message) for one in told)
+                    told = [one for one in caught[before:] if one.category is ChebclearWarning]
+                    # Of one kind are those of one line, whatever their numbers.
+                    places = [f"{os.path.basename(one.filename)}:{one.lineno}" for one in told]
+                    notices = tuple(
+                        Notice("build", str(one.message), (place,))
+                        for one, place in zip(told, places, strict=True)
+                    )
                 branch = self._branch if structure is self._like[0] else ()
-                built.append(Built(FlatScene(structure.text, values, branch), messages))
+                built.append(Built(FlatScene(structure.text, values, branch), notices))
         return built
 
     def _flat(self, scene: Scene, parameters: Mapping[str, float]) -> tuple[Structure, bytes]:
@@ -359,12 +365,13 @@ class Making:
         kept = np.array([number for number in range(self.count) if number not in failed], dtype=np.intp)
         failures = tuple(FailedRun.of(number, self.parameters(number), end) for number, end in failed.items())
         values = _moved_up(batch.values, kept)
-        told = batch.warnings.messages(self.count, self._place)
-        messages = (*told, *failure_warnings(failures, self.count), *remarks)
+        told = batch.notices.of(self.count, self._place)
+        kept_back = [Notice("store", text) for text in remarks]
+        notices = (*told, *failure_notices(failures, self.count), *kept_back)
         if features is not None:
             features = _moved_up(features, kept)
             tracked = batch.features[kept]
-            messages += settling_warnings(self._asked, self.settings, self._nominal, tracked)
+            notices += settling_notices(self._asked, self.settings, self._nominal, tracked)
         assert batch.t is not None, "at least one run succeeded"
         return Runs(
             t=batch.t,
@@ -376,7 +383,7 @@ class Making:
             clearances=self._clearances,
             scenes=Scenes(kept, lambda number: self._scene(self.parameters(number))),
             stats=Costs(batch.counts[kept]),
-            warnings=messages,
+            notices=notices,
             settings=self.settings,
             features=features,
             feature_names=tuple(self._asked),

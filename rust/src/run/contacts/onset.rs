@@ -6,6 +6,7 @@ use crate::run::contacts::guards::gap_resolution;
 use crate::run::contacts::log::ContactLog;
 use crate::run::motion::Motion;
 use crate::run::tolerances::Tolerances;
+use crate::run::warnings::Notice;
 
 /// First step after an onset: this times `rtol`^(1/(n + 1)) times the time scale of the impact. The force
 /// grows as δ^n, which limits the order to n + 1 in the steps next to the onset. Measured for n = 1.5 on the
@@ -65,7 +66,7 @@ fn surface_velocity(motion: &mut Motion, index: usize) -> f64 {
 }
 
 /// Sets the phases of the contacts in which the run starts; returns warnings.
-pub(crate) fn begin_contacts(motion: &mut Motion, log: &mut ContactLog, q: &[f64], v: &[f64]) -> Vec<String> {
+pub(crate) fn begin_contacts(motion: &mut Motion, log: &mut ContactLog, q: &[f64], v: &[f64]) -> Vec<Notice> {
     let mut warnings = Vec::new();
     motion.dynamics.move_to(0.0, q, v);
     for index in 0..motion.dynamics.phases.len() {
@@ -86,12 +87,13 @@ pub(crate) fn begin_contacts(motion: &mut Motion, log: &mut ContactLog, q: &[f64
         let mass = contact_mass(motion, 0.0, q, v, index);
         let arrival = (state.penetration_rate.powi(2) + 2.0 * elastic / mass).sqrt().max(slowest);
         if law.is_latched() {
-            warnings.push(format!(
-                "joint {:?} starts in contact: it has no impact velocity and is damped as after an impact at \
-                 {arrival:.3e} m/s. This is the velocity that leads to its start without loss or, if larger, \
-                 the one for which it is critically damped under the load of the start",
-                joint.name
-            ));
+            let what = format!(
+                "starts in contact: it has no impact velocity and is damped as after an impact at {arrival:.3e} m/s. \
+                 This is the velocity that leads to its start without loss or, if larger, the one for which it is \
+                 critically damped under the load of the start"
+            );
+            let numbers = vec![("velocity", arrival)];
+            warnings.push(Notice::of_joint("starts_in_contact", &joint.name, numbers, what));
         }
         motion.dynamics.phases[index] = Phase::Contact { latch: law.latch(arrival), clipped: false };
         log.open[index] = Some(OpenContact::begin(index, 0.0, f64::NAN));
