@@ -164,7 +164,7 @@ def on_grid(
             degrees=degrees,
             nodes=counts,
             bounds=bounds,
-            threads=runner.means.threads,
+            threads=runner.execution.threads,
             kind=kind,
             features=feature_table(runner, runs, points[runs.kept], random),
             units=runner.units,
@@ -241,7 +241,7 @@ def plan_of(runner: Runner, design: Design, probes: int | None) -> Plan:
     runs, rows, measured = _timed(runner, design, probes, _ENOUGH)
     shape = (len(points) + 1, len(runs.t), len(runs.outputs))
     features = len(runs.feature_names) * (1 if runs.features is None else runs.features.shape[1])
-    memory = taken() + study_memory(shape, design.usage, in_memory=runner.means.in_memory)
+    memory = taken() + study_memory(shape, design.usage, in_memory=runner.execution.in_memory)
     fits = 0.0
     if design.usage.terms and runs.outputs:
         fits = _fit_seconds(design, replace(runs, kept=rows[runs.kept]))
@@ -260,11 +260,13 @@ def _timed(
     """Some runs, their numbers, and how many took how long at each time, until these take long enough [s]."""
     points = design.points
     probe = replace(
-        runner, means=replace(runner.means, store=None, max_seconds=None, in_memory=True), progress=None
+        runner,
+        execution=replace(runner.execution, store=None, max_seconds=None, in_memory=True),
+        progress=None,
     )
-    workers = probe.means.threads or os.cpu_count() or 1
-    if probe.means.executor is not None:
-        workers = worker_count(probe.means.executor)
+    workers = probe.execution.threads or os.cpu_count() or 1
+    if probe.execution.executor is not None:
+        workers = worker_count(probe.execution.executor)
         probe.made(points[:workers], design.settings, midpoint=False)  # workers start with their first piece
     count = min(len(points), probes or max(_PROBES, _PROBES_OF_WORKER * workers))
     measured: list[tuple[int, float]] = []

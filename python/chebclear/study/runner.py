@@ -21,10 +21,10 @@ from ..run.settings import RunOptions, Settings, checked_names, checked_settings
 from ..scene.scene import Interval, Scene
 from ..scene.structure import ManyScenes
 from .band.hybrid import Normal, Uniform
-from .features.features import Asked, checked_features, tracked_features
+from .features.features import FeatureSpec, checked_features, tracked_features
 from .sources.finished import FinishedRuns
 from .sources.own import OwnModel, check_own_features, check_unused
-from .sources.scenes import Making, Many, Runs
+from .sources.scenes import Many, Runs, SceneRuns
 from .sources.units import checked_units, known_units, require_known
 from .spec import (
     StudySpec,
@@ -54,13 +54,13 @@ class Runner:
     """Settings of a run; None for a user's model."""
     model: OwnModel | FinishedRuns | None
     """The user's model or table of runs; None if `build` returns scenes."""
-    features: dict[str, Asked]
+    features: dict[str, FeatureSpec]
     """Features of every run by name."""
     units: dict[str, str]
     """Units that were given, by the names of parameters, outputs and features."""
     rtol_given: bool
     """Whether the user said the tolerance of the runs; methods with a default of their own then take it."""
-    means: ExecutionOptions
+    execution: ExecutionOptions
     """Where runs are simulated, and how failed runs are treated."""
     progress: bool | Progress | None
     """Progress reports."""
@@ -89,8 +89,8 @@ class Runner:
             features=self.features,
             units={name: given for name, given in self.units.items() if own.get(name) != given},
             cycles=cycles,
-            on_failure=self.means.on_failure,
-            run_seconds=self.means.run_seconds,
+            on_failure=self.execution.on_failure,
+            run_seconds=self.execution.run_seconds,
             table=isinstance(self.model, FinishedRuns),
         )
 
@@ -142,7 +142,7 @@ class Runner:
         else:
             assert self.model is not None, "what is not simulated comes from a model"
             with reporter(self.progress, "study") as report:
-                made = self.model.runs(points, midpoint=midpoint, report=report, means=self.means)
+                made = self.model.runs(points, midpoint=midpoint, report=report, execution=self.execution)
         seconds = time.perf_counter() - start
         facts = vars(made)
         if made.kept is None:
@@ -154,20 +154,20 @@ class Runner:
     ) -> Runs:
         """The simulated runs at the points and, if requested, last at the midpoint; issues no warnings."""
         rtol = settings.rtol if self.settings is None else self.settings.rtol
-        making = Making(
+        runs_of_scenes = SceneRuns(
             self.scene,
             self._many,
             self.intervals,
             points,
             settings,
             self.features,
-            self.means,
+            self.execution,
             rtol,
             midpoint,
             usage,
         )
         with reporter(self.progress, "study") as report:
-            return making.run(report)
+            return runs_of_scenes.run(report)
 
     @property
     def _many(self) -> Many | None:
@@ -201,12 +201,12 @@ def checked_runner(
     outputs: Sequence[str] | None,
     settings: Settings | None,
     fixed: Mapping[str, Any] | None,
-    features: Mapping[str, Asked] | None,
+    features: Mapping[str, FeatureSpec] | None,
     units: Mapping[str, str] | None,
     version: str | None,
     options: RunOptions,
     progress: bool | Progress | None,
-    execution: tuple[Any, ...],
+    how: tuple[Any, ...],
 ) -> Runner:
     """The source of runs that the arguments of `Study` say.
 
@@ -229,12 +229,12 @@ def checked_runner(
     check_keywords(checks, build, intervals, constant)
     if not is_request(progress):
         checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
-    means = checked_options(checks, *execution)
-    if not simulated and not means.in_memory:
+    execution = checked_options(checks, *how)
+    if not simulated and not execution.in_memory:
         checks.add("in_memory may not be False for a model of your own: what it returns is in the memory")
     if version is not None and (not isinstance(version, str) or not version):
         checks.add(f'version must be a text, such as "1", got {version!r}', wrong_type=True)
-    if version is not None and (simulated or means.store is None):
+    if version is not None and (simulated or execution.store is None):
         checks.add("version is for a model of your own with a store, which compares it")
     model = None
     if simulated:
@@ -258,6 +258,6 @@ def checked_runner(
         features=asked,
         units=given_units,
         rtol_given=settings_given or "rtol" in options,
-        means=means,
+        execution=execution,
         progress=progress,
     )

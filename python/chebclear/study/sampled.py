@@ -198,7 +198,7 @@ def _affordable_runs(
 
     def fits(count: int) -> bool:
         usage = band_usage(count, len(runner.intervals))
-        size = study_memory((count + 1, *shape), usage, in_memory=runner.means.in_memory)
+        size = study_memory((count + 1, *shape), usage, in_memory=runner.execution.in_memory)
         return count <= affordable and size <= _MEMORY * room()
 
     count = BAND_RUNS
@@ -383,7 +383,7 @@ def _result(
         degrees=None,
         nodes=(),
         requirement=requirement,
-        threads=runner.means.threads,
+        threads=runner.execution.threads,
         stats=Costs.joined(table.stats for table in [*tables, nominal]),
         notices=tuple(notices),
         features=features,

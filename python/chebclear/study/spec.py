@@ -26,7 +26,7 @@ from ..run.settings import RunOptions, Settings
 from ..scene.scene import Interval, Scene
 from ..scene.schema import Part, read, write
 from .band.hybrid import Normal, Uniform
-from .features.features import Asked
+from .features.features import FeatureSpec
 from .sources.scenes import MOST_NODES, MOST_RUNS
 
 MAX_RUNS = 20_000
@@ -93,7 +93,7 @@ class StudySpec:
     settings: Settings | None = None
     rtol_given: bool = False
     fixed: Mapping[str, Any] = field(default_factory=dict)
-    features: Mapping[str, Asked] = field(default_factory=dict)
+    features: Mapping[str, FeatureSpec] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     cycles: int = 1
     on_failure: OnFailure = "collect"

@@ -24,7 +24,7 @@ from . import designs, sampled
 from .band.hybrid import Normal, Uniform
 from .band.worst import WorstCase
 from .designs import Design, carried_out, plan_of, simulated_extremes
-from .features.features import Asked
+from .features.features import FeatureSpec
 from .polynomials.surrogate import BoundKind
 from .results import StudyResult
 from .runner import checked_runner
@@ -144,7 +144,7 @@ class Study:
         threads: int | None = None,
         progress: bool | Progress | None = None,
         executor: Executor | None = None,
-        features: Mapping[str, Asked] | None = None,
+        features: Mapping[str, FeatureSpec] | None = None,
         store: str | os.PathLike[str] | None = None,
         version: str | None = None,
         on_failure: OnFailure = "collect",
@@ -154,9 +154,19 @@ class Study:
         units: Mapping[str, str] | None = None,
         **options: Unpack[RunOptions],
     ) -> None:
-        means = threads, executor, store, on_failure, run_seconds, max_seconds, in_memory
+        how = threads, executor, store, on_failure, run_seconds, max_seconds, in_memory
         self.runner = checked_runner(
-            build, parameters, outputs, settings, fixed, features, units, version, options, progress, means
+            build,
+            parameters,
+            outputs,
+            settings,
+            fixed,
+            features,
+            units,
+            version,
+            options,
+            progress,
+            how,
         )
 
     @property
@@ -170,7 +180,7 @@ class Study:
         return self.runner.random
 
     @property
-    def features(self) -> Mapping[str, Asked]:
+    def features(self) -> Mapping[str, FeatureSpec]:
         """Features of every run by name."""
         return self.runner.features
 

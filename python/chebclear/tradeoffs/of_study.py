@@ -54,7 +54,7 @@ class _Setting:
 
 
 @dataclass(frozen=True)
-class Asked:
+class TradeoffSpec:
     """Settings that are compared."""
 
     degrees: Iterable[int]
@@ -133,12 +133,12 @@ def study_tradeoff(
         raise ArgumentError("a tradeoff makes further runs, which a table of finished runs does not have")
     checks = Checks()
     seed = checks.seed("rng", rng)
-    result = _measured(study.runner, Asked(degrees, points, runs, holdout, seed, max_runs), checks)
+    result = _measured(study.runner, TradeoffSpec(degrees, points, runs, holdout, seed, max_runs), checks)
     issue(result.notices)
     return result
 
 
-def _measured(study: Runner, asked: Asked, checks: Checks) -> StudyTradeoff:
+def _measured(study: Runner, asked: TradeoffSpec, checks: Checks) -> StudyTradeoff:
     """Compare the bounds of a study; see `study_tradeoff`."""
     probed, wanted, budgets = _checked(study, asked, checks)
     probes = carried_out(study, on_grid(study, probed, (asked.holdout,)))
@@ -181,7 +181,7 @@ def _distinct(settings: Sequence[_Setting]) -> Iterator[_Setting]:
 
 
 def _checked(
-    study: Runner, asked: Asked, checks: Checks
+    study: Runner, asked: TradeoffSpec, checks: Checks
 ) -> tuple[Array, list[tuple[int | None, int]], list[int]]:
     """Hold-out points, degree, if any, and points of every grid, and runs of every band."""
     sides = list(study.intervals.values())

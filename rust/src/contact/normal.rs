@@ -110,7 +110,7 @@ impl NormalLaw {
     }
 
     /// A warning about the constants, if there is one.
-    pub fn caution(&self) -> Option<String> {
+    pub fn out_of_range(&self) -> Option<String> {
         match self.damping {
             Damping::LankaraniNikravesh { restitution } if restitution < ACCURATE_RESTITUTION => {
                 Some(format!(
@@ -125,13 +125,13 @@ impl NormalLaw {
 
     /// Penetration [m] at which the elastic force alone carries a load [N]: (F/K)^(1/n).
     pub fn resting_penetration(&self, load: f64) -> f64 {
-        coarse((load / self.stiffness).powf(1.0 / self.exponent))
+        round_to_32_bits((load / self.stiffness).powf(1.0 / self.exponent))
     }
 
     /// Angular frequency [rad/s] of small oscillations of a mass [kg] about that penetration.
     pub fn contact_frequency(&self, load: f64, mass: f64) -> f64 {
         let slope = self.exponent * self.stiffness * self.resting_penetration(load).powf(self.exponent - 1.0);
-        coarse((slope / mass).sqrt())
+        round_to_32_bits((slope / mass).sqrt())
     }
 
     /// Impact velocity [m/s] for which the contact is critically damped under a load [N] on an effective mass
@@ -149,13 +149,13 @@ impl NormalLaw {
             return 0.0;
         }
         // ζ = 1 solved for v₀, with the product χ v₀ of the law.
-        coarse(self.onset_damping() * load / (2.0 * mass * self.contact_frequency(load, mass)))
+        round_to_32_bits(self.onset_damping() * load / (2.0 * mass * self.contact_frequency(load, mass)))
     }
 
     /// Time scale [s] of an impact of a mass [kg] at a velocity [m/s]: (m / (K v^(n-1)))^(1/(n+1)).
     pub fn impact_time(&self, mass: f64, impact_velocity: f64) -> f64 {
         let power = self.stiffness * impact_velocity.powf(self.exponent - 1.0);
-        coarse((mass / power).powf(1.0 / (self.exponent + 1.0)))
+        round_to_32_bits((mass / power).powf(1.0 / (self.exponent + 1.0)))
     }
 
     /// Normal force [N] at a penetration δ [m] and penetration rate δ̇ [m/s].
@@ -218,6 +218,6 @@ impl NormalLaw {
 /// `value` rounded to 32 bits after the leading one. In units that differ by powers of two, a power with a
 /// fractional exponent differs in its last bits; rounded it does not, so that results are the same in both
 /// units to the last bit.
-fn coarse(value: f64) -> f64 {
+fn round_to_32_bits(value: f64) -> f64 {
     f64::from_bits(value.to_bits().wrapping_add(1 << 19) & !0xF_FFFF)
 }

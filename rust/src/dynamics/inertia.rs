@@ -108,7 +108,7 @@ struct Hinge {
 
 /// What never changes of the mass matrix and the inertial forces, and what follows from little.
 #[derive(Clone, Debug, Default)]
-struct Steady {
+struct ConstantInertia {
     /// Single bodies on hinges.
     hinges: Vec<Hinge>,
     /// Inertial forces, with opposite sign: of what slides on ground or floats.
@@ -117,7 +117,7 @@ struct Steady {
     entries: Vec<(usize, f64)>,
 }
 
-impl Steady {
+impl ConstantInertia {
     /// The parts (see `Composites`) whose entries of the mass matrix are constant, and what these are.
     fn new(tree: &Tree, parts: &[Part]) -> (Self, Vec<bool>) {
         let d = tree.free.len();
@@ -140,38 +140,38 @@ impl Steady {
             translates.push(part.freedom.is_some() && alone && carries && slides_on_ground(tree, part));
             part.merges.iter().for_each(|merge| carrier[merge.child] = Some(place));
         }
-        let mut steady = Self::default();
-        let mut is_steady = vec![false; parts.len()];
+        let mut constant = Self::default();
+        let mut is_constant = vec![false; parts.len()];
         for (place, part) in parts.iter().enumerate().rev() {
-            let carried = carrier[place].is_none_or(|carrier: usize| is_steady[carrier]);
+            let carried = carrier[place].is_none_or(|carrier: usize| is_constant[carrier]);
             let Some(i) = part.freedom.filter(|_| carried && (translates[place] || is_hinge(part))) else {
                 continue;
             };
-            is_steady[place] = true;
+            is_constant[place] = true;
             let FrameInertia { frame, mass, center, inertia } = part.own;
             match kind(part) {
                 FrameKind::Prismatic { axis } => {
-                    steady.forces.push((i, part.mass * axis.dot(&tree.gravity)));
-                    steady.entries.push((i * d + i, part.mass * axis.norm_squared()));
+                    constant.forces.push((i, part.mass * axis.dot(&tree.gravity)));
+                    constant.entries.push((i * d + i, part.mass * axis.norm_squared()));
                     for &(other, j) in &part.above {
                         if let FrameKind::Prismatic { axis: other } = tree.frames[other].kind {
-                            steady.entries.push((i * d + j, part.mass * axis.dot(&other)));
+                            constant.entries.push((i * d + j, part.mass * axis.dot(&other)));
                         }
                     }
                 }
                 FrameKind::Revolute => {
                     let inertia = inertia + mass * center.norm_squared();
-                    steady.entries.push((i * d + i, inertia));
-                    steady.entries.extend(part.above.iter().map(|&(_, j)| (i * d + j, 0.0)));
+                    constant.entries.push((i * d + i, inertia));
+                    constant.entries.extend(part.above.iter().map(|&(_, j)| (i * d + j, 0.0)));
                     if translates[place] {
-                        steady.forces.push((i, 0.0));
+                        constant.forces.push((i, 0.0));
                     } else {
-                        steady.hinges.push(Hinge { frame, freedom: i, moment: mass * center, inertia });
+                        constant.hinges.push(Hinge { frame, freedom: i, moment: mass * center, inertia });
                     }
                 }
             }
         }
-        (steady, is_steady)
+        (constant, is_constant)
     }
 
     /// Writes the inertial forces, with opposite sign.
@@ -209,7 +209,7 @@ pub(super) struct Composites {
     /// Places of the parts whose entries of the mass matrix change.
     changing: Vec<usize>,
     /// What does not change.
-    steady: Steady,
+    constant: ConstantInertia,
     /// Inverse masses of all coordinates where the mass matrix is diagonal and constant, else empty.
     inverse_masses: Vec<f64>,
 }
@@ -263,15 +263,15 @@ impl Composites {
             spread: 0.0,
         };
         let lower = (0..d).flat_map(|i| (0..=i).map(move |j| i * d + j));
-        let (mut steady, is_steady) = Steady::new(tree, &parts);
-        steady.entries.extend(lower.filter(|&entry| !coupled[entry]).map(|entry| (entry, 0.0)));
-        let changing: Vec<usize> = (0..parts.len()).filter(|&place| !is_steady[place]).collect();
+        let (mut constant, is_constant) = ConstantInertia::new(tree, &parts);
+        constant.entries.extend(lower.filter(|&entry| !coupled[entry]).map(|entry| (entry, 0.0)));
+        let changing: Vec<usize> = (0..parts.len()).filter(|&place| !is_constant[place]).collect();
         let inverse_masses =
-            if changing.is_empty() { inverse_masses(&steady.entries, d) } else { Vec::new() };
+            if changing.is_empty() { inverse_masses(&constant.entries, d) } else { Vec::new() };
         if !inverse_masses.is_empty() {
-            steady.entries.clear();
+            constant.entries.clear();
         }
-        Self { bodies: vec![still; parts.len()], parts, changing, steady, inverse_masses }
+        Self { bodies: vec![still; parts.len()], parts, changing, constant, inverse_masses }
     }
 
     /// Memory for the mass matrix of `d` coordinates, which holds its factor where it is constant.
@@ -306,7 +306,7 @@ impl Composites {
     #[inline(always)]
     pub(super) fn assemble(&mut self, states: &[FrameState], mass: &mut [f64], forces: &mut [f64]) {
         let d = forces.len();
-        self.steady.add(states, mass, forces);
+        self.constant.add(states, mass, forces);
         for &place in &self.changing {
             let part = &self.parts[place];
             let frame = &states[part.own.frame];

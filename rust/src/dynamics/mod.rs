@@ -33,7 +33,7 @@ pub use response::Accelerance;
 
 use crate::contact::clearance::Phase;
 use crate::numerics::instant::Instant;
-use crate::numerics::turns::{Turns, rewind};
+use crate::numerics::turns::{Turns, with_turns};
 use crate::tree::elements::{FramePoint, Tree};
 use crate::tree::kinematics::{Coordinate, FrameState, PointState, Vec2, frames_at_rest};
 use crate::tree::motions::FrameMotions;
@@ -169,7 +169,7 @@ impl<'m> Dynamics<'m> {
     /// Angle of a frame [rad] including full turns.
     pub fn angle(&self, frame: usize) -> f64 {
         let turns = self.tree.paths[frame].columns.iter().map(|&column| self.turns[column]).sum();
-        rewind(self.states[frame].angle, turns)
+        with_turns(self.states[frame].angle, turns)
     }
 
     /// Angle of a body [rad] including full turns.
@@ -181,7 +181,7 @@ impl<'m> Dynamics<'m> {
     /// Value and rates of the coordinate of a column; angles include full turns.
     pub fn coordinate(&self, column: usize) -> Coordinate {
         let coordinate = self.coordinates[column];
-        Coordinate { position: rewind(coordinate.position, self.turns[column]), ..coordinate }
+        Coordinate { position: with_turns(coordinate.position, self.turns[column]), ..coordinate }
     }
 
     /// Motion of a point after [`Dynamics::move_to`]; accelerations are relative to free fall.

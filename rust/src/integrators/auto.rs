@@ -12,7 +12,7 @@ use crate::integrators::adams::Adams;
 use crate::integrators::dense::DenseStep;
 use crate::integrators::rosenbrock::Rosenbrock;
 use crate::integrators::tableaus::Tableau;
-use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
+use crate::integrators::{HybridSystem, NextLimits, Stats, Stepper};
 
 /// Stiffness from which an Adams step counts as limited by stability.
 const STIFF: f64 = 0.8;
@@ -165,20 +165,20 @@ impl Stepper for Auto {
         self.active().finish_dense(system, stats)
     }
 
-    fn settle(
+    fn next_limits(
         &mut self,
         system: &mut dyn HybridSystem,
         t: f64,
         q: &[f64],
         v: &[f64],
         stats: &mut Stats,
-    ) -> Settled {
-        let settled = self.active().settle(system, t, q, v, stats);
+    ) -> NextLimits {
+        let limits = self.active().next_limits(system, t, q, v, stats);
         match (self.switches(system, (t, q, v), stats), self.memory.implicit) {
-            (false, _) => settled,
-            (true, true) => Settled { switched: true, ..Settled::UNLIMITED },
+            (false, _) => limits,
+            (true, true) => NextLimits { switched: true, ..NextLimits::UNLIMITED },
             // The first step of the Adams method is stable at the present length and not far beyond.
-            (true, false) => Settled { largest_growth: 1.0, switched: true, possible_growth: None },
+            (true, false) => NextLimits { largest_growth: 1.0, switched: true, possible_growth: None },
         }
     }
 }

@@ -3,7 +3,7 @@
 use crate::integrators::events::{EventFinder, Guard};
 use crate::integrators::rosenbrock::Rosenbrock;
 use crate::integrators::tableaus::Tableau;
-use crate::integrators::{HybridSystem, Limits, Outcome, Projection, Settled, Stats, Status, Stepper};
+use crate::integrators::{HybridSystem, Limits, NextLimits, Outcome, Projection, Stats, Status, Stepper};
 use crate::numerics::logarithm::power;
 
 /// Step-size factor of an attempt that failed (a number that is not finite, a singular W).
@@ -199,9 +199,10 @@ impl Run<'_> {
                     h = bound.min(first);
                 }
                 None => {
-                    let settled = self.method.settle(self.system, self.t, &self.q, &self.v, &mut self.stats);
-                    h = self.next_step(taken, error, &settled).max(least);
-                    if settled.switched {
+                    let limits =
+                        self.method.next_limits(self.system, self.t, &self.q, &self.v, &mut self.stats);
+                    h = self.next_step(taken, error, &limits).max(least);
+                    if limits.switched {
                         self.stats.switches += 1;
                         // The error of another method gives no prediction.
                         self.steps_since_restart = 0;
@@ -411,11 +412,11 @@ impl Run<'_> {
     }
 
     /// Length of the next step, after an accepted one of length `h` with `error`.
-    fn next_step(&mut self, h: f64, error: f64, settled: &Settled) -> f64 {
+    fn next_step(&mut self, h: f64, error: f64, limits: &NextLimits) -> f64 {
         let error = error.max(LEAST_ERROR);
         // At least 1: only the error estimate shortens a step.
-        let largest_growth = settled.largest_growth.max(1.0);
-        let factor = match settled.possible_growth {
+        let largest_growth = limits.largest_growth.max(1.0);
+        let factor = match limits.possible_growth {
             Some(growth) => {
                 let factor = (MULTISTEP_SAFETY * SAFETY * self.refined(growth, error)).min(largest_growth);
                 // A multistep method keeps the length of its steps unless they may grow clearly: differences at

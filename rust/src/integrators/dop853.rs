@@ -11,7 +11,7 @@
 use crate::integrators::dense::DenseStep;
 use crate::integrators::dop853_coefficients::{A, C, D, E3, E5, E5_OTHER, SLOPES, STAGES};
 use crate::integrators::stages::{Stages, Weights};
-use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
+use crate::integrators::{HybridSystem, NextLimits, Stats, Stepper};
 use crate::numerics::instant::Instant;
 
 /// Stability limit of the step times the fastest rate: 6.3 on the negative real axis (damping), 5.9 on the
@@ -229,14 +229,14 @@ impl Stepper for Dop853 {
         true
     }
 
-    fn settle(
+    fn next_limits(
         &mut self,
         _system: &mut dyn HybridSystem,
         _t: f64,
         _q: &[f64],
         _v: &[f64],
         _stats: &mut Stats,
-    ) -> Settled {
-        Settled { largest_growth: Self::largest_growth(self.stiffness()), ..Settled::UNLIMITED }
+    ) -> NextLimits {
+        NextLimits { largest_growth: Self::largest_growth(self.stiffness()), ..NextLimits::UNLIMITED }
     }
 }

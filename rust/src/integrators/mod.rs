@@ -114,7 +114,7 @@ pub trait HybridSystem {
 /// A one-step method.
 ///
 /// The loop over the steps calls [`Stepper::restart`] at the start of a phase, [`Stepper::begin`] once for
-/// every state, [`Stepper::attempt`] until a step is accepted, and then [`Stepper::settle`] unless the step
+/// every state, [`Stepper::attempt`] until a step is accepted, and then [`Stepper::next_limits`] unless the step
 /// ended a phase. All but `begin` and `restart` refer to the last step.
 pub trait Stepper {
     /// Receives the tolerances of a new phase, by which positions and velocities are weighted.
@@ -151,19 +151,19 @@ pub trait Stepper {
     /// Called when the step was accepted and led to (q, v) at `t` in the same phase. Returns the factor by
     /// which the next step may be longer within the region of absolute stability. A pair of methods may
     /// switch here.
-    fn settle(
+    fn next_limits(
         &mut self,
         system: &mut dyn HybridSystem,
         t: f64,
         q: &[f64],
         v: &[f64],
         stats: &mut Stats,
-    ) -> Settled;
+    ) -> NextLimits;
 }
 
 /// What a method allows for the step after an accepted one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settled {
+pub struct NextLimits {
     /// Largest ratio of its length to that of the accepted step.
     pub largest_growth: f64,
     /// Whether another method takes it.
@@ -173,7 +173,7 @@ pub struct Settled {
     pub possible_growth: Option<f64>,
 }
 
-impl Settled {
+impl NextLimits {
     /// The same method takes the next step, which only its error limits.
     pub const UNLIMITED: Self =
         Self { largest_growth: f64::INFINITY, switched: false, possible_growth: None };

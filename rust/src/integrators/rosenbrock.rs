@@ -12,7 +12,7 @@ use crate::dynamics::Linearization;
 use crate::integrators::dense::DenseStep;
 use crate::integrators::stages::{Stages, Weights};
 use crate::integrators::tableaus::Tableau;
-use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
+use crate::integrators::{HybridSystem, NextLimits, Stats, Stepper};
 use crate::numerics::instant::Instant;
 use crate::numerics::linear::{lu_factor, lu_solve};
 
@@ -254,14 +254,14 @@ impl Stepper for Rosenbrock {
         true
     }
 
-    fn settle(
+    fn next_limits(
         &mut self,
         _system: &mut dyn HybridSystem,
         _t: f64,
         _q: &[f64],
         _v: &[f64],
         _stats: &mut Stats,
-    ) -> Settled {
-        Settled::UNLIMITED
+    ) -> NextLimits {
+        NextLimits::UNLIMITED
     }
 }

@@ -11,7 +11,7 @@ use crate::mechanism::immovable::no_acceleration;
 use crate::mechanism::nearest::{Assembly, EQUAL};
 use crate::mechanism::scales::{contact_scales, levers, speed_from_rest, speed_scale};
 use crate::mechanism::vector_loops::{Closing, NEGLIGIBLE, given_angle};
-use crate::numerics::turns::unwind;
+use crate::numerics::turns::wrap;
 use crate::scene::parts::{Scene, Start, length_scale};
 use crate::tree::elements::{Realization, Scales, State, Tree};
 use crate::tree::kinematics::FrameKind;
@@ -171,10 +171,10 @@ fn two_ways(dynamics: &mut Dynamics, scene: &Scene, q: &[f64], other: &[f64]) ->
     let mut angles = [q, other].map(|q| {
         dynamics.move_to(0.0, q, &at_rest);
         let bodies = dynamics.tree.bodies.iter();
-        bodies.map(|body| unwind(dynamics.frame(body.frame).angle + body.angle).0).collect::<Vec<f64>>()
+        bodies.map(|body| wrap(dynamics.frame(body.frame).angle + body.angle).0).collect::<Vec<f64>>()
     });
     let [taken, other] = &mut angles;
-    let apart = |&body: &usize| unwind(taken[body] - other[body]).0.abs();
+    let apart = |&body: &usize| wrap(taken[body] - other[body]).0.abs();
     // The first of those that differ by the same angle, whatever the rounding.
     let most = (0..scene.bodies.len()).map(|body| apart(&body)).fold(0.0, f64::max);
     let body = (0..scene.bodies.len()).find(|body| apart(body) >= most * (1.0 - EQUAL)).unwrap_or(0);

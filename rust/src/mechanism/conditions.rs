@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::dynamics::Dynamics;
 use crate::mechanism::branch::{Group, branch};
-use crate::numerics::turns::unwind;
+use crate::numerics::turns::wrap;
 use crate::scene::parts::{Scene, Start};
 use crate::tree::elements::{FramePoint, IdealKind, Realization, Tree};
 use crate::tree::kinematics::{FrameKind, Vec2};
@@ -97,7 +97,7 @@ impl Conditions {
         for (row, (one, wanted)) in wanted.enumerate() {
             let off = one.zero + one.sum(|column| dynamics.coordinate(column).position) - wanted;
             // An angle is satisfied up to full turns.
-            let off = if one.is_angle { unwind(off).0 } else { off / unit };
+            let off = if one.is_angle { wrap(off).0 } else { off / unit };
             residual[2 * self.pairs.len() + row] = off;
         }
         (residual, self.jacobian(dynamics, units, unit, given))

@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::mechanism::vector_loops::{CLOSED, EQUALLY_NEAR, NEGLIGIBLE, VectorLoops, Wanted, turned};
-use crate::numerics::turns::unwind;
+use crate::numerics::turns::wrap;
 
 /// Distances that differ by less than this part are equal: rounding decides nothing.
 pub(super) const EQUAL: f64 = 1e-9;
@@ -83,7 +83,7 @@ impl VectorLoops {
     pub(super) fn search(&self, from: &[f64]) -> Vec<Assembly> {
         let mut search = Search { loops: self, from, found: Vec::new(), left: DYADS };
         let open = (0..self.constants.len()).collect();
-        search.settle(&mut vec![0.0; self.count()], &mut vec![false; self.count()], open, 0.0);
+        search.solve_dyads(&mut vec![0.0; self.count()], &mut vec![false; self.count()], open, 0.0);
         let mut found = search.found;
         let Some(nearest) = found.iter().min_by(|a, b| a.distance.total_cmp(&b.distance)).cloned() else {
             return found;
@@ -101,19 +101,19 @@ impl VectorLoops {
 
     /// Unknowns that close the loops, with their distance.
     pub(super) fn assembly(&self, unknowns: &[f64]) -> Assembly {
-        Assembly { unknowns: self.unwound(unknowns), distance: self.distance(unknowns) }
+        Assembly { unknowns: self.wrapped(unknowns), distance: self.distance(unknowns) }
     }
 
     /// Whether two assemblies are apart, and not one that two ways of computing found.
     pub(super) fn differ(&self, one: &Assembly, other: &Assembly) -> bool {
         let angles = one.unknowns.iter().zip(&other.unknowns).take(self.turns());
-        angles.into_iter().any(|(a, b)| unwind(a - b).0.abs() > APART)
+        angles.into_iter().any(|(a, b)| wrap(a - b).0.abs() > APART)
     }
 
     /// A point near a start where the loops are closed, and nearest to the wanted angles where they can move; none if
     /// Newton's method finds none.
     fn relax(&self, start: &[f64]) -> Option<Vec<f64>> {
-        let mut at = self.unwound(&self.newton(start)?);
+        let mut at = self.wrapped(&self.newton(start)?);
         let mut part = 1.0;
         for _ in 0..STEPS {
             let pull = DVector::from_fn(self.count(), |unknown, _| match self.wanted.get(unknown) {
@@ -128,7 +128,7 @@ impl VectorLoops {
             }
             match self.newton(&self.moved(&at, &free, part)) {
                 Some(next) if self.distance(&next) < self.distance(&at) => {
-                    at = self.unwound(&next);
+                    at = self.wrapped(&next);
                     part = (2.0 * part).min(1.0);
                 }
                 _ => part *= 0.5,
@@ -182,7 +182,13 @@ impl Search<'_> {
         ((1.0 + EQUALLY_NEAR) * nearest).powi(2)
     }
 
-    fn settle(&mut self, unknowns: &mut Vec<f64>, known: &mut Vec<bool>, mut open: Vec<usize>, squares: f64) {
+    fn solve_dyads(
+        &mut self,
+        unknowns: &mut Vec<f64>,
+        known: &mut Vec<bool>,
+        mut open: Vec<usize>,
+        squares: f64,
+    ) {
         if self.left == 0 || squares > self.limit() {
             return;
         }
@@ -229,7 +235,7 @@ impl Search<'_> {
             }
             let closed = loops.rest(one, unknowns, known).norm() <= CLOSED;
             if closed {
-                self.settle(unknowns, known, open.clone(), squares + more);
+                self.solve_dyads(unknowns, known, open.clone(), squares + more);
             }
         }
         for unknown in unsettled {

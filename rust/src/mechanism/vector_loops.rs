@@ -9,7 +9,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::dynamics::Dynamics;
 use crate::mechanism::conditions::{Conditions, column_units};
-use crate::numerics::turns::unwind;
+use crate::numerics::turns::wrap;
 use crate::scene::parts::{Body, Scene, Start};
 use crate::tree::kinematics::FrameKind;
 
@@ -49,7 +49,7 @@ impl Wanted {
     fn new(mut changes: Vec<f64>) -> Self {
         // Each within half a turn of the first.
         let first = changes.first().copied().unwrap_or(0.0);
-        changes.iter_mut().for_each(|change| *change = first + unwind(*change - first).0);
+        changes.iter_mut().for_each(|change| *change = first + wrap(*change - first).0);
         let mean =
             first + changes.iter().map(|change| change - first).sum::<f64>() / changes.len().max(1) as f64;
         Self { changes, mean }
@@ -62,7 +62,7 @@ impl Wanted {
 
     /// Sum of the squared differences from a change, each within half a turn [rad²].
     pub(super) fn squares(&self, change: f64) -> f64 {
-        self.changes.iter().map(|wanted| unwind(change - wanted).0.powi(2)).sum()
+        self.changes.iter().map(|wanted| wrap(change - wanted).0.powi(2)).sum()
     }
 
     /// Whether a body asks for anything.
@@ -154,9 +154,9 @@ impl VectorLoops {
     }
 
     /// The same changes within half a turn of what is wanted.
-    pub(super) fn unwound(&self, unknowns: &[f64]) -> Vec<f64> {
+    pub(super) fn wrapped(&self, unknowns: &[f64]) -> Vec<f64> {
         let turns = self.wanted.iter().zip(unknowns).map(|(wanted, change)| {
-            let (near, full) = unwind(change - wanted.mean);
+            let (near, full) = wrap(change - wanted.mean);
             // The bits remain where nothing changes.
             if full == 0.0 { *change } else { wanted.mean + near }
         });
@@ -453,7 +453,7 @@ fn wanted(
     for (placed, body) in dynamics.tree.bodies.iter().zip(&scene.bodies) {
         if let Some((Some(turn), offset)) = carrier(placed.frame, usize::MAX).map(turn) {
             let angle = dynamics.frame(placed.frame).angle + placed.angle;
-            asked[turn].push(unwind(given_angle(scene, body) - angle).0 - offset);
+            asked[turn].push(wrap(given_angle(scene, body) - angle).0 - offset);
         }
     }
     asked.into_iter().map(Wanted::new).collect()

@@ -17,7 +17,7 @@ const TAU_TAIL: f64 = TAU - TAU_HEAD + 2.449_293_598_294_706_4e-16;
 
 /// An angle [rad] as one within half a turn and full turns.
 #[inline]
-pub fn unwind(angle: f64) -> (f64, Turns) {
+pub fn wrap(angle: f64) -> (f64, Turns) {
     unwind_sum(angle, 0.0)
 }
 
@@ -47,6 +47,6 @@ fn parts(angle: f64, rest: f64) -> ([f64; 2], Turns) {
 
 /// The angle [rad] with its full turns.
 #[inline]
-pub fn rewind(angle: f64, turns: Turns) -> f64 {
+pub fn with_turns(angle: f64, turns: Turns) -> f64 {
     turns * TAU_HEAD + (angle + turns * TAU_TAIL)
 }

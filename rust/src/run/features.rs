@@ -118,7 +118,7 @@ enum Source {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Plan {
     pub(crate) tracked: Vec<Tracked>,
-    answers: Vec<(FeatureKind, Source)>,
+    values: Vec<(FeatureKind, Source)>,
     /// What the tracked quantities need.
     pub(crate) needs: Needs,
 }
@@ -133,7 +133,7 @@ impl Plan {
         let mut problems = Vec::new();
         for (index, feature) in features.iter().enumerate() {
             match plan.source(mechanism, feature) {
-                Ok(source) => plan.answers.push((feature.kind, source)),
+                Ok(source) => plan.values.push((feature.kind, source)),
                 Err(message) => {
                     problems.push(Problem::new(format!("settings.features[{index}].of"), message));
                 }
@@ -191,10 +191,14 @@ impl Plan {
     }
 
     /// The features over one piece of the run.
-    pub(crate) fn answers(&self, extents: &[Extent], touches: &[Touch]) -> impl Iterator<Item = f64> {
-        self.answers.iter().map(|&(kind, source)| match source {
-            Source::Quantity(index) => extents[index].answer(kind),
-            Source::Joint(joint) => touches[joint].answer(kind),
+    pub(crate) fn values(
+        &self,
+        extents: &[RunningStats],
+        touches: &[ContactStats],
+    ) -> impl Iterator<Item = f64> {
+        self.values.iter().map(|&(kind, source)| match source {
+            Source::Quantity(index) => extents[index].value(kind),
+            Source::Joint(joint) => touches[joint].value(kind),
         })
     }
 }
@@ -210,7 +214,7 @@ impl Tracked {
 
 /// Extrema and integrals of a quantity over one piece of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Extent {
+pub(crate) struct RunningStats {
     /// Instant [s] and value where it was largest.
     pub(crate) highest: (f64, f64),
     /// Instant [s] and value where it was smallest.
@@ -223,7 +227,7 @@ pub(crate) struct Extent {
     pub(crate) duration: f64,
 }
 
-impl Extent {
+impl RunningStats {
     /// The empty extent of a piece of this length [s].
     pub(crate) fn new(duration: f64) -> Self {
         Self {
@@ -244,7 +248,7 @@ impl Extent {
         duration: f64::NAN,
     };
 
-    fn answer(&self, kind: FeatureKind) -> f64 {
+    fn value(&self, kind: FeatureKind) -> f64 {
         match kind {
             FeatureKind::Peak => self.highest.1,
             FeatureKind::Lowest => self.lowest.1,
@@ -260,14 +264,14 @@ impl Extent {
 
 /// Number and duration of the contacts of a clearance joint in one piece of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Touch {
+pub(crate) struct ContactStats {
     /// Onsets.
     impacts: f64,
     /// Fraction of the time in contact [-].
     share: f64,
 }
 
-impl Touch {
+impl ContactStats {
     /// The contacts of a joint between two instants [s].
     pub(crate) fn of(joint: usize, [start, end]: [f64; 2], events: &[Event], contacts: &[Contact]) -> Self {
         let inside = |event: &&Event| {
@@ -288,7 +292,7 @@ impl Touch {
     /// The contacts of a piece that the run did not finish.
     pub(crate) const UNKNOWN: Self = Self { impacts: f64::NAN, share: f64::NAN };
 
-    fn answer(&self, kind: FeatureKind) -> f64 {
+    fn value(&self, kind: FeatureKind) -> f64 {
         if kind == FeatureKind::Impacts { self.impacts } else { self.share }
     }
 }

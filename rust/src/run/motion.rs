@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use crate::dynamics::Dynamics;
 use crate::integrators::dense::DenseStep;
 use crate::mechanism::compiled::Mechanism;
-use crate::numerics::turns::{rewind, unwind};
+use crate::numerics::turns::{with_turns, wrap};
 use crate::run::outputs::Needs;
 use crate::run::work::Work;
 use crate::run::work::pace::{piece_of_work, uniform_piece};
@@ -53,15 +53,15 @@ impl<'a> Motion<'a> {
     }
 
     /// Adds the full turns to angles.
-    pub(crate) fn rewind(&self, q: &mut [f64]) {
+    pub(crate) fn with_turns(&self, q: &mut [f64]) {
         for (q, &column) in q.iter_mut().zip(&self.mechanism.free) {
-            *q = rewind(*q, self.dynamics.turns[column]);
+            *q = with_turns(*q, self.dynamics.turns[column]);
         }
     }
 
     /// Subtracts full turns from angles to within half a turn, so that their rounding errors do not grow with
     /// the turns.
-    pub(crate) fn unwind(&mut self, q: &mut [f64]) {
+    pub(crate) fn wrap(&mut self, q: &mut [f64]) {
         let mechanism = self.mechanism;
         for (q, &column) in q.iter_mut().zip(&mechanism.free) {
             // As a rule, also of what slides.
@@ -69,7 +69,7 @@ impl<'a> Motion<'a> {
                 continue;
             }
             if let FrameKind::Revolute = mechanism.frames[column + 1].kind {
-                let (angle, turns) = unwind(*q);
+                let (angle, turns) = wrap(*q);
                 *q = angle;
                 self.dynamics.turns[column] += turns;
             }

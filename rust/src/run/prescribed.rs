@@ -49,7 +49,7 @@ pub(crate) fn follow_drives(
         if next >= end {
             break true;
         }
-        system.motion.unwind(q);
+        system.motion.wrap(q);
     };
     if !followed {
         outcome.status = Status::SingularMechanism;

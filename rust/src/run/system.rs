@@ -126,7 +126,7 @@ impl<'a> System<'a> {
     pub(crate) fn begin(&mut self, q: &mut [f64], v: &[f64]) {
         self.warnings.extend(begin_contacts(&mut self.motion, &mut self.log, q, v));
         self.motion.work.begin(&mut self.motion.dynamics);
-        self.motion.unwind(q);
+        self.motion.wrap(q);
         if self.samples.wants(0.0) {
             self.samples.take_state(&mut self.motion, 0.0, q, v);
         }
@@ -299,7 +299,7 @@ impl HybridSystem for System<'_> {
     }
 
     fn wrap_angles(&mut self, q: &mut [f64]) {
-        self.motion.unwind(q);
+        self.motion.wrap(q);
     }
 
     fn wants_dense(&mut self, step: &DenseStep) -> bool {

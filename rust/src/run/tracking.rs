@@ -3,7 +3,7 @@
 use crate::integrators::dense::DenseStep;
 use crate::numerics::extremum::highest_within;
 use crate::run::contacts::{Contact, Event};
-use crate::run::features::{Extent, Plan, Touch};
+use crate::run::features::{ContactStats, Plan, RunningStats};
 use crate::run::motion::Motion;
 use crate::run::settings::Settings;
 use crate::run::work::{GAUSS as GAUSS_OF_WORK, Work};
@@ -37,7 +37,7 @@ pub(crate) struct Tracking {
     /// Ends of the pieces of the run [s], its start first.
     bounds: Vec<f64>,
     /// Extents of all quantities, a row for each piece.
-    extents: Vec<Extent>,
+    extents: Vec<RunningStats>,
     /// Instant up to which the quantities have been tracked [s].
     reached: f64,
     /// The piece that starts or continues there.
@@ -64,7 +64,7 @@ impl Tracking {
             .collect();
         let extents = bounds
             .windows(2)
-            .flat_map(|ends| std::iter::repeat_n(Extent::new(ends[1] - ends[0]), plan.tracked.len()))
+            .flat_map(|ends| std::iter::repeat_n(RunningStats::new(ends[1] - ends[0]), plan.tracked.len()))
             .collect();
         Self {
             values: vec![f64::NAN; ROWS * plan.tracked.len()],
@@ -97,27 +97,21 @@ impl Tracking {
 
     /// All features, a row for each piece; NaN for pieces that the run, which ended at `end` [s], did not
     /// finish.
-    pub(crate) fn answers(
-        &self,
-        end: f64,
-        events: &[Event],
-        contacts: &[Contact],
-        joints: usize,
-    ) -> Vec<f64> {
+    pub(crate) fn values(&self, end: f64, events: &[Event], contacts: &[Contact], joints: usize) -> Vec<f64> {
         let width = self.plan.tracked.len();
-        let mut answers = Vec::new();
+        let mut values = Vec::new();
         for (piece, ends) in self.bounds.windows(2).enumerate() {
             let finished = end >= ends[1];
             let ends = [ends[0], ends[1]];
-            let (extents, touches): (Vec<Extent>, Vec<Touch>) = if finished {
-                let touch = |joint| Touch::of(joint, ends, events, contacts);
+            let (extents, touches): (Vec<RunningStats>, Vec<ContactStats>) = if finished {
+                let touch = |joint| ContactStats::of(joint, ends, events, contacts);
                 (self.extents[piece * width..][..width].to_vec(), (0..joints).map(touch).collect())
             } else {
-                (vec![Extent::UNKNOWN; width], vec![Touch::UNKNOWN; joints])
+                (vec![RunningStats::UNKNOWN; width], vec![ContactStats::UNKNOWN; joints])
             };
-            answers.extend(self.plan.answers(&extents, &touches));
+            values.extend(self.plan.values(&extents, &touches));
         }
-        answers
+        values
     }
 
     /// Tracks the quantities through an accepted step.

@@ -238,15 +238,15 @@ fn parts(mechanism: &Mechanism) -> Vec<String> {
 }
 
 /// What the settings ask of a run: its columns with their names, and its features.
-struct Asked {
+struct Request {
     names: Vec<String>,
     columns: Vec<Column>,
     plan: Plan,
 }
 
-impl Asked {
+impl Request {
     /// Resolves the settings for a mechanism and a table of `values` numbers.
-    fn of(mechanism: &Mechanism, settings: &Settings, values: usize) -> Result<Asked, InputError> {
+    fn of(mechanism: &Mechanism, settings: &Settings, values: usize) -> Result<Request, InputError> {
         let names = columns(mechanism, settings);
         let columns = parse_columns(mechanism, &names)?;
         let plan = Plan::new(mechanism, &settings.features)?;
@@ -255,7 +255,7 @@ impl Asked {
                 format!("{} samples of {} columns are no {values} numbers", settings.samples, columns.len());
             return Err(Subject::Settings.error("settings.samples", message));
         }
-        Ok(Asked { names, columns, plan })
+        Ok(Request { names, columns, plan })
     }
 }
 
@@ -269,7 +269,7 @@ fn run(
 ) -> Result<Trajectory, InputError> {
     settings.check()?;
     check_tolerances(mechanism, start, settings)?;
-    let Asked { names, columns, plan } = Asked::of(mechanism, settings, values.len())?;
+    let Request { names, columns, plan } = Request::of(mechanism, settings, values.len())?;
     values.fill(f64::NAN);
     let from = restart.map_or(0.0, |restart| restart.time);
     let mut system = System::new(mechanism, start, settings, (columns, values), plan, monitor, from);
@@ -315,11 +315,11 @@ fn finished(mut system: System, outcome: Outcome, mut end: State) -> Trajectory 
         v: end.v.clone(),
         memory: system.memory(),
     });
-    system.motion.rewind(&mut end.q);
+    system.motion.with_turns(&mut end.q);
     let [skipped_events, events] = system.log.finished_events(&system.samples);
     let [skipped_contacts, contacts] = system.log.finished_contacts(&system.samples);
     let joints = mechanism.clearance_joints.len();
-    let features = system.tracking.answers(outcome.time, &events, &contacts, joints);
+    let features = system.tracking.values(outcome.time, &events, &contacts, joints);
     Trajectory {
         t: Vec::new(),
         values: Vec::new(),

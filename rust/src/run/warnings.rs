@@ -172,9 +172,9 @@ pub(crate) fn of_scene(mechanism: &Mechanism) -> Vec<Notice> {
     };
     let mut warnings: Vec<Notice> = mechanism.warnings.iter().map(of_field).collect();
     for (joint, scales) in mechanism.clearance_joints.iter().zip(&mechanism.scales.contacts) {
-        let caution = joint.law.normal.caution();
+        let out_of_range = joint.law.normal.out_of_range();
         warnings.extend(
-            caution.map(|caution| Notice::of_joint("law_out_of_range", &joint.name, Vec::new(), caution)),
+            out_of_range.map(|text| Notice::of_joint("law_out_of_range", &joint.name, Vec::new(), text)),
         );
         let resting = scales.resting_penetration;
         if resting < FINE_PENETRATION * mechanism.scales.length {

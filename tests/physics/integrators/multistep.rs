@@ -67,7 +67,7 @@ fn polynomials_of_the_degree_of_the_start_are_integrated_exactly_by_steps_of_any
             t = method.step().end_time();
             (q, v) = ([method.step().end[0]], [method.step().end[1]]);
             system.worst = system.worst.max(distance(&[q[0], v[0]], &system.exact(t)));
-            method.settle(&mut system, t, &q, &v, &mut stats);
+            method.next_limits(&mut system, t, &q, &v, &mut stats);
         }
         println!("degree {degree}: {:.1e}", system.worst);
         // Derivatives of the start's dense output, extrapolated over steps of other lengths: 1.3e-11.
@@ -188,7 +188,7 @@ fn the_stiffness_of_a_multistep_step_is_its_length_times_the_frequency() {
             assert!(method.attempt(&mut system, product / 300.0, &mut stats));
             t = method.step().end_time();
             (q, v) = ([method.step().end[0]], [method.step().end[1]]);
-            let settled = method.settle(&mut system, t, &q, &v, &mut stats);
+            let limits = method.next_limits(&mut system, t, &q, &v, &mut stats);
             if step == 0 {
                 assert_eq!(method.stiffness(), None);
                 continue;
@@ -196,7 +196,7 @@ fn the_stiffness_of_a_multistep_step_is_its_length_times_the_frequency() {
             let found = method.stiffness().unwrap();
             assert!((found / product - 1.0).abs() < 1e-3, "{found} instead of {product}");
             // The oscillation stays stable.
-            assert!(settled.largest_growth * product <= 1.001, "{settled:?}");
+            assert!(limits.largest_growth * product <= 1.001, "{limits:?}");
         }
     }
 }

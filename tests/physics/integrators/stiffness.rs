@@ -5,7 +5,7 @@ use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::dop853::Dop853;
 use chebclear::integrators::rosenbrock::Rosenbrock;
 use chebclear::integrators::tableaus::RODAS4;
-use chebclear::integrators::{HybridSystem, Limits, Settled, Stats, Status, Stepper, integrate_with};
+use chebclear::integrators::{HybridSystem, Limits, NextLimits, Stats, Status, Stepper, integrate_with};
 use chebclear::numerics::instant::Instant;
 use chebclear::run::settings::{Method, Settings};
 use chebclear::run::trajectory::simulate;
@@ -189,15 +189,15 @@ impl Stepper for Forgetful {
         self.inner.finish_dense(system, stats)
     }
 
-    fn settle(
+    fn next_limits(
         &mut self,
         system: &mut dyn HybridSystem,
         t: f64,
         q: &[f64],
         v: &[f64],
         stats: &mut Stats,
-    ) -> Settled {
-        self.inner.settle(system, t, q, v, stats)
+    ) -> NextLimits {
+        self.inner.next_limits(system, t, q, v, stats)
     }
 }
 
@@ -298,8 +298,8 @@ fn the_stiffness_of_a_step_is_its_length_times_the_fastest_rate() {
             assert!((found / product - 1.0).abs() < 0.2, "{found} instead of {product}");
             assert!((0.999..2.0).contains(&(bound / product)), "{bound} for {product}");
             assert!((implicit.damping() - damping).abs() <= 1e-12 * damping);
-            let settled = explicit.settle(&mut system, 0.3 + h, &[0.7], &[0.2], &mut stats);
-            assert!((settled.largest_growth * product / 5.9 - 1.0).abs() < 0.3);
+            let limits = explicit.next_limits(&mut system, 0.3 + h, &[0.7], &[0.2], &mut stats);
+            assert!((limits.largest_growth * product / 5.9 - 1.0).abs() < 0.3);
         }
     }
 }

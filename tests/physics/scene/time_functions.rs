@@ -2,7 +2,7 @@
 //! runs that use them.
 
 use chebclear::numerics::instant::{Instant, exact_product, exact_sum};
-use chebclear::numerics::turns::unwind;
+use chebclear::numerics::turns::wrap;
 use chebclear::run::settings::Method;
 use chebclear::run::trajectory::{Settings, simulate};
 use chebclear::scene::parts::{Drive, Force, ForceFrame, JointKind, Scene};
@@ -302,7 +302,7 @@ fn late_in_a_run_functions_are_as_smooth_as_at_its_start() {
                 instants.map(|t| function.angle_at(t));
             let turned = h * (rate + h * (0.5 * second + h * third / 6.0));
             // Rates of 1e3 rad/s are rounded themselves; the angles have half a turn at most.
-            let difference = unwind(later - angle - turned).0.abs();
+            let difference = wrap(later - angle - turned).0.abs();
             assert!(difference < 4e-16 * (4.0 + h * rate.abs()), "{function:?} at {start}: {difference:e}");
         }
 
@@ -333,7 +333,7 @@ fn a_table_with_long_pieces_is_as_smooth_late_in_a_piece_as_at_its_start() {
         let h = random.within(0.0, 1e-3);
         let [(early, _), (late, _)] =
             [Instant::from(start), Instant::after(start, h)].map(|t| line.angle_at(t));
-        let difference = unwind(late[0] - early[0] - 512.0 * h).0.abs();
+        let difference = wrap(late[0] - early[0] - 512.0 * h).0.abs();
         assert!(difference < 2e-15, "at {start}: {difference:e}");
     }
 }

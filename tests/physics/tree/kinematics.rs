@@ -1,7 +1,7 @@
 //! Frames on ground take a shorter way than others: it must lead to the same place.
 
 use chebclear::dynamics::Dynamics;
-use chebclear::numerics::turns::rewind;
+use chebclear::numerics::turns::with_turns;
 use chebclear::tree::kinematics::{Coordinate, Frame, FrameKind, FrameState, Vec2, frames_at_rest};
 use chebclear::tree::motions::FrameMotions;
 
@@ -106,7 +106,7 @@ fn a_crank_at_constant_speed_is_where_its_drive_says_in_any_order() {
         // The angle within half a turn is rounded to 2.2e-16 rad on either side.
         let off = (sine - true_sine).abs().max((cosine - true_cosine).abs());
         assert!(off < 1e-15, "{t} s: {off:e}");
-        let true_angle = rewind(coordinate.position, turns);
+        let true_angle = with_turns(coordinate.position, turns);
         assert!((angle - true_angle).abs() <= 2.0 * f64::EPSILON * true_angle.abs(), "{t} s: {angle}");
     }
 }

@@ -167,7 +167,7 @@ def crank_result(crank_study):
 def with_options(study, **options):
     other = copy.copy(study)
     progress = {name: options.pop(name) for name in ("progress",) if name in options}
-    other.runner = replace(study.runner, means=replace(study.runner.means, **options), **progress)
+    other.runner = replace(study.runner, execution=replace(study.runner.execution, **options), **progress)
     return other
 
 

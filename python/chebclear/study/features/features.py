@@ -33,7 +33,7 @@ from .reach import FeatureInterval, find_interval
 from .swept import SweptRun
 
 Array = NDArray[np.float64]
-Asked = Feature | Callable[[Any], ArrayLike]
+FeatureSpec = Feature | Callable[[Any], ArrayLike]
 
 # Features with the times of the extrema of a feature.
 _TIMES = {
@@ -316,7 +316,7 @@ class FeatureResult(records.ArrayRecord):
         return on_cube(self.intervals, nominal_point(self.intervals, self.nominal_parameters))
 
 
-def checked_features(checks: Checks, given: object) -> dict[str, Asked]:
+def checked_features(checks: Checks, given: object) -> dict[str, FeatureSpec]:
     """Features by name from the argument of the user; problems are added to `checks`."""
     if given is None:
         return {}
@@ -326,7 +326,7 @@ def checked_features(checks: Checks, given: object) -> dict[str, Asked]:
         )
         return {}
     checks.names("features", given)
-    asked: dict[str, Asked] = {}
+    asked: dict[str, FeatureSpec] = {}
     for name, feature in given.items():
         if not isinstance(name, str):
             checks.add(f"names of features must be texts, got {name!r}", wrong_type=True)
@@ -341,7 +341,7 @@ def checked_features(checks: Checks, given: object) -> dict[str, Asked]:
     return asked
 
 
-def tracked_features(asked: Iterable[Asked]) -> tuple[Feature, ...]:
+def tracked_features(asked: Iterable[FeatureSpec]) -> tuple[Feature, ...]:
     """Features that the core must compute: those of its own kinds, and the times of their extrema."""
     known = [feature for feature in asked if isinstance(feature, Feature)]
     known += [Feature(time, feature.of) for feature in known for time in _TIMES.get(feature.kind, ())]
@@ -349,7 +349,7 @@ def tracked_features(asked: Iterable[Asked]) -> tuple[Feature, ...]:
 
 
 def feature_values(
-    asked: Mapping[str, Asked],
+    asked: Mapping[str, FeatureSpec],
     settings: Settings,
     numbers: Iterable[int],
     run: Callable[[int], SweptRun],
@@ -407,7 +407,7 @@ def feature_values(
 
 
 def settling_notices(
-    asked: Mapping[str, Asked], settings: Settings, scene: Scene, tracked: Array
+    asked: Mapping[str, FeatureSpec], settings: Settings, scene: Scene, tracked: Array
 ) -> tuple[Notice, ...]:
     """Features whose extrema lie in the starting transient in at least half of the runs."""
     settled, found = settling_time(scene), []

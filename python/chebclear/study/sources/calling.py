@@ -63,7 +63,7 @@ class Calling:
     """Parameters of each run by name."""
     nominal: int | None
     """Number of the nominal run, if it is among them."""
-    means: ExecutionOptions
+    execution: ExecutionOptions
     """Where calls are made, and how failed ones are treated."""
     store: Store | None
     """Store of finished runs."""
@@ -99,8 +99,8 @@ class Calling:
             self._begin(self.first)
         elif self.store is not None and (key := self._key(self._numbers[0])) in self.store:
             self._begin(self._first_of(self.store, key))
-        most = self.means.max_seconds
-        dispatch(self, self.means.executor, 0, report, most)
+        most = self.execution.max_seconds
+        dispatch(self, self.execution.executor, 0, report, most)
         for number in self._numbers[self._taken :]:
             self.ends[number] = End(NOT_BEGUN, f"there was no time for it within {most:g} s")
         if self.store is not None and self._kept:
@@ -136,7 +136,7 @@ class Calling:
 
     def again(self, runs: Sequence[int]) -> Task:
         """Runs that must be made once more."""
-        order = Calls(self.call, [self.given[number] for number in runs], self.means.run_seconds)
+        order = Calls(self.call, [self.given[number] for number in runs], self.execution.run_seconds)
         return Task(runs, order, None)
 
     @property
@@ -225,7 +225,7 @@ class Calling:
 
     def _end(self, number: int, end: End, error: Exception) -> None:
         """Note a run that failed; its error is kept if it may have to be raised."""
-        if self.means.on_failure == "raise" or number == self.nominal:
+        if self.execution.on_failure == "raise" or number == self.nominal:
             raise error
         self.ends[number] = end
         if self._first_failure is None or number < self._first_failure[0]:
@@ -234,7 +234,7 @@ class Calling:
     def _require_success(self) -> None:
         failed = {number: end for number, end in enumerate(self.ends) if end.status not in (DONE, NOT_BEGUN)}
         nominal = -1 if self.nominal is None else self.nominal
-        if run_to_raise(failed, self.total, nominal, self.means.on_failure) is not None:
+        if run_to_raise(failed, self.total, nominal, self.execution.on_failure) is not None:
             assert self._first_failure is not None, "a run failed"
             error = self._first_failure[1]
             if len(failed) > 1:

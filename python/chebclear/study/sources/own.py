@@ -24,7 +24,7 @@ from ...run.features import JOINT_KINDS, Feature
 from ...run.notices import Notice
 from ...run.settings import RunOptions
 from ...scene.scene import Interval
-from ..features.features import Asked, called
+from ..features.features import FeatureSpec, called
 from ..polynomials.points import nominal_point
 from .calling import Calling, call_model
 from .identity import ModelIdentity
@@ -142,7 +142,7 @@ def chosen_outputs(known: Sequence[str], outputs: Sequence[str] | None) -> tuple
     return tuple(dict.fromkeys(chosen))
 
 
-def check_own_features(checks: Checks, asked: Mapping[str, Asked]) -> None:
+def check_own_features(checks: Checks, asked: Mapping[str, FeatureSpec]) -> None:
     """Refuse features that only the core of a simulation finds."""
     for name, feature in asked.items():
         if isinstance(feature, Feature) and feature.kind in JOINT_KINDS:
@@ -164,7 +164,7 @@ class OwnModel:
     """Further keywords, the same for all runs."""
     outputs: Sequence[str] | None
     """Names or patterns of the time series that are kept; all if None."""
-    features: Mapping[str, Asked]
+    features: Mapping[str, FeatureSpec]
     """Features besides the numbers that the model returns."""
     cycles: int
     """Equal pieces of the time, each with features of its own [-]."""
@@ -181,12 +181,12 @@ class OwnModel:
         *,
         midpoint: bool,
         report: Callable[[int, int], None] | None,
-        means: ExecutionOptions,
+        execution: ExecutionOptions,
     ) -> Returned:
         """The runs at the points and, if asked for, last at the nominal values.
 
-        `report` gets the runs done and the runs in all; `means` says where they are made and what becomes of
-        those that fail.
+        `report` gets the runs done and the runs in all; `execution` says where they are made and what becomes
+        of those that fail.
 
         Raises
         ------
@@ -199,12 +199,12 @@ class OwnModel:
         rows = np.vstack([points, nominal_point(self.intervals)]) if midpoint else points
         given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in rows]
         store = None
-        if means.store is not None:
-            store = Store(means.store, ModelIdentity.of(self.call, self.fixed, self.version))
-        table = _Table(self, given, means.run_seconds)
+        if execution.store is not None:
+            store = Store(execution.store, ModelIdentity.of(self.call, self.fixed, self.version))
+        table = _Table(self, given, execution.run_seconds)
         call = functools.partial(call_model, self.call, self.fixed)
         nominal = len(given) - 1 if midpoint else None
-        calling = Calling(call, given, nominal, means, store, table, self.first)
+        calling = Calling(call, given, nominal, execution, store, table, self.first)
         try:
             calling.run(report)
         finally:

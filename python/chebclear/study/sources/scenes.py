@@ -38,7 +38,7 @@ from ...run.settings import Settings
 from ...run.trajectory import Stats
 from ...scene.scene import Interval, Scene
 from ...scene.structure import FlatScene, Structure, Structures, number_at, unpacked
-from ..features.features import Asked, feature_values, settling_notices
+from ..features.features import FeatureSpec, feature_values, settling_notices
 from ..features.swept import SweptRun
 
 Array = NDArray[np.float64]
@@ -128,7 +128,7 @@ class Scenes(Sequence[Scene]):
         return self._build(int(self._numbers[index]))
 
 
-class Making:
+class SceneRuns:
     """Simulation of the runs at some points.
 
     Parameters
@@ -145,7 +145,7 @@ class Making:
         Settings of a run; outputs may be patterns.
     features : mapping of str to Feature or callable
         Features of every run by name.
-    means : ExecutionOptions
+    execution : ExecutionOptions
         Where runs are simulated, and how failed runs are treated.
     rtol : float
         Relative tolerance of the study [-], which single analyses replace.
@@ -162,8 +162,8 @@ class Making:
         intervals: Mapping[str, Interval],
         points: Array,
         settings: Settings,
-        features: Mapping[str, Asked],
-        means: ExecutionOptions,
+        features: Mapping[str, FeatureSpec],
+        execution: ExecutionOptions,
         rtol: float,
         midpoint: bool,
         usage: Usage,
@@ -177,10 +177,10 @@ class Making:
         """Number of the nominal run."""
         self._points = np.vstack([points, list(nominal.values())])
         self._asked = features
-        self._means = means
+        self._execution = execution
         self._midpoint = midpoint
         self._rtol = rtol
-        self._limited = LimitedCalls(means.run_seconds)
+        self._limited = LimitedCalls(execution.run_seconds)
         self._raised: dict[int, BaseException] = {}
         self._seen: set[Any] = set()  # so that a place in `build` warns once, not in every run
         self._clearances: dict[str, float] = {}
@@ -191,7 +191,7 @@ class Making:
         self._like = self._flat(self._nominal, nominal)
         try:
             facts = self._nominal.check()
-            self.settings = settings.for_scene(self._nominal, runs=self.count if means.in_memory else 1)
+            self.settings = settings.for_scene(self._nominal, runs=self.count if execution.in_memory else 1)
             self._branch = facts.branch
         except InputError as error:
             raise type(error)(located(nominal, error.problems)) from None
@@ -211,12 +211,12 @@ class Making:
 
     def run(self, report: Progress | None) -> Runs:
         """Simulate."""
-        means = self._means
+        execution = self._execution
         store = None
         settings = replace(self.settings, outputs=self.columns)
-        if means.store is not None:
+        if execution.store is not None:
             identity = Identity(settings, self._like[0].fingerprint, self._rtol)
-            store = Store(means.store, identity)
+            store = Store(execution.store, identity)
         try:
             numbers = list(range(self._last))
             if self._midpoint:  # first, since a study needs it
@@ -225,14 +225,14 @@ class Making:
                 self._build,
                 numbers,
                 settings,
-                threads=1 if means.executor is None else means.threads or 1,
-                retried=means.on_failure == "collect",
-                run_seconds=means.run_seconds,
+                threads=1 if execution.executor is None else execution.threads or 1,
+                retried=execution.on_failure == "collect",
+                run_seconds=execution.run_seconds,
                 store=store,
-                in_memory=means.in_memory,
+                in_memory=execution.in_memory,
                 usage=replace(self._usage, threads=self._threads),
             )
-            batch.run(means.executor, means.threads, report, means.max_seconds)
+            batch.run(execution.executor, execution.threads, report, execution.max_seconds)
         except RefusedRunError as error:
             raise SceneError(located(self.parameters(error.number), error.end.problems)) from None
         finally:
@@ -244,9 +244,9 @@ class Making:
     @property
     def _threads(self) -> int:
         """Threads of this process that simulate."""
-        if self._means.executor is not None:
+        if self._execution.executor is not None:
             return 0
-        return min(self.count, self._means.threads or os.cpu_count() or 1)
+        return min(self.count, self._execution.threads or os.cpu_count() or 1)
 
     def _build(self, numbers: Sequence[int]) -> Sequence[Built | End]:
         """The scenes of some runs for the core."""
@@ -273,7 +273,7 @@ class Making:
                 try:
                     structure, values = self._flat(self._limited(self._scene, parameters), parameters)
                 except Exception as error:
-                    if self._means.on_failure == "raise":
+                    if self._execution.on_failure == "raise":
                         raise
                     self._raised.setdefault(number, error)
                     built.append(end_of(error, BUILD))
@@ -351,7 +351,7 @@ class Making:
                     raise SceneError([*error.problems, Problem(f"parameters.{name}", reason)]) from None
                 except Exception:
                     # A callable that fails at a point fails in its run, if there is one.
-                    if self._means.on_failure == "raise":
+                    if self._execution.on_failure == "raise":
                         raise
 
     def _sorted(self, batch: Batch, remarks: list[str]) -> Runs:
@@ -394,7 +394,7 @@ class Making:
         failed = dict(batch.failed())
 
         def fail(number: int, error: Exception) -> None:
-            if self._means.on_failure == "raise":
+            if self._execution.on_failure == "raise":
                 raise error
             self._raised.setdefault(number, error)
             batch.end(number, end_of(error, FEATURE))
@@ -420,7 +420,7 @@ class Making:
     def _require_success(self, batch: Batch) -> None:
         """Raise for the first failure if the study says so, or if the nominal run or most runs failed."""
         failed = {number: end for number, end in batch.failed() if end.status != NOT_BEGUN}
-        first = run_to_raise(failed, self.count, self._last, self._means.on_failure)
+        first = run_to_raise(failed, self.count, self._last, self._execution.on_failure)
         if first is None:
             return
         end, parameters = failed[first], self.parameters(first)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from ...base.arguments import Checks, meant_or_known
 from ...run.features import Feature
-from ..features.features import Asked
+from ..features.features import FeatureSpec
 
 
 def checked_units(checks: Checks, units: object) -> dict[str, str]:
@@ -43,7 +43,7 @@ def require_known(
 
 
 def units_of(
-    names: Iterable[str], asked: Mapping[str, Asked], given: Mapping[str, str], *, simulated: bool
+    names: Iterable[str], asked: Mapping[str, FeatureSpec], given: Mapping[str, str], *, simulated: bool
 ) -> tuple[str, ...]:
     """Unit of each feature by its name; empty where none is known, as of the results of callables.
 

@@ -13,7 +13,7 @@ mod differences;
 mod start;
 
 use crate::integrators::dense::{DenseStep, Form};
-use crate::integrators::{HybridSystem, Settled, Stats, Stepper};
+use crate::integrators::{HybridSystem, NextLimits, Stats, Stepper};
 use crate::numerics::instant::Instant;
 use crate::numerics::logarithm::{binary_logarithm, binary_power, power};
 use coefficients::{MOST, RECIPROCALS};
@@ -63,7 +63,7 @@ pub struct Adams {
     /// That in the last one.
     taken_order: usize,
     t: f64,
-    /// Accelerations at the start of the step, and at its end once it has settled.
+    /// Accelerations at the start of the step, and at its end once it has limits.
     a: Vec<f64>,
     /// The state (q, v, a) that was predicted for its end.
     predicted: Vec<f64>,
@@ -79,8 +79,8 @@ pub struct Adams {
     /// Error relative to the tolerances that a difference of accelerations tells of, per unit of it, for every
     /// component over the prepared step.
     error_weights: Vec<f64>,
-    /// Instant of the state at which [`Stepper::settle`] has taken the accelerations into the differences.
-    settled: Option<f64>,
+    /// Instant of the state at which [`Stepper::next_limits`] has taken the accelerations into the differences.
+    limits: Option<f64>,
     /// Whether the start took the last step.
     started: bool,
     /// Failed attempts in a row.
@@ -112,7 +112,7 @@ impl Adams {
             possible_growth: 1.0,
             weights: [vec![1.0; d], vec![1.0; d]],
             error_weights: vec![0.0; d],
-            settled: None,
+            limits: None,
             started: false,
             failures: 0,
             dense: false,
@@ -138,7 +138,7 @@ impl Adams {
 
     /// Forgets the past: the next step starts anew.
     pub fn forget(&mut self) {
-        self.settled = None;
+        self.limits = None;
     }
 
     /// Error of positions and velocities that a difference of accelerations tells of, per unit of it.
@@ -383,7 +383,7 @@ impl Stepper for Adams {
         self.failures = 0;
         self.step.start[..self.d].copy_from_slice(q);
         self.step.start[self.d..].copy_from_slice(v);
-        if self.settled.take() != Some(t) {
+        if self.limits.take() != Some(t) {
             self.differences.clear();
             stats.evaluations += 1;
             if !system.acceleration(t.into(), q, v, &mut self.a) {
@@ -432,30 +432,30 @@ impl Stepper for Adams {
         true
     }
 
-    fn settle(
+    fn next_limits(
         &mut self,
         system: &mut dyn HybridSystem,
         t: f64,
         q: &[f64],
         v: &[f64],
         stats: &mut Stats,
-    ) -> Settled {
+    ) -> NextLimits {
         self.stiffness = None;
         stats.stages += 1;
         stats.evaluations += 1;
         if !system.acceleration(t.into(), q, v, &mut self.a) {
-            return Settled::UNLIMITED;
+            return NextLimits::UNLIMITED;
         }
-        self.settled = Some(t);
+        self.limits = Some(t);
         if t >= system.next_break() {
             // What was before a break of a driven motion or a force says nothing of what comes.
             self.differences.clear();
-            return Settled::UNLIMITED;
+            return NextLimits::UNLIMITED;
         }
         let has_room = LARGEST_GROWTH * self.step.h < system.step_bound();
         if self.started && self.error < FAR_BELOW && self.failures == 0 && has_room {
             self.differences.clear();
-            return Settled::UNLIMITED;
+            return NextLimits::UNLIMITED;
         }
         self.possible_growth = match self.d {
             _ if self.started => self.begin_differences(),
@@ -465,6 +465,6 @@ impl Stepper for Adams {
         };
         self.step.embedded_order = self.order;
         let possible_growth = Some(self.possible_growth);
-        Settled { largest_growth: self.stable_growth(), possible_growth, ..Settled::UNLIMITED }
+        NextLimits { largest_growth: self.stable_growth(), possible_growth, ..NextLimits::UNLIMITED }
     }
 }

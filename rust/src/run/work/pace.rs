@@ -13,7 +13,7 @@ pub(crate) fn continued(mechanism: &Mechanism, t: f64, last: f64, largest_rotati
         first_rotation(mechanism, largest_rotation)
     } else {
         // Limited growth: a step over a whole oscillation would show no displacement.
-        slowest_pace(mechanism).min(2.0 * last)
+        shortest_drive_time(mechanism).min(2.0 * last)
     };
     for driven in &mechanism.driven {
         let largest = largest_motion(mechanism, driven, largest_rotation);
@@ -51,7 +51,7 @@ fn first_rotation(mechanism: &Mechanism, largest_rotation: f64) -> f64 {
     let time = |driven: &DrivenCoordinate| {
         driven.motion.time_to_move(largest_motion(mechanism, driven, largest_rotation))
     };
-    mechanism.driven.iter().map(time).fold(slowest_pace(mechanism), f64::min)
+    mechanism.driven.iter().map(time).fold(shortest_drive_time(mechanism), f64::min)
 }
 
 /// Largest motion of a drive in one step: an angle [rad], or the same fraction of the size of the mechanism [m].
@@ -60,7 +60,7 @@ fn largest_motion(mechanism: &Mechanism, driven: &DrivenCoordinate, largest_rota
 }
 
 /// Longest step [s] for which no function of time in the scene is too fast.
-fn slowest_pace(mechanism: &Mechanism) -> f64 {
+fn shortest_drive_time(mechanism: &Mechanism) -> f64 {
     mechanism.time_functions().map(|(_, function)| function.pace()).fold(f64::INFINITY, f64::min)
 }
 
