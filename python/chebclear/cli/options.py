@@ -66,7 +66,7 @@ def add_scene(command: Command, *, optional: bool = False) -> None:
         default=[],
         type=assignment,
         metavar="NAME=VALUE",
-        help="replace a value of the file: a parameter, as in rod_length='130 mm', or any other by its way, "
+        help="replace a value of the file: a parameter, as in rod_length='130 mm', or any other by its path, "
         "as in joints.wrist.clearance=2e-4; may be given again",
     )
 

@@ -29,7 +29,7 @@ _CALLS: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     (r", or allow them with max_runs=\d*", ""),
     (r" are more than max_runs = (\d+)", r" are more than \1"),
     (r": ask for it in Study\(features=\.\.\.\)", ": name it in the table [features] of the file"),
-    (r": name it in outputs=", ": name it in --outputs"),
+    (r": add it to outputs=", ": add it to --outputs"),
     (r"simulate with outputs=None, or with these among them", "name these in --outputs"),
     (r", see check\(\)\.columns", ""),
     (r", see check\(\)\.further_columns", " (--list-outputs)"),

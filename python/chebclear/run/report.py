@@ -188,7 +188,11 @@ def costs_table(stats: Sequence[Any]) -> Table:
         counts = [getattr(one, name) for one in stats]
         shown = [sum(counts)] if len(stats) == 1 else [sum(counts), min(counts), max(counts)]
         rows.append([name, *(f"{count:,}".replace(",", "\u202f") for count in shown)])
-    head = ["count", "in all"] if len(stats) == 1 else ["count", "in all", "least of a run", "most of a run"]
+    head = (
+        ["count", "in all"]
+        if len(stats) == 1
+        else ["count", "in all", "smallest in a run", "largest in a run"]
+    )
     return Table("Work of the integrator", head, rows)
 
 

@@ -492,6 +492,6 @@ def column_index(columns: Sequence[str], name: str, scene: Scene | None = None) 
         return columns.index(name)
     known = () if scene is None else scene.check().columns + scene.check().further_columns
     if isinstance(name, str) and name in known:
-        raise KeyError(f'"{name}" was not asked for: name it in outputs=')
+        raise KeyError(f'"{name}" was not recorded: add it to outputs=')
     hint = near_output(name, columns) or output_meant(name, known or columns)
     raise KeyError(f'unknown column "{name}"{hint}')

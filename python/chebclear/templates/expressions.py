@@ -170,7 +170,9 @@ def parse(text: str) -> Expression:
         point = text.strip().replace(",", ".", 1)
         raise ExpressionError(f'has a comma; decimals follow a point, "{point}"', text.index(","))
     if meant:
-        raise ExpressionError(f'is no arithmetic expression; a quantity has a blank, "{meant}"', 0)
+        raise ExpressionError(
+            f'is no arithmetic expression; write a space between number and unit, "{meant}"', 0
+        )
     if column is not None:
         power = "; a power is written **" if text[column] == "^" else ""
         raise ExpressionError(

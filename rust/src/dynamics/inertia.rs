@@ -106,7 +106,7 @@ struct Hinge {
     inertia: f64,
 }
 
-/// What never changes of the mass matrix and the inertial forces, and what follows from little.
+/// The constant parts of the mass matrix and of the inertial forces, and those that few numbers determine.
 #[derive(Clone, Debug, Default)]
 struct ConstantInertia {
     /// Single bodies on hinges.

@@ -432,7 +432,7 @@ impl Run<'_> {
     /// Growth of a step within its tolerance, from that without the refinement and caution in the `error` of the last
     /// one.
     fn refined(&mut self, growth: f64, error: f64) -> f64 {
-        // As a rule.
+        // The common case.
         if self.velocity_refinement == 1.0 && self.caution == 1.0 {
             return growth;
         }

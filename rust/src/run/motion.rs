@@ -1,4 +1,4 @@
-//! The motion of a run: the state that is looked at, at the end of a step or inside it, and the work done up to there.
+//! The motion of a run: the present state, at the end of a step or inside it, and the work done up to there.
 //! Observers of the steps get it and nothing else.
 
 use std::f64::consts::PI;
@@ -64,7 +64,7 @@ impl<'a> Motion<'a> {
     pub(crate) fn wrap(&mut self, q: &mut [f64]) {
         let mechanism = self.mechanism;
         for (q, &column) in q.iter_mut().zip(&mechanism.free) {
-            // As a rule, also of what slides.
+            // The common case, prismatic joints included.
             if q.abs() <= PI {
                 continue;
             }

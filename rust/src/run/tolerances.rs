@@ -225,7 +225,7 @@ impl Tolerances {
         // If the direction of sliding has changed, the velocity has passed zero.
         let slowest = if start * here > 0.0 { start.abs().min(here.abs()) } else { 0.0 };
         let sliding = self.stick_part * friction.stick_velocity().max(slowest);
-        // As a rule, and the ratio below is at least 1.
+        // The common case; the ratio below is at least 1.
         if sliding >= self.velocity {
             return 1.0;
         }

@@ -31,7 +31,7 @@ pub struct FlatScene {
 /// Mechanisms that are simulated with the same settings.
 pub struct Sweep<'s> {
     settings: &'s Settings,
-    /// None for the thread that asks alone.
+    /// None for the calling thread alone.
     pool: Option<rayon::ThreadPool>,
     mechanisms: Vec<Mechanism>,
     /// Names of the columns, the same for all.
@@ -44,7 +44,7 @@ pub type Monitor<'a> = &'a (dyn Fn() -> bool + Sync);
 
 impl<'s> Sweep<'s> {
     /// Compiles every scene on `threads` threads of a private pool (default: one for every processor), on which they
-    /// will also be simulated; on the thread that asks if it is one. `None` if the monitor cancels.
+    /// will also be simulated; on the calling thread if it is one. `None` if the monitor cancels.
     ///
     /// # Errors
     /// The problems of all scenes together, with paths below `scenes[i]`, including those of the settings,

@@ -424,7 +424,7 @@ outputs = ["bob.x"]
 @pytest.mark.parametrize(
     ("right", "wrong", "words"),
     [
-        ('"20 um"', '"20um"', 'a quantity has a blank, "20 um"'),
+        ('"20 um"', '"20um"', 'write a space between number and unit, "20 um"'),
         ('"20 um"', '"25 H7/f6"', 'is an ISO fit: write { fit = "25 H7/f6" }'),
         ('"0.3 kg"', '"0,3 kg"', 'has a comma; decimals follow a point, "0.3 kg"'),
         ('"10 ms"', '"2 turns"', 'unknown unit "turns"; it may be given in s, ms'),

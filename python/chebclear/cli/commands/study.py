@@ -89,7 +89,7 @@ def _add_points(command: argparse.ArgumentParser) -> None:
         "--coverage",
         type=positive,
         metavar="X",
-        help="share of a further run that is to be inside, of kind band (default: 0.999)",
+        help="required coverage of a new run [-], of kind band (default: 0.999)",
     )
     command.add_argument(
         "--degree", type=count, metavar="N", help="degree of the polynomials of kind chebyshev (default: 3)"

@@ -137,7 +137,7 @@ class Stage:
         name = plain_words(loose.joint.name)
         words = f"{name}, clearance drawn {magnification(loose.joint):.3g} times larger;"
         full = full_force(loose, self.motion.frames)
-        force = f"contact force on the journal, arrow full from {format_number(full, 3)} N"
+        force = f"contact force on the journal, longest arrow: {format_number(full, 3)} N"
         title = ax.set_title("", fontsize="small")
         # The column that holds these axes is wider than they are; some of it is for the numbers of the plot.
         room = 0.8 * (1.0 - _SCENE_SHARE) * self.figure.get_figwidth() * 72.0

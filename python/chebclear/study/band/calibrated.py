@@ -264,11 +264,11 @@ def _of_held_out_runs(requirement: Requirement) -> str:
     needed = exact_runs(requirement.coverage)
     proof = "" if requirement.finished else f" {needed} independent runs prove it: band({needed})."
     return (
-        f"Bands contain {share} of the samples of held-out runs (undersampled ones: as many as coverage "
-        f"says), with {requirement.runs} runs {spread}. A resolved band is the polynomial's range plus its "
-        "error. The coverage of further runs is an estimate: it holds on average over studies, and where the "
-        "size of the motion varies strongly from run to run, one study may be off by several per cent. "
-        f"Coverage counts samples, whole_run counts runs.{proof}"
+        f"Bands contain {share} of the samples of held-out runs, with {requirement.runs} runs {spread}; of "
+        "undersampled ones, coverage says how many. A resolved band is the polynomial's range plus its "
+        "error. The coverage of a new run is an estimate: it holds on average over studies. Where the size of the "
+        "motion varies strongly from run to run, one study may be off by several per cent. Coverage counts "
+        f"samples, whole_run counts runs.{proof}"
     )
 
 

@@ -53,8 +53,8 @@ class Margin:
     inflation : float
         Widening of the band to either side, in local spreads of the runs [-].
     persistence : float
-        How long runs stay apart, the longer of two [-]: the share of the samples for which a held-out run
-        that leaves the band of the others, before that is widened, stays outside, and that for which a run
+        Clustering of exceedances, the larger of two shares [-]: of the samples for which a held-out run that
+        leaves the band of the others, before that is widened, stays outside; and of those for which a run
         stays furthest from what a polynomial explains. Near 1 runs differ for all of their time.
     """
 

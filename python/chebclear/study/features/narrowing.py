@@ -146,7 +146,7 @@ def _narrowed(model: Model, points: Array, nominal: Array, seed: int) -> tuple[A
     near = min(runs, max(_LEAST_NEIGHBORS, min(_MOST_NEIGHBORS, round(part * runs))))
     # Of one cycle the size is too noisy for a polynomial.
     size_at = _size_of_scatter(points, sizes) if uneven and model.left.shape[1] > 1 else None
-    # What runs leave, of the size 1 where it is known.
+    # Residuals, scaled by the local scatter where that is known.
     left = model.left if size_at is None else model.left / size_at(points)[:, None]
     # Neighbors of so many points would take most of the time, and such scatter outweighs the error of few.
     count = _POINTS if uneven else _TIMES * _POINTS
@@ -166,7 +166,7 @@ def _narrowed(model: Model, points: Array, nominal: Array, seed: int) -> tuple[A
         return np.argpartition(distances, near - 1, axis=1)[:, :near]
 
     def left_at(at: Array, chosen: Rows, cycle: Rows) -> Array:
-        """What runs leave in a cycle, of the size that it has at the points."""
+        """Residuals of runs in a cycle, with the local scatter of the points."""
         found = left[chosen, cycle]
         return found if size_at is None else found * size_at(at)[:, None]
 

@@ -252,9 +252,9 @@ def _tolerances(result: StudyResult) -> list[Block]:
     blocks: list[Block] = [Table(caption, ["tolerance", "stages of the integrator", *names], rows)]
     blocks.append(
         Text(
-            "Time goes with the stages. An error that is small beside the width of its band does not change "
-            "it: a looser tolerance is cheaper then. Where two runs diverge, no tolerance makes a single run "
-            "right, and only the band means something."
+            "The cost is proportional to the number of stages. An error that is small beside the width of "
+            "its band does not change the band: a looser tolerance is cheaper then. Where two runs diverge, no "
+            "tolerance makes a single run right; only the band holds."
         )
     )
     return blocks

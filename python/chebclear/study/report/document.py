@@ -195,7 +195,7 @@ def verdict_table(result: StudyResult) -> Table:
                 further,
             ]
         )
-    head = ["output", "over the tolerances", "widest", "verdict", "held out", "a further run throughout"]
+    head = ["output", "over the tolerances", "widest", "verdict", "held out", "whole new run inside"]
     return Table("Bands and how far they can be trusted", head, rows)
 
 

@@ -41,7 +41,7 @@ def study_listings(result: StudyResult) -> tuple[Listing, str]:
     if text is not None:
         lines += [*_scene_file(text), ""]
     elif not ready_made:
-        origin = "not known any more" if spec is None else spec.origin
+        origin = "not stored: import your model" if spec is None else spec.origin
         lines += [
             f"# What builds a scene from the parameters; it was {origin}.",
             f"from model import {callable_text}",

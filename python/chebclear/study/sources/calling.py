@@ -144,7 +144,7 @@ class Calling:
         return self.store is not None
 
     def keep(self, task: Task, piece: Piece) -> None:
-        """Nothing: what a model returned is looked at before it is kept."""
+        """Nothing: what a model returned is validated before it is stored."""
 
     def place(self, task: Task, answers: Answers) -> None:
         """Keep finished runs."""

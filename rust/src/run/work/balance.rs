@@ -60,8 +60,8 @@ pub(crate) struct Balance {
     slides: Vec<Slide>,
     /// Recent gap of a step with stiff friction [J].
     recent_gap: f64,
-    /// Without: what gaps were beside the error estimates of steps that are short against the oscillations
-    /// of the motion, and of others.
+    /// Without it: energy gaps divided by error estimates, of steps that are short against the oscillations of the
+    /// motion, and of others.
     ratios: [Ratio; 2],
     /// The step that was accepted last.
     chance: Chance,

@@ -45,7 +45,7 @@ pub struct OutputBand {
     pub window: f64,
     /// Local spreads by which the band was widened to either side; 0 with a polynomial.
     pub inflation: f64,
-    /// How long runs stay apart, the longer of two: the share of the samples for which a held-out run that leaves the
+    /// Clustering of exceedances, the larger of two: the share of the samples for which a held-out run that leaves the
     /// band of the others, before that is widened, stays outside, and what [`resolve::persistence`] finds [-]; 0 with
     /// a polynomial.
     pub persistence: f64,
