@@ -266,9 +266,9 @@ def _of_held_out_runs(requirement: Requirement) -> str:
     return (
         f"Bands contain {share} of the samples of held-out runs, with {requirement.runs} runs {spread}; of "
         "undersampled ones, coverage says how many. A resolved band is the polynomial's range plus its "
-        "error. The coverage of a new run is an estimate: it holds on average over studies. Where the size of the "
-        "motion varies strongly from run to run, one study may be off by several per cent. Coverage counts "
-        f"samples, whole_run counts runs.{proof}"
+        "error. The coverage of a new run is an estimate: it holds on average over studies. Where the size "
+        "of the motion varies strongly from run to run, one study may be off by several per cent. Coverage "
+        f"counts samples, whole_run counts runs.{proof}"
     )
 
 

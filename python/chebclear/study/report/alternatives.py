@@ -253,8 +253,8 @@ def _tolerances(result: StudyResult) -> list[Block]:
     blocks.append(
         Text(
             "The cost is proportional to the number of stages. An error that is small beside the width of "
-            "its band does not change the band: a looser tolerance is cheaper then. Where two runs diverge, no "
-            "tolerance makes a single run right; only the band holds."
+            "its band does not change the band: a looser tolerance is cheaper then. Where two runs diverge, "
+            "no tolerance makes a single run right; only the band holds."
         )
     )
     return blocks
