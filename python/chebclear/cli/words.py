@@ -18,7 +18,7 @@ _CALLS: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     (r"\nnext: result\.ranking\([^\n]*", ""),
     (r"\nwarning: [^\n]*", ""),  # they are on standard error already
     (r"prove it: band\((\d+)\)", r"prove it: --runs \1"),
-    (r"runs: band\((\d+)\) repeats it", r"runs: --runs \1 repeats it"),
+    (r"; band\((\d+)\) repeats it", r"; --runs \1 repeats it"),
     (r"Study\.band\(revolutions=10, discard=1\)", "chebclear study with --revolutions 10"),
     (r"\(Study\.band\)", "(--kind band)"),
     (r"Study\.band(?:\(\))?", "--kind band"),

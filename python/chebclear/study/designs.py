@@ -238,7 +238,7 @@ def simulated_extremes(runner: Runner, result: StudyResult) -> tuple[WorstCase, 
 def plan_of(runner: Runner, design: Design, probes: int | None) -> Plan:
     """The cost of a design; see `Study.plan`."""
     points = design.points
-    runs, rows, measured = _timed(runner, design, probes, _ENOUGH)
+    runs, rows, measured = _timed(runner, design, probes, _ENOUGH, (_PROBES, _PROBES_OF_WORKER))
     shape = (len(points) + 1, len(runs.t), len(runs.outputs))
     features = len(runs.feature_names) * (1 if runs.features is None else runs.features.shape[1])
     memory = taken() + study_memory(shape, design.usage, in_memory=runner.execution.in_memory)
@@ -250,14 +250,18 @@ def plan_of(runner: Runner, design: Design, probes: int | None) -> Plan:
 
 def predicted_seconds(runner: Runner, design: Design, enough: float) -> tuple[float, tuple[int, int]]:
     """Time of the runs of a design [s], from some that take so long, with the samples and outputs of each."""
-    runs, _, measured = _timed(runner, design, None, enough)
+    # One for each worker at first: a single run may take longer than that.
+    runs, _, measured = _timed(runner, design, None, enough, (1, 1))
     return seconds_of(measured, len(design.points) + 1), (len(runs.t), len(runs.outputs))
 
 
 def _timed(
-    runner: Runner, design: Design, probes: int | None, enough: float
+    runner: Runner, design: Design, probes: int | None, enough: float, first: tuple[int, int]
 ) -> tuple[Runs, NDArray[np.intp], list[tuple[int, float]]]:
-    """Some runs, their numbers, and how many took how long at each time, until these take long enough [s]."""
+    """Some runs, their numbers, and how many took how long at each time, until these take long enough [s].
+
+    If their number is not given, the `first` are so many, and so many for each worker.
+    """
     points = design.points
     probe = replace(
         runner,
@@ -268,7 +272,7 @@ def _timed(
     if probe.execution.executor is not None:
         workers = worker_count(probe.execution.executor)
         probe.made(points[:workers], design.settings, midpoint=False)  # workers start with their first piece
-    count = min(len(points), probes or max(_PROBES, _PROBES_OF_WORKER * workers))
+    count = min(len(points), probes or max(first[0], first[1] * workers))
     measured: list[tuple[int, float]] = []
     while True:
         rows = np.linspace(0, len(points) - 1, count).round().astype(int)

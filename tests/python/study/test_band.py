@@ -495,10 +495,22 @@ def test_runs_of_one_time_take_as_long_as_that():
     study = cc.Study(slow, {"a": cc.Interval(0.0, 1.0)})
     few = study.band(seconds=1.0)
     assert few.requirement.seconds == 1.0 and few.requirement.runs in (81, 162, 324)
-    assert f"1 s chose the number of runs: band({few.requirement.runs}) repeats it." in few.statement
+    assert f"As many runs were made as 1 s allow; band({few.requirement.runs}) repeats it." in few.statement
     assert study.band(few.requirement.runs)["x"] == few["x"]
     all_runs = study.band(seconds=1.0, coverage=0.97)
     assert all_runs.requirement.runs == 66 and all_runs["x"].verdict == "certified"
+
+
+def test_a_slow_model_is_called_once_to_find_out():
+    calls = []
+
+    def slow(a):
+        calls.append(a)
+        time.sleep(0.02)
+        return {"t": T, "x": np.sin(1e6 * a * (1.0 + T))}
+
+    few = cc.Study(slow, {"a": cc.Interval(0.0, 1.0)}, threads=1).band(seconds=0.5)
+    assert few.requirement.runs == 81 and len(calls) == 1 + 82
 
 
 def test_a_confidence_takes_the_runs_of_wilks():

@@ -238,7 +238,7 @@ def statement(requirement: Requirement) -> str:
         text += f" This holds for runs that succeed: {others} left out."
     if requirement.seconds is not None:
         made = runs + requirement.failed
-        text += f" {requirement.seconds:g} s chose the number of runs: band({made}) repeats it."
+        text += f" As many runs were made as {requirement.seconds:g} s allow; band({made}) repeats it."
     return text
 
 
