@@ -1,7 +1,8 @@
 """Exceptions and warnings of the package; all of them pickle and copy.
 
-``ChebclearError`` is the base of all exceptions. A wrong argument of a function is an ``ArgumentError``,
-which is also a ``ValueError``, or a plain ``TypeError`` if it has a wrong type.
+``ChebclearError`` is the base of all exceptions. A wrong argument of a function is an ``ArgumentError``, also
+a ``ValueError``, or an ``ArgumentTypeError``, also a ``TypeError``, if it has a wrong type; an unknown name is
+an ``UnknownNameError``, also a ``KeyError``.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import Any, NamedTuple
 
 __all__ = [
     "ArgumentError",
+    "ArgumentTypeError",
     "ChebclearError",
     "ChebclearWarning",
     "HorizonWarning",
@@ -26,6 +28,7 @@ __all__ = [
     "SimulationError",
     "StartError",
     "StoreError",
+    "UnknownNameError",
 ]
 
 # Characters of a message that someone reads [-].
@@ -78,6 +81,18 @@ class ChebclearError(Exception):
 
 class ArgumentError(ChebclearError, ValueError):
     """An argument that a function does not accept, as opposed to a wrong scene or a run that fails."""
+
+
+class ArgumentTypeError(ChebclearError, TypeError):
+    """An argument of a wrong type."""
+
+
+class UnknownNameError(ChebclearError, KeyError):
+    """A name of an output, feature or parameter that there is not."""
+
+    def __str__(self) -> str:
+        # A KeyError puts quotes around its text.
+        return visible(str(self.args[0])) if self.args else ""
 
 
 class InputError(ChebclearError, ValueError):

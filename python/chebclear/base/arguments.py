@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.random import Generator, default_rng
 
-from ..errors import ArgumentError, InputError, is_plain
+from ..errors import ArgumentError, ArgumentTypeError, InputError, is_plain
 
 _LONGEST_NAME = 100
 MOST_SEED = 2**64 - 1
@@ -88,8 +88,8 @@ class Checks:
     Parameters
     ----------
     error : type of InputError, optional
-        The exception to raise, with the names of the arguments as paths; ArgumentError or TypeError if not
-        given.
+        The exception to raise, with the names of the arguments as paths; ArgumentError or ArgumentTypeError
+        if not given.
 
     Examples
     --------
@@ -224,10 +224,10 @@ class Checks:
         self._wrong_types += other._wrong_types
 
     def finish(self) -> None:
-        """Raise all problems: TypeError if all are wrong types, else ArgumentError; or the error given."""
+        """Raise all problems: ArgumentTypeError if all are wrong types, else ArgumentError or the given."""
         if not self._problems:
             return
         if self._error is not None:
             raise self._error(self._problems)
-        kind = TypeError if self._wrong_types == len(self._problems) else ArgumentError
+        kind = ArgumentTypeError if self._wrong_types == len(self._problems) else ArgumentError
         raise kind("\n".join(f"{name} {message}" for name, message in self._problems))

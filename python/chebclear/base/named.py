@@ -7,6 +7,7 @@ from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Generic, NoReturn, TypeVar
 
+from ..errors import ArgumentTypeError, UnknownNameError
 from .arguments import did_you_mean
 
 Entry = TypeVar("Entry")
@@ -34,7 +35,7 @@ class ReadOnlyDict(dict[Key, Value]):
     """A dict that does not change: what frozen results hold. ``dict(it)`` is one that does."""
 
     def _refuse(self, *given: Any, **named: Any) -> NoReturn:
-        raise TypeError("results are read-only: change a copy, dict(...)")
+        raise ArgumentTypeError("results are read-only: change a copy, dict(...)")
 
     __setitem__ = __delitem__ = __ior__ = _refuse
     clear = pop = popitem = setdefault = update = _refuse
@@ -95,7 +96,7 @@ class Named(Mapping[str, Entry], Generic[Entry]):
         """
         found = matching(self._names, pattern)
         if not found:
-            raise KeyError(f'nothing matches "{pattern}"{did_you_mean(pattern, self._names)}')
+            raise UnknownNameError(f'nothing matches "{pattern}"{did_you_mean(pattern, self._names)}')
         return {name: self._entry(name) for name in found}
 
     def _ipython_key_completions_(self) -> list[str]:

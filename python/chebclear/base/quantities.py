@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ..errors import ArgumentError
+from ..errors import ArgumentError, ArgumentTypeError
 from .arguments import Checks, as_number
 from .units import UnitError, convert, is_quantity
 
@@ -89,7 +89,7 @@ class Interval:
         0.02
         """
         if (rel is None) == (plus is None and minus is None):
-            raise TypeError("give either rel, or plus or minus or both")
+            raise ArgumentTypeError("give either rel, or plus or minus or both")
         checks = Checks()
         middle = checks.real("nominal", _in_si("nominal", nominal), "SI unit")
         if rel is not None:

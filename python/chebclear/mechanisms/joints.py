@@ -11,7 +11,7 @@ from typing import Any, TypedDict, TypeVar
 
 from ..base.arguments import Checks, as_number, did_you_mean, meant_or_known
 from ..base.options import with_fields
-from ..errors import SceneError, warn
+from ..errors import ArgumentTypeError, SceneError, warn
 from ..scene.scene import (
     Body,
     ClearanceRevolute,
@@ -277,7 +277,7 @@ class Pins:
         for name in options:
             if name not in PinOptions.__annotations__:
                 known = [one for one in inspect.signature(mechanism).parameters if one != "options"]
-                raise TypeError(f'unknown keyword "{name}"{meant_or_known(name, known)}')
+                raise ArgumentTypeError(f'unknown keyword "{name}"{meant_or_known(name, known)}')
         pins = cls(**options)
         arguments.positive(journal_radius=pins.journal_radius, young_modulus=pins.young_modulus)
         arguments.numbers(poisson_ratio=pins.poisson_ratio, restitution=pins.restitution)

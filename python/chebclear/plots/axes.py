@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ArgumentError
+from ..errors import ArgumentError, ArgumentTypeError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,7 +38,7 @@ def new_axes(ax: Axes | None) -> Axes:
         from matplotlib.axes import Axes
 
         if not isinstance(ax, Axes):
-            raise TypeError(f"ax must be an Axes of matplotlib, got {type(ax).__name__}")
+            raise ArgumentTypeError(f"ax must be an Axes of matplotlib, got {type(ax).__name__}")
         return ax
     if "matplotlib.pyplot" in sys.modules:
         from matplotlib import pyplot

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.arguments import Checks, meant_or_known
+from ..errors import UnknownNameError
 from ..scene.columns import column_unit, column_words
 from .axes import COLORS, MARKERS, line_style, new_axes
 from .labels import legend_columns, plain_numbers, set_labels, typeset, with_unit
@@ -185,7 +186,7 @@ def plot_study_tradeoff(
     require("result", result, "StudyTradeoff")
     name = result.outputs[0] if output is None else output
     if not isinstance(name, str) or name not in result.outputs:
-        raise KeyError(f'unknown column "{name}"{meant_or_known(name, result.outputs)}')
+        raise UnknownNameError(f'unknown column "{name}"{meant_or_known(name, result.outputs)}')
     column = result.outputs.index(name)
     ax = new_axes(ax)
     ax.set_xscale("log")

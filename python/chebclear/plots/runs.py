@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks, meant_or_known
-from ..errors import ArgumentError
+from ..errors import ArgumentError, ArgumentTypeError
 from ..scene.columns import column_unit, column_words, plain_words
 from ..scene.parts import loose_joints
 from ..scene.scene import ClearanceRevolute
@@ -171,7 +171,7 @@ def plot_orbit(
 
     require("run", run, "Trajectory")
     if not isinstance(color_bar, bool):
-        raise TypeError(f"color_bar must be True or False, got {color_bar!r}")
+        raise ArgumentTypeError(f"color_bar must be True or False, got {color_bar!r}")
     clearance = _clearance_joint(run, joint).clearance
     scale, shown = unit_scale("m", unit)
     path = np.column_stack([scale * run[f"{joint}.eccentricity_{axis}"] for axis in "xy"])
@@ -376,7 +376,7 @@ def plot_contacts(
     from matplotlib.colors import LogNorm, Normalize
 
     if not isinstance(color_bar, bool):
-        raise TypeError(f"color_bar must be True or False, got {color_bar!r}")
+        raise ArgumentTypeError(f"color_bar must be True or False, got {color_bar!r}")
     several: list[Trajectory] = list(runs) if isinstance(runs, Sequence) else [runs]
     if not several:
         raise ArgumentError("runs must be at least one run, got none")
@@ -429,7 +429,7 @@ def _names(argument: str, given: object) -> list[str] | None:
     if isinstance(given, str):
         return [given]
     if not isinstance(given, Sequence) or not all(isinstance(name, str) for name in given):
-        raise TypeError(f"{argument} must be a list of names, got {given!r}")
+        raise ArgumentTypeError(f"{argument} must be a list of names, got {given!r}")
     return list(given)
 
 
@@ -437,7 +437,7 @@ def _clearance_joint(run: Trajectory | Trajectory, name: str) -> ClearanceRevolu
     """The clearance joint of a run's scene."""
     known = {joint.name: joint for joint in loose_joints(run.scene.joints)}
     if not isinstance(name, str):
-        raise TypeError(f"joint must be the name of a clearance joint, got {name!r}")
+        raise ArgumentTypeError(f"joint must be the name of a clearance joint, got {name!r}")
     if name not in known:
         if any(joint.name == name for joint in run.scene.joints):
             others = f"; known are {', '.join(known)}" if known else ""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
-from ..errors import ArgumentError
+from ..errors import ArgumentError, ArgumentTypeError
 from ..scene.columns import column_unit, column_words
 from .axes import abscissa_of, new_axes
 from .labels import add_color_bar, set_labels
@@ -178,7 +178,7 @@ def _signal(run: Any, column: Any) -> tuple[Array, Array]:
     t, signal = np.asarray(run), np.asarray(column)
     numbers = t.dtype.kind in "iuf" and signal.dtype.kind in "iuf"
     if not (numbers and t.ndim == 1 and len(t) >= 2 and t.shape == signal.shape):
-        raise TypeError(
+        raise ArgumentTypeError(
             "plot_spectrogram takes a run and the name of one of its columns, or two arrays of equal length, "
             f"the instants and the signal; got {type(run).__name__} and {type(column).__name__}"
         )

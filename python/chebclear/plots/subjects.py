@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from ..base.named import is_pattern, matching
-from ..errors import ArgumentError
+from ..errors import ArgumentError, ArgumentTypeError
 
 if TYPE_CHECKING:
     from ..run.trajectory import Trajectory
@@ -50,7 +50,7 @@ def require(argument: str, value: object, kind: str) -> None:
         If it is something else; the message says what is accepted.
     """
     if not is_a(value, kind):
-        raise TypeError(f"{argument} must be {_WORDS[kind]}; got {type(value).__name__}")
+        raise ArgumentTypeError(f"{argument} must be {_WORDS[kind]}; got {type(value).__name__}")
 
 
 def require_name(argument: str, name: object, run: Trajectory) -> None:
@@ -66,5 +66,5 @@ def column_names(run: Trajectory, columns: object) -> list[str]:
     names = list(given) if isinstance(given, Iterable) else []
     if not names or not all(isinstance(name, str) for name in names):
         message = f'columns must be names of columns of the run, such as "{run.columns[0]}", got {columns!r}'
-        raise TypeError(message)
+        raise ArgumentTypeError(message)
     return [found for name in names for found in (matching(run.columns, name) or [name])]

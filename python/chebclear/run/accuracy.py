@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ..base import files as records
 from ..base.named import Named
 from ..base.units import unit
+from ..errors import UnknownNameError
 from .names import output_meant
 from .notices import HORIZON, Notice
 
@@ -214,7 +215,7 @@ class ErrorEstimate(records.ArrayRecord, Named[OutputError]):
 
     def _entry(self, name: str) -> OutputError:
         if name not in self:
-            raise KeyError(f'unknown column "{name}"{output_meant(name, self.columns)}')
+            raise UnknownNameError(f'unknown column "{name}"{output_meant(name, self.columns)}')
         index = self.columns.index(name)
         horizon = float(self.horizon[index])
         # If both companions are done, neither ended before the run.

@@ -21,6 +21,7 @@ from ..base.shown import Shown
 from ..base.units import unit
 from ..data.dataset import Dataset
 from ..data.exports import Exports
+from ..errors import UnknownNameError
 from ..scene.scene import Scene
 from .accuracy import ErrorEstimate
 from .contacts import Contacts, Events
@@ -492,6 +493,6 @@ def column_index(columns: Sequence[str], name: str, scene: Scene | None = None) 
         return columns.index(name)
     known = () if scene is None else scene.check().columns + scene.check().further_columns
     if isinstance(name, str) and name in known:
-        raise KeyError(f'"{name}" was not recorded: add it to outputs=')
+        raise UnknownNameError(f'"{name}" was not recorded: add it to outputs=')
     hint = near_output(name, columns) or output_meant(name, known or columns)
-    raise KeyError(f'unknown column "{name}"{hint}')
+    raise UnknownNameError(f'unknown column "{name}"{hint}')

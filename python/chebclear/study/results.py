@@ -20,7 +20,7 @@ from ..base.shown import listed
 from ..base.units import unit
 from ..data.dataset import Dataset
 from ..data.exports import Exports
-from ..errors import ArgumentError
+from ..errors import ArgumentError, UnknownNameError
 from ..execution.counts import Costs
 from ..execution.failures import FailedRun, count_failed
 from ..report import html
@@ -171,7 +171,7 @@ class StudyResult(WithNotices, records.ArrayRecord, Exports, Named[Band]):
             If there is no such feature.
         """
         if self.features is None:
-            raise KeyError(f'unknown feature "{name}": ask for it in Study(features=...)')
+            raise UnknownNameError(f'unknown feature "{name}": ask for it in Study(features=...)')
         return self.features[name]
 
     def ranking(self, feature: str) -> Ranking:
@@ -192,7 +192,7 @@ class StudyResult(WithNotices, records.ArrayRecord, Exports, Named[Band]):
             If there is no such feature, or there are too few runs.
         """
         if not isinstance(found := self.feature(feature), FeatureResult):  # several, of a pattern
-            raise KeyError(f'unknown feature "{feature}": give the name of one')
+            raise UnknownNameError(f'unknown feature "{feature}": give the name of one')
         return found.ranking()
 
     def _repr_html_(self) -> str:
@@ -210,7 +210,7 @@ class StudyResult(WithNotices, records.ArrayRecord, Exports, Named[Band]):
 
     def _entry(self, name: str) -> Band:
         if self.features is not None and name in self.features and name not in self.bands:
-            raise KeyError(f'"{name}" is a feature, not an output: result.features["{name}"]')
+            raise UnknownNameError(f'"{name}" is a feature, not an output: result.features["{name}"]')
         column_index(self.outputs, name, self.scene)
         return self.bands[name]
 

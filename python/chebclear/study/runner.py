@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..base.progress import Progress, is_request, reporter
-from ..errors import SceneError, describe
+from ..errors import ArgumentTypeError, SceneError, describe
 from ..execution.counts import Costs
 from ..execution.failures import located
 from ..execution.memory import SAMPLES_ALONE, Usage
@@ -188,11 +188,11 @@ class Runner:
         if isinstance(scene, Scene):
             return scene
         if isinstance(scene, Mapping):
-            raise TypeError(
+            raise ArgumentTypeError(
                 "build returned a mapping instead of a Scene: a model of your own has its own time axis, so "
                 "leave out duration, samples and all other settings of a simulation"
             )
-        raise TypeError(f"build must return a Scene, got {scene!r} for {describe(parameters)}")
+        raise ArgumentTypeError(f"build must return a Scene, got {scene!r} for {describe(parameters)}")
 
 
 def checked_runner(

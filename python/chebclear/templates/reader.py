@@ -12,7 +12,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from ..base.arguments import as_number, meant_or_known
-from ..errors import Problem, SceneError, is_plain
+from ..errors import ArgumentTypeError, Problem, SceneError, is_plain
 from ..scene.scene import Scene
 from ..scene.schema import Part, at_or_below
 from .changes import SECTIONS, changed
@@ -107,11 +107,11 @@ def loads(text: str, name: str = "scene", *, changes: Mapping[str, Any] | None =
     (0.0, 0.1)
     """
     if not isinstance(text, str) or not isinstance(name, str):
-        raise TypeError(f"text and name must be texts, got {text!r:.80} and {name!r:.80}")
+        raise ArgumentTypeError(f"text and name must be texts, got {text!r:.80} and {name!r:.80}")
     if changes is not None and not (
         isinstance(changes, Mapping) and all(isinstance(key, str) for key in changes)
     ):
-        raise TypeError(f"changes must map names to values, got {changes!r:.80}")
+        raise ArgumentTypeError(f"changes must map names to values, got {changes!r:.80}")
     places: Mapping[Path, Place] = {}
     replaced: list[str] = []
     try:

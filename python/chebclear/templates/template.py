@@ -18,7 +18,7 @@ from ..base.arguments import did_you_mean
 from ..base.quantities import Interval
 from ..base.units import si_unit
 from ..base.writing import named, replaced
-from ..errors import ArgumentError, Problem, SceneError
+from ..errors import ArgumentError, ArgumentTypeError, Problem, SceneError, UnknownNameError
 from ..run.features import Feature
 from ..run.simulation import simulate
 from ..run.trajectory import Trajectory
@@ -144,7 +144,7 @@ class Template:
     def unit_of(self, name: str) -> str:
         """SI unit of the values of a parameter; empty if the file gives it none."""
         if not isinstance(name, str) or name not in self.parameters:
-            raise KeyError(f'unknown parameter "{name}"{did_you_mean(name, self.parameters)}')
+            raise UnknownNameError(f'unknown parameter "{name}"{did_you_mean(name, self.parameters)}')
         return si_unit(self.parameters[name].unit)
 
     def values(self, **given: float) -> dict[str, float]:
@@ -159,7 +159,7 @@ class Template:
         """
         for name in given:
             if name not in self.parameters:
-                raise TypeError(f'unknown parameter "{name}"{did_you_mean(name, self.parameters)}')
+                raise ArgumentTypeError(f'unknown parameter "{name}"{did_you_mean(name, self.parameters)}')
         return evaluated({name: one.nominal for name, one in self.parameters.items()} | given)
 
     def scene(self, **given: float) -> Scene:

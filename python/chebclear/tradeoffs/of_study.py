@@ -14,7 +14,7 @@ from numpy.random import Generator, default_rng
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
-from ..errors import ArgumentError, SimulationError
+from ..errors import ArgumentError, ArgumentTypeError, SimulationError
 from ..run.notices import issue
 from ..scene.scene import Interval
 from ..study import sampled
@@ -128,7 +128,7 @@ def study_tradeoff(
     5
     """
     if not isinstance(study, Study):
-        raise TypeError(f"study must be a Study, got {study!r}")
+        raise ArgumentTypeError(f"study must be a Study, got {study!r}")
     if isinstance(study.runner.model, FinishedRuns):
         raise ArgumentError("a tradeoff makes further runs, which a table of finished runs does not have")
     checks = Checks()

@@ -21,6 +21,7 @@ from ..base.tables import format_number, format_table, markdown_table
 from ..base.units import unit
 from ..data.dataset import Dataset, numbered
 from ..data.exports import Exports
+from ..errors import ArgumentTypeError, UnknownNameError
 from ..report import html
 from ..report.document import Table
 from ..run.accuracy import HORIZON_PART
@@ -100,7 +101,7 @@ class Tradeoff(WithNotices, records.ArrayRecord, Exports):
             if point.method == str(method) and math.isclose(point.rtol, rtol or 0.0, rel_tol=1e-9):
                 return point
         known = ", ".join(f'("{point.method}", {point.rtol:g})' for point in self.points)
-        raise KeyError(f"{method} was not run at rtol {pair[1]!r}; there are {known}")
+        raise UnknownNameError(f"{method} was not run at rtol {pair[1]!r}; there are {known}")
 
     def __iter__(self) -> Iterator[TradeoffPoint]:
         return iter(self.points)
@@ -141,7 +142,7 @@ class Tradeoff(WithNotices, records.ArrayRecord, Exports):
             In the unit of the output; NaN if the run ended before.
         """
         if not isinstance(point, TradeoffPoint):
-            raise TypeError(f"point must be one of points, got {point!r}")
+            raise ArgumentTypeError(f"point must be one of points, got {point!r}")
         if until is not None:
             checks = Checks()
             until = checks.real("until", until, "s", least=0.0)

@@ -59,7 +59,7 @@ def test_one_run_in_a_hundred_that_fails_costs_no_other():
     }
     wrong = dict(zip((7, 100, 233, 399), kinds.values(), strict=True))
     model = moody({at[number, 0]: fault for number, (fault, _) in wrong.items()})
-    result = cc.Study(model, BOX, run_seconds=0.2, features={"peak": cc.features.peak("x")}).sample(400)
+    result = cc.Study(model, BOX, run_seconds=2.0, features={"peak": cc.features.peak("x")}).sample(400)
     assert {one.index: one.reason for one in result.failures} == {
         number: reason for number, (_, reason) in wrong.items()
     }

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.arguments import as_number
-from ...errors import ArgumentError
+from ...errors import ArgumentError, ArgumentTypeError
 
 Array = NDArray[np.float64]
 
@@ -32,6 +32,6 @@ def half_window(t: Array, window: float) -> int:
     known = number if number is not None and math.isfinite(number) else 0.0
     half = int(min(0.5 * known / spacing + 1e-6, len(t)))
     if half < 1:
-        kind = TypeError if number is None else ArgumentError
+        kind = ArgumentTypeError if number is None else ArgumentError
         raise kind(f"window must be a finite number >= {2.0 * spacing:.6g} [s], two samples, got {window!r}")
     return min(half, len(t) - 1)

@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.random import default_rng
@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 from ...base import files as records
 from ...errors import ArgumentError
 from ..polynomials.points import even_points
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -110,6 +113,12 @@ class Effects(records.ArrayRecord):
     monotone: dict[str, str]
     mean: float
     swings: dict[str, Swing]
+
+    def plot(self, *, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw the shares in the variance; see `plot_shares` for the options."""
+        from ...plots.features import plot_shares
+
+        return plot_shares(self, ax=ax, **options)
 
 
 class _Fit(NamedTuple):

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,7 +16,7 @@ from ...base.arguments import Checks, as_number, meant_or_known
 from ...base.named import Named
 from ...base.shown import listed
 from ...base.tables import format_ends
-from ...errors import ArgumentError, describe, warn
+from ...errors import ArgumentError, ArgumentTypeError, UnknownNameError, describe, warn
 from ...report import html
 from ...report.document import Table
 from ...run.features import Feature
@@ -31,6 +31,9 @@ from .narrowing import find_narrowing
 from .ranking import Rank, Ranking
 from .reach import FeatureInterval, find_interval
 from .swept import SweptRun
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 FeatureSpec = Feature | Callable[[Any], ArrayLike]
@@ -126,7 +129,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
 
     def _entry(self, name: str) -> FeatureResult:
         if name not in self:
-            raise KeyError(f'unknown feature "{name}"{meant_or_known(name, self.names)}')
+            raise UnknownNameError(f'unknown feature "{name}"{meant_or_known(name, self.names)}')
         return self._entries[self.names.index(name)]
 
     @cached_property
@@ -190,6 +193,12 @@ class FeatureResult(records.ArrayRecord):
     failed: int = 0
     finished: bool = False
     nominal_parameters: Array | None = None
+
+    def plot(self, *, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw what each parameter does to the feature; see `plot_tornado` for the options."""
+        from ...plots.features import plot_tornado
+
+        return plot_tornado(self, ax=ax, **options)
 
     def __repr__(self) -> str:
         runs, cycles = self.values.shape
@@ -435,7 +444,7 @@ def called(name: str, function: Callable[[Any], ArrayLike], run: Any, cycles: in
     array = np.full(cycles, number) if number is not None else np.asarray(value)
     if array.shape != (cycles,) or array.dtype.kind not in "iuf":
         wanted = "a number" if cycles == 1 else f"a number, or one for each of {cycles} cycles"
-        raise TypeError(f'feature "{name}" must return {wanted}, got {value!r}')
+        raise ArgumentTypeError(f'feature "{name}" must return {wanted}, got {value!r}')
     if not np.all(np.isfinite(array)):
         raise ArgumentError(f'feature "{name}" must be finite, got {value!r}')
     return array.astype(float)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from ...base.shown import Shown, in_a_sentence, shortened
 from ...report import html
 from ...report.document import Items, Table
 from .effects import Estimate
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # Halving a tolerance that narrows the interval by less than this certainly does not help [%].
 _HELPFUL = 10.0
@@ -84,6 +88,12 @@ class Ranking:
 
     def __repr__(self) -> str:
         return "\n".join(shortened(str(self).splitlines()))
+
+    def plot(self, *, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw the effects of halving each interval; see `plot_ranking` for the options."""
+        from ...plots.features import plot_ranking
+
+        return plot_ranking(self, ax=ax, **options)
 
     def __iter__(self) -> Iterator[Rank]:
         return iter(self.rows)

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from ... import _core
 from ...base import files as records
 from ...base.arguments import Checks, did_you_mean, meant_or_known
-from ...errors import ArgumentError
+from ...errors import ArgumentError, ArgumentTypeError
 from ...execution.options import MOST_THREADS
 from ...scene.scene import Interval
 
@@ -323,7 +323,7 @@ class Surrogate(records.ArrayRecord):
         if at is None:
             at = {name: side.nominal for name, side in self.intervals.items()}
         if not isinstance(normalized, bool):
-            raise TypeError(f"normalized must be True or False, got {normalized!r}")
+            raise ArgumentTypeError(f"normalized must be True or False, got {normalized!r}")
         slope = self._at(self._slopes(axis), *self._normalized(at))
         # Eq. (33) is the derivative in the normalized variable; Eq. (32) needs that per physical unit.
         return slope if normalized else slope / self.intervals[parameter].half_width

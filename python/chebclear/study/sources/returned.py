@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.arguments import Checks, as_number
-from ...errors import ArgumentError, cut
+from ...errors import ArgumentError, ArgumentTypeError, cut
 from ...execution.failures import NotFiniteError
 from ...scene.scene import Scene
 
@@ -76,9 +76,9 @@ def read_run(given: object) -> ReturnedRun:
     checks = Checks()
     unknown: list[str] = []
     if isinstance(given, Scene):
-        raise TypeError("it returned a Scene: a study of scenes needs duration and samples")
+        raise ArgumentTypeError("it returned a Scene: a study of scenes needs duration and samples")
     if not isinstance(given, Mapping):
-        raise TypeError(
+        raise ArgumentTypeError(
             "a model must return a Scene, or a mapping such as {'t': instants, 'force': values, 'stroke': "
             f"0.03}}, got {cut(repr(given))}"
         )
