@@ -1,8 +1,8 @@
 """Exceptions and warnings of the package; all of them pickle and copy.
 
 ``ChebclearError`` is the base of all exceptions. A wrong argument of a function is an ``ArgumentError``, also
-a ``ValueError``, or an ``ArgumentTypeError``, also a ``TypeError``, if it has a wrong type; an unknown name is
-an ``UnknownNameError``, also a ``KeyError``.
+a ``ValueError``, or an ``ArgumentTypeError``, also a ``TypeError``, of a wrong type; an unknown name is an
+``UnknownNameError``, also a ``KeyError``.
 """
 
 from __future__ import annotations
