@@ -35,7 +35,7 @@ from .band.limits import largest_clearances, physical_limits
 from .by_angle import cut, turning, unpredictable
 from .designs import Design, predicted_seconds
 from .features.features import FeatureTable
-from .polynomials.points import on_cube, random_points, sobol_points
+from .polynomials.points import in_box, on_cube, random_points, sobol_points
 from .results import StudyResult
 from .runner import Runner
 from .sources.finished import FinishedRuns
@@ -193,7 +193,10 @@ def _affordable_runs(
     independent = dataclasses.replace(requirement, independent=True)
     count = min(needed, most)
     design = _design(runner, independent, _points(runner, independent, 0, count), settings, [])
-    seconds, shape = predicted_seconds(runner, design, _TIMED * limit)
+    try:
+        seconds, shape = predicted_seconds(runner, design, _TIMED * limit)
+    except Exception:  # most of a few runs failed: whether most of all do the study itself finds out
+        return min(BAND_RUNS, most)
     affordable = min(most, int(count * limit / seconds))
 
     def fits(count: int) -> bool:
@@ -434,7 +437,7 @@ def _others(
             checks.add(f"include[{index}] is of another runner: its midpoint is another scene")
         elif result.parameter_names != tuple(runner.intervals):
             checks.add(f"include[{index}] has the parameters {', '.join(result.parameter_names)}")
-        elif not _in_box(runner, result.parameters):
+        elif not in_box(runner.intervals, result.parameters):
             checks.add(f"include[{index}] has runs outside of the intervals of this study")
     checks.finish()
     return [Table.of(result, outputs) for result in results]
@@ -490,11 +493,3 @@ def _without_twins(runner: Runner, scored: Sequence[Table], kept: Sequence[Table
         if rows:
             left.append(table[np.array(rows)])
     return left
-
-
-def _in_box(runner: Runner, points: Array) -> bool:
-    """Whether points are in the box, up to rounding of its ends."""
-    sides = list(runner.intervals.values())
-    slack = np.array([1e-9 * side.half_width for side in sides])
-    lower, upper = np.array([side.lower for side in sides]), np.array([side.upper for side in sides])
-    return bool(np.all((points >= lower - slack) & (points <= upper + slack)))

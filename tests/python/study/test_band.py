@@ -513,6 +513,18 @@ def test_a_slow_model_is_called_once_to_find_out():
     assert few.requirement.runs == 81 and len(calls) == 1 + 82
 
 
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+def test_failures_of_the_first_runs_do_not_end_a_study():
+    def picky(a):
+        if a < 0.45:
+            raise RuntimeError("too short")
+        return {"t": T, "x": a * T}
+
+    study = cc.Study(picky, {"a": cc.Interval(0.0, 1.0)}, threads=1)
+    for seed in range(20):
+        assert study.band(seconds=1.0, rng=seed).requirement.failed > 0
+
+
 def test_a_confidence_takes_the_runs_of_wilks():
     # [Wilks1941], two-sided: 93 and 473 runs hold 95 and 99 % with 95 % confidence.
     assert [exact_runs(share, 0.95) for share in (0.95, 0.99, 0.999)] == [93, 473, 4742]

@@ -113,6 +113,14 @@ def on_box(intervals: Mapping[str, Interval], cube: Array) -> Array:
     return middle + np.array([side.half_width for side in sides]) * cube
 
 
+def in_box(intervals: Mapping[str, Interval], points: Array) -> bool:
+    """Whether points are in the box, up to rounding of its ends."""
+    sides = list(intervals.values())
+    slack = np.array([1e-9 * side.half_width for side in sides])
+    lower, upper = np.array([side.lower for side in sides]), np.array([side.upper for side in sides])
+    return bool(np.all((points >= lower - slack) & (points <= upper + slack)))
+
+
 def on_cube(intervals: Mapping[str, Interval], points: Array) -> Array:
     """Points of the box in the coordinates of the cube [-1, 1], clipped to it against rounding."""
     sides = list(intervals.values())
