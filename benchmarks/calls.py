@@ -172,7 +172,13 @@ def right(folder: Path) -> tuple[dict[str, list[Any]], list[Any]]:
         "upper": [2.0],
     }
     made = [scene, run, study, own, band, polynomial, scan, costs, bounds, diagram, comparison, template]
-    made += [band["slider.x"], polynomial["slider.x"], band.feature("top"), band.ranking("top"), run.contacts]
+    made += [
+        band["slider.x"],
+        polynomial["slider.x"],
+        band.features["top"],
+        band.ranking("top"),
+        run.contacts,
+    ]
     made += [run.events, run.error, cc.Settings(duration=0.001, samples=5), costs.points[0]]
     return values, made
 

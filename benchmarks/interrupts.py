@@ -83,7 +83,7 @@ def stage_of(name: str, folder: Path) -> Callable[[], object]:
             cc.Study.from_runs(
                 dict(zip(many, ranked.parameters.T, strict=True)),
                 None,
-                {"y": ranked.feature("y").values[:, 0]},
+                {"y": ranked.features["y"].values[:, 0]},
             )
             .sample()
             .ranking("y")

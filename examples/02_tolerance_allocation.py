@@ -46,14 +46,14 @@ for name, factor in ((best, 0.5), (last, 2.0)):
     changed[name] = cc.Interval.around(tolerances[name].midpoint, plus=half, minus=half)
 after = stroke_over(changed)
 for words, result in (("before", before), (f"{best} halved, {last} doubled", after)):
-    reach = result.feature("stroke").interval
+    reach = result.features["stroke"].interval
     print(f"{words}: stroke {1e3 * reach.lower:.4f} to {1e3 * reach.upper:.4f} mm ({reach.verdict})")
 
 figure = Figure(figsize=(10, 7), layout="constrained")
 axes = figure.subplots(2, 2)
-cc.plots.plot_tornado(before.feature("stroke"), ax=axes[0, 0], unit="mm")
+cc.plots.plot_tornado(before.features["stroke"], ax=axes[0, 0], unit="mm")
 cc.plots.plot_ranking(ranking, ax=axes[0, 1])
-cc.plots.plot_shares(before.feature("mean_force"), ax=axes[1, 0])
-cc.plots.plot_tornado(after.feature("stroke"), ax=axes[1, 1], unit="mm")
+cc.plots.plot_shares(before.features["mean_force"], ax=axes[1, 0])
+cc.plots.plot_tornado(after.features["stroke"], ax=axes[1, 1], unit="mm")
 axes[1, 1].set_title(f"{best} halved, {last} doubled".replace("_", " "), fontsize="medium")
 figure.savefig(folder / "tolerance_allocation.png")

@@ -43,14 +43,14 @@ study = cc.Study(
     units=units | {"body.x": "m", "body.vx": "m/s", "largest_rise": "m"},
 )
 result, scan = study.band(60), study.scan(3)
-print(result["body.x"].verdict, result.feature("largest_rise"))
+print(result["body.x"].verdict, result.features["largest_rise"])
 print(result.ranking("largest_rise"))
 
 figure = Figure(figsize=(10, 7), layout="constrained")
 axes = figure.subplots(2, 2)
 result["body.x"].plot(ax=axes[0, 0], unit="mm", runs=20, scan=scan["body.x"])
 cc.plots.plot_prediction(result["body.x"], scan["body.x"], ax=axes[0, 1], unit="mm")
-cc.plots.plot_tornado(result.feature("largest_rise"), ax=axes[1, 0])
+cc.plots.plot_tornado(result.features["largest_rise"], ax=axes[1, 0])
 for name in study.intervals:
     cc.plots.plot_sensitivity(result["body.x"], name, ax=axes[1, 1], normalized=True)
 figure.savefig(folder / "black_box.png")

@@ -37,13 +37,13 @@ study = cc.Study(
 result = study.band(81)
 print(result)
 for name in study.features:
-    print(result.feature(name))
+    print(result.features[name])
     print(result.ranking(name), "\n")
 
 figure = Figure(figsize=(11, 8), layout="constrained")
 axes = figure.subplots(2, 2)
 result["wrist.normal_force"].plot(ax=axes[0, 0], runs=10)
 result["slider.vx"].plot(ax=axes[0, 1], runs=10)
-cc.plots.plot_tornado(result.feature("mean_force"), ax=axes[1, 0])
-cc.plots.plot_shares(result.feature("peak_force"), ax=axes[1, 1])
+cc.plots.plot_tornado(result.features["mean_force"], ax=axes[1, 0])
+cc.plots.plot_shares(result.features["peak_force"], ax=axes[1, 1])
 figure.savefig(folder / "eight_parameters.png")

@@ -30,7 +30,7 @@ figure = Figure(figsize=(11, 9), layout="constrained")
 axes = figure.subplots(2, 2)
 cc.plots.plot_scene(run, 0.1, ax=axes[0, 0], exaggerate=20.0)
 band.plot(ax=axes[0, 1], unit="kN", runs=10)
-cc.plots.plot_tornado(result.feature("peak_force"), ax=axes[1, 0], unit="kN")
+cc.plots.plot_tornado(result.features["peak_force"], ax=axes[1, 0], unit="kN")
 cc.plots.plot_ranking(ranking, ax=axes[1, 1])
 figure.savefig(folder / "toggle_press.png")
 

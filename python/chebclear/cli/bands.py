@@ -88,7 +88,7 @@ def finish(result: StudyResult, options: argparse.Namespace, title: str, plan: P
 def _rankings(result: StudyResult) -> list[str]:
     """The ranking of the tolerances for every feature, in words."""
     texts = []
-    for name in () if result.features is None else result.features.names:
+    for name in result.features.names:
         try:
             texts.append(str(result.ranking(name)))
         except ValueError as error:  # too few runs to tell

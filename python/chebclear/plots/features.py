@@ -78,7 +78,7 @@ def plot_tornado(
     ...     samples=21,
     ...     skip=0.03,
     ... )
-    >>> ax = cc.plots.plot_tornado(study.sample(20).feature("mean force"), unit="N")
+    >>> ax = cc.plots.plot_tornado(study.sample(20).features["mean force"], unit="N")
     """
     require("feature", feature, "FeatureResult")
     checks = Checks()

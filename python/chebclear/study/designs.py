@@ -24,7 +24,7 @@ from ..run.settings import Settings
 from ..run.tracking import settling_time
 from .band.judgment import doubts, early_widths, told_holes
 from .band.worst import WorstCase, predicted_extremes
-from .features.features import FeatureTable
+from .features.features import NO_FEATURES, FeatureTable
 from .polynomials.holes import fit_holes
 from .polynomials.points import between_nodes, uniform_points
 from .polynomials.surrogate import MOST_RANGE_DEGREE, BoundKind, chebyshev_grid, tensor_grid
@@ -183,10 +183,10 @@ def on_grid(
     return Design(points, runner.settings, Usage(terms=terms), result)
 
 
-def feature_table(runner: Runner, runs: Runs, points: Array, random: bool) -> FeatureTable | None:
-    """The features of the runs at the points; None if there are none."""
+def feature_table(runner: Runner, runs: Runs, points: Array, random: bool) -> FeatureTable:
+    """The features of the runs at the points."""
     if runs.features is None:
-        return None
+        return NO_FEATURES
     names = runs.feature_names
     return FeatureTable(
         names,

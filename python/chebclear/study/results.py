@@ -34,7 +34,7 @@ from .band.calibrated import Requirement, calibrated_bands, statement
 from .band.gridded import grid_bands
 from .band.limits import with_units
 from .band.worst import WorstCase
-from .features.features import FeatureResult, FeatureTable
+from .features.features import NO_FEATURES, FeatureResult, FeatureTable
 from .features.ranking import Ranking
 from .polynomials.points import nominal_point
 from .polynomials.surrogate import BoundKind
@@ -79,8 +79,9 @@ class StudyResult(WithNotices, records.ArrayRecord, Exports, Named[Band]):
         Required coverage and seed of a calibrated study; None for the others.
     study : Study | None
         The study that made this result; None after pickling or loading, where `spec` makes it again.
-    features : FeatureTable | None
-        The features of all runs; None if there are none.
+    features : FeatureTable
+        The features of all runs by name, each with its interval, quantiles and the effects of the
+        parameters; empty if none were asked for.
     nominal_parameters : Array | None
         Parameters of the run that is used as the nominal one, if a table of runs has none at the midpoint.
     failures : tuple[FailedRun, ...]
@@ -113,7 +114,7 @@ class StudyResult(WithNotices, records.ArrayRecord, Exports, Named[Band]):
         # Executors cannot be pickled; the specification makes the study again.
         return {name: value for name, value in super().__getstate__().items() if name != "study"}
 
-    features: FeatureTable | None = None
+    features: FeatureTable = field(default_factory=lambda: NO_FEATURES)
     nominal_parameters: Array | None = None
     failures: tuple[FailedRun, ...] = ()
     seconds: float = field(default=math.nan, compare=False, metadata=unit("s"))
@@ -153,27 +154,6 @@ class StudyResult(WithNotices, records.ArrayRecord, Exports, Named[Band]):
         """``"done"``, or ``"stopped"`` if there was no time for all runs."""
         return "stopped" if len(self.failures) > count_failed(self.failures) else "done"
 
-    def feature(self, name: str) -> FeatureResult:
-        """One feature over the box: its interval, quantiles, and the effects of the parameters on it.
-
-        Parameters
-        ----------
-        name : str
-            Its name in the study.
-
-        Returns
-        -------
-        FeatureResult
-
-        Raises
-        ------
-        KeyError
-            If there is no such feature.
-        """
-        if self.features is None:
-            raise UnknownNameError(f'unknown feature "{name}": ask for it in Study(features=...)')
-        return self.features[name]
-
     def ranking(self, feature: str) -> Ranking:
         """Which tolerance to tighten: the predicted effect of halving each interval on that of a feature.
 
@@ -191,7 +171,7 @@ class StudyResult(WithNotices, records.ArrayRecord, Exports, Named[Band]):
         KeyError, ValueError
             If there is no such feature, or there are too few runs.
         """
-        if not isinstance(found := self.feature(feature), FeatureResult):  # several, of a pattern
+        if not isinstance(found := self.features[feature], FeatureResult):  # several, of a pattern
             raise UnknownNameError(f'unknown feature "{feature}": give the name of one')
         return found.ranking()
 
@@ -209,7 +189,7 @@ class StudyResult(WithNotices, records.ArrayRecord, Exports, Named[Band]):
         return self.outputs
 
     def _entry(self, name: str) -> Band:
-        if self.features is not None and name in self.features and name not in self.bands:
+        if name in self.features and name not in self.bands:
             raise UnknownNameError(f'"{name}" is a feature, not an output: result.features["{name}"]')
         column_index(self.outputs, name, self.scene)
         return self.bands[name]
@@ -316,7 +296,6 @@ class StudyResult(WithNotices, records.ArrayRecord, Exports, Named[Band]):
         """A band or, in a study without outputs, the features: both have the parameters of the runs."""
         for band in self.bands.values():
             return band
-        assert self.features is not None
         return self.features
 
     @classmethod
@@ -402,7 +381,7 @@ class StudyResult(WithNotices, records.ArrayRecord, Exports, Named[Band]):
             ``t``, ``parameters.NAME`` over ``run``, ``features.NAME`` over ``run`` and ``cycle``.
         """
         features, units = {}, dict(self.units)
-        if self.features is not None:
+        if self.features:
             features = {name: self.features.runs[:, :, k] for k, name in enumerate(self.features.names)}
             units |= dict(zip(self.features.names, self.features.units, strict=False))
         metadata: dict[str, str | int | float] = {"kind": self.kind, "runs": len(self.parameters)}
@@ -478,7 +457,9 @@ class StudyResult(WithNotices, records.ArrayRecord, Exports, Named[Band]):
                 intervals,
                 arrays["parameters"],
                 kind=facts.get("kind_of_study"),
-                features=FeatureTable.of_file(arrays, facts, intervals) if "features" in facts else None,
+                features=FeatureTable.of_file(arrays, facts, intervals)
+                if "features" in facts
+                else NO_FEATURES,
                 degrees=None if facts["degrees"] is None else tuple(facts["degrees"]),
                 nodes=tuple(facts["nodes"]),
                 bounds=facts["bounds"],
@@ -495,6 +476,6 @@ class StudyResult(WithNotices, records.ArrayRecord, Exports, Named[Band]):
                 seed=facts.get("seed"),
                 spec=StudySpec.from_facts(facts["spec"]) if facts.get("spec") is not None else None,
             )
-            if not found.bands and found.features is None:
+            if not found.bands and not found.features:
                 raise ValueError("it has neither outputs nor features")
             return records.sound(found)

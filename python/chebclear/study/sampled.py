@@ -34,7 +34,7 @@ from .band.judgment import SETTLING, early_widths
 from .band.limits import largest_clearances, physical_limits
 from .by_angle import cut, turning, unpredictable
 from .designs import Design, predicted_seconds
-from .features.features import FeatureTable
+from .features.features import NO_FEATURES, FeatureTable
 from .polynomials.points import in_box, on_cube, random_points, sobol_points
 from .results import StudyResult
 from .runner import Runner
@@ -77,14 +77,14 @@ class Table:
     def of(cls, result: StudyResult, outputs: Sequence[str]) -> Table:
         """The runs of a result, without the nominal one."""
         values = np.stack([result.values(name) for name in outputs], axis=-1)
-        features = None if result.features is None else result.features.runs
+        features = result.features.runs if result.features else None
         return cls(result.parameters, values, Costs.joined([result.stats[:-1]]), features)
 
     @classmethod
     def nominal(cls, result: StudyResult) -> Table:
         """The nominal run of a result; its parameters are not needed here."""
         values = np.stack([result.table(name)[-1] for name in result.outputs], axis=-1)[None]
-        features = None if result.features is None else result.features.nominal[None]
+        features = result.features.nominal[None] if result.features else None
         return cls(result.parameters[:1], values, Costs.joined([result.stats[-1:]]), features)
 
     def __getitem__(self, rows: slice | NDArray[np.intp]) -> Table:
@@ -340,7 +340,7 @@ def _facts(result: StudyResult) -> dict[str, Any]:
         "settings": result.settings,
         "scene": result.scene,
         "nominal_parameters": result.nominal_parameters,
-        "feature_names": () if result.features is None else result.features.names,
+        "feature_names": result.features.names,
     }
 
 
@@ -360,7 +360,7 @@ def _result(
     parameters = np.concatenate([table.parameters for table in tables])
     # Runs of another result may not know the features.
     found = [table.features for table in [*tables, nominal] if table.features is not None]
-    features = None
+    features = NO_FEATURES
     names = facts.pop("feature_names")
     if names and len(found) == len(tables) + 1:
         values = np.concatenate(found)

@@ -129,7 +129,7 @@ class Study:
     ...     t = np.linspace(0.0, 1.0, 101)
     ...     return {"t": t, "x": np.cos(np.sqrt(stiffness) * t), "period": 2 * np.pi / np.sqrt(stiffness)}
     >>> result = Study(spring, {"stiffness": Interval.around(9.0, rel=0.1)}).band(runs=16)
-    >>> result["x"].verdict, result.feature("period").interval.verdict
+    >>> result["x"].verdict, result.features["period"].interval.verdict
     ('resolved', 'resolved')
     """
 

@@ -175,7 +175,7 @@ def test_xarray_holds_runs_over_their_parameters(result, tmp_path):
     assert data["slider.x.runs"].dims == ("run", "t")
     assert np.array_equal(data["slider.x.runs"], result.values("slider.x"))
     assert np.array_equal(data.coords["parameters.rod_length"], result.parameters[:, 1])
-    assert np.array_equal(data["features.peak force"][:, 0], result.feature("peak force").values[:, 0])
+    assert np.array_equal(data["features.peak force"][:, 0], result.features["peak force"].values[:, 0])
     assert data["slider.x.lower"].attrs["units"] == "m"
     assert cc.Scene.from_json(data.attrs["scene"]) == result.scene
     path = tmp_path / "result.nc"

@@ -73,7 +73,7 @@ def test_a_result_with_holes_survives_a_file(grid, tmp_path):
     assert len(result.failures) == 7
     again = cc.StudyResult.load(result.save(tmp_path / "holes"))
     assert again == result and again.failures == result.failures
-    assert len(result.feature("end").values) == 32
+    assert len(result.features["end"].values) == 32
 
 
 def test_missing_values_follow_from_a_polynomial_that_the_others_determine():
@@ -193,4 +193,4 @@ def test_callables_that_raise_return_nonsense_or_hang_cost_their_runs_only():
         10.0: "feature",
     }
     assert "given up after 0.5 s" in reasons[9.0][1] and "mood" in reasons[8.0][1]
-    np.testing.assert_allclose(result.feature("end").values[:, 0], result.values("block.y")[:, -1])
+    np.testing.assert_allclose(result.features["end"].values[:, 0], result.values("block.y")[:, -1])

@@ -72,10 +72,10 @@ def test_one_run_in_a_hundred_that_fails_costs_no_other():
     assert np.array_equal(result.parameters, at[others])
     assert np.array_equal(result.values("x"), whole.values("x")[others])
     for name in ("peak", "product"):
-        assert np.array_equal(result.feature(name).values, whole.feature(name).values[others])
+        assert np.array_equal(result.features[name].values, whole.features[name].values[others])
         # Nothing is known of a feature where runs failed.
-        assert result.feature(name).interval.verdict == "sampled"
-        assert whole.feature(name).interval.verdict == "resolved"
+        assert result.features[name].interval.verdict == "sampled"
+        assert whole.features[name].interval.verdict == "resolved"
     assert any("failed: 4 of 401 runs have no result" in told for told in result.warnings)
 
 

@@ -50,7 +50,7 @@ def results(run):
     chebyshev, sample = study.chebyshev(1), study.sample(24)
     ideal = cc.Study(build, {"crank_length": BOX["crank_length"]}, fixed={"clearance_at": ()}, **time)
     ideal = ideal.chebyshev(1)
-    band, feature = chebyshev["slider.x"], sample.feature("peak")
+    band, feature = chebyshev["slider.x"], sample.features["peak"]
     bounds = cc.study_tradeoff(cc.Study(build, BOX, ["slider.x"], **time), (1,), (2,), holdout=3)
     runs = cc.tradeoff(run.scene, duration=4e-4, samples=9, rtols=[1e-4], methods=["auto"], repeats=1)
     template = cc.load(EXAMPLE)

@@ -78,7 +78,7 @@ def results():
 def pictures(results):
     run, band, polynomials, scan, costs = results
     name = f"{SLIDER}.vx"
-    feature, ranking = band.feature(FEATURE), band.ranking(FEATURE)
+    feature, ranking = band.features[FEATURE], band.ranking(FEATURE)
     tradeoff = cc.tradeoff(
         run.scene, duration=1e-3, samples=11, outputs=[name], methods=["dop853"], rtols=[1e-4]
     )

@@ -320,8 +320,8 @@ LONG_PICTURES = {
         [run, run], labels=["new", "after ten thousand hours of work"], ax=ax
     ),
     "sensitivities": lambda run, band, polynomial, ax: both_slopes(next(iter(polynomial.values())), ax),
-    "tornado": lambda run, band, polynomial, ax: cc.plots.plot_tornado(band.feature(FORCE), ax=ax),
-    "shares": lambda run, band, polynomial, ax: cc.plots.plot_shares(band.feature(FORCE), ax=ax),
+    "tornado": lambda run, band, polynomial, ax: cc.plots.plot_tornado(band.features[FORCE], ax=ax),
+    "shares": lambda run, band, polynomial, ax: cc.plots.plot_shares(band.features[FORCE], ax=ax),
     "ranking": lambda run, band, polynomial, ax: cc.plots.plot_ranking(band.ranking(FORCE), ax=ax),
 }
 

@@ -130,7 +130,7 @@ def test_joints_of_contacts(run):
 
 def test_numbers_and_abscissas(run, result):
     band = result["slider.x"]
-    feature = result.feature("mean force")
+    feature = result.features["mean force"]
     for message, draw in (
         (r"period must be a finite number > 0 \[s\]", lambda: cc.plots.plot_poincare(run, *"ab", period="1")),
         (r"shift must be a finite number >= 0 \[s\]", lambda: run_section(run, shift=-1.0)),

@@ -189,7 +189,7 @@ def test_the_script_has_features_distributions_seeds_and_bounds(ask, tmp_path):
     np.testing.assert_array_equal(again.parameters, result.parameters)
     np.testing.assert_array_equal(again["slider.x"].upper, result["slider.x"].upper)
     name = "peak force"
-    np.testing.assert_array_equal(again.feature(name).values, result.feature(name).values)
+    np.testing.assert_array_equal(again.features[name].values, result.features[name].values)
     assert found["study"].random == study.random and "a function of your own" in html.unescape(script)
 
 
@@ -359,6 +359,6 @@ def test_notebooks_show_a_table_without_scripts(kind, scene, result):
 
 
 def test_features_have_units(result):
-    assert result.feature("peak force").unit == "N"
-    assert " N (" in str(result.feature("peak force"))
+    assert result.features["peak force"].unit == "N"
+    assert " N (" in str(result.features["peak force"])
     assert cc.features.impulse("wrist").unit == "N s" and cc.features.rms("slider.ax").unit == "m/s²"

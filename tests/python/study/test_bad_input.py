@@ -72,7 +72,7 @@ def test_a_feature_of_two_runs_has_an_interval():
 
     result = cc.Study(noisy, BOX, features={"peak": cc.features.peak("x")}).sample(2)
     for name in ("top", "peak"):
-        reach = result.feature(name).interval
+        reach = result.features[name].interval
         assert reach.lower < reach.upper and reach.verdict == "sampled"
 
 
@@ -81,7 +81,7 @@ def test_outputs_that_do_not_change_have_no_width_and_no_effects(ask):
     result = getattr(cc.Study(constant, BOX), ask)()
     assert result["x"].max_width <= 1e-13
     assert result["x"].verdict in ("resolved", "sampled")
-    reach = result.feature("top").interval
+    reach = result.features["top"].interval
     assert (reach.lower, reach.upper) == (0.1, 0.1)
     ranking = result.ranking("top")
     assert ranking.scatter.upper == 0.0 and all(row.share.upper == 0.0 for row in ranking)
@@ -94,7 +94,7 @@ def test_a_parameter_without_effect_is_said_not_to_help(ask):
     result = getattr(cc.Study(waves, BOX), ask)()
     advice = result.ranking("top").advice()
     assert any(line.startswith("tightening b does not help: 100 %") for line in advice)
-    assert result.feature("top").effects.monotone == {"a": "rises"}
+    assert result.features["top"].effects.monotone == {"a": "rises"}
 
 
 def test_two_samples_are_enough():

@@ -293,9 +293,9 @@ def test_included_runs_at_points_of_the_band_count_once():
     assert len(both.parameters) == 21 + len(replicates.parameters) and both["x"].upper.max() >= 60.0
     # Included runs may be on a grid: no statement on a further run is made of features of all of them.
     mixed = study.band(21, include=study.scan(3))
-    assert len(mixed.parameters) == 30 and np.isnan(mixed.feature("f").interval.whole_run)
+    assert len(mixed.parameters) == 30 and np.isnan(mixed.features["f"].interval.whole_run)
     with pytest.raises(ValueError, match="runs on a grid"):
-        mixed.feature("f").quantile(0.5)
+        mixed.features["f"].quantile(0.5)
 
 
 def test_included_runs_of_another_model_are_told():

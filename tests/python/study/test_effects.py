@@ -346,8 +346,8 @@ class TestStudy:
         for row, given in enumerate(result.parameters):
             run = cc.simulate(slider(*given), duration=2e-3, samples=2, rtol=1e-4)
             force = run.feature(wanted["force"], cycles=2)
-            assert np.array_equal(result.feature("force").values[row], force)
-            assert result.feature("steps").values[row, 0] == run.stats.steps
+            assert np.array_equal(result.features["force"].values[row], force)
+            assert result.features["steps"].values[row, 0] == run.stats.steps
         assert np.array_equal(result.parameters, study.sample(5, rng=3).parameters)
         loaded = cc.StudyResult.load(result.save(tmp_path / "study"))
         assert loaded == result and loaded.kind == "sample"
@@ -358,11 +358,11 @@ class TestStudy:
         scanned = self.study(wanted, ["slider.x"]).scan(3)
         assert fitted.features.runs.shape == (12, 1, 1) and scanned.features.runs.shape == (9, 1, 1)
         # The mean position grows with both lengths, by a meter each for a meter in the first instants.
-        assert fitted.feature("mean").interval.verdict == "resolved"
-        assert fitted.feature("mean").effects.monotone == {"crank_length": "rises", "rod_length": "rises"}
-        assert math.isnan(scanned.feature("mean").interval.whole_run)
+        assert fitted.features["mean"].interval.verdict == "resolved"
+        assert fitted.features["mean"].effects.monotone == {"crank_length": "rises", "rod_length": "rises"}
+        assert math.isnan(scanned.features["mean"].interval.whole_run)
         with pytest.raises(ValueError, match="grid"):
-            scanned.feature("mean").quantile(0.5)
+            scanned.features["mean"].quantile(0.5)
 
     def test_ranking_of_a_mean_position(self):
         result = self.study({"mean": cc.features.mean("slider.x")}).sample(21)
@@ -388,7 +388,7 @@ class TestStudy:
             return cc.Study(slider, sides, [], features=features, **turn).sample(runs, rng=seed)
 
         def width(crank, rod):
-            values = sampled(crank, rod, 120, 1).feature("rms").values
+            values = sampled(crank, rod, 120, 1).features["rms"].values
             return np.ptp(np.quantile(values, [0.025, 0.975]))
 
         whole = width(0.1, 0.1)
@@ -416,7 +416,7 @@ class TestStudy:
         assert "crank_length: taken as uniform over three standard deviations" in str(result.ranking("mean"))
         assert "(normal: three standard deviations each way, taken as an interval)" in str(result)
         with pytest.raises(ValueError, match="not those of a normal distribution"):
-            result.feature("mean").quantile(0.5)
+            result.features["mean"].quantile(0.5)
         assert cc.StudyResult.load(result.save(tmp_path / "normal")) == result
         assert "taken as" not in str(
             self.study({"mean": cc.features.mean("slider.x")}).sample(12).ranking("mean")
@@ -448,7 +448,7 @@ class TestStudy:
         result = study.sample(3)
         for name, middle in (("mean", 0.5), ("peak", 1.0)):
             own = np.arange(4.0) + middle + result.parameters
-            np.testing.assert_allclose(result.feature(name).values, own, rtol=1e-12)
+            np.testing.assert_allclose(result.features[name].values, own, rtol=1e-12)
 
     @pytest.mark.parametrize("size", [1e-170, 1e153])
     def test_features_of_very_large_and_very_small_values(self, size):
@@ -460,7 +460,7 @@ class TestStudy:
             features={"f": cc.features.rms("x")},
         )
         result = study.sample(21)
-        reach = result.feature("f").interval
+        reach = result.features["f"].interval
         assert (reach.lower / size, reach.upper / size) == pytest.approx((7.0, 17.0), rel=1e-6)
         with pytest.raises(cc.errors.ArgumentError, match=r"sizes from 1e-150 to 1e\+150"):
             result.ranking("f")
@@ -494,9 +494,9 @@ class TestStudy:
 
     def test_mistakes(self):
         with pytest.raises(KeyError, match=r"Study\(features=...\)"):
-            self.study({}, ["slider.x"]).sample(2).feature("force")
+            self.study({}, ["slider.x"]).sample(2).features["force"]
         with pytest.raises(KeyError, match="did you mean"):
-            self.study({"force": cc.features.peak("slider.x")}).sample(2).feature("forse")
+            self.study({"force": cc.features.peak("slider.x")}).sample(2).features["forse"]
         with pytest.raises(ValueError, match="at least 7 runs"):
             self.study({"force": cc.features.peak("slider.x")}).sample(4).ranking("force")
         with pytest.raises(ValueError, match="unknown output"):

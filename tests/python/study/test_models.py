@@ -36,7 +36,7 @@ def test_a_model_of_ones_own_gets_the_bands_of_a_scene(ask):
     assert np.allclose(band.upper, 1.1 * T - 1.8, atol=1e-12)
     assert np.allclose(band.nominal, T - 2.0, atol=1e-15)
     assert band.verdict == ("sampled" if ask == "scan" else "resolved")
-    reach = result.feature("product").interval
+    reach = result.features["product"].interval
     assert (reach.lower, reach.upper) == pytest.approx((0.9 * 1.8, 1.1 * 2.2), rel=1e-12)
 
 
@@ -48,7 +48,7 @@ def test_a_model_is_extended_and_saved(tmp_path):
     assert StudyResult.load(whole.save(tmp_path / "own")) == whole
     assert whole.dataset().variables["x.lower"].unit == "", "a length by its name, but not ours to say"
     assert "product" in whole.report(tmp_path / "own").read_text(encoding="utf-8")
-    assert np.array_equal(whole.feature("peak").values, whole.feature("end").values)
+    assert np.array_equal(whole.features["peak"].values, whole.features["end"].values)
 
 
 def test_an_executor_calls_a_model_at_the_same_points():
@@ -70,11 +70,11 @@ def test_features_of_samples_are_those_of_the_samples():
     features = {"peak": peak("x"), "rms": rms("x")}
     result = Study(wave, BOX, features=features, cycles=2).sample(5)
     a, b = result.parameters.T
-    assert np.allclose(result.feature("peak").values, np.stack([b + a, b], axis=1), atol=1e-12)
+    assert np.allclose(result.features["peak"].values, np.stack([b + a, b], axis=1), atol=1e-12)
     # The two halves have the mean squares b² + a²/2 ± 4 a b / pi; trapezoids of 50 steps err by 1e-3.
     squares = b**2 + a**2 / 2.0
     both = np.stack([squares + 4.0 * a * b / np.pi, squares - 4.0 * a * b / np.pi], axis=1)
-    assert np.allclose(result.feature("rms").values ** 2, both, rtol=5e-3)
+    assert np.allclose(result.features["rms"].values ** 2, both, rtol=5e-3)
 
 
 @pytest.mark.parametrize(
@@ -128,7 +128,7 @@ def test_a_table_of_finished_runs_gets_the_band_of_its_runs(table, tmp_path):
     assert len(result.parameters) == 39, "the run next to the midpoint is the nominal one"
     assert np.allclose(result["x"].lower, 0.9 * T - 2.2, atol=1e-12)
     assert "given" in result.statement
-    assert np.isnan(result.feature("peak").interval.whole_run), "nothing is known of how they were drawn"
+    assert np.isnan(result.features["peak"].interval.whole_run), "nothing is known of how they were drawn"
     assert StudyResult.load(result.save(tmp_path / "table")) == result
     for refused in (
         lambda: study.band(confidence=0.9),
@@ -147,7 +147,7 @@ def test_every_run_of_a_table_counts_where_several_are_at_one_point():
     rows = np.arange(9.0)
     result = Study.from_runs(points, [0.0, 1.0], {"x": np.stack([rows, rows], axis=1), "f": rows}).sample()
     assert result["x"].runs[:, 0].tolist() == [0.0, 1.0, 2.0, 3.0, 5.0, 6.0, 7.0, 8.0]
-    assert result.feature("f").values.ravel().tolist() == result["x"].runs[:, 0].tolist()
+    assert result.features["f"].values.ravel().tolist() == result["x"].runs[:, 0].tolist()
 
 
 def test_masked_and_complex_values_of_a_table_are_refused(table):
@@ -180,7 +180,7 @@ def test_a_box_that_is_wider_than_the_runs_of_a_table_is_not_resolved():
         ChebclearWarning, match=r"m between 1.5 and 1.94.* or between 2.05.* and 2.5, 88 % of its"
     ):
         result = study.band()
-    assert result["x"].verdict == "undersampled" and result.feature("last").interval.verdict == "sampled"
+    assert result["x"].verdict == "undersampled" and result.features["last"].interval.verdict == "sampled"
     assert "cannot be verified for x" in "\n".join(result.warnings)
     assert "check()" not in str(result) and "Study.certify" not in str(result)
 
@@ -204,7 +204,7 @@ def test_rows_of_data_frames_must_be_in_one_order():
     turned = frame.sort_values("a")
     with pytest.raises(ValueError, match=r'values\["y"\] has other row labels than parameters\["a"\]'):
         Study.from_runs(turned[["a"]], None, {"y": frame["y"]})
-    found = Study.from_runs(turned[["a"]], None, {"y": turned["y"]}).sample().feature("y")
+    found = Study.from_runs(turned[["a"]], None, {"y": turned["y"]}).sample().features["y"]
     np.testing.assert_array_equal(found.values[:, 0], found.parameters[:, 0] ** 2)
 
 
@@ -333,7 +333,7 @@ def test_nothing_is_extrapolated_into_a_part_of_the_box_that_a_table_leaves_out(
             assert "next: runs in the part of the box that the table leaves out" in str(result)
             result.save(tmp_path / "table.npz")
             assert str(StudyResult.load(tmp_path / "table.npz")) == str(result)
-    reach = result.feature("peak").interval
+    reach = result.features["peak"].interval
     assert reach.verdict == "sampled"
     assert (reach.lower, reach.upper) == (x.max(axis=1).min(), x.max(axis=1).max())
     with pytest.warns(ChebclearWarning, match="peak: the runs leave out a part of the box: effects are"):
@@ -350,7 +350,7 @@ def test_runs_that_fill_the_box_leave_nothing_out():
     study = Study(
         lambda **p: {"t": T, "x": (200.0 + sum(p.values())) * (1.0 + T)}, sides, features={"peak": peak("x")}
     )
-    reach = study.band(128).feature("peak").interval
+    reach = study.band(128).features["peak"].interval
     assert reach.verdict == "resolved"
     assert (reach.lower, reach.upper) == pytest.approx((360.0, 440.0), rel=1e-9)
     # Grids.
@@ -447,9 +447,9 @@ def test_a_callable_feature_does_not_simulate_again(monkeypatch):
     )
     result = study.sample(4)
     assert not calls
-    assert np.array_equal(result.feature("end").values[:, 0], result.values("slider.x")[:, -1])
+    assert np.array_equal(result.features["end"].values[:, 0], result.values("slider.x")[:, -1])
     study.runner = replace(study.runner, features={"contacts": lambda run: len(run.contacts)})
-    assert study.sample(4).feature("contacts").nominal > 0
+    assert study.sample(4).features["contacts"].nominal > 0
     assert len(calls) == 5, "what a study does not keep costs each run once more"
 
 
@@ -481,8 +481,8 @@ def test_what_a_polynomial_says_where_runs_failed_is_doubted():
         ):
             ask(result["x"])
     # Of the runs alone: the polynomial would be extrapolated.
-    reach = result.feature("peak").interval
-    assert (reach.verdict, reach.upper) == ("sampled", result.feature("peak").values.max())
+    reach = result.features["peak"].interval
+    assert (reach.verdict, reach.upper) == ("sampled", result.features["peak"].values.max())
 
 
 def test_masked_instants_have_no_value():

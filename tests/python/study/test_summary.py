@@ -90,7 +90,7 @@ def test_a_peak_that_was_asked_for_is_that_of_the_motion():
     features = {"peak force": cc.features.peak("wrist.normal_force")}
     asked = cc.Study(cc.mechanisms.slider_crank, sides, ["wrist.normal_force"], features=features, **options)
     result = asked.sample(6)
-    reach = result.feature("peak force").interval
+    reach = result.features["peak force"].interval
     assert f"{reach.lower:.5g} to {reach.upper:.5g}" in str(result)
     assert reach.upper > result.values("wrist.normal_force").max(), "samples miss the peak"
     assert (
@@ -193,7 +193,7 @@ def test_a_ranking_says_what_is_certain_of_it():
 
 
 def test_what_a_feature_promises_of_a_further_run():
-    text = str(cc.Study(lambda a, b: {"product": a * b}, BOX).sample(20).feature("product"))
+    text = str(cc.Study(lambda a, b: {"product": a * b}, BOX).sample(20).features["product"])
     # Of n runs in random order the next one is between their extremes with (n - 1) / (n + 1).
     promise = (
         "of the runs are in the interval of the others, a further run with a probability of at least 90.47 %"

@@ -62,7 +62,7 @@ def drawn(result):
         cc.plots.plot_band(band),
         cc.plots.plot_sensitivity(band, "flow"),
         cc.plots.plot_coefficients(cc.Study(model, BOX, units=plain).chebyshev(4)["tank.x"]),
-        cc.plots.plot_tornado(result.feature("top")),
+        cc.plots.plot_tornado(result.features["top"]),
     ]
     return [re.sub(r"\s+", " ", ax.get_xlabel() + "|" + ax.get_ylabel()) for ax in axes]
 
@@ -145,7 +145,7 @@ def test_a_table_of_runs_has_them(result):
             runs, result.t, values, units={"tank.x": "bar", "largest": "kg", "flow": "l/min"}
         ).band()
     assert table["tank.x"].unit == "bar"
-    assert table.feature("largest").unit == "kg"
+    assert table.features["largest"].unit == "kg"
     assert table["tank.x"].parameter_units == {"flow": "l/min"}
 
 

@@ -129,7 +129,8 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
 
     def _entry(self, name: str) -> FeatureResult:
         if name not in self:
-            raise UnknownNameError(f'unknown feature "{name}"{meant_or_known(name, self.names)}')
+            hint = meant_or_known(name, self.names) if self.names else ": ask for it in Study(features=...)"
+            raise UnknownNameError(f'unknown feature "{name}"{hint}')
         return self._entries[self.names.index(name)]
 
     @cached_property
@@ -150,6 +151,10 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
             finished=self.finished,
             nominal_parameters=self.nominal_parameters,
         )
+
+
+NO_FEATURES = FeatureTable((), np.empty((0, 1, 0)), np.empty((1, 0)), {}, np.empty((0, 0)), random=False)
+"""The features of a study that asked for none."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -96,7 +96,7 @@ def facts_of(result: StudyResult) -> dict[str, Any]:
         "spec": None if result.spec is None else result.spec.facts(),
     }
     facts |= {"seconds": result.seconds, "worst_cases": [dataclasses.asdict(c) for c in result.worst_cases]}
-    if result.features is not None:
+    if result.features:
         facts |= {
             "features": result.features.names,
             "random": result.features.random,
@@ -112,6 +112,6 @@ def more_arrays(result: StudyResult) -> dict[str, Array]:
     arrays: dict[str, Array] = {}
     if result.nominal_parameters is not None:
         arrays["nominal_parameters"] = result.nominal_parameters
-    if result.features is not None:
+    if result.features:
         arrays |= {"features": result.features.runs, "nominal_features": result.features.nominal}
     return arrays

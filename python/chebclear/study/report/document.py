@@ -67,7 +67,7 @@ MEANINGS = {
 def study_document(result: StudyResult, title: str | None) -> Document:
     """The report of a study; see `StudyResult.report`."""
     bands = result.bands
-    names = [*bands, *(result.features.names if result.features is not None else ())]
+    names = [*bands, *result.features.names]
     features = (
         [feature_section(result.features[name]) for name in result.features.names] if result.features else []
     )

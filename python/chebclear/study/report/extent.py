@@ -25,7 +25,7 @@ def extent(result: StudyResult, band: Band) -> tuple[float, float]:
         The band of the output.
     """
     lower, upper = at_samples(band)
-    if result.spec is not None and result.features is not None:
+    if result.spec is not None and result.features:
         for name, asked in result.spec.features.items():
             if asked == Feature("lowest", band.name):
                 lower = min(lower, result.features[name].interval.lower)

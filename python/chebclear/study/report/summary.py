@@ -66,7 +66,7 @@ def summary(result: StudyResult) -> str:
             f"Peaks of a run between the samples too, from its features: {listed(between, most=4)}; the "
             "other columns are of the samples alone."
         )
-    if result.features is not None:
+    if result.features:
         lines += [str(result.features[name]) for name in result.features.names[:_MOST_LINES]]
     if result.statement is not None:
         lines.append(result.statement)
@@ -121,7 +121,7 @@ def _row(result: StudyResult, band: Band) -> list[str]:
 def _peak(result: StudyResult, band: Band) -> FeatureInterval:
     """The range of the largest value of a run: from the feature if there is one, else from the samples."""
     asked = _asked_peak(result, band.name)
-    if asked and result.features is not None:
+    if asked:
         return result.features[asked].interval
     values = result.table(band.name)
     peaks = values.reshape(len(values), -1).max(axis=1)[:, None]
@@ -143,10 +143,9 @@ def _is_table(result: StudyResult) -> bool:
 
 def _asked_peak(result: StudyResult, output: str) -> str:
     """The feature of a study that is the peak of an output, or nothing."""
-    if result.features is None:
-        return ""
     asked = {} if result.spec is None else result.spec.features
-    return next((name for name, feature in asked.items() if feature == Feature("peak", output)), "")
+    peak = Feature("peak", output)
+    return next((name for name in result.features.names if asked.get(name) == peak), "")
 
 
 def _next(result: StudyResult) -> list[str]:
@@ -180,7 +179,7 @@ def _next(result: StudyResult) -> list[str]:
     followed = [band.name for band in bands if band.verdict == "resolved" and band.surrogate is not None]
     if followed and not result.worst_cases and not _is_table(result):
         advice.append(f"result.check() simulates the predicted worst cases of {_named(followed)}")
-    if result.features is not None:
+    if result.features:
         table = result.features
         varying = [name for name in table.names if np.ptp(table[name].values) > 0.0]
         advice += [f'result.ranking("{name}") says which tolerance to tighten' for name in varying[:1]]
