@@ -17,6 +17,7 @@ __all__ = [
     "chebyshev_fit",
     "chebyshev_nodes",
     "check_settings",
+    "expression_names",
     "flatten",
     "interval_bounds",
     "polynomial_ranges",
@@ -109,7 +110,8 @@ class Mechanism:
         start: str | None = None,
     ) -> _Run: ...
 
-def flatten(record: object, part: type, points: type) -> tuple[tuple[Any, ...], bytes]: ...
+def flatten(record: object, part: type, named: tuple[type, type]) -> tuple[tuple[Any, ...], bytes]: ...
+def expression_names(text: str) -> list[str] | None: ...
 def sweep(
     scenes: Sequence[tuple[str, bytes, tuple[int, ...]]],
     settings: str,

@@ -14,6 +14,7 @@
 pub mod contact;
 pub mod dynamics;
 pub mod error;
+pub mod expression;
 pub mod integrators;
 pub mod mechanism;
 pub mod numerics;

@@ -4,6 +4,11 @@ mod numerics {
     mod rotation;
 }
 
+mod expression {
+    mod language;
+    mod tables;
+}
+
 mod contact {
     mod forces;
 }
@@ -22,6 +27,7 @@ mod tree {
 mod dynamics {
     pub(crate) mod cartesian;
     pub(crate) mod constraints;
+    mod expressions;
     mod loops;
     mod mechanics;
     pub(crate) mod random_trees;

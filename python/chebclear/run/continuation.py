@@ -143,14 +143,20 @@ def _require_whole(scene: Scene, start: EndState, settings: Settings) -> None:
 def _prolonged(scene: Scene, until: float) -> Scene:
     """The scene with a further point in every table that ends before; at its own points a spline is exact."""
 
+    def ends_before(table: Table, until: float) -> bool:
+        is_of_time = table.over.strip() == "time" and not table.periodic and table.beyond == "end"
+        return is_of_time and table.points[-1] < until
+
     def longer(part: Any) -> Any:
         tables = {item.name: getattr(part, item.name) for item in dataclasses.fields(part)}
         changed = {
-            name: Table(
-                (*table.times, 2.0 * table.times[-1] - table.times[0]), (*table.values, table.values[-1])
+            name: dataclasses.replace(
+                table,
+                points=(*table.points, 2.0 * table.points[-1] - table.points[0]),
+                values=(*table.values, table.values[-1]),
             )
             for name, table in tables.items()
-            if isinstance(table, Table) and table.times[-1] < until
+            if isinstance(table, Table) and ends_before(table, until)
         }
         return dataclasses.replace(part, **changed)
 

@@ -14,6 +14,7 @@ from ..base.arguments import as_number
 from ..base.shown import listed
 from ..base.units import units
 from ..errors import SceneError
+from .functions import Table, unit_of_points
 from .parts import GROUND, Body, ClearanceRevolute, Inspection, Prismatic, ends_of, loose_joints, owner_of
 from .schema import Part, Points
 
@@ -209,6 +210,8 @@ def _held(value: Any, unit: str) -> str:
     if not isinstance(value, Part):
         return repr(value)
     inner = {name: re.sub(r"\bunit\b", unit, own) for name, own in units(type(value)).items()}
+    if isinstance(value, Table):
+        inner["points"] = unit_of_points(str(value.over))
     return f"{_kind(value)}, {_fields(vars(value), inner)}"
 
 
@@ -219,10 +222,12 @@ def _kind(record: Part) -> str:
 def _fields(fields: dict[str, Any], unit: dict[str, str]) -> str:
     shown = []
     for name, value in fields.items():
-        if value is None:
+        if value is None or value is False:
             continue
         words = name.replace("_", " ")
-        if isinstance(value, str):
+        if value is True:
+            shown.append(words)
+        elif isinstance(value, str):
             shown.append(f"{words} {value}")
         elif as_number(value) is not None or isinstance(value, tuple):
             of = unit.get(name, "?").replace("exponent", _number(fields.get("exponent", "exponent")))

@@ -6,10 +6,11 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from ..base.units import unit
-from .functions import Harmonic, Polynomial, Table, TimeFunction
+from .functions import Expression, Harmonic, Load, Polynomial, Table
 from .schema import Part, Vector
 
 FUNCTIONS = (Polynomial, Harmonic, Table)
+LOADS = (*FUNCTIONS, Expression)
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,7 @@ class TorsionDamper(Part):
 
 @dataclass(frozen=True)
 class Force(Part):
-    """A force at a point, given as a function of time.
+    """A force at a point, a function of time or of the motion.
 
     Parameters
     ----------
@@ -141,25 +142,29 @@ class Force(Part):
         Name, unique in the scene.
     point : str
         Point at which it acts, as ``"body.point"``.
-    x, y : float, Polynomial, Harmonic or Table
-        Its components [N], constant or functions of time.
+    x, y : float, str, Polynomial, Harmonic, Table or Expression
+        Its components [N]; a text is an `Expression`.
     frame : {"ground", "body"}
         Whether the components are along the axes of ground or turn with the body.
     """
 
     _tag = ("type", "force")
-    _choices: ClassVar = {"x": FUNCTIONS, "y": FUNCTIONS}
+    _choices: ClassVar = {"x": LOADS, "y": LOADS}
 
     name: str
     point: str
-    x: float | TimeFunction = field(metadata=unit("N"))
-    y: float | TimeFunction = field(metadata=unit("N"))
+    x: float | Load = field(metadata=unit("N"))
+    y: float | Load = field(metadata=unit("N"))
     frame: str = "ground"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _read_texts(self)
 
 
 @dataclass(frozen=True)
 class Torque(Part):
-    """A torque on a body, given as a function of time.
+    """A torque on a body, a function of time or of the motion.
 
     Parameters
     ----------
@@ -167,16 +172,28 @@ class Torque(Part):
         Name, unique in the scene.
     body : str
         The body on which it acts.
-    torque : float, Polynomial, Harmonic or Table
-        The torque [N m], constant or a function of time.
+    torque : float, str, Polynomial, Harmonic, Table or Expression
+        The torque [N m]; a text is an `Expression`.
     reaction : str
         The body on which its reaction acts, such as the frame of a motor.
     """
 
     _tag = ("type", "torque")
-    _choices: ClassVar = {"torque": FUNCTIONS}
+    _choices: ClassVar = {"torque": LOADS}
 
     name: str
     body: str
-    torque: float | TimeFunction = field(metadata=unit("N m"))
+    torque: float | Load = field(metadata=unit("N m"))
     reaction: str = "ground"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _read_texts(self)
+
+
+def _read_texts(part: Force | Torque) -> None:
+    """Makes expressions of the texts in the place of loads."""
+    values = vars(part)
+    for name in part._choices:
+        if isinstance(values[name], str):
+            values[name] = Expression(values[name])

@@ -36,7 +36,12 @@ from .forces import (
     TorsionDamper as TorsionDamper,
     TorsionSpring as TorsionSpring,
 )
-from .functions import Harmonic as Harmonic, Polynomial as Polynomial, Table as Table
+from .functions import (
+    Expression as Expression,
+    Harmonic as Harmonic,
+    Polynomial as Polynomial,
+    Table as Table,
+)
 from .laws import (
     ContactLaw as ContactLaw,
     Flores as Flores,
@@ -273,6 +278,6 @@ def _within(problem: Problem, known: Problem) -> bool:
     """Whether a problem follows from a known one."""
     if at_or_below(problem.path, known.path):
         return True
-    # The points of a table are checked together, with the path of its times.
-    table = re.fullmatch(r"(.*)\.(times|values)(\[\d+\])?", known.path)
-    return table is not None and problem.path == f"{table[1]}.times"
+    # The points of a table are checked together, with the path of its points.
+    table = re.fullmatch(r"(.*)\.(points|values)(\[\d+\])?", known.path)
+    return table is not None and problem.path == f"{table[1]}.points"

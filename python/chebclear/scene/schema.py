@@ -13,7 +13,7 @@ import inspect
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, ValuesView
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, Self, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -22,12 +22,15 @@ from ..errors import Problem
 
 Vector: TypeAlias = tuple[float, float]
 Numbers: TypeAlias = Sequence[float]
+T = TypeVar("T")
 
 # Annotations of plain values, as they are written in the records.
 _NUMBERS = ("float", "float | None")
-_TEXT = "str"
+_TEXTS = ("str", "str | None")
+_TRUTH = "bool"
 _VECTOR = "Vector"
 _POINTS = "Mapping[str, Vector]"
+_CONSTANTS = "Mapping[str, float]"
 _LIST = "Numbers"
 # A number, or a record in its place.
 _EITHER = "float | "
@@ -58,40 +61,65 @@ _OTHER_WORDS: dict[str, tuple[str, ...]] = {
 _NOT_FINITE = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 
 
-class Points(Mapping[str, Vector]):
-    """Named points: an immutable mapping, so that records that contain it can be hashed.
+class Named(Mapping[str, T]):
+    """Values with names of the user: an immutable mapping, so that records that contain it can be hashed.
 
     Parameters
     ----------
-    points : mapping of str to (float, float)
-        Position by name [m].
+    items : mapping of str to object
+        Values by name.
     """
 
-    __slots__ = ("_points",)
+    __slots__ = ("_items",)
 
-    def __init__(self, points: Mapping[str, Any]) -> None:
-        self._points: dict[str, Vector] = {name: _as_vector(position) for name, position in points.items()}
+    def __init__(self, items: Mapping[str, Any]) -> None:
+        self._items: dict[str, T] = {name: self._settle(value) for name, value in items.items()}
 
-    def __getitem__(self, name: str) -> Vector:
-        return self._points[name]
+    @staticmethod
+    def _settle(value: Any) -> Any:
+        """A value in its type, or as it is if it cannot be."""
+        return value
+
+    def __getitem__(self, name: str) -> T:
+        return self._items[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._points)
+        return iter(self._items)
 
     def __len__(self) -> int:
-        return len(self._points)
+        return len(self._items)
 
-    def values(self) -> ValuesView[Vector]:
-        return self._points.values()
+    def values(self) -> ValuesView[T]:
+        return self._items.values()
 
     def __hash__(self) -> int:
-        return hash(frozenset(self._points.items()))
+        return hash(frozenset(self._items.items()))
 
     def __repr__(self) -> str:
-        return repr(self._points)
+        return repr(self._items)
 
-    def __reduce__(self) -> tuple[type[Points], tuple[dict[str, Vector]]]:
-        return Points, (self._points,)
+    def __reduce__(self) -> tuple[type[Self], tuple[dict[str, T]]]:
+        return type(self), (self._items,)
+
+
+class Points(Named[Vector]):
+    """Positions [m] by name."""
+
+    __slots__ = ()
+
+    @staticmethod
+    def _settle(value: Any) -> Any:
+        return _as_vector(value)
+
+
+class Constants(Named[float]):
+    """Numbers by name."""
+
+    __slots__ = ()
+
+    @staticmethod
+    def _settle(value: Any) -> Any:
+        return _as_float(value)
 
 
 class Part:
@@ -158,6 +186,11 @@ def _as_points(value: Any) -> Any:
     return Points(value) if type(value) is not Points and isinstance(value, (dict, Mapping)) else value
 
 
+def _as_constants(value: Any) -> Any:
+    is_other = type(value) is not Constants and isinstance(value, (dict, Mapping))
+    return Constants(value) if is_other else value
+
+
 def _as_tuple(value: Any) -> Any:
     if isinstance(value, (tuple, list)):
         return tuple(value)
@@ -172,6 +205,8 @@ def _settle_of(annotation: str) -> Callable[[Any], Any] | None:
         return _as_vector
     if annotation == _POINTS:
         return _as_points
+    if annotation == _CONSTANTS:
+        return _as_constants
     return _as_tuple if annotation.startswith("Sequence") else None
 
 
@@ -233,12 +268,22 @@ def _write_value(value: Any, annotation: str, path: str, problems: list[Problem]
             return {name: _write_vector(value[name], join(path, name), problems) for name in value}
         problems.append(Problem(path, f"must be a mapping of names to positions, got {value!r}"))
         return {}
+    if annotation == _CONSTANTS:
+        if isinstance(value, Constants) and all(isinstance(name, str) for name in value):
+            return {name: _write_number(value[name], join(path, name), problems) for name in value}
+        problems.append(Problem(path, f"must be a mapping of names to numbers, got {value!r}"))
+        return {}
     if annotation == _LIST:
         if isinstance(value, tuple):
             return [_write_number(item, f"{path}[{index}]", problems) for index, item in enumerate(value)]
         problems.append(Problem(path, f"must be a sequence of numbers, got {value!r}"))
         return []
-    assert annotation == _TEXT, annotation
+    if annotation == _TRUTH:
+        if isinstance(value, bool):
+            return value
+        problems.append(Problem(path, f"must be True or False, got {value!r}"))
+        return False
+    assert annotation in _TEXTS, annotation
     if isinstance(value, str):
         return str(value)
     problems.append(Problem(path, f"must be a text, got {value!r}"))
@@ -361,6 +406,8 @@ def _read_value(plain: Any, annotation: str) -> Any:
         return [_read_value(item, "float") for item in plain]
     if annotation == _POINTS and isinstance(plain, dict):
         return {name: _read_value(item, _VECTOR) for name, item in plain.items()}
+    if annotation == _CONSTANTS and isinstance(plain, dict):
+        return {name: _read_value(item, "float") for name, item in plain.items()}
     return plain
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from .. import _core
 from .parts import ClearanceRevolute
 from .scene import Scene
-from .schema import Part, Points
+from .schema import Constants, Named, Part, Points
 
 Path = Sequence[str | int]
 
@@ -103,7 +103,7 @@ class Structures:
         SceneError
             If a field has the wrong type.
         """
-        key, numbers = _core.flatten(scene, Part, Points)
+        key, numbers = _core.flatten(scene, Part, (Points, Constants))
         try:
             structure = self._known.get(key)
         except TypeError:  # a field that cannot be hashed has a wrong type, which the structure reports
@@ -135,8 +135,8 @@ def _numbered(value: Any, count: Iterator[int]) -> Any:
     if isinstance(value, Part):
         tag = {} if value._tag is None else {value._tag[0]: value._tag[1]}
         return tag | {name: _numbered(getattr(value, name), count) for name in value.__match_args__}
-    if isinstance(value, Points):
-        return {name: _numbered(position, count) for name, position in value.items()}
+    if isinstance(value, Named):
+        return {name: _numbered(item, count) for name, item in value.items()}
     if isinstance(value, tuple):
         return [_numbered(item, count) for item in value]
     return value

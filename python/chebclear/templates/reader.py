@@ -13,10 +13,11 @@ from typing import Any
 
 from ..base.arguments import as_number, meant_or_known
 from ..errors import ArgumentTypeError, Problem, SceneError, is_plain
+from ..scene.functions import Expression as FormulaOfMotion, names_of_motion, unit_of_points
 from ..scene.scene import Scene
 from ..scene.schema import Part, at_or_below
 from .changes import SECTIONS, changed
-from .expressions import Expression, ExpressionError, ExpressionProblem
+from .expressions import Expression, ExpressionError, ExpressionProblem, parse
 from .parameters import read_parameters
 from .run_table import check_names, read_features, read_run
 from .template import Template, path_text
@@ -278,10 +279,16 @@ class _Reader:
                 return [self._part(one, choices, (*path, index)) for index, one in enumerate(value)]
             if isinstance(value, Mapping):
                 return self._part(value, choices, path)
+            if isinstance(value, str) and FormulaOfMotion in choices:
+                names = names_of_motion(value)
+                if names is not None:
+                    return self._formula(value, names, path)
         if annotation.startswith("float"):
             return self._stand_in(value, unit, path)
         if annotation in ("Vector", "Numbers") and isinstance(value, list):
             return [self._stand_in(one, unit, (*path, index)) for index, one in enumerate(value)]
+        if annotation == "Mapping[str, float]" and isinstance(value, Mapping):
+            return {name: self._stand_in(one, unit, (*path, name)) for name, one in value.items()}
         if annotation.startswith("Mapping") and isinstance(value, Mapping):
             return {
                 name: [self._stand_in(one, unit, (*path, name, index)) for index, one in enumerate(position)]
@@ -290,6 +297,16 @@ class _Reader:
                 for name, position in value.items()
             }
         return value
+
+    def _formula(self, text: str, names: Iterable[str], path: Path) -> dict[str, Any]:
+        """A formula of the motion whose constants are the parameters in it."""
+        parameters = self.file.get("parameters", {})
+        used = [name for name in dict.fromkeys(names) if name in parameters]
+        for name in dict.fromkeys(names):
+            if name not in parameters and name != "time" and "." not in name:
+                self.values.note(path, f'unknown name "{name}"{meant_or_known(name, parameters)}')
+        self.expressions += [((*path, "constants", name), parse(name)) for name in used]
+        return {"function": "expression", "text": text, "constants": dict.fromkeys(used, 0.0)}
 
     def _stand_in(self, value: Any, unit: str, path: Path) -> Any:
         """A number in SI units; zero, and a note of what to put there, for an expression."""
@@ -312,6 +329,8 @@ class _Reader:
 
 def _unit_of(item: Field[Any], known: Mapping[str, Field[Any]], plain: Mapping[str, Any]) -> str:
     """Unit of a field; one whose power is another field, such as N/m^exponent, has the number given there."""
+    if item.name == "points" and "over" in plain:
+        return unit_of_points(str(plain["over"]))
     unit = str(item.metadata.get("unit", "unit"))
     power = re.search(r"\^([a-z_]+)$", unit)
     if power is None or power[1] not in known:

@@ -102,14 +102,14 @@ impl Dynamics<'_> {
         let forces: f64 = tree
             .applied_forces
             .iter()
-            .map(|applied| self.applied_force(applied)[0].dot(&self.point(applied.point).velocity))
+            .map(|applied| self.applied_force(applied).dot(&self.point(applied.point).velocity))
             .sum();
         let torques: f64 = tree
             .applied_torques
             .iter()
             .map(|applied| {
                 let [back, on] = applied.frames.map(|frame| self.states[frame].angular_velocity);
-                applied.torque.at(self.t)[0] * (on - back)
+                self.load(&applied.torque) * (on - back)
             })
             .sum();
         drives + forces + torques

@@ -4,6 +4,7 @@ use super::Dynamics;
 use crate::numerics::dual::{Dual, Scalar};
 use crate::tree::elements::{AppliedForce, Link, Torsion};
 use crate::tree::kinematics::{Vec2, perp, rotated};
+use crate::tree::loads::Load;
 
 /// Force of a spring or damper on its second point, where `e` is the vector from the first to the second
 /// point and `rate` its rate.
@@ -42,13 +43,13 @@ impl Dynamics<'_> {
         }
         for applied in &tree.applied_forces {
             let position = self.point(applied.point).position;
-            let [force, _] = self.applied_force(applied);
+            let force = self.applied_force(applied);
             for &(column, i) in &tree.paths[applied.point.frame].free {
                 forces[i] += self.column(column, position).0.dot(&force);
             }
         }
         for applied in &tree.applied_torques {
-            self.add_couple(applied.frames, applied.torque.at(self.t)[0], forces);
+            self.add_couple(applied.frames, self.load(&applied.torque), forces);
         }
     }
 
@@ -89,15 +90,17 @@ impl Dynamics<'_> {
         force_of(link, (b.position - a.position).into(), (b.velocity - a.velocity).into()).into()
     }
 
-    /// An applied force in the world frame [N], and its rate [N/s] without that by the rotation of the body.
-    pub fn applied_force(&self, applied: &AppliedForce) -> [Vec2; 2] {
-        let [x, y] = applied.components.each_ref().map(|component| component.at(self.t));
-        let values = [Vec2::new(x[0], y[0]), Vec2::new(x[1], y[1])];
+    /// An applied force in the world frame [N].
+    pub fn applied_force(&self, applied: &AppliedForce) -> Vec2 {
+        let [x, y] = applied.components.each_ref().map(|component| self.load(component));
+        self.in_world(applied, Vec2::new(x, y))
+    }
+
+    /// A vector along the axes of an applied force in the world frame.
+    fn in_world(&self, applied: &AppliedForce, vector: Vec2) -> Vec2 {
         match applied.body_axes {
-            Some([cosine, sine]) => {
-                values.map(|value| self.states[applied.point.frame].to_world(rotated(value, cosine, sine)))
-            }
-            None => values,
+            Some([cosine, sine]) => self.states[applied.point.frame].to_world(rotated(vector, cosine, sine)),
+            None => vector,
         }
     }
 
@@ -132,7 +135,9 @@ impl Dynamics<'_> {
         }
         for applied in &tree.applied_forces {
             let position = self.point(applied.point).position;
-            let [force, rate] = self.applied_force(applied);
+            let force = self.applied_force(applied);
+            let [x, y] = applied.components.each_ref().map(|component| self.load_rate(component));
+            let rate = self.in_world(applied, Vec2::new(x, y));
             let path = &tree.paths[applied.point.frame];
             for &(column, i) in &path.free {
                 let (by, _) = self.column(column, position);
@@ -147,12 +152,50 @@ impl Dynamics<'_> {
             }
         }
         for applied in &tree.applied_torques {
-            let rate = applied.torque.at(self.t)[1];
+            let rate = self.load_rate(&applied.torque);
             for (frame, sign) in applied.frames.into_iter().zip([-1.0, 1.0]) {
                 for &(column, i) in &tree.paths[frame].free {
                     let rotation = sign * self.states[column + 1].rotation;
                     self.residual_t[i] -= rotation * rate;
                 }
+            }
+        }
+        if !tree.motion_loads.is_empty() {
+            self.add_derivatives_by_motion();
+        }
+    }
+
+    /// The same for the change of applied forces and torques with the motion.
+    fn add_derivatives_by_motion(&mut self) {
+        let tree = self.tree;
+        for applied in &tree.applied_forces {
+            let position = self.point(applied.point).position;
+            for (component, axis) in applied.components.iter().zip([Vec2::x(), Vec2::y()]) {
+                let axis = self.in_world(applied, axis);
+                let by = |this: &Self, column| this.column(column, position).0.dot(&axis);
+                self.add_derivatives_of(component, applied.point.frame, by);
+            }
+        }
+        for applied in &tree.applied_torques {
+            for (frame, sign) in applied.frames.into_iter().zip([-1.0, 1.0]) {
+                let by = |this: &Self, column: usize| sign * this.states[column + 1].rotation;
+                self.add_derivatives_of(&applied.torque, frame, by);
+            }
+        }
+    }
+
+    /// The same for a load on a frame; `by` is the generalized force of a unit load for a column.
+    fn add_derivatives_of(&mut self, load: &Load, frame: usize, by: impl Fn(&Self, usize) -> f64) {
+        let Load::Motion(index) = load else { return };
+        let tree = self.tree;
+        let (by_position, by_velocity, by_time) = self.load_derivatives(&tree.motion_loads[*index]);
+        let columns = by_position.len();
+        for &(column, i) in &tree.paths[frame].free {
+            let force = by(self, column);
+            self.residual_t[i] -= force * by_time;
+            for k in 0..columns {
+                self.residual_q[i * columns + k] -= force * by_position[k];
+                self.residual_v[i * columns + k] -= force * by_velocity[k];
             }
         }
     }

@@ -1,5 +1,5 @@
 //! Equations of motion in joint coordinates. In: a tree, an instant, a state; out: accelerations with their
-//! exact derivatives, what contacts and joints do, energies. Uses `tree`, `contact`, `numerics`.
+//! exact derivatives, what contacts and joints do, energies. Uses `tree`, `contact`, `expression`, `numerics`.
 //!
 //! With `q̇ = B ż + b` (Cartesian velocities from joint rates) the ideal joints drop out of
 //! Eq. (14) to (16) of `[Xiang2020]`:
@@ -17,6 +17,7 @@ mod energy;
 mod forces;
 mod inertia;
 mod linearization;
+mod loads;
 mod loops;
 mod reactions;
 mod response;
@@ -26,6 +27,7 @@ pub use energy::ContactLoss;
 use inertia::Composites;
 use linearization::JointColumn;
 pub use linearization::Linearization;
+pub use loads::{SwitchDistance, Uncertainty};
 pub use loops::Correction;
 use loops::Loops;
 pub use reactions::Wrench;
@@ -46,6 +48,8 @@ pub struct Dynamics<'m> {
     pub tree: &'m Tree,
     /// Contact phase of every clearance joint.
     pub phases: Vec<Phase>,
+    /// State of every switch of the functions of the motion.
+    pub switches: Vec<i64>,
     /// Full turns that were subtracted from the coordinate of every column.
     pub turns: Vec<Turns>,
     t: Instant,
@@ -88,6 +92,7 @@ impl<'m> Dynamics<'m> {
         Self {
             tree,
             phases: vec![Phase::Free; tree.clearance_joints.len()],
+            switches: vec![0; tree.switch_count()],
             turns: vec![0.0; columns],
             // NaN equals no instant: the frames have not been moved yet.
             t: f64::NAN.into(),

@@ -86,15 +86,14 @@ impl Dynamics<'_> {
             }
         }
         let torsions = tree.torsions.iter().map(|torsion| (torsion.bodies, self.torsion_torque(torsion)));
-        let torques =
-            tree.applied_torques.iter().map(|applied| (applied.bodies, applied.torque.at(self.t)[0]));
+        let torques = tree.applied_torques.iter().map(|applied| (applied.bodies, self.load(&applied.torque)));
         for (bodies, torque) in torsions.chain(torques) {
             for (body, sign) in bodies.into_iter().zip([-1.0, 1.0]) {
                 supply(body, Wrench { force: Vec2::zeros(), moment: sign * torque });
             }
         }
         for applied in &tree.applied_forces {
-            let [force, _] = self.applied_force(applied);
+            let force = self.applied_force(applied);
             supply(applied.body, Wrench::at(self.point(applied.point).position, force, 0.0));
         }
         for (index, closure) in tree.closures.iter().enumerate() {

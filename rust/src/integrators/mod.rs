@@ -80,8 +80,11 @@ pub trait HybridSystem {
     }
 
     /// Changes the phase after the zero of a guard; returns a bound for the next step, or infinity.
-    fn cross(&mut self, _index: usize, _t: f64, _q: &[f64], _v: &[f64]) -> f64 {
-        f64::INFINITY
+    ///
+    /// # Errors
+    /// Why the motion cannot go on beyond it.
+    fn cross(&mut self, _index: usize, _t: f64, _q: &[f64], _v: &[f64]) -> Result<f64, Status> {
+        Ok(f64::INFINITY)
     }
 
     /// Length of the first step of a phase, before [`HybridSystem::step_bound`], where the `last` step before the
@@ -211,6 +214,11 @@ pub enum Status {
     MaxEvents,
     /// A projection onto the loop closures exceeded the tolerance, however short the step.
     Projection,
+    /// A force that changes where a quantity passes a limit pushes it back from both sides, as dry friction does at
+    /// rest.
+    Held,
+    /// A table ends, beyond which it is not extrapolated.
+    OutsideTable,
     /// The caller cancelled.
     Cancelled,
 }
@@ -227,6 +235,8 @@ impl Status {
             Status::EventLocation => "event_location",
             Status::MaxEvents => "max_events",
             Status::Projection => "projection",
+            Status::Held => "held",
+            Status::OutsideTable => "outside_table",
             Status::Cancelled => "cancelled",
         }
     }

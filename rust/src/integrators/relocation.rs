@@ -164,7 +164,8 @@ impl Run<'_> {
                     return Err((Status::MaxEvents, Some(other)));
                 }
                 self.stats.events += 1;
-                bound = bound.min(self.system.cross(other, self.t, &self.q, &self.v));
+                let crossed = self.system.cross(other, self.t, &self.q, &self.v);
+                bound = bound.min(crossed.map_err(|status| (status, Some(other)))?);
             }
         }
         self.restart();

@@ -63,6 +63,10 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<A
     };
     let v = close_velocities(&mut dynamics, &conditions, &q, length)?;
     check_directions(tree, &dynamics, length)?;
+    dynamics.settle_switches();
+    if let Some(fault) = dynamics.fault_of_loads() {
+        return Err(Subject::Scene.error("forces", format!("at the start {fault}")));
+    }
     let speed = speed_scale(tree, &dynamics, length);
     check_mobility(tree, &dynamics, &conditions, length)?;
     let levers = levers(tree, &dynamics);

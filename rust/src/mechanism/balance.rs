@@ -54,6 +54,8 @@ fn growth(tree: &Tree, start: &State, scales: &Scales) -> Option<f64> {
     let d = tree.degrees_of_freedom();
     let State { q, v } = start;
     let mut dynamics = Dynamics::new(tree);
+    dynamics.move_to(0.0, q, v);
+    dynamics.settle_switches();
     let mut linear = Linearization::new(d);
     let crossing = scales.length / scales.speed;
     let solved = dynamics.linearize(0.0, q, v, &mut linear);

@@ -3,6 +3,7 @@
 use crate::dynamics::Dynamics;
 use crate::tree::elements::{ClearanceJoint, ContactScales, FrameInertia, Tree};
 use crate::tree::kinematics::{FrameKind, Vec2};
+use crate::tree::loads::Load;
 
 /// Speed scale [m/s], the largest of: the speed of points at the start, that of the drives at the size of the
 /// mechanism, that of a free fall over this size, and those that applied forces and torques give the total
@@ -20,15 +21,26 @@ pub(crate) fn speed_scale(tree: &Tree, dynamics: &Dynamics, length: f64) -> f64 
         speed = speed.max(dynamics.point(joint.journal).velocity.norm());
     }
     let mass = total_mass(tree);
+    let size = |load: &Load| match load {
+        Load::Time(function) => function.scales()[0],
+        Load::Motion(index) => {
+            let load = &tree.motion_loads[*index];
+            dynamics.motion_load(load).abs().max(load.tape.largest())
+        }
+    };
+    let in_growing = |load: &Load, mass: f64| match load {
+        Load::Time(function) => function.speed_in_growing(mass, length),
+        Load::Motion(_) => 0.0,
+    };
     for applied in &tree.applied_forces {
-        let force: f64 = applied.components.iter().map(|component| component.scales()[0]).sum();
-        let growing = applied.components.iter().map(|component| component.speed_in_growing(mass, length));
+        let force: f64 = applied.components.iter().map(size).sum();
+        let growing = applied.components.iter().map(|component| in_growing(component, mass));
         speed = growing.fold(speed.max((force * length / mass).sqrt()), f64::max);
     }
     for applied in &tree.applied_torques {
-        speed = speed.max((applied.torque.scales()[0] / mass).sqrt());
+        speed = speed.max((size(&applied.torque) / mass).sqrt());
         // Like a force at a lever arm of the size of the mechanism.
-        speed = speed.max(applied.torque.speed_in_growing(mass * length, length));
+        speed = speed.max(in_growing(&applied.torque, mass * length));
     }
     speed
 }

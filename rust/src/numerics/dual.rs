@@ -21,6 +21,8 @@ pub trait Scalar:
     fn constant(value: f64) -> Self;
     /// The value without derivatives, on which branches depend.
     fn value(self) -> f64;
+    /// The chain rule: f(x) with the derivatives of x times f'(x), where `value` is f(x) and `slope` is f'(x).
+    fn chain(self, value: f64, slope: f64) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
     /// Power with a constant exponent.
@@ -39,6 +41,9 @@ impl Scalar for f64 {
     }
     fn value(self) -> f64 {
         self
+    }
+    fn chain(self, value: f64, _: f64) -> Self {
+        value
     }
     fn sqrt(self) -> Self {
         f64::sqrt(self)
@@ -73,11 +78,6 @@ impl<const N: usize> Dual<N> {
         gradient[index] = 1.0;
         Self { value, gradient }
     }
-
-    /// The chain rule: `value` is f(x), `slope` is f'(x).
-    fn chain(self, value: f64, slope: f64) -> Self {
-        Self { value, gradient: self.gradient.map(|g| slope * g) }
-    }
 }
 
 impl<const N: usize> Scalar for Dual<N> {
@@ -86,6 +86,9 @@ impl<const N: usize> Scalar for Dual<N> {
     }
     fn value(self) -> f64 {
         self.value
+    }
+    fn chain(self, value: f64, slope: f64) -> Self {
+        Self { value, gradient: self.gradient.map(|g| slope * g) }
     }
     fn sqrt(self) -> Self {
         let root = self.value.sqrt();

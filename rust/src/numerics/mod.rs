@@ -1,5 +1,6 @@
 //! Numerical tools without mechanics: dual numbers, small dense linear algebra, instants and angles that keep
-//! their digits in long runs, sines and cosines of angles that change little, logarithms to a few digits. In:
+//! their digits in long runs, sines and cosines of angles that change little, splines, logarithms to a few
+//! digits. In:
 //! numbers; out: numbers. Uses no other room.
 
 pub mod dual;
@@ -9,4 +10,5 @@ pub mod linear;
 pub mod logarithm;
 pub mod memory;
 pub mod rotation;
+pub(crate) mod spline;
 pub mod turns;

@@ -350,6 +350,7 @@ fn interval_bounds<'py>(
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<mechanism::CompiledMechanism>()?;
     module.add_function(wrap_pyfunction!(records::flatten, module)?)?;
+    module.add_function(wrap_pyfunction!(records::expression_names, module)?)?;
     module.add_function(wrap_pyfunction!(sweep, module)?)?;
     module.add_function(wrap_pyfunction!(check_settings, module)?)?;
     module.add("METHODS", METHOD_WORDS.map(|(word, _)| word))?;

@@ -4,6 +4,8 @@ use pyo3::exceptions::PyRecursionError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyFloat, PyString, PyTuple, PyType};
 
+use crate::expression::grammar::parse;
+
 /// Records, pairs and lists within each other; a scene has five of them.
 const MOST_DEPTH: usize = 50;
 
@@ -11,18 +13,18 @@ const MOST_DEPTH: usize = 50;
 /// with the same shape have the same structure: what is no number is there as it is, and every list comes with its
 /// length.
 ///
-/// `part` is the class of all records, dataclasses with positional fields, and `points` that of named points.
+/// `part` is the class of all records, dataclasses with positional fields, and `named` are those of named values.
 /// Studies do this for every scene: in Python it took a third of the time of building one.
 #[pyfunction]
 pub(super) fn flatten<'py>(
     record: &Bound<'py, PyAny>,
     part: &Bound<'py, PyType>,
-    points: &Bound<'py, PyType>,
+    named: [Bound<'py, PyType>; 2],
 ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyBytes>)> {
     let py = record.py();
     let mut walk = Walk {
         part,
-        points,
+        named: &named,
         float: py.get_type::<PyFloat>().into_any(),
         tuple: py.get_type::<PyTuple>().into_any(),
         shape: Vec::with_capacity(128),
@@ -32,9 +34,16 @@ pub(super) fn flatten<'py>(
     Ok((PyTuple::new(py, walk.shape)?, PyBytes::new(py, &walk.numbers)))
 }
 
+/// The names in an expression of the motion, in their order; `None` for a text that is no such expression.
+#[pyfunction]
+pub(super) fn expression_names(text: &str) -> Option<Vec<String>> {
+    let syntax = parse(text).ok()?;
+    Some(syntax.names().into_iter().map(|(name, _)| name.to_owned()).collect())
+}
+
 struct Walk<'a, 'py> {
     part: &'a Bound<'py, PyType>,
-    points: &'a Bound<'py, PyType>,
+    named: &'a [Bound<'py, PyType>; 2],
     float: Bound<'py, PyAny>,
     tuple: Bound<'py, PyAny>,
     shape: Vec<Bound<'py, PyAny>>,
@@ -55,12 +64,12 @@ impl<'py> Walk<'_, 'py> {
             for item in items.iter() {
                 self.take(item, depth + 1)?;
             }
-        } else if value.get_type().is(self.points) {
-            let named = value.getattr("_points")?.cast_into::<PyDict>()?;
-            self.begin(self.points.clone().into_any(), named.len())?;
-            for (name, position) in named.iter() {
+        } else if let Some(kind) = self.named.iter().find(|kind| value.get_type().is(*kind)) {
+            let named = value.getattr("_items")?.cast_into::<PyDict>()?;
+            self.begin(kind.clone().into_any(), named.len())?;
+            for (name, item) in named.iter() {
                 self.shape.push(name);
-                self.take(position, depth + 1)?;
+                self.take(item, depth + 1)?;
             }
         } else if value.is_instance(self.part)? {
             let kind = value.get_type();

@@ -52,6 +52,14 @@ impl<'a> Motion<'a> {
         }
     }
 
+    /// Sets the states of expressions and tables to those of a state of the mechanism.
+    pub(crate) fn settle(&mut self, t: f64, q: &[f64], v: &[f64]) {
+        if !self.mechanism.motion_loads.is_empty() {
+            self.dynamics.move_to(t, q, v);
+            self.dynamics.settle_switches();
+        }
+    }
+
     /// Adds the full turns to angles.
     pub(crate) fn with_turns(&self, q: &mut [f64]) {
         for (q, &column) in q.iter_mut().zip(&self.mechanism.free) {
@@ -72,6 +80,8 @@ impl<'a> Motion<'a> {
                 let (angle, turns) = wrap(*q);
                 *q = angle;
                 self.dynamics.turns[column] += turns;
+                // Expressions are evaluated inside the next step too.
+                self.inside.turns[column] = self.dynamics.turns[column];
             }
         }
     }
@@ -184,6 +194,7 @@ impl<'a> Motion<'a> {
     fn enter_step(&mut self) {
         std::mem::swap(&mut self.dynamics, &mut self.inside);
         self.dynamics.phases.copy_from_slice(&self.inside.phases);
+        self.dynamics.switches.copy_from_slice(&self.inside.switches);
         // Those of the driven coordinates follow from the instant.
         for &column in &self.mechanism.free {
             self.dynamics.turns[column] = self.inside.turns[column];

@@ -53,6 +53,10 @@ pub(crate) fn follow_drives(
     };
     if !followed {
         outcome.status = Status::SingularMechanism;
+        if let Some((load, ..)) = system.motion.dynamics.uncovered_table() {
+            outcome.status = Status::OutsideTable;
+            outcome.guard = Some(system.contact_guards() + load.first_switch);
+        }
         // The last sample may lie between two steps of the continuation.
         outcome.time = outcome.time.max(system.samples.last_taken());
     }
@@ -90,8 +94,44 @@ fn track_from(system: &mut System, t: f64, to: f64, q: &[f64], v: &[f64]) -> boo
 }
 
 /// Moves a state from `t` to `to` and adds the work in between, if an output needs it; false in a
-/// singular configuration.
-fn go_on(motion: &mut Motion, t: f64, to: f64, q: &mut [f64], v: &mut [f64]) -> bool {
+/// singular configuration, or where a table ends.
+fn go_on(motion: &mut Motion, mut t: f64, to: f64, q: &mut [f64], v: &mut [f64]) -> bool {
+    // Forces jump where they switch, and the powers between two switches are smooth.
+    while let Some(instant) = first_switch(motion, t, to, q, v) {
+        if !go_on_smoothly(motion, t, instant, q, v) {
+            return false;
+        }
+        t = instant;
+    }
+    go_on_smoothly(motion, t, to, q, v)
+}
+
+/// The first instant after `t` at which a force switches, if it does up to `to` and the work is counted.
+fn first_switch(motion: &mut Motion, t: f64, to: f64, q: &[f64], v: &[f64]) -> Option<f64> {
+    if !motion.counts_work || motion.mechanism.motion_loads.is_empty() {
+        return None;
+    }
+    let mut switches_until = |instant: f64| {
+        let (mut q, mut v) = (q.to_vec(), v.to_vec());
+        let before = motion.dynamics.switches.clone();
+        follow(motion, t, instant, &mut q, &mut v);
+        let switched = motion.dynamics.switches != before;
+        motion.dynamics.switches = before;
+        switched
+    };
+    let (mut low, mut high) = (t, to);
+    if !switches_until(to) {
+        return None;
+    }
+    while high - low > 16.0 * f64::EPSILON * to.abs() {
+        let middle = 0.5 * (low + high);
+        if switches_until(middle) { high = middle } else { low = middle }
+    }
+    (high < to).then_some(high)
+}
+
+/// The same as [`go_on`] where no force switches.
+fn go_on_smoothly(motion: &mut Motion, t: f64, to: f64, q: &mut [f64], v: &mut [f64]) -> bool {
     let nodes = if motion.counts_work { &GAUSS[..] } else { &[] };
     let mut reached = t;
     for &(place, weight) in nodes {
@@ -110,5 +150,7 @@ fn follow(motion: &mut Motion, from: f64, t: f64, q: &mut [f64], v: &mut [f64]) 
     for (q, v) in q.iter_mut().zip(&*v) {
         *q += v * (t - from);
     }
-    motion.dynamics.project(t, q, v, &motion.mechanism.scales).is_some()
+    let closed = motion.dynamics.project(t, q, v, &motion.mechanism.scales).is_some();
+    motion.settle(t, q, v);
+    closed && motion.dynamics.uncovered_table().is_none()
 }

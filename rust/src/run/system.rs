@@ -5,12 +5,13 @@ use crate::contact::clearance::Phase;
 use crate::dynamics::{Linearization, relative_motion};
 use crate::integrators::dense::DenseStep;
 use crate::integrators::events::Guard;
-use crate::integrators::{HybridSystem, Limits, Projection};
+use crate::integrators::{HybridSystem, Limits, Projection, Status};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::instant::Instant;
 use crate::run::contacts::guards::{GUARDS, StepDemands};
 use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::onset::{begin_contacts, onset};
+use crate::run::contacts::switches::{cross_switch, switch_guard};
 use crate::run::contacts::{Event, EventKind};
 use crate::run::features::Plan;
 use crate::run::motion::Motion;
@@ -85,10 +86,16 @@ impl<'a> System<'a> {
         Limits { first_step, ..self.settings.limits }
     }
 
+    /// Number of guards of the clearance joints; those of the switches follow.
+    pub(crate) fn contact_guards(&self) -> usize {
+        GUARDS * self.motion.dynamics.phases.len()
+    }
+
     /// Takes over the memory of the run that this one continues.
     pub(crate) fn recall(&mut self, memory: &Memory) {
         self.motion.dynamics.phases.clone_from(&memory.phases);
         self.motion.dynamics.turns.clone_from(&memory.turns);
+        self.motion.inside.turns.clone_from(&memory.turns);
         self.log.open.clone_from(&memory.contacts);
         match &memory.work {
             Some(work) => self.motion.work.clone_from(work),
@@ -124,6 +131,7 @@ impl<'a> System<'a> {
 
     /// Sets the phases of the start and takes the first sample, if it is due.
     pub(crate) fn begin(&mut self, q: &mut [f64], v: &[f64]) {
+        self.motion.settle(0.0, q, v);
         self.warnings.extend(begin_contacts(&mut self.motion, &mut self.log, q, v));
         self.motion.work.begin(&mut self.motion.dynamics);
         self.motion.wrap(q);
@@ -219,7 +227,7 @@ impl HybridSystem for System<'_> {
     }
 
     fn guard_count(&self) -> usize {
-        GUARDS * self.motion.dynamics.phases.len()
+        self.contact_guards() + self.motion.dynamics.switches.len()
     }
 
     fn guards(&mut self, t: Instant, q: &[f64], v: &[f64], guards: &mut [Guard]) {
@@ -231,9 +239,13 @@ impl HybridSystem for System<'_> {
         }
         self.demands.breaks_away = false;
         self.demands.velocity_refinement = 1.0;
-        let (of_joints, _) = guards.as_chunks_mut();
+        let (of_contacts, of_switches) = guards.split_at_mut(self.contact_guards());
+        let (of_joints, _) = of_contacts.as_chunks_mut();
         for (index, of_joint) in of_joints.iter_mut().enumerate() {
             *of_joint = self.demands.joint_guards(&self.motion, &self.tolerances, is_inside, index);
+        }
+        for (index, of_switch) in of_switches.iter_mut().enumerate() {
+            *of_switch = switch_guard(&self.motion, &self.tolerances, is_inside, index);
         }
     }
 
@@ -249,9 +261,12 @@ impl HybridSystem for System<'_> {
         self.demands.caution
     }
 
-    fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> f64 {
-        let index = guard / GUARDS;
+    fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> Result<f64, Status> {
         self.tracking.interrupt();
+        if let Some(switch) = guard.checked_sub(self.contact_guards()) {
+            return cross_switch(&mut self.motion, switch, t, q, v);
+        }
+        let index = guard / GUARDS;
         self.log.end_phase(&mut self.motion, t, index, q, v);
         let mut normal_velocity = self.motion.dynamics.contact_state(index).penetration_rate;
         let mut bound = f64::INFINITY;
@@ -268,16 +283,17 @@ impl HybridSystem for System<'_> {
                 (kind, Phase::Contact { latch, clipped: !clipped })
             }
             // The contact ended at the same instant.
-            (_, Phase::Free) => return bound,
+            (_, Phase::Free) => return Ok(bound),
         };
         self.motion.dynamics.phases[index] = phase;
         self.log.record(Event { time: t, joint: index, kind, normal_velocity });
-        bound
+        Ok(bound)
     }
 
     fn first_step(&self, last: f64) -> f64 {
         // The steps of a contact are far too short for a flight, of which half a clearance bounds the steps.
-        let flies = self.motion.dynamics.phases.iter().all(|phase| matches!(phase, Phase::Free));
+        let phases = &self.motion.dynamics.phases;
+        let flies = !phases.is_empty() && phases.iter().all(|phase| matches!(phase, Phase::Free));
         if flies { f64::INFINITY } else { last }
     }
 

@@ -16,6 +16,7 @@ use crate::run::tolerances::check_tolerances;
 pub use crate::run::warnings::Notice;
 use crate::run::warnings::of_run;
 use crate::tree::elements::State;
+use crate::tree::loads::MotionLoad;
 
 /// The result of one run.
 #[derive(Clone, Debug)]
@@ -37,6 +38,11 @@ pub struct Trajectory {
     pub time: f64,
     /// The clearance joint whose change of contact could not be located or exceeded the allowed number.
     pub joint: Option<String>,
+    /// The force or torque that the run cannot follow further: it holds what it depends on, its table ends, or where it
+    /// changes its form could not be located.
+    pub load: Option<String>,
+    /// What is wrong with it.
+    load_message: String,
     /// The clearance joint that is in Painlevé's paradox where a run failed: its normal force, with the
     /// friction that it causes, accelerates the surfaces toward each other.
     pub paradox: Option<String>,
@@ -65,9 +71,10 @@ pub struct Trajectory {
 impl Trajectory {
     /// One sentence on how the run ended.
     pub fn message(&self) -> String {
-        let place = match &self.joint {
-            Some(joint) => format!(" at t = {:.9e} s, joint {joint:?}", self.time),
-            None => format!(" at t = {:.9e} s", self.time),
+        let place = match (&self.joint, &self.load) {
+            (Some(joint), _) => format!(" at t = {:.9e} s, joint {joint:?}", self.time),
+            (None, Some(load)) => format!(" at t = {:.9e} s, load {load:?}", self.time),
+            (None, None) => format!(" at t = {:.9e} s", self.time),
         };
         let why = match self.status {
             Status::Done => return "the end was reached".to_owned(),
@@ -80,8 +87,14 @@ impl Trajectory {
             Status::Projection => {
                 "closing the loops takes a correction above the tolerance, however short the step"
             }
+            Status::EventLocation if self.load.is_some() => "a change of a force could not be located",
             Status::EventLocation => "a change of contact could not be located",
+            Status::MaxEvents if self.load.is_some() => "the allowed number of changes of forces was used up",
             Status::MaxEvents => "the allowed number of contact changes was used up",
+            Status::Held => {
+                "a force holds what it depends on: it pushes it back from both sides of its switch"
+            }
+            Status::OutsideTable => "a table ends",
             Status::Cancelled => "the run was cancelled",
         };
         let paradox = self.paradox.as_ref().map_or(String::new(), |joint| {
@@ -99,7 +112,7 @@ impl Trajectory {
                 self.suspect_paths.join(", ")
             )
         };
-        format!("{why}{place}{suspects}{paradox}")
+        format!("{why}{place}{}{suspects}{paradox}", self.load_message)
     }
 }
 
@@ -280,7 +293,13 @@ fn run(
         None => (start.q.clone(), start.v.clone()),
     };
     match restart {
-        Some(restart) => system.recall(&restart.memory),
+        Some(restart) => {
+            system.recall(&restart.memory);
+            system.motion.settle(from, &q, &v);
+            if let Some(fault) = system.motion.dynamics.fault_of_loads() {
+                return Err(Subject::Start.error("start", fault));
+            }
+        }
         None => system.begin(&mut q, &v),
     }
     let outcome = if mechanism.mobility() == 0 && mechanism.clearance_joints.is_empty() {
@@ -319,6 +338,10 @@ fn finished(mut system: System, outcome: Outcome, mut end: State) -> Trajectory 
     let [skipped_events, events] = system.log.finished_events(&system.samples);
     let [skipped_contacts, contacts] = system.log.finished_contacts(&system.samples);
     let joints = mechanism.clearance_joints.len();
+    let contact_guards = system.contact_guards();
+    let switch = outcome.guard.and_then(|guard| guard.checked_sub(contact_guards));
+    let load = switch.and_then(|switch| mechanism.load_of_switch(switch)).map(|(load, _)| load);
+    let load_message = load_message(&mut system, &outcome, load, &end);
     let features = system.tracking.values(outcome.time, &events, &contacts, joints);
     Trajectory {
         t: Vec::new(),
@@ -328,7 +351,9 @@ fn finished(mut system: System, outcome: Outcome, mut end: State) -> Trajectory 
         skipped_events,
         status: outcome.status,
         time: outcome.time,
-        joint: outcome.guard.map(|guard| name_of(guard / GUARDS)),
+        joint: outcome.guard.filter(|&guard| guard < contact_guards).map(|guard| name_of(guard / GUARDS)),
+        load: load.map(|load| load.name.clone()),
+        load_message,
         paradox: paradox.map(name_of),
         suspect_paths: mechanism.warnings.iter().map(|warning| warning.path.clone()).collect(),
         stats: outcome.stats,
@@ -341,6 +366,31 @@ fn finished(mut system: System, outcome: Outcome, mut end: State) -> Trajectory 
         end,
         restart,
     }
+}
+
+/// What a message should say of the forces and torques that depend on the motion, where a run failed.
+fn load_message(system: &mut System, outcome: &Outcome, load: Option<&MotionLoad>, end: &State) -> String {
+    let dynamics = &mut system.motion.dynamics;
+    let loads = &system.motion.mechanism.motion_loads;
+    let concerned: Vec<&MotionLoad> = match (outcome.status, load) {
+        (Status::Done | Status::Cancelled, _) => return String::new(),
+        (_, Some(load)) => vec![load],
+        (Status::NonFinite | Status::SingularMechanism | Status::StepUnderflow, None) => {
+            loads.iter().collect()
+        }
+        _ => return String::new(),
+    };
+    if concerned.is_empty() {
+        return String::new();
+    }
+    dynamics.move_to(outcome.time, &end.q, &end.v);
+    let values = concerned.iter().map(|load| format!("; {:?} is {}", load.name, dynamics.described(load)));
+    let advice = match outcome.status {
+        Status::Held => "; dry friction written with sign(v) sticks here: write tanh(v / v0) with a small v0",
+        Status::OutsideTable => "; beyond=\"hold\" keeps the value at its end",
+        _ => "",
+    };
+    values.collect::<String>() + advice
 }
 
 /// Checks that tables cover the whole run, since they are not extrapolated.

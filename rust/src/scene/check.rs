@@ -3,6 +3,8 @@
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Damping, NormalLaw};
 use crate::error::{InputError, Problem, Subject, meant_or_known, refused};
+use crate::expression::dimension::{Dimension, FORCE, TORQUE, unit};
+use crate::scene::loads::Load;
 use crate::scene::parts::{
     Body, CENTER_OF_MASS, Drive, ENERGY, Ends, Force, GROUND, Joint, JointKind, Point, Scene, Start,
     same_points,
@@ -206,14 +208,14 @@ impl Scene {
             }
             Force::Applied { point, x, y, .. } => {
                 checker.result(&format!("{path}.point"), self.attachment(point));
-                checker.function(&format!("{path}.x"), "N", x);
-                checker.function(&format!("{path}.y"), "N", y);
+                checker.load(self, &format!("{path}.x"), FORCE, x);
+                checker.load(self, &format!("{path}.y"), FORCE, y);
             }
             Force::Torque { body, reaction, torque, .. } => {
                 let ends = [("body", body), ("reaction", reaction)]
                     .map(|(field, name)| checker.result(&format!("{path}.{field}"), self.body_index(name)));
                 checker.apart(path, ends);
-                checker.function(&format!("{path}.torque"), "N m", torque);
+                checker.load(self, &format!("{path}.torque"), TORQUE, torque);
             }
         }
     }
@@ -344,6 +346,14 @@ impl Checker {
             && first == second
         {
             self.add(path, "connects a body to itself: the two ends must be on different bodies");
+        }
+    }
+
+    /// Checks a force or torque of the given dimension.
+    fn load(&mut self, scene: &Scene, path: &str, dimension: Dimension, load: &Load) {
+        match load {
+            Load::Time(function) => self.function(path, &unit(dimension), function),
+            Load::Motion(expression) => self.problems.extend(expression.problems(scene, path, dimension)),
         }
     }
 

@@ -96,6 +96,13 @@ impl<'a> Node<'a> {
         }
     }
 
+    pub(crate) fn truth(&self, problems: &mut Problems) -> bool {
+        self.value.as_bool().unwrap_or_else(|| {
+            problems.push(Problem::new(&self.path, format!("must be true or false, got {}", self.value)));
+            false
+        })
+    }
+
     /// A list of texts.
     pub(crate) fn texts(&self, problems: &mut Problems) -> Vec<String> {
         self.items("texts", problems).iter().map(|node| node.text(problems)).collect()
@@ -244,22 +251,33 @@ impl<'a> Fields<'a> {
     }
 
     pub(crate) fn points(&mut self, name: &'static str, problems: &mut Problems) -> Vec<Point> {
+        let points = self.named(name, "points {\"name\": [x, y]}", problems);
+        points.into_iter().map(|(name, node)| Point { name, position: node.pair(problems) }).collect()
+    }
+
+    /// Numbers with names.
+    pub(crate) fn named_numbers(
+        &mut self,
+        name: &'static str,
+        problems: &mut Problems,
+    ) -> Vec<(String, f64)> {
+        let numbers = self.named(name, "numbers {\"name\": number}", problems);
+        numbers.into_iter().map(|(name, node)| (name, node.number(problems))).collect()
+    }
+
+    /// The values of an object with names of the user; `what` tells its form.
+    fn named(&mut self, name: &'static str, what: &str, problems: &mut Problems) -> Vec<(String, Node<'a>)> {
         let Some(node) = self.optional(name) else { return Vec::new() };
         let Some(object) = node.value.as_object() else {
-            problems.push(Problem::new(
-                &node.path,
-                format!("must be an object of points {{\"name\": [x, y]}}, got {}", node.value),
-            ));
+            let message = format!("must be an object of {what}, got {}", node.value);
+            problems.push(Problem::new(&node.path, message));
             return Vec::new();
         };
-        object
-            .iter()
-            .map(|(name, value)| Point {
-                name: name.clone(),
-                position: Node { value, path: format!("{}.{name}", node.path), numbers: node.numbers }
-                    .pair(problems),
-            })
-            .collect()
+        let path = &node.path;
+        let value = |(name, value): (&String, &'a Value)| {
+            (name.clone(), Node { value, path: format!("{path}.{name}"), numbers: node.numbers })
+        };
+        object.iter().map(value).collect()
     }
 
     /// Adds a problem for every field that was not taken.

@@ -1,9 +1,12 @@
-//! The user's description: bodies, joints, forces, drives, functions of time. In: JSON; out: a checked
-//! [`parts::Scene`] or every problem at once, with its path. Uses `numerics` and the laws of `contact`.
+//! The user's description: bodies, joints, forces, drives, functions of time and of the motion. In: JSON; out: a checked
+//! [`parts::Scene`] or every problem at once, with its path. Uses `numerics`, `expression` and the laws of `contact`.
 
 mod check;
+mod functions;
 pub(crate) mod json;
+pub mod loads;
 pub mod parts;
 mod plausibility;
+pub mod quantities;
 pub mod reader;
 pub mod time_function;

@@ -8,6 +8,7 @@ use crate::contact::clearance::SlidingVelocity;
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::NormalLaw;
 use crate::error::meant_or_known;
+use crate::scene::loads::Load;
 use crate::scene::time_function::TimeFunction;
 
 /// The name of the fixed body every scene has.
@@ -196,20 +197,20 @@ pub enum Force {
         /// Damping [N m s/rad].
         damping: f64,
     },
-    /// A force at a point, given as a function of time.
+    /// A force at a point.
     Applied {
         /// Name, unique in the scene.
         name: String,
         /// Point at which it acts, as `body.point`.
         point: String,
         /// First component [N].
-        x: TimeFunction,
+        x: Load,
         /// Second component [N].
-        y: TimeFunction,
+        y: Load,
         /// Axes of the components.
         frame: ForceFrame,
     },
-    /// A torque, given as a function of time.
+    /// A torque.
     Torque {
         /// Name, unique in the scene.
         name: String,
@@ -218,7 +219,7 @@ pub enum Force {
         /// The body on which its reaction acts.
         reaction: String,
         /// The torque [N m].
-        torque: TimeFunction,
+        torque: Load,
     },
 }
 

@@ -9,11 +9,11 @@ use crate::contact::clearance::SlidingVelocity;
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Damping, NormalLaw};
 use crate::error::{InputError, Problem, Subject};
+use crate::scene::functions::{load, time_function};
 use crate::scene::json::{Fields, Node, Problems};
 use crate::scene::parts::{
     Body, CENTER_OF_MASS, Drive, Force, ForceFrame, GROUND, Joint, JointKind, Scene, Start,
 };
-use crate::scene::time_function::{Spline, TimeFunction};
 
 /// The fields that determine the kind of an object; without them it cannot be checked.
 const TAGS: [&str; 3] = [".type", ".law", ".function"];
@@ -252,8 +252,8 @@ fn force(node: Node, problems: &mut Problems) -> Force {
             Force::Applied {
                 name: fields.text("name", problems),
                 point: fields.text("point", problems),
-                x: time_function(&mut fields, "x", problems),
-                y: time_function(&mut fields, "y", problems),
+                x: load(&mut fields, "x", problems),
+                y: load(&mut fields, "y", problems),
                 frame: fields.word("frame", &axes, problems),
             }
         }
@@ -263,7 +263,7 @@ fn force(node: Node, problems: &mut Problems) -> Force {
             reaction: fields
                 .optional("reaction")
                 .map_or_else(|| GROUND.to_owned(), |node| node.text(problems)),
-            torque: time_function(&mut fields, "torque", problems),
+            torque: load(&mut fields, "torque", problems),
         },
     };
     fields.finish(problems);
@@ -298,67 +298,6 @@ fn torsion(is_spring: bool, fields: &mut Fields, problems: &mut Problems) -> For
         let damping = fields.number("damping", problems);
         Force::TorsionSpring { name, a, b, stiffness: 0.0, angle: 0.0, damping }
     }
-}
-
-#[derive(Clone, Copy)]
-enum FunctionName {
-    Polynomial,
-    Harmonic,
-    Table,
-}
-
-/// Placeholder of a function that could not be read, for which a problem was added.
-const UNREADABLE_FUNCTION: TimeFunction = TimeFunction::Polynomial(Vec::new());
-
-/// A number, or an object for a function of time.
-fn time_function(fields: &mut Fields, name: &'static str, problems: &mut Problems) -> TimeFunction {
-    let Some(node) = fields.required(name, problems) else { return TimeFunction::constant(f64::NAN) };
-    if !node.value.is_object() {
-        return TimeFunction::constant(node.number(problems));
-    }
-    let mut fields = node.fields(problems);
-    let names = [
-        ("polynomial", FunctionName::Polynomial),
-        ("harmonic", FunctionName::Harmonic),
-        ("table", FunctionName::Table),
-    ];
-    let function = match fields.tag("function", &names, problems) {
-        FunctionName::Polynomial => {
-            let before = problems.len();
-            let mut coefficients = fields.numbers("coefficients", problems);
-            if coefficients.is_empty() && problems.len() == before {
-                problems.push(Problem::new(fields.path_of("coefficients"), "must not be empty"));
-            }
-            if coefficients.len() == 1 {
-                // A single coefficient would count as a plain number, and problems would have the path of
-                // one.
-                coefficients.push(0.0);
-            }
-            TimeFunction::Polynomial(coefficients)
-        }
-        FunctionName::Harmonic => TimeFunction::Harmonic {
-            mean: fields.number_or("mean", 0.0, problems),
-            amplitude: fields.number("amplitude", problems),
-            angular_frequency: fields.number("angular_frequency", problems),
-            phase: fields.number_or("phase", 0.0, problems),
-        },
-        FunctionName::Table => {
-            let before = problems.len();
-            let times = fields.numbers("times", problems);
-            let values = fields.numbers("values", problems);
-            match Spline::new(&times, &values) {
-                // The problems have been added already.
-                Err(_) if problems.len() > before => UNREADABLE_FUNCTION,
-                Ok(spline) => TimeFunction::Table(spline),
-                Err(message) => {
-                    problems.push(Problem::new(fields.path_of("times"), message));
-                    UNREADABLE_FUNCTION
-                }
-            }
-        }
-    };
-    fields.finish(problems);
-    function
 }
 
 fn drive(node: Node, problems: &mut Problems) -> Drive {

@@ -5,6 +5,7 @@
 //! values late in a long run are as accurate as at its start.
 
 use crate::numerics::instant::{Instant, exact_product, exact_sum};
+use crate::numerics::spline::not_a_knot;
 use crate::numerics::turns::{Turns, unwind_exactly, unwind_sum};
 
 /// A function of time.
@@ -267,86 +268,4 @@ impl Spline {
     fn next_break(&self, t: f64) -> f64 {
         self.knots().get(self.piece(t.into())).copied().unwrap_or(f64::INFINITY)
     }
-}
-
-/// The pieces of the spline.
-///
-/// Its unknowns are the second derivatives at the inner knots that are knots. Slopes would do as well but for points
-/// at very unequal distances: the second derivatives are then small differences of slopes, divided by the distance.
-fn not_a_knot(times: &[f64], values: &[f64]) -> Vec<[f64; 4]> {
-    let n = times.len();
-    let h: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let secant: Vec<f64> = values.windows(2).zip(&h).map(|(pair, h)| (pair[1] - pair[0]) / h).collect();
-    if n == 2 {
-        return vec![[values[0], secant[0], 0.0, 0.0]];
-    }
-    let quadratic = |k: usize| (secant[k + 1] - secant[k]) / (h[k] + h[k + 1]);
-    if n == 3 {
-        return cubic(values, &h, &secant, quadratic(0), 0.0).to_vec();
-    }
-    if n == 4 {
-        let third = (quadratic(1) - quadratic(0)) / (h[0] + h[1] + h[2]);
-        let [first, second] = cubic(values, &h, &secant, quadratic(0), third);
-        let [_, last] = cubic(&values[1..], &h[1..], &secant[1..], quadratic(1), third);
-        return vec![first, second, last];
-    }
-    // At the inner end of the cubic through three points its slope is that of the parabola through them and `lever`
-    // times the difference of their second derivatives.
-    let lever = |outer: f64, inner: f64| (outer + inner) * inner / (2.0 * (outer + 2.0 * inner));
-    let (left, right) = (lever(h[0], h[1]), lever(h[n - 2], h[n - 3]));
-    let (first, last) = (quadratic(0), quadratic(n - 3));
-    // The slopes of both sides of a knot agree.
-    let (mut diagonal, mut second) = (vec![0.0; n], vec![0.0; n]);
-    for k in 2..n - 2 {
-        let (before, of_before) = match k {
-            2 => (secant[1] + first * h[1] - 2.0 * first * left, left),
-            _ => (secant[k - 1], h[k - 1] / 3.0),
-        };
-        let (after, of_after) = if k == n - 3 {
-            (secant[k] - last * h[k] + 2.0 * last * right, right)
-        } else {
-            (secant[k], h[k] / 3.0)
-        };
-        (diagonal[k], second[k]) = (of_before + of_after, after - before);
-        if k > 2 {
-            let factor = h[k - 1] / 6.0 / diagonal[k - 1];
-            diagonal[k] -= factor * h[k - 1] / 6.0;
-            second[k] -= factor * second[k - 1];
-        }
-    }
-    second[n - 3] /= diagonal[n - 3];
-    for k in (2..n - 3).rev() {
-        second[k] = (second[k] - h[k] / 6.0 * second[k + 1]) / diagonal[k];
-    }
-    let third = |second: f64, of_parabola: f64, outer: f64, inner: f64| {
-        (second - 2.0 * of_parabola) / (2.0 * (outer + 2.0 * inner))
-    };
-    let start = cubic(values, &h, &secant, first, third(second[2], first, h[0], h[1]));
-    let end = n - 3;
-    let third = -third(second[end], last, h[n - 2], h[n - 3]);
-    let end = cubic(&values[end..], &h[end..], &secant[end..], last, third);
-    let inner = (2..n - 3).map(|k| {
-        let [a, b] = [second[k], second[k + 1]];
-        [values[k], secant[k] - h[k] * (2.0 * a + b) / 6.0, 0.5 * a, (b - a) / (6.0 * h[k])]
-    });
-    start.into_iter().chain(inner).chain(end).collect()
-}
-
-/// Both pieces of the cubic through three points, from the quadratic and the cubic coefficient of its Newton form.
-fn cubic(values: &[f64], h: &[f64], secant: &[f64], quadratic: f64, third: f64) -> [[f64; 4]; 2] {
-    let both = h[0] + h[1];
-    [
-        [
-            values[0],
-            secant[0] - h[0] * quadratic + third * h[0] * both,
-            quadratic - third * (h[0] + both),
-            third,
-        ],
-        [
-            values[1],
-            secant[0] + h[0] * quadratic - third * h[0] * h[1],
-            quadratic + third * (h[0] - h[1]),
-            third,
-        ],
-    ]
 }

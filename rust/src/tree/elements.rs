@@ -11,6 +11,7 @@ use crate::numerics::instant::Instant;
 use crate::numerics::turns::Turns;
 use crate::scene::time_function::TimeFunction;
 use crate::tree::kinematics::{Coordinate, Frame, Vec2};
+use crate::tree::loads::{Load, MotionLoad};
 
 /// A coordinate that is a function of time.
 #[derive(Clone, Debug, PartialEq)]
@@ -211,7 +212,7 @@ pub struct Torsion {
     pub damping: f64,
 }
 
-/// An applied force: a function of time at a point.
+/// An applied force at a point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AppliedForce {
     /// Name.
@@ -221,13 +222,13 @@ pub struct AppliedForce {
     /// Index of the body it acts on; `None` is ground.
     pub body: Option<usize>,
     /// Its components [N].
-    pub components: [TimeFunction; 2],
+    pub components: [Load; 2],
     /// Cosine and sine of the angle between the axes of the components and those of the frame, if
     /// the force rotates with the frame.
     pub body_axes: Option<[f64; 2]>,
 }
 
-/// An applied torque: a function of time between two bodies.
+/// An applied torque between two bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AppliedTorque {
     /// Name.
@@ -237,7 +238,7 @@ pub struct AppliedTorque {
     /// Indices of the bodies likewise; `None` is ground.
     pub bodies: [Option<usize>; 2],
     /// The torque [N m].
-    pub torque: TimeFunction,
+    pub torque: Load,
 }
 
 /// Scales for tolerances and error measures; all follow from the scene, none is absolute.
@@ -314,6 +315,8 @@ pub struct Tree {
     pub applied_forces: Vec<AppliedForce>,
     /// Applied torques.
     pub applied_torques: Vec<AppliedTorque>,
+    /// Functions of the motion among the applied forces and torques.
+    pub motion_loads: Vec<MotionLoad>,
     /// Acceleration of free fall [m/s²].
     pub gravity: Vec2,
 }
@@ -346,8 +349,23 @@ impl Tree {
         let forces = self
             .applied_forces
             .iter()
-            .flat_map(|force| force.components.iter().map(|function| (force.name.as_str(), function)));
+            .flat_map(|force| force.components.iter().map(|component| (force.name.as_str(), component)));
         let torques = self.applied_torques.iter().map(|torque| (torque.name.as_str(), &torque.torque));
-        motions.chain(forces).chain(torques)
+        let loads = forces.chain(torques).filter_map(|(name, load)| match load {
+            Load::Time(function) => Some((name, function)),
+            Load::Motion(_) => None,
+        });
+        motions.chain(loads)
+    }
+
+    /// The function of the motion to which a switch belongs, and the index of the switch among its own.
+    pub fn load_of_switch(&self, switch: usize) -> Option<(&MotionLoad, usize)> {
+        let load = self.motion_loads.iter().find(|load| load.switches().contains(&switch))?;
+        Some((load, switch - load.first_switch))
+    }
+
+    /// Number of switches of all functions of the motion.
+    pub fn switch_count(&self) -> usize {
+        self.motion_loads.last().map_or(0, |load| load.switches().end)
     }
 }

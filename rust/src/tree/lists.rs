@@ -2,12 +2,15 @@
 //! bodies.
 
 use crate::contact::clearance::ClearanceLaw;
-use crate::scene::parts::{Force, ForceFrame, Joint, JointKind, length_scale};
+use crate::scene::loads::Load as SceneLoad;
+use crate::scene::parts::{Attachment, Force, ForceFrame, Joint, JointKind, length_scale};
+use crate::scene::quantities::Quantity;
 use crate::tree::elements::{
     AppliedForce, AppliedTorque, BodyPlacement, ClearanceJoint, Closure, DrivenCoordinate, FrameInertia,
     IdealJoint, IdealKind, Link, Path, Realization, Torsion, Tree,
 };
 use crate::tree::kinematics::{Frame, Vec2};
+use crate::tree::loads::{Load, MotionLoad, Variable};
 use crate::tree::span::{Builder, Placement};
 
 /// Rounding error of a position relative to the size of the mechanism: some operations along a chain of frames.
@@ -54,6 +57,7 @@ impl Builder<'_> {
             torsions: Vec::new(),
             applied_forces: Vec::new(),
             applied_torques: Vec::new(),
+            motion_loads: Vec::new(),
             gravity: Vec2::zeros(),
         };
         self.add_forces(&mut tree);
@@ -181,24 +185,81 @@ impl Builder<'_> {
                 Force::Applied { name, point, x, y, frame } => {
                     let end = self.end(point);
                     let angle = placement(end.body).angle;
+                    let components = [x, y].map(|component| self.load(tree, name, component));
                     tree.applied_forces.push(AppliedForce {
                         name: name.clone(),
                         point: self.place(end),
                         body: end.body,
-                        components: [x.clone(), y.clone()],
+                        components,
                         body_axes: (*frame == ForceFrame::Body).then(|| [angle.cos(), angle.sin()]),
                     });
                 }
                 Force::Torque { name, body, reaction, torque } => {
                     let bodies = [reaction, body].map(|name| body_of(name));
+                    let torque = self.load(tree, name, torque);
                     tree.applied_torques.push(AppliedTorque {
                         name: name.clone(),
                         frames: bodies.map(|body| placement(body).frame),
                         bodies,
-                        torque: torque.clone(),
+                        torque,
                     });
                 }
             }
+        }
+    }
+}
+
+impl Builder<'_> {
+    /// A component of the force or torque `name`; a function of the motion is added to the tree.
+    fn load(&self, tree: &mut Tree, name: &str, load: &SceneLoad) -> Load {
+        match load {
+            SceneLoad::Time(function) => Load::Time(function.clone()),
+            SceneLoad::Motion(expression) => {
+                let quantities = expression.quantities(self.scene);
+                let variables =
+                    quantities.iter().map(|(name, quantity)| (name.clone(), self.variable(*quantity)));
+                tree.motion_loads.push(MotionLoad {
+                    name: name.to_owned(),
+                    text: expression.text.clone(),
+                    // Checked with the scene.
+                    tape: expression.tape(&quantities).unwrap_or_default(),
+                    variables: variables.collect(),
+                    first_switch: tree.switch_count(),
+                });
+                Load::Motion(tree.motion_loads.len() - 1)
+            }
+        }
+    }
+
+    /// A quantity of the scene as one of the frames.
+    fn variable(&self, quantity: Quantity) -> Variable {
+        let placement =
+            |body: Option<usize>| body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND);
+        let on_frame = |body: usize, position| self.place(Attachment { body: Some(body), position });
+        let column_of = |joint: usize| match self.realizations[joint] {
+            Some(Realization::Tree { column: Some(column), .. }) => column,
+            // A prismatic joint is never cut.
+            _ => 0,
+        };
+        // Springs and dampers are numbered in the order of the scene.
+        let link_of = |force: usize| {
+            self.scene.forces[..force].iter().filter(|force| matches!(force, Force::Spring { .. })).count()
+        };
+        match quantity {
+            Quantity::Time => Variable::Time,
+            Quantity::Position { body, point, axis } => Variable::Position(on_frame(body, point), axis),
+            Quantity::Velocity { body, point, axis } => Variable::Velocity(on_frame(body, point), axis),
+            Quantity::Angle(bodies) => {
+                let [a, b] = bodies.map(placement);
+                Variable::Angle([a.frame, b.frame], b.angle - a.angle)
+            }
+            Quantity::AngularVelocity(bodies) => {
+                Variable::AngularVelocity(bodies.map(|body| placement(body).frame))
+            }
+            Quantity::Displacement(joint) => Variable::Coordinate(column_of(joint)),
+            Quantity::SlidingVelocity(joint) => Variable::Rate(column_of(joint)),
+            Quantity::Length(force) => Variable::Length(link_of(force)),
+            Quantity::Lengthening(force) => Variable::Lengthening(link_of(force)),
         }
     }
 }

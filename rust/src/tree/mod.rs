@@ -1,8 +1,10 @@
 //! The bodies of a scene on a spanning tree of frames. In: a scene; out: frames, cut joints, inertias,
-//! forces, all flat and constant, and how frames move. Uses `scene`, `contact`, `numerics`.
+//! forces, all flat and constant, and how frames move. Uses `scene`, `contact`, `expression`,
+//! `numerics`.
 
 pub mod elements;
 pub mod kinematics;
 mod lists;
+pub mod loads;
 pub mod motions;
 mod span;

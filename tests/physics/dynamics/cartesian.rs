@@ -5,6 +5,7 @@
 use chebclear::contact::clearance::{Phase, SlidingVelocity};
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::dynamics::Dynamics;
+use chebclear::scene::loads::Load as SceneLoad;
 use chebclear::scene::parts::{Force, ForceFrame, Joint};
 use nalgebra::{Rotation2, Vector2};
 
@@ -14,6 +15,14 @@ use crate::dynamics::random_trees::{Case, cases};
 pub(crate) type Vec2 = Vector2<f64>;
 
 pub(crate) const COUNT: usize = 300;
+
+/// Value of a force or torque that is a function of time.
+fn value_of(load: &SceneLoad, t: f64) -> f64 {
+    match load {
+        SceneLoad::Time(function) => function.at(t)[0],
+        SceneLoad::Motion(_) => unreachable!("random trees have functions of time only"),
+    }
+}
 
 pub(crate) fn cross(a: Vec2, b: Vec2) -> f64 {
     a.x * b.y - a.y * b.x
@@ -202,14 +211,14 @@ pub(crate) fn loads(case: &Case, t: f64, states: &[CartesianState]) -> Vec<Load>
             }
             Force::Applied { point, x, y, frame, .. } => {
                 let (body, arm, ..) = end(point);
-                let components = Vec2::new(x.at(t)[0], y.at(t)[0]);
+                let components = Vec2::new(value_of(x, t), value_of(y, t));
                 let angle = state_of(states, body).angle;
                 let turning = *frame == ForceFrame::Body;
                 push(body, arm, if turning { turned(angle, components) } else { components });
             }
             Force::Torque { body, reaction, torque, .. } => {
-                couples.push((case.scene.body_index(body).unwrap(), torque.at(t)[0]));
-                couples.push((case.scene.body_index(reaction).unwrap(), -torque.at(t)[0]));
+                couples.push((case.scene.body_index(body).unwrap(), value_of(torque, t)));
+                couples.push((case.scene.body_index(reaction).unwrap(), -value_of(torque, t)));
             }
         }
     }

@@ -186,9 +186,9 @@ impl<'a> Builder<'a> {
                 let (x, y) = (self.function(stiffness), self.function(damping));
                 let turning = self.random.unit() < 0.5;
                 let frame = if turning { ForceFrame::Body } else { ForceFrame::Ground };
-                Force::Applied { name, point, x, y, frame }
+                Force::Applied { name, point, x: x.into(), y: y.into(), frame }
             }
-            _ => Force::Torque { name, body: a, reaction: b, torque: self.function(damping) },
+            _ => Force::Torque { name, body: a, reaction: b, torque: self.function(damping).into() },
         };
         self.scene.forces.push(force);
     }

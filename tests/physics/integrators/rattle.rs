@@ -8,7 +8,7 @@ use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
 use chebclear::dynamics::Linearization;
 use chebclear::integrators::events::Guard;
-use chebclear::integrators::{HybridSystem, Limits, Outcome, Stepper, integrate_with};
+use chebclear::integrators::{HybridSystem, Limits, Outcome, Status, Stepper, integrate_with};
 use chebclear::numerics::instant::Instant;
 
 use crate::support::Random;
@@ -214,7 +214,7 @@ impl HybridSystem for Rattle {
         };
     }
 
-    fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> f64 {
+    fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> Result<f64, Status> {
         let state = self.law.evaluate(&self.motion(t, q, v), self.phase);
         let mut bound = f64::INFINITY;
         self.phase = match (guard, self.phase) {
@@ -230,6 +230,6 @@ impl HybridSystem for Rattle {
             (_, Phase::Contact { latch, clipped }) => Phase::Contact { latch, clipped: !clipped },
             (_, Phase::Free) => Phase::Free,
         };
-        bound
+        Ok(bound)
     }
 }

@@ -36,8 +36,8 @@ fn pressed(mut scene: Scene, joint: &str, direction: Vec2) -> Scene {
         scene.forces.push(Force::Applied {
             name: format!("on {}", point.replace('.', " ")),
             point,
-            x,
-            y,
+            x: x.into(),
+            y: y.into(),
             frame: ForceFrame::Ground,
         });
     }

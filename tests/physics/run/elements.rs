@@ -178,8 +178,8 @@ fn a_harmonic_force_shakes_a_damped_oscillator() {
     let shaker = Force::Applied {
         name: "shaker".into(),
         point: "cart".into(),
-        x: TimeFunction::Harmonic { mean: 1.0, amplitude, angular_frequency: w, phase },
-        y: TimeFunction::constant(3.0),
+        x: TimeFunction::Harmonic { mean: 1.0, amplitude, angular_frequency: w, phase }.into(),
+        y: TimeFunction::constant(3.0).into(),
         frame: ForceFrame::Ground,
     };
     let scene = cart(vec![spring(k, 1.0, c), shaker], vec![joint_start("rail", 0.0, 0.0)]);
@@ -216,8 +216,8 @@ fn a_force_that_turns_with_a_body_moves_it_in_a_circle() {
     let thrust = Force::Applied {
         name: "thrust".into(),
         point: "disc.center_of_mass".into(),
-        x: TimeFunction::constant(3.0),
-        y: TimeFunction::constant(-4.0),
+        x: TimeFunction::constant(3.0).into(),
+        y: TimeFunction::constant(-4.0).into(),
         frame: ForceFrame::Body,
     };
     let (w, direction) = (2.5, 0.3 + (-4.0_f64).atan2(3.0));
@@ -244,8 +244,8 @@ fn a_follower_force_off_the_center_turns_a_body_evenly() {
     let thrust = Force::Applied {
         name: "thrust".into(),
         point: "disc.P".into(),
-        x: TimeFunction::constant(1.0),
-        y: TimeFunction::constant(2.0),
+        x: TimeFunction::constant(1.0).into(),
+        y: TimeFunction::constant(2.0).into(),
         frame: ForceFrame::Body,
     };
     let scene = floating(vec![thrust], vec![point("P", 0.3, 0.0)], [0.0, 0.0], 0.0);
@@ -260,7 +260,7 @@ fn a_constant_torque_speeds_a_wheel_up_evenly_and_the_frame_feels_it() {
         name: "motor".into(),
         body: body.into(),
         reaction: reaction.into(),
-        torque: TimeFunction::constant(3.0),
+        torque: TimeFunction::constant(3.0).into(),
     };
     let scene = wheel(vec![torque("wheel", "ground")], vec![joint_start("axle", 0.0, 0.0)]);
     compare(&scene, 2.0, &["wheel.angular_velocity", "energy.input"], &[6.0, 36.0], |t| {

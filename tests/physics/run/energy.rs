@@ -202,13 +202,14 @@ fn the_balance_closes_with_every_element_around_a_loop_with_clearance() {
             Force::Applied {
                 name: "load".into(),
                 point: "slider".into(),
-                x: TimeFunction::Table(table),
+                x: TimeFunction::Table(table).into(),
                 y: TimeFunction::Harmonic {
                     mean: 0.0,
                     amplitude: 50.0,
                     angular_frequency: 900.0,
                     phase: 0.3,
-                },
+                }
+                .into(),
                 frame: ForceFrame::Body,
             },
             Force::Torque {
@@ -220,7 +221,8 @@ fn the_balance_closes_with_every_element_around_a_loop_with_clearance() {
                     amplitude: 3.0,
                     angular_frequency: 700.0,
                     phase: 0.0,
-                },
+                }
+                .into(),
             },
         ];
     });

@@ -117,8 +117,8 @@ fn the_clip_of_a_strongly_damped_contact_is_found_at_a_loose_tolerance() {
     scene.forces.push(Force::Applied {
         name: "pull".to_owned(),
         point: "shaft".to_owned(),
-        x: TimeFunction::Polynomial(vec![0.0]),
-        y: TimeFunction::Polynomial(vec![-10.0, 2000.0]),
+        x: TimeFunction::Polynomial(vec![0.0]).into(),
+        y: TimeFunction::Polynomial(vec![-10.0, 2000.0]).into(),
         frame: ForceFrame::Ground,
     });
     let instants = |rtol| {

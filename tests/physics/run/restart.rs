@@ -50,11 +50,11 @@ fn table(duration: f64, size: f64) -> TimeFunction {
 /// Scenes with friction, loops, drives, tables; and how long they run.
 fn scenes() -> Vec<(&'static str, Scene, f64)> {
     let motion = |motion| vec![Drive::Motion { name: "drive".into(), joint: "A".into(), motion }];
-    let torque = |torque| Force::Torque {
+    let torque = |torque: TimeFunction| Force::Torque {
         name: "motor".into(),
         body: "crank".into(),
         reaction: "ground".into(),
-        torque,
+        torque: torque.into(),
     };
     let mut by_table = slider_crank(false);
     by_table.drives = vec![Drive::Motion {

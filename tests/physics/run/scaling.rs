@@ -6,6 +6,7 @@ use chebclear::contact::normal::{Damping, NormalLaw};
 use chebclear::run::outputs::{column_names, further_column_names};
 use chebclear::run::settings::{Method, Settings};
 use chebclear::run::trajectory::{Trajectory, simulate};
+use chebclear::scene::loads::Load;
 use chebclear::scene::parts::{Drive, Force, ForceFrame, Joint, JointKind, Point, Scene, Start};
 use chebclear::scene::time_function::{Spline, TimeFunction};
 
@@ -144,9 +145,11 @@ impl Units {
                     *damping *= self.energy() * self.time;
                 }
                 Force::Applied { x, y, .. } => {
-                    (*x, *y) = (self.function(x, self.force()), self.function(y, self.force()));
+                    for component in [x, y] {
+                        self.scale_load(component, self.force());
+                    }
                 }
-                Force::Torque { torque, .. } => *torque = self.function(torque, self.energy()),
+                Force::Torque { torque, .. } => self.scale_load(torque, self.energy()),
             }
         }
         for drive in &mut scene.drives {
@@ -162,6 +165,11 @@ impl Units {
             *rate = rate.map(|v| v * self.speed());
         }
         scene
+    }
+
+    fn scale_load(self, load: &mut Load, unit: f64) {
+        let Load::Time(function) = load else { panic!("only functions of time are scaled") };
+        *function = self.function(function, unit);
     }
 
     fn run(self, scene: &Scene, duration: f64, method: Method) -> Trajectory {
@@ -256,15 +264,15 @@ fn elements() -> Scene {
         Force::Applied {
             name: "load".into(),
             point: "slider".into(),
-            x: table(&[0.0, 300.0, -100.0, 50.0, 10.0]),
-            y: TimeFunction::Polynomial(vec![10.0, -3e3, 1e6]),
+            x: table(&[0.0, 300.0, -100.0, 50.0, 10.0]).into(),
+            y: TimeFunction::Polynomial(vec![10.0, -3e3, 1e6]).into(),
             frame: ForceFrame::Body,
         },
         Force::Torque {
             name: "motor".into(),
             body: "rod".into(),
             reaction: "crank".into(),
-            torque: harmonic(2.0),
+            torque: harmonic(2.0).into(),
         },
     ]);
     scene.drives = vec![Drive::Motion {

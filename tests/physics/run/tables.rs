@@ -94,15 +94,15 @@ fn pushed(is_rotor: bool, load: TimeFunction) -> Scene {
             name: "motor".into(),
             body: "part".into(),
             reaction: "ground".into(),
-            torque: load,
+            torque: load.into(),
         };
         (JointKind::Revolute, torque)
     } else {
         let push = Force::Applied {
             name: "push".into(),
             point: "part".into(),
-            x: load,
-            y: TimeFunction::constant(0.0),
+            x: load.into(),
+            y: TimeFunction::constant(0.0).into(),
             frame: ForceFrame::Ground,
         };
         (JointKind::Prismatic { axis: [1.0, 0.0], angle: 0.0 }, push)

@@ -34,7 +34,7 @@ pub(crate) const GOOD: &str = r#"{
      "x": {"function": "harmonic", "amplitude": 6, "angular_frequency": 7, "phase": 8, "mean": 9},
      "y": {"function": "polynomial", "coefficients": [10, 11]}},
     {"type": "torque", "name": "motor", "body": "hand", "reaction": "arm",
-     "torque": {"function": "table", "times": [0, 1, 2], "values": [12, 13, 14]}}
+     "torque": {"function": "table", "points": [0, 1, 2], "values": [12, 13, 14]}}
   ],
   "drives": [{"type": "motion", "name": "shaker", "joint": "rail",
               "motion": {"function": "harmonic", "amplitude": 0.1, "angular_frequency": 15}}],
@@ -80,15 +80,16 @@ fn the_good_text_is_read_as_what_it_says() {
             Force::Applied {
                 name: "push".into(),
                 point: "arm.B".into(),
-                x: harmonic(6.0, 7.0, 8.0, 9.0),
-                y: TimeFunction::Polynomial(vec![10.0, 11.0]),
+                x: harmonic(6.0, 7.0, 8.0, 9.0).into(),
+                y: TimeFunction::Polynomial(vec![10.0, 11.0]).into(),
                 frame: ForceFrame::Body,
             },
             Force::Torque {
                 name: "motor".into(),
                 body: "hand".into(),
                 reaction: "arm".into(),
-                torque: TimeFunction::Table(Spline::new(&[0.0, 1.0, 2.0], &[12.0, 13.0, 14.0]).unwrap()),
+                torque: TimeFunction::Table(Spline::new(&[0.0, 1.0, 2.0], &[12.0, 13.0, 14.0]).unwrap())
+                    .into(),
             },
         ]
     );
@@ -283,19 +284,19 @@ fn names_references_words_and_functions_are_checked() {
             "forces[4].y: must be a finite number [N], got NaN",
         ),
         (
-            "\"times\": [0, 1, 2]",
-            "\"times\": [0, 1]",
-            "forces[5].torque.times: a table needs as many times as values",
+            "\"points\": [0, 1, 2]",
+            "\"points\": [0, 1]",
+            "forces[5].torque.points: a table needs as many times as values",
         ),
         (
-            "\"times\": [0, 1, 2]",
-            "\"times\": [0, 2, 2]",
-            "forces[5].torque.times: times must increase, got 2 [s] after 2 [s]",
+            "\"points\": [0, 1, 2]",
+            "\"points\": [0, 2, 2]",
+            "forces[5].torque.points: times must increase, got 2 [s] after 2 [s]",
         ),
         (
-            "\"times\": [0, 1, 2]",
-            "\"times\": [0, \"NaN\", 2]",
-            "forces[5].torque.times: point 1 of a table must be finite",
+            "\"points\": [0, 1, 2]",
+            "\"points\": [0, \"NaN\", 2]",
+            "forces[5].torque.points: point 1 of a table must be finite",
         ),
         (
             "\"coefficients\": [10, 11]",
@@ -315,7 +316,7 @@ fn names_references_words_and_functions_are_checked() {
         (
             "\"values\": [12, 13, 14]",
             "\"values\": [12, \"Infinity\", 14]",
-            "forces[5].torque.times: point 1 of a table must be finite",
+            "forces[5].torque.points: point 1 of a table must be finite",
         ),
         // Drives and starts of the wrong joint.
         (
@@ -401,7 +402,7 @@ fn all_problems_of_all_elements_are_told_at_once() {
         .replacen("\"damping\": 2", "\"damping\": \"hard\"", 1)
         .replacen("\"a\": \"cart\", \"b\": \"arm\"", "\"a\": \"carta\", \"b\": \"arm\"", 1)
         .replacen("\"amplitude\": 6", "\"amplitude\": \"NaN\"", 1)
-        .replacen("\"times\": [0, 1, 2]", "\"times\": [0, 2, 1]", 1)
+        .replacen("\"points\": [0, 1, 2]", "\"points\": [0, 2, 1]", 1)
         .replacen("\"amplitude\": 0.1", "\"amplitud\": 0.1", 1)
         .replacen("\"joint\": \"pivot\", \"position\"", "\"joint\": \"nothing\", \"position\"", 1)
         .replacen("[1e-4, 2e-4]", "[1e-4]", 1);
@@ -412,7 +413,7 @@ fn all_problems_of_all_elements_are_told_at_once() {
         "forces[1].damping",
         "forces[2].a",
         "forces[4].x.amplitude",
-        "forces[5].torque.times",
+        "forces[5].torque.points",
         "drives[0].motion.amplitude",
         "drives[0].motion.amplitud",
         "start[0].joint",

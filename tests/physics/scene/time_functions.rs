@@ -175,7 +175,7 @@ fn wheel(inertia: f64, torque: TimeFunction) -> Scene {
             name: "motor".into(),
             body: "wheel".into(),
             reaction: "ground".into(),
-            torque,
+            torque: torque.into(),
         }],
         ..Scene::default()
     }
@@ -235,8 +235,8 @@ fn a_motion_by_a_table_keeps_the_order_of_the_method() {
         forces: vec![Force::Applied {
             name: "wind".into(),
             point: "rod.B".into(),
-            x: TimeFunction::constant(1.0),
-            y: table(&TIMES, &VALUES),
+            x: TimeFunction::constant(1.0).into(),
+            y: table(&TIMES, &VALUES).into(),
             frame: ForceFrame::Ground,
         }],
         drives: vec![Drive::Motion {

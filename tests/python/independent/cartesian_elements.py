@@ -59,7 +59,7 @@ def spline(times, values):
 
 
 def table(function, t):
-    curve = spline(tuple(function.times), tuple(function.values))
+    curve = spline(tuple(function.points), tuple(function.values))
     return float(curve(t)), float(curve(t, 1)), float(curve(t, 2))
 
 

@@ -74,7 +74,7 @@ class Polynomial:
 
 @dataclass
 class Table:
-    times: tuple[float, ...]
+    points: tuple[float, ...]
     values: tuple[float, ...]
 
 

@@ -49,7 +49,7 @@ ELEMENTS = {
     ],
     "torque_between_bodies": [cc.Torque("m", "lower", WAVE, reaction="upper"), cc.Torque("n", "upper", 0.4)],
     "table": [
-        cc.Torque("m", "lower", cc.motions.Table(TABLE.times, tuple(20.0 * value for value in TABLE.values)))
+        cc.Torque("m", "lower", cc.motions.Table(TABLE.points, tuple(20.0 * value for value in TABLE.values)))
     ],
 }
 

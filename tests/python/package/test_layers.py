@@ -43,6 +43,7 @@ PYTHON_ROOMS = [
 RUST_ROOMS = [
     "error",
     "numerics",
+    "expression",
     "contact",
     "scene",
     "tree",

@@ -197,7 +197,7 @@ def test_functions_and_starts_have_the_units_of_what_they_belong_to():
     for words in (
         "x: harmonic, amplitude 6 [N], angular frequency 7 [rad/s], phase 0 [rad], mean 0 [N]",
         "y: 3 [N]",
-        "torque: table, times (0, 1, 2, 3, 4, 5, ... 33 more ..., 39) [s]",
+        "torque: table, points (0, 1, 2, 3, 4, 5, ... 33 more ..., 39) [s]",
         "motion: polynomial, coefficients (1, 2) [m / s^k]",
         "joint pin, position 0.5 [rad], velocity 16 [rad/s]",
         "further ones by name",

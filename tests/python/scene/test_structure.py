@@ -51,7 +51,7 @@ def filled(plain, numbers):
         return {name: filled(value, numbers) for name, value in plain.items()}
     if isinstance(plain, list):
         return [filled(value, numbers) for value in plain]
-    return numbers[plain] if isinstance(plain, int) else plain
+    return numbers[plain] if type(plain) is int else plain
 
 
 @pytest.mark.parametrize("scene", SCENES, ids=range(len(SCENES)))

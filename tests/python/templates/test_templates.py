@@ -480,3 +480,60 @@ def test_scenes_without_a_value_among_many_are_those_that_are_refused_alone():
             alone.append(True)
     assert refused.tolist() == alone
     assert True in alone and False in alone
+
+
+LOADED = """
+format = 1
+parameters = { stiffness = { nominal = "1.2 N/mm", rel = 0.1 }, v0 = "1 mm/s" }
+bodies = [{ name = "ram", mass = 2, inertia = 1 }]
+joints = [{ type = "prismatic", name = "guide", a = "ground", b = "ram", axis = [1, 0] }]
+
+[[forces]]
+type = "force"
+name = "pull"
+point = "ram"
+x = "-stiffness*ram.x - 3*tanh(ram.vx/v0)"
+y = { function = "expression", text = "k*ram.y", constants = { k = "2*stiffness" } }
+
+[[forces]]
+type = "force"
+name = "push"
+point = "ram"
+x = { function = "table", points = ["-500 mm", 0.5], values = ["1 N", 2], over = "ram.x", beyond = "hold" }
+y = "2 N"
+"""
+
+
+class TestLoadsOfTheMotion:
+    def test_parameters_are_constants_of_formulas(self):
+        scene = cc.loads(LOADED)(stiffness=1300.0)
+        pull, push = scene.forces
+        assert pull.x == cc.motions.Expression(
+            "-stiffness*ram.x - 3*tanh(ram.vx/v0)", {"stiffness": 1300.0, "v0": 1e-3}
+        )
+        assert pull.y.constants == {"k": 2600.0}
+        assert (push.x.points, push.x.values, push.y) == ((-0.5, 0.5), (1.0, 2.0), 2.0)
+
+    def test_a_study_varies_them_to_the_same_bits(self):
+        template = cc.loads(LOADED)
+        study = template.study(duration=0.2, samples=3, outputs=["ram.x"])
+        runs = study.sample(5, rng=1)
+        for index, stiffness in enumerate(runs.parameters[:, 0]):
+            alone = cc.simulate(template(stiffness=stiffness), duration=0.2, samples=3, outputs=["ram.x"])
+            assert np.array_equal(runs.values("ram.x")[index], alone["ram.x"])
+
+    @pytest.mark.parametrize(
+        ("text", "problem"),
+        [
+            ("-stifness*ram.x", 'unknown name "stifness"; did you mean "stiffness"'),
+            ("-stiffness*rma.x", 'unknown quantity "rma.x"; did you mean "ram.x"'),
+            ("stiffnes*2", 'unknown name "stiffnes"; did you mean "stiffness"'),
+            ("time*stiffness*", "ends too early"),
+            ("12 m", "is not of the dimension of"),
+        ],
+    )
+    def test_a_bad_formula_is_told_with_its_line(self, text, problem):
+        bad = LOADED.replace("-stiffness*ram.x - 3*tanh(ram.vx/v0)", text)
+        with pytest.raises(cc.errors.SceneError) as caught:
+            cc.loads(bad)
+        assert problem in str(caught.value) and "scene:11:" in str(caught.value)

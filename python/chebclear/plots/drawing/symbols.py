@@ -7,18 +7,18 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene.functions import Harmonic, Polynomial, Table, TimeFunction
+from ...scene.functions import Expression, Harmonic, Load, Polynomial, Table
 
 Array = NDArray[np.float64]
 
 
-def typical(value: float | TimeFunction) -> float:
-    """A value that shows the sign of a function of time: its mean, its first coefficient that is not zero, or
-    the largest value of its table.
+def typical(value: float | Load) -> float:
+    """A value that shows the sign of a function: its mean, its first coefficient that is not zero, or the
+    largest value of its table; 1 for an expression, whose sign the motion decides.
 
     Parameters
     ----------
-    value : float, Polynomial, Harmonic or Table
+    value : float, Polynomial, Harmonic, Table or Expression
         The function.
 
     Returns
@@ -32,12 +32,14 @@ def typical(value: float | TimeFunction) -> float:
         return value.mean or value.amplitude
     if isinstance(value, Table):
         return max(value.values, key=abs)
+    if isinstance(value, (Expression, str)):
+        return 1.0
     return value
 
 
-def varies(value: float | TimeFunction) -> bool:
+def varies(value: float | Load) -> bool:
     """Whether a function changes its direction, so that its arrow should have two heads."""
-    return isinstance(value, (Harmonic, Table))
+    return isinstance(value, (Harmonic, Table, Expression))
 
 
 def along(start: Array, end: Array) -> tuple[Array, Array, float]:

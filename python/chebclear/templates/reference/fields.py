@@ -10,6 +10,7 @@ from typing import Any
 from ...base.shown import capital
 from ...run.features import JOINT_KINDS, KINDS
 from ...run.settings import METHODS, Settings
+from ...scene.functions import Expression
 from ...scene.scene import Scene
 from ...scene.schema import Part, descriptions
 from ..expressions import CONSTANTS, FUNCTIONS
@@ -246,13 +247,18 @@ def _value(part: type[Part], item: Field[Any], unit: str, words: Mapping[str, tu
         tables = (
             f"table with {_key_of(inner)} = {_quoted([choice._tag[1] for choice in inner if choice._tag])}"
         )
-        return f"number{in_unit} or {tables}" if annotation.startswith("float") else tables
+        text = ", text of a formula" if Expression in inner else ""
+        return f"number{in_unit}{text} or {tables}" if annotation.startswith("float") else tables
     if annotation.startswith("float"):
         return f"number{in_unit}"
     if annotation == "Vector":
         return f"[x, y]{in_unit}"
     if annotation == "Numbers":
         return f"[number, ...]{in_unit}"
+    if annotation == "bool":
+        return "true or false"
+    if annotation == "Mapping[str, float]":
+        return f"table of NAME = number{in_unit}"
     if annotation.startswith("Mapping"):
         return f"table of NAME = [x, y]{in_unit}"
     return _quoted(words[item.name]) if item.name in words else "text"
@@ -267,6 +273,8 @@ def _default(item: Field[Any]) -> str:
         return "required" if item.default_factory is MISSING else "optional"
     if item.default is None:
         return "optional"
+    if isinstance(item.default, bool):
+        return str(item.default).lower()
     if isinstance(item.default, tuple):
         return f"[{', '.join(f'{number:g}' for number in item.default)}]"
     return f'"{item.default}"' if isinstance(item.default, str) else f"{item.default:g}"

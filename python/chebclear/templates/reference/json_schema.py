@@ -151,6 +151,10 @@ def _filled(part: type[Part], item: Field[Any], words: str) -> dict[str, Any]:
         return said | pair
     if annotation == "Numbers":
         return said | numbers
+    if annotation == "bool":
+        return said | {"type": "boolean"}
+    if annotation == "Mapping[str, float]":
+        return said | {"type": "object", "additionalProperties": {"$ref": "#/definitions/number"}}
     if annotation.startswith("Mapping"):
         return said | {"type": "object", "additionalProperties": pair}
     words_of_field = accepted_words(part).get(item.name)

@@ -1,10 +1,11 @@
 //! Changes of contact, and the contacts of a run from onset to separation with the peak of the normal force.
 //! In: steps and the motion; out: guards for the integrator, phases, a log of events and
-//! contacts. Uses `dynamics`, `contact`, `integrators`, `numerics`.
+//! contacts; likewise the switches of expressions. Uses `dynamics`, `contact`, `integrators`, `numerics`.
 
 pub(crate) mod guards;
 pub(crate) mod log;
 pub(crate) mod onset;
+pub(crate) mod switches;
 
 use crate::contact::clearance::RelativeMotion;
 use crate::numerics::extremum::highest_within;

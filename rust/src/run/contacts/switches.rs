@@ -1,0 +1,56 @@
+//! Switches of expressions and tables as guards: a step ends where a force changes its form.
+
+use crate::dynamics::{SwitchDistance, Uncertainty};
+use crate::integrators::Status;
+use crate::integrators::events::Guard;
+use crate::run::motion::Motion;
+use crate::run::tolerances::Tolerances;
+
+/// Largest distance beyond the place of a switch at which a step may end, as a part of what the tolerances leave
+/// undetermined.
+const OVERSHOOT_PART: f64 = 1e-2;
+
+/// The guard of a switch in the state of the frames inside the step or at its end: zero where the force changes its form.
+pub(crate) fn switch_guard(motion: &Motion, tolerances: &Tolerances, is_inside: bool, index: usize) -> Guard {
+    let dynamics = if is_inside { &motion.inside } else { &motion.dynamics };
+    let scales = &motion.mechanism.scales;
+    let errors = Uncertainty {
+        length: scales.length,
+        speed: scales.speed,
+        position: tolerances.position,
+        velocity: tolerances.velocity,
+    };
+    let SwitchDistance { value, rate, error, rounding } =
+        dynamics.switch_distance(index, &motion.dynamics.switches, &errors);
+    Guard {
+        value,
+        rate,
+        margin: 0.0,
+        resolution: rounding,
+        overshoot: (8.0 * rounding).max(OVERSHOOT_PART * error),
+    }
+}
+
+/// Changes the state of a switch. Only its direction counts for what follows: both forms of the force may push the
+/// quantity back, as dry friction does at rest, and then there is no motion that an expression describes.
+pub(crate) fn cross_switch(
+    motion: &mut Motion,
+    switch: usize,
+    t: f64,
+    q: &[f64],
+    v: &[f64],
+) -> Result<f64, Status> {
+    let rate = |motion: &mut Motion| {
+        if !motion.dynamics.acceleration(t, q, v, &mut motion.a) {
+            return Err(Status::NonFinite);
+        }
+        motion.dynamics.accelerate(&motion.a);
+        Ok(motion.dynamics.switch_rate(switch))
+    };
+    let before = rate(motion)?;
+    if !motion.dynamics.flip_switch(switch) {
+        return Err(Status::OutsideTable);
+    }
+    let after = rate(motion)?;
+    if before < 0.0 && after < 0.0 { Err(Status::Held) } else { Ok(f64::INFINITY) }
+}

@@ -1,0 +1,155 @@
+//! Forces and torques as functions of time or of the motion.
+
+use crate::error::Problem;
+use crate::expression::curve::Curve;
+use crate::expression::dimension::{Dimension, PLAIN, dimension, unit};
+use crate::expression::grammar::{Syntax, parse};
+use crate::expression::tape::{MOST_VARIABLES, Tape};
+use crate::scene::parts::Scene;
+use crate::scene::quantities::{Quantity, TIME};
+use crate::scene::time_function::TimeFunction;
+
+/// A component of a force, or a torque.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Load {
+    /// A function of time.
+    Time(TimeFunction),
+    /// A function of the motion.
+    Motion(Box<Expression>),
+}
+
+impl From<TimeFunction> for Load {
+    fn from(function: TimeFunction) -> Load {
+        Load::Time(function)
+    }
+}
+
+/// A function of the motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expression {
+    /// What the user wrote.
+    pub text: String,
+    /// The same, read.
+    syntax: Syntax,
+    /// The names in it that stand for numbers.
+    constants: Vec<(String, f64)>,
+    /// A table over the expression.
+    table: Option<Curve>,
+}
+
+impl Expression {
+    /// Reads an expression whose names are `constants`, or quantities of the motion.
+    ///
+    /// # Errors
+    /// What is wrong with the text, and where.
+    pub fn read(text: String, constants: Vec<(String, f64)>) -> Result<Expression, String> {
+        let syntax = parse(&text)
+            .map_err(|mistake| format!("{} ({})", mistake.message, place_in(&text, mistake.place)))?;
+        Ok(Expression { text, syntax, constants, table: None })
+    }
+
+    /// A table over the expression.
+    #[must_use]
+    pub fn tabulated(self, table: Curve) -> Expression {
+        Expression { table: Some(table), ..self }
+    }
+
+    /// The quantities of the motion in it, each once.
+    pub fn quantities(&self, scene: &Scene) -> Vec<(String, Quantity)> {
+        let mut found = Vec::new();
+        for (name, _) in self.syntax.names() {
+            let is_known = self.value_of(name).is_some() || found.iter().any(|(other, _)| other == name);
+            if let (false, Ok(quantity)) = (is_known, scene.quantity(name)) {
+                found.push((name.to_owned(), quantity));
+            }
+        }
+        found
+    }
+
+    /// The expression compiled, where its quantities are those of [`Expression::quantities`].
+    ///
+    /// # Errors
+    /// If it cannot be evaluated in the memory of a tape.
+    pub fn tape(&self, quantities: &[(String, Quantity)]) -> Result<Tape, String> {
+        let index = |name: &str| quantities.iter().position(|(other, _)| other == name).unwrap_or_default();
+        let tape = Tape::new(&self.syntax, &self.constants, &mut { index })?;
+        Ok(match &self.table {
+            Some(table) => tape.of_curve(table.clone()),
+            None => tape,
+        })
+    }
+
+    /// What is wrong with the names, units and numbers in it, where a load of the dimension `wanted` stands at `path`.
+    pub(crate) fn problems(&self, scene: &Scene, path: &str, wanted: Dimension) -> Vec<Problem> {
+        let mut problems = Vec::new();
+        for (name, value) in &self.constants {
+            let place = format!("{path}.constants.{name}");
+            if !value.is_finite() {
+                problems.push(Problem::new(&place, format!("must be a finite number, got {value}")));
+            }
+            if scene.quantity(name).is_ok() || name == TIME {
+                let taken = format!("{name:?} is a quantity of the motion: give the constant another name");
+                problems.push(Problem::new(&place, taken));
+            }
+            if !self.syntax.names().iter().any(|(used, _)| used == name) {
+                problems.push(Problem::new(&place, format!("{name:?} does not occur in {:?}", self.text)));
+            }
+        }
+        let mut unknown: Vec<&str> = Vec::new();
+        for (name, place) in self.syntax.names() {
+            if self.value_of(name).is_some() || unknown.contains(&name) {
+                continue;
+            }
+            if let Err(message) = scene.quantity(name) {
+                let advice =
+                    if name.contains('.') { "" } else { "; a number with a name stands in constants" };
+                let place = place_in(&self.text, place);
+                problems.push(Problem::new(path, format!("{message}{advice} ({place})")));
+                unknown.push(name);
+            }
+        }
+        if !problems.is_empty() {
+            return problems;
+        }
+        let quantities = self.quantities(scene);
+        if quantities.len() > MOST_VARIABLES {
+            let count = quantities.len();
+            let message =
+                format!("depends on {count} quantities of the motion; at most {MOST_VARIABLES} are accepted");
+            problems.push(Problem::new(path, message));
+        } else if let Err(message) = self.tape(&quantities) {
+            problems.push(Problem::new(path, message));
+        }
+        let of_name = |name: &str| {
+            quantities.iter().find(|(other, _)| other == name).map(|(_, quantity)| quantity.dimension())
+        };
+        let found = dimension(&self.syntax, &of_name);
+        match found {
+            Err(message) => {
+                problems.push(Problem::new(path, format!("{:?} {message}", self.text)));
+            }
+            // A number that stands alone, such as the factor 1 before an angle, may have any unit.
+            Ok(Some(known)) if known != wanted && known != PLAIN && self.table.is_none() => {
+                let message =
+                    format!("{:?} has the unit [{}], must have [{}]", self.text, unit(known), unit(wanted));
+                problems.push(Problem::new(path, message));
+            }
+            Ok(_) => {}
+        }
+        problems
+    }
+
+    fn value_of(&self, name: &str) -> Option<f64> {
+        self.constants.iter().find(|(known, _)| known == name).map(|&(_, value)| value)
+    }
+}
+
+/// A place in a text, in words.
+fn place_in(text: &str, place: usize) -> String {
+    const SHOWN: usize = 30;
+    let start = place.saturating_sub(SHOWN);
+    let shown: String = text.chars().skip(start).take(2 * SHOWN).collect();
+    let before = if start > 0 { "..." } else { "" };
+    let after = if text.chars().count() > start + 2 * SHOWN { "..." } else { "" };
+    format!("character {} of \"{before}{shown}{after}\"", place + 1)
+}

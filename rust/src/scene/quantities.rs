@@ -1,0 +1,162 @@
+//! The quantities of the motion that loads may depend on, by the names of outputs.
+
+use crate::error::meant_or_known;
+use crate::expression::dimension::{Dimension, PLAIN};
+use crate::scene::parts::{CENTER_OF_MASS, Force, Joint, JointKind, Scene};
+
+/// A quantity of the motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Quantity {
+    /// Time [s].
+    Time,
+    /// Coordinate x or y of a point of a body, given in the body frame [m].
+    Position {
+        /// The body.
+        body: usize,
+        /// The point in the body frame [m].
+        point: [f64; 2],
+        /// 0 for x, 1 for y.
+        axis: usize,
+    },
+    /// Its rate [m/s].
+    Velocity {
+        /// The body.
+        body: usize,
+        /// The point in the body frame [m].
+        point: [f64; 2],
+        /// 0 for x, 1 for y.
+        axis: usize,
+    },
+    /// Angle of the second body relative to the first, with full turns [rad]; `None` is ground.
+    Angle([Option<usize>; 2]),
+    /// Its rate [rad/s].
+    AngularVelocity([Option<usize>; 2]),
+    /// Displacement in a prismatic joint, by the index of the joint [m].
+    Displacement(usize),
+    /// Its rate [m/s].
+    SlidingVelocity(usize),
+    /// Length of a spring or damper, by the index of the force [m].
+    Length(usize),
+    /// Its rate [m/s].
+    Lengthening(usize),
+}
+
+impl Quantity {
+    /// Its dimension.
+    pub fn dimension(self) -> Dimension {
+        match self {
+            Quantity::Time => [0, 0, 1],
+            Quantity::Position { .. } | Quantity::Displacement(_) | Quantity::Length(_) => [0, 1, 0],
+            Quantity::Velocity { .. } | Quantity::SlidingVelocity(_) | Quantity::Lengthening(_) => [0, 1, -1],
+            Quantity::Angle(_) => PLAIN,
+            Quantity::AngularVelocity(_) => [0, 0, -1],
+        }
+    }
+}
+
+/// The name of time in expressions.
+pub const TIME: &str = "time";
+
+/// Ends of the names of outputs that follow from the forces.
+const OF_FORCES: [&str; 16] = [
+    "ax",
+    "ay",
+    "angular_acceleration",
+    "acceleration",
+    "reaction_x",
+    "reaction_y",
+    "reaction_torque",
+    "force",
+    "torque",
+    "power",
+    "normal_force",
+    "friction_force",
+    "penetration",
+    "impact_loss",
+    "friction_loss",
+    "wear",
+];
+
+impl Scene {
+    /// The quantity with the name of an output.
+    ///
+    /// # Errors
+    /// What is wrong with the name, and what may be meant.
+    pub fn quantity(&self, name: &str) -> Result<Quantity, String> {
+        let known = self.quantities();
+        if let Some(&(_, quantity)) = known.iter().find(|(other, _)| other == name) {
+            return Ok(quantity);
+        }
+        let (owner, last) = name.rsplit_once('.').unwrap_or(("", name));
+        if OF_FORCES.contains(&last) && self.owns(owner) {
+            return Err(format!(
+                "{name:?} follows from the forces themselves, so that a force cannot depend on it; positions, angles, \
+                 their velocities, lengths of springs and {TIME:?} are accepted"
+            ));
+        }
+        let hint = meant_or_known(name, known.iter().map(|(name, _)| name.as_str()));
+        Err(format!("unknown quantity {name:?}{hint}"))
+    }
+
+    /// Whether a name is that of a body, a point, a joint, a force or a drive.
+    fn owns(&self, name: &str) -> bool {
+        self.attachment(name).is_ok()
+            || self.joints.iter().any(|joint| joint.name() == name)
+            || self.forces.iter().any(|force| force.name() == Some(name))
+            || self.drives.iter().any(|drive| drive.name() == name)
+    }
+
+    /// All quantities with their names.
+    fn quantities(&self) -> Vec<(String, Quantity)> {
+        let mut known = vec![(TIME.to_owned(), Quantity::Time)];
+        for (index, body) in self.bodies.iter().enumerate() {
+            let named =
+                body.points.iter().map(|point| (format!("{}.{}", body.name, point.name), point.position));
+            let center = [body.name.clone(), format!("{}.{CENTER_OF_MASS}", body.name)];
+            let centers = center.into_iter().map(|owner| (owner, body.center_of_mass));
+            for (owner, point) in centers.chain(named) {
+                for (axis, letter) in ["x", "y"].into_iter().enumerate() {
+                    let position = Quantity::Position { body: index, point, axis };
+                    let velocity = Quantity::Velocity { body: index, point, axis };
+                    known.push((format!("{owner}.{letter}"), position));
+                    known.push((format!("{owner}.v{letter}"), velocity));
+                }
+            }
+            add_angle(&mut known, &body.name, [None, Some(index)]);
+        }
+        for (index, joint) in self.joints.iter().enumerate() {
+            let Joint::Ideal { name, kind, .. } = joint else { continue };
+            match kind {
+                JointKind::Revolute => {
+                    let bodies = self.ends(joint).map(|end| end.and_then(|end| end.body));
+                    add_angle(&mut known, name, bodies);
+                }
+                JointKind::Prismatic { .. } => {
+                    known.push((format!("{name}.displacement"), Quantity::Displacement(index)));
+                    known.push((format!("{name}.velocity"), Quantity::SlidingVelocity(index)));
+                }
+                JointKind::Fixed { .. } => {}
+            }
+        }
+        for (index, force) in self.forces.iter().enumerate() {
+            match force {
+                Force::Spring { name, .. } => {
+                    known.push((format!("{name}.length"), Quantity::Length(index)));
+                    known.push((format!("{name}.lengthening"), Quantity::Lengthening(index)));
+                }
+                Force::TorsionSpring { name, a, b, .. } => {
+                    let bodies = [a, b].map(|name| self.body_index(name).unwrap_or_default());
+                    known.push((format!("{name}.angle"), Quantity::Angle(bodies)));
+                }
+                Force::Gravity { .. } | Force::Applied { .. } | Force::Torque { .. } => {}
+            }
+        }
+        known
+    }
+}
+
+/// Adds an angle and its rate.
+fn add_angle(known: &mut Vec<(String, Quantity)>, owner: &str, bodies: [Option<usize>; 2]) {
+    known.push((format!("{owner}.angle"), Quantity::Angle(bodies)));
+    known.push((format!("{owner}.angular_velocity"), Quantity::AngularVelocity(bodies)));
+}

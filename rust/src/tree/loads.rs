@@ -1,0 +1,59 @@
+//! Forces and torques of the tree: functions of time, or of quantities of the motion of its frames.
+
+use crate::expression::tape::Tape;
+use crate::scene::time_function::TimeFunction;
+use crate::tree::elements::FramePoint;
+
+/// A component of a force, or a torque.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Load {
+    /// A function of time.
+    Time(TimeFunction),
+    /// The function of the motion with this index in the tree.
+    Motion(usize),
+}
+
+/// A quantity of the motion of the frames.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Variable {
+    /// Time [s].
+    Time,
+    /// Coordinate of a point, 0 for x and 1 for y [m].
+    Position(FramePoint, usize),
+    /// Its rate [m/s].
+    Velocity(FramePoint, usize),
+    /// Angle of the second frame relative to the first, and what is added to it [rad].
+    Angle([usize; 2], f64),
+    /// Its rate [rad/s].
+    AngularVelocity([usize; 2]),
+    /// Coordinate of a column.
+    Coordinate(usize),
+    /// Its rate.
+    Rate(usize),
+    /// Length of a spring or damper, by its index [m].
+    Length(usize),
+    /// Its rate [m/s].
+    Lengthening(usize),
+}
+
+/// A function of the motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotionLoad {
+    /// Name of the force or torque.
+    pub name: String,
+    /// What the user wrote.
+    pub text: String,
+    /// The same, compiled.
+    pub tape: Tape,
+    /// The quantities it depends on, with their names.
+    pub variables: Vec<(String, Variable)>,
+    /// Index of its first switch among those of all functions.
+    pub first_switch: usize,
+}
+
+impl MotionLoad {
+    /// Indices of its switches.
+    pub fn switches(&self) -> std::ops::Range<usize> {
+        self.first_switch..self.first_switch + self.tape.switches.len()
+    }
+}

@@ -1,0 +1,132 @@
+//! Forces that depend on the motion, on random mechanisms: values by the Cartesian motion of the bodies, derivatives by
+//! differences.
+
+use chebclear::contact::clearance::Phase;
+use chebclear::dynamics::{Dynamics, Linearization};
+use chebclear::expression::curve::{Beyond, Curve, Interpolation};
+use chebclear::mechanism::compiled::Mechanism;
+use chebclear::scene::loads::{Expression, Load};
+use chebclear::scene::parts::{Force, ForceFrame, GROUND};
+
+use crate::dynamics::cartesian::{added, cartesian, moving_cases};
+use crate::dynamics::random_trees::Case;
+use crate::support::derivative;
+
+fn expression(text: &str) -> Load {
+    let constants = [("a", 0.7), ("b", -1.3)].map(|(name, value)| (name.to_owned(), value));
+    let used = constants.into_iter().filter(|(name, _)| text.contains(&format!("{name}*")));
+    Load::Motion(Box::new(Expression::read(text.to_owned(), used.collect()).unwrap()))
+}
+
+/// The case with forces that depend on everything, and torques by a table.
+fn loaded(case: &Case) -> Option<Mechanism> {
+    let mut scene = case.scene.clone();
+    let last = scene.bodies.len() - 1;
+    let springs = scene.forces.iter().find_map(|force| match force {
+        Force::Spring { name, length, .. } if *length > 0.0 => {
+            Some(format!(" + 0.4*{name}.length*{name}.lengthening"))
+        }
+        _ => None,
+    });
+    let springs = springs.unwrap_or_default();
+    scene.forces.push(Force::Applied {
+        name: "first".to_owned(),
+        point: format!("body{last}.p0"),
+        x: expression(&format!(
+            "a*body0.x*body{last}.p0.vy + sin(body{last}.angle) - b*body0.vx**2{springs}"
+        )),
+        y: expression(&format!(
+            "if(body0.vy < body{last}.vx, 2*body{last}.y, -body0.angular_velocity*3) + 0.1*time*body0.x"
+        )),
+        frame: if last.is_multiple_of(2) { ForceFrame::Body } else { ForceFrame::Ground },
+    });
+    let points = [-50.0, -1.0, 0.3, 2.0, 50.0];
+    let table = Curve::new(&points, &[3.0, -2.0, 5.0, 1.0, 2.0], Interpolation::Monotone, Beyond::Hold);
+    let over = Expression::read(format!("body{last}.angular_velocity"), Vec::new()).unwrap();
+    scene.forces.push(Force::Torque {
+        name: "second".to_owned(),
+        body: "body0".to_owned(),
+        reaction: GROUND.to_owned(),
+        torque: Load::Motion(Box::new(over.tabulated(table.unwrap()))),
+    });
+    let mut mechanism = Mechanism::compile(&scene).ok()?;
+    // The regimes of friction are those that were drawn with the case.
+    mechanism.tree.clearance_joints.clone_from(&case.mechanism.clearance_joints);
+    Some(mechanism)
+}
+
+fn placed<'m>(mechanism: &'m Mechanism, case: &Case) -> Dynamics<'m> {
+    let mut dynamics = Dynamics::new(mechanism);
+    dynamics.phases.clone_from(&case.phases);
+    dynamics.move_to(case.t, &case.q, &case.v);
+    dynamics.settle_switches();
+    dynamics
+}
+
+#[test]
+fn values_are_those_of_the_formula_of_the_cartesian_motion() {
+    let mut seen = 0;
+    for case in &moving_cases() {
+        let Some(mechanism) = loaded(case) else { continue };
+        let dynamics = placed(&mechanism, case);
+        let states = cartesian(&dynamics);
+        let (first, last) = (&states[0], &states[states.len() - 1]);
+        let turning = if first.velocity.y < last.velocity.x {
+            2.0 * last.position.y
+        } else {
+            -first.angular_velocity * 3.0
+        };
+        let expected = turning + 0.1 * case.t * first.position.x;
+        let found = dynamics.motion_load(&mechanism.motion_loads[1]);
+        assert!((found - expected).abs() <= 1e-12 * expected.abs().max(1.0), "{found} and {expected}");
+        seen += 1;
+    }
+    assert!(seen > 100, "{seen}");
+}
+
+#[test]
+fn linearization_agrees_with_differences() {
+    let mut seen = 0;
+    for (index, case) in moving_cases().iter().enumerate() {
+        // The derivatives of contacts are tested elsewhere.
+        if case.phases.iter().any(|phase| *phase != Phase::Free) {
+            continue;
+        }
+        let Some(mechanism) = loaded(case) else { continue };
+        let (t, q, v) = (case.t, &case.q, &case.v);
+        let mut dynamics = placed(&mechanism, case);
+        let d = q.len();
+        let mut exact = Linearization::new(d);
+        assert!(dynamics.linearize(t, q, v, &mut exact));
+        let mut acceleration = |t: f64, q: &[f64], v: &[f64]| {
+            let mut a = vec![0.0; d];
+            assert!(dynamics.acceleration(t, q, v, &mut a));
+            a
+        };
+        let mut by_q = vec![0.0; d * d];
+        let mut by_v = vec![0.0; d * d];
+        for k in 0..d {
+            let mut unit = vec![0.0; d];
+            unit[k] = 1.0;
+            let column_q = derivative(|h| acceleration(t, &added(q, h, &unit), v));
+            let column_v = derivative(|h| acceleration(t, q, &added(v, h, &unit)));
+            for i in 0..d {
+                by_q[i * d + k] = column_q[i];
+                by_v[i * d + k] = column_v[i];
+            }
+        }
+        let by_t = derivative(|s| acceleration(t + s, q, v));
+        let largest =
+            |values: &[f64]| values.iter().fold(1.0, |largest: f64, value| largest.max(value.abs()));
+        for (name, exact_values, difference) in
+            [("a_q", &exact.a_q, &by_q), ("a_v", &exact.a_v, &by_v), ("a_t", &exact.a_t, &by_t)]
+        {
+            let scale = largest(exact_values).max(largest(&exact.a));
+            let errors = exact_values.iter().zip(difference).map(|(a, b)| (a - b).abs());
+            let error = errors.fold(0.0, f64::max);
+            assert!(error <= 1e-6 * scale, "case {index}, {name}: {error:e} of {scale:e}");
+        }
+        seen += 1;
+    }
+    assert!(seen > 30, "{seen}");
+}

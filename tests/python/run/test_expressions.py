@@ -1,0 +1,418 @@
+"""Forces and torques that depend on the motion, against closed forms and independent codes."""
+
+import math
+
+import chebclear as cc
+import numpy as np
+import pytest
+
+METHODS = ["rodas5p", "rodas4", "dop853", "adams"]
+Expression, Table = cc.motions.Expression, cc.motions.Table
+
+
+def block(*forces, x=0.1, v=0.0, mass=1.0, axis=(1.0, 0.0)):
+    """A block on a rail."""
+    return cc.Scene(
+        [cc.Body("block", mass, 1.0, points={"P": (0.0, 0.0)})],
+        [cc.Prismatic("rail", "ground.O", "block.P", axis)],
+        forces,
+        ground={"O": (0.0, 0.0), "W": (-1.0, 0.0), "far": (-10.0, 0.0)},
+        start=[cc.JointStart("rail", position=x, velocity=v)],
+    )
+
+
+def rotor(*torques, inertia=0.1, speed=10.0, angle=0.0, drives=()):
+    start = [] if drives else [cc.JointStart("shaft", position=angle, velocity=speed)]
+    return cc.Scene(
+        [cc.Body("rotor", 1.0, inertia, points={"P": (0.0, 0.0)})],
+        [cc.Revolute("shaft", "ground", "rotor.P")],
+        torques,
+        drives,
+        start=start,
+    )
+
+
+def press(force, **kwargs):
+    """A slider-crank whose ram slides along x."""
+    radius, length = 0.05, 0.2
+    return cc.Scene(
+        [
+            cc.Body("crank", 0.5, 0.1, points={"O": (0.0, 0.0), "A": (radius, 0.0)}),
+            cc.Body("rod", 0.4, 1e-3, (0.1, 0.0), points={"A": (0.0, 0.0), "B": (length, 0.0)}),
+            cc.Body("ram", 2.0, 1e-2, points={"B": (0.0, 0.0)}),
+        ],
+        [
+            cc.Revolute("main", "ground", "crank.O"),
+            cc.Revolute("pin", "crank.A", "rod.A"),
+            cc.Revolute("wrist", "rod.B", "ram.B"),
+            cc.Prismatic("guide", "ground", "ram.B", (1.0, 0.0)),
+        ],
+        [force],
+        **kwargs,
+    )
+
+
+CUT = cc.Force("cut", "ram.B", x="if(ram.vx < 0, if(ram.x < 0.2, if(ram.x > 0.17, 800, 0), 0), 0)", y=0.0)
+
+
+class TestLawsThatAreBuiltIn:
+    @pytest.mark.parametrize("method", METHODS)
+    def test_a_spring_and_a_damper(self, method):
+        spring = cc.Spring("coil", "ground.far", "block.P", stiffness=100.0, length=9.9, damping=0.5)
+        written = cc.Force(
+            "coil",
+            "block.P",
+            x=Expression("-k*(block.x + 10 - length) - c*block.vx", {"k": 100, "c": 0.5, "length": 9.9}),
+            y=0.0,
+        )
+        # Fast enough that the start decides the scale of speed, and both runs take the same steps.
+        runs = [
+            cc.simulate(block(force, v=20.0), duration=3.0, samples=301, method=method, rtol=1e-9)
+            for force in (spring, written)
+        ]
+        for name in ("block.x", "block.vx"):
+            scale = np.max(np.abs(runs[0][name]))
+            np.testing.assert_allclose(runs[0][name], runs[1][name], rtol=0.0, atol=1e-12 * scale)
+
+    @pytest.mark.parametrize("method", METHODS)
+    def test_a_spring_by_its_length(self, method):
+        """A spring without stiffness names the length; the force is that of another one."""
+        names = {"k": 300.0, "c": 2.0, "free": 0.7}
+        tension = "(k*(gauge.length - free) + c*gauge.lengthening)"
+        pull = [
+            Expression(f"-{tension}*{along}/gauge.length", names) for along in ("(block.x + 1)", "block.y")
+        ]
+        written = block(
+            cc.Damper("gauge", "ground.W", "block.P", damping=0.0),
+            cc.Force("pull", "block.P", *pull),
+            v=50.0,
+            axis=(0.8, 0.6),
+        )
+        coil = cc.Spring("coil", "ground.W", "block.P", 300.0, 0.7, 2.0)
+        built_in = block(coil, v=50.0, axis=(0.8, 0.6))
+        runs = [
+            cc.simulate(scene, duration=2.0, samples=101, method=method, rtol=1e-9)
+            for scene in (built_in, written)
+        ]
+        np.testing.assert_allclose(runs[0]["block.x"], runs[1]["block.x"], rtol=0.0, atol=1e-11)
+
+    def test_functions_of_time(self):
+        functions = {
+            "3 + 2*sin(7*time + 0.3)": cc.motions.Harmonic(2.0, 7.0, 0.3, 3.0),
+            "1 - 2*time + 0.5*time**2": cc.motions.Polynomial([1.0, -2.0, 0.5]),
+        }
+        for text, function in functions.items():
+            runs = [
+                cc.simulate(block(cc.Force("f", "block.P", x=x, y=0.0)), duration=2.0, samples=51, rtol=1e-11)
+                for x in (text, function)
+            ]
+            np.testing.assert_allclose(runs[0]["block.x"], runs[1]["block.x"], rtol=0.0, atol=1e-10)
+
+    @pytest.mark.parametrize("method", METHODS)
+    def test_a_torsion_spring_over_full_turns(self, method):
+        spring = cc.TorsionSpring("coil", "ground", "rotor", stiffness=0.5, damping=0.01)
+        written = cc.Torque("coil", "rotor", "-0.5*rotor.angle - 0.01*rotor.angular_velocity")
+        runs = [
+            cc.simulate(rotor(torque, speed=30.0), duration=5.0, samples=101, method=method, rtol=1e-9)
+            for torque in (spring, written)
+        ]
+        np.testing.assert_allclose(runs[0]["rotor.angle"], runs[1]["rotor.angle"], rtol=0.0, atol=2e-7)
+        assert np.max(np.abs(runs[0]["rotor.angle"])) > 4.0 * math.pi
+
+
+class TestTables:
+    def test_a_periodic_torque_does_its_work_every_turn(self):
+        """0, 4, 0, -2, 0 N m at quarters of a turn do pi J a turn: from 10 rad/s to 20.350903 after five."""
+        table = Table(np.arange(5) * math.pi / 2, [0, 4, 0, -2, 0], over="rotor.angle", periodic=True)
+        run = cc.simulate(
+            rotor(cc.Torque("motor", "rotor", table)),
+            duration=6.0,
+            samples=6001,
+            rtol=1e-10,
+            outputs=["rotor.angle", "rotor.angular_velocity", "energy.balance", "energy.input"],
+        )
+        turns = run["rotor.angle"] / (2.0 * math.pi)
+        speed = np.sqrt(100.0 + 2.0 * run["energy.input"] / 0.1)
+        np.testing.assert_allclose(run["rotor.angular_velocity"], speed, rtol=1e-9)
+        # The work of the straight lines up to any angle, in closed form.
+        part = (turns % 1.0) * 2.0 * math.pi
+        knots, torques = np.arange(5) * math.pi / 2, np.array([0.0, 4.0, 0.0, -2.0, 0.0])
+        done = np.concatenate([[0.0], np.cumsum(0.5 * (torques[1:] + torques[:-1]) * np.diff(knots))])
+        at = np.minimum((part / (math.pi / 2)).astype(int), 3)
+        slope = (torques[at + 1] - torques[at]) / (math.pi / 2)
+        work = done[at] + torques[at] * (part - knots[at]) + 0.5 * slope * (part - knots[at]) ** 2
+        truth = np.sqrt(100.0 + 20.0 * (np.floor(turns) * math.pi + work))
+        np.testing.assert_allclose(run["rotor.angular_velocity"], truth, rtol=1e-8)
+        assert turns[-1] > 5.0
+        assert math.sqrt(100.0 + 20.0 * 5.0 * math.pi) == pytest.approx(20.350903, abs=5e-7)
+
+    @pytest.mark.parametrize("interpolation", ["linear", "monotone", "cubic"])
+    @pytest.mark.parametrize("periodic", [True, False])
+    def test_the_curves_are_those_of_scipy(self, interpolation, periodic):
+        interpolate = pytest.importorskip("scipy.interpolate")
+        random = np.random.default_rng(5)
+        points = np.concatenate([[0.0], np.cumsum(random.uniform(0.2, 1.0, 8))])
+        values = random.uniform(-1.0, 1.0, 9)
+        values[-1] = values[0]
+        if interpolation == "monotone" and periodic:
+            # Continued on both sides, so that the ends do not count.
+            span = points[-1]
+            longer = np.concatenate([points[:-1] - span, points[:-1], points + span])
+            truth = interpolate.PchipInterpolator(longer, [*np.tile(values[:-1], 3), values[0]])
+        elif interpolation == "monotone":
+            truth = interpolate.PchipInterpolator(points, values)
+        elif interpolation == "cubic":
+            truth = interpolate.CubicSpline(points, values, bc_type="periodic" if periodic else "not-a-knot")
+        else:
+            truth = interpolate.make_interp_spline(points, values, k=1)
+        table = Table(points, values, over="rotor.angle", interpolation=interpolation, periodic=periodic)
+        scene = rotor(cc.Torque("load", "rotor", table), drives=[cc.motions.Speed("motor", "shaft", 1.0)])
+        run = cc.simulate(
+            scene, duration=points[-1] * (1.9 if periodic else 1.0), samples=501, outputs=["motor.torque"]
+        )
+        angle = np.where(run.t > points[-1], run.t - points[-1], run.t)
+        np.testing.assert_allclose(-run["motor.torque"], truth(angle), rtol=0.0, atol=1e-12)
+
+    def test_a_run_ends_where_its_table_ends(self):
+        table = Table([-0.2, 0.2], [1.0, 3.0], over="block.x")
+        with pytest.raises(
+            cc.errors.SimulationError, match=r'outside_table.*load "push".*block\.x = 2\.0000'
+        ) as caught:
+            cc.simulate(block(cc.Force("push", "block.P", x=table, y=0.0), x=0.0), duration=2.0, samples=11)
+        # x'' = 2 + 5 x from rest at 0
+        assert caught.value.time == pytest.approx(
+            math.acosh(0.2 * 5.0 / 2.0 + 1.0) / math.sqrt(5.0), rel=1e-3
+        )
+        held = Table([-0.2, 0.2], [1.0, 3.0], over="block.x", beyond="hold")
+        run = cc.simulate(
+            block(cc.Force("push", "block.P", x=held, y=0.0), x=0.0), duration=2.0, samples=11, rtol=1e-9
+        )
+        t = math.acosh(1.5) / math.sqrt(5.0)
+        v = 0.4 * math.sqrt(5.0) * math.sinh(math.sqrt(5.0) * t)
+        assert run["block.x"][-1] == pytest.approx(0.2 + v * (2.0 - t) + 1.5 * (2.0 - t) ** 2, rel=1e-7)
+
+
+class TestSwitches:
+    @pytest.mark.parametrize("method", METHODS)
+    def test_dry_friction_takes_its_share_of_every_half_swing_and_ends_in_a_typed_error(self, method):
+        """The amplitude falls by 2 f / k a half swing until the spring is weaker than friction."""
+        scene = block(cc.Force("f", "block.P", x="-100*block.x - 1.3*sign(block.vx)", y=0.0))
+        with pytest.raises(cc.errors.SimulationError, match=r"held.*tanh") as caught:
+            cc.simulate(scene, duration=5.0, samples=5001, method=method, rtol=1e-9)
+        run = caught.value.trajectory
+        assert caught.value.time == pytest.approx(4.0 * math.pi / 10.0, rel=1e-7)
+        x = run["block.x"]
+        for half, extreme in enumerate([0.1, -0.074, 0.048, -0.022, -0.004]):
+            at = round(half * math.pi / 10.0 / 1e-3)
+            # Samples lie up to half a millisecond beside the extremes.
+            near = x[max(at - 1, 0) : at + 2]
+            near = near[np.isfinite(near)]
+            assert np.min(np.abs(near - extreme)) < 2e-6
+
+    @pytest.mark.parametrize("method", METHODS)
+    def test_a_ball_on_a_one_sided_spring(self, method):
+        """Flights and contacts of known length, energy kept over 30 bounces."""
+        k, g, drop = 1e4, 9.81, 0.5
+        scene = block(
+            cc.Gravity((0.0, -g)),
+            cc.Force("floor", "block.P", x=0.0, y=Expression("if(block.y < 0, -k*block.y, 0)", {"k": k})),
+            x=drop,
+            axis=(0.0, 1.0),
+        )
+        omega = math.sqrt(k)
+        flight, speed = math.sqrt(2.0 * drop / g), math.sqrt(2.0 * g * drop)
+        contact = 2.0 * (math.pi - math.atan(speed * omega / g)) / omega
+        period = 2.0 * flight + contact
+        run = cc.simulate(
+            scene,
+            duration=30.0 * period,
+            samples=31,
+            method=method,
+            rtol=1e-9,
+            outputs=["block.y", "block.vy", "energy.balance"],
+        )
+        np.testing.assert_allclose(run["block.y"], drop, rtol=0.0, atol=2e-6)
+        assert run.stats.events == 60
+
+    def test_a_press_loses_the_work_of_every_stroke(self):
+        """The crank turns freely; a cut of 800 N over 30 mm takes 24 J a turn, gradually and exactly."""
+        scene = press(CUT, start=[cc.JointStart("main", position=0.0, velocity=60.0)])
+        run = cc.simulate(
+            scene,
+            duration=0.5,
+            samples=2001,
+            rtol=1e-9,
+            outputs=["energy.kinetic", "energy.balance", "crank.angle"],
+        )
+        strokes = run["crank.angle"] / (2.0 * math.pi)
+        # Cuts happen while the ram moves inward, in the first half of a turn, well inside of it.
+        before = (strokes % 1.0 < 0.02) | (strokes % 1.0 > 0.6)
+        lost = run["energy.kinetic"][0] - run["energy.kinetic"]
+        np.testing.assert_allclose(lost[before], 24.0 * np.round(strokes[before]), rtol=0.0, atol=1e-6)
+        assert np.max(np.abs(run["energy.balance"])) < 1e-7
+        assert strokes[-1] > 3.0
+
+    def test_a_prescribed_press_needs_the_work_of_the_cut(self):
+        scene = press(CUT, drives=[cc.motions.Speed("motor", "main", 20.0)])
+        run = cc.simulate(
+            scene,
+            duration=math.pi / 10.0,
+            samples=20001,
+            outputs=["motor.power", "ram.x", "ram.vx", "energy.balance"],
+        )
+        assert np.max(np.abs(run["energy.balance"])) < 1e-9
+        # The torque jumps by the force times the lever at both ends of the cut.
+        assert np.trapezoid(run["motor.power"], run.t) == pytest.approx(24.0, abs=0.02)
+
+    def test_a_run_can_be_continued_beyond_switches(self):
+        scene = block(
+            cc.Force("floor", "block.P", x="if(block.x < 0, -500*block.x, -20*block.x)", y=0.0), v=1.0
+        )
+        whole = cc.simulate(scene, duration=4.0, samples=5, rtol=1e-9)
+        first = cc.simulate(scene, duration=2.0, samples=3, rtol=1e-9)
+        second = cc.simulate(scene, duration=2.0, samples=3, rtol=1e-9, start=first.end)
+        np.testing.assert_allclose(second["block.x"], whole["block.x"][2:], rtol=0.0, atol=1e-7)
+
+
+class TestKnownCurves:
+    def test_a_motor_runs_up_along_the_curve_of_kloss(self):
+        """T = 2 T_k / (s / s_k + s_k / s), s = 1 - w / w_s; the time to a slip s from s_0 is known."""
+        pull_out, slip, synchronous, inertia = 30.0, 0.2, 157.0, 0.5
+        motor = cc.Torque(
+            "motor",
+            "rotor",
+            Expression(
+                "2*T/((1 - rotor.angular_velocity/w)/s + s/(1 - rotor.angular_velocity/w))",
+                {"T": pull_out, "s": slip, "w": synchronous},
+            ),
+        )
+        run = cc.simulate(rotor(motor, inertia=inertia, speed=0.0), duration=5.0, samples=301, rtol=1e-10)
+        s = 1.0 - run["rotor.angular_velocity"] / synchronous
+        time = inertia * synchronous / (2.0 * pull_out) * ((1.0 - s**2) / (2.0 * slip) - slip * np.log(s))
+        np.testing.assert_allclose(time, run.t, rtol=0.0, atol=1e-8)
+        assert s[-1] < slip
+
+    @pytest.mark.parametrize("method", METHODS)
+    def test_van_der_pol(self, method):
+        """The period for mu = 5 is 11.612230667 (computed independently, to all digits shown)."""
+        force = cc.Force(
+            "f",
+            "block.P",
+            x=Expression("mu*(1 - block.x**2/a**2)*block.vx - k*block.x", {"mu": 5, "a": 1, "k": 1}),
+            y=0.0,
+        )
+        integrate = pytest.importorskip("scipy.integrate")
+        truth = integrate.solve_ivp(
+            lambda t, y: [y[1], 5.0 * (1.0 - y[0] ** 2) * y[1] - y[0]],
+            [0.0, 40.0],
+            [2.0, 0.0],
+            method="DOP853",
+            rtol=1e-12,
+            atol=1e-13,
+            t_eval=np.linspace(0.0, 40.0, 401),
+        )
+        run = cc.simulate(block(force, x=2.0), duration=40.0, samples=401, method=method, rtol=1e-9)
+        np.testing.assert_allclose(run["block.x"], truth.y[0], rtol=0.0, atol=2e-5)
+
+
+class TestScenes:
+    def test_they_survive_json_and_copies(self):
+        scene = press(CUT)
+        assert cc.Scene.from_json(scene.to_json()) == scene
+        table = Table([0.1, 0.2], [1, 2], over="ram.x", interpolation="monotone", beyond="hold")
+        for x in (table, Expression("k*ram.x", {"k": 3})):
+            scene = press(cc.Force("cut", "ram.B", x=x, y=0.0))
+            assert cc.Scene.from_json(scene.to_json()) == scene
+            assert hash(scene) == hash(cc.Scene.from_json(scene.to_json()))
+
+    def test_a_text_is_an_expression(self):
+        assert CUT.x == Expression("if(ram.vx < 0, if(ram.x < 0.2, if(ram.x > 0.17, 800, 0), 0), 0)")
+
+    def test_a_study_varies_its_constants(self):
+        """The end of a block under k x is x0 cosh(t sqrt(k)), whose ends the band must meet."""
+
+        def scene(k):
+            return block(cc.Force("f", "block.P", x=Expression("k*block.x", {"k": k}), y=0.0))
+
+        study = cc.Study(
+            scene, {"k": cc.Interval(1.0, 2.0)}, outputs=["block.x"], duration=1.0, samples=3, rtol=1e-9
+        )
+        result = study.band(15)
+        band = result["block.x"]
+        assert band.lower[-1] == pytest.approx(0.1 * math.cosh(1.0), rel=0.02)
+        assert band.upper[-1] == pytest.approx(0.1 * math.cosh(math.sqrt(2.0)), rel=0.02)
+
+
+BAD = {
+    "800*ram.z": 'unknown quantity "ram.z"; did you mean "ram.',
+    "if(rma.vx < 0, 1, 0)": 'unknown quantity "rma.vx"; did you mean "ram.vx"',
+    "2*ram.ax": "a force cannot depend on it",
+    "2*pin.reaction_x": "a force cannot depend on it",
+    "2*cut.force": "a force cannot depend on it",
+    "ram.x": r"has the unit [m], must have [N]",
+    "ram.x + ram.vx": r"adds or subtracts [m] and [m s^-1]",
+    "exp(ram.x)": r"has [m] as the argument of exp",
+    "sinn(time)": 'unknown function "sinn"; did you mean "si',
+    "3*(ram.x": "must go on with ')'",
+    "import os": "goes on where",
+    "sqrt(ram.x - 1)": r'at the start "cut" is NaN, no finite number: "sqrt(ram.x - 1)" at ram.x = 2.5',
+    "1/(ram.x - ram.x)": 'at the start "cut" is inf',
+    "k*ram.x": "a number with a name stands in constants",
+    "": "ends too early",
+}
+
+
+class TestBadInput:
+    @pytest.mark.parametrize("text", list(BAD))
+    def test_a_bad_text_is_refused_with_its_reason(self, text):
+        with pytest.raises(cc.errors.SceneError) as caught:
+            press(cc.Force("cut", "ram.B", x=text, y=0.0)).check()
+        assert BAD[text] in str(caught.value)
+        assert "forces" in str(caught.value)
+
+    @pytest.mark.parametrize(
+        ("constants", "place"),
+        [
+            ({"k": 1.0, "unused": 2.0}, "constants.unused"),
+            ({"k": math.nan}, "constants.k: must be a finite number"),
+            ({"k": "a"}, "constants.k: must be a number"),
+            ({}, 'unknown quantity "k"'),
+            (3, "constants: must be a mapping"),
+        ],
+    )
+    def test_bad_constants_are_refused_with_their_place(self, constants, place):
+        force = cc.Force("cut", "ram.B", x=Expression("k*ram.x", constants), y=0.0)
+        with pytest.raises(cc.errors.SceneError) as caught:
+            press(force).check()
+        assert place in str(caught.value)
+
+    @pytest.mark.parametrize(
+        ("fields", "problem"),
+        [
+            ({"periodic": True, "values": [1, 2]}, "ends with its first value"),
+            ({"periodic": True, "beyond": "hold"}, 'must be "end" in a periodic table'),
+            ({"interpolation": "spline"}, 'must be one of "linear"'),
+            ({"points": [1, 1]}, "points must increase"),
+            ({"over": "ram.q"}, 'unknown quantity "ram.q"'),
+            ({"over": "ram.ax"}, "cannot depend on it"),
+            ({"periodic": 1}, "must be True or False"),
+            ({"points": [1, 2]}, "goes from 1 to 2 and is asked for at 0.25"),
+        ],
+    )
+    def test_bad_tables_are_refused(self, fields, problem):
+        table = Table(**{"points": [0, 1], "values": [1, 1], "over": "ram.x"} | fields)
+        with pytest.raises(cc.errors.SceneError) as caught:
+            press(cc.Force("cut", "ram.B", x=table, y=0.0)).check()
+        assert problem in str(caught.value)
+
+    def test_a_prescribed_motion_cannot_depend_on_the_motion(self):
+        table = Table([0, 1], [0, 1], over="ram.x")
+        scene = press(CUT, drives=[cc.motions.Motion("motor", "main", table)])
+        with pytest.raises(cc.errors.SceneError, match="prescribed"):
+            scene.check()
+
+    def test_what_becomes_infinite_in_a_run_is_named_with_its_values(self):
+        scene = block(cc.Force("f", "block.P", x="-0.1*log(block.x / 0.1)", y=0.0), x=0.1, v=-1.0)
+        with pytest.raises(cc.errors.SimulationError) as caught:
+            cc.simulate(scene, duration=5.0, samples=11)
+        assert "log(block.x / 0.1)" in str(caught.value) and "block.x = " in str(caught.value)
