@@ -18,6 +18,8 @@ from .study.features.ranking import Rank, Ranking
 from .study.features.reach import FeatureInterval
 from .study.polynomials.sensitivity import VarianceShares
 from .study.polynomials.surrogate import PolynomialRange
+from .study.requirements.conformance import Conformance, Share
+from .study.requirements.specification import Specification
 from .tradeoffs.bounds import StudyTradeoff, StudyTradeoffPoint
 from .tradeoffs.point import TradeoffPoint
 from .tradeoffs.recommendation import Recommendation
@@ -27,6 +29,7 @@ __all__ = [
     "Bifurcation",
     "BoundErrors",
     "Comparison",
+    "Conformance",
     "Contact",
     "Contacts",
     "Effects",
@@ -49,6 +52,8 @@ __all__ = [
     "Ranking",
     "Recommendation",
     "RestraintZones",
+    "Share",
+    "Specification",
     "Stats",
     "StudyTradeoff",
     "StudyTradeoffPoint",

@@ -3,7 +3,12 @@ from .bands import plot_band as plot_band, plot_sensitivity as plot_sensitivity
 from .bifurcations import plot_bifurcation as plot_bifurcation
 from .costs import plot_study_tradeoff as plot_study_tradeoff, plot_tradeoff as plot_tradeoff
 from .drawing.scene import plot_scene as plot_scene
-from .features import plot_ranking as plot_ranking, plot_shares as plot_shares, plot_tornado as plot_tornado
+from .features import (
+    plot_ranking as plot_ranking,
+    plot_share as plot_share,
+    plot_shares as plot_shares,
+    plot_tornado as plot_tornado,
+)
 from .polynomials import plot_coefficients as plot_coefficients, plot_prediction as plot_prediction
 from .runs import (
     plot_contacts as plot_contacts,

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from ..study.features.effects import Effects
     from ..study.features.features import FeatureResult
     from ..study.features.ranking import Ranking
+    from ..study.requirements.conformance import Share
 
 Array = NDArray[np.float64]
 
@@ -253,6 +254,57 @@ def plot_ranking(ranking: Ranking, *, ax: Axes | None = None, **bars: Any) -> Ax
     _bars_with_whiskers(ax, rows, bars)
     ax.axvline(0.0, color="0.2", linewidth=0.8)
     set_x_label(ax, f"{plain_words(ranking.feature)} narrows when the tolerance is halved, by [%]")
+    return ax
+
+
+def plot_share(share: Share, *, ax: Axes | None = None, unit: str | None = None, **bars: Any) -> Axes:
+    """Draw how the mechanisms are spread, and the limits that they must keep to.
+
+    A quantity that must keep to its limits over a time is drawn by its lowest and its highest value.
+
+    Parameters
+    ----------
+    share : Share
+        What ``conformance(...)[name]`` returned.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    unit : str, optional
+        Unit to show, such as ``"mm"``; SI if not given.
+    **bars
+        Passed to ``Axes.hist``.
+
+    Returns
+    -------
+    Axes
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> def shaft(gap, thread):
+    ...     return {"play": gap - thread}
+    >>> study = cc.Study(shaft, {"gap": cc.normal(10.1, 0.02), "thread": cc.normal(10.0, 0.02)})
+    >>> found = cc.conformance(study, {"play": cc.require("play", above=0.04, below=0.2)})
+    >>> ax = cc.plots.plot_share(found["play"])
+    """
+    require("share", share, "Share")
+    ax = new_axes(ax)
+    scale, shown = unit_scale(share.unit, unit)
+    values = [values[np.isfinite(values)] * scale for values in (share.lowest, share.highest)]
+    single = np.array_equal(values[0], values[1])
+    series = values[:1] if single else values
+    edges = np.histogram_bin_edges(np.concatenate(series), bins="auto" if len(series[0]) < 1000 else 50)
+    names = [None] if single else ["lowest", "highest"]
+    for one, name, color in zip(series, names, COLORS, strict=False):
+        look: dict[str, Any] = {"bins": edges, "color": color, "label": name, "alpha": 0.8}
+        ax.hist(one, **(look | bars))
+    for limit in share.limits:
+        if math.isfinite(limit):
+            ax.axvline(limit * scale, color="0.2", linestyle="--")
+    set_x_label(ax, with_unit(plain_words(share.specification.quantity), shown))
+    ax.set_ylabel("mechanisms")
+    ax.set_title(f"{share.outside or 'none'} of {share.runs} outside")
+    if not single:
+        ax.legend()
     return ax
 
 

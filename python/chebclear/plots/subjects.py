@@ -23,6 +23,7 @@ _WORDS = {
     "Ranking": 'a Ranking, such as result.ranking("peak force")',
     "Tradeoff": "a Tradeoff, as tradeoff returns it",
     "StudyTradeoff": "a StudyTradeoff, as study_tradeoff returns it",
+    "Share": 'the share of a specification, such as conformance(...)["stroke"]',
     "Bifurcation": "a Bifurcation, as bifurcation returns it",
 }
 

@@ -1,0 +1,250 @@
+"""The share of mechanisms that keep to specifications, with exact intervals."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...base.named import Named
+from ...base.shown import Shown, listed
+from ...report import html
+from ...report.document import Table
+from ...run.notices import Notice
+from .exact import exact_interval
+from .specification import Specification
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+# Runs from which the quantile of 99.865 % of a process has an interval: 1 - 0.99865^n - n (1 - 0.99865)
+# 0.99865^(n - 1) is 0.95 for them, see `tolerated_share`.
+_RUNS_OF_PPK = 3513
+# The quantiles of a process that stand for three standard deviations (ISO 22514).
+_TAILS = (0.00135, 0.5, 0.99865)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Share(Shown):
+    """The share of mechanisms that keep to a specification.
+
+    Attributes
+    ----------
+    name : str
+        Name of the specification.
+    specification : Specification
+        The limits.
+    unit : str
+        SI unit of the quantity; empty if it is not known.
+    runs : int
+        Mechanisms that count, at the nominal values of parameters that are only known as intervals [-].
+    outside : int
+        Those of them outside of the limits, with those that failed [-].
+    failed : int
+        Those whose simulation failed [-].
+    confidence : float
+        Probability that the true share is between `lower` and `upper` [-].
+    lower, upper : float
+        The interval of the share `[ClopperPearson1934]`; with parameters that are only known as intervals, of
+        the smallest and the largest share at their nominal values and corners [-].
+    at : tuple[dict[str, float], ...]
+        Values of the parameters that are only known as intervals [SI units]: nominal ones, then corners.
+    counts : Array
+        Runs and those outside, for each of these, shape (values, 2).
+    lowest, highest : Array
+        Extremes of the quantity in each run that counts, NaN if it failed, shape (runs,).
+    limits : tuple[float, float]
+        The limits, infinite for none.
+    """
+
+    name: str
+    specification: Specification
+    unit: str
+    runs: int
+    outside: int
+    failed: int
+    confidence: float
+    lower: float
+    upper: float
+    at: tuple[dict[str, float], ...]
+    counts: Array
+    lowest: Array
+    highest: Array
+    limits: tuple[float, float]
+
+    @property
+    def share(self) -> float:
+        """Share of the runs that keep to it [-]."""
+        return 1.0 - self.outside / self.runs
+
+    @property
+    def ppm(self) -> float:
+        """Runs outside in a million [-]; the ends of their interval are ``1e6 * (1 - upper)`` and so on."""
+        return 1e6 * self.outside / self.runs
+
+    @property
+    def ppk(self) -> float:
+        """Distance of the limits from the median over that of the quantiles of 0.135 and 99.865 % [-].
+
+        ISO 22514 for any distribution; Cpk where it is normal. NaN for fewer than 3513 runs, in which these
+        quantiles are not known with 95 % confidence, and for a quantity that must keep to its limits over a
+        time, which has no single value.
+        """
+        values = self.highest
+        if len(values) < _RUNS_OF_PPK or not np.array_equal(values, self.lowest):
+            return math.nan
+        low, median, high = np.quantile(values, _TAILS)
+        sides = (self.limits[1] - median) / (high - median), (median - self.limits[0]) / (median - low)
+        return float(min(sides))
+
+    def __repr__(self) -> str:
+        return f"<Share of {self.name}: {self}>"
+
+    def __str__(self) -> str:
+        text = f"{_percent(self.share)} in specification, between {_percent(self.lower)} and "
+        text += f"{_percent(self.upper)} with {100.0 * self.confidence:.4g} % confidence"
+        text += f" ({self.outside or 'none'} of {self.runs} outside"
+        if self.failed:
+            text += f", of which {self.failed} failed"
+        if len(self.at) > 1:
+            sides = listed(list(self.at[0]), most=4)
+            text += f"; the interval holds at the nominal values and corners of {sides}"
+        return text + ")"
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw how the runs are spread, with the limits; see `plot_share`."""
+        from ...plots.features import plot_share
+
+        return plot_share(self, ax=ax)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Conformance(Named[Share]):
+    """The shares of mechanisms that keep to specifications, by their names, and to all of them.
+
+    Attributes
+    ----------
+    shares : dict[str, Share]
+        Share of each specification by name; the last one, ``"all"``, is that of all together, if there are
+        several.
+    parameters : Array
+        Parameters of the mechanisms that were simulated, at nominal values of those that are only known as
+        intervals [SI units], shape (runs, parameters).
+    parameter_names : tuple[str, ...]
+        Their names.
+    seed : int
+        Seed of the draws: ``rng=seed`` repeats them.
+    notices : tuple[Notice, ...]
+        Warnings of the runs, each text once.
+    """
+
+    shares: dict[str, Share]
+    parameters: Array
+    parameter_names: tuple[str, ...]
+    seed: int
+    notices: tuple[Notice, ...] = ()
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(self.shares)
+
+    def _entry(self, name: str) -> Share:
+        return self.shares[name]
+
+    @property
+    def table(self) -> Table:
+        """One row for each specification."""
+        rows = [
+            [
+                name,
+                str(one.specification),
+                *map(_percent, (one.share, one.lower, one.upper)),
+                str(one.outside),
+                str(one.runs),
+            ]
+            for name, one in self.shares.items()
+        ]
+        heads = ["specification", "limits", "share", "at least", "at most", "outside", "runs"]
+        return Table("Shares in specification", heads, rows)
+
+    def __repr__(self) -> str:
+        return f"<Conformance: {listed(self._names, most=4)}>"
+
+    def __str__(self) -> str:
+        return "\n".join(f"{name}: {one}" for name, one in self.shares.items())
+
+    def _repr_html_(self) -> str:
+        return html.fragment(repr(self)[1:-1], [self.table])
+
+
+def share_of(
+    name: str,
+    specification: Specification,
+    unit: str,
+    limits: tuple[float, float],
+    at: list[dict[str, float]],
+    extremes: list[tuple[Array, Array]],
+    confidence: float,
+    failures: int | None,
+) -> Share:
+    """The share of a specification from the extremes of its quantity in all runs.
+
+    Parameters
+    ----------
+    name, specification, unit, limits
+        As of `Share`.
+    at : list of dict
+        Values of the parameters that are only known as intervals.
+    extremes : list of (ndarray, ndarray)
+        For each of these the lowest and the highest value of every run, NaN if it failed.
+    confidence : float
+        Of the interval [-].
+    failures : int or None
+        Runs outside after which no further ones count [-]: the interval of as many runs as it took is exact
+        then as well.
+    """
+    counts, intervals, kept = [], [], []
+    for lowest, highest in extremes:
+        is_outside = ~((lowest > limits[0]) & (highest < limits[1]))
+        used = counted(is_outside, failures)
+        counts.append((used, int(np.count_nonzero(is_outside[:used]))))
+        below, above = exact_interval(counts[-1][1], used, confidence)
+        intervals.append((1.0 - above, 1.0 - below))
+        kept.append((lowest[:used], highest[:used]))
+    (runs, outside), (lowest, highest) = counts[0], kept[0]
+    return Share(
+        name=name,
+        specification=specification,
+        unit=unit,
+        runs=runs,
+        outside=outside,
+        failed=int(np.count_nonzero(np.isnan(highest))),
+        confidence=confidence,
+        lower=min(lower for lower, _ in intervals),
+        upper=max(upper for _, upper in intervals),
+        at=tuple(at),
+        counts=np.array(counts),
+        lowest=lowest,
+        highest=highest,
+        limits=limits,
+    )
+
+
+def counted(is_outside: NDArray[np.bool_], failures: int | None) -> int:
+    """Runs that count: up to the last one of as many failures."""
+    if failures is None:
+        return len(is_outside)
+    reached = np.flatnonzero(np.cumsum(is_outside) == failures)
+    return int(reached[0]) + 1 if len(reached) else len(is_outside)
+
+
+def _percent(share: float) -> str:
+    """A share in percent, with as many digits as tell it from 0 and 100."""
+    rest = min(share, 1.0 - share)
+    digits = 2 if rest <= 0.0 else max(1, 1 - math.floor(math.log10(100.0 * rest)))
+    return f"{100.0 * share:.{min(digits, 8)}f} %"

@@ -1,0 +1,43 @@
+"""Independent mechanisms, drawn from the distributions of their parameters."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.random import default_rng
+from numpy.typing import NDArray
+
+from ...scene.scene import Interval
+from ..band.hybrid import Normal, Uniform
+
+Array = NDArray[np.float64]
+
+
+def drawn(
+    parameters: Mapping[str, Interval | Normal | Uniform], names: Sequence[str], runs: int, seed: int
+) -> Array:
+    """Values of the random parameters, NaN for the others, shape (runs, parameters).
+
+    Fewer runs are the first of more, and a parameter has the same values whatever the others are: each draws
+    from a stream of its own, by its place in `names`, the order in which the model declares them.
+    """
+    points = np.full((runs, len(parameters)), np.nan)
+    for column, (name, one) in enumerate(parameters.items()):
+        stream = default_rng([seed, names.index(name)])
+        if isinstance(one, Normal):
+            points[:, column] = one.mean + one.standard_deviation * stream.standard_normal(runs)
+        elif isinstance(one, Uniform):
+            points[:, column] = one.lower + (one.upper - one.lower) * stream.random(runs)
+    return points
+
+
+def corners(parameters: Mapping[str, Interval | Normal | Uniform]) -> list[dict[str, float]]:
+    """Values of the parameters that are only known as intervals: their nominal ones, then all corners."""
+    sides = {name: one for name, one in parameters.items() if isinstance(one, Interval)}
+    nominal = {name: side.nominal for name, side in sides.items()}
+    if not sides:
+        return [nominal]
+    ends = itertools.product(*((side.lower, side.upper) for side in sides.values()))
+    return [nominal, *(dict(zip(sides, corner, strict=True)) for corner in ends)]

@@ -1,0 +1,56 @@
+"""The exact interval of a probability of which some trials tell."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+# Halvings of the interval in which a probability is looked for: down to its rounding.
+_HALVINGS = 100
+
+
+def binomial_cdf(count: int, trials: int, probability: float) -> float:
+    """Probability of at most `count` successes of `trials`, each of the given probability [-]."""
+    if probability <= 0.0 or count >= trials:
+        return 1.0
+    if probability >= 1.0:
+        return 0.0
+    k = np.arange(1, count + 1)
+    # Ratios of successive terms, summed as logarithms: the terms alone underflow for many trials.
+    ratios = np.log(trials - k + 1) - np.log(k) + math.log(probability) - math.log1p(-probability)
+    terms = trials * math.log1p(-probability) + np.concatenate([[0.0], np.cumsum(ratios)])
+    return float(min(1.0, math.fsum(np.exp(terms))))
+
+
+def exact_interval(count: int, trials: int, confidence: float) -> tuple[float, float]:
+    """The interval of a probability of which `count` of `trials` were successes `[ClopperPearson1934]`.
+
+    It holds the probability with at least this confidence, whatever it is: at its lower end as many successes
+    or more, at its upper end as many or fewer, have half of the remaining probability each.
+
+    Parameters
+    ----------
+    count, trials : int
+        Successes and trials [-].
+    confidence : float
+        Probability that the interval holds the true one [-], between 0 and 1.
+
+    Returns
+    -------
+    float, float
+        Its ends [-].
+    """
+    tail = 0.5 * (1.0 - confidence)
+
+    def end(reached: int, wanted: float) -> float:
+        """The probability at which at most `reached` successes have the probability `wanted`."""
+        low, high = 0.0, 1.0
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if binomial_cdf(reached, trials, middle) > wanted else (low, middle)
+        return high
+
+    lower = 0.0 if count == 0 else end(count - 1, 1.0 - tail)
+    upper = 1.0 if count == trials else end(count, tail)
+    return lower, upper

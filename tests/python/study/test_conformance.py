@@ -1,0 +1,225 @@
+"""Shares in specification against closed forms, SciPy and published probabilities."""
+
+import math
+from statistics import NormalDist
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear.study.requirements.exact import binomial_cdf, exact_interval
+
+
+def play(gap, thread):
+    return {"play": gap - thread}
+
+
+SHAFT = cc.Study(play, {"gap": cc.normal(10.1, 0.02), "thread": cc.normal(10.0, 0.02)})
+PLAY = NormalDist(0.1, 0.02 * math.sqrt(2.0))
+
+
+def function_generator(a, b, c, d):
+    """Error [rad] of a four-bar that should turn its rocker by a sine, closed form."""
+    theta = np.radians(np.linspace(95.5, 215.5, 121))
+    wanted = np.radians(76.0) + np.radians(60.0) * np.sin(0.75 * (theta - theta[0]))
+    x, y = a * np.cos(theta) - d, a * np.sin(theta)
+    length = np.hypot(x, y)
+    angle = np.arctan2(y, x) - np.arccos((length**2 + c**2 - b**2) / (2.0 * length * c))
+    return {"error": float(np.max(np.abs(np.angle(np.exp(1j * (angle - wanted))))))}
+
+
+class TestIntervals:
+    @pytest.mark.parametrize("trials", [1, 2, 10, 93, 1000, 50_000])
+    def test_they_are_those_of_scipy(self, trials):
+        stats = pytest.importorskip("scipy.stats")
+        for count in sorted({0, 1, trials // 7, trials // 2, trials - 1, trials}):
+            for confidence in (0.8, 0.95, 0.999):
+                truth = stats.binomtest(count, trials).proportion_ci(confidence, method="exact")
+                found = exact_interval(count, trials, confidence)
+                np.testing.assert_allclose(found, (truth.low, truth.high), rtol=1e-9, atol=1e-15)
+
+    def test_the_distribution_sums_to_one_and_is_that_of_scipy(self):
+        stats = pytest.importorskip("scipy.stats")
+        for count, trials, probability in [(0, 5, 0.3), (4, 5, 0.3), (40, 10_000, 0.005), (900, 1000, 0.9)]:
+            truth = stats.binom.cdf(count, trials, probability)
+            assert binomial_cdf(count, trials, probability) == pytest.approx(truth, rel=1e-10)
+        assert binomial_cdf(5, 5, 0.3) == 1.0
+
+    def test_none_of_many_is_no_zero(self):
+        lower, upper = exact_interval(0, 10_000, 0.95)
+        assert (lower, upper) == (0.0, pytest.approx(1.0 - 0.025 ** (1.0 / 10_000), rel=1e-9))
+
+
+class TestShares:
+    def test_intervals_hold_the_true_share_as_often_as_they_say(self):
+        """95 % intervals hold it in at least 93 of 100 seeds, also where the 12th failure ends the runs."""
+        truth = 1.0 - PLAY.cdf(0.04)
+        for more in ({"runs": 300}, {"runs": 3000, "failures": 12}):
+            held = 0
+            for seed in range(100):
+                share = cc.conformance(SHAFT, {"play": cc.require("play", above=0.04)}, rng=seed, **more)[
+                    "play"
+                ]
+                held += share.lower <= truth <= share.upper
+            assert held >= 93, more
+
+    def test_a_function_generator_has_its_published_probabilities(self):
+        """P(error > 0.6, 0.7, 0.8 degrees) = 0.1598, 0.0398, 0.00640 from 3e7 independent mechanisms."""
+        lengths = {"a": 53.0, "b": 122.0, "c": 66.5, "d": 100.0}
+        study = cc.Study(
+            function_generator,
+            {name: cc.normal(size, 0.1) for name, size in lengths.items()},
+            units={"error": "rad"},
+        )
+        wanted = {f"{limit}": cc.require("error", below=f"{limit} deg") for limit in (0.6, 0.7, 0.8)}
+        found = cc.conformance(study, wanted, 8000, rng=3)
+        for limit, truth in {"0.6": 0.1598, "0.7": 0.0398, "0.8": 0.00640}.items():
+            share = found[limit]
+            assert share.lower <= 1.0 - truth <= share.upper, limit
+        # The narrowest limit decides on all of them.
+        assert found["all"].outside == found["0.6"].outside
+
+    def test_parameters_that_are_only_known_as_intervals_give_the_smallest_and_the_largest_share(self):
+        """|x + s| < 3 for s in [-1, 1]: at the nominal value 0.99730, at the corners 0.97722."""
+
+        def shifted(x, s):
+            return {"y": x + s}
+
+        study = cc.Study(shifted, {"x": cc.normal(0.0, 1.0), "s": cc.Interval(-1.0, 1.0)})
+        share = cc.conformance(study, {"y": cc.require("y", above=-3, below=3)}, 4000, rng=1)["y"]
+        standard = NormalDist()
+        best, worst = 1.0 - 2.0 * standard.cdf(-3.0), standard.cdf(2.0) - standard.cdf(-4.0)
+        assert share.lower <= worst and best <= share.upper
+        assert share.lower > worst - 0.01 and share.upper < best + 0.003
+        assert [place["s"] for place in share.at] == [0.0, -1.0, 1.0]
+        assert share.share == pytest.approx(best, abs=0.003)
+        assert "corners of s" in str(share)
+
+    def test_ppk_is_cpk_of_a_normal_distribution_and_not_of_another(self):
+        found = cc.conformance(SHAFT, {"play": cc.require("play", above=0.0, below=0.21)}, 40_000, rng=5)
+        assert found["play"].ppk == pytest.approx(0.1 / (3.0 * PLAY.stdev), rel=0.03)
+
+        def factor(z):
+            return {"y": math.exp(0.4 * z)}
+
+        skewed = cc.Study(factor, {"z": cc.normal(0.0, 1.0)})
+        share = cc.conformance(skewed, {"y": cc.require("y", below=3.0)}, 40_000, rng=5)["y"]
+        assert share.ppk == pytest.approx(0.862, rel=0.03)
+        assert share.ppm == pytest.approx(3010.0, rel=0.3)
+        assert math.isnan(cc.conformance(SHAFT, {"play": cc.require("play", above=0.0)}, 100)["play"].ppk)
+
+    def test_runs_end_with_the_last_failure_that_counts(self):
+        share = cc.conformance(SHAFT, {"play": cc.require("play", above=0.08)}, 5000, failures=20, rng=2)[
+            "play"
+        ]
+        assert share.outside == 20
+        assert not share.limits[0] < share.lowest[-1]
+        # The same mechanisms as without an end.
+        whole = cc.conformance(SHAFT, {"play": cc.require("play", above=0.08)}, 5000, rng=2)["play"]
+        np.testing.assert_array_equal(whole.lowest[: share.runs], share.lowest)
+
+
+class TestSimulations:
+    @staticmethod
+    def scene(length, stiffness):
+        return cc.Scene(
+            [cc.Body("block", 1.0, 1.0)],
+            [cc.Prismatic("rail", "ground", "block", (1.0, 0.0))],
+            [cc.Force("pull", "block", x=cc.motions.Expression("-k*block.x", {"k": stiffness}), y=0.0)],
+            start=[cc.JointStart("rail", position=length)],
+        )
+
+    def study(self, **more):
+        return cc.Study(
+            self.scene,
+            {"length": cc.normal(0.1, 0.002), "stiffness": cc.uniform(90.0, 110.0)},
+            duration=1.0,
+            samples=11,
+            **more,
+        )
+
+    def test_an_output_keeps_to_its_limits_during_the_continuous_motion(self):
+        """The lowest position is minus the length, which lies between samples."""
+        found = cc.conformance(self.study(), {"x": cc.require("block.x", above="-103 mm", below=1)}, 400)
+        share = found["x"]
+        column = found.parameter_names.index("length")
+        assert share.outside == np.count_nonzero(found.parameters[:, column] >= 0.103)
+        np.testing.assert_allclose(-share.lowest, found.parameters[:, column], rtol=1e-6)
+        assert share.unit == "m"
+
+    def test_an_output_may_be_required_at_an_instant_and_a_feature_as_it_is(self):
+        study = self.study(features={"top speed": cc.features.peak("block.vx")})
+        found = cc.conformance(
+            study,
+            {
+                "there": cc.require("block.x", above=-0.1, below=0.1, at=0.5),
+                "speed": cc.require("top speed", below="1.02 m/s"),
+            },
+            200,
+        )
+        length, stiffness = (
+            found.parameters[:, found.parameter_names.index(name)] for name in ("length", "stiffness")
+        )
+        np.testing.assert_allclose(
+            found["there"].lowest, length * np.cos(0.5 * np.sqrt(stiffness)), atol=1e-6
+        )
+        np.testing.assert_allclose(found["speed"].highest, length * np.sqrt(stiffness), rtol=1e-5)
+        assert found["speed"].outside == np.count_nonzero(length * np.sqrt(stiffness) >= 1.02)
+        assert list(found) == ["there", "speed", "all"]
+
+    def test_a_mechanism_that_fails_is_outside(self):
+        def fragile(x):
+            if x > 2.0:
+                raise ValueError("cannot be assembled")
+            return {"y": x}
+
+        study = cc.Study(fragile, {"x": cc.normal(0.0, 1.0)})
+        share = cc.conformance(study, {"y": cc.require("y", below=5.0)}, 500, rng=1)["y"]
+        assert share.failed == share.outside > 0
+        assert f"of which {share.failed} failed" in str(share)
+
+    def test_the_picture_has_the_limits(self):
+        found = cc.conformance(self.study(), {"x": cc.require("block.x", above="-103 mm", below=1)}, 50)
+        ax = found["x"].plot()
+        assert len(ax.lines) == 2 and "of 50 outside" in ax.get_title()
+        assert cc.plots.plot_share(found["x"], unit="mm").get_xlabel().endswith("[mm]")
+
+
+class TestBadInput:
+    @pytest.mark.parametrize(
+        ("given", "problem"),
+        [
+            ({}, "give a limit"),
+            ({"below": "three"}, "must be a finite number"),
+            ({"below": math.nan}, "finite"),
+            ({"below": 1, "at": -1}, "at must be"),
+            ({"quantity": 3, "below": 1}, "must be the name"),
+        ],
+    )
+    def test_limits(self, given, problem):
+        with pytest.raises((ValueError, TypeError), match=problem):
+            cc.require(**({"quantity": "play"} | given))
+
+    @pytest.mark.parametrize(
+        ("specification", "problem"),
+        [
+            (cc.require("block.z", below=1), 'unknown output or feature "block.z"; did you mean "block'),
+            (cc.require("block.x", below="3 N"), "is not of the dimension"),
+            (cc.require("block.x", above=1, below=0.5), "above must be less than below"),
+            (cc.require("block.x", below=1, at=0.123), "none of the samples; the nearest is 0.1 s"),
+            ("block.x < 3", "must be one or several"),
+            ({"x": 3}, "must be made by require"),
+            ({"all": cc.require("block.x", below=1)}, "the name is that of all"),
+        ],
+    )
+    def test_specifications(self, specification, problem):
+        with pytest.raises((ValueError, TypeError), match=problem):
+            cc.conformance(TestSimulations().study(), specification, 10)
+
+    def test_distributions_and_numbers(self):
+        box = cc.Study(play, {"gap": cc.Interval(10.0, 10.2), "thread": cc.Interval(9.9, 10.0)})
+        with pytest.raises(ValueError, match=r"no parameter has a distribution.*cc\.normal"):
+            cc.conformance(box, cc.require("play", above=0.0))
+        with pytest.raises(ValueError, match=r"(?s)runs must.*failures must.*confidence must"):
+            cc.conformance(SHAFT, cc.require("play", above=0.0), 1, failures=0, confidence=1.0)
+        with pytest.raises(ValueError, match='unknown output or feature "pley"; did you mean "play"'):
+            cc.conformance(SHAFT, cc.require("pley", above=0.0), 10)
