@@ -1,9 +1,18 @@
 """Contact and friction laws of clearance joints."""
 
 from .mechanisms import hertz_stiffness
-from .scene.scene import Flores, Hertz, HuntCrossley, LankaraniNikravesh, ModifiedCoulomb, SmoothedCoulomb
+from .scene.scene import (
+    ExactRestitution,
+    Flores,
+    Hertz,
+    HuntCrossley,
+    LankaraniNikravesh,
+    ModifiedCoulomb,
+    SmoothedCoulomb,
+)
 
 __all__ = [
+    "ExactRestitution",
     "Flores",
     "Hertz",
     "HuntCrossley",

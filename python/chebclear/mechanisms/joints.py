@@ -247,7 +247,7 @@ class Pins:
         Material of journal and bearing [Pa], [-].
     restitution : float
         Nominal coefficient of restitution [-]; see `LankaraniNikravesh`.
-    contact : LankaraniNikravesh, Flores, HuntCrossley or Hertz, optional
+    contact : LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley or Hertz, optional
         Law of the normal force; Lankarani and Nikravesh's with Hertz's stiffness, from the material and the
         restitution, if not given.
     friction : ModifiedCoulomb, SmoothedCoulomb or None

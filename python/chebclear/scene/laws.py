@@ -83,6 +83,32 @@ class Flores(Part):
 
 
 @dataclass(frozen=True)
+class ExactRestitution(Part):
+    """Dry contact whose rebound is the restitution asked for, F = K δⁿ (1 + χ δ̇), never tensile.
+
+    χ = d / v₀ with the impact velocity v₀ at the onset of the contact and the d for which a free impact
+    rebounds with c v₀: (1 + d) / (1 - c d) = exp(d (1 + c)), for any exponent. Recommended where a
+    restitution is known and no publication is to be reproduced. Otherwise as `Hertz`. Source: the rebound of
+    F = K δⁿ (1 + χ δ̇) solved for χ, which the laws of Lankarani and Nikravesh and of Flores approximate.
+
+    Parameters
+    ----------
+    stiffness : float
+        Contact stiffness K [N/m^exponent].
+    restitution : float
+        Coefficient of restitution c [-], above 0 and at most 1.
+    exponent : float
+        Exponent n of the penetration [-].
+    """
+
+    _tag = ("law", "exact_restitution")
+
+    stiffness: float = field(metadata=unit("N/m^exponent"))
+    restitution: float = field(metadata=unit("-"))
+    exponent: float = field(default=1.5, metadata=unit("-"))
+
+
+@dataclass(frozen=True)
 class HuntCrossley(Part):
     """Dry contact with a fixed hysteresis factor, F = K δⁿ (1 + χ δ̇), never tensile.
 
@@ -154,5 +180,5 @@ class ModifiedCoulomb(Part):
     static_sliding_velocity: float = field(metadata=unit("m/s"))
 
 
-ContactLaw: TypeAlias = LankaraniNikravesh | Flores | HuntCrossley | Hertz
+ContactLaw: TypeAlias = LankaraniNikravesh | Flores | ExactRestitution | HuntCrossley | Hertz
 FrictionLaw: TypeAlias = ModifiedCoulomb | SmoothedCoulomb

@@ -11,6 +11,7 @@ from ..base.units import unit
 from .forces import Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
 from .laws import (
     ContactLaw,
+    ExactRestitution,
     Flores,
     FrictionLaw,
     Hertz,
@@ -135,7 +136,7 @@ class ClearanceRevolute(Part):
         Radius of the journal [m].
     clearance : float
         Radial clearance, bearing radius minus journal radius [m].
-    contact : LankaraniNikravesh, Flores, HuntCrossley or Hertz
+    contact : LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley or Hertz
         Law of the normal force.
     friction : ModifiedCoulomb or SmoothedCoulomb, optional
         Law of the friction force; none if not given.
@@ -158,7 +159,7 @@ class ClearanceRevolute(Part):
 
     _tag = ("type", "clearance_revolute")
     _choices: ClassVar = {
-        "contact": (LankaraniNikravesh, Flores, HuntCrossley, Hertz),
+        "contact": (LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, Hertz),
         "friction": (ModifiedCoulomb, SmoothedCoulomb),
     }
 

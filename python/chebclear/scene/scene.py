@@ -44,6 +44,7 @@ from .functions import (
 )
 from .laws import (
     ContactLaw as ContactLaw,
+    ExactRestitution as ExactRestitution,
     Flores as Flores,
     FrictionLaw as FrictionLaw,
     Hertz as Hertz,

@@ -16,6 +16,9 @@ use crate::numerics::dual::Scalar;
 /// 0.878 instead of 0.85, 0.725 instead of 0.5 (closed form in [`Damping::LankaraniNikravesh`]).
 const ACCURATE_RESTITUTION: f64 = 0.85;
 
+/// Restitution below which the damping of a law that keeps to it begins at more than twenty times the elastic force.
+const SOFT_RESTITUTION: f64 = 0.05;
+
 /// Where the hysteresis factor χ [s/m] of a contact comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Damping {
@@ -37,12 +40,61 @@ pub enum Damping {
         /// Coefficient of restitution c [-], in (0, 1].
         restitution: f64,
     },
+    /// χ = d / v₀ where the rebound ratio that follows from the same equation is the restitution: d solves
+    /// `(1 + d) / (1 - c d) = exp(d (1 + c))`. It holds for any exponent n, since the penetrations of compression
+    /// and restitution are the same.
+    ExactRestitution {
+        /// Coefficient of restitution c [-], in (0, 1].
+        restitution: f64,
+        /// d [-], see [`Damping::exact_restitution`].
+        onset_damping: f64,
+    },
     /// A fixed χ, `[HuntCrossley1975]`: the rebound ratio falls with the impact velocity.
     HuntCrossley {
         /// Hysteresis factor χ [s/m].
         hysteresis_factor: f64,
     },
 }
+
+impl Damping {
+    /// The damping whose rebound ratio is the restitution; for a restitution outside (0, 1], which checks refuse, it
+    /// is NaN.
+    pub fn exact_restitution(restitution: f64) -> Damping {
+        Damping::ExactRestitution { restitution, onset_damping: exact_onset_damping(restitution) }
+    }
+}
+
+/// The root d > 0 of `ln(1 + d) - ln(1 - c d) = d (1 + c)`; zero for c = 1.
+fn exact_onset_damping(restitution: f64) -> f64 {
+    let c = restitution;
+    if !(c > 0.0 && c < 1.0) {
+        return if c == 1.0 { 0.0 } else { f64::NAN };
+    }
+    // The equation over -d²: Σ (-1)^k (1 - (-c)^k) d^(k-2) / k from k = 2 on. Near c = 1, where d is small, the
+    // logarithms cancel and few terms suffice.
+    let first = 1.5 * (1.0 - c * c) / (1.0 + c * c * c);
+    let balance = |d: f64| {
+        if first < SMALL_DAMPING {
+            let term = |k: i32| (1.0 - (-c).powi(k)) * (-d).powi(k - 2) / f64::from(k);
+            (2..TERMS).map(term).sum()
+        } else {
+            d * (1.0 + c) - d.ln_1p() + (-c * d).ln_1p()
+        }
+    };
+    // Positive below the root. Beyond 1/c there is no number.
+    let (mut low, mut high) = (0.5 * first, 1.0 / c);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if balance(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// Damping at an onset below which a series stands for the logarithms, and terms of it that reach rounding.
+const SMALL_DAMPING: f64 = 0.05;
+const TERMS: i32 = 16;
+/// Halvings of a bracket down to the rounding of a double.
+const HALVINGS: usize = 60;
 
 /// Constants of the damping of one contact, fixed at its onset.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,6 +141,7 @@ impl NormalLaw {
                 0.75 * (1.0 - restitution * restitution) / impact_velocity
             }
             Damping::Flores { restitution } => 1.6 * (1.0 - restitution) / (restitution * impact_velocity),
+            Damping::ExactRestitution { onset_damping, .. } => onset_damping / impact_velocity,
             Damping::HuntCrossley { hysteresis_factor } => hysteresis_factor,
         };
         Latch { hysteresis_factor }
@@ -98,7 +151,9 @@ impl NormalLaw {
     pub fn is_latched(&self) -> bool {
         match self.damping {
             Damping::Elastic | Damping::HuntCrossley { .. } => false,
-            Damping::LankaraniNikravesh { .. } | Damping::Flores { .. } => true,
+            Damping::LankaraniNikravesh { .. }
+            | Damping::Flores { .. }
+            | Damping::ExactRestitution { .. } => true,
         }
     }
 
@@ -115,8 +170,14 @@ impl NormalLaw {
             Damping::LankaraniNikravesh { restitution } if restitution < ACCURATE_RESTITUTION => {
                 Some(format!(
                     "the Lankarani-Nikravesh law rebounds more than its restitution {restitution} says (below \
-                 {ACCURATE_RESTITUTION} by more than 3 %): take the law of Flores, whose \
-                 rebound is nearer to it (0.47 for 0.5)"
+                 {ACCURATE_RESTITUTION} by more than 3 %): take the law \
+                 ExactRestitution, whose rebound is what it says"
+                ))
+            }
+            Damping::ExactRestitution { restitution, onset_damping } if restitution < SOFT_RESTITUTION => {
+                Some(format!(
+                    "a restitution of {restitution} takes a damping that begins at {onset_damping:.0} times the \
+                     elastic force at any depth: the force of an impact is that of the damping, not of the stiffness"
                 ))
             }
             _ => None,

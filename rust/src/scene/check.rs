@@ -446,7 +446,9 @@ impl Checker {
         self.at_least(&format!("{path}.exponent"), "-", law.exponent, 1.0);
         match law.damping {
             Damping::Elastic => {}
-            Damping::LankaraniNikravesh { restitution } | Damping::Flores { restitution } => {
+            Damping::LankaraniNikravesh { restitution }
+            | Damping::Flores { restitution }
+            | Damping::ExactRestitution { restitution, .. } => {
                 self.fraction(&format!("{path}.restitution"), restitution);
             }
             Damping::HuntCrossley { hysteresis_factor } => {

@@ -166,6 +166,7 @@ const UNREADABLE_LAW: NormalLaw =
 enum NormalLawName {
     LankaraniNikravesh,
     Flores,
+    ExactRestitution,
     HuntCrossley,
     Hertz,
 }
@@ -175,6 +176,7 @@ fn normal_law(node: Node, problems: &mut Problems) -> NormalLaw {
     let names = [
         ("lankarani_nikravesh", NormalLawName::LankaraniNikravesh),
         ("flores", NormalLawName::Flores),
+        ("exact_restitution", NormalLawName::ExactRestitution),
         ("hunt_crossley", NormalLawName::HuntCrossley),
         ("hertz", NormalLawName::Hertz),
     ];
@@ -187,6 +189,9 @@ fn normal_law(node: Node, problems: &mut Problems) -> NormalLaw {
                 Damping::LankaraniNikravesh { restitution: fields.number("restitution", problems) }
             }
             NormalLawName::Flores => Damping::Flores { restitution: fields.number("restitution", problems) },
+            NormalLawName::ExactRestitution => {
+                Damping::exact_restitution(fields.number("restitution", problems))
+            }
             NormalLawName::HuntCrossley => {
                 Damping::HuntCrossley { hysteresis_factor: fields.number("hysteresis_factor", problems) }
             }

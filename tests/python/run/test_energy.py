@@ -111,6 +111,7 @@ LAWS = [
     cc.laws.LankaraniNikravesh(1e10, 0.3),
     cc.laws.Flores(1e10, 0.9),
     cc.laws.Flores(1e10, 0.1),
+    cc.laws.ExactRestitution(1e10, 0.3),
     cc.laws.HuntCrossley(1e10, 0.5),
     cc.laws.Hertz(1e10),
     cc.laws.Hertz(1e8, exponent=1.2),
@@ -225,6 +226,16 @@ def test_wear_is_friction_over_its_coefficient():
     np.testing.assert_allclose(0.05 * run["wrist.wear"], run["wrist.friction_loss"], rtol=1e-5, atol=1e-15)
 
 
+def exact_damping(restitution):
+    """The root of (1 + d) / (1 - c d) = exp(d (1 + c)) by halving."""
+    low, high = 1e-6, 1.0 / restitution
+    for _ in range(80):
+        d = 0.5 * (low + high)
+        below = restitution < 1.0 and math.log1p(d) - math.log1p(-restitution * d) < d * (1.0 + restitution)
+        low, high = (d, high) if below else (low, d)
+    return d
+
+
 @pytest.mark.parametrize(
     "law, ratio",
     [
@@ -232,6 +243,8 @@ def test_wear_is_friction_over_its_coefficient():
         (cc.laws.LankaraniNikravesh(1e9, 0.9), 0.913),
         (cc.laws.LankaraniNikravesh(1e9, 0.5), 0.725),
         (cc.laws.Flores(1e9, 0.9), 0.894),
+        (cc.laws.ExactRestitution(1e9, 0.8), 0.8),
+        (cc.laws.ExactRestitution(1e9, 0.2), 0.2),
         (cc.laws.Flores(1e9, 0.5), 0.470),
     ],
     ids=repr,
@@ -275,12 +288,12 @@ class TestHeadOnImpact:
         """
         run = self.run(law)
         k, n, m, v = 1e9, 1.5, self.MASS, self.SPEED
+        c = getattr(law, "restitution", 1.0)
         chi = {
             cc.laws.Hertz: 0.0,
-            cc.laws.LankaraniNikravesh: 0.75 * (1.0 - getattr(law, "restitution", 1.0) ** 2) / v,
-            cc.laws.Flores: 1.6
-            * (1.0 - getattr(law, "restitution", 1.0))
-            / (getattr(law, "restitution", 1.0) * v),
+            cc.laws.LankaraniNikravesh: 0.75 * (1.0 - c**2) / v,
+            cc.laws.Flores: 1.6 * (1.0 - c) / (c * v),
+            cc.laws.ExactRestitution: exact_damping(c) / v,
         }[type(law)]
         speeds = np.linspace(-ratio * v * 1.002, v, 400_001)
         energy = (

@@ -206,7 +206,7 @@ class TestBadInput:
             (cc.require("block.x", below="3 N"), "is not of the dimension"),
             (cc.require("block.x", above=1, below=0.5), "above must be less than below"),
             (cc.require("block.x", below=1, at=0.123), "none of the samples; the nearest is 0.1 s"),
-            ("block.x < 3", "must be one or several"),
+            ("block.x < 3", "must be one that require made"),
             ({"x": 3}, "must be made by require"),
             ({"all": cc.require("block.x", below=1)}, "the name is that of all"),
         ],

@@ -107,8 +107,7 @@ def checked_specifications(checks: Checks, given: object) -> dict[str, Specifica
         given = {str(one): one for one in given}
     if not isinstance(given, Mapping) or not given:
         checks.add(
-            f'specifications must be one or several, such as {{"stroke": cc.require("ram.y", below=0.12)}}, '
-            f"got {given!r}",
+            f"specifications must be one that require made, or several in a list or by names, got {given!r}",
             wrong_type=not isinstance(given, Mapping),
         )
         return {}
