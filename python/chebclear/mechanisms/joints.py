@@ -247,9 +247,9 @@ class Pins:
         Material of journal and bearing [Pa], [-].
     restitution : float
         Nominal coefficient of restitution [-]; see `LankaraniNikravesh`.
-    contact : LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley or Hertz, optional
-        Law of the normal force; Lankarani and Nikravesh's with Hertz's stiffness, from the material and the
-        restitution, if not given.
+    contact : contact law, optional
+        Law of the normal force, see `ClearanceRevolute`; Lankarani and Nikravesh's with Hertz's stiffness,
+        from the material and the restitution, if not given.
     friction : ModifiedCoulomb, SmoothedCoulomb or None
         Friction law of the pins with clearance; the paper's Table 2 if not given.
     sliding : {"surface", "contact_point"}, optional

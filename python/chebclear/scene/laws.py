@@ -133,6 +133,57 @@ class HuntCrossley(Part):
 
 
 @dataclass(frozen=True)
+class KelvinVoigt(Part):
+    """A spring and a viscous damper, F = K δⁿ + D δ̇, never tensile.
+
+    The force jumps by D v₀ where the contact begins, and the rebound ratio of a mass does not depend on v₀
+    for n = 1. For models from other programs, and for soft layers.
+
+    Parameters
+    ----------
+    stiffness : float
+        Contact stiffness K [N/m^exponent].
+    damping : float
+        Damping D [N s/m], at least 0.
+    exponent : float
+        Exponent n of the penetration [-].
+    """
+
+    _tag = ("law", "kelvin_voigt")
+
+    stiffness: float = field(metadata=unit("N/m^exponent"))
+    damping: float = field(metadata=unit("N s/m"))
+    exponent: float = field(default=1.0, metadata=unit("-"))
+
+
+@dataclass(frozen=True)
+class Impact(Part):
+    """The contact function of commercial programs, F = K δⁿ + D s(δ/d) δ̇, never tensile.
+
+    The damping grows from zero to D over the depth d, by s(x) = x² (3 - 2x), and stays there: the force does
+    not jump where the contact begins. For models from other programs; the rebound follows from the numbers.
+
+    Parameters
+    ----------
+    stiffness : float
+        Contact stiffness K [N/m^exponent].
+    damping : float
+        Damping D at full depth [N s/m], at least 0.
+    depth : float
+        Penetration d at which it is reached [m], above 0.
+    exponent : float
+        Exponent n of the penetration [-].
+    """
+
+    _tag = ("law", "impact")
+
+    stiffness: float = field(metadata=unit("N/m^exponent"))
+    damping: float = field(metadata=unit("N s/m"))
+    depth: float = field(metadata=unit("m"))
+    exponent: float = field(default=1.5, metadata=unit("-"))
+
+
+@dataclass(frozen=True)
 class SmoothedCoulomb(Part):
     """Coulomb friction smoothed by a hyperbolic tangent, μ tanh(v / V).
 
@@ -180,5 +231,8 @@ class ModifiedCoulomb(Part):
     static_sliding_velocity: float = field(metadata=unit("m/s"))
 
 
-ContactLaw: TypeAlias = LankaraniNikravesh | Flores | ExactRestitution | HuntCrossley | Hertz
+CONTACT_LAWS = (LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, KelvinVoigt, Impact, Hertz)
+ContactLaw: TypeAlias = (
+    LankaraniNikravesh | Flores | ExactRestitution | HuntCrossley | KelvinVoigt | Impact | Hertz
+)
 FrictionLaw: TypeAlias = ModifiedCoulomb | SmoothedCoulomb

@@ -9,17 +9,7 @@ from typing import ClassVar, TypeAlias
 from ..base.shown import Shown
 from ..base.units import unit
 from .forces import Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
-from .laws import (
-    ContactLaw,
-    ExactRestitution,
-    Flores,
-    FrictionLaw,
-    Hertz,
-    HuntCrossley,
-    LankaraniNikravesh,
-    ModifiedCoulomb,
-    SmoothedCoulomb,
-)
+from .laws import CONTACT_LAWS, ContactLaw, FrictionLaw, ModifiedCoulomb, SmoothedCoulomb
 from .motions import BodyStart, ClearanceStart, JointStart, Motion, Speed
 from .schema import Part, Points, Vector
 
@@ -136,7 +126,7 @@ class ClearanceRevolute(Part):
         Radius of the journal [m].
     clearance : float
         Radial clearance, bearing radius minus journal radius [m].
-    contact : LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley or Hertz
+    contact : LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, KelvinVoigt, Impact or Hertz
         Law of the normal force.
     friction : ModifiedCoulomb or SmoothedCoulomb, optional
         Law of the friction force; none if not given.
@@ -159,7 +149,7 @@ class ClearanceRevolute(Part):
 
     _tag = ("type", "clearance_revolute")
     _choices: ClassVar = {
-        "contact": (LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, Hertz),
+        "contact": CONTACT_LAWS,
         "friction": (ModifiedCoulomb, SmoothedCoulomb),
     }
 

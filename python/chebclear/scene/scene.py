@@ -49,6 +49,8 @@ from .laws import (
     FrictionLaw as FrictionLaw,
     Hertz as Hertz,
     HuntCrossley as HuntCrossley,
+    Impact as Impact,
+    KelvinVoigt as KelvinVoigt,
     LankaraniNikravesh as LankaraniNikravesh,
     ModifiedCoulomb as ModifiedCoulomb,
     SmoothedCoulomb as SmoothedCoulomb,

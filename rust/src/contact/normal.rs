@@ -1,6 +1,7 @@
 //! Normal-force laws of dry contact: penetration and penetration rate in, force out.
 //!
-//! All laws offered have the form of Hunt and Crossley, Eq. (7) and (10) of `[Xiang2020]`:
+//! All laws offered but those with a damper beside the spring have the form of Hunt and Crossley, Eq. (7) and (10) of
+//! `[Xiang2020]`:
 //!
 //! ```text
 //! F_N = K δⁿ (1 + χ δ̇)      for δ > 0,     F_N = 0 otherwise
@@ -53,6 +54,19 @@ pub enum Damping {
     HuntCrossley {
         /// Hysteresis factor χ [s/m].
         hysteresis_factor: f64,
+    },
+    /// A viscous damper beside the spring, F_N = K δⁿ + D δ̇: the force jumps where the contact begins.
+    KelvinVoigt {
+        /// Damping D [N s/m].
+        damping: f64,
+    },
+    /// The contact function of commercial programs: a damper that grows to D over a depth d,
+    /// F_N = K δⁿ + D s(δ/d) δ̇ with s(x) = x² (3 - 2x) up to x = 1.
+    Impact {
+        /// Damping D at full depth [N s/m].
+        damping: f64,
+        /// Penetration at which it is reached [m].
+        depth: f64,
     },
 }
 
@@ -143,6 +157,7 @@ impl NormalLaw {
             Damping::Flores { restitution } => 1.6 * (1.0 - restitution) / (restitution * impact_velocity),
             Damping::ExactRestitution { onset_damping, .. } => onset_damping / impact_velocity,
             Damping::HuntCrossley { hysteresis_factor } => hysteresis_factor,
+            Damping::KelvinVoigt { .. } | Damping::Impact { .. } => 0.0,
         };
         Latch { hysteresis_factor }
     }
@@ -150,7 +165,10 @@ impl NormalLaw {
     /// Whether the damping depends on the impact velocity, for which a lower bound (floor) is then needed.
     pub fn is_latched(&self) -> bool {
         match self.damping {
-            Damping::Elastic | Damping::HuntCrossley { .. } => false,
+            Damping::Elastic
+            | Damping::HuntCrossley { .. }
+            | Damping::KelvinVoigt { .. }
+            | Damping::Impact { .. } => false,
             Damping::LankaraniNikravesh { .. }
             | Damping::Flores { .. }
             | Damping::ExactRestitution { .. } => true,
@@ -228,18 +246,49 @@ impl NormalLaw {
         if penetration.value() <= 0.0 {
             return S::constant(0.0);
         }
-        self.elastic(penetration) * Self::ratio(penetration_rate, latch)
+        let elastic = self.elastic(penetration);
+        match self.viscosity(penetration) {
+            Some(viscosity) => elastic + viscosity * penetration_rate,
+            None => elastic * Self::ratio(penetration_rate, latch),
+        }
+    }
+
+    /// Force per penetration rate [N s/m] of a damper beside the spring; `None` for hysteresis damping.
+    #[inline]
+    fn viscosity<S: Scalar>(&self, penetration: S) -> Option<S> {
+        match self.damping {
+            Damping::KelvinVoigt { damping } => Some(S::constant(damping)),
+            Damping::Impact { damping, depth } => {
+                let part = penetration * (1.0 / depth);
+                let full = part.value() >= 1.0;
+                Some(if full { S::constant(damping) } else { part * part * (part * -2.0 + 3.0) * damping })
+            }
+            _ => None,
+        }
     }
 
     /// Ratio of normal to elastic force [-]; the force is tensile where it is negative. Exactly 1 without
-    /// damping.
-    pub fn force_ratio(&self, _penetration: f64, penetration_rate: f64, latch: Latch) -> f64 {
-        Self::ratio(penetration_rate, latch)
+    /// damping. With a damper beside the spring, which acts at zero penetration too, it is the ratio to the sum of
+    /// both forces.
+    pub fn force_ratio(&self, penetration: f64, penetration_rate: f64, latch: Latch) -> f64 {
+        match self.viscosity(penetration) {
+            Some(viscosity) => {
+                let (elastic, viscous) = (self.elastic_force(penetration), viscosity * penetration_rate);
+                (elastic + viscous) / (elastic + viscous.abs()).max(f64::MIN_POSITIVE)
+            }
+            None => Self::ratio(penetration_rate, latch),
+        }
     }
 
-    /// Derivative of that ratio with respect to the penetration rate [s/m].
-    pub fn force_ratio_slope(&self, _penetration: f64, latch: Latch) -> f64 {
-        latch.hysteresis_factor
+    /// Derivative of that ratio with respect to the penetration rate [s/m], or its size.
+    pub fn force_ratio_slope(&self, penetration: f64, penetration_rate: f64, latch: Latch) -> f64 {
+        match self.viscosity(penetration) {
+            Some(viscosity) => {
+                let both = self.elastic_force(penetration) + (viscosity * penetration_rate).abs();
+                viscosity / both.max(f64::MIN_POSITIVE)
+            }
+            None => latch.hysteresis_factor,
+        }
     }
 
     /// Penetration rate [m/s] at which damping and elastic force are equal; infinite without damping.

@@ -451,6 +451,13 @@ impl Checker {
             | Damping::ExactRestitution { restitution, .. } => {
                 self.fraction(&format!("{path}.restitution"), restitution);
             }
+            Damping::KelvinVoigt { damping } => {
+                self.at_least(&format!("{path}.damping"), "N s/m", damping, 0.0);
+            }
+            Damping::Impact { damping, depth } => {
+                self.at_least(&format!("{path}.damping"), "N s/m", damping, 0.0);
+                self.positive(&format!("{path}.depth"), "m", depth);
+            }
             Damping::HuntCrossley { hysteresis_factor } => {
                 self.at_least(&format!("{path}.hysteresis_factor"), "s/m", hysteresis_factor, 0.0);
             }

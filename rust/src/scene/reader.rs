@@ -168,6 +168,8 @@ enum NormalLawName {
     Flores,
     ExactRestitution,
     HuntCrossley,
+    KelvinVoigt,
+    Impact,
     Hertz,
 }
 
@@ -178,6 +180,8 @@ fn normal_law(node: Node, problems: &mut Problems) -> NormalLaw {
         ("flores", NormalLawName::Flores),
         ("exact_restitution", NormalLawName::ExactRestitution),
         ("hunt_crossley", NormalLawName::HuntCrossley),
+        ("kelvin_voigt", NormalLawName::KelvinVoigt),
+        ("impact", NormalLawName::Impact),
         ("hertz", NormalLawName::Hertz),
     ];
     let name = fields.tag("law", &names, problems);
@@ -195,6 +199,13 @@ fn normal_law(node: Node, problems: &mut Problems) -> NormalLaw {
             NormalLawName::HuntCrossley => {
                 Damping::HuntCrossley { hysteresis_factor: fields.number("hysteresis_factor", problems) }
             }
+            NormalLawName::KelvinVoigt => {
+                Damping::KelvinVoigt { damping: fields.number("damping", problems) }
+            }
+            NormalLawName::Impact => Damping::Impact {
+                damping: fields.number("damping", problems),
+                depth: fields.number("depth", problems),
+            },
             NormalLawName::Hertz => Damping::Elastic,
         },
     };

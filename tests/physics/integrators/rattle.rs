@@ -200,7 +200,7 @@ impl HybridSystem for Rattle {
             Phase::Contact { latch, clipped } => {
                 let law = &self.law.normal;
                 let ratio = law.force_ratio(state.penetration, state.penetration_rate, latch);
-                let slope = law.force_ratio_slope(state.penetration, latch);
+                let slope = law.force_ratio_slope(state.penetration, state.penetration_rate, latch);
                 let resolution = 64.0 * f64::EPSILON + slope * (1e-15 + 1e-3 * SCALES[1] * self.rtol);
                 Guard {
                     value: if clipped { -ratio } else { ratio },

@@ -112,6 +112,8 @@ LAWS = [
     cc.laws.Flores(1e10, 0.9),
     cc.laws.Flores(1e10, 0.1),
     cc.laws.ExactRestitution(1e10, 0.3),
+    cc.laws.KelvinVoigt(2e7, 300.0),
+    cc.laws.Impact(1e10, 500.0, 2e-6),
     cc.laws.HuntCrossley(1e10, 0.5),
     cc.laws.Hertz(1e10),
     cc.laws.Hertz(1e8, exponent=1.2),

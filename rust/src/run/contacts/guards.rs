@@ -165,7 +165,7 @@ fn tension_guard(
         return Guard::INACTIVE;
     };
     let law = &motion.mechanism.clearance_joints[index].law.normal;
-    let slope = law.force_ratio_slope(state.penetration, latch);
+    let slope = law.force_ratio_slope(state.penetration, state.penetration_rate, latch);
     if slope == 0.0 {
         return Guard::INACTIVE;
     }
