@@ -32,7 +32,7 @@ class Gravity(Part):
 class Spring(Part):
     """A spring and a damper in parallel between two points.
 
-    Its tension is stiffness (distance - length) + damping (rate of the distance).
+    Its tension is stiffness (distance - length) + damping (rate of the distance) + `tension`.
 
     Parameters
     ----------
@@ -46,9 +46,13 @@ class Spring(Part):
         Distance of the points when unloaded [m].
     damping : float
         Damping [N s/m].
+    tension : float, str, Polynomial, Harmonic, Table or Expression
+        Further tension [N]: a preload, or a characteristic such as ``"2e6*strut.lengthening**3"``; a text is
+        an `Expression`. Its work counts as input.
     """
 
     _tag = ("type", "spring")
+    _choices: ClassVar = {"tension": LOADS}
 
     name: str
     a: str
@@ -56,6 +60,11 @@ class Spring(Part):
     stiffness: float = field(metadata=unit("N/m"))
     length: float = field(metadata=unit("m"))
     damping: float = field(default=0.0, metadata=unit("N s/m"))
+    tension: float | Load = field(default=0.0, metadata=unit("N"))
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _read_texts(self)
 
 
 @dataclass(frozen=True)
@@ -70,14 +79,22 @@ class Damper(Part):
         The two points, as ``"body.point"``.
     damping : float
         Damping [N s/m].
+    tension : float, str, Polynomial, Harmonic, Table or Expression
+        Further tension [N], as of `Spring`.
     """
 
     _tag = ("type", "damper")
+    _choices: ClassVar = {"tension": LOADS}
 
     name: str
     a: str
     b: str
     damping: float = field(metadata=unit("N s/m"))
+    tension: float | Load = field(default=0.0, metadata=unit("N"))
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _read_texts(self)
 
 
 @dataclass(frozen=True)
@@ -191,7 +208,7 @@ class Torque(Part):
         _read_texts(self)
 
 
-def _read_texts(part: Force | Torque) -> None:
+def _read_texts(part: Spring | Damper | Force | Torque) -> None:
     """Makes expressions of the texts in the place of loads."""
     values = vars(part)
     for name in part._choices:

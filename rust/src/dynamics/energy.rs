@@ -94,7 +94,7 @@ impl Dynamics<'_> {
         }
     }
 
-    /// Power of the drives and of the applied forces and torques [W]; after
+    /// Power of the drives, of the applied forces and torques and of further tensions [W]; after
     /// [`Dynamics::find_reactions`].
     pub fn input_power(&self) -> f64 {
         let tree = self.tree;
@@ -112,7 +112,12 @@ impl Dynamics<'_> {
                 self.load(&applied.torque) * (on - back)
             })
             .sum();
-        drives + forces + torques
+        let pulls: f64 = tree
+            .pulls
+            .iter()
+            .map(|pull| -self.load(&pull.tension) * self.link_motion(&tree.links[pull.link])[1])
+            .sum();
+        drives + forces + torques + pulls
     }
 
     /// The same by the balance of power: that of the inertial forces and gravity less that of contacts, springs

@@ -2,7 +2,7 @@
 
 use super::Dynamics;
 use crate::numerics::dual::{Dual, Scalar};
-use crate::tree::elements::{AppliedForce, Link, Torsion};
+use crate::tree::elements::{AppliedForce, Link, Pull, Torsion};
 use crate::tree::kinematics::{Vec2, perp, rotated};
 use crate::tree::loads::Load;
 
@@ -28,6 +28,12 @@ fn force_of<S: Scalar>(link: &Link, e: [S; 2], rate: [S; 2]) -> [S; 2] {
     normal.map(|component| -(component * tension))
 }
 
+/// Unit vector along a spring or damper; NaN where only rounding errors keep its points apart.
+fn direction_of(link: &Link, e: Vec2) -> Vec2 {
+    let length = e.norm();
+    if length <= link.indistinct { Vec2::repeat(f64::NAN) } else { e / length }
+}
+
 impl Dynamics<'_> {
     /// Adds the generalized forces of springs, dampers and applied forces.
     #[inline]
@@ -37,6 +43,12 @@ impl Dynamics<'_> {
             let [a, b] = link.points.map(|point| self.point(point));
             let force = force_of(link, (b.position - a.position).into(), (b.velocity - a.velocity).into());
             self.add_pair(link.points, [a.position, b.position], force.into(), [0.0; 2], forces);
+        }
+        for pull in &tree.pulls {
+            let link = &tree.links[pull.link];
+            let [a, b] = link.points.map(|point| self.point(point));
+            let force = self.pull_force(pull);
+            self.add_pair(link.points, [a.position, b.position], force, [0.0; 2], forces);
         }
         for torsion in &tree.torsions {
             self.add_couple(torsion.frames, self.torsion_torque(torsion), forces);
@@ -84,7 +96,22 @@ impl Dynamics<'_> {
         [length, if length > link.indistinct { rate.dot(&e) / length } else { 0.0 }]
     }
 
-    /// Force of a spring or damper on its second point [N].
+    /// Tension of a spring or damper [N], its further tension included.
+    pub fn link_tension(&self, index: usize) -> f64 {
+        let link = &self.tree.links[index];
+        let [length, rate] = self.link_motion(link);
+        let pulls = self.tree.pulls.iter().filter(|pull| pull.link == index);
+        pulls.fold(link.tension(length, rate), |sum, pull| sum + self.load(&pull.tension))
+    }
+
+    /// Force of a further tension on the second point of its spring or damper [N].
+    pub fn pull_force(&self, pull: &Pull) -> Vec2 {
+        let link = &self.tree.links[pull.link];
+        let [a, b] = link.points.map(|point| self.point(point).position);
+        -self.load(&pull.tension) * direction_of(link, b - a)
+    }
+
+    /// Force of a spring or damper on its second point [N], without its further tension.
     pub fn link_force(&self, link: &Link) -> Vec2 {
         let [a, b] = link.points.map(|point| self.point(point));
         force_of(link, (b.position - a.position).into(), (b.velocity - a.velocity).into()).into()
@@ -117,6 +144,22 @@ impl Dynamics<'_> {
                 [Dual::input(rate.x, 2), Dual::input(rate.y, 3)],
             );
             self.add_pair_derivatives(link.points, [0.0; 2], [force[0], force[1], Dual::constant(0.0)]);
+        }
+        for pull in &tree.pulls {
+            let link = &tree.links[pull.link];
+            let [a, b] = link.points.map(|point| self.point(point));
+            let e = b.position - a.position;
+            let tension = self.load(&pull.tension);
+            let (x, y): (Dual<5>, Dual<5>) = (Dual::input(e.x, 0), Dual::input(e.y, 1));
+            let inverse = Dual::constant(-tension) / (x * x + y * y).sqrt();
+            self.add_pair_derivatives(link.points, [0.0; 2], [x * inverse, y * inverse, Dual::constant(0.0)]);
+            // The change of the tension itself with time.
+            let rate = -self.load_rate(&pull.tension) * direction_of(link, e);
+            for (point, motion, sign) in [(link.points[1], b, 1.0), (link.points[0], a, -1.0)] {
+                for &(column, i) in &tree.paths[point.frame].free {
+                    self.residual_t[i] -= sign * self.column(column, motion.position).0.dot(&rate);
+                }
+            }
         }
         for torsion in &tree.torsions {
             let ends = || torsion.frames.into_iter().zip([-1.0, 1.0]);
@@ -168,6 +211,15 @@ impl Dynamics<'_> {
     /// The same for the change of applied forces and torques with the motion.
     fn add_derivatives_by_motion(&mut self) {
         let tree = self.tree;
+        for pull in &tree.pulls {
+            let link = &tree.links[pull.link];
+            let [a, b] = link.points.map(|point| self.point(point).position);
+            let normal = direction_of(link, b - a);
+            for (point, position, sign) in [(link.points[1], b, -1.0), (link.points[0], a, 1.0)] {
+                let by = |this: &Self, column| sign * this.column(column, position).0.dot(&normal);
+                self.add_derivatives_of(&pull.tension, point.frame, by);
+            }
+        }
         for applied in &tree.applied_forces {
             let position = self.point(applied.point).position;
             for (component, axis) in applied.components.iter().zip([Vec2::x(), Vec2::y()]) {

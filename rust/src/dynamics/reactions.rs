@@ -85,6 +85,12 @@ impl Dynamics<'_> {
                 supply(body, Wrench::at(self.point(point).position, sign * force, 0.0));
             }
         }
+        for pull in &tree.pulls {
+            let (link, force) = (&tree.links[pull.link], self.pull_force(pull));
+            for ((point, body), sign) in link.points.into_iter().zip(link.bodies).zip([-1.0, 1.0]) {
+                supply(body, Wrench::at(self.point(point).position, sign * force, 0.0));
+            }
+        }
         let torsions = tree.torsions.iter().map(|torsion| (torsion.bodies, self.torsion_torque(torsion)));
         let torques = tree.applied_torques.iter().map(|applied| (applied.bodies, self.load(&applied.torque)));
         for (bodies, torque) in torsions.chain(torques) {

@@ -37,6 +37,9 @@ pub(crate) fn speed_scale(tree: &Tree, dynamics: &Dynamics, length: f64) -> f64 
         let growing = applied.components.iter().map(|component| in_growing(component, mass));
         speed = growing.fold(speed.max((force * length / mass).sqrt()), f64::max);
     }
+    for pull in &tree.pulls {
+        speed = speed.max((size(&pull.tension) * length / mass).sqrt()).max(in_growing(&pull.tension, mass));
+    }
     for applied in &tree.applied_torques {
         speed = speed.max((size(&applied.torque) / mass).sqrt());
         // Like a force at a lever arm of the size of the mechanism.

@@ -239,7 +239,7 @@ impl Column {
             Column::Link(index, quantity) => {
                 let link = &tree.links[index];
                 let [length, rate] = dynamics.link_motion(link);
-                [length, rate, link.tension(length, rate)][quantity]
+                [length, rate, dynamics.link_tension(index)][quantity]
             }
             Column::Torsion(index, quantity) => {
                 let torsion = &tree.torsions[index];

@@ -188,7 +188,7 @@ impl Scene {
             Force::Gravity { acceleration } => {
                 checker.finite_pair(&format!("{path}.acceleration"), "m/s^2", acceleration);
             }
-            Force::Spring { a, b, stiffness, length, damping, .. } => {
+            Force::Spring { a, b, stiffness, length, damping, tension, .. } => {
                 let ends = [("a", a), ("b", b)].map(|(field, reference)| {
                     let end = self.attachment(reference);
                     checker.result(&format!("{path}.{field}"), end).map(|end| end.body)
@@ -197,6 +197,7 @@ impl Scene {
                 checker.at_least(&format!("{path}.stiffness"), "N/m", *stiffness, 0.0);
                 checker.at_least(&format!("{path}.length"), "m", *length, 0.0);
                 checker.at_least(&format!("{path}.damping"), "N s/m", *damping, 0.0);
+                checker.load(self, &format!("{path}.tension"), FORCE, tension);
             }
             Force::TorsionSpring { a, b, stiffness, angle, damping, .. } => {
                 let ends = [("a", a), ("b", b)]

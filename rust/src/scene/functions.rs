@@ -2,7 +2,7 @@
 
 use crate::error::Problem;
 use crate::expression::curve::{Beyond, Curve, Interpolation};
-use crate::scene::json::{Fields, Problems};
+use crate::scene::json::{Fields, Node, Problems};
 use crate::scene::loads::{Expression, Load};
 use crate::scene::quantities::TIME;
 use crate::scene::time_function::{Spline, TimeFunction};
@@ -37,9 +37,18 @@ pub(super) fn time_function(
 
 /// A function of time or of the motion: a number, or an object.
 pub(super) fn load(fields: &mut Fields, name: &'static str, problems: &mut Problems) -> Load {
-    let Some(node) = fields.required(name, problems) else {
-        return Load::Time(TimeFunction::constant(f64::NAN));
-    };
+    match fields.required(name, problems) {
+        Some(node) => load_at(&node, problems),
+        None => Load::Time(TimeFunction::constant(f64::NAN)),
+    }
+}
+
+/// The same, zero if it is left out.
+pub(super) fn load_or_none(fields: &mut Fields, name: &'static str, problems: &mut Problems) -> Load {
+    fields.optional(name).map_or(Load::NONE, |node| load_at(&node, problems))
+}
+
+fn load_at(node: &Node, problems: &mut Problems) -> Load {
     if !node.value.is_object() {
         return Load::Time(TimeFunction::constant(node.number(problems)));
     }

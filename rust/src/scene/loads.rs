@@ -18,6 +18,16 @@ pub enum Load {
     Motion(Box<Expression>),
 }
 
+impl Load {
+    /// No force or torque.
+    pub const NONE: Load = Load::Time(TimeFunction::Polynomial(Vec::new()));
+
+    /// Whether it is zero for good.
+    pub fn is_none(&self) -> bool {
+        matches!(self, Load::Time(TimeFunction::Polynomial(coefficients)) if coefficients.iter().all(|c| *c == 0.0))
+    }
+}
+
 impl From<TimeFunction> for Load {
     fn from(function: TimeFunction) -> Load {
         Load::Time(function)

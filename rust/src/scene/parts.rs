@@ -181,6 +181,8 @@ pub enum Force {
         length: f64,
         /// Damping along the line between the points [N s/m].
         damping: f64,
+        /// Further tension [N].
+        tension: Load,
     },
     /// A torsion spring and a damper in parallel between two bodies.
     TorsionSpring {

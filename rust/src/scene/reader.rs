@@ -9,7 +9,7 @@ use crate::contact::clearance::SlidingVelocity;
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Damping, NormalLaw};
 use crate::error::{InputError, Problem, Subject};
-use crate::scene::functions::{load, time_function};
+use crate::scene::functions::{load, load_or_none, time_function};
 use crate::scene::json::{Fields, Node, Problems};
 use crate::scene::parts::{
     Body, CENTER_OF_MASS, Drive, Force, ForceFrame, GROUND, Joint, JointKind, Scene, Start,
@@ -290,14 +290,15 @@ fn force(node: Node, problems: &mut Problems) -> Force {
 fn link(is_spring: bool, fields: &mut Fields, problems: &mut Problems) -> Force {
     let name = fields.text("name", problems);
     let [a, b] = ["a", "b"].map(|end| fields.text(end, problems));
+    let tension = load_or_none(fields, "tension", problems);
     if is_spring {
         let stiffness = fields.number("stiffness", problems);
         let length = fields.number("length", problems);
         let damping = fields.number_or("damping", 0.0, problems);
-        Force::Spring { name, a, b, stiffness, length, damping }
+        Force::Spring { name, a, b, stiffness, length, damping, tension }
     } else {
         let damping = fields.number("damping", problems);
-        Force::Spring { name, a, b, stiffness: 0.0, length: 0.0, damping }
+        Force::Spring { name, a, b, stiffness: 0.0, length: 0.0, damping, tension }
     }
 }
 

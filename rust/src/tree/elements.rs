@@ -195,6 +195,15 @@ impl Link {
     }
 }
 
+/// A further tension of a spring or damper.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pull {
+    /// Index of the spring or damper.
+    pub link: usize,
+    /// The tension [N].
+    pub tension: Load,
+}
+
 /// A torsion spring and damper between two bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Torsion {
@@ -309,6 +318,8 @@ pub struct Tree {
     pub tree_joints: Vec<usize>,
     /// Springs and dampers between points.
     pub links: Vec<Link>,
+    /// Further tensions of springs and dampers.
+    pub pulls: Vec<Pull>,
     /// Springs and dampers between bodies.
     pub torsions: Vec<Torsion>,
     /// Applied forces.
@@ -351,7 +362,8 @@ impl Tree {
             .iter()
             .flat_map(|force| force.components.iter().map(|component| (force.name.as_str(), component)));
         let torques = self.applied_torques.iter().map(|torque| (torque.name.as_str(), &torque.torque));
-        let loads = forces.chain(torques).filter_map(|(name, load)| match load {
+        let pulls = self.pulls.iter().map(|pull| (self.links[pull.link].name.as_str(), &pull.tension));
+        let loads = forces.chain(torques).chain(pulls).filter_map(|(name, load)| match load {
             Load::Time(function) => Some((name, function)),
             Load::Motion(_) => None,
         });

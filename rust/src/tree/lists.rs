@@ -7,7 +7,7 @@ use crate::scene::parts::{Attachment, Force, ForceFrame, Joint, JointKind, lengt
 use crate::scene::quantities::Quantity;
 use crate::tree::elements::{
     AppliedForce, AppliedTorque, BodyPlacement, ClearanceJoint, Closure, DrivenCoordinate, FrameInertia,
-    IdealJoint, IdealKind, Link, Path, Realization, Torsion, Tree,
+    IdealJoint, IdealKind, Link, Path, Pull, Realization, Torsion, Tree,
 };
 use crate::tree::kinematics::{Frame, Vec2};
 use crate::tree::loads::{Load, MotionLoad, Variable};
@@ -54,6 +54,7 @@ impl Builder<'_> {
             ideal_joints,
             tree_joints,
             links: Vec::new(),
+            pulls: Vec::new(),
             torsions: Vec::new(),
             applied_forces: Vec::new(),
             applied_torques: Vec::new(),
@@ -157,9 +158,13 @@ impl Builder<'_> {
         for force in &self.scene.forces {
             match force {
                 Force::Gravity { acceleration } => tree.gravity += Vec2::from(*acceleration),
-                Force::Spring { name, a, b, stiffness, length, damping } => {
+                Force::Spring { name, a, b, stiffness, length, damping, tension } => {
                     let ends = [a, b].map(|reference| self.end(reference));
-                    let directed = *length != 0.0 || *damping != 0.0;
+                    let directed = *length != 0.0 || *damping != 0.0 || !tension.is_none();
+                    if !tension.is_none() {
+                        let tension = self.load(tree, name, tension);
+                        tree.pulls.push(Pull { link: tree.links.len(), tension });
+                    }
                     tree.links.push(Link {
                         name: name.clone(),
                         points: ends.map(|end| self.place(end)),

@@ -40,6 +40,15 @@ fn loaded(case: &Case) -> Option<Mechanism> {
         )),
         frame: if last.is_multiple_of(2) { ForceFrame::Body } else { ForceFrame::Ground },
     });
+    scene.forces.push(Force::Spring {
+        name: "third".to_owned(),
+        a: GROUND.to_owned(),
+        b: format!("body{last}.p0"),
+        stiffness: 0.0,
+        length: 0.0,
+        damping: 0.0,
+        tension: expression("3*third.length**2 - 0.4*third.lengthening*body0.x + a*time"),
+    });
     let points = [-50.0, -1.0, 0.3, 2.0, 50.0];
     let table = Curve::new(&points, &[3.0, -2.0, 5.0, 1.0, 2.0], Interpolation::Monotone, Beyond::Hold);
     let over = Expression::read(format!("body{last}.angular_velocity"), Vec::new()).unwrap();

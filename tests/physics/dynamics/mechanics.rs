@@ -3,6 +3,7 @@
 use chebclear::contact::clearance::SlidingVelocity;
 use chebclear::contact::normal::Damping;
 use chebclear::dynamics::{Dynamics, Linearization};
+use chebclear::scene::loads::Load;
 use chebclear::scene::parts::{Force, ForceFrame, JointKind, Scene, Start};
 use nalgebra::{DMatrix, DVector};
 
@@ -355,6 +356,7 @@ fn a_distance_of_a_rounding_error_gives_a_spring_no_direction() {
             stiffness: 50.0,
             length,
             damping,
+            tension: Load::NONE,
         }],
         start: vec![Start::Joint { joint: "guide".into(), position: Some(0.2), velocity: Some(0.0) }],
         ..Scene::default()

@@ -4,6 +4,7 @@ use chebclear::contact::clearance::{Phase, SlidingVelocity};
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
 use chebclear::mechanism::compiled::Mechanism;
+use chebclear::scene::loads::Load;
 use chebclear::scene::parts::{
     Body, CENTER_OF_MASS, Drive, Force, ForceFrame, Joint, JointKind, Point, Scene,
 };
@@ -175,6 +176,7 @@ impl<'a> Builder<'a> {
                     stiffness,
                     length: if plain { 0.0 } else { self.random.within(0.0, 1.0) },
                     damping: if plain { 0.0 } else { damping },
+                    tension: Load::NONE,
                 }
             }
             1 => {

@@ -2,6 +2,7 @@
 
 use chebclear::run::settings::Method;
 use chebclear::run::trajectory::{Settings, Trajectory, simulate};
+use chebclear::scene::loads::Load;
 use chebclear::scene::parts::{Body, Drive, Force, ForceFrame, JointKind, Point, Scene, Start};
 use chebclear::scene::time_function::TimeFunction;
 
@@ -62,6 +63,7 @@ fn spring(stiffness: f64, length: f64, damping: f64) -> Force {
         stiffness,
         length,
         damping,
+        tension: Load::NONE,
     }
 }
 
@@ -112,6 +114,7 @@ fn a_damper_alone_slows_a_cart_exponentially() {
         stiffness: 0.0,
         length: 0.0,
         damping: 4.0,
+        tension: Load::NONE,
     };
     let scene = cart(vec![damper], vec![joint_start("rail", 0.0, 1.5)]);
     let outputs = ["cart.vx", "damper.force", "energy.kinetic", "energy.damping_loss", "energy.balance"];

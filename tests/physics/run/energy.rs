@@ -5,6 +5,7 @@ use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::Damping;
 use chebclear::run::settings::Method;
 use chebclear::run::trajectory::{Settings, simulate};
+use chebclear::scene::loads::Load;
 use chebclear::scene::parts::{Drive, Force, ForceFrame, Joint, JointKind, Scene};
 use chebclear::scene::time_function::{Spline, TimeFunction};
 
@@ -190,6 +191,7 @@ fn the_balance_closes_with_every_element_around_a_loop_with_clearance() {
                 stiffness: 2e4,
                 length: 0.15,
                 damping: 30.0,
+                tension: Load::NONE,
             },
             Force::TorsionSpring {
                 name: "coil".into(),

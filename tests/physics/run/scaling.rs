@@ -252,6 +252,7 @@ fn elements() -> Scene {
             stiffness: 3e4,
             length: 0.15,
             damping: 30.0,
+            tension: Load::NONE,
         },
         Force::TorsionSpring {
             name: "coil".into(),

@@ -4,6 +4,7 @@ use chebclear::mechanism::compiled::Mechanism;
 use chebclear::run::features::{Feature, FeatureKind};
 use chebclear::run::settings::Settings;
 use chebclear::run::trajectory::simulate;
+use chebclear::scene::loads::Load;
 use chebclear::scene::parts::{Force, ForceFrame, Scene, Start};
 use chebclear::scene::reader::read_scene;
 use chebclear::scene::time_function::{Spline, TimeFunction};
@@ -61,6 +62,7 @@ fn the_good_text_is_read_as_what_it_says() {
         stiffness,
         length,
         damping,
+        tension: Load::NONE,
     };
     let torsion = |name: &str, a: &str, b: &str, stiffness, angle, damping| Force::TorsionSpring {
         name: name.into(),

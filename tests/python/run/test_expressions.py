@@ -120,6 +120,83 @@ class TestLawsThatAreBuiltIn:
         assert np.max(np.abs(runs[0]["rotor.angle"])) > 4.0 * math.pi
 
 
+class TestTensions:
+    """Springs and dampers with a further tension: preload and characteristic."""
+
+    @pytest.mark.parametrize("method", METHODS)
+    def test_a_preload_shifts_the_natural_length(self, method):
+        plain = cc.Spring("coil", "ground.far", "block.P", 100.0, 9.9, 0.5)
+        loaded = cc.Spring("coil", "ground.far", "block.P", 100.0, 9.8, 0.5, tension=-10.0)
+        runs = [
+            cc.simulate(
+                block(force, v=20.0),
+                duration=2.0,
+                samples=51,
+                method=method,
+                rtol=1e-9,
+                outputs=["block.x", "coil.force", "rail.reaction_x", "energy.balance"],
+            )
+            for force in (plain, loaded)
+        ]
+        np.testing.assert_allclose(runs[0]["block.x"], runs[1]["block.x"], rtol=0.0, atol=1e-11)
+        np.testing.assert_allclose(runs[0]["coil.force"], runs[1]["coil.force"], rtol=0.0, atol=1e-9)
+        assert np.max(np.abs(runs[1]["energy.balance"])) < 1e-6
+
+    @pytest.mark.parametrize("method", METHODS)
+    def test_a_characteristic_is_that_of_a_spring_and_a_damper(self, method):
+        built_in = cc.Spring("strut", "ground.W", "block.P", 300.0, 0.7, 2.0)
+        written = cc.Damper(
+            "strut",
+            "ground.W",
+            "block.P",
+            0.0,
+            tension=Expression(
+                "k*(strut.length - free) + c*strut.lengthening", {"k": 300.0, "c": 2.0, "free": 0.7}
+            ),
+        )
+        runs = [
+            cc.simulate(
+                block(force, v=50.0, axis=(0.8, 0.6)),
+                duration=2.0,
+                samples=101,
+                method=method,
+                rtol=1e-9,
+                outputs=["block.x", "strut.force", "rail.reaction_x", "energy.balance"],
+            )
+            for force in (built_in, written)
+        ]
+        for name, scale in {"block.x": 1.0, "strut.force": 1e3, "rail.reaction_x": 1e3}.items():
+            np.testing.assert_allclose(runs[0][name], runs[1][name], rtol=0.0, atol=1e-10 * scale)
+
+    def test_a_hardening_spring_has_the_period_of_duffing(self):
+        """x'' = -x - x^3 from rest at 1: period 4 K(m) / sqrt(2), m = 1/4."""
+        special = pytest.importorskip("scipy.special")
+        scene = block(
+            cc.Spring("coil", "ground.far", "block.P", 1.0, 10.0, tension="1*(coil.length - 10)**3"), x=1.0
+        )
+        period = 4.0 * special.ellipk(0.25) / math.sqrt(2.0)
+        run = cc.simulate(scene, duration=5.0 * period, samples=6, rtol=1e-11, outputs=["block.x"])
+        np.testing.assert_allclose(run["block.x"], 1.0, rtol=0.0, atol=1e-8)
+
+    def test_a_study_of_a_preload(self):
+        def scene(preload):
+            return block(cc.Spring("coil", "ground.far", "block.P", 100.0, 10.0, tension=preload))
+
+        study = cc.Study(
+            scene,
+            {"preload": cc.Interval(-1.0, 1.0)},
+            ["block.x"],
+            duration=math.pi / 10,
+            samples=2,
+            rtol=1e-9,
+        )
+        band = study.scan(3)["block.x"]
+        assert (band.lower[-1], band.upper[-1]) == (
+            pytest.approx(-0.12, abs=1e-6),
+            pytest.approx(-0.08, abs=1e-6),
+        )
+
+
 class TestTables:
     def test_a_periodic_torque_does_its_work_every_turn(self):
         """0, 4, 0, -2, 0 N m at quarters of a turn do pi J a turn: from 10 rad/s to 20.350903 after five."""

@@ -70,7 +70,7 @@ def number_fields():
         for index, part in enumerate(getattr(SCENE, kind)):
             for field in dataclasses.fields(part):
                 value = getattr(part, field.name)
-                if isinstance(value, float):
+                if isinstance(value, float) and field.name not in part._choices:
                     yield f"{kind}[{index}].{field.name}"
                 elif isinstance(value, cc.motions.Harmonic):
                     yield from (
