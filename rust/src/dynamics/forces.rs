@@ -146,35 +146,10 @@ impl Dynamics<'_> {
             self.add_pair_derivatives(link.points, [0.0; 2], [force[0], force[1], Dual::constant(0.0)]);
         }
         for pull in &tree.pulls {
-            let link = &tree.links[pull.link];
-            let [a, b] = link.points.map(|point| self.point(point));
-            let e = b.position - a.position;
-            let tension = self.load(&pull.tension);
-            let (x, y): (Dual<5>, Dual<5>) = (Dual::input(e.x, 0), Dual::input(e.y, 1));
-            let inverse = Dual::constant(-tension) / (x * x + y * y).sqrt();
-            self.add_pair_derivatives(link.points, [0.0; 2], [x * inverse, y * inverse, Dual::constant(0.0)]);
-            // The change of the tension itself with time.
-            let rate = -self.load_rate(&pull.tension) * direction_of(link, e);
-            for (point, motion, sign) in [(link.points[1], b, 1.0), (link.points[0], a, -1.0)] {
-                for &(column, i) in &tree.paths[point.frame].free {
-                    self.residual_t[i] -= sign * self.column(column, motion.position).0.dot(&rate);
-                }
-            }
+            self.add_pull_derivatives(pull);
         }
         for torsion in &tree.torsions {
-            let ends = || torsion.frames.into_iter().zip([-1.0, 1.0]);
-            for (frame, sign) in ends() {
-                for &(column, i) in &tree.paths[frame].free {
-                    let rotation = sign * self.states[column + 1].rotation;
-                    for (other, other_sign) in ends() {
-                        for &k in &tree.paths[other].columns {
-                            let by = rotation * other_sign * self.states[k + 1].rotation;
-                            self.residual_q[i * columns + k] += torsion.stiffness * by;
-                            self.residual_v[i * columns + k] += torsion.damping * by;
-                        }
-                    }
-                }
-            }
+            self.add_torsion_derivatives(torsion);
         }
         for applied in &tree.applied_forces {
             let position = self.point(applied.point).position;
@@ -205,6 +180,44 @@ impl Dynamics<'_> {
         }
         if !tree.motion_loads.is_empty() {
             self.add_derivatives_by_motion();
+        }
+    }
+
+    /// The same for a torsion spring and damper.
+    fn add_torsion_derivatives(&mut self, torsion: &Torsion) {
+        let tree = self.tree;
+        let columns = self.coordinates.len();
+        let ends = || torsion.frames.into_iter().zip([-1.0, 1.0]);
+        for (frame, sign) in ends() {
+            for &(column, i) in &tree.paths[frame].free {
+                let rotation = sign * self.states[column + 1].rotation;
+                for (other, other_sign) in ends() {
+                    for &k in &tree.paths[other].columns {
+                        let by = rotation * other_sign * self.states[k + 1].rotation;
+                        self.residual_q[i * columns + k] += torsion.stiffness * by;
+                        self.residual_v[i * columns + k] += torsion.damping * by;
+                    }
+                }
+            }
+        }
+    }
+
+    /// The same for a further tension of a spring or damper, without its change with the motion.
+    fn add_pull_derivatives(&mut self, pull: &Pull) {
+        let tree = self.tree;
+        let link = &tree.links[pull.link];
+        let [a, b] = link.points.map(|point| self.point(point));
+        let e = b.position - a.position;
+        let tension = self.load(&pull.tension);
+        let (x, y): (Dual<5>, Dual<5>) = (Dual::input(e.x, 0), Dual::input(e.y, 1));
+        let inverse = Dual::constant(-tension) / (x * x + y * y).sqrt();
+        self.add_pair_derivatives(link.points, [0.0; 2], [x * inverse, y * inverse, Dual::constant(0.0)]);
+        // The change of the tension itself with time.
+        let rate = -self.load_rate(&pull.tension) * direction_of(link, e);
+        for (point, motion, sign) in [(link.points[1], b, 1.0), (link.points[0], a, -1.0)] {
+            for &(column, i) in &tree.paths[point.frame].free {
+                self.residual_t[i] -= sign * self.column(column, motion.position).0.dot(&rate);
+            }
         }
     }
 

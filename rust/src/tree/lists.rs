@@ -151,6 +151,26 @@ impl Builder<'_> {
         IdealJoints { joints, closures, index_of }
     }
 
+    /// Adds a spring or damper.
+    fn add_link(&self, tree: &mut Tree, force: &Force) {
+        let Force::Spring { name, a, b, stiffness, length, damping, tension } = force else { return };
+        let ends = [a, b].map(|reference| self.end(reference));
+        let directed = *length != 0.0 || *damping != 0.0 || !tension.is_none();
+        if !tension.is_none() {
+            let tension = self.load(tree, name, tension);
+            tree.pulls.push(Pull { link: tree.links.len(), tension });
+        }
+        tree.links.push(Link {
+            name: name.clone(),
+            points: ends.map(|end| self.place(end)),
+            bodies: ends.map(|end| end.body),
+            stiffness: *stiffness,
+            length: *length,
+            damping: *damping,
+            indistinct: if directed { ROUNDING * length_scale(self.scene) } else { 0.0 },
+        });
+    }
+
     fn add_forces(&self, tree: &mut Tree) {
         let placement =
             |body: Option<usize>| body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND);
@@ -158,23 +178,7 @@ impl Builder<'_> {
         for force in &self.scene.forces {
             match force {
                 Force::Gravity { acceleration } => tree.gravity += Vec2::from(*acceleration),
-                Force::Spring { name, a, b, stiffness, length, damping, tension } => {
-                    let ends = [a, b].map(|reference| self.end(reference));
-                    let directed = *length != 0.0 || *damping != 0.0 || !tension.is_none();
-                    if !tension.is_none() {
-                        let tension = self.load(tree, name, tension);
-                        tree.pulls.push(Pull { link: tree.links.len(), tension });
-                    }
-                    tree.links.push(Link {
-                        name: name.clone(),
-                        points: ends.map(|end| self.place(end)),
-                        bodies: ends.map(|end| end.body),
-                        stiffness: *stiffness,
-                        length: *length,
-                        damping: *damping,
-                        indistinct: if directed { ROUNDING * length_scale(self.scene) } else { 0.0 },
-                    });
-                }
+                Force::Spring { .. } => self.add_link(tree, force),
                 Force::TorsionSpring { name, a, b, stiffness, angle, damping } => {
                     let bodies = [a, b].map(|name| body_of(name));
                     let [first, second] = bodies.map(placement);
