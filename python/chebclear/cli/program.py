@@ -16,7 +16,20 @@ from collections.abc import Sequence
 
 from ..base.files import package_version
 from ..errors import ArgumentError, ChebclearError, InputError
-from .commands import animate, check, completion, fields, new, paper, report, run, scan, study, tradeoff
+from .commands import (
+    animate,
+    check,
+    completion,
+    conformance,
+    fields,
+    new,
+    paper,
+    report,
+    run,
+    scan,
+    study,
+    tradeoff,
+)
 from .ending import EXIT_INTERRUPTED, EXIT_TERMINATED, Terminated, terminable
 from .output import plain_warnings
 from .streams import shown_streams
@@ -28,7 +41,10 @@ EXIT_DEFECT = 70  # "internal software error" of sysexits.h
 EXIT_UNREAD = 141  # 128 + SIGPIPE, as shells report it
 
 # In the order of the help: as one needs them.
-_COMMANDS = (new, fields, check, run, study, scan, tradeoff, report, animate, paper, completion)
+_COMMANDS = (
+    *(new, fields, check, run, study, conformance, scan, tradeoff),
+    *(report, animate, paper, completion),
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -308,5 +308,5 @@ def _together(
         outside = [one.is_outside(values) for one, values in zip(watched.values(), found, strict=True)]
         count = np.sum(outside, axis=0, dtype=float)
         broken.append((count, count))
-    words = Specification("specifications broken", below=0.5)
-    return share_of(_ALL, words, "-", (-np.inf, 0.5), places, broken, confidence, failures)
+    words = Specification("specifications broken", below=1)
+    return share_of(_ALL, words, "-", (-np.inf, 1.0), places, broken, confidence, failures)

@@ -13,7 +13,10 @@ from ..errors import Problem, SceneError
 from ..scene.scene import Scene
 from .toml_text import Path
 
-SECTIONS = ("format", "title", "parameters", "features", "run", *(item.name for item in fields(Scene)))
+SECTIONS = (
+    *("format", "title", "parameters", "features", "requirements", "run"),
+    *(item.name for item in fields(Scene)),
+)
 """What may stand at the top of a scene file."""
 # What distinguishes the entries of a list: starts name the joint or body that they are of.
 _NAMES = ("name", "joint", "body")

@@ -12,6 +12,7 @@ from ..base.arguments import did_you_mean
 from ..base.quantities import Interval
 from ..base.units import UnitError, is_quantity, parse_unit, written
 from ..errors import SceneError
+from ..study.band.hybrid import Normal, Uniform, normal, uniform
 from .expressions import CONSTANTS, FUNCTIONS, Expression
 from .fits import FitError, radial_clearance
 from .template import Parameter, evaluated
@@ -19,7 +20,7 @@ from .toml_text import Path
 from .values import Values
 
 MOST_PARAMETERS = 200
-KEYS = ("nominal", "rel", "plus", "minus", "limits", "fit", "unit", "note")
+KEYS = ("nominal", "rel", "plus", "minus", "limits", "fit", "distribution", "unit", "note")
 """What the table of a parameter may hold."""
 # Each gives an interval, and only one may.
 _WAYS = (("rel",), ("plus", "minus"), ("limits",), ("fit",))
@@ -75,7 +76,14 @@ class _Reader:
             except SceneError as error:
                 self.values.problems += error.problems
         parameters = {
-            name: Parameter(name, nominal[name], self._interval(name), self.units[name], self._note(name))
+            name: Parameter(
+                name,
+                nominal[name],
+                side := self._interval(name),
+                self.units[name],
+                self._note(name),
+                self._distribution(name, side),
+            )
             for name in self.given
             if name in nominal
         }
@@ -180,6 +188,25 @@ class _Reader:
             self.values.note(("parameters", name, key), "the interval has no width")
             return None
         return _around(middle - minus, middle, middle + plus)
+
+    def _distribution(self, name: str, side: Interval | None) -> Normal | Uniform | None:
+        """How often the values in the interval occur, if it is said."""
+        path: Path = ("parameters", name, "distribution")
+        word = self.facts[name].get("distribution")
+        if word is None:
+            return None
+        if word not in ("normal", "uniform"):
+            self.values.note(path, f'must be "normal" or "uniform", got {word!r}')
+        elif side is None:
+            self.values.note(path, "needs an interval: give rel, plus and minus, limits or fit as well")
+        elif side.nominal != side.midpoint:
+            self.values.note(path, "needs the nominal value in the middle of the interval")
+        elif word == "uniform":
+            return uniform(side.lower, side.upper)
+        else:
+            # Three standard deviations to either side, as the interval of `normal`.
+            return normal(side.midpoint, side.half_width / 3.0)
+        return None
 
     def _relative(self, name: str, middle: float) -> tuple[float, float] | None:
         path: Path = ("parameters", name, "rel")

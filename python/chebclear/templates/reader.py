@@ -19,7 +19,7 @@ from ..scene.schema import Part, at_or_below
 from .changes import SECTIONS, changed
 from .expressions import Expression, ExpressionError, ExpressionProblem, parse
 from .parameters import read_parameters
-from .run_table import check_names, read_features, read_run
+from .run_table import check_names, read_features, read_requirements, read_run
 from .template import Template, path_text
 from .toml_text import MOST_CHARACTERS, Path, Place, inside, pointed_at, read_toml
 from .values import Values
@@ -198,6 +198,7 @@ class _Reader:
         parameters, constants = read_parameters(self.file.get("parameters", {}), self.values)
         run = read_run(self.file.get("run", {}), constants, self.values)
         features = read_features(self.file.get("features", {}), self.values)
+        requirements = read_requirements(self.file.get("requirements", {}), self.values)
         names = [item.name for item in fields(Scene)]
         for key in self.file:
             if key not in SECTIONS:
@@ -210,6 +211,7 @@ class _Reader:
             parameters=parameters,
             run=run,
             features=features,
+            requirements=requirements,
             source=self.file,
             _scene=scene,
             _expressions=tuple(self.expressions),
@@ -252,7 +254,7 @@ class _Reader:
             ]
         else:
             if not any(problem.path.startswith("run") for problem in known):
-                check_names(facts, template.run, template.features, self.values)
+                check_names(facts, template.run, template.features, template.requirements, self.values)
 
     def _part(self, plain: Any, accepted: tuple[type[Part], ...], path: Path) -> Any:
         """Plain values of a record, with zeros where expressions stand; the scene itself reads the rest."""

@@ -6,11 +6,13 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from ..base.arguments import meant_or_known
-from ..errors import is_plain
+from ..base.arguments import Checks, meant_or_known
+from ..errors import SceneError, is_plain
 from ..run.features import JOINT_KINDS, KINDS, Feature, meant_kind
 from ..run.settings import Settings, require_features
+from ..scene.columns import column_unit
 from ..scene.scene import Inspection
+from ..study.requirements.specification import Specification, require
 from .values import Values
 
 UNITS = {
@@ -106,10 +108,75 @@ def read_features(given: Any, values: Values) -> dict[str, Feature]:
     return features
 
 
+def read_requirements(given: Any, values: Values) -> dict[str, Specification]:
+    """The requirements of a file by name.
+
+    Parameters
+    ----------
+    given : object
+        What stands under ``requirements``: for every name a table with ``of``, ``above``, ``below``, ``at``.
+    values : Values
+        Where problems are noted.
+    """
+    if not isinstance(given, Mapping):
+        values.note(("requirements",), f"must be a table of tables such as {_LIMITS}, got {given!r}")
+        return {}
+    found: dict[str, Specification] = {}
+    for name, facts in given.items():
+        path = ("requirements", name)
+        if not is_plain(name):
+            values.note(path, "must be named without control characters")
+        if not isinstance(facts, Mapping):
+            values.note(path, f"must be a table such as {_LIMITS}, got {facts!r}")
+            continue
+        unknown = [key for key in facts if key not in _LIMIT_KEYS]
+        for key in unknown:
+            values.note((*path, key), f"unknown key{meant_or_known(key, _LIMIT_KEYS)}")
+        if "of" not in facts:
+            values.note(path, "misses of, the name of an output or a feature")
+        if unknown or "of" not in facts:
+            continue
+        at = values.constant(facts["at"], (*path, "at"), "s") if "at" in facts else None
+        try:
+            found[name] = require(facts["of"], above=facts.get("above"), below=facts.get("below"), at=at)
+        except (ValueError, TypeError) as error:
+            for line in str(error).split("\n"):
+                values.note(path, line)
+    return found
+
+
+_LIMIT_KEYS = ("of", "above", "below", "at")
+_LIMITS = '{ of = "slider.x", below = "170.1 mm" }'
+
+
 def check_names(
-    facts: Inspection, run: Mapping[str, Any], features: Mapping[str, Feature], values: Values
+    facts: Inspection,
+    run: Mapping[str, Any],
+    features: Mapping[str, Feature],
+    requirements: Mapping[str, Specification],
+    values: Values,
 ) -> None:
-    """Note the outputs and joints that a scene has not."""
+    """Note the outputs and joints that a scene has not, and limits of another dimension."""
+    columns = [*facts.columns, *facts.further_columns]
+    for name, one in requirements.items():
+        path = ("requirements", name)
+        if one.quantity in features:
+            unit = features[one.quantity].unit
+        elif one.quantity in columns:
+            unit = column_unit(one.quantity)
+        else:
+            known = [*features, *columns]
+            hint = meant_or_known(one.quantity, known)
+            values.note((*path, "of"), f'unknown output or feature "{one.quantity}"{hint}')
+            continue
+        checks = Checks(SceneError)
+        one.limits(checks, "limits", unit)
+        try:
+            checks.finish()
+        except SceneError as error:
+            for problem in error.problems:
+                key = problem.path.rpartition(".")[2]
+                values.note((*path, key) if key in _LIMIT_KEYS else path, problem.message)
     for index, name in enumerate(run.get("outputs") or ()):
         try:
             Settings(**_NEEDED, outputs=(name,)).fitted(facts)

@@ -12,6 +12,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from ..base.arguments import did_you_mean
@@ -25,6 +26,10 @@ from ..run.trajectory import Trajectory
 from ..scene.scene import Scene
 from ..scene.schema import read
 from ..scene.structure import Structure
+from ..study.band.hybrid import Normal, Uniform
+from ..study.conforming import conformance
+from ..study.requirements.conformance import Conformance
+from ..study.requirements.specification import Specification
 from ..study.study import Study
 from .expressions import Expression, ExpressionError, ExpressionProblem
 from .toml_text import Path, write_toml
@@ -48,6 +53,8 @@ class Parameter:
         Unit of the quantity, for tables and pictures; the value is in SI units all the same.
     note : str
         What it is, or where its value comes from.
+    distribution : Normal | Uniform | None
+        How often the values in the interval occur; None if it is not known.
     """
 
     name: str
@@ -55,6 +62,7 @@ class Parameter:
     interval: Interval | None = None
     unit: str = ""
     note: str = ""
+    distribution: Normal | Uniform | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +96,8 @@ class Template:
         Settings of runs, as keywords of `simulate` and `Study` [SI units].
     features : Mapping[str, Feature]
         Numbers that are to be found in every run, by name.
+    requirements : Mapping[str, Specification]
+        Limits that outputs and features must keep to, by name; see `Template.conformance`.
     source : Mapping[str, Any]
         The plain values of the file, as they were written.
     _scene : Mapping[str, Any]
@@ -100,6 +110,7 @@ class Template:
     parameters: Mapping[str, Parameter]
     run: Mapping[str, Any]
     features: Mapping[str, Feature]
+    requirements: Mapping[str, Specification]
     source: Mapping[str, Any]
     _scene: Mapping[str, Any] = field(repr=False)
     _expressions: Sequence[tuple[Path, Expression]] = field(repr=False)
@@ -289,7 +300,37 @@ class Template:
                 "no parameter of the template has an interval: give one rel, plus and minus, or limits"
             )
         features = dict(self.features) or None
-        return Study(self, self.intervals, **({"features": features} | dict(self.run) | options))
+        drawn: dict[str, Interval | Normal | Uniform] = dict(self.intervals)
+        drawn |= {name: one.distribution for name, one in self.parameters.items() if one.distribution}
+        return Study(self, drawn, **({"features": features} | dict(self.run) | options))
+
+    def conformance(
+        self,
+        runs: int = 1000,
+        *,
+        failures: int | None = None,
+        confidence: float = 0.95,
+        rng: int | Generator | None = 0,
+        **options: Any,
+    ) -> Conformance:
+        """The share of mechanisms that keep to the requirements of the file; see `chebclear.conformance`.
+
+        Parameters
+        ----------
+        runs, failures, confidence, rng
+            As of `chebclear.conformance`.
+        **options
+            Keywords of `Study` that replace those of the file.
+
+        Raises
+        ------
+        ValueError
+            If the file has no requirements, or no parameter has a distribution.
+        """
+        if not self.requirements:
+            raise ArgumentError("the template has no requirements: give it a table [requirements]")
+        study = self.study(**options)
+        return conformance(study, self.requirements, runs, failures=failures, confidence=confidence, rng=rng)
 
     def to_toml(self) -> str:
         """The template as TOML; `loads` reads the same template back, to the last bit."""

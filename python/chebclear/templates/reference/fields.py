@@ -16,7 +16,7 @@ from ...scene.schema import Part, descriptions
 from ..expressions import CONSTANTS, FUNCTIONS
 from ..reader import FORMAT
 from ..run_table import UNITS
-from .json_schema import PARAMETER, accepted_words, summary
+from .json_schema import PARAMETER, REQUIREMENT, accepted_words, summary
 
 WIDTH = 100
 """Columns of the tables in plain text [-]."""
@@ -79,7 +79,7 @@ def field_tables() -> list[FieldTable]:
     for key, choices in held.items():
         section = key if "law" in key else "torque = { function = ... }"
         tables += [_table(section, part) for part in choices]
-    return [*tables, _run(), _features()]
+    return [*tables, _run(), _features(), _requirements()]
 
 
 def page(tables: list[FieldTable]) -> str:
@@ -190,6 +190,7 @@ def _parameters() -> FieldTable:
         f"functions {functions}; angles are in rad."
     )
     forms = {"limits": "[lower, upper]", "fit": "text", "unit": "text", "note": "text"}
+    forms["distribution"] = '"normal", "uniform"'
     rows = [
         FieldRow(
             f"NAME.{name}",
@@ -224,6 +225,20 @@ def _features() -> FieldTable:
     )
     row = FieldRow("NAME", "text", "-", 'As in `"peak force" = "peak(wrist.normal_force)"`.')
     return FieldTable("[features]", "", words, (row,))
+
+
+def _requirements() -> FieldTable:
+    words = "Limits that outputs and features must keep to, by names of your choice."
+    forms = {"of": ("text", "required")}
+    rows = [
+        FieldRow(
+            f"NAME.{name}",
+            *forms.get(name, ("number", "optional")),
+            f"{capital(str(property['description']).partition(': a number in SI')[0])}.",
+        )
+        for name, property in REQUIREMENT["properties"].items()
+    ]
+    return FieldTable("[requirements]", "", words, tuple(rows))
 
 
 def _table(section: str, part: type[Part]) -> FieldTable:

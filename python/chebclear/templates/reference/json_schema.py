@@ -45,6 +45,11 @@ def scene_file_schema() -> dict[str, Any]:
             "type": "object",
             "additionalProperties": {"type": "string", "pattern": f"^ *({'|'.join(KINDS)}) *\\(.+\\) *$"},
         },
+        "requirements": {
+            "description": "Limits that outputs and features must keep to, by name.",
+            "type": "object",
+            "additionalProperties": REQUIREMENT,
+        },
         "run": {
             "description": "Settings of runs and studies.",
             "type": "object",
@@ -80,6 +85,17 @@ def _number(description: str) -> dict[str, Any]:
     }
 
 
+REQUIREMENT: dict[str, Any] = {
+    "type": "object",
+    "additionalProperties": False,
+    "required": ["of"],
+    "properties": {
+        "of": {"description": "name of an output or a feature", **_TEXT},
+        "above": _number("lower limit"),
+        "below": _number("upper limit"),
+        "at": _number("instant at which alone it must be kept [s]"),
+    },
+}
 PARAMETER: dict[str, Any] = {
     "type": "object",
     "additionalProperties": False,
@@ -98,6 +114,11 @@ PARAMETER: dict[str, Any] = {
         "fit": {
             "description": "ISO fit of the bearing and its journal, such as '25 H7/f6': the radial clearance",
             **_TEXT,
+        },
+        "distribution": {
+            "description": "how often the values in the interval occur: normal has three standard deviations "
+            "to either side",
+            "enum": ["normal", "uniform"],
         },
         "unit": {"description": "unit for tables and pictures", **_TEXT},
         "note": {"description": "what it is, or where its value comes from", **_TEXT},

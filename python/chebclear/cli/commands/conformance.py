@@ -1,0 +1,130 @@
+"""``chebclear conformance``: the share of mechanisms that keep to the requirements of a file."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ...base.writing import complete_folder, file_name
+from ...study.requirements.conformance import Conformance
+from ..bands import EXIT_NOT_MET
+from ..figures import DPI
+from ..options import Commands, add_means, add_out, add_scene, add_settings, count, new_command, positive
+from ..output import Rows, print_json, require_writable, write_table
+from ..plans import plan_of
+from ..scenes import progress_of, settings_of, template_of
+
+
+def add(commands: Commands) -> None:
+    """Add the command."""
+    command = new_command(
+        commands,
+        "conformance",
+        conformance,
+        "what share of mechanisms keeps to the requirements, and how sure that is",
+        "Draw mechanisms from the distributions of the parameters, simulate them, and print, for every entry "
+        "of the table [requirements], the share that keeps to it, with an exact interval. Parameters are "
+        'drawn that say distribution = "normal" or "uniform"; of those that are only intervals, the nominal '
+        "values and corners are taken, and the smallest and the largest share are told.",
+        "chebclear conformance examples/toggle_press.toml --runs 2000",
+    )
+    add_scene(command)
+    command.add_argument(
+        "--runs", type=count, default=1000, metavar="N", help="mechanisms, or the most (default: %(default)s)"
+    )
+    command.add_argument(
+        "--failures",
+        type=count,
+        metavar="N",
+        help="end once so many mechanisms are outside of every requirement (default: make all runs)",
+    )
+    command.add_argument(
+        "--confidence",
+        type=positive,
+        default=0.95,
+        metavar="X",
+        help="probability that an interval holds the true share [-] (default: %(default)s)",
+    )
+    command.add_argument(
+        "--seed", dest="rng", type=count, default=0, metavar="N", help="seed of the draws (0)"
+    )
+    command.add_argument(
+        "--least",
+        type=positive,
+        metavar="X",
+        help="exit with 3 unless the share of all requirements is at least this, with the confidence [-]",
+    )
+    add_settings(command, outputs=False)
+    add_out(command, "conformance.txt, the table of shares (md, csv, json) and a PNG for every requirement")
+    add_means(command)
+
+
+def conformance(options: argparse.Namespace) -> int:
+    """Run the command."""
+    template = template_of(options)
+    if not template.requirements:
+        options.usage_error(
+            "what is required? give the file a table [requirements], as in reach = "
+            '{ of = "slider.x", below = "170.1 mm" }'
+        )
+    require_writable(options.out)
+    means = {
+        **settings_of(template, options),
+        "threads": options.threads,
+        "store": options.store,
+        "run_seconds": options.run_seconds,
+        "max_seconds": options.max_seconds,
+        "progress": progress_of(options),
+    }
+    sides = sum(one.interval is not None and one.distribution is None for one in template.parameters.values())
+    # The nominal values of what is only an interval, and all corners.
+    places = 1 + 2**sides if sides else 1
+    plan_of(template.study(**means), "sample", {"runs": max(2, options.runs * places)}, options)
+    if options.plan:
+        return 0
+    found = template.conformance(
+        options.runs, failures=options.failures, confidence=options.confidence, rng=options.rng, **means
+    )
+    if options.out is not None:
+        with complete_folder(options.out) as folder:
+            write_table(_rows(found), folder, "conformance")
+            (folder / "conformance.txt").write_text(f"{found}\n", encoding="utf-8")
+            _draw(found, folder)
+    worst = list(found.values())[-1]
+    poor = options.least is not None and worst.lower < options.least
+    if options.json:
+        print_json({"shares": _rows(found), "seed": found.seed, "not_met": [worst.name] if poor else []})
+    else:
+        print(found)
+        if options.out is not None:
+            print(f"wrote    {options.out / 'conformance.txt'} and more beside it")
+        if poor:
+            print(f"not at least {100.0 * options.least:g} %: {worst.name}")
+    return EXIT_NOT_MET if poor else 0
+
+
+def _rows(found: Conformance) -> Rows:
+    """A row for every requirement."""
+    return [
+        {
+            "requirement": name,
+            "limits": str(one.specification),
+            "share": one.share,
+            "at least": one.lower,
+            "at most": one.upper,
+            "outside": one.outside,
+            "failed": one.failed,
+            "runs": one.runs,
+        }
+        for name, one in found.items()
+    ]
+
+
+def _draw(found: Conformance, folder: Path) -> None:
+    """A picture for every requirement."""
+    from matplotlib.figure import Figure
+
+    for name, one in found.items():
+        figure = Figure(layout="constrained")
+        one.plot(ax=figure.add_subplot())
+        figure.savefig(folder / f"{file_name(name)}.png", dpi=DPI)

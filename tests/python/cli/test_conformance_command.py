@@ -1,0 +1,121 @@
+"""``chebclear conformance``: shares in specification of a scene file."""
+
+import csv
+import json
+
+import pytest
+from chebclear import cli
+
+FILE = """
+format = 1
+title = "A block on a spring"
+[parameters]
+length = { nominal = "100 mm", plus = "6 mm", minus = "6 mm", distribution = "normal" }
+stiffness = { limits = [90, 110], distribution = "uniform" }
+mass = { nominal = 1, rel = 0.01 }
+
+[[bodies]]
+name = "block"
+mass = "mass"
+inertia = 1
+
+[[joints]]
+type = "prismatic"
+name = "rail"
+a = "ground"
+b = "block"
+axis = [1, 0]
+
+[[forces]]
+type = "force"
+name = "pull"
+point = "block"
+x = "-stiffness*block.x"
+y = 0
+
+[[start]]
+type = "joint"
+joint = "rail"
+position = "length"
+
+[features]
+speed = "peak(block.vx)"
+
+[requirements]
+reach = { of = "block.x", above = "-103 mm" }
+fast = { of = "speed", below = "1.08 m/s" }
+
+[run]
+duration = 1
+samples = 11
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "block.toml"
+    path.write_text(FILE, encoding="utf-8")
+    return path
+
+
+def run(*words):
+    return cli.main(["conformance", *map(str, words)])
+
+
+def test_it_prints_the_shares_and_writes_a_table_and_pictures(file, tmp_path, capsys):
+    assert run(file, "--runs", 60, "--quiet", "--out", tmp_path / "found") == 0
+    printed = capsys.readouterr().out
+    assert [line.partition(":")[0] for line in printed.splitlines()[:3]] == ["reach", "fast", "all"]
+    assert "corners of mass" in printed
+    names = {path.name for path in (tmp_path / "found").iterdir()}
+    assert {"conformance.txt", "conformance.csv", "conformance.md", "reach.png", "fast.png"} <= names
+    with (tmp_path / "found" / "conformance.csv").open(encoding="utf-8") as table:
+        rows = list(csv.DictReader(table))
+    assert [row["requirement"] for row in rows] == ["reach", "fast", "all"]
+    assert float(rows[0]["at least"]) <= float(rows[0]["share"]) <= float(rows[0]["at most"])
+
+
+def test_the_exit_code_says_whether_the_least_share_is_reached(file, capsys):
+    assert run(file, "--runs", 40, "--quiet", "--least", 0.99) == 3
+    assert "not at least 99 %: all" in capsys.readouterr().out
+    assert run(file, "--runs", 40, "--quiet", "--json", "--least", 0.2) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["format"] == 1 and printed["not_met"] == [] and len(printed["shares"]) == 3
+
+
+def test_a_plan_makes_no_more_runs_than_it_needs(file, capsys):
+    assert run(file, "--runs", 40, "--plan", "--json") == 0
+    # The nominal mass and both ends, and the nominal run.
+    assert json.loads(capsys.readouterr().out)["plan"]["runs"] == 121
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ("[requirements]", "[others]", "unknown key"),
+        ('of = "block.x"', 'of = "block.z"', 'unknown output or feature "block.z"'),
+        ('above = "-103 mm"', 'above = "-103 N"', "is not of the dimension"),
+        ('above = "-103 mm"', 'more = "-103 mm"', "unknown key"),
+        (', above = "-103 mm"', "", "give a limit"),
+        ('distribution = "normal"', 'distribution = "gauss"', 'must be "normal" or "uniform"'),
+        ('plus = "6 mm", ', 'plus = "5 mm", ', "in the middle"),
+        ("limits = [90, 110], ", "nominal = 100, ", "needs an interval"),
+    ],
+)
+def test_bad_files_are_refused_with_their_line(file, old, new, problem, capsys):
+    assert old in FILE
+    file.write_text(FILE.replace(old, new), encoding="utf-8")
+    assert run(file, "--runs", 5, "--quiet") == 2
+    told = capsys.readouterr().err
+    assert problem in told and "block.toml:" in told
+
+
+def test_what_is_missing_is_told(file, capsys):
+    bare = FILE.partition("[requirements]")[0] + "[run]\nduration = 1\n"
+    file.write_text(bare, encoding="utf-8")
+    with pytest.raises(SystemExit):
+        run(file)
+    assert "what is required?" in capsys.readouterr().err
+    file.write_text(FILE.replace(', distribution = "normal"', "").replace(', distribution = "uniform"', ""))
+    assert run(file, "--quiet") == 2
+    assert "no parameter has a distribution" in capsys.readouterr().err
