@@ -16,6 +16,7 @@ from .study.features.effects import Effects, Estimate, Swing
 from .study.features.features import FeatureResult, FeatureTable
 from .study.features.ranking import Rank, Ranking
 from .study.features.reach import FeatureInterval
+from .study.lost_motion import LostMotion
 from .study.polynomials.sensitivity import VarianceShares
 from .study.polynomials.surrogate import PolynomialRange
 from .study.requirements.conformance import Conformance, Share
@@ -43,6 +44,7 @@ __all__ = [
     "FeatureResult",
     "FeatureTable",
     "Inspection",
+    "LostMotion",
     "Margin",
     "Notice",
     "Plan",

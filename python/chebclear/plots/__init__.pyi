@@ -1,5 +1,9 @@
 from .animation.animate import Animation as Animation, animate as animate
-from .bands import plot_band as plot_band, plot_sensitivity as plot_sensitivity
+from .bands import (
+    plot_band as plot_band,
+    plot_lost_motion as plot_lost_motion,
+    plot_sensitivity as plot_sensitivity,
+)
 from .bifurcations import plot_bifurcation as plot_bifurcation
 from .costs import plot_study_tradeoff as plot_study_tradeoff, plot_tradeoff as plot_tradeoff
 from .drawing.scene import plot_scene as plot_scene

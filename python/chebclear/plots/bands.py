@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..scene.columns import plain_words
-from .axes import abscissa_of, distinct_colors, line_style, new_axes, unit_scale
-from .labels import legend_above_the_data, set_labels, with_unit, words_of
+from .axes import COLORS, abscissa_of, distinct_colors, line_style, new_axes, unit_scale
+from .labels import legend_above_the_data, set_labels, set_x_label, with_unit, words_of
 from .subjects import require
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from ..study.band.band import Band
     from ..study.band.zones import RestraintZones
+    from ..study.lost_motion import LostMotion
 
 Array = NDArray[np.float64]
 
@@ -132,6 +133,45 @@ def plot_band(
         ax, own_label if x_label is None else x_label, with_unit(words_of(band.name, band.unit), shown)
     )
     legend_above_the_data(ax)
+    return ax
+
+
+def plot_lost_motion(
+    motion: LostMotion, *, ax: Axes | None = None, unit: str | None = None, **areas: Any
+) -> Axes:
+    """Draw the lost motion of an output over the angle of the drive, one joint above the other.
+
+    Parameters
+    ----------
+    motion : LostMotion
+        What ``lost_motion`` returned.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    unit : str, optional
+        Unit to show, such as ``"µm"``; SI if not given.
+    **areas
+        Passed to ``Axes.stackplot``.
+
+    Returns
+    -------
+    Axes
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> scene = cc.mechanisms.slider_crank(clearance_at=("crank_pin", "wrist"))
+    >>> ax = cc.plots.plot_lost_motion(cc.lost_motion(scene, "slider", (1.0, 0.0)), unit="µm")
+    """
+    require("motion", motion, "LostMotion")
+    ax = new_axes(ax)
+    scale, shown = unit_scale(motion.unit, unit)
+    shares = [share * scale for share in motion.shares.values()]
+    names = [plain_words(name) for name in motion.shares]
+    look: dict[str, Any] = {"labels": names, "colors": COLORS, "alpha": 0.8}
+    ax.stackplot(np.degrees(motion.angle), shares, **(look | areas))
+    set_x_label(ax, "angle of the drive [°]")
+    ax.set_ylabel(with_unit(f"lost motion of {plain_words(motion.at)}", shown))
+    ax.legend()
     return ax
 
 

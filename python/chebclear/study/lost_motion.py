@@ -1,0 +1,230 @@
+"""Lost motion: how far a loaded output moves by the play of the joints while the drive is held."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base import units
+from ..base.arguments import Checks, as_number, meant_or_known
+from ..base.named import Named
+from ..base.shown import listed
+from ..errors import ArgumentError, ArgumentTypeError
+from ..run.settings import Settings
+from ..run.simulation import simulate
+from ..scene.parts import loose_joints, owner_of
+from ..scene.scene import (
+    ClearanceRevolute,
+    ClearanceStart,
+    Force,
+    Motion,
+    Polynomial,
+    Revolute,
+    Scene,
+    Speed,
+    Torque,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+# Time of a revolution [s]: so slow that inertial forces are below rounding beside a unit load.
+_SLOW = 1e9
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LostMotion(Named[Array]):
+    """Lost motion of an output over the angle of the drive, and what each joint adds to it.
+
+    A mapping from the names of the joints to their shares, each of shape (angles,).
+
+    Attributes
+    ----------
+    at : str
+        The point, or the body whose rotation is meant.
+    unit : str
+        Unit of the lost motion: m, or rad for a body.
+    angle : Array
+        Angle of the drive from its start [rad], shape (angles,).
+    shares : dict[str, Array]
+        What each joint adds, in `unit`, shape (angles,).
+    clearances : dict[str, float]
+        Radial clearance of each joint [m].
+    """
+
+    at: str
+    unit: str
+    angle: Array = field(metadata=units.unit("rad"))
+    shares: dict[str, Array]
+    clearances: dict[str, float] = field(metadata=units.unit("m"))
+
+    @property
+    def total(self) -> Array:
+        """Lost motion by all joints, in `unit`, shape (angles,)."""
+        return np.sum(list(self.shares.values()), axis=0)
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(self.shares)
+
+    def _entry(self, name: str) -> Array:
+        return self.shares[name]
+
+    def __repr__(self) -> str:
+        return f"<LostMotion of {self.at} by {listed(self._names, most=4)}: {self}>"
+
+    def __str__(self) -> str:
+        total = self.total
+        worst = int(np.nanargmax(total))
+        return (
+            f"{np.nanmin(total):.4g} to {total[worst]:.4g} {self.unit}, most at "
+            f"{math.degrees(self.angle[worst]):.4g} degrees of the drive"
+        )
+
+    def plot(self, *, ax: Axes | None = None, unit: str | None = None) -> Axes:
+        """Draw what each joint adds over the angle of the drive; see `plot_lost_motion`."""
+        from ..plots.bands import plot_lost_motion
+
+        return plot_lost_motion(self, ax=ax, unit=unit)
+
+
+def lost_motion(
+    scene: Scene,
+    at: str,
+    direction: Sequence[float] | None = None,
+    *,
+    clearances: Mapping[str, float] | None = None,
+    angles: int = 361,
+) -> LostMotion:
+    """How far an output moves by the play of the joints when its load changes its sign, the drive held.
+
+    By virtual work: a joint with the radial clearance c and the reaction R to a load F at the output adds
+    2 c |R| / F, to first order in c. Gravity, springs, masses and friction do not count.
+
+    Parameters
+    ----------
+    scene : Scene
+        The mechanism, which its drives prescribe completely once its clearances are closed.
+    at : str
+        Point at which it is loaded, as ``"body.point"`` (or ``"body"``, its origin), with a direction; or a
+        body, without one, whose rotation under a torque is meant.
+    direction : (float, float), optional
+        Direction of the load along the axes of ground [-]; any length.
+    clearances : mapping of str to float, optional
+        Radial clearance of each revolute joint that has play [m]; those of the scene if not given.
+    angles : int
+        Angles of the drive over one revolution [-], both ends included.
+
+    Returns
+    -------
+    LostMotion
+
+    Raises
+    ------
+    SceneError, SimulationError
+        If the mechanism is wrong, or cannot make the revolution.
+    ValueError, TypeError
+        If an argument is wrong; all problems are listed.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> scene = cc.mechanisms.slider_crank(clearance_at=("crank_pin", "wrist"))
+    >>> print(cc.lost_motion(scene, "slider", (1.0, 0.0)))
+    8e-05 to 8.8e-05 m, most at 90 degrees of the drive
+    """
+    checks = Checks()
+    if not isinstance(scene, Scene):
+        raise ArgumentTypeError(f"scene must be a Scene, got {scene!r:.80}")
+    if not isinstance(at, str):
+        checks.add(f'at must be a point or a body, such as "slider", got {at!r}', wrong_type=True)
+    way = _way(checks, direction)
+    count = checks.whole("angles", angles, least=2)
+    play = _play(checks, scene, clearances)
+    speeds = [drive for drive in scene.drives if isinstance(drive, Speed) and drive.speed]
+    if len(speeds) != 1:
+        checks.add(f"scene must have one drive at constant speed, got {len(speeds)}")
+    checks.finish()
+    held = _held(scene, speeds[0], _load(at, way))
+    turning = held.check()
+    if turning.degrees_of_freedom:
+        raise ArgumentError(
+            f"scene must be prescribed by its drives once its clearances are closed; it still has "
+            f"{turning.degrees_of_freedom} degrees of freedom"
+        )
+    outputs = [f"{name}.reaction_{axis}" for name in play for axis in ("x", "y")]
+    run = simulate(held, settings=Settings(duration=_SLOW, samples=count, outputs=outputs))
+    shares = {
+        name: 2.0 * clearance * np.hypot(run[f"{name}.reaction_x"], run[f"{name}.reaction_y"])
+        for name, clearance in play.items()
+    }
+    angle = np.linspace(0.0, math.copysign(2.0 * math.pi, speeds[0].speed), count)
+    return LostMotion(at, "rad" if way is None else "m", angle, shares, play)
+
+
+def _way(checks: Checks, direction: object) -> tuple[float, float] | None:
+    """The direction of unit length; None for a torque."""
+    if direction is None:
+        return None
+    given = np.ravel(np.asarray(direction, dtype=object))
+    numbers = [as_number(one) for one in given]
+    if len(numbers) != 2 or None in numbers:
+        checks.add(f"direction must be a pair of numbers (x, y), got {direction!r}", wrong_type=True)
+        return 1.0, 0.0
+    x, y = (float(one) for one in numbers if one is not None)
+    length = math.hypot(x, y)
+    if not 0.0 < length < math.inf:
+        checks.add(f"direction must be finite and not zero, got {direction!r}")
+        return 1.0, 0.0
+    return x / length, y / length
+
+
+def _play(checks: Checks, scene: Scene, clearances: object) -> dict[str, float]:
+    """The clearances of the joints that have play."""
+    if clearances is None:
+        found = {joint.name: joint.clearance for joint in loose_joints(scene.joints)}
+        if not found:
+            checks.add("scene has no joint with clearance: give clearances")
+        return found
+    known = [joint.name for joint in scene.joints if isinstance(joint, (Revolute, ClearanceRevolute))]
+    if not isinstance(clearances, Mapping) or not clearances:
+        checks.add(
+            f"clearances must map names of revolute joints to radial clearances [m], got {clearances!r}",
+            wrong_type=not isinstance(clearances, Mapping),
+        )
+        return {}
+    for name in clearances:
+        if name not in known:
+            checks.add(f'clearances["{name}"]: unknown revolute joint{meant_or_known(str(name), known)}')
+    return {
+        name: checks.real(f'clearances["{name}"]', one, "m", least=0.0) for name, one in clearances.items()
+    }
+
+
+def _load(at: str, way: tuple[float, float] | None) -> Force | Torque:
+    """A unit load."""
+    if way is None:
+        return Torque("load of the output", owner_of(at), 1.0)
+    return Force("load of the output", at, *way)
+
+
+def _held(scene: Scene, speed: Speed, load: Force | Torque) -> Scene:
+    """The mechanism without play, masses that matter or other forces, driven very slowly."""
+    joints = [
+        Revolute(joint.name, joint.bearing, joint.journal) if isinstance(joint, ClearanceRevolute) else joint
+        for joint in scene.joints
+    ]
+    rate = math.copysign(2.0 * math.pi / _SLOW, speed.speed)
+    drives = [
+        Motion(drive.name, drive.joint, Polynomial([speed.angle, rate])) if drive is speed else drive
+        for drive in scene.drives
+    ]
+    start = [one for one in scene.start if not isinstance(one, ClearanceStart)]
+    return replace(scene, joints=joints, drives=drives, start=start, forces=[load])
